@@ -27,4 +27,4 @@ def write_gaps_report(folder: Path) -> Path:
         If ``gaps.json`` is missing or no result of many diagnoses.
     """
     result = read_result(folder, "gaps.json", "gaps")
-    return page.write_page(result, "Why many legs move otherwise", SECTIONS, gaps_opening(result))
+    return page.write_page(result, "Why many legs move differently", SECTIONS, gaps_opening(result))

@@ -1,4 +1,4 @@
-"""Pages of the jumping leg: a study, the models held against what was published, and the gap of recorded jumps."""
+"""Pages of the jumping leg: a study, the models compared with published results, and the gap of recorded jumps."""
 
 from __future__ import annotations
 

@@ -27,17 +27,17 @@ def write_checks_report(folder: Path) -> Path:
 
 
 def checks_opening(result: Result) -> Opening:
-    """How many hold, and those that come nearest to their limits."""
+    """The number of checks that hold, and those nearest to their limits."""
     checks = _checks(result.content)
     failed = [check for check in checks if not check.get("passed")]
     left_out = sequence(result.content, "left_out")
     if not checks:
-        verdict, good = "Nothing could be checked.", None
+        verdict, good = "No check was possible.", None
     elif failed:
         verdict, good = f"{len(failed)} of {len(checks)} checks of the model fail.", False
     else:
         verdict, good = f"The model holds in all {len(checks)} checks.", True
-    trust = f"{len(left_out)} could not be done: {'; '.join(map(str, left_out))}." if left_out else ""
+    trust = f"{len(left_out)} were not possible: {'; '.join(map(str, left_out))}." if left_out else ""
     nearest = sorted(checks, key=_share, reverse=True)[:MOST_ROWS]
     rows = [
         [Cell(str(check.get("name")), str(check.get("where"))), Cell(_long(check.get("expected"))),
@@ -45,13 +45,11 @@ def checks_opening(result: Result) -> Opening:
         for check in nearest
     ]  # fmt: skip
     steps = (
-        ["Look at the first failing check: a wrong model shows in a pendulum before it shows in a jump."]
+        ["Start with the first failing check: a wrong model fails for a pendulum before it fails for a jump."]
         if failed
         else []
     )
-    note = (
-        f"The {len(nearest)} of {len(checks)} that come nearest to their limits." if len(nearest) < len(checks) else ""
-    )
+    note = f"The {len(nearest)} of {len(checks)} nearest to their limits." if len(nearest) < len(checks) else ""
     figures = Figures(("Check", "Expected", "Found", "Apart"), rows, note) if rows else None
     return Opening(verdict, trust, steps, figures=figures, good=good)
 
@@ -61,7 +59,7 @@ def _checks(document: Json) -> list[Json]:
 
 
 def _share(check: Json) -> float:
-    """How much of its limit a check uses up."""
+    """The share of its limit that a check uses."""
     off, limit = mapping(check, "off").get("value"), mapping(check, "limit").get("value")
     return float(off) / float(limit) if isinstance(off, (int, float)) and limit else float("inf")
 

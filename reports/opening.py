@@ -1,4 +1,4 @@
-"""What every page opens with: the verdict, what to do next, the picture that shows it, and the figures that matter."""
+"""The opening of every page: the verdict, what to do next, the most important figure and numbers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MOST_FOREMOST_LETTERS = 260  # of a warning above the fold; the fold holds the w
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of the opening's table: what counts, and in small print how sure it is or what it stands beside."""
+    """A cell of the opening's table: the value, and in small print its uncertainty or reference."""
 
     text: str
     small: str = ""
@@ -38,15 +38,15 @@ class Opening:
     Parameters
     ----------
     verdict
-        what came out, in one or two sentences.
+        the result, in one or two sentences.
     trust
-        how far it can be trusted, in one sentence.
+        its reliability, in one sentence.
     steps
-        what to do next, the first first.
+        what to do next, the most important first.
     good
-        whether the verdict is good news, bad news, or neither (None): its colour, which the words never depend on.
+        whether the verdict is good, bad, or neither (None): sets its colour, which the words do not depend on.
     wide
-        the figure stands below the table, over the whole width.
+        the figure is below the table, over the whole width.
     """
 
     verdict: str

@@ -89,12 +89,12 @@ GAP_SECTIONS: tuple[ReportSection, ...] = (
 CHECK_SECTIONS: tuple[ReportSection, ...] = (check_sizes.SECTION, check_apart.SECTION, check_found.SECTION)
 REHEARSAL_SECTIONS: tuple[ReportSection, ...] = (rehearsal_sizes.SECTION, rehearsal_confusion.SECTION)
 SCRIPTS = ("page.js", "plots.js")
-UNFOLDED = 1  # sections; what lies beyond the second screen is folded
+UNFOLDED = 1  # sections; those beyond the second screen are folded
 
 
 @dataclass(frozen=True)
 class RenderedSection:
-    """A section as it stands on the page."""
+    """A rendered section of the page."""
 
     name: str
     title: str

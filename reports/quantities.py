@@ -96,7 +96,7 @@ def interval_text(quantity: object) -> str:
         return ""
     low, high = (with_decimals(end, decimals_of(quantity)) for end in interval)
     if interval[0] is None and interval[1] is None:
-        return "not known at all"
+        return "unknown"
     if interval[0] is None:
         return f"below {high}"
     return f"above {low}" if interval[1] is None else f"{low} to {high}"

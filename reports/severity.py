@@ -1,4 +1,4 @@
-"""How much a warning matters: whether it could change a decision, bears on trust in a number, or is just to be known.
+"""The severity of a warning: it could change a decision, limits trust in a number, or is for information.
 
 Who raises a warning says so in the result, under ``severity`` (``decide``, ``check`` or ``note``), and what to do about
 it under ``remedy``. What says nothing is ``check``, so that it is not buried.
@@ -14,8 +14,8 @@ MOST_SHOWN = 3  # warnings above the fold
 LEVELS = ("decide", "check", "note")
 WORDS = {
     "decide": "could change a decision",
-    "check": "bear on what a number is worth",
-    "note": "good to know",
+    "check": "bear on the trust in a number",
+    "note": "for information",
 }
 _FIGURES = re.compile(r"[^\s,;:]*\d[^\s,;:]*")  # numbers and part numbers, by which warnings of one kind differ
 
@@ -38,7 +38,7 @@ class Warned:
 
 @dataclass(frozen=True)
 class Group:
-    """Warnings of one kind, told once: those concerned, and what the first of them says."""
+    """Warnings of one kind, shown once: the places concerned, and the first one's text."""
 
     joints: tuple[str, ...]
     text: str

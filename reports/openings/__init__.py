@@ -1,1 +1,1 @@
-"""What each page opens with, one module a page; ``reports.opening`` says what an opening is."""
+"""The openings of the pages, one module each; ``reports.opening`` defines an opening."""

@@ -1,4 +1,4 @@
-"""A check's page opens with whether the recordings can be used, and what to mend first."""
+"""The opening of a check's page: whether the recordings can be used, and what to correct first."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from synth.reports.reading import Result
 from synth.reports.section import sequence
 
 MOST_STEPS = 3  # what to do first; the section has all
-ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency")  # causes that people ask for first
+ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency")  # causes shown first
 
 
 def check_opening(result: Result) -> Opening:
-    """The sentence, what to do about the worst findings, and the smallest sizes that show."""
+    """The sentence, remedies of the worst findings, and the smallest detectable sizes."""
     document = result.content
     findings = [item for item in sequence(document, "findings") if isinstance(item, Mapping)]
     worst = [item for item in findings if item.get("level") != "note" and item.get("remedy")]
     steps = [f"{item.get('recording') or item.get('joint') or 'All'}: {item.get('remedy')}." for item in worst]
-    trust = "Nothing was fitted: this is what the recordings hold, and how each cause would show in them."
+    trust = "No fit was made: this shows the content of the recordings, and the response to each cause."
     return Opening(
         str(document.get("sentence") or ""),
         trust,
@@ -41,7 +41,7 @@ def _figures(result: Result) -> Figures | None:
     if not rows:
         return None
     share = result.content.get("remainder_assumed")
-    note = f"Smallest that these trials show, with {100 * float(share or 0):g} % of the motion left unexplained."
+    note = f"Smallest detectable size, with {100 * float(share or 0):g} % of the motion unexplained."
     return Figures(("Cause", *joints), rows, note)
 
 

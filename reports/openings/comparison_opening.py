@@ -1,4 +1,4 @@
-"""A comparison's page opens with who moves nearest to the reference, the motion that shows it, and a row a side."""
+"""The opening of a comparison's page: the side nearest to the reference, its motion, and a row per side."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SHORT = (("rise_time", "rise"), ("damping_ratio", "Î¶"), ("damped_frequency", "Ï
 
 
 def comparison_opening(result: Result) -> Opening:
-    """Verdict, one start's motions overlaid, and a row of figures a side."""
+    """Verdict, one start's motions overlaid, and a row of figures per side."""
     document = result.content
     figure = compared.telling_figure(result)
     return Opening(
@@ -36,7 +36,7 @@ def _sides(document: Json) -> list[Json]:
 
 
 def _verdict(document: Json) -> str:
-    """The others by how far they move from the reference."""
+    """The others by their difference from the reference."""
     reference = document.get("reference")
     family = [side for side in _sides(document) if side.get("pace") and side.get("kind") == "model"]
     if len(family) > 1:
@@ -45,19 +45,19 @@ def _verdict(document: Json) -> str:
     ranked = sorted(((value, side) for value, side in known if value is not None), key=lambda item: item[0])
     if not ranked:
         return (
-            f"{listed([str(side.get('name')) for side in _sides(document)])} share no start, so only figures compare."
+            f"{listed([str(side.get('name')) for side in _sides(document)])} share no start: only figures are compared."
         )
     words = [f"{side.get('name')} {brief(mapping(side, 'off_reference').get('overall'))}" for _, side in ranked]
     if len(words) == 1:
         return (
-            f"From the same start {ranked[0][1].get('name')} moves {words[0].rsplit(' ', 1)[1]} (RMS) off {reference}."
+            f"From the same start {ranked[0][1].get('name')} moves {words[0].rsplit(' ', 1)[1]} (RMS) from {reference}."
         )
     nearest, _, away = words[0].rpartition(" ")
     return f"{nearest} comes nearest to {reference}, {away} off (RMS); {listed(words[1:])}."
 
 
 def _family_verdict(family: list[Json]) -> str:
-    """How rate and damping ratio of the joint that changes most go through a family of time scales."""
+    """Change of rate and damping ratio over a family of time scales, for the joint that changes most."""
     first, last = family[0], family[-1]
     names = list(mapping(first, "alone"))
     known = []
@@ -65,13 +65,13 @@ def _family_verdict(family: list[Json]) -> str:
         a, b = (value_of(mapping(side, "alone", name).get("damping_ratio")) for side in (first, last))
         if a and b:
             known.append((max(a, b) / min(a, b), name, (a, b)))
-    words = f"One motion at {len(family)} paces, from {first.get('name')} to {last.get('name')}"
+    words = f"One motion at {len(family)} time scales, from {first.get('name')} to {last.get('name')}"
     if not known:
         return f"{words}."
     _, name, pair = max(known)
     rates = [brief(mapping(side, "joints", name).get("spring_rate")) for side in (first, last)]
     return (
-        f"{words}: the {name}'s spring goes from {rates[0]} to {rates[1]}, its damping ratio alone from "
+        f"{words}: the {name}'s spring goes from {rates[0]} to {rates[1]}, its own damping ratio from "
         f"{pair[0]:.2g} to {pair[1]:.2g}."
     )
 
@@ -85,7 +85,7 @@ def _trust(document: Json) -> str:
     bases = {str(mapping(side, "off_reference").get("basis")) for side in _sides(document) if side.get("off_reference")}
     how = {
         frozenset({"measured"}): "all differences are between recordings",
-        frozenset({"predicted"}): "each difference has at least one leg that was moved by its model",
+        frozenset({"predicted"}): "each difference has at least one simulated leg",
     }.get(frozenset(bases), "differences between two recordings are measured, all others predicted")
     count = f"{starts} starts" if starts != 1 else "one start"
     return f"Over {count} ({from_where}); {how}." if bases else f"Over {count}: {from_where}."
@@ -94,10 +94,10 @@ def _trust(document: Json) -> str:
 def _steps(document: Json) -> list[str]:
     kinds = {str(side.get("kind")) for side in _sides(document)}
     if any(side.get("pace") for side in _sides(document)):
-        return ["Choose a pace, write it under `scale:` of the project, and run `synth leg`."]
+        return ["Choose a time scale, write it under `scale:` of the project, and run `synth leg`."]
     if kinds == {"model"}:
-        return ["Record one of these legs from such a start and name the recording too: then a difference is measured."]
-    return ["Where a built leg differs from its design, ask `synth gap` why."]
+        return ["Record one of these legs from such a start and include the recording, to measure a difference."]
+    return ["If a built leg differs from its design, find the reason with `synth gap`."]
 
 
 def _figures(document: Json) -> Figures:
@@ -110,8 +110,8 @@ def _figures(document: Json) -> Figures:
         for name in joints:
             row.append(_joint_cell(mapping(side, "joints", name), mapping(side, "characteristics", name)))
         rows.append(row)
-    heads = ("Side", "Off reference, RMS", *joints)
-    note = "Of each joint: spring rate k, damper rate b, free angle; of recordings, what they show (medians)."
+    heads = ("Side", "From reference, RMS", *joints)
+    note = "For each joint: spring rate k, damper rate b, free angle; for recordings, medians of characteristics."
     return Figures(heads, rows, note)
 
 

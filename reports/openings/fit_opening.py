@@ -1,4 +1,4 @@
-"""A fit's page opens with what was found, and whether the model explains the recordings."""
+"""The opening of a fit's page: the estimates, and whether the model explains the recordings."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import mapping, sequence
 from synth.reports.sections import motion
 
-EXPLAINED = 1.5  # times the scatter of the samples: what a fit may leave and still be said to explain them
-SURE = 0.25  # half an interval over its value, beyond which a rate is called unsure
+EXPLAINED = 1.5  # times the scatter of the samples: largest residual of a model that explains them
+SURE = 0.25  # half an interval over its value, above which a rate is called uncertain
 
 
 def fit_opening(result: Result) -> Opening:
-    """Verdict, the trial that fits worst, and a row of estimates a joint."""
+    """Verdict, the trial with the worst fit, and a row of estimates per joint."""
     document = result.content
     joints = mapping(document, "joints")
     trials = [trial for trial in sequence(document, "trials") if isinstance(trial, Mapping)]
@@ -42,7 +42,7 @@ def fit_opening(result: Result) -> Opening:
 
 
 def _lacking(document: Json) -> list[str]:
-    """Joints at which more is left than the samples scatter by."""
+    """Joints whose residual exceeds the samples' scatter."""
     left, noise = mapping(document, "rms"), mapping(document, "noise")
     found = []
     for name in mapping(document, "joints"):
@@ -53,7 +53,7 @@ def _lacking(document: Json) -> list[str]:
 
 
 def _unsure(joints: Json) -> list[tuple[float, str]]:
-    """(half width over value, joint and rate) of the rates that are not well known, the widest first."""
+    """(half width over value, joint and rate) of the uncertain rates, the widest first."""
     found = []
     for name, joint in joints.items():
         for key, words in (("spring_rate", "spring rate"), ("damper_rate", "damper rate")):
@@ -72,21 +72,23 @@ def _unsure(joints: Json) -> list[tuple[float, str]]:
 def _trust(document: Json, lacking: list[str], unsure: list[tuple[float, str]]) -> str:
     left, noise = mapping(document, "rms"), mapping(document, "noise")
     names = lacking or list(mapping(document, "joints"))
-    told = [f"{name} {brief(left.get(name))} where samples scatter by {brief(noise.get(name))}"
+    told = [f"{name} {brief(left.get(name))} (samples' scatter {brief(noise.get(name))})"
             for name in names if left.get(name) and noise.get(name)]  # fmt: skip
-    words = f"Left over (RMS): {'; '.join(told)}." if told else ""
+    words = f"Residual (RMS): {'; '.join(told)}." if told else ""
     if unsure:
         share, name = unsure[0]
-        words += f" Least sure is the {name}, known to ±{whole_percent(share)}."
+        words += f" Least certain: the {name}, known to ±{whole_percent(share)}."
     return words.strip()
 
 
 def _steps(document: Json, lacking: list[str], unsure: list[tuple[float, str]]) -> list[str]:
     if lacking:
-        return ["Ask `synth gap` with fitted.leg.yaml and these trials what is missing; until then the rates carry it."]
+        return [
+            "Find the missing effect with `synth gap`, fitted.leg.yaml and these trials; until then rates are biased."
+        ]
     proposals = [str(mapping(item).get("text")) for item in sequence(document, "proposals")]
     if unsure and proposals:
-        return [f"Worth measuring: {proposals[0]}"]
+        return [f"To measure next: {proposals[0]}"]
     return ["Use fitted.leg.yaml, for example as the source of `synth leg`."] if mapping(document, "joints") else []
 
 
@@ -111,5 +113,5 @@ def _figures(document: Json) -> Figures | None:
         ]
         for name, joint in ((name, mapping(found)) for name, found in joints.items())
     ]
-    heads = ("Joint", "Spring rate", "Damper rate", "Free angle", "Left over, RMS")
+    heads = ("Joint", "Spring rate", "Damper rate", "Free angle", "Residual, RMS")
     return Figures(heads, rows, "Small print: 90 % intervals.")

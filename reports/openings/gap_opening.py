@@ -1,4 +1,4 @@
-"""A gap's page opens with the diagnosis in a sentence, the motion that shows it, and the causes with their odds."""
+"""The opening of a gap's page: the diagnosis in a sentence, its motion, and the causes with their odds."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _trust(document: Json, verdict: str) -> str:
         return words
     count = f"{len(scored)} trial{'s' if len(scored) != 1 else ''}"
     if all(trial.get("held_out") for trial in scored):
-        return f"{words} Scored on {count} that took no part in the diagnosis."
+        return f"{words} Scored on {count} left out of the diagnosis."
     how = ", each in turn predicted from the others" if len(scored) > 1 else ""
     return f"{words} Scored on {count}{how}."
 
@@ -50,7 +50,7 @@ def _trust(document: Json, verdict: str) -> str:
 def _steps(document: Json) -> list[str]:
     experiment = mapping(document, "next_experiment")
     if not experiment:
-        return ["Nothing to record: no trial of the menu would change the answer."]
+        return ["No further recording needed: no trial of the menu would change the answer."]
     trial = mapping(experiment, "trial")
     entry = f" Write it as `{entry_text(trial)}` under `trials:`." if trial else ""
     command = experiment.get("command")
@@ -59,7 +59,7 @@ def _steps(document: Json) -> list[str]:
 
 
 def _figures(document: Json) -> Figures | None:
-    """The likeliest causes, then what they leave of the error."""
+    """The most probable causes, and the error that remains with them."""
     ranked = [entry for entry in sequence(document, "ranked") if isinstance(entry, Mapping)]
     rows = [
         [
@@ -69,7 +69,7 @@ def _figures(document: Json) -> Figures | None:
         ]
         for entry in ranked[:MOST_CAUSES]
     ]
-    for key, words in (("none", "nothing is missing"), ("unknown", "not in the library")):
+    for key, words in (("none", "no missing effect"), ("unknown", "not in the library")):
         if f"probability_{key}" in document:
             rows.append([Cell(words), Cell(share_text(document[f"probability_{key}"])), Cell("–")])
     if not rows:
@@ -78,4 +78,4 @@ def _figures(document: Json) -> Figures | None:
     steps = (("as_designed", "as designed"), ("before", "at its best within tolerances"), ("after", "explained"))
     told = [f"{words} {brief(gap.get(key))}" for key, words in steps if gap.get(key)]
     note = f"RMS angle error on unseen trials: {', '.join(told)}; noise {brief(gap.get('noise_floor'))}."
-    return Figures(("Cause", "Probability", "Alone shrinks the gap by"), rows, note if told else "")
+    return Figures(("Cause", "Probability", "Alone reduces the gap by"), rows, note if told else "")

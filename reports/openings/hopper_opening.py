@@ -1,4 +1,4 @@
-"""A jumping leg's page opens with the chosen motor, ratio and length, how high it jumps, and what limits it."""
+"""The opening of a jumping leg's page: motor, ratio and length, jump height, and its limits."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def study_opening(result: Result) -> Opening:
     best, counts = mapping(document, "best"), mapping(document, "counts")
     if not best:
         return Opening(
-            f"None of the {counts.get('designs', 0)} designs leaves the ground.",
-            steps=["Give `motors:` stronger ones or `leg:` shorter links; designs.csv says what stops each design."],
+            f"None of the {counts.get('designs', 0)} designs lifts off.",
+            steps=["Use stronger `motors:` or shorter links; designs.csv gives the limit of each design."],
             good=False,
         )
     clearance, limit = best.get("clearance"), str(best.get("limit") or "")
@@ -34,7 +34,7 @@ def study_opening(result: Result) -> Opening:
 
 
 def truth_opening(result: Result) -> Opening:
-    """How many of the published findings come out."""
+    """The number of reproduced findings."""
     claims = [item for item in sequence(result.content, "claims") if isinstance(item, Mapping)]
     out = sum(bool(item.get("comes_out")) for item in claims)
     every = {str(item.get("claim")) for item in claims}
@@ -44,11 +44,11 @@ def truth_opening(result: Result) -> Opening:
         found = [i for i in claims if f"{i.get('pose')}, {i.get('measure')}".replace("_", " ") == key]
         rows.append([Cell(key), Cell(f"{sum(bool(i.get('comes_out')) for i in found)} of {len(found)}")])
     return Opening(
-        f"{len(always)} of {len(every)} published findings come out in every pose and measure.",
-        f"Over all poses and measures {out} of {len(claims)}; what does not come out hangs on a pose and a height that "
+        f"{len(always)} of {len(every)} published findings are reproduced in every pose and measure.",
+        f"Over all poses and measures {out} of {len(claims)}; the others depend on a pose and a height that "
         "were not published." if claims else "",
-        ["Read what was never published and what each such number does, below."],
-        figures=Figures(("Pose and measure", "Come out"), rows) if rows else None,
+        ["See below for unpublished numbers and their influence."],
+        figures=Figures(("Pose and measure", "Reproduced"), rows) if rows else None,
     )  # fmt: skip
 
 
@@ -76,7 +76,7 @@ def _trust(document: Json, limit: str) -> str:
     if len(heights) > 1:
         used = mapping(document, "settings").get("model")
         words += (
-            f"The interval is what the motor's and the materials' tolerances leave in model {used}; the models differ "
+            f"The interval reflects the tolerances of motor and materials in model {used}; the models range "
             f"from {100 * min(heights):.1f} to {100 * max(heights):.1f}\u00a0cm."
         )
     return words
@@ -84,8 +84,8 @@ def _trust(document: Json, limit: str) -> str:
 
 def _steps(limit: str) -> list[str]:
     if limit:
-        return ["To leave such designs out, write `motors: {gearbox: stop}`; or run it and expect the gear to wear."]
-    return ["Cut the parts of `parts/` and record jumps on a force plate; `synth gap` then tells what the model lacks."]
+        return ["To leave such designs out, write `motors: {gearbox: stop}`; otherwise expect wear of the gear."]
+    return ["Cut the parts of `parts/` and record jumps on a force plate; `synth gap` then shows what the model lacks."]
 
 
 def _picture(result: Result) -> tuple[Markup, str]:

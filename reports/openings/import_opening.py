@@ -1,4 +1,4 @@
-"""An import's page opens with what was read, and the leg as it is now taken for."""
+"""The opening of an import's page: what was read, and the resulting leg."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def import_opening(result: Result) -> Opening:
         f"{kept} of {total} samples kept.",
         f"{notes} note{'s' if notes != 1 else ''} on what was changed or left out, with each trial below."
         if notes
-        else "Nothing was changed or left out.",
-        ["Look whether the leg bends the way it did; then `synth fit`. A wrong sign, side or zero shows at a glance."],
+        else "No sample was changed or left out.",
+        ["Check that the leg bends as it did, which shows a wrong sign, side or zero; then run `synth fit`."],
         figure,
         "Blue: first pose; vermilion: last." if figure else "",
         Figures(("Trial", "Samples kept", "Rate"), rows, many) if rows else None,

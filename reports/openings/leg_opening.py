@@ -1,4 +1,4 @@
-"""The leg's page opens with how near the built leg comes to the wanted motion, and what stands in the way."""
+"""The opening of the leg's page: the distance of the built leg from the wanted motion, and what prevents it."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from synth.reports.reading import Json, Result, png_uri, value_of
 from synth.reports.section import mapping, sequence
 from synth.reports.sections import live_leg, pictures
 
-CERTAIN, UNLIKELY = 0.9, 0.5  # chances from which a leg is told as sure, or as a gamble
-GAIN = 0.2  # of the chance, from which measuring the springs first is the thing to do
+CERTAIN, UNLIKELY = 0.9, 0.5  # chances from which a leg counts as certain, or as unlikely
+GAIN = 0.2  # of the chance, from which measuring the springs first is recommended
 
 
 def leg_opening(result: Result) -> Opening:
@@ -37,7 +37,7 @@ def leg_opening(result: Result) -> Opening:
 
 
 def _without_part(document: Json) -> list[str]:
-    """Joints for which no spring is there."""
+    """Joints without a spring."""
     found = []
     for name, joint in mapping(document, "joints").items():
         spring = mapping(joint, "spring")
@@ -53,7 +53,7 @@ def _failed(document: Json) -> list[Mapping[str, Any]]:
 
 def _verdict(document: Json, without: list[str], failed: list[Mapping[str, Any]]) -> str:
     rms = mapping(document, "response", "wanted_to_built").get("rms")
-    near = f"with its parts as stated it moves {brief(rms)} (RMS) off the wanted motion" if rms else ""
+    near = f"with nominal parts its motion is {brief(rms)} (RMS) from the wanted one" if rms else ""
     if without:
         start = f"Not ready to build: {listed(without)}"
     elif failed:
@@ -75,14 +75,16 @@ def _trust(document: Json) -> str:
     chance, within = forecast.get("chance"), forecast.get("within")
     expected = f"{brief(forecast.get('expected'))}, 90 %: {interval_text(forecast.get('expected'))}°"
     return (
-        f"With the parts anywhere within their tolerances, {whole_percent(chance)} of such legs stay within the wished "
+        f"With parts within their tolerances, {whole_percent(chance)} of such legs stay within the allowed "
         f"{brief(within)} (expected {expected})."
     )
 
 
 def _steps(document: Json, without: list[str], failed: list[Mapping[str, Any]]) -> list[str]:
     if without:
-        return ["Widen what `select:` asks of that spring; the sheet of springs to make shows the nearest that exist."]
+        return [
+            "Relax that spring's requirements under `select:`; the section on springs to make shows the nearest ones."
+        ]
     if failed:
         return [f"{failed[0].get('text')}. Change `cad:` or `select:` in the project."]
     response = mapping(document, "response")
@@ -91,14 +93,14 @@ def _steps(document: Json, without: list[str], failed: list[Mapping[str, Any]]) 
     steps = []
     if chance is not None and measured is not None and measured - chance > GAIN:
         steps.append(
-            f"Get the springs, measure each one's free angle to a degree, give it under `measured:` and run again: "
-            f"the chance to stay within {brief(mapping(response, 'forecast').get('within'))} goes from "
+            f"Get the springs, measure each one's free angle to a degree, enter it under `measured:` and run again: "
+            f"the chance of staying within {brief(mapping(response, 'forecast').get('within'))} changes from "
             f"{whole_percent(chance)} to {whole_percent(measured)}."
         )
     if mapping(document, "solids").get("drawn"):
-        steps.append("Order what `bom.csv` lists and print the plates `parts/leg_print_*.3mf`.")
+        steps.append("Order the parts in `bom.csv` and print the plates `parts/leg_print_*.3mf`.")
     elif mapping(document, "joints"):
-        steps.append("Run without --no-cad for parts to print.")
+        steps.append("Run without --no-cad to get parts to print.")
     return steps
 
 
@@ -119,8 +121,8 @@ def _figures(document: Json) -> Figures | None:
         return None
     errors = mapping(document, "response", "wanted_to_built", "joints")
     rows = [_row(name, mapping(joint), errors.get(name)) for name, joint in joints.items()]
-    heads = ("Joint", "Spring", "Damper", "Free angle", "Off wanted, RMS")
-    return Figures(heads, rows, "Spring rate and how far it is from the rate that the chosen damper asks for.")
+    heads = ("Joint", "Spring", "Damper", "Free angle", "From wanted, RMS")
+    return Figures(heads, rows, "Spring rate, and its deviation from the rate that suits the chosen damper.")
 
 
 def _row(name: str, joint: Json, error: object) -> list[Cell]:

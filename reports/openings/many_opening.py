@@ -1,4 +1,4 @@
-"""What the pages of many diagnoses and of many designs open with."""
+"""The openings of the pages of many diagnoses and many designs."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from synth.reports.sections import many_gaps, many_legs
 
 WORDS = {
     "effect": "have a cause",
-    "tie": "are between causes",
-    "unknown": "lack something unknown",
+    "tie": "are tied between causes",
+    "unknown": "have an unknown cause",
     "none": "lack nothing",
 }
 MOST_ROWS = 5  # of the opening's table
@@ -36,7 +36,7 @@ def gaps_opening(result: Result) -> Opening:
         :MOST_ROWS
     ]
     unsure = [str(leg["name"]) for leg in legs if leg.get("verdict") in ("tie", "unknown")]
-    steps = [f"Record what the reports of {_some(unsure)} ask for next."] if unsure else []
+    steps = [f"Record the trials proposed in the reports of {_some(unsure)}."] if unsure else []
     return Opening(
         f"{_counted(result)} diagnosed{': ' if said else '.'}{listed(said)}{'.' if said else ''}",
         _warned(legs),
@@ -76,7 +76,7 @@ def _warned(legs: Sequence[Mapping[str, Any]]) -> str:
 
 def _mend(result: Result, done: str) -> list[str]:
     failed = [str(mapping(item).get("name")) for item in sequence(result.content, "failed")]
-    return [f"Mend {_some(failed)}, and give the same command again: what is {done} stays."] if failed else []
+    return [f"Correct {_some(failed)}, and repeat the command: projects already {done} are kept."] if failed else []
 
 
 def _some(names: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""A rehearsal's page opens with how often planted causes are named, and the smallest that are."""
+"""The opening of a rehearsal's page: how often planted causes are found, and their smallest sizes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from synth.reports.quantities import brief
 from synth.reports.reading import Result
 from synth.reports.section import sequence
 
-ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency")  # causes that people ask for first
+ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency")  # causes shown first
 
 
 def rehearsal_opening(result: Result) -> Opening:
@@ -18,8 +18,8 @@ def rehearsal_opening(result: Result) -> Opening:
     share = 100.0 * float(document.get("background_share") or 0.0)
     trust = (
         f"{document.get('cases')} cases in simulations of this leg with these trials, this noise and these tolerances, "
-        f"small causes beside the main one that leave {share:g} % of the motion ({brief(document.get('background'))}), "
-        "by an engine and forms that the diagnosis does not share; each diagnosed where the answer cannot be read."
+        f"additional small causes that leave {share:g} % of the motion ({brief(document.get('background'))}), "
+        "with an independent engine and other functional forms; each diagnosed without access to the answer."
     )
     more = "For surer counts plant more: the same command with a larger `--count` goes on from here."
     return Opening(str(document.get("sentence") or ""), trust, [more], figures=_figures(result))
@@ -35,11 +35,11 @@ def _figures(result: Result) -> Figures | None:
         cells = [visible_cell(found.get((effect, joint))) for joint in joints]
         if any((effect, joint) in found for joint in joints):
             rows.append([Cell(effect.replace("_", " ")), *cells])
-    return Figures(("Smallest that was named", *joints), rows) if rows else None
+    return Figures(("Smallest size found", *joints), rows) if rows else None
 
 
 def visible_cell(cause: object) -> Cell:
-    """Size, and the gap that it makes."""
+    """Size, and the resulting gap."""
     if not isinstance(cause, Mapping) or not cause.get("cases"):
         return Cell("–")
     if cause.get("visible_from") is None:

@@ -31,7 +31,7 @@ def fits_opening(result: Result, across: ReportSection) -> Opening:
     return Opening(
         f"{len(legs)} of {total} projects were fitted.",
         f"{warned} of the fits have warnings." if warned else "No fit has a warning." if legs else "",
-        [f"Mend {listed(names)}{more}, and give the same command again: what is fitted stays."] if failed else [],
+        [f"Correct {listed(names)}{more}, and repeat the command: finished fits are kept."] if failed else [],
         figure,
         caption,
         Figures(("Rate", "Legs", "Median", "Least", "Greatest"), rows) if rows else None,
@@ -41,15 +41,15 @@ def fits_opening(result: Result, across: ReportSection) -> Opening:
 
 
 def reproduction_opening(result: Result) -> Opening:
-    """Which tables were gone through."""
+    """The reproduced tables."""
     tables = [table for table in sequence(result.content, "tables") if isinstance(table, Mapping)]
     rows = [
         [Cell(str(table.get("name"))), Cell(str(table.get("title"))), Cell(str(len(sequence(table, "rows"))))]
         for table in tables
     ]
     return Opening(
-        f"{len(tables)} tables, published beside ours, each with why they differ.",
-        "Nothing is tuned to the published numbers but where a table says so.",
-        ["Open a table below; its last lines say where a difference comes from."],
-        figures=Figures(("Table", "What it holds", "Rows"), rows) if rows else None,
+        f"{len(tables)} tables, each with published values, ours, and the reasons of differences.",
+        "Nothing is tuned to the published numbers unless a table says so.",
+        ["Open a table below; its last lines explain the differences."],
+        figures=Figures(("Table", "Content", "Rows"), rows) if rows else None,
     )

@@ -1,4 +1,4 @@
-"""What the chosen parts do to the motion: wanted against built, trial by trial."""
+"""The effect of the chosen parts on the motion: wanted against built, trial by trial."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What passes for what: groups of causes, the trial that would part them, and the angles between all responses."""
+"""Inseparable causes: groups, the trials that would separate them, and the angles between all responses."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     causes = [item for item in sequence(result.content, "causes") if isinstance(item, Mapping)]
     sines = sequence(result.content, "sines")
     if not causes:
-        return AbsentResult("a fault has to be mended first")
+        return AbsentResult("a fault must be corrected first")
     names = [name_of(cause) for cause in causes]
     rows = [f"{name}  {index}" for index, name in enumerate(names, start=1)]
     heads = [str(index) for index in range(1, len(names) + 1)]
@@ -34,13 +34,13 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     for group in sequence(result.content, "not_told_apart"):
         members = [name_of(cause) for cause in sequence(group, "causes")]
         groups.append({"names": members, "remedy": group.get("remedy"), "times": _times(group.get("sine"))})
-    return {"groups": groups, "figure": grid_figure("How far causes pass for each other", rows, heads, cells, CELL)}
+    return {"groups": groups, "figure": grid_figure("Similarity of the causes", rows, heads, cells, CELL)}
 
 
 def _times(sine: object) -> str:
-    """How many times larger than what first shows a cause must be to be told from its likest."""
+    """Factor over the smallest visible size from which a cause differs from the most similar one."""
     value = float(sine) if isinstance(sine, (int, float)) else 0.0
     return f"{number(1.0 / value, 2)}" if value > 0.02 else "more than 50"
 
 
-SECTION = ReportSection("apart", "What passes for what", content, "check-apart")
+SECTION = ReportSection("apart", "Inseparable causes", content, "check-apart")

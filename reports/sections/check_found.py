@@ -1,4 +1,4 @@
-"""What is wrong with recordings, channels and clocks, and what to do."""
+"""Faults of recordings, channels and clocks, with remedies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From what size on each cause would show, and what it would be taken for below a larger one."""
+"""The smallest visible size of each cause, and similar causes below a larger one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     """A row a cause."""
     causes = [item for item in sequence(result.content, "causes") if isinstance(item, Mapping)]
     if not causes:
-        return AbsentResult("a fault has to be mended first")
+        return AbsentResult("a fault must be corrected first")
     rows = []
     for cause in causes:
         rivals = []
@@ -32,8 +32,8 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
 def _from(rival: Mapping[str, Any]) -> str:
     parts = rival.get("told_apart_from")
     if parts == {}:
-        return "by where it sits"
+        return "by its position"
     return "at no size" if parts is None else f"from {size_text(parts)}"
 
 
-SECTION = ReportSection("sizes", "The smallest that shows", content, "check-sizes")
+SECTION = ReportSection("sizes", "Smallest detectable sizes", content, "check-sizes")

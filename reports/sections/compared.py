@@ -1,4 +1,4 @@
-"""Sides beside each other: motions from the same start, the one table, who differs from whom, and where all is from."""
+"""The comparison: motions from the same start, the table, differences between sides, and origins."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def sides_of(document: Json) -> list[Json]:
 
 
 def lines_of(document: Json) -> dict[str, Line]:
-    """A line a side: recordings dotted, legs that were moved each with a dash of its own."""
+    """A line per side: recordings dotted, simulated legs each with a dash of its own."""
     found: dict[str, Line] = {}
     counts = {"recorded": 0, "model": 0}
     for side in sides_of(document):
@@ -157,7 +157,7 @@ def parameters(result: Result) -> dict[str, Any] | AbsentResult:
         bases = [str(mapping(side, "off_reference").get("basis") or "") for side in sides]
         rows.append(
             (
-                "RMS off the reference",
+                "RMS from the reference",
                 [(brief(one), basis) if one else ("–", "") for one, basis in zip(off, bases, strict=True)],
             )
         )
@@ -220,7 +220,7 @@ def _ratios(document: Json) -> Markup:
 
 
 def differences(result: Result) -> dict[str, Any] | AbsentResult:
-    """Who moves how far from whom, and what each result says of itself."""
+    """Differences between the sides, and the figures that each result states."""
     sides = sides_of(result.content)
     names = [str(side.get("name")) for side in sides]
     found = {
@@ -244,7 +244,7 @@ def differences(result: Result) -> dict[str, Any] | AbsentResult:
 
 
 def origins(result: Result) -> dict[str, Any] | AbsentResult:
-    """Where each side is from, and the files' hashes."""
+    """The origin of each side, and the files' hashes."""
     return {
         "sides": sides_of(result.content),
         "inputs": mapping(result.content, "inputs"),
@@ -254,5 +254,5 @@ def origins(result: Result) -> dict[str, Any] | AbsentResult:
 
 RESPONSES = ReportSection("compared-responses", "Motion from the same start", responses)
 PARAMETERS = ReportSection("compared-parameters", "Side by side, joint by joint", parameters)
-DIFFERENCES = ReportSection("compared-differences", "Who differs from whom", differences)
-ORIGINS = ReportSection("compared-origins", "Where each side is from", origins)
+DIFFERENCES = ReportSection("compared-differences", "Differences between sides", differences)
+ORIGINS = ReportSection("compared-origins", "Origin of each side", origins)

@@ -1,4 +1,4 @@
-"""Wanted spring rate, damper rate and free angle, how well they are known, and what the free angle's treatment does."""
+"""Wanted spring rate, damper rate and free angle, their uncertainty, and the effect of the free angle's treatment."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 # Stage -> what it is. A fit.json is a stage of its own, under the empty name.
 _STAGES = {
-    "source": "the recorded leg: its own links, its own time",
+    "source": "the recorded leg: with its own links and time scale",
     "target": "wanted: the robot's links, moving like the recorded leg in scaled time",
-    "refit": "spring and free angle again, with the chosen dampers' curves in the model",
+    "refit": "spring and free angle refitted with the chosen dampers' curves",
     "": "the recorded leg",
 }
 _RATES = (("spring_rate", "k"), ("damper_rate", "b"))

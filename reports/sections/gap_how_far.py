@@ -1,4 +1,4 @@
-"""How far the gap shrinks: errors before and after on scored trials, and the motions on the same axes."""
+"""Reduction of the gap: errors before and after on scored trials, and the motions on the same axes."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 from synth.reports.stick_figure import following
 
 STEPS = (
-    ("as_designed", "as designed", "the nominal leg to the letter"),
-    ("before", "before", "the nominal leg at its best within its tolerances"),
-    ("after", "after", "with the explanation in"),
-    ("best_possible", "best possible", "the best that any effects of the library reach, however unlikely"),
-    ("noise_floor", "noise floor", "what the sensors leave"),
+    ("as_designed", "as designed", "the unchanged nominal leg"),
+    ("before", "before", "the nominal leg fitted within its tolerances"),
+    ("after", "after", "with the explanation"),
+    ("best_possible", "best possible", "the best fit with any effects of the library"),
+    ("noise_floor", "noise floor", "noise of the sensors"),
 )
 _LINES = {"measured": RECORDED, "before": BEFORE, "after": AFTER}
 MAIN = ((RECORDED, "measured"), (BEFORE, "before: nominal at its best"), (AFTER, "after"))
@@ -79,8 +79,8 @@ def _remainder(left: Json) -> Json:
 def _steps(gap: Json, verdict: str) -> list[Json]:
     """Rows of the table; without an accepted explanation, what stands under ``after``."""
     others = {
-        "none": "the same: nothing is missing",
-        "unknown": "with the explanation that comes nearest, not accepted",
+        "none": "the same: no effect is missing",
+        "unknown": "with the nearest explanation, not accepted",
     }
     return [
         {"key": key, "name": name, "what": others.get(verdict, what) if key == "after" else what, "rms": gap.get(key)}
@@ -215,4 +215,4 @@ def _errors(result: Result, response: Response, trial: Mapping[str, Any]) -> lis
     return panels
 
 
-SECTION = ReportSection("how-far", "How far it shrinks", content)
+SECTION = ReportSection("how-far", "Reduction of the gap", content)

@@ -1,4 +1,4 @@
-"""What to record next: the trial that would best tell apart what is still open."""
+"""What to record next: the trial that best separates the remaining explanations."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def _legend(result: Result, joints: list[str]) -> Markup | str:
     if any(_named(result, joint, column) for joint in joints for column in columns):
         drawn.append((NAMED, "law of the named effect"))
     if any(_free(result, joint, column) for joint in joints for column in columns):
-        drawn.append((FREE, "torque of free shape, a curve for each direction of motion"))
+        drawn.append((FREE, "free-form torque, a curve for each direction of motion"))
     return legend(drawn) if drawn else ""
 
 
@@ -83,8 +83,8 @@ def _free_text(item: Json) -> str:
     taken = in_si(item.get("taken"))
     over = "deflection and direction" if item.get("over") == "deflection" else "speed"
     if taken is None or taken <= 0.0:
-        return f"at the {item.get('joint')}, over {over}: takes nothing"
-    return f"at the {item.get('joint')}, over {over}: takes {100 * taken:.0f} %"
+        return f"at the {item.get('joint')}, over {over}: removes nothing"
+    return f"at the {item.get('joint')}, over {over}: removes {100 * taken:.0f} %"
 
 
 def _tables(result: Result, scored: bool = False) -> list[ResultTable]:

@@ -13,10 +13,10 @@ from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 VERDICTS = {
-    "effect": "the trials say what is missing",
-    "none": "nothing is missing: the leg as designed, within its tolerances, explains the trials",
-    "tie": "something is missing, and these trials cannot tell which of the effects below it is",
-    "unknown": "something is missing that no effect in the library explains",
+    "effect": "the trials identify the cause",
+    "none": "no effect is missing: the designed leg, within its tolerances, explains the trials",
+    "tie": "an effect is missing, but these trials cannot distinguish the effects below",
+    "unknown": "no effect in the library explains the trials",
 }
 WIDTH, LABEL = 800.0, 236.0  # px
 MOST_BARS = 10  # candidates drawn
@@ -72,7 +72,7 @@ def _figure(ranked: list[Mapping[str, Any]], none: object, unknown: object) -> M
         labels.append(f"{len(ordered) - len(shown)} others together")
         chances.append(others)
         shrinks.append(None)
-    labels += ["none: nothing is missing", "unknown: not in the library"]
+    labels += ["none: no effect is missing", "unknown: not in the library"]
     chances += [_number(none), _number(unknown)]
     shrinks += [None, None]
     most, last = max(chances), len(labels) - 2
@@ -80,7 +80,7 @@ def _figure(ranked: list[Mapping[str, Any]], none: object, unknown: object) -> M
         Bar(chance, share_text(chance), strong=chance == most and index < last, apart=index >= last)
         for index, chance in enumerate(chances)
     ]
-    columns = [BarColumn("probability", bars, 1.0), BarColumn("it alone shrinks the gap by", shrinks, 1.0, words=76.0)]
+    columns = [BarColumn("probability", bars, 1.0), BarColumn("alone it reduces the gap by", shrinks, 1.0, words=76.0)]
     return bar_figure("Candidates with their probability", labels, columns, WIDTH, LABEL)
 
 

@@ -1,4 +1,4 @@
-"""The chosen jumping leg, what its neighbours cost, what tolerances leave open, and the map of all designs."""
+"""The chosen jumping leg, the cost of its neighbours, its tolerances, and the map of all designs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Best design, neighbours with what they cost, tolerances, the front."""
     best = mapping(result.content, "best")
     if not best:
-        return AbsentResult("no design leaves the ground")
+        return AbsentResult("no design lifts off")
     reference = value_of(best.get("clearance"))
     neighbours = [
         {**item, "off": percent(value_of(item.get("clearance")), reference)}

@@ -20,7 +20,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     found = mapping(result.content, "across")
     designs = [item for item in sequence(found, "designs") if isinstance(item, dict)]
     if not designs:
-        return AbsentResult("no scored jump has a measured rise: a force plate tells it")
+        return AbsentResult("no scored jump has a measured rise; it needs a force plate")
     figures = []
     for by, (axis, unit, key) in AXES.items():
         slopes = mapping(found, "slope", by)

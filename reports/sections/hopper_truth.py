@@ -1,4 +1,4 @@
-"""The models against the published leg: findings one by one, heights, maps, what unpublished numbers do."""
+"""The models against the published leg: findings, heights, maps, influence of unpublished numbers."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def sensitivities(result: Result) -> dict[str, Any] | AbsentResult:
     return {"poses": found} if found else AbsentResult("none were computed")
 
 
-SECTION = ReportSection("hopper-truth", "What comes out and what does not", content)
+SECTION = ReportSection("hopper-truth", "Reproduced findings", content)
 HEIGHTS = ReportSection("hopper-heights", "The built leg by every model", heights)
 MAPS = ReportSection("hopper-maps", "Ratio and length", maps)
-SENSITIVITIES = ReportSection("hopper-sensitivities", "What was never published", sensitivities)
+SENSITIVITIES = ReportSection("hopper-sensitivities", "Unpublished numbers", sensitivities)

@@ -1,4 +1,4 @@
-"""What was asked: inputs, settings, defaults, versions."""
+"""The input: files, settings, defaults, versions."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def content(result: Result) -> dict[str, Any]:
     settings += [
         {"key": f"{fit_key(result)}{key}", "value": str(fit[key]), "how": how}
         for key, how in (
-            ("method", "how the parameters were found"),
-            ("cost", "what was made small"),
+            ("method", "estimation method"),
+            ("cost", "minimised cost"),
             ("iterations", "steps until it stopped"),
             ("reason", "why it stopped"),
             ("lost_samples", "samples left out as lost"),
@@ -52,4 +52,4 @@ def _setting(key: str, value: Any) -> dict[str, str]:
     return {"key": f"settings.{key}", "value": "–" if value is None else str(value), "how": ""}
 
 
-SECTION = ReportSection("inputs", "What was asked", content)
+SECTION = ReportSection("inputs", "Input", content)

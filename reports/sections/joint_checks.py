@@ -1,4 +1,4 @@
-"""The gates that the joints passed or failed before anything was exported, and how each part is best printed."""
+"""The gates that the joints passed or failed before export, and each part's best print orientation."""
 
 from __future__ import annotations
 

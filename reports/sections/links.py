@@ -1,4 +1,4 @@
-"""What the links weigh: as the target's file assumes them, as drawn, and as simulated with all parts on them."""
+"""Masses of the links: as assumed in the target's file, as drawn, and as simulated with all parts."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from synth.reports.reading import Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
-HOLDS = {"none": "nothing of its joints", "joint": "its joints' parts"}
+HOLDS = {"none": "no joint parts", "joint": "its joints' parts"}
 KINDS = (("assumed", "assumed"), ("drawn", "drawn parts"), ("built", "simulated"))
 
 
@@ -16,7 +16,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     """A row a link and kind of figure; parts whose mass is assumed; how parts and masses came to agree."""
     links = {name: link for name, link in mapping(result.content, "links").items() if isinstance(link, Mapping)}
     if not links:
-        return AbsentResult("no joints were drawn, so the links are as the target's file gives them")
+        return AbsentResult("no joints were drawn, so the links are those of the target's file")
     rows = [
         {"link": name, "holds": HOLDS.get(str(link.get("includes")), ""), "kind": words, **mapping(link, kind)}
         for name, link in links.items()
@@ -34,7 +34,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
 
 
 def _assumed(links: Mapping[str, Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Parts whose mass nobody weighed or computed, heaviest first."""
+    """Parts without a weighed or computed mass, heaviest first."""
     parts = [
         {"link": name, **part}
         for name, link in links.items()
@@ -45,7 +45,7 @@ def _assumed(links: Mapping[str, Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 
 
 def _seats(result: Result) -> list[Mapping[str, Any]]:
-    """How each seat is set for the spring in hand, where one was measured."""
+    """The seat setting for each measured spring."""
     found: list[Mapping[str, Any]] = []
     for name, joint in mapping(result.content, "joints").items():
         setting = mapping(joint, "seat", "setting") if isinstance(joint, Mapping) else {}

@@ -1,4 +1,4 @@
-"""The chosen parts, where they come from, and what the next best would cost."""
+"""The chosen parts, their sources, and the cost of the next best ones."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 SHOWN = 8  # alternatives of each part
-OFFERED = 4.0  # times or part of the wanted rate: a spring farther off makes another leg, whatever its response
+OFFERED = 4.0  # largest ratio to the wanted rate; a spring farther off would change the leg whatever its response
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:

@@ -1,4 +1,4 @@
-"""The confusion picture: what each planted cause was said to be."""
+"""The confusion matrix: the diagnosis of each planted cause."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from synth.reports.reading import Result
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 CELL = 15.0  # px
-VERDICTS = ("none", "unknown", "failed")  # that name nothing
+VERDICTS = ("none", "unknown", "failed")  # verdicts without a cause
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
-    """Rows are planted, columns said; verdicts that name nothing come last."""
+    """Rows are planted causes, columns diagnoses; verdicts without a cause come last."""
     rows = [row for row in sequence(result.content, "confusion") if isinstance(row, Mapping) and row.get("cases")]
     if not rows:
         return AbsentResult("no large cause was planted")
@@ -25,7 +25,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     columns = [name for name in columns if name in said]
     cells = [[_cell(row, name, true) for name in columns] for row, true in zip(rows, planted, strict=True)]
     names = [name.replace("_", " ") for name in columns]
-    figure = grid_figure("Planted and said", [p.replace("_", " ") for p in planted], names, cells, CELL)
+    figure = grid_figure("Planted and diagnosed", [p.replace("_", " ") for p in planted], names, cells, CELL)
     return {"figure": figure, "rung": sequence(result.content, "rungs")[2]}
 
 
@@ -34,4 +34,4 @@ def _cell(row: Mapping[str, Any], name: str, true: str) -> GridCell:
     return GridCell(count / row["cases"], str(count) if count else "", framed=name == true)
 
 
-SECTION = ReportSection("confusion", "What was taken for what", content, "rehearsal-confusion")
+SECTION = ReportSection("confusion", "Confusion matrix", content, "rehearsal-confusion")

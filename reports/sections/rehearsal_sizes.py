@@ -1,4 +1,4 @@
-"""The smallest of each cause that these trials show, and what it is taken for below and above."""
+"""The smallest size of each cause found in these trials, and its confusions."""
 
 from __future__ import annotations
 
@@ -36,4 +36,4 @@ def content(result: Result) -> dict[str, Any]:
     }
 
 
-SECTION = ReportSection("smallest", "The smallest that was named", content, "rehearsal-sizes")
+SECTION = ReportSection("smallest", "Smallest sizes found", content, "rehearsal-sizes")

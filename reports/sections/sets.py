@@ -1,4 +1,4 @@
-"""The chosen set of parts and the next best as they may come: what tolerances leave of the response, and why."""
+"""The chosen set of parts and the next best within tolerances: the forecast response, and its causes."""
 
 from __future__ import annotations
 
@@ -90,8 +90,8 @@ def _figure(sets: list[Json]) -> Markup | None:
         chance = share_text(item.get("chance"))
         bars.append(Bar(value, f"{brief(expected)}, {chance}", low, high, strong=index == 0))
         labels.append("chosen" if index == 0 else f"set {index + 1}")
-    heading = "expected response error with its 90 % interval, and the chance to stay within the wish"
+    heading = "expected response error with its 90 % interval, and the chance of staying within the limit"
     return bar_figure("Sets of parts under tolerance", labels, [BarColumn(heading, bars, most, 130.0)], WIDTH, LABEL)
 
 
-SECTION = ReportSection("sets", "Sets of parts, as they may come", content)
+SECTION = ReportSection("sets", "Sets of parts under tolerance", content)

@@ -1,4 +1,4 @@
-"""The sheet of a spring to make, or why none can be made and the nearest that can."""
+"""The sheet of a spring to make, or the limits that prevent it and the nearest possible ones."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WIND = (
     ("outer_diameter", "outside diameter, widest", "E16"), ("inside_diameter", "inside diameter, free", "E16"),
     ("body_coils", "coils of the body", "E17"), ("included_angle", "included angle of the free arms", "E17"),
     ("body_length", "body length, free", "E16"), ("wound_body_length", "body length at full travel", "E16"),
-    ("mandrel_diameter", "mandrel to begin with", "E18"), ("mandrel_turns", "turns on it", "E18"),
+    ("mandrel_diameter", "first mandrel to try", "E18"), ("mandrel_turns", "turns on it", "E18"),
     ("wire_length", "wire length", "E16"), ("mass", "mass", "E16"),
 )  # fmt: skip
 ACT = (

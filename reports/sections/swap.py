@@ -1,4 +1,4 @@
-"""Parts to swap and to tune in the page: the plots that its script fills, and what stands there without it."""
+"""Parts to swap and tune in the page: the plots filled by its script, and their content without it."""
 
 from __future__ import annotations
 

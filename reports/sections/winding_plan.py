@@ -41,7 +41,7 @@ def closing_words(hand: str, arms: str = "tangent") -> str:
     if arms != "tangent":
         does = "closes the coil, while the angle between the arms opens"
     return (
-        f"{hand}-hand: seen from either end the coil runs away from you {sense}. Fit it so that work turns the far arm "
+        f"{hand}-hand: seen from either end the coil runs away from you {sense}. Let the load turn the far arm "
         f"{sense} against the near one, which {does}"
     )
 
@@ -59,7 +59,7 @@ def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
         f"Wind {text(mandrel.get('turns'))} turns, {hand}-hand and touching, on a mandrel of "
         f"{text(mandrel.get('diameter'))}: after spring-back that leaves {text(make.get('body_coils'))} coils of "
         f"{text(make.get('inside_diameter'))} inside. Spring-back differs from wire to wire: wind a trial coil first "
-        "and change the mandrel by as much as the coil is off."
+        "and correct the mandrel by the coil's error."
     )
     bend = mapping(make, "arms").get("bend_radius")
     bent = "" if bend is None else f", bent with an inside radius of {text(bend)} or more"
@@ -69,7 +69,7 @@ def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
     )
     relief = make.get("stress_relief")
     steps.append(f"Relieve stress: {relief}." if relief else f"Relieve stress as the maker of the {wire} says.")
-    steps.append("Measure the free angle and the torque below, and turn the joint's arm to suit the angle that it has.")
+    steps.append("Measure the free angle and the torque below, and set the joint's arm to the measured angle.")
     return steps
 
 

@@ -200,7 +200,7 @@ def test_what_cannot_be_printed_is_told_with_the_dimension_that_would_help(leg):
     joint = leg.joints[2]
     printing = replace(leg.dimensions.printing, thinnest=4.0, bed=(60.0, 60.0, 60.0))
     told = {check.name: str(check) for check in check_printing(joint, printing) if not check.passed}
-    assert "a larger wall" in told["print: wall"]
+    assert "increase wall" in told["print: wall"]
     assert "printing.bed" in told["print: bed"]
     # A larger wall does thicken what is thin.
     (thin, thick) = (

@@ -185,7 +185,7 @@ def test_the_command_answers_first_and_writes_only_where_asked(
     said = capsys.readouterr().out
     assert said.splitlines()[0].startswith("7 recordings can be used")
     assert {path.name for path in (tmp_path / "out").iterdir()} >= {"check.json", "report.html"}
-    assert "What passes for what" in (tmp_path / "out" / "report.html").read_text()
+    assert "Inseparable causes" in (tmp_path / "out" / "report.html").read_text()
 
 
 @pytest.mark.parametrize(

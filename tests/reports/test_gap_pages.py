@@ -194,8 +194,8 @@ def test_the_same_result_gives_the_same_bytes(written: Folder, effect: GapResult
 @pytest.mark.parametrize(
     ("verdict", "words"),
     [
-        ("effect", "the trials say what is missing"),
-        ("none", "nothing is missing"),
+        ("effect", "the trials identify the cause"),
+        ("none", "no effect is missing"),
         ("tie", "These cannot be told apart on these trials"),
         ("unknown", "no effect in the library explains"),
     ],
@@ -205,8 +205,8 @@ def test_every_verdict_has_its_page(written: Folder, verdict: str, words: str) -
     assert words in page.text
     assert ("No explanation was accepted" in page.text) == (verdict in ("none", "unknown"))
     assert ("The likeliest of the explanations that tie" in page.text) == (verdict == "tie")
-    assert ("that comes nearest, not accepted" in page.text) == (verdict == "unknown")
-    assert "none: nothing is missing" in page.text
+    assert ("nearest explanation, not accepted" in page.text) == (verdict == "unknown")
+    assert "none: no effect is missing" in page.text
     assert "unknown: not in the library" in page.text
 
 
