@@ -104,8 +104,8 @@ def test_the_next_trial_is_an_entry_of_a_project(found: dict[str, Any]) -> None:
 
 def test_the_page_tells_it_all(damped: Path, found: dict[str, Any]) -> None:
     page = (damped / "report.html").read_text()
-    for title in ("Where the gap lies", "Which effect causes it", "Reduction of the gap", "How high, and across designs",
-                  "What to record next"):  # fmt: skip
+    for title in ("Where the gap lies", "Which effect causes it", "Reduction of the gap",
+                  "How high, and across designs", "What to record next"):  # fmt: skip
         assert f"<h2>{title}</h2>" in page
     assert found["sentence"].split(",")[0] in page.replace("&#39;", "'")
     assert "Left out" not in page
