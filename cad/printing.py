@@ -110,7 +110,7 @@ def on_bed(mesh: Mesh, up: Axis, bed: tuple[float, float, float]) -> tuple[tuple
 
 
 def plan_part(joint: BuiltJoint, part: BuiltPart, printing: PrintDimensions) -> PrintPlan:
-    The best orientation: first those that fit the bed and bear the load, then least support, then lowest height."""
+    """The best orientation: first those that fit the bed and bear the load, then least support, then lowest height.
 
     Gates, files and report ask for it each: the joint keeps it.
     """
