@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check pages docs blind blind-jumps blind-rigs blind-servos rigs tune bench robustness universal mutants architecture matrix removal fuzz fuzz-files kill format example lock clean
+.PHONY: help setup demo test check pages docs blind blind-jumps blind-rigs blind-servos rigs tune bench robustness universal mutants architecture matrix scale removal fuzz fuzz-files kill format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -65,6 +65,16 @@ bench: $(READY)  ## speed, beside other engines in the same run: build/bench/ben
 
 matrix: $(READY)  ## a test of each room with Python 3.11, 3.12, 3.13, locked and lowest versions (TESTS=tests: all): build/matrix
 	$(BIN)/python tools/matrix.py --to build/matrix --workers $(WORKERS) $(TESTS)
+
+scale: PROJECTS = 300
+scale: TRIALS = 1000
+scale: ROWS = 1000000
+scale: PARTS = 100000
+scale: DESIGNS = 1000000
+scale: SHARE = 1
+scale: $(READY)  ## time and memory of PROJECTS, TRIALS, ROWS, PARTS, DESIGNS at 1/4, 1/2, 1 (SHARE=0.01: of each; CASES=fits,rows): build/scale
+	PYTHONPATH=tests:. $(BIN)/python -m scale --to build/scale --share $(SHARE) $(if $(CASES),--cases $(CASES)) --fits $(PROJECTS) \
+		--gaps $(PROJECTS) --trials $(TRIALS) --rows $(ROWS) --parts $(PARTS) --designs $(DESIGNS)
 
 removal: COUNT = 200
 removal: SEED = 1
