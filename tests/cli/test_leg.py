@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from result_fields import require_explained
 from synth.cli import main
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "synth" / "examples"
@@ -34,6 +35,10 @@ def result(project: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def design(result: Path) -> dict[str, object]:
     return json.loads((result / "design.json").read_text())  # type: ignore[no-any-return]
+
+
+def test_every_field_has_a_text_in_the_reference(design: dict) -> None:  # type: ignore[type-arg]
+    require_explained("design.json", design)
 
 
 def hashes(folder: Path) -> dict[str, str]:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from result_fields import require_explained
 from synth.cli import main
 from synth.comparison.compare_sides import Comparison, compare
 from synth.comparison.recorded_sides import standard_release
@@ -130,6 +131,7 @@ def _write_truth(project: Path, path: Path) -> None:
 def test_the_fitted_leg_moves_like_the_one_that_was_recorded(beside: Path) -> None:
     """The example's samples scatter by 0.1 deg; the truth and the fit agree to less."""
     document = json.loads((beside / "compare.json").read_text())
+    require_explained("compare.json", document)
     by_pair = {(item["from"], item["of"]): item for item in document["differences"]}
     assert by_pair["fit fitted", "true"]["overall"]["value"] < 0.1
     assert by_pair["fit recorded", "fit fitted"]["overall"]["value"] == pytest.approx(0.1, abs=0.03)

@@ -3,28 +3,46 @@
 from __future__ import annotations
 
 import json
-import re
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 import synth
+from diagnosis.made_result import made_result
+from result_fields import require_explained, unexplained
+from synth.api.gap_folder import _entry
 from synth.cli import main
 from synth.files.hopper_gap_project import is_hopper_gap
+from synth.files.reference.catalogue_texts import CATALOGUES
 from synth.files.reference.json_schema import json_schema
 from synth.files.reference.keys import model_of, rows
 from synth.files.reference.pages import pages
-from synth.files.reference.result_texts import COLUMNS, RESULTS
+from synth.files.reference.result_texts import COLUMNS
 from synth.files.reference.sections import KINDS, sections
 from synth.files.reference.texts import KIND_TEXTS, SECTION_TEXTS, TEXTS
 from synth.files.validate import COMMANDS
 from synth.files.yaml_lines import load
+from synth.parts.rows import (
+    CatalogueRow,
+    CurvePointRow,
+    DamperRow,
+    GearMotorRow,
+    MaterialRow,
+    TorsionSpringRow,
+    WireRow,
+)  # fmt: skip
 
 ROOT = Path(synth.__file__).parent
 FOLDER = ROOT.parent / "docs" / "reference"
 EXAMPLES = sorted((ROOT / "examples").rglob("*.yaml"))
+ROWS: dict[type[CatalogueRow], str] = {
+    TorsionSpringRow: "torsion_springs.csv",
+    DamperRow: "dampers.csv",
+    CurvePointRow: "damper_curves.csv",
+    WireRow: "wire_diameters.csv",
+    MaterialRow: "wire_materials.csv",
+    GearMotorRow: "gearmotors.csv",
+}
 EVERY = [(kind, section) for kind, whole in KINDS.items() for section in sections(whole).values()]
 
 
@@ -80,23 +98,25 @@ def test_a_bare_number_is_no_quantity_for_the_schema() -> None:
         assert list(jsonschema.Draft7Validator(link).iter_errors(good | bad))
 
 
-def paths_of(value: Any, place: str, names: set[str]) -> set[str]:
-    """Paths of a result's fields; a quantity is one field, a name of ``names`` is NAME."""
-    if isinstance(value, dict) and not {"value", "unit"} <= value.keys():
-        found = set()
-        for key, inner in value.items():
-            named = "NAME" if key in names or " of the " in key or key.endswith((".csv", ".yaml")) else key
-            found |= paths_of(inner, f"{place}.{named}" if place else named, names)
-        return found
-    if isinstance(value, list) and value and isinstance(value[0], (dict, list)):
-        return set().union(*(paths_of(item, f"{place}[]", names) for item in value))
-    return {place}
+def test_every_field_of_a_diagnosis_has_a_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("synth.api.gaps.diagnose", lambda *rest, **options: made_result())
+    synth.gap(ROOT / "examples" / "gap" / "gap.yaml").save(tmp_path / "gap")
+    content = json.loads((tmp_path / "gap" / "gap.json").read_text(encoding="utf-8"))
+    require_explained("gap.json", content)
+    many = {"format": "", "versions": {"synth": ""}, "legs": [_entry("name", tmp_path / "gap")], "failed": []}
+    require_explained("gaps.json", many)
 
 
-def unexplained(found: set[str], texts: Mapping[str, str]) -> set[str]:
-    """Paths that no text's path fits, NAME standing for any word."""
-    patterns = [re.compile(re.escape(key).replace("NAME", r"[^.\[\]]+")) for key in texts]
-    return {path for path in found if not any(pattern.fullmatch(path) for pattern in patterns)}
+def test_every_column_of_a_catalogue_has_a_text() -> None:
+    catalogs = ROOT / "_catalogs"
+    assert {path.name for path in catalogs.glob("*.csv")} == set(CATALOGUES)
+    for name, texts in CATALOGUES.items():
+        head = (catalogs / name).read_text(encoding="utf-8").splitlines()[0]
+        assert [column for column in head.split(",") if column.split(" [")[0] not in texts] == [], name
+    for row, name in ROWS.items():
+        columns = {item.name for item in row.columns()}
+        assert columns - set(CATALOGUES[name]) == set(), name
+        assert set(CATALOGUES[name]) - columns == set(), name
 
 
 def test_every_field_of_a_result_has_a_text(tmp_path: Path) -> None:
@@ -108,11 +128,9 @@ def test_every_field_of_a_result_has_a_text(tmp_path: Path) -> None:
         == 0
     )
     names = {*fitted.joints, "trials", "synth", "numpy", "scipy"} - {"trials"}
-    for name, texts in RESULTS.items():
+    for name in ("fit.json", "import.json", "spring.json"):
         content = json.loads((tmp_path / name.removesuffix(".json") / name).read_text(encoding="utf-8"))
-        found = paths_of(content, "", names)
-        empty = {path for path in found if path.split(".")[-1] in ("rise_time", "damping_ratio", "damped_frequency")}
-        assert unexplained(found - empty, texts) == set(), name
+        require_explained(name, content, names)
     head = (tmp_path / "fit" / "responses" / "source" / "check.csv").read_text(encoding="utf-8").splitlines()[0]
     for column in head.split(","):
         assert not unexplained({column}, COLUMNS["responses/source/*.csv of synth fit"])

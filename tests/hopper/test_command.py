@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from result_fields import require_explained
 from synth.cli import main
 from synth.files import hopper_project as files
 from synth.hopper.study import sweep_problem
@@ -41,6 +42,10 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def found(result: Path) -> dict:  # type: ignore[type-arg]
     return json.loads((result / "hopper.json").read_text())  # type: ignore[no-any-return]
+
+
+def test_every_field_has_a_text_in_the_reference(found: dict) -> None:  # type: ignore[type-arg]
+    require_explained("hopper.json", found)
 
 
 def designs(folder: Path) -> list[dict[str, str]]:

@@ -39,17 +39,6 @@ def test_every_line_of_the_file_is_a_row(family: str) -> None:
         assert (unit is None) == (item.metadata["unit"] is None), title
 
 
-@pytest.mark.parametrize("family", FAMILIES)
-def test_readme_explains_every_column(family: str) -> None:
-    readme = (catalog_folder() / "README.md").read_text(encoding="utf-8")
-    section = readme.split(f"## {family}.csv")[1].split("\n## ")[0]
-    conventions = readme.split("## torsion_springs.csv")[0]
-    with (catalog_folder() / f"{family}.csv").open(encoding="utf-8", newline="") as stream:
-        for title in next(csv.reader(stream)):
-            bare = title.split("[")[0].strip()
-            assert f"`{bare}`" in section + conventions, title
-
-
 @pytest.mark.parametrize("row", ALL_ROWS, ids=_name)
 def test_every_row_is_traceable_and_its_numbers_allowed(row: CatalogueRow) -> None:
     assert row.source

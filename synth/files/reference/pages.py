@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 
+from synth.files.reference.catalogue_texts import CATALOGUES
 from synth.files.reference.json_schema import json_schema
 from synth.files.reference.keys import KeyRow, rows
+from synth.files.reference.result_schema import result_schema
 from synth.files.reference.result_texts import COLUMNS, RESULTS
 from synth.files.reference.sections import KINDS, KeySection, kind_word, sections
 from synth.files.reference.texts import KIND_TEXTS, SECTION_TEXTS
@@ -19,6 +21,10 @@ def pages() -> dict[str, str]:
     found |= {f"{kind}.schema.json": json.dumps(json_schema(kind), indent=1) + "\n" for kind in KINDS}
     found["README.md"] = _overview()
     found["results.md"] = _results()
+    for name in RESULTS:
+        schema = json.dumps(result_schema(name), indent=1) + "\n"
+        found[f"{name.removesuffix('.json')}.result.schema.json"] = schema
+    found["catalogues.md"] = _catalogues()
     return found
 
 
@@ -37,7 +43,8 @@ def _overview() -> str:
         lines.append(f"| [{kind}]({kind}.md) | {what} | {command} |")
     lines += [
         "",
-        "Fields of results and columns of tables: [results](results.md). Columns of catalogues: `catalogs/README.md`.",
+        "Fields of results and columns of tables: [results](results.md). Columns of catalogues: "
+        "[catalogues](catalogues.md).",
         "",
         "An editor with the YAML language server checks and completes a file whose first line names its schema:",
         "",
@@ -57,11 +64,24 @@ def _results() -> str:
         "",
         'A field with a unit is `{"value", "unit"}`, with `interval90` (a 90 %',
     ]
-    lines += ["interval) where it is an estimate. `NAME` stands for a name, `[]` for the items of a list.", ""]
+    lines += [
+        "interval) where it is an estimate. `NAME` stands for a name, `[]` for the items of a list, `WHY` for any text."
+    ]
+    lines += ["`gap.result.schema.json` and its like beside this page say the same to programs.", ""]
     for head, texts in {**RESULTS, **COLUMNS}.items():
         what = "column" if head in COLUMNS else "field"
         lines += [f"## {head}", "", f"| {what} | meaning |", "|---|---|"]
         lines += [f"| `{key}` | {text} |" for key, text in texts.items()]
+        lines.append("")
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _catalogues() -> str:
+    """Columns of the tables in ``catalogs``."""
+    lines = [NOTE, "", "# Catalogues", "", "`catalogs/README.md` says how the tables are to be written and read.", ""]
+    for file, texts in CATALOGUES.items():
+        lines += [f"## {file}", "", "| column | meaning |", "|---|---|"]
+        lines += [f"| `{column}` | {text} |" for column, text in texts.items()]
         lines.append("")
     return "\n".join(lines).rstrip() + "\n"
 

@@ -1,70 +1,18 @@
 """Meaning of each field of a result file, by file and path; a test compares the paths with real results.
 
-``NAME`` stands for the name of a joint, a file or a source, ``[]`` for the items of a list. A field with a unit is
+``NAME`` stands for the name of a joint, a file or a source, ``[]`` for the items of a list, ``WHY`` for any text.
+A field with a unit is
 ``{"value", "unit"}``, with ``interval90`` for an estimate; its unit is the file's own.
 """
 
 from __future__ import annotations
 
-_SHA = "SHA-256 of each input file."
+from synth.files.reference.design_result_texts import DESIGN
+from synth.files.reference.fit_result_texts import FIT, SPRING_TO_MAKE
+from synth.files.reference.gap_result_texts import FITS, GAP, GAPS, LEGS
+from synth.files.reference.hopper_result_texts import COMPARE, HOPPER
 
-FIT = {
-    "format": "Name and version of the form.",
-    "joints.NAME.spring_rate": "Torque per angle.",
-    "joints.NAME.damper_rate": "Torque per speed; omitted if the damper has a curve.",
-    "joints.NAME.free_angle": "Measured angle at which the spring is unloaded.",
-    "joints.NAME.free_angle_spread": "Standard deviation of the free angle from trial to trial.",
-    "rms.NAME": "Root mean square of the joint's angle error over all counted samples.",
-    "clipped_rms.NAME": "The same with residuals cut at six robust standard deviations.",
-    "noise.NAME": "The joint's noise as estimated by the fit.",
-    "free_angle.mode": "`common` or `per_trial`.",
-    "free_angle.why": "Why.",
-    "free_angle.variants[].free_angle": "A treatment of the free angle, for comparison.",
-    "free_angle.variants[].spring_rate.NAME": "Spring rate with it.",
-    "free_angle.variants[].damper_rate.NAME": "Damper rate with it.",
-    "free_angle.variants[].rms.NAME": "Error with it.",
-    "free_angle.variants[].free_angle_spread.NAME": "Spread of the free angle with it.",
-    "not_separable": "Parameters that these trials do not determine.",
-    "proposals": "Measurements that would determine them.",
-    "static": "Static points used in addition to trials.",
-    "intervals.by": "Method of the intervals.",
-    "interval_sources[].joint": "The joint.",
-    "interval_sources[].quantity": "The estimate.",
-    "interval_sources[].half_width90": "Its half width.",
-    "interval_sources[].shares.NAME": "Share of its variance due to a source; they sum to 1.",
-    "interval_sources[].text": "The same in words.",
-    "tolerance.NAME.NAME": "Standard deviation of a link's parameter.",
-    "fitted_from": "Time after each recording's first sample from which it was fitted.",
-    "defaults[].key": "A key that the project omits.",
-    "defaults[].value": "The value used.",
-    "defaults[].why": "Why.",
-    "warnings": "Warnings.",
-    "method": "Estimation method.",
-    "cost": "Cost that was minimised.",
-    "iterations": "Steps of the last stage.",
-    "reason": "Why it stopped.",
-    "lost_samples": "Isolated outliers that were left out.",
-    "trials[].file": "The recording.",
-    "trials[].held_out": "Whether it was only scored.",
-    "trials[].locked": "Joints that were locked.",
-    "trials[].tilt": "The base's tilt in it.",
-    "trials[].tip_mass.mass": "Mass added to the last link.",
-    "trials[].tip_mass.inertia": "Inertia of that mass about its own centre.",
-    "trials[].tip_mass.at": "Its position along the last link.",
-    "trials[].rms.NAME": "Error of each joint in it.",
-    "trials[].free_angle.NAME": "Free angle in it.",
-    "trials[].initial_angle.NAME": "Angle at its first sample, as fitted.",
-    "trials[].initial_rate.NAME": "Speed at its first sample, as fitted.",
-    "trials[].recorded_initial_angle.NAME": "Angle from the first samples only.",
-    "trials[].recorded_initial_rate.NAME": "Speed from the first samples only.",
-    "trials[].rise_time.NAME": "From 10 to 90 % of the way from the first angle to rest.",
-    "trials[].damping_ratio.NAME": "Of the nearest second-order oscillation.",
-    "trials[].damped_frequency.NAME": "Of the nearest second-order oscillation.",
-    "trials[].overshoot.NAME": "Beyond rest, as a share of the first deflection.",
-    "trials[].settling_time.NAME": "Until the angle stays within 2 % of the first deflection.",
-    "trials[].damping_ratio_validity.NAME": "How far one oscillation describes the joint.",
-    "inputs.NAME": _SHA,
-}
+_SHA = "SHA-256 of each input file."
 
 IMPORT = {
     "format": "Name and version of the form.",
@@ -94,87 +42,12 @@ IMPORT = {
     "versions.NAME": "Of the program and its libraries.",
 }
 
-_SPRING = {
-    "wire_diameter": "Diameter of the wire.",
-    "mean_diameter": "Mean diameter of the coil, free.",
-    "outer_diameter": "Outer diameter, free.",
-    "inside_diameter": "Inside diameter, free.",
-    "wound_inside_diameter": "Inside diameter at full travel.",
-    "body_length": "Length of the coil, free.",
-    "wound_body_length": "Length of the coil at full travel.",
-    "body_coils": "Coils of the body.",
-    "active_coils": "Coils that bend, with the legs' share.",
-    "count": "Springs in parallel.",
-    "material": "Wire.",
-    "hand": "Right or left wound.",
-    "included_angle": "Between the free spring's legs.",
-    "leg_convention": "How the legs leave the coil.",
-    "leg_lengths[]": "Of each leg, to where the load acts.",
-    "rate": "Torque per angle.",
-    "rate_formula": "The formula of the rate.",
-    "rate_bending_form": "By E d^4/(64 D N).",
-    "rate_friction_form": "By 10.8 per turn, with friction between coils.",
-    "index": "Mean diameter over wire diameter.",
-    "curvature_factor": "Stress at the coil's inside over that of a straight bar.",
-    "elastic_modulus": "Of the wire.",
-    "travel": "Largest angle that winds it up.",
-    "opening_travel": "Largest angle the other way.",
-    "free_travel": "Angle at which it yields.",
-    "moment": "Torque at full travel.",
-    "energy": "Stored at full travel.",
-    "stress": "At full travel.",
-    "allowed_stress": "Yield over the required safety.",
-    "opening_stress": "Stress in the opening direction.",
-    "allowed_opening_stress": "Lower, because residual stresses of winding add to it.",
-    "stress_range_en": "By EN 13906-3, over the whole travel.",
-    "safety": "Yield over stress.",
-    "yield_stress": "In bending.",
-    "yield_source": "Its source.",
-    "tensile_strength": "Of the wire at its diameter.",
-    "strength_basis": "Least, or as stated.",
-    "strength_source": "Its source.",
-    "stress_relief": "Heat after winding.",
-    "surge_frequency": "Natural frequency of the coils.",
-    "mass": "Of one spring.",
-    "wire_length": "To cut.",
-    "mandrel.diameter": "First size to try.",
-    "mandrel.turns": "On it.",
-    "arms.force": "On each arm at full travel.",
-    "arms.stress": "In each arm.",
-    "arms.share_of_angle": "Share of the travel due to bending of the arms.",
-    "fatigue.safety_1e5": "Strength over stress for 100 000 full turns (Gerber).",
-    "fatigue.safety_1e6": "The same for a million.",
-    "fatigue.stress_mean": "Of each turn.",
-    "fatigue.stress_amplitude": "Of each turn.",
-    "fatigue.source": "Source of the strength.",
-    "codes[].code": "A code of practice.",
-    "codes[].stress": "By it.",
-    "codes[].allowed": "By it.",
-    "codes[].safety": "By it.",
-    "codes[].source": "Its source.",
-    "load_points[].angle": "From rest.",
-    "load_points[].torque": "There.",
-    "load_points[].within": "Plus or minus.",
-    "grade.standard": "The standard of tolerances.",
-    "grade.torque": "Grade of the torque.",
-    "grade.free_angle": "Grade of the free angle.",
-    "grade.coil_diameter": "Grade of the coil's diameter.",
-    "grade.leg_length": "Grade of the legs' length.",
-    "tolerance.rate": "Of the rate, plus or minus.",
-    "tolerance.free_angle": "Of the free angle.",
-    "tolerance.wire_diameter": "Of the wire.",
-    "tolerance.mean_diameter": "Of the coil.",
-    "tolerance.body_coils": "Of the coils.",
-    "violations": "Limits that are not met.",
-    "warnings": "Warnings.",
-}
-
 SPRING = {
     "format": "Name and version of the form.",
     "wanted.NAME": "The request.",
     "wanted.leg_lengths[]": "Of each leg, to where the load acts.",
-    **{f"make.{key}": text for key, text in _SPRING.items()},
-    **{f"alternatives[].{key}": text for key, text in _SPRING.items()},
+    **{f"make.{key}": text for key, text in SPRING_TO_MAKE.items()},
+    **{f"alternatives[].{key}": text for key, text in SPRING_TO_MAKE.items()},
     "binding": "Limits that prevent it.",
     "nearest": "The nearest springs that can be made.",
     "lasting": "Changes that would reach the design life.",
@@ -182,7 +55,18 @@ SPRING = {
     "notes": "Notes.",
 }
 
-RESULTS = {"fit.json": FIT, "import.json": IMPORT, "spring.json": SPRING}
+RESULTS = {
+    "fit.json": FIT,
+    "fits.json": FITS,
+    "gap.json": GAP,
+    "gaps.json": GAPS,
+    "design.json": DESIGN,
+    "legs.json": LEGS,
+    "hopper.json": HOPPER,
+    "compare.json": COMPARE,
+    "import.json": IMPORT,
+    "spring.json": SPRING,
+}
 
 # Columns of the tables that are read and written; NAME is a joint's name.
 COLUMNS = {
