@@ -4,6 +4,7 @@ from __future__ import annotations
 
 _PART = {"part": "As the vendor writes it.", "vendor": "Who sells it."}
 _STATUS = {
+    "price": "Of one, in your words and currency; the built-in tables state none.",
     "status": "`complete`, or what is missing or wrong; left out of your own table, it is worked out.",
     "source": "Where the row comes from.",
     "as_published": "The original figures and units.",

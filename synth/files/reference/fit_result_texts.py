@@ -36,6 +36,9 @@ FIT = {
     "defaults[].value": "The value used.",
     "defaults[].why": "Why.",
     "warnings": "Warnings.",
+    "warnings[].text": "The warning.",
+    "warnings[].severity": "How much it matters.",
+    "warnings[].joint": "Joint, or null for all.",
     "method": "Estimation method.",
     "cost": "Cost that was minimised.",
     "iterations": "Steps of the last stage.",
@@ -136,4 +139,7 @@ SPRING_TO_MAKE = {
     "tolerance.body_coils": "Of the coils.",
     "violations": "Limits that are not met.",
     "warnings": "Warnings.",
+    "warnings[].text": "The warning.",
+    "warnings[].severity": "How much it matters.",
+    "warnings[].joint": "Joint, or null for all.",
 }
