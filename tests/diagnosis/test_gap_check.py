@@ -130,7 +130,7 @@ def _holes(trial: Trial) -> Trial:
     [
         (_frozen, "fault", "frozen there", "knee"),
         (_held, "fault", "frozen, or the joint was held", "hip"),
-        (_holes, "doubt", "1 hole in its samples", ""),
+        (_holes, "doubt", "1 gap in its samples", ""),
     ],
 )
 def test_a_damaged_recording_is_named(tamper: Callable[[Trial], Trial], level: str, words: str, joint: str) -> None:
@@ -164,7 +164,7 @@ def test_seconds_labelled_milliseconds_are_named() -> None:
 def test_too_few_samples_and_coarse_counts_are_named() -> None:
     trials = recorded(off(TWO, 3), seed=1, noise=1e-6)
     few = [replace(t, time=t.time[::12], angles=t.angles[::12]) for t in trials]
-    assert any("samples a period" in each.text for each in run.check(project(TWO, few)).findings)
+    assert any("samples per period" in each.text for each in run.check(project(TWO, few)).findings)
     count = np.radians(3.0)
     coarse = [replace(t, angles=np.round(t.angles / count) * count) for t in trials]
     assert any("one count is 3 deg" in each.text for each in run.check(project(TWO, coarse)).findings)
@@ -175,7 +175,7 @@ def test_a_late_channel_is_measured() -> None:
     found = run.check(project(TWO, recorded(late, noise=np.radians(0.02))))
     lag = next(each for each in found.lags if each.joint == "knee")
     assert lag.late.value == pytest.approx(0.02, rel=0.25)
-    assert any("late against the other channels" in each.text and each.joint == "knee" for each in found.findings)
+    assert any("later than the other channels" in each.text and each.joint == "knee" for each in found.findings)
 
 
 def test_the_command_answers_first_and_writes_only_where_asked(

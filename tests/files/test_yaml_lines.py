@@ -61,7 +61,7 @@ def test_plain_values(tmp_path: Path) -> None:
         ("a: !!set {x, y}\n", 1, "tag"),
         ("a: !!python/name:os.system\n", 1, "tag"),
         ("a: *nothing\n", 1, "not valid YAML"),
-        ("? [1, 2]\n: 3\n", 1, "must be a word"),
+        ("? [1, 2]\n: 3\n", 1, "must be text"),
         (b"a: 1\nb: \xff\xfe\n", 2, "UTF-8"),
         ("a: 1\nb: \x07\n", 2, "not valid YAML"),
     ],

@@ -70,15 +70,15 @@ def test_version_7_3_is_refused_with_the_way_out(tmp_path: Path) -> None:
     ("column", "message"),
     [
         ("thetas(:,1)", r'hip: |there is no "thetas"; did you mean theta\?'),
-        ("theta", r'"theta" is 300 x 3; say which column, like theta\(:,1\)'),
+        ("theta", r'"theta" is 300 x 3; choose a column, like theta\(:,1\)'),
         ("theta(:,4)", r'"theta\(:,4\)" reaches outside: it is 300 x 3, and counting begins at 1'),
         ("theta(:,0)", r"counting begins at 1"),
         ("theta(:,:)", r"one index is a colon and the other a number"),
-        ("theta[:,1]", r"is no column; write it like angles\(:,2\)"),
+        ("theta[:,1]", r"is not a column; write it like angles\(:,2\)"),
         ("trial", r'"trial" is a struct, where a matrix of numbers is needed'),
         ("trial.nam", r'no "nam" in trial; did you mean name\?'),
         ("trial.name", r'"trial.name" is of type str'),
-        ("trial.leg.rows(1,:)(2)", r"is no column"),
+        ("trial.leg.rows(1,:)(2)", r"is not a column"),
     ],
 )
 def test_names_that_lead_nowhere(file: Path, column: str, message: str) -> None:
@@ -88,7 +88,7 @@ def test_names_that_lead_nowhere(file: Path, column: str, message: str) -> None:
 
 
 def test_lengths_units_and_no_mapping_at_all(file: Path, tmp_path: Path) -> None:
-    with pytest.raises(UserError, match=r"which of its variables.*t \(300\), theta \(300 x 3\), trial.hip \(300\)"):
+    with pytest.raises(UserError, match=r"choose the variables.*t \(300\), theta \(300 x 3\), trial.hip \(300\)"):
         imported(file, Mapping(frame_rate=200.0))
     with pytest.raises(UserError, match=r'hip: the file does not state the unit of "theta\(:,1\)"'):
         imported(file, Mapping(frame_rate=200.0, joints=COLUMNS | {"hip": JointColumn("theta(:,1)")}))
@@ -96,5 +96,5 @@ def test_lengths_units_and_no_mapping_at_all(file: Path, tmp_path: Path) -> None
     with pytest.raises(UserError, match=r"columns differ in length \(theta\(:,1\): 30"):
         imported(tmp_path / "b.mat")
     (tmp_path / "c.mat").write_text("text")
-    with pytest.raises(UserError, match=r"is damaged or no MAT file \(.*truncated"):
+    with pytest.raises(UserError, match=r"is damaged or not a MAT file \(.*truncated"):
         import_file(tmp_path / "c.mat", leg(), MAPPING, name="c.mat", form="matlab")
