@@ -162,7 +162,7 @@ def test_the_other_simulators_files_are_read_and_what_they_lose_is_said(result: 
     mujoco = pytest.importorskip("mujoco")
     assert mujoco.MjModel.from_xml_path(str(result / "leg.urdf")).nq == 3
     assert "spring_stiffness" in (result / "leg.sdf").read_text()
-    lost = [warning["text"] for warning in design["warnings"] if "does not hold all" in warning["text"]]
+    lost = [warning["text"] for warning in design["warnings"] if "does not represent all" in warning["text"]]
     assert [text.split()[0] for text in lost] == ["leg.urdf", "leg.sdf"]
 
 

@@ -68,14 +68,14 @@ def test_a_drive_is_read_and_written(tmp_path: Path, drive: str, wanted: Servo |
     ("drive", "words"),
     [
         ("{kind: servo}", '"gain" is missing'),
-        ("{kind: servo, gain: 20 N*m/rad, supply: 12 V}", '"supply" means nothing'),
+        ("{kind: servo, gain: 20 N*m/rad, supply: 12 V}", '"supply" does not apply'),
         ("{kind: servo, gain: 20 N*m/rad, " + MOTOR + ", supply: 12 V}", "with a motor a gain is a duty"),
         ("{kind: servo, gain: 2 1/rad}", "without a motor a gain is a torque"),
         ("{kind: servo, gain: -2 N*m/rad}", "at least 0"),
         ("{kind: servo, gain: 2 1/rad, " + MOTOR + "}", '"supply" is missing'),
         ("{kind: voltage}", '"motor" is missing'),
         ("{kind: voltage, motor: {torque_constant: 1 N*m/A}}", '"resistance" of the motor is missing'),
-        ("{kind: torque, delay: 5 ms, motor: {torque_constant: 1 N*m/A}}", '"delay" means nothing'),
+        ("{kind: torque, delay: 5 ms, motor: {torque_constant: 1 N*m/A}}", '"delay" does not apply'),
         ("{kind: hydraulic}", "hydraulic"),
     ],
 )

@@ -260,7 +260,7 @@ def test_init_refuses_what_does_not_belong_together(tmp_path: Path, capsys: pyte
     assert "--from" in capsys.readouterr().err
     assert main(["init", "hopper", str(tmp_path / "p"), "--from", "x.xml"]) == 2
     said = capsys.readouterr().err
-    assert "not for hopper" in said
+    assert "not with hopper" in said
     assert "--chain" in said
     assert not (tmp_path / "p").exists()
 

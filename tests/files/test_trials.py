@@ -389,7 +389,7 @@ def test_one_recording_in_milliseconds_or_with_exchanged_columns_is_named(tmp_pa
     assert (slow.file, slow.key) == ("1.csv", "time [s]")
     (slow,) = several(tmp_path, lambda values: values * [200.0, 1.0, 1.0])
     assert slow.file == "1.csv"
-    assert "200 times what the other recordings have (0.001 s)" in slow.text
+    assert "200 times the step of the other recordings (0.001 s)" in slow.text
     (swapped,) = several(tmp_path, lambda values: values[:, [0, 2, 1]])
     assert swapped.file == "1.csv"
     assert "the columns of hip and knee look exchanged" in swapped.text
