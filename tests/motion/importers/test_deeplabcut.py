@@ -161,7 +161,7 @@ def test_one_animal_of_several(tmp_path: Path) -> None:
         (Mapping(points=("hip", "kne", "ankle", "toe"), frame_rate=RATE), r'no point "kne"; did you mean knee\?'),
         (Mapping(points=("hip", "knee", "knee", "toe"), frame_rate=RATE), r"a point is listed twice"),
         (Mapping(points=PARTS, frame_rate=RATE, plane=("x", "z")), r"plane: does not apply to a file of format deep"),
-        (Mapping(points=PARTS, frame_rate=RATE, individual="a"), r'no individual "a"; the file is of one animal'),
+        (Mapping(points=PARTS, frame_rate=RATE, individual="a"), r'no individual "a"; the file has one animal'),
     ],
 )
 def test_mistakes_of_the_mapping(tmp_path: Path, mapping: Mapping, message: str) -> None:

@@ -147,7 +147,7 @@ def test_points_in_space_lie_in_the_plane_that_fits_best(tmp_path: Path) -> None
         as_they_went_in(found, form, 1e-5)
         told = " ".join(found.notes)
         assert f"{np.cos(SPACE_TURN):+.3f} x" in told
-        assert "RMS off it, 0.0% of the limb's length" in told
+        assert "RMS from it, 0.0% of the limb's length" in told
 
 
 def test_the_residual_of_the_plane_is_the_scatter_across_it(tmp_path: Path) -> None:
