@@ -205,7 +205,7 @@ def test_time_scales_of_a_project_are_a_family(tmp_path: Path) -> None:
     assert names == ["family animal", "family x1", "family x2"]
     stiff = [item["alone"]["knee"]["stiffness"]["value"] for item in document["sides"][1:]]
     assert stiff[0] / stiff[1] == pytest.approx(4.0, rel=0.15)
-    assert "paces" in (out / "report.html").read_text()
+    assert "time scales" in (out / "report.html").read_text()
 
 
 @pytest.mark.parametrize(
