@@ -103,7 +103,7 @@ MUTANTS = (
            "if parts.vendors and row.vendor.casefold() in", "parts/test_vendor_filter.py"),
     Mutant("the wanted rest drifts with each trial", "recording.time, trial.rotation - shift, trial.rate",
            "recording.time, trial.rotation, trial.rate",
-           "design"),
+           "design/test_wanted_releases.py"),
     # The diagnosis.
     Mutant("the shrink of squares", "1.0 - np.sqrt(np.maximum(after, 0.0) / np.where(some, before, 1.0))",
            "1.0 - np.maximum(after, 0.0) / np.where(some, before, 1.0)", "diagnosis/test_shrink.py"),
@@ -126,8 +126,7 @@ MUTANTS = (
            "2.0 * PRB_GAMMA * PRB_STIFFNESS * self.bending_stiffness / length", "hopper cad/test_hopper.py"),
     # Files.
     Mutant("measured angles mirrored", "return self.zero + self.sign * rotation",
-           "return self.zero - self.sign * rotation",
-           "swing/test_chain_against_mujoco.py files/test_leg.py"),
+           "return self.zero - self.sign * rotation", "swing/test_leg_model.py"),
 )  # fmt: skip
 
 
