@@ -33,7 +33,7 @@ def write_winding_sheet(folder: Path) -> Path:
     shown = sheet_content(content, drawing_of("the spring to wind", make), groups_of(make))
     told = told_of([
         *(judged("", str(text), "violations", {"severity": "decide"}) for text in sequence(make, "violations")),
-        *(judged("", text_of(item), "warnings", item) for item in sequence(make, "warnings")),
+        *(judged("", text_of(item), "warnings", item) for item in sequence(make, "remarks") or sequence(make, "warnings")),
     ])  # fmt: skip
     scripts = [script("page.js")]
     page = (

@@ -59,9 +59,10 @@ def severity_of(text: str) -> Severity:
     return text.severity if isinstance(text, Remark) else "check"
 
 
-def remarks_json(remarks: Iterable[str]) -> list[dict[str, Any]]:
-    """As result files hold them under ``warnings``."""
-    return [remark_json(remark) for remark in remarks]
+def remarks_json(remarks: Iterable[str]) -> dict[str, list[Any]]:
+    """As result files hold them: the bare texts under ``warnings``, and in the same order ``remarks``."""
+    listed = list(remarks)
+    return {"warnings": [str(remark) for remark in listed], "remarks": [remark_json(remark) for remark in listed]}
 
 
 def remark_json(remark: str) -> dict[str, Any]:

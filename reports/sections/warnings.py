@@ -32,7 +32,7 @@ def joint_names(document: Json) -> list[str]:
 def _all(document: Json) -> list[tuple[str, str, str, object]]:
     """(joint or empty, text, key, the entry itself)."""
     rows: list[tuple[str, str, str, object]] = []
-    for index, item in enumerate(sequence(document, "warnings")):
+    for index, item in enumerate(sequence(document, "remarks") or sequence(document, "warnings")):
         rows.append((str(mapping(item).get("joint") or ""), text_of(item), f"warnings[{index}]", item))
     for name, joint in mapping(document, "joints").items():
         rows += [(name, text_of(item), f"joints.{name}.warnings", item) for item in sequence(joint, "warnings")]

@@ -71,7 +71,7 @@ def tell_notes(progress: Progress, notes: Sequence[str], result: Path) -> None:
 
 def warning_texts(content: Json) -> list[str]:
     """The texts of ``warnings``, with their severity, and of ``not_separable``."""
-    found = [read_remark(item) for item in content.get("warnings") or []]
+    found = [read_remark(item) for item in content.get("remarks") or content.get("warnings") or []]
     return [*found, *(str(item) for item in content.get("not_separable") or [])]
 
 

@@ -62,7 +62,7 @@ class Comparison:
             "sides": [self._side_json(place) for place in range(len(self.sides))],
             "starts": [self._start_json(overlay) for overlay in self.overlays],
             "differences": [self._difference_json(found) for found in self.differences],
-            "warnings": remarks_json(warnings(self)),
+            **remarks_json(warnings(self)),
             "inputs": dict(self.inputs),
             "versions": {"synth": synth.__version__},
         }

@@ -21,7 +21,7 @@ from synth.files.curve import write_curve
 from synth.files.leg_file import write_leg
 from synth.files.output import place, sha256_file, stems, write_csv
 from synth.fit.fit_result import TrialFit
-from synth.remarks import remark_json, remarks_json
+from synth.remarks import remark_json
 from synth.units import quantity
 
 FORMAT = "synth/leg-design/1"
@@ -181,7 +181,7 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
         ),
         "tolerance": tolerance_json(design.project.parts, design.sets.chosen, j),
         "left_out": {"springs": dict(design.springs.left_out[j]), "dampers": dict(design.dampers.left_out[j])},
-        "warnings": remarks_json(text for joint, text in design.warnings if joint == name),
+        "warnings": [str(text) for joint, text in design.warnings if joint == name],
     }
     return written
 

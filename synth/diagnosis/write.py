@@ -64,7 +64,7 @@ def basis_json(
     return {
         "effects": described([cause for causes in found for cause in causes], effect_called),
         "phases": list(PHASES),
-        "warnings": remarks_json(result.warnings),
+        **remarks_json(result.warnings),
         "settings": {"seed": project.seed, **tolerance_settings(asdict(project.tolerance), units)},
         "defaults": [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults],
         "inputs": dict(inputs),

@@ -77,7 +77,7 @@ class DamperLaw:
             "trials": [{"file": name, "held_out": out} for name, out in self.trials],
             "how_held_out": self.how_held_out,
             "laws": [fit.as_json(fit is self.used, self.joint) for fit in self.fits],
-            "warnings": remarks_json(self.warnings),
+            **remarks_json(self.warnings),
         }
 
 

@@ -220,7 +220,7 @@ class FitResult:
             "tolerance": dict(self.tolerance),
             "fitted_from": quantity(self.cut, "s"),
             "defaults": [dict(default) for default in self.defaults],
-            "warnings": remarks_json(self.warnings),
+            **remarks_json(self.warnings),
             "method": self.method,
             "cost": self.cost,
             "iterations": self.iterations,

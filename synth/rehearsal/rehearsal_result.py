@@ -138,7 +138,7 @@ class RehearsalResult:
             "left_out": list(self.rig.left_out),
             "plants": [outcome.as_json() for outcome in self.outcomes],
             "identity": dict(self.identity),
-            "warnings": remarks_json(self.rig.left_out),
+            **remarks_json(self.rig.left_out),
         }
 
     def _tally(self, kind: str) -> dict[str, Any]:

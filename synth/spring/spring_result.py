@@ -268,7 +268,7 @@ class SpringDesign:
             "strength_source": self.strength_source,
             "yield_source": self.yield_source,
             "violations": [violation.text for violation in self.violations],
-            "warnings": remarks_json(self.warnings),
+            **remarks_json(self.warnings),
         }
 
     def _lasting(self) -> dict[str, Any]:

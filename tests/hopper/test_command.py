@@ -89,7 +89,7 @@ def test_the_choice_is_told_with_neighbours_models_and_warnings(found: dict) -> 
     same = found["models"]["A"]["clearance"]["value"], found["models"]["C"]["clearance"]["value"]
     # Two engines, one model: 0.8 % apart for this shortest leg of the sweep.
     assert same[0] == pytest.approx(same[1], rel=0.01)
-    texts = [item["text"] for item in found["warnings"]]
+    texts = found["warnings"]
     assert not any("gear may break" in text for text in texts)
     assert any("rotor inertia estimated" in text for text in texts)
     upright = found["planar"][0]["clearance"]["value"]
@@ -118,8 +118,8 @@ def test_too_weak_a_motor_is_said_to_be_and_jumps_nothing(tmp_path: Path) -> Non
     assert all(row["limit"].startswith("too weak") and float(row["clearance [m]"]) == 0.0 for row in rows)
     result = json.loads((tmp_path / "out" / "hopper.json").read_text())
     assert result["best"] == {}
-    assert "too weak" in result["warnings"][0]["text"]
-    assert result["warnings"][0]["severity"] == "decide"
+    assert "too weak" in result["warnings"][0]
+    assert result["remarks"][0]["severity"] == "decide"
 
 
 def test_a_users_motor_is_one_more_row(tmp_path: Path) -> None:

@@ -134,7 +134,7 @@ def test_without_effects_nothing_is_missing_and_each_trial_is_predicted_by_the_o
     assert found["verdict"] == "none"
     assert found["gap"]["scored_on"] == ["0.csv", "1.csv", "2.csv"]
     assert found["gap"]["as_designed"]["value"] < 0.2
-    assert any("leans" in item["text"] for item in found["warnings"])
+    assert any("leans" in item for item in found["warnings"])
     assert "cannot be told" in found["across"]["says"][0]
 
 
@@ -147,7 +147,7 @@ def test_pull_ups_alone_tell_damping_and_nothing_else(tmp_path: Path) -> None:
     assert [entry["effect"] for entry in found["ranked"]] == ["joint_damping"]
     assert found["verdict"] == "effect"
     assert found["explanation"][0]["parameters"]["damping"]["value"] == pytest.approx(6e-4, rel=0.15)
-    assert any("pull-ups only" in item["text"] for item in found["warnings"])
+    assert any("pull-ups only" in item for item in found["warnings"])
     assert found["trials"][0]["kind"] == "pull-up"
 
 
@@ -218,7 +218,7 @@ def test_copies_count_once(tmp_path: Path) -> None:
     (tmp_path / "b.csv").write_bytes((tmp_path / "a.csv").read_bytes())
     found = run(project(tmp_path, "  - '[ab].csv'\n"))
     assert found["gap"]["scored_on"] == ["a.csv"]
-    assert any("b.csv is a copy of a.csv" in item["text"] for item in found["warnings"])
+    assert any("b.csv is a copy of a.csv" in item for item in found["warnings"])
 
 
 def designs(length_slope: float, ratio_slope: float) -> tuple[JumpAcrossDesigns, ...]:

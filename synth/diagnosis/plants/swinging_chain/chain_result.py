@@ -130,6 +130,6 @@ class GapResult(Diagnosis):
             "free_torque": [item.as_json() for item in self.free_torque],
             "noise": {name: quantity(value, "deg") for name, value in self.noise.items()},
             "next_experiment": self.next_as_json(),
-            "warnings": remarks_json(self.warnings),
+            **remarks_json(self.warnings),
             "inputs": dict(self.inputs),
         }
