@@ -38,6 +38,7 @@ FIT = {
     "warnings": "Warnings.",
     "warnings[].text": "The warning.",
     "warnings[].severity": "How much it matters.",
+    "warnings[].remedy": "What to do about it.",
     "warnings[].joint": "Joint, or null for all.",
     "method": "Estimation method.",
     "cost": "Cost that was minimised.",
@@ -141,5 +142,6 @@ SPRING_TO_MAKE = {
     "warnings": "Warnings.",
     "warnings[].text": "The warning.",
     "warnings[].severity": "How much it matters.",
+    "warnings[].remedy": "What to do about it.",
     "warnings[].joint": "Joint, or null for all.",
 }

@@ -96,6 +96,7 @@ GAP = {
     "warnings": "Warnings.",
     "warnings[].text": "The warning.",
     "warnings[].severity": "How much it matters.",
+    "warnings[].remedy": "What to do about it.",
     "warnings[].joint": "Joint, or null for all.",
     "settings.WHY": "`seed` of the resampling; `tolerance.mass` and its like, `tolerance.knee.mass` of one joint: one "
     "standard deviation that manufacturing and measuring leave open.",
@@ -114,6 +115,7 @@ _MANY = {
     "legs[].warnings": "Warnings.",
     "legs[].warnings[].text": "The warning.",
     "legs[].warnings[].severity": "How much it matters.",
+    "legs[].warnings[].remedy": "What to do about it.",
     "legs[].warnings[].joint": "Joint, or null for all.",
     "failed[].name": "A project that nothing could be made of.",
     "failed[].messages": "Why.",
