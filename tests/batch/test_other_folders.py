@@ -78,7 +78,7 @@ def test_a_folder_of_gaps_gives_one_page_and_goes_on(
     html, page = page_of(tmp_path / "out" / "report.html")
     text = " ".join(page.text.split())
     assert "2 of 3 projects were diagnosed" in text
-    assert "Mend third" in text
+    assert "Correct third" in text
     assert "Could not be diagnosed" in text
     assert "legs/second/report.html" in html
     for drawing in drawings(html):
@@ -100,7 +100,7 @@ def test_what_is_for_one_gap_is_refused_for_a_folder(tmp_path: Path, capsys: pyt
     assert "is a folder; this is for one project" in capsys.readouterr().err
     one = ["gap", str(tmp_path / "rigs" / "one" / "gap.yaml"), "--out", str(tmp_path / "out")]
     assert main([*one, "--workers", "2"]) == 2
-    assert "--workers belongs to a folder of projects or to --rehearse" in capsys.readouterr().err
+    assert "--workers applies to a folder of projects or to --rehearse" in capsys.readouterr().err
 
 
 def test_a_folder_of_designs_tells_which_cannot_be_had(

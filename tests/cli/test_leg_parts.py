@@ -54,7 +54,7 @@ def test_parts_that_cannot_be_had_are_left_out_and_the_rest_is_said(
         costs = [item["cost"]["value"] for item in joint["spring_alternatives"]]
         assert costs == sorted(costs)
     assert f"{forecast['expected']['value']:.2f} deg (90 %: {low:.2f} to {high:.2f})" in said
-    assert "Sets of parts, as they may come" in (out / "report.html").read_text()
+    assert "Sets of parts under tolerance" in (out / "report.html").read_text()
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_names_that_no_catalogue_has(
         (
             "rate_tolerance: 25 %, parallel: 2",
             "part: 9271K621",
-            "select.joints.ankle.spring.part: 9271K621 is asked for",
+            "select.joints.ankle.spring.part: 9271K621 is requested",
         ),
     ],
 )

@@ -67,7 +67,7 @@ def test_why_the_rest_does_not_fit(folder: Path, capsys: pytest.CaptureFixture[s
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("kind: part-wish\n", "asks for nothing"),
+        ("kind: part-wish\n", "requests nothing"),
         ("kind: part-wsh\n", "did you mean"),
         ("kind: leg-design\n", 'is read by "synth leg"'),
         ("kind: part-wish\nspring: {rate: 2.2}\n", "spring.rate"),

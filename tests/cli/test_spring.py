@@ -271,7 +271,7 @@ def test_the_sheet_for_the_bench_tells_how_to_wind_it(capsys: pytest.CaptureFixt
     assert made["fatigue"]["safety_1e6"]["value"] >= 1.0
     assert value(content["wanted"]["cycles"], "1") == 1e6
     text = " ".join(re.sub(r"<[^>]+>", " ", page).split()).replace("\xa0", " ")
-    assert "work turns the far arm counter-clockwise against the near one" in text
+    assert "Let the load turn the far arm counter-clockwise against the near one" in text
     assert f"on a mandrel of {made['mandrel']['diameter']['value']:.4g} mm" in text
     assert "230 degC for 30 min" in text
     assert "seen along the axis, left-hand" in text

@@ -216,7 +216,7 @@ def test_time_scales_of_a_project_are_a_family(tmp_path: Path) -> None:
         (["{leg}", "{leg}"], 'two sides are called "truth"'),
         (["{leg}"], "1 sides given"),
         (["a={leg}", "b={other}"], "only legs with the same joints"),
-        (["a={leg}", "b={leg}", "--stretch", "c=2"], '"c" is no side'),
+        (["a={leg}", "b={leg}", "--stretch", "c=2"], '"c" is not a side'),
         (["a={leg}", "b={leg}", "--stretch", "a=x"], "SIDE=FACTOR"),
         (["a={leg}", "b={leg}", "--start", "hip=60 deg"], "give knee, ankle too"),
         (["a={leg}", "b={leg}", "--start", "hip=60"], "no unit"),

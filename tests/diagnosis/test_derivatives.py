@@ -177,7 +177,7 @@ def test_a_trial_left_out_is_as_if_it_had_not_been_there() -> None:
 
 
 def test_every_effect_is_a_candidate_or_seen_in_the_readings() -> None:
-    driven = {"torque", "servo", "motor"}  # no torque is known in these trials, and no drive is there
+    driven = {"torque", "servo", "motor", "stated supply"}  # no torque is known in these trials, and no drive is there
     of_drives = {effect.name for effect in registered() if driven & set(effect.needs)}
     expected = {effect.name for effect in registered()} - {"encoder_quantisation"} - of_drives
     assert {c.effect.name for c in CANDIDATES} == expected

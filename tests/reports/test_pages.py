@@ -295,5 +295,5 @@ def test_sets_show_what_is_to_be_expected_and_what_it_hangs_on(leg_folder: LegFo
     del design["response"]["forecast"]
     (folder / "design.json").write_text(json.dumps(design))
     _, page = page_of(write_leg_report(folder))
-    assert "Sets of parts, as they may come :" in page.text
+    assert "Sets of parts under tolerance :" in page.text
     assert "sets" not in page.ids

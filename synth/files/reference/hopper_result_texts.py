@@ -109,6 +109,7 @@ COMPARE = {
     "starts[].recordings.NAME.starts_away": "How far its start lies from this one.",
     "starts[].left_out.NAME": "Why a side has no motion from this start.",
     **{f"differences[].{key}": text for key, text in _DIFFERENCE.items()},
+    "warnings": "Warnings.",
     "remarks[].text": "The warning.",
     "remarks[].severity": "How much it matters.",
     "remarks[].remedy": "What to do about it.",
