@@ -31,9 +31,10 @@ def write_winding_sheet(folder: Path) -> Path:
     content = read_result(folder, "spring.json", "spring").content
     make = mapping(content, "make") or mapping(content, "checked")
     shown = sheet_content(content, drawing_of("the spring to wind", make), groups_of(make))
+    warned = sequence(make, "remarks") or sequence(make, "warnings")
     told = told_of([
         *(judged("", str(text), "violations", {"severity": "decide"}) for text in sequence(make, "violations")),
-        *(judged("", text_of(item), "warnings", item) for item in sequence(make, "remarks") or sequence(make, "warnings")),
+        *(judged("", text_of(item), "warnings", item) for item in warned),
     ])  # fmt: skip
     scripts = [script("page.js")]
     page = (

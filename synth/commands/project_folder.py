@@ -181,8 +181,8 @@ def _write(folder: Path, names: list[str], kept: Kept, failed: list[Failed], tas
     for name in finished:
         shutil.copytree(kept.files(name), place(folder / "legs", name))
     content = summary_json(task, folder, finished, failed, synth.__version__)
-    write_json(folder / f"{task.made}.json", content)
-    write_csv(folder / f"{task.made}.csv", task.columns(content))
+    write_json(place(folder, f"{task.made}.json"), content)
+    write_csv(place(folder, f"{task.made}.csv"), task.columns(content))
     task.page(folder)
     return content
 

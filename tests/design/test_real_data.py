@@ -86,7 +86,7 @@ def test_with_one_free_angle_the_thesis_stiffness_comes_out() -> None:
 
 def test_the_overdamped_hip_is_said_not_to_be_separable(design: LegDesign) -> None:
     """Once the muscles' share is cut, b/k is open too, so that the rates are named one by one."""
-    openings = ("hip: not separable: spring rate and damper rate", "hip: these trials fix the spring rate only")
+    openings = ("hip: not separable: spring rate and damper rate", "hip: these trials determine the spring rate only")
     assert any(text.startswith(openings) for text in design.target.not_separable)
 
 

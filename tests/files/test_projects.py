@@ -107,7 +107,7 @@ def test_fit_options_and_prior(folder: Path) -> None:
         (FIT + "prior: {spring: 20 %}\n", ["prior.spring"], "has a spring in its file"),
         (FIT + "prior: {spring: 5 deg}\n", ["prior.spring"], "a ratio"),
         (FIT + "trails: []\n", ["trails"], "did you mean trials"),
-        (FIT.replace("[animal/*.csv]", "[{file: animal/1.csv, held_out: true}]"), ["trials"], "none is left to fit"),
+        (FIT.replace("[animal/*.csv]", "[{file: animal/1.csv, held_out: true}]"), ["trials"], "none remains to fit"),
         (FIT.replace("[animal/*.csv]", "[animal/1.csv, drop/*.csv]"), ["trials[2]"], "matches no file"),
         (FIT.replace("animal/a.leg.yaml", "../a.leg.yaml"), ["leg"], "leads out"),
         (FIT.replace("animal/a.leg.yaml", "animal/1.csv"), [None], "key: value"),

@@ -74,7 +74,7 @@ def test_linear_law_is_taken_where_richer_ones_gain_nothing() -> None:
     assert values(found, "linear") == pytest.approx([0.1], rel=2e-3)
     assert values(found, "power") == pytest.approx([0.1, 1.0], rel=5e-3)  # and these agree with it
     assert rms(found, "linear") == pytest.approx(0.1, rel=0.05)
-    assert any("do not tell linear from" in text for text in found.warnings)
+    assert any("do not distinguish linear from" in text for text in found.warnings)
 
 
 def test_dry_friction_beside_a_linear_rate_is_found() -> None:

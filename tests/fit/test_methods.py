@@ -145,10 +145,10 @@ def test_rests_hold_the_pose_in_which_a_trial_ends() -> None:
 @pytest.mark.parametrize(
     ("choice", "beside", "said", "key"),
     [
-        (Choice(cost="characteristics"), {}, "have no derivative", "fit.cost"),
+        (Choice(cost="characteristics"), {}, "are discontinuous", "fit.cost"),
         (Choice(method="swarm"), {"static": True}, "would ignore it", "static"),
         (Choice(method="piecewise"), {"prior": True}, "would ignore it", "prior"),
-        (Choice(method="swarm", intervals="bootstrap"), {}, "not of swarm", "fit.intervals"),
+        (Choice(method="swarm", intervals="bootstrap"), {}, "not swarm", "fit.intervals"),
     ],
 )
 def test_what_does_not_go_together_is_refused(choice: Choice, beside: dict[str, bool], said: str, key: str) -> None:

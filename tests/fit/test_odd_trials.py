@@ -17,13 +17,13 @@ from synth.fit.recordings import recordings
 def test_a_trial_of_another_leg_is_named_by_the_fit_and_by_the_gap() -> None:
     """One trial's knee is read in half degrees: half as far as it went."""
     trials = recorded(off(TWO, 3, 0.5), held_out=0)
-    assert not [text for text in fit_leg(TWO, recordings(TWO, trials)).warnings if "look at it first" in text]
+    assert not [text for text in fit_leg(TWO, recordings(TWO, trials)).warnings if "check it first" in text]
     middle = trials[2].angles.mean(axis=0)
     angles = trials[2].angles.copy()
     angles[:, 1] = middle[1] + 0.3 * (angles[:, 1] - middle[1]) + 0.8
     wrong = [*trials[:2], replace(trials[2], angles=angles), *trials[3:]]
     for warnings in (fit_leg(TWO, recordings(TWO, wrong)).warnings, diagnose(TWO, wrong, Tolerance()).warnings):
-        named = [text.partition(":")[0] for text in warnings if "look at it first" in text]
+        named = [text.partition(":")[0] for text in warnings if "check it first" in text]
         assert named == [trials[2].name]
 
 

@@ -57,7 +57,7 @@ def test_links_that_no_body_has_are_named() -> None:
 def test_an_inertia_in_other_units_is_refused_with_its_line(tmp_path: Path) -> None:
     leg = robot()
     write_leg(with_link(leg, 0, inertia=1e4 * leg.joints[0].link.inertia), tmp_path / "a.leg.yaml")
-    with pytest.raises(UserError, match="lengths of the link would have") as refused:
+    with pytest.raises(UserError, match="lengths of the link; check the units") as refused:
         read_leg(tmp_path / "a.leg.yaml")
     assert refused.value.problems[0].line
     assert "inertia" in str(refused.value.problems[0])

@@ -62,7 +62,7 @@ def test_a_joint_that_never_moves_is_refused() -> None:
 
 
 def test_nothing_to_fit_is_refused() -> None:
-    with pytest.raises(UserError, match="no trial is left to fit"):
+    with pytest.raises(UserError, match="no trial remains to fit"):
         fit_leg(bare(LEG), [])
 
 
@@ -72,7 +72,7 @@ def test_links_that_cannot_have_moved_so_are_called_into_question() -> None:
     joints[2] = replace(joints[2], link=replace(LINKS[2], com=-0.15, mass=9.0), sign=1)
     wrong = replace(bare(LEG), joints=tuple(joints))
     result = fit_leg(wrong, recordings(wrong, releases(LEG, 0, count=3)))
-    assert any("the model lacks something" in text for text in result.warnings)
+    assert any("the model lacks an effect" in text for text in result.warnings)
 
 
 def test_rotations_samples_and_conditions_are_taken_over() -> None:
@@ -114,6 +114,6 @@ def test_a_joint_beyond_the_searched_range_is_said_to_be_at_its_edge() -> None:
     # b/I of the ankle is 760 1/s here, the search ends at 500
     leg = robot(damper=[1.2903, 0.1054, 0.38])
     result = fitted(leg, releases(leg, 1))
-    assert any(text.startswith("ankle: the damper rate lies on the edge") for text in result.warnings)
+    assert any(text.startswith("ankle: the damper rate is at a bound") for text in result.warnings)
     assert not any(text.startswith(("hip", "knee")) for text in result.warnings)
     assert not fitted(LEG, releases(LEG, 1)).warnings

@@ -79,7 +79,7 @@ BAD = [
     ("  - {angles: {hip: 118 deg, knee: 112, ankle: 141 deg}}\n", "unit", 2),
     ("  - {angles: {hip: 118 deg}, torque: {knee: 4 N*m}, supported: true}\n", "the angle of knee is missing", 2),
     ("  - {angles: {hop: 118 deg}, supported: true}\n", "did you mean hip?", 2),
-    ("  - {angles: {hip: 118 deg}, supported: true, tip_mass: 20 g}\n", "act on nothing", 2),
+    ("  - {angles: {hip: 118 deg}, supported: true, tip_mass: 20 g}\n", "have no effect", 2),
     ("  - {angles: {hip: 118 deg}, torque: {hip: 4 N*m}, supported: true, locked: [hip]}\n", "balances any torque", 2),
     ("  - {angles: {hip: 118 deg}, torque: {hip: 4 N}, supported: true}\n", "N*m", 2),
     ("  - {angles: {hip: 118 deg}, suported: true}\n", "did you mean supported?", 2),

@@ -47,7 +47,7 @@ def test_a_held_start_is_cut_late_and_the_interval_holds_the_truth() -> None:
     leg, held = overdamped(), 0
     for seed in range(3):
         begun = from_release(bare(leg), made([held_then_let_go(leg, seed)]))
-        assert "lies still at first" in begun.said[0]
+        assert "is at rest at first" in begun.said[0]
         length = 1.6 - float(begun.recordings[0].time[-1])
         assert RELEASED - 0.004 < length < RELEASED + 0.02
         fitted = fit_leg(bare(leg), begun.recordings)
@@ -69,7 +69,7 @@ def test_too_little_after_a_release_is_left_out_unless_it_is_all() -> None:
     assert "is left out" in begun.said[1]
     alone = from_release(bare(leg), made([short]))
     assert len(alone.recordings) == 1
-    assert "no other is left" in alone.said[0]
+    assert "no other remains" in alone.said[0]
 
 
 def test_free_motion_is_let_be() -> None:

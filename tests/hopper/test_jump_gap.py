@@ -135,7 +135,7 @@ def test_without_effects_nothing_is_missing_and_each_trial_is_predicted_by_the_o
     assert found["gap"]["scored_on"] == ["0.csv", "1.csv", "2.csv"]
     assert found["gap"]["as_designed"]["value"] < 0.2
     assert any("leans" in item for item in found["warnings"])
-    assert "cannot be told" in found["across"]["says"][0]
+    assert "is unknown" in found["across"]["says"][0]
 
 
 def test_pull_ups_alone_tell_damping_and_nothing_else(tmp_path: Path) -> None:
@@ -207,7 +207,7 @@ def test_a_model_without_motion_and_a_swinging_legs_effect_are_refused(
     write(tmp_path / "a.csv", jumped())
     file = project(tmp_path, "  - a.csv\n", design=DESIGN + "model: point_mass\n")
     assert main(["-q", "gap", str(file), "--out", str(tmp_path / "out")]) == 2
-    assert "no motion to compare" in capsys.readouterr().err
+    assert "does not predict a motion" in capsys.readouterr().err
     file = project(tmp_path, "  - a.csv\n")
     assert main(["-q", "gap", str(file), "--out", str(tmp_path / "out"), "--effect", "mine.py"]) == 2
     assert "swinging legs" in capsys.readouterr().err

@@ -102,7 +102,6 @@ DESIGN = {
     "damper_laws.NAME.trials[].file": "A recording of it.",
     "damper_laws.NAME.trials[].held_out": "Whether it was only scored.",
     "damper_laws.NAME.warnings": "Warnings.",
-    "damper_laws.NAME.warnings": "Warnings.",
     "damper_laws.NAME.remarks[].NAME": "The warning: its text, severity and remedy.",
     "damper_laws.NAME.laws[].law": "A law of torque over speed.",
     "damper_laws.NAME.laws[].formula": "The law.",
