@@ -98,7 +98,7 @@ def test_lost_frames_spikes_and_a_bad_clock(tmp_path: Path) -> None:
     data.loc[30, "hip [deg]"] += 30.0
     data.drop(index=range(50, 57)).to_csv(tmp_path / "a.csv", index=False)
     notes = imported(tmp_path / "a.csv").notes
-    assert "7 frames are lost in 1 holes of the clock, the first after 0.245 s" in notes
+    assert "7 frames are lost in 1 gaps of the clock, the first after 0.245 s" in notes
     assert any(note.startswith("hip: 1 samples are outliers (first at 0.150 s)") for note in notes)
     data.loc[70, "time [s]"] = data.loc[69, "time [s]"]
     data.to_csv(tmp_path / "b.csv", index=False)

@@ -42,7 +42,7 @@ def test_the_longest_hand_counts_for_all_from_each_ones_release() -> None:
     starts = [item.imported.time[0] for item in made]
     np.testing.assert_allclose(starts, [0.37, 0.17, 0.57, 0.10], atol=0.0051)
     assert [len(item.imported.notes) for item in made] == [1, 1, 1, 0]
-    assert "seen in 2 of 3 recordings" in made[2].imported.notes[0]
+    assert "detected in 2 of 3 recordings" in made[2].imported.notes[0]
 
 
 def test_a_hand_far_longer_than_the_series_is_not_believed() -> None:
