@@ -202,9 +202,13 @@ def test_what_cannot_be_printed_is_told_with_the_dimension_that_would_help(leg):
     told = {check.name: str(check) for check in check_printing(joint, printing) if not check.passed}
     assert "increase wall" in told["print: wall"]
     assert "printing.bed" in told["print: bed"]
-    # A larger wall does thicken what is thin.
-    (thin, thick) = (
-        min(check.value for check in check_printing(made, printing) if check.name == "print: wall")
+    # A larger wall does thicken the thin places of the lower half; other parts have thin places of their own.
+    thin, thick = (
+        {
+            check.part.rpartition("_")[2]: check.value
+            for check in check_printing(made, printing)
+            if check.name == "print: wall"
+        }
         for made in (joint, build_joint(replace(joint.dimensions, wall=1.5 * joint.dimensions.wall)))
     )
-    assert thick > thin
+    assert thick["lower"] > thin["lower"] + 0.1

@@ -51,7 +51,9 @@ def test_degrees_and_radians_are_obeyed(name: str, unit: str) -> None:
 
 
 def test_without_in_degrees_it_is_refused() -> None:
-    with pytest.raises(UserError, match=r"unsaid.sto: inDegrees: its header does not state inDegrees.*before \"endhead"):
+    with pytest.raises(
+        UserError, match=r"unsaid.sto: inDegrees: its header does not state inDegrees.*before \"endhead"
+    ):
         imported(DATA / "unsaid.sto")
 
 
