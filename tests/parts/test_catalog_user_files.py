@@ -89,7 +89,7 @@ def test_every_bad_cell_at_once(tmp_path: Path) -> None:
         "decimals take a point",
         'did you mean "both"?',
         "must be above 0",
-        "stands in the header",
+        "belongs in the header",
         "too large",
     ):
         assert part in texts
@@ -104,7 +104,7 @@ def test_every_bad_cell_at_once(tmp_path: Path) -> None:
         ("part,rate [N*m]", "rate"),
         ("part,rate [N*m/rad],wire_diamter [mm]", 'did you mean "wire_diameter"'),
         ("part,rate [N*m/rad],rate [N*m/deg]", "is given twice"),
-        ("part [mm],rate [N*m/rad]", "column of words"),
+        ("part [mm],rate [N*m/rad]", "text column"),
         ("part,ratee [N*m/rad]", "fit no family"),
         ("part,rate [N*m/rad],wire_diameter [deg]", "length"),
     ],
@@ -220,7 +220,7 @@ class TestDamperCurve:
         [
             ("6597K8,1,22\n6597K8,1,23", "two torques at one speed"),
             ("6597K8,1,22\n6597K8,2,20", "torque falls with speed"),
-            ("6597K9,1,22", "is no damper of the catalogues; did you mean"),
+            ("6597K9,1,22", "is not a damper of the catalogues; did you mean"),
         ],
     )
     def test_impossible_curves(self, tmp_path: Path, points: str, message: str) -> None:

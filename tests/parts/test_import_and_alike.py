@@ -70,7 +70,7 @@ def test_a_damper_s_shaft_and_screws_are_columns(tmp_path: Path) -> None:
         ({"Foo": "note"}, TABLE, "no column is called Foo"),
         ({}, TABLE.replace("2 mm", "2"), "Wire:"),
         ({}, TABLE.replace("Maker", "Colour"), "--vendor NAME"),
-        ({}, "a,b\n1,2\n", "is no table of torsion springs or dampers"),
+        ({}, "a,b\n1,2\n", "is not a table of torsion springs or dampers"),
     ],
 )
 def test_what_cannot_be_read_is_told(mapping: dict[str, str], table: str, said: str, tmp_path: Path) -> None:
