@@ -71,6 +71,13 @@ def _run_folder(arguments: argparse.Namespace, progress: Progress) -> int:
     return run_folder(arguments, progress, gaps())
 
 
+APPLIES_TO = {
+    "count": "--rehearse",
+    "workers": "a folder of projects or to --rehearse",
+    "scheduler": "a folder of projects",
+}
+
+
 def _refuse(arguments: argparse.Namespace, jumps: bool) -> None:
     """Refuse options that exclude each other or do not apply to jumping legs."""
     from synth.errors import UserError
@@ -82,8 +89,7 @@ def _refuse(arguments: argparse.Namespace, jumps: bool) -> None:
         raise UserError(f"{asked[0]} applies to swinging legs; use --dry-run for a jumping leg's recordings")
     for name in ("count", "workers", "scheduler"):
         if getattr(arguments, name) is not None and (name == "scheduler" or not arguments.rehearse):
-            others = "a folder of projects" if name == "scheduler" else "a folder of projects or to --rehearse"
-            raise UserError(f"--{name} applies to {others} only")
+            raise UserError(f"--{name} applies to {APPLIES_TO[name]} only")
     if not arguments.out and not arguments.check:
         raise UserError('--out is missing: "--out DIR" names the folder to write (see synth gap --help)')
 

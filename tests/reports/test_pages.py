@@ -60,7 +60,7 @@ def test_the_leg_s_opening_says_what_came_out_how_sure_it_is_and_what_to_do(leg_
     opening = html.split("<nav")[0].split("<body>")[1]
     text = " ".join(page.text.split("Wanted against built")[0].replace("\xa0", " ").split())
     assert "Not ready to build: no spring for the hip" in text  # the first joint's cannot be made
-    assert "42 % of such legs stay within the wished 3.00°" in text
+    assert "42 % of such legs stay within the allowed 3.00°" in text
     assert '<p class="next">' in opening
     assert opening.count('<th scope="row">') == len(design["joints"])
     shown, folded = opening.split('<details class="all-warnings">')
@@ -286,7 +286,7 @@ def test_sets_show_what_is_to_be_expected_and_what_it_hangs_on(leg_folder: LegFo
     folder, design = leg_folder()
     _, page = page_of(write_leg_report(folder))
     text = " ".join(page.text.split())
-    assert "the chance to stay within the wished 3.00° is 42 %" in text.replace("\xa0", " ")
+    assert "the chance to stay within the allowed 3.00° is 42 %" in text.replace("\xa0", " ")
     assert "hip: free angle" in text
     assert "Measure the springs first." in text
     assert "1,200 sets of parts met the constraints; every one was simulated." in text
