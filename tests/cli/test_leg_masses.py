@@ -192,7 +192,7 @@ def test_mujoco_follows_the_predicted_response_and_a_wrong_model_is_told(
     assert main(["--quiet", "check", str(copy)]) == 1
     assert "FAILS" in capsys.readouterr().out
     assert main(["--quiet", "check", str(tmp_path)]) == 2
-    assert "is no result of synth leg" in capsys.readouterr().err
+    assert "is not a result of synth leg" in capsys.readouterr().err
 
 
 def test_a_weighed_part_that_is_not_there_is_named(
