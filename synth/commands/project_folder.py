@@ -105,7 +105,7 @@ def _runner(
     """The cores of this machine, or the cluster."""
     if arguments.scheduler is not None:
         if arguments.workers is not None:
-            raise UserError(Problem("belongs to this machine; a cluster has its own workers", key="--workers"))
+            raise UserError(Problem("applies to this machine; a cluster has its own workers", key="--workers"))
         with progress.stage(f"connecting to {arguments.scheduler}"):
             cluster = stack.enter_context(connected(arguments.scheduler))
         progress.say(f"{cluster.threads} projects at once on the cluster")

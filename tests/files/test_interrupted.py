@@ -37,7 +37,12 @@ WAITING = """
 def running(target: Path, seconds: float = 60.0, *before: str) -> Iterator[subprocess.Popen[bytes]]:
     """A process that has begun to write the result, and is killed at the end."""
     words = [*before, sys.executable, "-c", textwrap.dedent(WAITING), str(target), str(seconds)]
-    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    # Tests that were themselves started by nohup have the signal ignored, and hand that on; here it is to arrive.
+    before_here = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    try:
+        process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    finally:
+        signal.signal(signal.SIGHUP, before_here)
     assert process.stdout is not None
     with process.stdout:
         assert process.stdout.readline() == b"ready\n"
