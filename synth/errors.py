@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 LONGEST_WORD = 80  # characters of a value in a message
 LONGEST = 2_000  # characters of a message
+LONGEST_PLACE = 500  # characters of a file's or key's name; twice what a disk takes for one name
 _QUOTED = re.compile(r"""(["'])((?:(?!\1).){%d,})\1""" % (LONGEST_WORD + 1), re.DOTALL)  # noqa: UP031
 _WORD = re.compile(r"\S{%d,}" % (3 * LONGEST_WORD))  # noqa: UP031
 
@@ -30,11 +31,16 @@ class Problem:
     key: str | None = None
 
     def __str__(self) -> str:
-        place = self.file or ""
+        place = _without_middle(self.file or "")
         if self.line is not None:
             place += f":{self.line}"
-        parts = [part for part in (place, self.key) if part]
+        parts = [part for part in (place, _without_middle(self.key or "")) if part]
         return ": ".join([*parts, readable(self.text)])
+
+
+def _without_middle(name: str) -> str:
+    """A name with its middle left out where it is too long to be one."""
+    return name if len(name) <= LONGEST_PLACE else f"{name[:LONGEST_WORD]}...{name[-LONGEST_WORD:]}"
 
 
 def readable(text: str) -> str:

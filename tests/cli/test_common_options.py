@@ -199,3 +199,11 @@ def test_a_link_that_leads_to_itself_is_a_mistake(
     assert main([*words, "--out", "out"]) == 2
     assert "symbolic links" in capsys.readouterr().err
     assert not Path("out").exists()
+
+
+@pytest.mark.parametrize("words", [["catalog", "list", "torsion_springs", "--catalog"], ["catalog", "check"]])
+def test_a_name_that_is_too_long_is_not_echoed_whole(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*words, "x" * 5000]) == 2
+    said = capsys.readouterr().err
+    assert len(said) < 1000
+    assert "too long" in said
