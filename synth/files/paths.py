@@ -85,13 +85,9 @@ def read_bytes(path: Path, limit: int, remedy: str) -> bytes:
     name = text_of(path)
     refuse_unreadable_name(path.name)
     try:
-        status = path.stat()
-        if stat.S_ISDIR(status.st_mode):
-            raise UserError(Problem("is a folder; name the file in it", name))
-        if not stat.S_ISREG(status.st_mode):
-            raise UserError(Problem("is not a regular file", name))
-        if status.st_size > limit:
-            raise UserError(Problem(f"has {status.st_size / 1e6:.0f} MB; at most {limit / 1e6:g} MB: {remedy}", name))
+        size = size_of_regular(path, name)
+        if size > limit:
+            raise UserError(Problem(f"has {size / 1e6:.0f} MB; at most {limit / 1e6:g} MB: {remedy}", name))
         with path.open("rb") as stream:
             data = stream.read(limit + 1)
     except FileNotFoundError:
@@ -102,6 +98,21 @@ def read_bytes(path: Path, limit: int, remedy: str) -> bytes:
     if len(data) > limit:
         raise UserError(Problem(f"is larger than {limit / 1e6:g} MB: {remedy}", name))
     return data
+
+
+def size_of_regular(path: Path, name: str) -> int:
+    """Bytes of a regular file, asked before it is opened: opening a pipe would wait for a writer.
+
+    Raises
+    ------
+    UserError : a folder, a pipe or a device. OSError as ``Path.stat``.
+    """
+    status = path.stat()
+    if stat.S_ISDIR(status.st_mode):
+        raise UserError(Problem("is a folder; name the file in it", name))
+    if not stat.S_ISREG(status.st_mode):
+        raise UserError(Problem("is not a regular file", name))
+    return status.st_size
 
 
 def inside(folder: Path, name: str) -> Path:

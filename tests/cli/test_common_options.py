@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -207,3 +208,16 @@ def test_a_name_that_is_too_long_is_not_echoed_whole(words: list[str], capsys: p
     said = capsys.readouterr().err
     assert len(said) < 1000
     assert "too long" in said
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+@pytest.mark.parametrize("name", ["a.csv", "a.mcap", "a.h5"])
+def test_a_pipe_to_import_is_refused_at_once(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo(name)
+    shutil.copy(FIT / "robot.leg.yaml", "robot.leg.yaml")
+    assert main(["import", name, "--leg", "robot.leg.yaml", "--out", "out"]) == 2
+    assert "is not a regular file" in capsys.readouterr().err
+    assert not Path("out").exists()

@@ -17,6 +17,7 @@ from typing import Literal
 
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
+from synth.files.paths import size_of_regular
 from synth.motion.importers.foreign_data import Source
 
 START = 200_000  # bytes of a file that validators receive
@@ -107,6 +108,7 @@ def recognise(path: Path, name: str) -> ForeignFormat:
         If there is none, with the known ones; if there are several, with how to choose.
     """
     try:
+        size_of_regular(path, name)
         with path.open("rb") as stream:
             start = stream.read(START)
     except FileNotFoundError:
