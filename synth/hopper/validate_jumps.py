@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import degrees
 
 import numpy as np
 
@@ -123,8 +124,8 @@ def refuse_out_of_reach(name: str, angle: Array, leg: HopperLeg) -> None:
     """
     low, high = float(angle.min()), float(angle.max())
     if low < -ZERO or high > leg.largest_crouch + ZERO:
-        text = f"the angle runs from {np.degrees(low):.1f} to {np.degrees(high):.1f} deg; links of "
-        text += f"{leg.length * 1e3:g} mm fold from 0 to {np.degrees(leg.largest_crouch):.1f} deg. Are columns "
+        text = f"the angle runs from {degrees(low):.4g} to {degrees(high):.4g} deg; links of "
+        text += f"{leg.length * 1e3:g} mm fold from 0 to {degrees(leg.largest_crouch):.1f} deg. Are columns "
         raise UserError(Problem(f"{text}exchanged, or is the angle in another unit?", name, key="upper link"))
 
 
