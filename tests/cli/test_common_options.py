@@ -221,3 +221,9 @@ def test_a_pipe_to_import_is_refused_at_once(
     assert main(["import", name, "--leg", "robot.leg.yaml", "--out", "out"]) == 2
     assert "is not a regular file" in capsys.readouterr().err
     assert not Path("out").exists()
+
+
+@pytest.mark.parametrize("command", ["fit", "gap", "leg"])
+def test_a_project_s_name_that_is_too_long_is_a_mistake(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([command, "x" * 5000, "--out", "out"]) == 2
+    assert "too long" in capsys.readouterr().err
