@@ -8,7 +8,6 @@ interrupted run.
 from __future__ import annotations
 
 import argparse
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,7 +31,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project and fit; write ``fit.json``, the fitted leg, responses and a report."""
-    if os.path.isdir(arguments.file):  # noqa: PTH112  False for a name too long to be one, where Path raises
+    from synth.files.paths import is_folder
+
+    if is_folder(arguments.file):
         from synth.batch.one_fit import fits
         from synth.commands.project_folder import run_folder
 

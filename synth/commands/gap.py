@@ -44,8 +44,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project and diagnose; write ``gap.json``, predictions, the diagnosed leg and a report."""
     from synth.files.hopper_gap_project import is_hopper_gap
+    from synth.files.paths import is_folder
 
-    if os.path.isdir(arguments.file):  # noqa: PTH112  False for a name too long to be one, where Path raises
+    if is_folder(arguments.file):
         return _run_folder(arguments, progress)
     jumps = is_hopper_gap(arguments.file)
     _refuse(arguments, jumps)

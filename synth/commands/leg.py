@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,7 +32,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read; then copy an earlier result of the same input, or fit, choose, draw and write."""
-    if os.path.isdir(arguments.file):  # noqa: PTH112  False for a name too long to be one, where Path raises
+    from synth.files.paths import is_folder
+
+    if is_folder(arguments.file):
         return _run_folder(arguments, progress)
     _only_for_folders(arguments)
     from functools import partial

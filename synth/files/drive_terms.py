@@ -75,9 +75,9 @@ def _terms(drive: Servo, found: dict[str, float]) -> DriveTerms:
     if found["servo_dead_band"] > 0.0:
         lost.append(f"its dead band of {found['servo_dead_band']:.3g} rad")
     if found["servo_sag"] > 0.0:
-        lost.append("its supply's sag; the supply is steady here")
+        lost.append("the sag of its supply; the supply is constant here")
     if cut < AS_GOOD_AS_UNLIMITED and found["servo_back_emf"] > 0.0:
-        lost.append("that the torque limit cuts the winding's braking too; here it cuts the controller's torque")
+        lost.append("the torque limit on the braking of its winding; here it limits the torque of the controller alone")
     return DriveTerms(
         control="voltage, V" if volts else "rotation that is commanded, rad",
         stiffness=0.0 if volts else found["servo_gain"] * strength * supply,

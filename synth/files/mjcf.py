@@ -174,7 +174,7 @@ def _body(
         notes.append(f"not in this model: {', '.join(lost)}")
     if drive is not None and drive.cut < inf:
         attributes["actuatorfrcrange"] = f"{-drive.cut:.10g} {drive.cut:.10g}"
-    notes += [f"not in this model: of the drive {text}" for text in (drive.lost if drive is not None else ())]
+    notes += [f"not in this model, of the drive: {text}" for text in (drive.lost if drive is not None else ())]
     if joint.ends is not None:
         attributes["range"] = f"{joint.ends[0]:.10g} {joint.ends[1]:.10g}"
     body = SubElement(parent, "body", name=joint.name, pos=f"0 0 {-height:.10g}")

@@ -100,6 +100,11 @@ def read_bytes(path: Path, limit: int, remedy: str) -> bytes:
     return data
 
 
+def is_folder(name: str) -> bool:
+    """Whether a folder has that name; a name too long to be one has none, where ``Path.is_dir`` raises."""
+    return os.path.isdir(name)  # noqa: PTH112
+
+
 def size_of_regular(path: Path, name: str) -> int:
     """Bytes of a regular file, asked before it is opened: opening a pipe would wait for a writer.
 

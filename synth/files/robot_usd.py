@@ -79,7 +79,7 @@ def _joint(joint: Joint, fastest: float, drive: DriveTerms | None) -> tuple[list
         stiffness, target, rate = drive.stiffness, 0.0, rate + drive.damping + drive.braking
         most = min(drive.limit, drive.cut)
         limit = [f"float drive:angular:physics:maxForce = {most:.9g}"] if most < inf else []
-        said += [f"of the drive {text}" for text in drive.lost]
+        said += [f"not held, of the drive: {text}" for text in drive.lost]
         said += ["maxForce cuts the damping with the servo's torque"] if limit else []
         said += [f"the command comes {drive.delay:.3g} s late: send it so"] if drive.delay else []
         said += ["the voltage that turns it"] if drive.volt else []

@@ -37,7 +37,7 @@ def _mjcf_lost(leg: Leg, fastest: Array) -> list[str]:
     """Features that MuJoCo's joints lack; the file lists them in comments too."""
     said = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
     for joint, speed, drive in zip(leg.joints, fastest, drive_terms(leg), strict=True):
-        said += [f"{joint.name}: of the drive {text}" for text in (drive.lost if drive is not None else ())]
+        said += [f"{joint.name}: not held, of the drive: {text}" for text in (drive.lost if drive is not None else ())]
         lost = without_held(joint, HELD)
         if lost:
             said.append(f"{joint.name}: not held: {', '.join(lost)}")
