@@ -36,7 +36,7 @@ def found() -> GapResult:
 def content(result: GapResult) -> str:
     """All that it says, without what names trials."""
     document = result.as_json()
-    for key in ("warnings", "inputs"):
+    for key in ("warnings", "remarks", "inputs"):
         document.pop(key)
     document["gap"].pop("scored_on")
     return json.dumps(document, sort_keys=True)
