@@ -42,6 +42,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "single": "" in fits,
         "choices": sorted(choices, key=lambda choice: choice["stage"] != "target"),
         "not_separable": _by_text(fits, "not_separable", str),
+        "families": [family for stage, fit in fits.items() for family in _families(stage, fit, result)],
         "proposals": _by_text(fits, "proposals", lambda item: str(mapping(item).get("text", ""))),
         "static": [
             {"stage": stage, **point}
@@ -52,6 +53,23 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "sources": [row for stage, fit in fits.items() for row in _sources(stage, fit)],
         "refits": [found for stage, fit in fits.items() if (found := _refits(stage, fit))],
     }
+
+
+def _families(stage: str, fit: Json, result: Result) -> list[Json]:
+    """Springs and dampers that fit a joint about equally well, the reported one marked, and the chosen spring."""
+    found = []
+    for family in sequence(fit, "families"):
+        joint = str(mapping(family).get("joint"))
+        reported = in_si(mapping(fit, "joints", joint, "spring_rate"))
+        members = [
+            {**member, "reported": in_si(mapping(member, "spring_rate")) == reported}
+            for member in sequence(mapping(family), "members")
+            if isinstance(member, dict)
+        ]
+        chosen = mapping(result.content, "joints", joint, "spring") if stage == "target" else {}
+        rate = chosen.get("rate") or mapping(chosen, "make").get("rate")
+        found.append({"stage": stage, "joint": joint, "members": members, "chosen": rate})
+    return found
 
 
 def _sources(stage: str, fit: Json) -> list[Json]:

@@ -12,6 +12,7 @@ from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90, Estimate
 from synth.fit.interval_sources import IntervalSource
 from synth.fit.proposal import Proposal
+from synth.fit.ridge_family import RidgeFamily
 from synth.fit.static_points import JudgedPoint
 from synth.motion.characteristics import Characteristics
 from synth.motion.first_state import FirstState
@@ -178,6 +179,7 @@ class FitResult:
     cost: str = "trajectory"
     static: tuple[JudgedPoint, ...] = ()  # the static points and their fit
     proposals: tuple[Proposal, ...] = ()  # measurements that would determine what is open
+    families: tuple[RidgeFamily, ...] = ()  # of joints whose spring and damper rate are not separable
     drawn: tuple[Leg, ...] = ()  # legs consistent with the trials, for choices that depend on the fit
     intervals: Mapping[str, Any] = field(default_factory=lambda: {"by": "sensitivities"})
     sources: tuple[IntervalSource, ...] = ()  # contributions to each interval
@@ -213,6 +215,7 @@ class FitResult:
             },
             "noise": {name: quantity(value, "deg") for name, value in self.noise.items()},
             "not_separable": list(self.not_separable),
+            "families": [family.as_json() for family in self.families],
             "proposals": [proposal.as_json() for proposal in self.proposals],
             "static": static,
             "intervals": dict(self.intervals),

@@ -21,6 +21,7 @@ from synth.fit.link_errors import LinkErrors, link_errors
 from synth.fit.odd_trials import odd_trials
 from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording, thinned_sentences
+from synth.fit.ridge_family import families
 from synth.fit.static_points import JudgedPoint, judged
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.trial_fits import away_from_their_starts, trial_fits
@@ -100,6 +101,8 @@ def result_of(
     clipped = dict(zip(names, clipped_rms(recordings, chosen.predictions).tolist(), strict=True))
     noise = dict(zip(names, scatter.tolist(), strict=True))
     misfits = [] if fitted.searched else _misfits(rms[mode], clipped, noise)
+    least = fitted.least or (chosen if any(clipped[name] > MISFIT * noise[name] for name in names) else None)
+    alike = () if fitted.searched else families(model, recordings, fitted.stage, least)
     return FitResult(
         leg=_fitted_leg(leg, joints[mode]),
         joints=joints[mode],
@@ -110,7 +113,7 @@ def result_of(
         free_angle_why=fitted.why,
         variants=tuple(_variant(name, joints[name], rms[name], each.spread) for name, each in treatments.items()),
         noise=noise,
-        not_separable=_open(model, recordings, chosen, fitted.softened),
+        not_separable=_open(model, recordings, chosen, (*fitted.softened, *(family.sentence for family in alike))),
         warnings=(
             *thinned_sentences(recordings),
             *lost,
@@ -127,6 +130,7 @@ def result_of(
         lost_samples=sum(recording.n_lost for recording in recordings),
         static=static,
         proposals=proposals(model, recordings, chosen),
+        families=alike,
         drawn=tuple(drawn_legs(unknowns, drawn)),
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
         sources=sources_of(unknowns, spreads[mode], links[mode]),

@@ -42,13 +42,11 @@ class Softened:
 def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, weights: Weights) -> Softened:
     """Move every joint whose spring and damper rate are not separable to the softest values that fit equally well."""
     unknowns = sought_by(model)
-    cov = covariance(model, solution, with_prior=False)
-    both = [(j, unknowns.rate_at(j), unknowns.damper_at(j)) for j in unknowns.rates if j in unknowns.dampers]
-    loose = [(float(cov[k, k]), j, k, place) for j, k, place in both if _is_ridge(cov, k, place)]
-    best, points = _overall(recordings, solution), _beside(unknowns, solution.values)
+    loose = [(j, unknowns.rate_at(j), unknowns.damper_at(j)) for j in loose_joints(model, solution)]
+    best, points = overall_rms(recordings, solution), _beside(unknowns, solution.values)
     sentences: list[str] = []
     pinned = unknowns.beliefs
-    for count, (_, j, k, place) in enumerate(sorted(loose, reverse=True)):
+    for count, (j, k, place) in enumerate(loose):
         limit = best * (1 + ALLOWANCE * (count + 1) / len(loose))
         high, low = float(solution.values[place]), float(unknowns.lower[place]) + np.log(500.0)
         before = np.exp(solution.values[[k, place]])
@@ -62,7 +60,7 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
             found = solve(at, recordings, FitStart(values, solution.locals), weights, max_iterations=12, tolerance=0.05)
             along = abs(float(found.values[place] - found.values[k]) - ratio) <= SAME
             beside = _beside(unknowns, found.values) <= points + POINTS
-            if along and beside and _overall(recordings, found) <= limit:
+            if along and beside and overall_rms(recordings, found) <= limit:
                 high, solution = middle, found
             else:
                 low = middle
@@ -78,6 +76,15 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
     return Softened(_without_pins(model, recordings, solution, weights), tuple(sentences))
 
 
+def loose_joints(model: TrajectoryModel, solution: Solution) -> list[int]:
+    """Joints whose spring and damper rate are not separable, the least determined first."""
+    unknowns = sought_by(model)
+    cov = covariance(model, solution, with_prior=False)
+    both = [(j, unknowns.rate_at(j), unknowns.damper_at(j)) for j in unknowns.rates if j in unknowns.dampers]
+    found = [(float(cov[k, k]), j) for j, k, place in both if _is_ridge(cov, k, place)]
+    return [j for _, j in sorted(found, reverse=True)]
+
+
 def _is_ridge(cov: Array, k: int, place: int) -> bool:
     ratio = np.sqrt(max(0.0, cov[k, k] + cov[place, place] - 2 * cov[k, place]))
     return bool(np.sqrt(cov[k, k]) > LOOSE and ratio < 0.4 * np.sqrt(cov[k, k]))
@@ -89,7 +96,8 @@ def _beside(unknowns: SpringsAndDampers, values: Array) -> float:
     return 0.0 if measured is None else measured[0]
 
 
-def _overall(recordings: Sequence[Recording], solution: Solution) -> float:
+def overall_rms(recordings: Sequence[Recording], solution: Solution) -> float:
+    """Quadratic mean of the joints' RMS errors, rad; infinite for a diverged solution."""
     if not np.isfinite(solution.cost):
         return float("inf")
     rms = root_mean_square(recordings, solution.predictions)
@@ -97,7 +105,7 @@ def _overall(recordings: Sequence[Recording], solution: Solution) -> float:
 
 
 def _degrees(recordings: Sequence[Recording], solution: Solution) -> str:
-    return f"{np.degrees(_overall(recordings, solution)):.3g}"
+    return f"{np.degrees(overall_rms(recordings, solution)):.3g}"
 
 
 def _without_pins(

@@ -168,7 +168,8 @@ def test_without_gravity_slower_motion_means_rates_over_the_factor_and_its_squar
         assert other.free_angle.value == pytest.approx(one.free_angle.value, abs=1e-5)
 
 
-OVERDAMPED = robot([100.0, *SPRING[1:]], [15.0, *DAMPER[1:]], gravity=0.0)
+SPRING_OF_OVERDAMPED = 100.0
+OVERDAMPED = robot([SPRING_OF_OVERDAMPED, *SPRING[1:]], [15.0, *DAMPER[1:]], gravity=0.0)
 
 
 def test_an_overdamped_joint_is_said_to_show_only_its_quotient() -> None:
@@ -181,6 +182,15 @@ def test_an_overdamped_joint_is_said_to_show_only_its_quotient() -> None:
     assert abs(missed.spring[0]) < WITHIN * missed.spring_sd[0]
     assert missed.damper[0] - missed.spring[0] == pytest.approx(0.0, abs=0.03)
     assert not any("softest" in text for text in result.not_separable)
+    (family,) = result.families
+    rates = [member.spring_rate for member in family.members]
+    assert family.joint == "hip"
+    assert rates == sorted(rates)
+    assert rates[0] < SPRING_OF_OVERDAMPED < rates[-1]
+    for member in family.members:  # all of one quotient, and nobody sees the difference in half a degree of noise
+        assert member.damper_rate / member.spring_rate == pytest.approx(0.15, rel=0.03)
+        assert member.difference < np.radians(0.05)
+    assert family.sentence in result.not_separable
     assert not any(text.startswith(("knee", "ankle")) for text in result.not_separable)
 
 
@@ -207,6 +217,11 @@ def test_the_softest_on_a_ridge_is_taken_only_where_the_model_lacks_something() 
     assert found.spring_rate.low is not None
     assert found.spring_rate.high is not None
     assert found.spring_rate.low < found.spring_rate.value < least < found.spring_rate.high
+    # the family goes on to both sides of the softest that is given
+    family = next(family for family in result.families if family.joint == "hip")
+    rates = [member.spring_rate for member in family.members]
+    assert rates[0] < found.spring_rate.value < least < rates[-1]
+    assert any(member.difference == 0.0 for member in family.members)
 
 
 def test_mass_scale_is_said_to_be_open_unless_a_known_mass_tells() -> None:

@@ -38,6 +38,8 @@ def test_one_point_separates_the_overdamped_hips_spring_from_its_damper() -> Non
     assert any(text.startswith("hip: not separable: spring rate and damper rate") for text in alone.not_separable)
     with_point = fitted(OVERDAMPED, trials, static=(held(OVERDAMPED, POSE, 0),))
     assert not any(text.startswith("hip: not separable") for text in with_point.not_separable)
+    assert "hip" in [family.joint for family in alone.families]
+    assert "hip" not in [family.joint for family in with_point.families]
     before, after = errors(alone, OVERDAMPED), errors(with_point, OVERDAMPED)
     assert before.spring_sd[0] > 0.12
     # 2 % of the torque and 0.5 deg of the 13 deg that the spring is turned: 4.3 % together

@@ -42,6 +42,15 @@ def test_leg_page_needs_nothing_outside_itself(leg_folder: LegFolder) -> None:
     assert "default-src 'none'" in html
 
 
+def test_pairs_that_fit_equally_well_stand_in_a_table(fit_folder: FitFolder) -> None:
+    folder, fit = fit_folder(["hip", "knee"], 3)
+    html, page = page_of(write_fit_report(folder))
+    assert "hip: springs and dampers that fit about equally well" in page.text
+    table = html.split("that fit about equally well</h3>")[1].split("</table>")[0]
+    assert table.count("<tr") == 1 + len(fit["families"][0]["members"])
+    assert table.count(", reported") == 1
+
+
 def test_the_opening_comes_first_and_settings_last(leg_folder: LegFolder) -> None:
     folder, _ = leg_folder()
     html, page = page_of(write_leg_report(folder))
