@@ -148,7 +148,8 @@ class _FamilySearch:
         place = unknowns.damper_at(joint)
         bound = float((unknowns.upper if sign > 0.0 else unknowns.lower)[place])
         start = float(self.stage.solution.values[place])
-        reached, members = self.stage.solution, []
+        reached = self.stage.solution
+        members: list[Solution] = []
         for step in range(1, MOST_STEPS + 1):
             wanted = start + sign * step * FACTOR
             if sign * (bound - wanted) <= 0.0:  # the bound of the search itself is the last
