@@ -21,7 +21,7 @@ from synth.fit.link_errors import LinkErrors, link_errors
 from synth.fit.odd_trials import odd_trials
 from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording, thinned_sentences
-from synth.fit.ridge_family import families
+from synth.fit.ridge_family import RidgeFamily, families
 from synth.fit.static_points import JudgedPoint, judged
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.trial_fits import away_from_their_starts, trial_fits
@@ -83,9 +83,8 @@ def result_of(
     treatments, mode = fitted.treatments, fitted.mode
     unknowns, leg, names = sought_by(model), model.leg, model.leg.joint_names
     solutions = {name: each.stage.solution for name, each in treatments.items()}
-    spreads = {name: covariance(model, solution) for name, solution in solutions.items()}
+    spreads, chosen = {name: covariance(model, solution) for name, solution in solutions.items()}, solutions[mode]
     refits, lost = _refits(model, recordings, fitted.stage, spreads[mode], options)
-    chosen = solutions[mode]
     links = {
         name: link_errors(model, recordings, each.stage, _link_widths(leg, options), options.static)
         for name, each in treatments.items()
@@ -98,11 +97,10 @@ def result_of(
     static = _static(unknowns, chosen.values)
     drawn = draws(chosen.values, spreads[mode], refits, links[mode], options.seed)
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
-    clipped = dict(zip(names, clipped_rms(recordings, chosen.predictions).tolist(), strict=True))
-    noise = dict(zip(names, scatter.tolist(), strict=True))
+    both = clipped_rms(recordings, chosen.predictions), scatter
+    clipped, noise = (dict(zip(names, values.tolist(), strict=True)) for values in both)
+    alike = _alike(model, recordings, fitted, bool(np.any(both[0] > MISFIT * scatter)))
     misfits = [] if fitted.searched else _misfits(rms[mode], clipped, noise)
-    least = fitted.least or (chosen if any(clipped[name] > MISFIT * noise[name] for name in names) else None)
-    alike = () if fitted.searched else families(model, recordings, fitted.stage, least)
     return FitResult(
         leg=_fitted_leg(leg, joints[mode]),
         joints=joints[mode],
@@ -113,7 +111,7 @@ def result_of(
         free_angle_why=fitted.why,
         variants=tuple(_variant(name, joints[name], rms[name], each.spread) for name, each in treatments.items()),
         noise=noise,
-        not_separable=_open(model, recordings, chosen, (*fitted.softened, *(family.sentence for family in alike))),
+        not_separable=_open(model, recordings, chosen, (*fitted.softened, *(each.sentence for each in alike))),
         warnings=(
             *thinned_sentences(recordings),
             *lost,
@@ -135,6 +133,15 @@ def result_of(
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
         sources=sources_of(unknowns, spreads[mode], links[mode]),
     )
+
+
+def _alike(
+    model: TrajectoryModel, recordings: Sequence[Recording], fitted: FittedTreatments, misfit: bool
+) -> tuple[RidgeFamily, ...]:
+    """The pairs of rates that fit equally well; where the model misfits, by its residuals and not by its cost."""
+    if fitted.searched:
+        return ()
+    return families(model, recordings, fitted.stage, fitted.least or (fitted.stage.solution if misfit else None))
 
 
 def _offsets(
