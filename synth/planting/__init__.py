@@ -1,5 +1,5 @@
-"""Legs with causes planted in them, simulated by an engine of their own: what a diagnosis is tried on.
+"""Test cases for the diagnosis: legs with planted causes, simulated by an independent engine.
 
-Shares nothing with the diagnosing engine, neither equations nor the forms of the effects; imports nothing of ``synth``.
-Who uses it may keep its compiled code on disk (``synth.compiling.compiled.keep_code_of``).
+The package shares neither equations nor the forms of the effects with the diagnosing engine and imports nothing of
+``synth``. Its users can store its compiled code on disk with ``synth.compiling.compiled.keep_code_of``.
 """

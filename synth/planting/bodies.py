@@ -1,12 +1,11 @@
 """Accelerations of a planar chain of bodies: the articulated-body algorithm.
 
-Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 7, written for the plane with all vectors in world axes at each
-body's hinge: acceleration (alpha, ax, ay), force (moment, fx, fy). A body hangs from the one before it by a hinge or a
-slide. A locked coordinate is rigid, and the force through it is known.
+Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 7, written for the plane. All vectors are in world axes
+at each body's hinge: acceleration (alpha, ax, ay), force (moment, fx, fy). A hinge or a slide connects a body to the
+one before it. A locked coordinate is a rigid constraint, and its constraint force is computed.
 
-x to the right, y up, angles counter-clockwise; a body at absolute angle 0 points straight down.
-A rotor turns with its hinge's own angle, as a motor's behind a gear does
-(ibid., section 9.6): it adds to the hinge's inertia alone.
+x points right and y up; angles are counter-clockwise; a body at absolute angle 0 points straight down. A rotor turns
+with its hinge's own angle, like a motor behind a gear (ibid., section 9.6), and adds only to the inertia of the hinge.
 """
 
 # mypy: disable-error-code="no-untyped-def,untyped-decorator,no-untyped-call"
@@ -28,9 +27,10 @@ RX, RY, BX, BY, SX, SY, I00, I01, I02, I11, I12, I22, P0, P1, P2 = range(15)
 
 @njit
 def accelerate(body, gravity, locked, tau, q, w, acc, force, s):
-    """Accelerations (into ``acc``) and the forces through each hinge (into ``force``, rows moment, fx, fy).
+    """Write accelerations into ``acc`` (n,) and hinge forces (moment, fx, fy) into ``force`` (n, 3).
 
-    ``tau`` are the torques along the free coordinates; a locked one accelerates not at all. ``s`` (n, 15) is scratch.
+    ``tau`` (n,) : torques along the free coordinates. The acceleration of a locked coordinate is zero. ``s`` (n, 15)
+    is scratch.
     """
     n = body.shape[0]
     phi, spin, ex, ey = 0.0, 0.0, 0.0, 0.0

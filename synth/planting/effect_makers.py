@@ -1,4 +1,4 @@
-"""Every effect of a leg, by its name in the files."""
+"""The generator's form of each library effect, by the effect's name in the files."""
 
 from __future__ import annotations
 

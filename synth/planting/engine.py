@@ -1,7 +1,7 @@
-"""A chain of bodies with laws at its joints, stepped by Runge-Kutta 4 at a fixed fine step.
+"""A chain of bodies with torque laws at its joints, integrated by Runge-Kutta 4 with a small fixed step.
 
-Independent of the diagnosing program. A moving mount or a bending link is one more body. A coordinate that friction
-holds is rigid: its reaction is what friction must bear, so sticking is true sticking, not slow creep.
+It is independent of the diagnosing program. A moving mount or a bending link is an additional body. A joint that sticks
+is a rigid constraint, and the constraint reaction is the friction torque: the joint does not creep.
 """
 
 # mypy: disable-error-code="no-untyped-def,untyped-decorator,no-untyped-call"
@@ -14,40 +14,40 @@ from numba import njit
 
 from synth.planting import torque_laws
 from synth.planting.bodies import DAMPING, FREE, RATE, accelerate
-from synth.planting.torque_laws import BEARING, BRISTLES, MESH, SLACK, STICK_SLIP, fall
+from synth.planting.torque_laws import BEARING, BRISTLES, MESH, SLACK, STICK_SLIP, stribeck_torque
 
 
 @njit
 def _bristle_limits(law, p, q, w, load):
-    """Torque at which the bristles slide, and the deflection at which they do."""
+    """Torque and deflection at which the bristles start to slide."""
     if law == BRISTLES:
-        return fall(w, p[0], p[1], p[2], p[3]), p[4]
+        return stribeck_torque(w, p[0], p[1], p[2], p[3]), p[4]
     return p[0] * abs(p[1] * (q - p[2])) + p[3], p[4]
 
 
 @njit
-def _bristle_ahead(z, w, deflection, h):
-    """Z after ``h`` of z' = w - |w| z / deflection at constant w: exact, so that no step is too long."""
+def _advance_bristle(z, w, deflection, h):
+    """Bristle deflection after time ``h`` of z' = w - |w| z / deflection at constant w; exact for every step size."""
     end = math.copysign(deflection, w) if w != 0.0 else z
     return end + (z - end) * math.exp(-abs(w) * h / deflection)
 
 
 @njit
 def derivative(body, gravity, locked, law, at, par, table, mode, t, dt, q, w, w0, z, tau, acc, force, load, dz, s):
-    """Accelerations and memory rates at one stage, ``dt`` after the step's start, where the speeds were ``w0``."""
+    """Accelerations and memory rates at one stage, ``dt`` after the start of the step, where the speeds were ``w0``."""
     for i in range(body.shape[0]):
         tau[i] = -body[i, RATE] * (q[i] - body[i, FREE]) - body[i, DAMPING] * w[i]
     for k in range(law.shape[0]):
         i, j, p = at[k, 0], at[k, 1], par[k]
         dz[k, 0] = dz[k, 1] = 0.0
         if law[k] == STICK_SLIP:
-            tau[i] -= mode[k] * fall(w[i], p[0], p[1], p[2], p[3])
+            tau[i] -= mode[k] * stribeck_torque(w[i], p[0], p[1], p[2], p[3])
         elif law[k] == BEARING:
             tau[i] -= mode[k] * (p[0] * load[k] + p[1])
         elif law[k] == BRISTLES or law[k] == MESH:
             mean = 0.5 * (w0[i] + w[i])
             limit, deflection = _bristle_limits(law[k], p, q[i], w[i], load[k])
-            bristle = _bristle_ahead(z[k, 0], mean, deflection, dt)
+            bristle = _advance_bristle(z[k, 0], mean, deflection, dt)
             tau[i] -= limit * bristle / deflection + p[5] * (w[i] - abs(w[i]) * bristle / deflection)
         elif law[k] == SLACK:
             if mode[k] != 0:
@@ -70,12 +70,12 @@ def _limit_at_rest(law, p, load):
 
 @njit
 def _release(body, law, at, par, table, mode, held, fixed, tau, force, load):
-    """Let go the one coordinate whose friction is overcome most; True if one was."""
+    """Release the sticking coordinate whose reaction exceeds its friction limit most; True if there is one."""
     worst, which, sense = 0.0, -1, 0
     for k in range(law.shape[0]):
         i = at[k, 0]
         if (law[k] == STICK_SLIP or law[k] == BEARING) and mode[k] == 0 and not fixed[i]:
-            reaction = force[i, 0] - tau[i]  # what friction must supply for the hinge to stay
+            reaction = force[i, 0] - tau[i]  # the friction torque that would hold the hinge
             over = abs(reaction) - _limit_at_rest(law[k], par[k], load[k])
             if over > worst:
                 worst, which, sense = over, k, (-1 if reaction > 0.0 else 1)
@@ -88,23 +88,23 @@ def _release(body, law, at, par, table, mode, held, fixed, tau, force, load):
 
 @njit
 def _margin(k, law, at, par, table, mode, fixed, q, w, z):
-    """How far law ``k`` is from its event (the sign changes there); 1 where it has none coming."""
+    """Event function of law ``k``, which changes sign at the event; 1 if the law has no event."""
     i, p = at[k, 0], par[k]
     if fixed[i]:
         return 1.0
     if law[k] == STICK_SLIP or law[k] == BEARING:
-        return mode[k] * w[i] if mode[k] != 0 else 1.0  # a slider comes to rest
+        return mode[k] * w[i] if mode[k] != 0 else 1.0  # the joint comes to rest
     if law[k] == SLACK:
         u = q[i] - p[1]
         if mode[k] != 0:
-            return mode[k] * (p[0] * (u - mode[k] * p[2]) + p[3] * w[i])  # a flank pushes, it cannot pull
+            return mode[k] * (p[0] * (u - mode[k] * p[2]) + p[3] * w[i])  # a flank can push but not pull
         return p[2] - abs(u - z[k, 0])
     return 1.0
 
 
 @njit
-def _happen(k, law, at, par, table, mode, held, q, w, z):
-    """The event of law ``k``: the slider sticks, the arm leaves its flank or meets one."""
+def _apply_event(k, law, at, par, table, mode, held, q, w, z):
+    """Apply the event of law ``k``: the joint sticks, or the backlash opens or closes."""
     i, p = at[k, 0], par[k]
     if law[k] == SLACK:
         u = q[i] - p[1]
@@ -118,7 +118,7 @@ def _happen(k, law, at, par, table, mode, held, q, w, z):
 
 @njit
 def _stage(h, q, w, a, z, d, w_start, qs, ws, zs):
-    """State ``h`` along the rates (w, a, d) from the step's start (q, w_start, z), into (qs, ws, zs)."""
+    """Write the state (q, w_start, z) + ``h`` * rates (w, a, d) into (qs, ws, zs)."""
     for i in range(q.shape[0]):
         qs[i] = q[i] + h * w[i]
         ws[i] = w_start[i] + h * a[i]
@@ -131,9 +131,9 @@ def _stage(h, q, w, a, z, d, w_start, qs, ws, zs):
 def _advance(
     body, gravity, held, law, at, par, table, mode, t, h, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s
 ):
-    """One Runge-Kutta 4 step from (q, w, z), where the rates are (w, a1, d1), into (qn, wn, zn).
+    """One Runge-Kutta 4 step from (q, w, z) with rates (w, a1, d1) into (qn, wn, zn).
 
-    ``v`` (7, n) and ``m3`` (4, k, 2) hold the stages, ``s`` is the engine's scratch.
+    ``v`` (7, n) and ``m3`` (4, k, 2) hold the stages; ``s`` (n, 15) is scratch for ``accelerate``.
     """
     qs, w2, w3, w4, a2, a3, a4 = v[0], v[1], v[2], v[3], v[4], v[5], v[6]
     zs, d2, d3, d4 = m3[0], m3[1], m3[2], m3[3]
@@ -157,29 +157,31 @@ def _advance(
         i, p = at[k, 0], par[k]
         if law[k] == BRISTLES or law[k] == MESH:
             deflection = _bristle_limits(law[k], p, qn[i], wn[i], 0.0)[1]
-            zn[k, 0] = _bristle_ahead(z[k, 0], 0.5 * (w[i] + wn[i]), deflection, h)
+            zn[k, 0] = _advance_bristle(z[k, 0], 0.5 * (w[i] + wn[i]), deflection, h)
         elif law[k] == SLACK and mode[k] == 0:
-            zn[k, 0] = z[k, 0] * math.exp(-p[0] * h / p[3])  # a massless arm on spring and damper alone
+            zn[k, 0] = z[k, 0] * math.exp(-p[0] * h / p[3])  # a massless arm with only spring and damper
 
 
 @njit
 def simulate(body, gravity, fixed, law, at, par, table, mode, z, q0, w0, start, h, count):
-    """Angles and speeds at ``count`` + 1 instants ``h`` apart; ``mode`` is changed in place.
+    """Angles and speeds at ``count`` + 1 instants ``h`` s apart; ``mode`` is changed in place.
 
-    A step in which something sticks, lets go or touches is cut there (secant on the event's margin, to about h^3).
+    A step ends at an event (sticking, slipping, contact), located by the secant method to about h^3.
 
     Parameters
     ----------
-    body : (n, 11), the columns named above; SI units.
+    body : (n, 11), columns as in ``bodies``; SI units.
+    gravity : m/s^2.
     fixed : (n,) bool, coordinates that are locked for the whole trial.
     law, at, par : (k,) law numbers, (k, 2) coordinates, (k, 8) parameters.
-    table : (rows, 2), what laws look up; they know their rows.
-    mode, z : (k,) and (k, 2), state of contact or sticking, and memories, at the start.
-    start : s, the laws' time at the first instant.
+    table : (rows, 2), tables that laws interpolate; their rows are among the laws' parameters.
+    mode, z : (k,) and (k, 2), contact or sticking modes, and memories, at the start.
+    q0, w0 : (n,) coordinates and speeds at the start.
+    start : s, time at the first instant, as the laws see it.
 
     Returns
     -------
-    (count + 1, n), (count + 1, n)
+    Angles (count + 1, n) rad, speeds (count + 1, n) rad/s.
     """
     n, m = body.shape[0], law.shape[0]
     angle, speed = np.empty((count + 1, n)), np.empty((count + 1, n))
@@ -212,7 +214,7 @@ def simulate(body, gravity, fixed, law, at, par, table, mode, z, q0, w0, start, 
             used, first = rest, -1
             for k in range(m):
                 if _margin(k, law, at, par, table, mode, fixed, qn, wn, zn) < 0.0:
-                    if cuts > 12:  # chatter: the event is taken at the step's end
+                    if cuts > 12:  # chatter: the event is applied at the end of the step
                         first = k
                         continue
                     used, first = _locate(
@@ -222,7 +224,7 @@ def simulate(body, gravity, fixed, law, at, par, table, mode, z, q0, w0, start, 
                     )  # fmt: skip
             q[:], w[:], z[:, :] = qn, wn, zn
             if first >= 0:
-                _happen(first, law, at, par, table, mode, held, q, w, z)
+                _apply_event(first, law, at, par, table, mode, held, q, w, z)
             cuts += 1
             rest = rest - used if first >= 0 else 0.0
         angle[step + 1], speed[step + 1] = q, w
@@ -235,7 +237,7 @@ def _locate(
     body, gravity, held, law, at, par, table, mode, fixed,
     t, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s,
 ):  # fmt: skip
-    """Shorten the step to law ``k``'s event, if it comes before ``used``; leaves the state at the new end."""
+    """Shorten the step to the event of law ``k`` if it comes before ``used``; the state is then at the new end."""
     low, at_low = 0.0, max(_margin(k, law, at, par, table, mode, fixed, q, w, z), 0.0)
     high, at_high = used, _margin(k, law, at, par, table, mode, fixed, qn, wn, zn)
     if at_high >= 0.0:
@@ -244,31 +246,9 @@ def _locate(
     for _ in range(3):
         here = low + (high - low) * at_low / (at_low - at_high) if at_low > 0.0 else 0.0
         _advance(
-            body,
-            gravity,
-            held,
-            law,
-            at,
-            par,
-            table,
-            mode,
-            t,
-            here,
-            q,
-            w,
-            z,
-            a1,
-            d1,
-            tau,
-            force,
-            load,
-            qn,
-            wn,
-            zn,
-            v,
-            m3,
-            s,
-        )
+            body, gravity, held, law, at, par, table, mode,
+            t, here, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s,
+        )  # fmt: skip
         value = _margin(k, law, at, par, table, mode, fixed, qn, wn, zn)
         if here == 0.0 or value == 0.0:
             break

@@ -1,10 +1,10 @@
-"""What tolerances and initial states can explain: the plain leg fitted to recordings, in the generator's own engine.
+"""The gap: the residual after the leg without causes is fitted, in the generator's engine, within its tolerances.
 
-Gauss-Newton with the Jacobian at the true leg (numerical, kept: parameters move by their tolerances only), priors as
-wide as the tolerances that end where a part would be sent back (``setup.WORST`` tolerances from the design: with ten
-thousand samples a normal prior alone lets a mass wander by fifty tolerances), an initial angle and speed for each free
-joint and trial without prior. What is left is the gap. The same with one more parameter freed tells whether another
-cause would do as well. Kept against renewed Jacobian: 1-5 % of the gap at 12 floors.
+The fit is Gauss-Newton with a finite-difference Jacobian at the true leg, which is not updated because parameters move
+only by their tolerances. Against an updated Jacobian this changes a gap of 12 noise floors by 1-5 %. Each parameter has
+a normal prior as wide as its tolerance, bounded at ``setup.WORST`` tolerances from the design: with ten thousand
+samples an unbounded normal prior lets a mass move by fifty tolerances. The initial angle and speed of each free joint
+and trial have no prior. A fit with a further parameter released tests whether another cause explains the gap as well.
 """
 
 from __future__ import annotations
@@ -17,40 +17,45 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from synth.planting.model import PARAMETERS, Array, Motion, PlantedLeg, swing
+from synth.planting.model import PARAMETERS, Array, PlantedLeg
 from synth.planting.setup import WORST, Setup
+from synth.planting.simulation import Motion, swing
 
 Places = NDArray[np.integer[Any]]
-MOST_SAMPLES = 160  # a trial and joint; fewer than recorded, each then weighs for those left out
+MOST_SAMPLES = 160  # per trial and joint; each sample used is weighted for those left out
 UNIT = {"tilt": 0.01, "scale": 0.01, "offset": 0.01, "latency": 0.001}  # rad, 1, rad, s
 
-# rad, 1, s: beyond these a cause is no error of a rig but another rig.
+# rad, 1, s: largest plausible values; beyond these the rig would be a different one.
 LIKELY = {"tilt": 0.3, "scale": 0.3, "offset": 0.3, "latency": 0.1, "free_angle": 0.5}
 
 
 @dataclass(frozen=True)
 class Alternative:
-    """One other cause: parameters freed of their prior (indices), and the effect and joint that they stand for."""
+    """Another cause: its effect and joint, and the indices ``freed`` of the parameters without prior that model it."""
 
     effect: str
-    joint: int  # -1: the base
+    joint: int  # -1 for the base
     freed: tuple[int, ...]
 
 
 @dataclass(frozen=True)
 class PlainFit:
-    """``change`` (p,) of the parameters, in tolerances or units; ``rms`` left, rad; ``cost``: chi squared and prior."""
+    """Result of a fit.
+
+    ``change`` : (p,) of the parameters, in tolerances or in ``UNIT``. ``rms`` : residual, rad. ``cost`` : chi-squared
+    plus prior.
+    """
 
     change: Array
     rms: float
     cost: float
 
 
-class Plain:
-    """The plain model of one case: its parameters' columns, computed once, and fits with them.
+class PlainModel:
+    """The leg of one case without causes, linearised once, and fits with that Jacobian.
 
-    Parameters are the tolerances' (7 n, each in its tolerance), then tilt of the mount, then scale, offset and latency
-    of each channel; the latter are nought unless an ``Alternative`` frees them.
+    Parameters: the leg's (7 n, in units of their tolerance), then tilt of the mount, then scale, offset and latency of
+    each channel. The last two groups are zero unless an ``Alternative`` frees them.
     """
 
     def __init__(self, case: Setup, floor: float, states: Sequence[Array]) -> None:
@@ -61,18 +66,18 @@ class Plain:
         self.common_count = len(self.names)
         self.names += [("tilt", -1), *((kind, j) for kind in ("scale", "offset", "latency") for j in range(n))]
         self.times = [self._times(i) for i in range(len(self.trials))]
-        counts = [self._whole(i) / len(x) for i, x in enumerate(self.times)]
+        counts = [self._sample_count(i) / len(x) for i, x in enumerate(self.times)]
         self.weight = np.sqrt(counts)
         self.given = [i for i, t in enumerate(self.trials) if not t.held_out]
-        self.centre = np.zeros(len(self.names))  # the prior's: the nominal leg
+        self.centre = np.zeros(len(self.names))  # of the prior: the nominal leg
         for k, (name, j) in enumerate(self.names[: self.common_count]):
             self.centre[k] = float(case.nominal.of(name)[j] - case.true.of(name)[j]) / self._unit(name, j)
         self.common: dict[int, Array] = {}
         self.own: list[tuple[Array, Array]] = []
         self._columns(states)
 
-    def _whole(self, number: int) -> float:
-        """Samples for which those that are used stand."""
+    def _sample_count(self, number: int) -> float:
+        """Number of recorded samples of a trial, which the samples used represent."""
         own = self.case.own_times
         return self.trials[number].duration * self.case.sampling if own is None else float(len(own[number]))
 
@@ -85,8 +90,8 @@ class Plain:
             return UNIT[name]
         return self.case.width(name, joint)
 
-    def quieter(self, floor: float) -> None:
-        """The same with a lower noise floor."""
+    def lower_noise(self, floor: float) -> None:
+        """Rescale the Jacobian to a lower noise floor, rad."""
         ratio = self.floor / floor
         self.common = {i: c * ratio for i, c in self.common.items()}
         self.own = [(q, r * ratio) for q, r in self.own]
@@ -110,7 +115,12 @@ class Plain:
         return swing(self._leg(change), self.trials[number], state[:n], state[n:], self.step, tilt)
 
     def predict(self, number: int, change: Array, state: Array) -> Array:
-        """Rotations (m, n) as the sensors give them, from the state (angles, speeds) at the recording's start."""
+        """Rotations (m, n) rad as the sensors read them, for the initial ``state`` (2 n,): angles, then speeds.
+
+        Raises
+        ------
+        ArithmeticError : the motion diverges.
+        """
         n, leg = self.case.true.n, self.case.true
         motion, times = self._motion(number, change, state), self.times[number]
         angle = motion.at(times)
@@ -122,7 +132,7 @@ class Plain:
         return np.asarray(angle)
 
     def _columns(self, states: Sequence[Array]) -> None:
-        """The Jacobian at the true leg: common columns for the given trials, each trial's own for all."""
+        """The Jacobian at the true leg: by common parameters for the given trials, by the initial state for all."""
         n, p = self.case.true.n, len(self.names)
         self.common, self.own = {}, []
         zero = np.zeros(p)
@@ -161,14 +171,17 @@ class Plain:
     def fit(
         self, targets: Sequence[Array], states: Sequence[Array], freed: Sequence[int] = (), rounds: int = 6
     ) -> PlainFit:
-        """Fit the given trials' target rotations, starting at the states given; ``freed`` have no prior."""
+        """Fit the target rotations of the given trials from the initial ``states``; ``freed`` parameters have no prior.
+
+        At most ``rounds`` Gauss-Newton steps; a step that does not lower the cost shortens the next ones to 0.3.
+        """
         used = np.array(sorted({*range(self.common_count), *freed}))
-        weak = np.array([1e-3 if k in freed else 1.0 for k in used])  # the prior's weight
+        weak = np.array([1e-3 if k in freed else 1.0 for k in used])  # root of the prior's weight
         change, state = np.zeros(len(self.names)), {i: np.array(states[i]) for i in self.given}
         reduced = {i: self.common[i][:, used] - q @ (q.T @ self.common[i][:, used]) for i, q in self._bases()}
         normal = sum(r.T @ r for r in reduced.values()) + np.diag(weak**2)
-        best = self._tried(targets, change, state, used, weak)
-        assert best is not None, "the true leg's own motion"
+        best = self._evaluated(targets, change, state, used, weak)
+        assert best is not None, "the true leg can be simulated"
         share = 1.0
         for _ in range(rounds):
             fitted, left = best
@@ -178,8 +191,8 @@ class Plain:
             moved, ahead = fitted.change.copy(), {i: s.copy() for i, s in state.items()}
             moved[used] += step
             for i in self.given:
-                self._shift(i, ahead[i], share * left[i] - self.common[i][:, used] @ step)
-            found = self._tried(targets, moved, ahead, used, weak)
+                self._step_state(i, ahead[i], share * left[i] - self.common[i][:, used] @ step)
+            found = self._evaluated(targets, moved, ahead, used, weak)
             if found is None or found[0].cost >= fitted.cost:
                 share *= 0.3
                 continue
@@ -188,41 +201,42 @@ class Plain:
                 break
         return best[0]
 
-    def _tried(
+    def _evaluated(
         self, targets: Sequence[Array], change: Array, state: dict[int, Array], used: Places, weak: Array
     ) -> tuple[PlainFit, dict[int, Array]] | None:
-        """Summary and residuals at given parameters and states; None where the leg cannot be simulated."""
+        """Summary and residuals at these parameters and states; None if the leg cannot be simulated."""
         try:
-            left = {i: self._left(i, targets[i], change, state[i]) for i in self.given}
+            left = {i: self._residuals(i, targets[i], change, state[i]) for i in self.given}
         except (ArithmeticError, np.linalg.LinAlgError):
             return None
         return self._summary(change, left, (change - self.centre)[used] * weak), left
 
     def linear_cost(self, targets: Sequence[Array], states: Sequence[Array], freed: Sequence[int]) -> float:
-        """The cost that ``fit`` would reach if all were linear: one solve, no simulation beyond the first."""
-        if not hasattr(self, "_now"):
+        """The cost that ``fit`` would reach with a linear model: one solve, and one simulation per case."""
+        if not hasattr(self, "_plain_residuals"):
             zero = np.zeros(len(self.names))
-            self._now = {i: self._left(i, targets[i], zero, states[i]) for i in self.given}
+            self._plain_residuals = {i: self._residuals(i, targets[i], zero, states[i]) for i in self.given}
             self._projected = {i: self.common[i] - q @ (q.T @ self.common[i]) for i, q in self._bases()}
         used = np.array(sorted({*range(self.common_count), *freed}))
         weak = np.array([1e-3 if k in freed else 1.0 for k in used])
         columns = np.concatenate([self._projected[i][:, used] for i in self.given] + [np.diag(weak)])
         bases = dict(self._bases())
-        ends = [self._now[i] - bases[i] @ (bases[i].T @ self._now[i]) for i in self.given]
+        ends = [self._plain_residuals[i] - bases[i] @ (bases[i].T @ self._plain_residuals[i]) for i in self.given]
         right = np.concatenate([*ends, weak * self.centre[used]])
         zero = np.zeros(len(self.names))
         solution = self._bounded(columns.T @ columns, columns.T @ right, zero, used, freed)
         return float(((right - columns @ solution) ** 2).sum())
 
     def explained(self, targets: Sequence[Array], other: Sequence[Array], states: Sequence[Array]) -> float:
-        """RMS (floors) left of the targets' motion by a multiple of another cause's motion and by the tolerances.
+        """RMS residual, in noise floors, of the targets after a fit of the tolerances and of another cause's motion.
 
-        Linear: each motion is the difference to the plain leg's from the same ``states``.
+        Linear: the other cause's motion ``other`` minus the motion without causes from the same ``states`` is one
+        further column of the Jacobian.
         """
         zero, used = np.zeros(len(self.names)), np.arange(self.common_count + 1)
         rows, ends, count = [], [], 0.0
         for i, q in self._bases():
-            wanted, theirs = (self._left(i, t[i], zero, states[i]) for t in (targets, other))
+            wanted, theirs = (self._residuals(i, t[i], zero, states[i]) for t in (targets, other))
             block = np.column_stack([self.common[i][:, : self.common_count], theirs])
             rows.append(block - q @ (q.T @ block))
             ends.append(wanted - q @ (q.T @ wanted))
@@ -235,7 +249,7 @@ class Plain:
         return float(np.sqrt(rest @ rest / count))
 
     def _bounded(self, normal: Array, slope: Array, change: Array, used: Places, freed: Sequence[int]) -> Array:
-        """The step that minimises step' normal step / 2 - slope' step while no tolerance is left (freed ones may)."""
+        """The step that minimises step' normal step / 2 - slope' step within ``WORST`` tolerances; freed: unbounded."""
         half = np.linalg.cholesky(normal)
         reach = np.array([1e6 if k in freed or k >= self.common_count else WORST for k in used])
         low = np.minimum((self.centre - change)[used] - reach, -1e-12)
@@ -243,29 +257,29 @@ class Plain:
         return np.asarray(lsq_linear(half.T, np.linalg.solve(half, slope), (low, high), method="bvls").x)
 
     def held_out(self, targets: Sequence[Array], states: Sequence[Array], change: Array) -> float:
-        """RMS (rad) left on the held-out trials with the parameters given, their initial states fitted."""
+        """RMS residual, rad, of the held-out trials with these parameters and their initial states fitted."""
         left, numbers = {}, [i for i in range(len(self.trials)) if i not in self.given]
         for i in numbers:
             state, last = np.array(states[i]), np.inf
             for _ in range(6):
-                rest = self._left(i, targets[i], change, state)
+                rest = self._residuals(i, targets[i], change, state)
                 square = float(rest @ rest)
                 if square > 0.999 * last:
                     break
                 last = square
                 left[i] = rest
-                self._shift(i, state, rest)
+                self._step_state(i, state, rest)
         return self._summary(change, left, np.zeros(1)).rms
 
     def _bases(self) -> list[tuple[int, Array]]:
         return [(i, self.own[i][0]) for i in self.given]
 
-    def _left(self, i: int, target: Array, change: Array, state: Array) -> Array:
-        """Residuals of the moving joints, in floors, each counted for the samples left out."""
+    def _residuals(self, i: int, target: Array, change: Array, state: Array) -> Array:
+        """Residuals of the moving joints in noise floors, weighted for the samples left out."""
         rest = (target - self.predict(i, change, state))[:, self.free(i)].ravel()
         return np.asarray(rest * self.weight[i] / self.floor)
 
-    def _shift(self, i: int, state: Array, rest: Array) -> None:
+    def _step_state(self, i: int, state: Array, rest: Array) -> None:
         q, r = self.own[i]
         free = self.free(i)
         state[[*free, *(self.case.true.n + f for f in free)]] += np.linalg.solve(r, q.T @ rest)
@@ -276,7 +290,7 @@ class Plain:
         return PlainFit(change.copy(), float(np.sqrt(square / count)) * self.floor, square + float(prior @ prior))
 
     def plausible(self, other: Alternative, change: Array) -> bool:
-        """Whether an alternative has a value that a leg could have: nothing early, no link of half its mass."""
+        """Whether the fitted values are physically plausible: no negative delay, no number off by more than 60 %."""
         for k in other.freed:
             name, j = self.names[k]
             value = change[k] * self._unit(name, j)
@@ -290,7 +304,7 @@ class Plain:
         return True
 
     def alternatives(self) -> list[Alternative]:
-        """Causes that are no more than a parameter or a sensor's error, and so are cheap to try."""
+        """Causes that are only an error of a parameter or a sensor, so that the fit can test them without a law."""
         n, index = self.case.true.n, {name: k for k, name in enumerate(self.names)}
         found = [Alternative("base_tilt", -1, (index["tilt", -1],))]
         for j in range(n):

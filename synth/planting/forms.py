@@ -1,4 +1,4 @@
-"""What a form of an effect is: one size to be found, and the leg and sensors that a size makes."""
+"""A form of an effect: one variant with a scalar size, and the true leg and sensors for each size."""
 
 from __future__ import annotations
 
@@ -14,24 +14,28 @@ from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 
 
-class Unfit(Exception):
-    """The leg, joint or trials drawn cannot show the effect."""
+class NotApplicable(Exception):
+    """The effect cannot act, or cannot be seen, at this joint in these trials."""
 
 
 class Scale(NamedTuple):
-    """How far and fast each joint goes in the given trials of the leg without the effect; (n,) each."""
+    """Range and speed of each joint in the given trials of the leg without the effect; (n,) each."""
 
-    travel: Array  # rad, largest distance from rest at release
+    travel: Array  # rad, largest peak-to-peak rotation
     speed: Array  # rad/s, largest
-    low: Array  # rad, smallest and largest rotation
-    high: Array
-    rest: Array  # rad, at the end of a plain release
+    low: Array  # rad, smallest rotation
+    high: Array  # rad, largest rotation
+    rest: Array  # rad, at the end of a release
     slow: float  # 1/s, lowest natural frequency
 
 
 @dataclass(frozen=True)
 class Form:
-    """One effect at one joint in one form; ``build(size)`` gives the leg and the sensors, ``tell`` its parameters."""
+    """One effect at one joint in one form.
+
+    ``largest`` : upper bound of the size. ``build`` : size -> true leg and sensors. ``tell`` : size -> parameters for
+    the case's record.
+    """
 
     name: str
     largest: float
@@ -44,7 +48,7 @@ Maker = Callable[[np.random.Generator, Setup, Scale, int], Form]
 
 
 def law_form(setup: Setup, name: str, largest: float, law: Callable[[float], Law], **shape: float) -> Form:
-    """A form that is one law at a joint."""
+    """A form that consists of one torque law at a joint; ``shape`` : further parameters for its record."""
     good = PlantedSensor.good(setup.true.n)
     return Form(
         name,
@@ -55,23 +59,24 @@ def law_form(setup: Setup, name: str, largest: float, law: Callable[[float], Law
 
 
 def between(rng: np.random.Generator, low: float, high: float) -> float:
+    """A log-uniform random number from ``low`` to ``high``."""
     return float(math.exp(rng.uniform(math.log(low), math.log(high))))
 
 
 def spring_torque(setup: Setup, scale: Scale, j: int) -> float:
-    """N m, what the spring exerts over the joint's travel; without a spring what turns the inertia there as fast."""
+    """Spring torque over the joint's travel, N m; without a spring, outboard inertia times speed^2 over travel."""
     spring = float(setup.true.of("spring")[j] * scale.travel[j])
     return spring if spring > 0.0 else setup.true.outboard(j) * float(scale.speed[j]) ** 2 / float(scale.travel[j])
 
 
 def sprung(setup: Setup, j: int) -> float:
-    """N m/rad of the joint's spring.
+    """Rate of the joint's spring, N m/rad.
 
     Raises
     ------
-    Unfit : it has none, and the effect acts on one.
+    NotApplicable : the joint has no spring.
     """
     rate = float(setup.true.of("spring")[j])
     if rate <= 0.0:
-        raise Unfit("the joint has no spring")
+        raise NotApplicable("the joint has no spring")
     return rate

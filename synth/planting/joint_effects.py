@@ -1,4 +1,4 @@
-"""Effects at a joint: friction, dampers and springs, in other forms than the diagnosing program's."""
+"""Effects at a joint: friction, dampers and springs, in forms that the diagnosing program does not use."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Callable
 import numpy as np
 
 from synth.planting import torque_laws
-from synth.planting.forms import Form, Scale, Unfit, between, law_form, spring_torque, sprung
+from synth.planting.forms import Form, NotApplicable, Scale, between, law_form, spring_torque, sprung
 from synth.planting.model import Law, Truth
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 
 
 def coulomb(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """True sticking, or bristles."""
+    """Dry friction: a rigid constraint while sticking, or LuGre bristles."""
     most = 0.4 * spring_torque(setup, scale, j)
     if rng.random() < 0.5:
         return law_form(setup, "stick-slip", most, lambda s: Law(torque_laws.STICK_SLIP, j, (s, s, 1.0, 0.0)))
@@ -45,7 +45,7 @@ def stribeck(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
 
 
 def load_friction(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Plain bearing that truly sticks, or a mesh's bristles on the spring's torque."""
+    """A plain bearing that sticks rigidly, or a gear mesh with bristle friction on the spring's torque."""
     if rng.random() < 0.5:
         weight = 9.81 * float(setup.true.of("mass")[j:].sum())
         most = min(0.5 * spring_torque(setup, scale, j) / weight, 0.25 * float(setup.true.of("length").mean()))
@@ -56,10 +56,10 @@ def load_friction(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) 
 
 
 def thinning(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Cross fluid, or a power law above a plateau."""
+    """A shear-thinning damper: Cross fluid, or a power law above a plateau."""
     b, top = float(setup.true.of("damper")[j]), float(scale.speed[j])
     if b <= 0.0:
-        raise Unfit("the joint has no damper")
+        raise NotApplicable("the joint has no damper")
     if rng.random() < 0.5:
         m = rng.uniform(0.6, 1.3)
         return law_form(setup, "Cross", 40.0, lambda s: Law(torque_laws.CROSS, j, (b, top / s, m)))
@@ -68,7 +68,7 @@ def thinning(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
 
 
 def drag(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Square and cube together, or Eyring's sinh."""
+    """Drag: a quadratic and a cubic term, or Eyring's sinh."""
     top = float(scale.speed[j])
     most = 2.0 * setup.true.outboard(j) * scale.slow + 2.0 * float(setup.true.of("damper")[j])  # torque per speed
     if rng.random() < 0.5:
@@ -85,7 +85,7 @@ def drag(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
 
 
 def hardening(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Tanh (softening), quintic, sinh, or piecewise stiffness; sized by what it does at the largest deflection."""
+    """A tanh (softening), quintic, sinh or piecewise spring; the size is its relative torque at the largest travel."""
     k, free = sprung(setup, j), float(setup.true.of("free_angle")[j])
     reach = max(abs(float(scale.low[j]) - free), abs(float(scale.high[j]) - free))
     kind = int(rng.integers(0, 4))
@@ -114,15 +114,15 @@ def hardening(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> F
 
 
 def one_sided(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A soft changeover, or one a little beside the free angle; weaker or stiffer on one side."""
+    """A spring that is weaker or stiffer on one side, with a smooth changeover or one beside the free angle."""
     k, free = sprung(setup, j), float(setup.true.of("free_angle")[j])
     low, high = float(scale.low[j]) - free, float(scale.high[j]) - free
     if low > -0.2 * (high - low) or high < 0.2 * (high - low):
-        raise Unfit("the joint stays on one side of its spring")
+        raise NotApplicable("the joint stays on one side of its spring")
     sign = float(rng.choice([-1.0, -1.0, 1.0]))
     most = 0.98 if sign < 0 else 1.5
     side = float(rng.choice([-1.0, 1.0]))
-    # the law acts for u > 0; its mirror is the same with the whole rate changed and the law's sign turned
+    # The law acts for u > 0. For the other side change the rate on both sides and apply the law with opposite sign.
     if rng.random() < 0.5:
         width = math.radians(rng.uniform(0.5, 2.5))
 
@@ -141,7 +141,7 @@ def one_sided(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> F
 def _mirrored(
     setup: Setup, name: str, most: float, law: Callable[[float], Law], j: int, side: float, sign: float
 ) -> Form:
-    """A change on the positive side, or (side -1) on the negative one: the whole rate changed, the other side back."""
+    """A form that changes the rate on the positive side (``side`` 1) or on the negative one (-1)."""
     good = PlantedSensor.good(setup.true.n)
     k = float(setup.true.of("spring")[j])
 
@@ -153,7 +153,7 @@ def _mirrored(
 
 
 def hysteresis(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Bouc-Wen with a rounded knee, or two Maxwell branches."""
+    """A hysteretic spring: Bouc-Wen with a rounded knee, or two Maxwell branches."""
     k, travel = sprung(setup, j), float(scale.travel[j])
     if rng.random() < 0.5:
         delta, power, share = travel * rng.uniform(0.1, 0.4), rng.uniform(1.5, 3.0), rng.uniform(0.2, 0.6)
@@ -165,10 +165,10 @@ def hysteresis(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> 
 
 
 def backlash(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A massless arm that leaves its flank, or one of small inertia between Hunt-Crossley flanks."""
+    """Backlash: a massless arm that loses contact, or an arm of small inertia between Hunt-Crossley flanks."""
     k, b, free = (float(setup.true.of(name)[j]) for name in ("spring", "damper", "free_angle"))
     if min(k, b) <= 0.0 or any(joint == j for joint, _ in setup.true.curves):
-        raise Unfit("play needs a spring and a damper with a rate behind it")
+        raise NotApplicable("backlash needs a spring and a linear damper behind it")
     good = PlantedSensor.good(setup.true.n)
     most = min(math.radians(4.0), 0.4 * float(scale.travel[j]))
     if rng.random() < 0.6:

@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from synth.planting import bodies, torque_laws
-from synth.planting.forms import Form, Scale, Unfit, between, spring_torque, sprung
+from synth.planting.forms import Form, NotApplicable, Scale, between, spring_torque, sprung
 from synth.planting.model import Array, Base, Bend, Law, Truth
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 
 
 def preload(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """The free angle shifted."""
+    """A shifted free angle."""
     good, sign = PlantedSensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
     sprung(setup, j)
     free = float(setup.true.of("free_angle")[j])
@@ -29,7 +29,7 @@ def preload(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> For
 
 
 def link_mass(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Mass and inertia in proportion."""
+    """Another link mass, with its inertia in proportion."""
     good, sign = PlantedSensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
     mass, inertia = float(setup.true.of("mass")[j]), float(setup.true.of("inertia")[j])
     return Form(
@@ -44,7 +44,7 @@ def link_mass(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> F
 
 
 def link_inertia(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Centre of mass off, inertia off, or both as when a part of the mass sits elsewhere."""
+    """Another centre of mass, another inertia, or both because a share of the mass is elsewhere."""
     good, sign = PlantedSensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
     mass, com, inertia = (float(setup.true.of(name)[j]) for name in ("mass", "com", "inertia"))
     kind = ("com", "inertia", "moved part")[int(rng.choice(3, p=[0.4, 0.2, 0.4]))]
@@ -56,7 +56,7 @@ def link_inertia(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -
             return Truth(setup.true.changed("com", j, com * (1 + sign * s))), good
         if kind == "inertia":
             return Truth(setup.true.changed("inertia", j, inertia * (1 + (sign if s < 1 else 1.0) * s))), good
-        centre = (1 - s) * com + s * place * length  # a share s of the mass gathered at one place
+        centre = (1 - s) * com + s * place * length  # a share s of the mass is at ``place``
         spread = (1 - s) * (inertia + mass * (com - centre) ** 2) + s * mass * (place * length - centre) ** 2
         return Truth(setup.true.changed("com", j, centre).changed("inertia", j, spread)), good
 
@@ -89,19 +89,19 @@ def _one(n: int, j: int, value: float) -> Array:
 
 
 def encoder_offset(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """The reading shifted."""
+    """An offset of the reading."""
     sign, n = float(rng.choice([-1.0, 1.0])), setup.true.n
     return _sensor(setup, "shift", math.radians(12.0), lambda s: {"offset": _one(n, j, sign * s)}, "offset_rad")
 
 
 def encoder_scale(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """The reading scaled about 0 deg."""
+    """A scale error of the reading about 0 deg."""
     sign, n = float(rng.choice([-1.0, 1.0])), setup.true.n
     return _sensor(setup, "scaled", 0.25, lambda s: {"scale": _one(n, j, sign * s)}, "scale_error")
 
 
 def quantisation(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Coarse counts, a whole number of them a turn."""
+    """Coarse counts, an integer number per turn."""
     n = setup.true.n
 
     def change(s: float) -> dict[str, Array]:
@@ -111,24 +111,24 @@ def quantisation(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -
 
 
 def latency(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A pure delay of any length, or a first-order lag."""
+    """A pure delay, or a first-order lag."""
     n = setup.true.n
     if n == 1:
-        raise Unfit("one channel alone: late against nothing")
+        raise NotApplicable("a single channel has no other to be late against")
     if rng.random() < 0.6:
         return _sensor(setup, "delay", setup.longest_lag, lambda s: {"latency": _one(n, j, s)}, "delay_s")
     return _sensor(setup, "first-order lag", 0.75 * setup.longest_lag, lambda s: {"lag": _one(n, j, s)}, "lag_s")
 
 
 def joint_stop(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Hunt-Crossley or rubber, on the side to which the leg swings; sized by how far it reaches into the motion."""
+    """A Hunt-Crossley or rubber stop on the side to which the leg swings; the size is how far it limits the motion."""
     inside = [t.pose[j] for t in setup.trials if j not in t.locked]
     side = 1.0 if np.mean(inside) < scale.rest[j] else -1.0
-    nearest = max(side * x for x in inside)  # releases lie on the free side
+    nearest = max(side * x for x in inside)  # all releases are on the free side
     end = float(scale.high[j]) if side > 0 else -float(scale.low[j])
     room = end - max(nearest, side * float(scale.rest[j]) - 0.3 * float(scale.travel[j])) - math.radians(0.5)
     if room < math.radians(0.5):
-        raise Unfit("the joint does not swing beyond where it is released")
+        raise NotApplicable("the joint does not swing beyond its release")
     k, top = float(setup.true.of("spring")[j]), float(scale.speed[j])
     k = k if k > 0.0 else spring_torque(setup, scale, j) / float(scale.travel[j])
     stiff = k * between(rng, 5, 40)
@@ -155,10 +155,10 @@ def joint_stop(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> 
 
 
 def base_compliance(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A mount that slides and rocks, or rocks with a drag for damping; sized by its compliance."""
+    """A mount that slides and rocks, or one that rocks with quadratic damping; the size is its compliance."""
     leg = setup.true
     whole, reach = float(leg.of("mass").sum()), float(leg.of("length").sum())
-    mass, arm = whole * rng.uniform(0.5, 2.5), -reach * rng.uniform(0.5, 1.5)  # the pivot lies below the hip
+    mass, arm = whole * rng.uniform(0.5, 2.5), -reach * rng.uniform(0.5, 1.5)  # the pivot is below the hip
     inertia, ratio = mass * arm**2, rng.uniform(0.02, 0.15)
     carried = (mass + whole) * arm**2
     good = PlantedSensor.good(leg.n)
@@ -185,7 +185,7 @@ def base_compliance(rng: np.random.Generator, setup: Setup, scale: Scale, j: int
 
 
 def base_tilt(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """The mount turned."""
+    """A tilted mount."""
     sign, good = float(rng.choice([-1.0, 1.0])), PlantedSensor.good(setup.true.n)
     return Form(
         "turned",
@@ -196,7 +196,7 @@ def base_tilt(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> F
 
 
 def link_flexibility(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Two or three hinges along the link, or a cantilever's one and a softer end."""
+    """A bending link: two or three hinges along it, or the hinge of a cantilever and a softer end."""
     leg, good = setup.true, PlantedSensor.good(setup.true.n)
     kind = int(rng.integers(0, 3))
     shares = ((0.25, 0.75), (1 / 6, 0.5, 5 / 6), (0.15, 0.6))[kind]

@@ -1,4 +1,4 @@
-"""What the sensors make of the motion: late, scaled, shifted, coupled, noisy, counted."""
+"""Sensor model: delay, lag, cross-talk, scale, offset, eccentricity, noise and encoder counts."""
 
 from __future__ import annotations
 
@@ -8,31 +8,32 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from synth.planting.model import Array, Motion, PlantedLeg
+from synth.planting.model import Array, PlantedLeg
+from synth.planting.simulation import Motion
 
 
 @dataclass(frozen=True)
 class PlantedSensor:
-    """Errors of the reading; zero or empty where there is none. Angles rad, times s, (n,) a joint."""
+    """Errors of the readings, (n,) one per joint; zero or empty means no error. Angles in rad, times in s."""
 
     offset: Array
     scale: Array
-    width: Array  # rad, of a count that is coarser than the design's
+    width: Array  # rad, width of one count, if coarser than the design's
     latency: Array
     lag: Array  # time constant of a first-order filter
-    talk: Array  # (n, n): reading += talk @ (reading - talk_about), as calibrated at rest
+    talk: Array  # (n, n), cross-talk: reading += talk @ (reading - talk_about)
     talk_about: Array
-    wobble: tuple[int, float, float, float] | None = None  # joint, amplitude, harmonic, phase: eccentric disc
-    drops: tuple[tuple[float, float], ...] = ()  # s after the recording's start, s lost: samples that went missing
+    wobble: tuple[int, float, float, float] | None = None  # eccentric disc: joint, amplitude, harmonic, phase
+    drops: tuple[tuple[float, float], ...] = ()  # lost samples: s after the recording's start, duration in s
 
     @staticmethod
     def good(n: int) -> PlantedSensor:
-        """No error but the design's noise and counts."""
+        """Sensors whose only errors are the design's noise and counts."""
         zero = np.zeros(n)
         return PlantedSensor(zero, zero, zero, zero, zero, np.zeros((n, n)), zero)
 
     def times(self, times: Array, start: float) -> Array:
-        """When the samples were really taken, s from the release."""
+        """True times (m,) s from the release at which the samples with nominal ``times`` (m,) s were taken."""
         late = np.zeros(len(times))
         for when, lost in self.drops:
             late += lost * (times >= when)
@@ -40,11 +41,11 @@ class PlantedSensor:
 
     @property
     def reach(self) -> float:
-        """How much longer than the recording the motion must be, s."""
+        """Time by which the motion must be longer than the recording, s."""
         return sum(lost for _, lost in self.drops)
 
     def read(self, leg: PlantedLeg, motion: Motion, times: Array, start: float, counted: bool = True) -> Array:
-        """(m, n) rad: noise-free readings at nominal ``times``; ``counted`` rounds where a count is coarse."""
+        """Noise-free readings (m, n) rad at nominal ``times`` (m,) s; ``counted`` : round coarse counts."""
         taken = self.times(times, start)
         rotation = np.empty((len(times), leg.n))
         for j in range(leg.n):
@@ -69,7 +70,11 @@ class PlantedSensor:
         return np.asarray(angle)
 
     def record(self, angle: Array, noise: float | Array, counts: float | Array, rng: np.random.Generator) -> Array:
-        """Readings (before counting) as recorded: noise, then counts, the design's or coarser; infinite ones: none."""
+        """Recorded angles (m, n) rad: ``angle`` with noise, rounded to counts.
+
+        ``noise`` : rad, standard deviation. ``counts`` : of the design, per turn; infinite for no rounding. A coarser
+        ``width`` takes precedence.
+        """
         width = np.where(self.width > 0, self.width, 2 * math.pi / np.asarray(counts))
         shaken = angle + noise * rng.standard_normal(angle.shape)
         return np.where(width > 0, _rounded(shaken, width), shaken)

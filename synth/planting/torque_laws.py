@@ -1,8 +1,8 @@
-"""Torque laws of joints, as functions of time, angle, speed and memory; compiled, and called by the engine a stage.
+"""Compiled torque laws of joints as functions of time, angle, speed and memory; the engine calls them at every stage.
 
-A law is a number (below), the coordinate it acts on, sometimes a second one, and up to eight parameters. Angles are
-relative to the spring's free angle where a law belongs to a spring, else rotations. None of these forms is one of the
-diagnosing program's; the sources of the formulas stand at each.
+A law consists of a number (below), the coordinate on which it acts, optionally a second coordinate, and up to eight
+parameters. Angles are relative to the spring's free angle if the law belongs to a spring, otherwise rotations. The
+diagnosing program uses none of these forms. The source is given at each formula.
 """
 
 # mypy: disable-error-code="no-untyped-def,untyped-decorator,no-untyped-call"
@@ -45,17 +45,18 @@ CREEPING_SPRING = 24  # par: k, shift, time constant: free angle creeps within a
 MAGNET = 25  # par: a, harmonic, phase
 RUB_SPOT = 26  # par: a, angle, width: friction felt only near one angle; -a bump(q) tanh(w/0.05)
 KNOCKS = 27  # par: torque, period, phase, width: short pulses, as of a tugging cable
-DRIVE = 29  # known torque; par: amplitude, frequency, phase, a second of each, what is added, how late
-DRIVE_TABLE = 30  # known torque as recorded; par: share, what is added, how late, first row of the table, rows
-DAMPER_TABLE = 31  # damper as measured; par: rate that the chain has already, first row, rows
+DRIVE = 29  # known torque; par: amplitude, angular frequency and phase of each of two sines, offset, delay
+DRIVE_TABLE = 30  # known torque as recorded; par: gain, offset, delay, first row of the table, number of rows
+# damper as measured; par: linear rate that the chain already has, first row of the table, number of rows
+DAMPER_TABLE = 31
 LOOSE_SPRING = 28  # par: k, x0, share, time constant: rate falls during the trial (clamp slipping)
 
 STUCK_LAWS = (STICK_SLIP, BEARING)
 
 
 @njit
-def fall(w, weak, strong, speed, shape):
-    """Friction torque at speed ``w``, from ``strong`` at rest to ``weak`` at high speed."""
+def stribeck_torque(w, weak, strong, speed, shape):
+    """Stribeck friction torque at speed ``w``: ``strong`` at rest, ``weak`` at high speed."""
     if strong == weak:
         return weak
     r = abs(w) / speed
@@ -65,7 +66,7 @@ def fall(w, weak, strong, speed, shape):
 
 @njit
 def torque(law, p, table, t, q, w, qj, wj, z0, z1):
-    """Torques on the law's coordinate and on its second one, and the rates of its two memories."""
+    """Torques on the law's coordinate and on its second one, and rates of change of its two memories."""
     if law == CROSS:
         return p[0] * w * (1.0 - 1.0 / (1.0 + (abs(w) / p[1]) ** p[2])), 0.0, 0.0, 0.0
     if law == PLATEAU:
@@ -124,20 +125,24 @@ def torque(law, p, table, t, q, w, qj, wj, z0, z1):
         late = t - p[7]
         return p[0] * math.sin(p[1] * late + p[2]) + p[3] * math.sin(p[4] * late + p[5]) + p[6], 0.0, 0.0, 0.0
     if law == DRIVE_TABLE:
-        return p[0] * looked_up(table, int(p[3]), int(p[4]), t - p[2], False) + p[1], 0.0, 0.0, 0.0
+        return p[0] * interpolated(table, int(p[3]), int(p[4]), t - p[2], False) + p[1], 0.0, 0.0, 0.0
     if law == DAMPER_TABLE:
-        return p[0] * w - math.copysign(looked_up(table, int(p[1]), int(p[2]), abs(w), True), w), 0.0, 0.0, 0.0
-    return outside(law, p, t, q, w, qj)
+        return p[0] * w - math.copysign(interpolated(table, int(p[1]), int(p[2]), abs(w), True), w), 0.0, 0.0, 0.0
+    return unlisted_torque(law, p, t, q, w, qj)
 
 
 @njit
-def looked_up(table, first, count, x, onward):
-    """Linear between rows ``first`` to ``first + count``; beyond the last as there, or (``onward``) straight on."""
+def interpolated(table, first, count, x, extrapolate):
+    """Linear interpolation in rows ``first`` to ``first + count - 1`` of ``table``.
+
+    Before the first row the value is constant. After the last row it is constant, or linearly extrapolated if
+    ``extrapolate``.
+    """
     low, high = first, first + count - 1
     if x <= table[low, 0]:
         return table[low, 1]
     if x >= table[high, 0]:
-        if not onward:
+        if not extrapolate:
             return table[high, 1]
         low = high - 1
     while high - low > 1:
@@ -151,8 +156,8 @@ def looked_up(table, first, count, x, onward):
 
 
 @njit
-def outside(law, p, t, q, w, qj):
-    """The laws that no library of the usual effects holds."""
+def unlisted_torque(law, p, t, q, w, qj):
+    """Torques of the laws that no library of usual effects contains."""
     if law == CABLE:
         u = p[1] * q + p[2] * qj - p[3]
         pull = 0.0 if (p[4] > 0.5 and u < 0.0) else p[0] * u

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import synth
-from synth.planting.forms import Unfit
+from synth.planting.forms import NotApplicable
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.outcome import CANNOT, FAILED, CaseOutcome, accused
 from synth.rehearsal.plants import Field, Planted, PlantingTask
@@ -78,7 +78,7 @@ def _planted(call: Call) -> Planted | None:
     rng = np.random.default_rng([call.seed, task.draw, task.rung, task.joint + 2, *letters])
     try:
         return _field(call.project, call.seed, task.draw).plant(rng, task)
-    except (Unfit, ArithmeticError, np.linalg.LinAlgError):
+    except (NotApplicable, ArithmeticError, np.linalg.LinAlgError):
         return None
 
 

@@ -12,15 +12,14 @@ import numpy as np
 from synth.arrays import Array
 from synth.motion.smoothing import Mask
 from synth.planting.effect_makers import AT_BASE, EFFECTS
-from synth.planting.forms import Form, Maker, Unfit
-from synth.planting.ground import PlainMotion, PlantedCause
-from synth.planting.outsiders import EVERYWHERE, OUTSIDERS
-from synth.planting.together import together
-from synth.planting.wrong_numbers import OF_TORQUE, WRONG_NUMBERS
+from synth.planting.effect_size import PlainMotion, PlantedCause, combined
+from synth.planting.forms import Form, Maker, NotApplicable
+from synth.planting.parameter_errors import PARAMETER_ERRORS, TORQUE_ERRORS
+from synth.planting.unlisted_effects import ON_ALL_CHANNELS, UNLISTED_EFFECTS
 from synth.rehearsal.sizes import size_of
 from synth.rehearsal.users_rig import Rig
 
-LIBRARY: dict[str, Maker] = {k: v for k, v in {**EFFECTS, **WRONG_NUMBERS}.items() if k != "encoder_quantisation"}
+LIBRARY: dict[str, Maker] = {k: v for k, v in {**EFFECTS, **PARAMETER_ERRORS}.items() if k != "encoder_quantisation"}
 # Gap of a main cause relative to the unexplained background (noise and small causes), in steps of about three, the
 # best resolution of a few draws.
 RUNGS = (1.0, 3.0, 10.0, 30.0)
@@ -68,7 +67,7 @@ class Field:
 
         Raises
         ------
-        Unfit : the trials hardly move the leg.
+        NotApplicable : the trials hardly move the leg.
         """
         rng = np.random.default_rng([seed, draw, 0xF1E1D])
         made = cls(rig, PlainMotion(rig.built(rng)))
@@ -84,7 +83,7 @@ class Field:
         each = self.rig.background / math.sqrt(SMALL) / self.ground.floor
         if each < 1.0:  # hidden by the noise
             return
-        names = [name for name in (*LIBRARY, *OUTSIDERS) if name not in UNSEEN and name not in OF_TORQUE]
+        names = [name for name in (*LIBRARY, *UNLISTED_EFFECTS) if name not in UNSEEN and name not in TORQUE_ERRORS]
         for name in rng.permutation(sorted(names)).tolist():
             if len(self.small) == POOL:
                 return
@@ -96,13 +95,13 @@ class Field:
         self, rng: np.random.Generator, effect: str, joint: int, strength: float, near: float
     ) -> PlantedCause | None:
         """The cause with that gap in noise floors; None if the joint cannot have it."""
-        maker = OUTSIDERS.get(effect) or LIBRARY[effect]
-        place = -1 if effect in AT_BASE else -2 if effect in EVERYWHERE else joint
+        maker = UNLISTED_EFFECTS.get(effect) or LIBRARY[effect]
+        place = -1 if effect in AT_BASE else -2 if effect in ON_ALL_CHANNELS else joint
         for _ in range(ATTEMPTS):
             try:
                 form: Form = maker(rng, self.ground.setup, self.ground.scale, max(joint, 0))
                 return self.ground.find(effect, place, form, strength, near)
-            except (Unfit, ArithmeticError, np.linalg.LinAlgError):
+            except (NotApplicable, ArithmeticError, np.linalg.LinAlgError):
                 continue
         return None
 
@@ -117,7 +116,7 @@ class Field:
             main.append(found)
         others = [cause for cause in self.small if cause.effect != task.effect]
         beside = [others[i] for i in rng.permutation(len(others))[:SMALL]]
-        truth, sensor = together(ground.setup, [*main, *beside])
+        truth, sensor = combined(ground.setup, [*main, *beside])
         readings = []
         for i, (motion, trial) in enumerate(zip(ground.run(truth, sensor, True), self.rig.trials, strict=True)):
             assert motion is not None
@@ -156,7 +155,7 @@ def places(rig: Rig, seed: int) -> list[tuple[str, int]]:
     driven = [j for j in free if any(trial.strongest(j) > 0.0 for trial in rig.trials)]
     found = []
     for effect in LIBRARY:
-        joints = [-1] if effect in AT_BASE else driven if effect in OF_TORQUE else free
+        joints = [-1] if effect in AT_BASE else driven if effect in TORQUE_ERRORS else free
         if effect == "latency" and len(free) < 2:
             continue  # a delay needs a second joint to be relative to
         found += [(effect, j) for j in joints]
@@ -167,5 +166,5 @@ def places(rig: Rig, seed: int) -> list[tuple[str, int]]:
 def strangers(rig: Rig, rng: np.random.Generator, count: int) -> list[tuple[str, int]]:
     """``count`` causes outside every library, each at a random joint."""
     free = sorted({j for t in rig.trials if not t.held_out for j in range(rig.nominal.n) if j not in t.locked})
-    names = [name for name in OUTSIDERS if rig.nominal.n > 1 or name not in ("cable_coupling", "cross_talk")]
+    names = [name for name in UNLISTED_EFFECTS if rig.nominal.n > 1 or name not in ("cable_coupling", "cross_talk")]
     return [(str(rng.choice(names)), int(rng.choice(free))) for _ in range(count)]

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from synth.planting import torque_laws
+from synth.planting.effect_size import PlantedCause
 from synth.planting.forms import Scale
-from synth.planting.ground import PlantedCause
 from synth.planting.setup import Setup
 
 Told = Mapping[str, Any]

@@ -15,8 +15,9 @@ from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording, recordings
 from synth.motion.smoothing import Mask
 from synth.planting import bodies, engine, torque_laws
-from synth.planting.model import PlantedLeg, PlantedTrial, Truth, fastest
+from synth.planting.model import PlantedLeg, PlantedTrial, Truth
 from synth.planting.setup import LONGEST_LAG, Setup, as_built
+from synth.planting.simulation import fastest
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Joint
 from synth.swing.leg_model import Leg as OurLeg

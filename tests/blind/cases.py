@@ -11,13 +11,12 @@ import numpy as np
 from blind import legs
 from blind.legs import Wish
 from synth.planting.effect_makers import AT_BASE, EFFECTS
-from synth.planting.forms import Unfit
-from synth.planting.ground import PlainMotion, PlantedCause
+from synth.planting.effect_size import PlainMotion, PlantedCause, combined
+from synth.planting.forms import NotApplicable
 from synth.planting.model import Array, Truth
-from synth.planting.outsiders import EVERYWHERE, OUTSIDERS
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import NOISE, Setup
-from synth.planting.together import together
+from synth.planting.unlisted_effects import ON_ALL_CHANNELS, UNLISTED_EFFECTS
 
 STRENGTHS = (1.5, 3.0, 6.0, 12.0)
 SAME_CHI = 6.0  # explanations whose chi squared differ by less are not told apart
@@ -67,13 +66,13 @@ def make_case(
 
     Raises
     ------
-    Unfit
+    NotApplicable
         If no leg drawn can show the effect.
     """
     rng = np.random.default_rng([seed, number, KINDS.index(kind)])
     tie = TIES[int(rng.integers(0, len(TIES)))]
     if effect is None:
-        pool = OUTSIDERS if kind == "unknown" else EFFECTS
+        pool = UNLISTED_EFFECTS if kind == "unknown" else EFFECTS
         effect = str(rng.choice(tie[0])) if kind == "tie" else str(rng.choice(sorted(pool)))
     if strength is None:
         strength = float(rng.choice(STRENGTHS[1:] if kind in ("unknown", "two") else STRENGTHS))
@@ -82,9 +81,9 @@ def make_case(
             strength = STRENGTHS[STRENGTHS.index(strength) - 1]
         try:
             return _attempt(rng, [seed, number], kind, effect, strength, tie[1:] if kind == "tie" else None, joints)
-        except (Unfit, ArithmeticError, np.linalg.LinAlgError):
+        except (NotApplicable, ArithmeticError, np.linalg.LinAlgError):
             continue
-    raise Unfit(f"{kind} {effect}: no case in {ATTEMPTS} attempts")
+    raise NotApplicable(f"{kind} {effect}: no case in {ATTEMPTS} attempts")
 
 
 def _attempt(
@@ -116,7 +115,7 @@ def _attempt(
         causes.append(_cause(rng, ground, second, None, float(rng.choice(STRENGTHS[1:]))))
         if ground.floor != floor:
             causes[0] = ground.find(effect, causes[0].joint, causes[0].form, strength)
-    truth, sensor = together(ground.setup, causes)
+    truth, sensor = combined(ground.setup, causes)
     tied, share = _tied(rng, ground, truth, sensor, causes, kind)
     note: dict[str, Any] = {"seed": seed, "kind": kind, "library_leaves": share}
     rivals = [name for family in FAMILIES if effect in family for name in family if name != effect]
@@ -132,14 +131,14 @@ def _cause(
     rng: np.random.Generator, ground: PlainMotion, effect: str, joint: int | None, strength: float
 ) -> PlantedCause:
     """The effect at a joint (drawn if None) with its size found; each joint is tried before the leg is given up."""
-    maker = OUTSIDERS.get(effect) or EFFECTS[effect]
+    maker = UNLISTED_EFFECTS.get(effect) or EFFECTS[effect]
     order = rng.permutation(ground.setup.true.n).tolist() if joint is None else [joint]
-    failed = Unfit("no joint")
+    failed = NotApplicable("no joint")
     for j in [-1] if effect in AT_BASE else order:
         try:
             form = maker(rng, ground.setup, ground.scale, max(j, 0))
-            return ground.find(effect, -2 if effect in EVERYWHERE else j, form, strength)
-        except Unfit as why:
+            return ground.find(effect, -2 if effect in ON_ALL_CHANNELS else j, form, strength)
+        except NotApplicable as why:
             failed = why
     raise failed
 
@@ -175,15 +174,15 @@ def _tied(
     if kind == "unknown":  # what the library explains is no case of the unknown
         before = model.fit(targets, states)
         if any(f.rms < max(0.5 * before.rms, 1.2 * ground.floor) for _, f in fits):
-            raise Unfit("the library would do")
+            raise NotApplicable("the library would do")
         torques = [name for name in EFFECTS if name not in CHEAP]
         share = ground.nearest(rng, truth, sensor, torques, range(ground.setup.true.n))[2]
         if share < max(0.4, 1.2 * ground.floor / before.rms):
-            raise Unfit("the library would do")
+            raise NotApplicable("the library would do")
         return [], round(share, 3)
     tied = [(o.effect, o.joint, f.cost - trueness) for o, f in fits if f.cost - trueness < SAME_CHI]
     if kind == "tie" and not tied:
-        raise Unfit("told apart")
+        raise NotApplicable("told apart")
     return tied, None
 
 

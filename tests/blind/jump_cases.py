@@ -27,7 +27,7 @@ FORMS = {
     "torque_constant": "falls with the current", "gear_friction": "true sticking, or a loss that grows with speed",
     "joint_damping": "power of the rate", "ground_slip": "bristle, more at rest", "ground_compliance": "stiffens",
 }  # fmt: skip
-OUTSIDERS = ("hip_spring", "current_limit", "encoder_scale")
+UNLISTED_EFFECTS = ("hip_spring", "current_limit", "encoder_scale")
 STRENGTHS = (1.5, 3.0, 6.0, 12.0)
 # A usual size of each parameter, and the most that is plausible.
 SIZES = {
@@ -231,7 +231,7 @@ def make_case(seed: int, number: int, kind: str, folder: Path, effect: str | Non
     """Write one case into ``folder`` and give its answer."""
     rng = np.random.default_rng([seed, number, KINDS.index(kind), 7])
     catalogue = Catalogue.load()
-    pool = sorted(PLACES) if kind != "unknown" else list(OUTSIDERS)
+    pool = sorted(PLACES) if kind != "unknown" else list(UNLISTED_EFFECTS)
     chosen = [effect or str(rng.choice(pool))] if kind != "none" else []
     if kind == "two":
         rest = [name for name in pool if name not in (*chosen, "ground_slip")]

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.planting.model import PARAMETERS, PlantedLeg, PlantedTrial, fastest, rest_pose
+from synth.planting.model import PARAMETERS, PlantedLeg, PlantedTrial
 from synth.planting.model import Truth as _Truth
 from synth.planting.setup import COUNTS, NOISE, Setup, as_built
+from synth.planting.simulation import fastest, rest_pose
 
 NAMES = ("hip", "knee", "ankle")
 ZEROS = (0.0, 90.0, 180.0, -45.0, 105.0, 30.0)

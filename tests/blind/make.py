@@ -20,8 +20,8 @@ from blind.asked import Asked
 from blind.cases import KINDS, make_case
 from blind.writing import folder_name, write_case
 from synth.planting.effect_makers import EFFECTS
-from synth.planting.forms import Unfit
-from synth.planting.outsiders import OUTSIDERS
+from synth.planting.forms import NotApplicable
+from synth.planting.unlisted_effects import UNLISTED_EFFECTS
 
 MIX = {"single": 0.60, "none": 0.12, "two": 0.10, "unknown": 0.10, "tie": 0.08}
 
@@ -39,7 +39,7 @@ def plan(seed: int, count: int, kind: str, effect: str | None) -> list[tuple[int
         chosen = effect
         if effect is None and k in ("single", "unknown", "two"):
             if not turns.get(k):
-                turns[k] = rng.permutation(sorted(OUTSIDERS if k == "unknown" else EFFECTS)).tolist()
+                turns[k] = rng.permutation(sorted(UNLISTED_EFFECTS if k == "unknown" else EFFECTS)).tolist()
             chosen = turns[k].pop()
         cases.append((k, chosen))
     order = rng.permutation(len(cases))
@@ -54,7 +54,7 @@ def one(task: tuple[int, str, str | None], seed: int, out: Path) -> tuple[str, d
         try:
             case = make_case(seed, number + 100_000 * again, kind, effect if again < 2 else None)
             break
-        except Unfit as why:
+        except NotApplicable as why:
             print(f"{number}: {why}", file=sys.stderr)  # noqa: T201
     if case is None:
         raise RuntimeError(f"case {number} ({kind} {effect}) cannot be made")
@@ -78,7 +78,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--count", type=int, required=True)
     parser.add_argument("--kind", choices=[*KINDS, "mix"], default="mix")
-    parser.add_argument("--effect", choices=sorted({*EFFECTS, *OUTSIDERS}))
+    parser.add_argument("--effect", choices=sorted({*EFFECTS, *UNLISTED_EFFECTS}))
     parser.add_argument("--workers", type=int, default=1)
     chosen = parser.parse_args(arguments)
     if chosen.answers.resolve().is_relative_to(chosen.out.resolve()):

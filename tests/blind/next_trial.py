@@ -18,7 +18,8 @@ from blind.make import plan
 from blind.score import true_keys
 from blind.views import View
 from blind.writing import folder_name
-from synth.planting.model import Array, Law, PlantedTrial, fastest, release
+from synth.planting.model import Array, Law, PlantedTrial
+from synth.planting.simulation import fastest, release
 from synth.planting.torque_laws import KNOCKS
 from synth.units import parse
 

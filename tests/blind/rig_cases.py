@@ -17,18 +17,18 @@ from blind import legs
 from blind.cases import Case, _tied
 from blind.legs import Wish
 from synth.planting.effect_makers import AT_BASE, EFFECTS
+from synth.planting.effect_size import PlainMotion, PlantedCause, combined
 from synth.planting.explained_gap import PlainFit
-from synth.planting.forms import Form, Maker, Unfit
-from synth.planting.ground import PlainMotion, PlantedCause
-from synth.planting.model import PARAMETERS, Array, Motion, Truth
-from synth.planting.outsiders import EVERYWHERE, OUTSIDERS
+from synth.planting.forms import Form, Maker, NotApplicable
+from synth.planting.model import PARAMETERS, Array, Truth
+from synth.planting.parameter_errors import EFFECTS_OF_NUMBER, PARAMETER_ERRORS, TORQUE_ERRORS
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import TOLERANCE, Setup
-from synth.planting.together import together
-from synth.planting.wrong_numbers import CALLED, OF_TORQUE, WRONG_NUMBERS
+from synth.planting.simulation import Motion
+from synth.planting.unlisted_effects import ON_ALL_CHANNELS, UNLISTED_EFFECTS
 
 KINDS = ("single", "none", "two", "unknown")
-LIBRARY: dict[str, Maker] = {k: v for k, v in {**EFFECTS, **WRONG_NUMBERS}.items() if k != "encoder_quantisation"}
+LIBRARY: dict[str, Maker] = {k: v for k, v in {**EFFECTS, **PARAMETER_ERRORS}.items() if k != "encoder_quantisation"}
 FINE = (3e-5, 1.2e-4)  # rad RMS of the sensor: 0.002 to 0.007 deg
 COUNTS = 2**17  # a turn
 MAIN = (40.0, 250.0)  # floors, of a main cause
@@ -62,18 +62,18 @@ def make_rig(
 
     Raises
     ------
-    Unfit
+    NotApplicable
         If no leg drawn can show the main cause.
     """
     rng = np.random.default_rng([seed, number, 0xD127, KINDS.index(kind)])
     if effect is None:
-        effect = str(rng.choice(sorted(OUTSIDERS if kind == "unknown" else LIBRARY)))
+        effect = str(rng.choice(sorted(UNLISTED_EFFECTS if kind == "unknown" else LIBRARY)))
     for _ in range(ATTEMPTS):
         try:
             return _attempt(rng, [seed, number], kind, effect, joints, driven)
-        except (Unfit, ArithmeticError, np.linalg.LinAlgError):
+        except (NotApplicable, ArithmeticError, np.linalg.LinAlgError):
             continue
-    raise Unfit(f"{kind} {effect}: no rig in {ATTEMPTS} attempts")
+    raise NotApplicable(f"{kind} {effect}: no rig in {ATTEMPTS} attempts")
 
 
 def _attempt(
@@ -84,7 +84,7 @@ def _attempt(
     side = int(rng.integers(0, joints)) if effect == "joint_stop" else None
     setup, numbers = _setup(rng, joints, Wish(one_side=side))
     turning = bool(rng.random() < DRIVEN) if driven is None else driven
-    if turning or effect in OF_TORQUE:
+    if turning or effect in TORQUE_ERRORS:
         setup = _driven(rng, setup)
     ground = PlainMotion(setup)
     level = math.exp(rng.uniform(*np.log(MAIN)))
@@ -137,26 +137,26 @@ def _driven(rng: np.random.Generator, setup: Setup) -> Setup:
         )
         trials.append(trial if j in trial.locked else trial._replace(drive=drive))
     if not any(trial.drive for trial in trials if not trial.held_out):
-        raise Unfit("the driven joint is locked")
+        raise NotApplicable("the driven joint is locked")
     return replace(setup, trials=tuple(trials))
 
 
 def _untorqued(setup: Setup) -> tuple[str, ...]:
-    return () if any(trial.drive for trial in setup.trials) else OF_TORQUE
+    return () if any(trial.drive for trial in setup.trials) else TORQUE_ERRORS
 
 
 def _cause(
     rng: np.random.Generator, ground: PlainMotion, effect: str, strength: float, joint: int | None = None
 ) -> PlantedCause:
     """The effect with a gap of that strength, at a joint (drawn if None); each is tried before the leg is given up."""
-    maker = OUTSIDERS.get(effect) or LIBRARY[effect]
+    maker = UNLISTED_EFFECTS.get(effect) or LIBRARY[effect]
     order = rng.permutation(ground.setup.true.n).tolist() if joint is None else [joint]
-    failed = Unfit("no joint")
+    failed = NotApplicable("no joint")
     for j in [-1] if effect in AT_BASE else order:
         try:
             form: Form = maker(rng, ground.setup, ground.scale, max(j, 0))
-            return ground.find(effect, -2 if effect in EVERYWHERE else j, form, strength)
-        except Unfit as why:
+            return ground.find(effect, -2 if effect in ON_ALL_CHANNELS else j, form, strength)
+        except NotApplicable as why:
             failed = why
     raise failed
 
@@ -164,7 +164,7 @@ def _cause(
 def _small(rng: np.random.Generator, ground: PlainMotion, main: list[PlantedCause], level: float) -> list[PlantedCause]:
     """Small causes, of the library or not, each other than the main ones and than one another."""
     barred = {cause.effect for cause in main} | {"joint_stop", *_untorqued(ground.setup)}
-    names = rng.permutation(sorted((set(LIBRARY) | set(OUTSIDERS)) - barred)).tolist()
+    names = rng.permutation(sorted((set(LIBRARY) | set(UNLISTED_EFFECTS)) - barred)).tolist()
     wanted = int(rng.integers(SMALL_NUMBER[0], SMALL_NUMBER[1] + 1))
     mounted = any(cause.effect == "base_compliance" for cause in main)
     found: list[PlantedCause] = []
@@ -175,10 +175,10 @@ def _small(rng: np.random.Generator, ground: PlainMotion, main: list[PlantedCaus
             continue
         try:
             found.append(_cause(rng, ground, name, level * math.exp(rng.uniform(*np.log(SMALL)))))
-        except (Unfit, ArithmeticError, np.linalg.LinAlgError):
+        except (NotApplicable, ArithmeticError, np.linalg.LinAlgError):
             continue
     if len(found) < SMALL_NUMBER[0]:
-        raise Unfit("too few small causes")
+        raise NotApplicable("too few small causes")
     return found
 
 
@@ -188,7 +188,7 @@ def _rivals(
     """Other single causes that explain the main one's gap as well; of an unknown the share that the library leaves."""
     if kind not in ("single", "unknown"):
         return [], None
-    truth, sensor = together(ground.setup, main)
+    truth, sensor = combined(ground.setup, main)
     if kind == "unknown":
         return [], _tied(rng, ground, truth, sensor, main, "unknown")[1]
     model = ground.model
@@ -230,7 +230,7 @@ def _record(
     """Every trial with all causes at once, recorded; and what there is to know of them."""
     main, small = causes
     setup, leg = ground.setup, ground.setup.true
-    truth, sensor = together(setup, [*main, *small])
+    truth, sensor = combined(setup, [*main, *small])
     recorded = replace(sensor, latency=sensor.latency + dirt.late)
     motions = ground.run(truth, recorded, True)
     readings, floors = [], []
@@ -243,7 +243,7 @@ def _record(
         floors.append((_filtered(shaken - clean, setup, dirt))[:, free].ravel())
     floor = float(np.sqrt(np.mean(np.concatenate(floors) ** 2)))
     before = _left(ground, truth, recorded, motions)
-    rest_truth, rest_sensor = together(setup, small)
+    rest_truth, rest_sensor = combined(setup, small)
     rest_sensor = replace(rest_sensor, latency=rest_sensor.latency + dirt.late)
     best = _left(ground, rest_truth, rest_sensor, ground.run(rest_truth, rest_sensor, True))
     names = {-1: "base", -2: "all", **dict(enumerate(leg.names))}
@@ -253,7 +253,7 @@ def _record(
         "small": [_told(cause, names) for cause in small]
         + [{"effect": "latency", "joint": leg.names[j], "form": "clock"} for j in np.flatnonzero(dirt.late)],
         "numbers": note["numbers"],
-        "numbers_called": [[called, w["joint"]] for w in note["numbers"] for called in CALLED[w["number"]]],
+        "numbers_called": [[called, w["joint"]] for w in note["numbers"] for called in EFFECTS_OF_NUMBER[w["number"]]],
         "alike": [[effect, names[j]] for effect, j in note["alike"]],
         "cannot_be_told_apart": [],
         "level": round(note["level"], 2),

@@ -23,8 +23,8 @@ from blind.rig_score import main_keys, right, scores
 from blind.score import Answer, Score
 from blind.views import View, read_views
 from blind.writing import folder_name, write_case
-from synth.planting.forms import Unfit
-from synth.planting.outsiders import OUTSIDERS
+from synth.planting.forms import NotApplicable
+from synth.planting.unlisted_effects import UNLISTED_EFFECTS
 
 # Seed, (number, kind, effect) and the folder of cases -> the name of the case that it wrote, and its answer.
 One = Callable[[int, tuple[int, str, str], Path], tuple[str, dict[str, Any]]]
@@ -33,7 +33,7 @@ MIX = {"none": 0.15, "two": 0.15, "unknown": 0.15}  # the rest has one main caus
 
 def plan(seed: int, count: int) -> list[tuple[int, str, str]]:
     """As ``mixed``, of the library and the outsiders."""
-    return mixed(np.random.default_rng([seed, 0xD12]), count, LIBRARY, OUTSIDERS)
+    return mixed(np.random.default_rng([seed, 0xD12]), count, LIBRARY, UNLISTED_EFFECTS)
 
 
 def mixed(
@@ -57,7 +57,7 @@ def one(seed: int, task: tuple[int, str, str], out: Path) -> tuple[str, dict[str
     for again in range(5):  # an effect that no leg drawn can show is drawn again, in the end another one
         try:
             case = make_rig(seed, number + 100_000 * again, kind, effect if again < 2 else None)
-        except Unfit as why:
+        except NotApplicable as why:
             print(f"{number}: {why}", file=sys.stderr)  # noqa: T201
             continue
         name = folder_name(seed, number)

@@ -87,7 +87,7 @@ def _holding(rig: Rig, j: int) -> float:
     return _level(rig, j) / float(rig.joints[j, 7])
 
 
-class Unfit(Exception):
+class NotApplicable(Exception):
     """A rig that cannot show what is wanted."""
 
 
@@ -113,7 +113,7 @@ class Setup:
         """(k, m, n) rad, every log."""
         found = np.stack([follow(rig, self.times, command, self.supply) for command in self.commands])
         if not np.all(np.isfinite(found)) or np.abs(found).max() > 6.0:
-            raise Unfit("the rig runs away")
+            raise NotApplicable("the rig runs away")
         return found
 
 
@@ -168,7 +168,7 @@ def _sized(setup: Setup, base: Rig, still: Array, change: Change, j: int, wanted
 
     low, high = 0.0, 1.0
     if gap(high) < wanted:
-        raise Unfit("too weak")
+        raise NotApplicable("too weak")
     for _ in range(12):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if gap(middle) < wanted else (low, middle)
@@ -181,7 +181,7 @@ def make_case(seed: int, number: int, kind: str, effect: str, out: Path) -> tupl
     for _ in range(ATTEMPTS):
         try:
             return _attempt(rng, seed, number, kind, effect, out)
-        except (Unfit, FloatingPointError):
+        except (NotApplicable, FloatingPointError):
             continue
     raise RuntimeError(f"{kind} {effect}: no rig in {ATTEMPTS} attempts")
 
@@ -209,7 +209,7 @@ def _attempt(
         j, part = int(rng.integers(0, n)), level * math.exp(rng.uniform(*np.log(SMALL)))
         try:
             rig = LIBRARY[name](rig, j, _sized(setup, setup.design, still, LIBRARY[name], j, part))
-        except Unfit:
+        except NotApplicable:
             continue
         small.append((name, j))
     off, j = float(rng.choice([-1.0, 1.0]) * rng.uniform(2.0, 3.0)), int(rng.integers(0, n))
@@ -245,7 +245,7 @@ def _alike(setup: Setup, still: Array, target: Array, main: list[tuple[str, int]
             def left(size: float, change: Change = change, j: int = j) -> float:
                 try:
                     return _rms(setup.moved(change(setup.design, j, size)) - target)
-                except Unfit:
+                except NotApplicable:
                     return 1e3
 
             sizes = np.r_[-np.geomspace(1.0, 0.02, 6), np.geomspace(0.02, 1.0, 6)]

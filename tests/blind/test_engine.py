@@ -9,7 +9,8 @@ import pytest
 
 from peers import mujoco_leg
 from synth.planting import bodies, engine, torque_laws
-from synth.planting.model import Base, Bend, Law, PlantedLeg, PlantedTrial, Truth, assemble, release, swing
+from synth.planting.model import Base, Bend, Law, PlantedLeg, PlantedTrial, Truth
+from synth.planting.simulation import assemble, release, swing
 from synth.swing.leg_model import Damper, Joint, Link, Spring
 from synth.swing.leg_model import Leg as PeerLeg
 

@@ -24,9 +24,8 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, s
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.files.gap_project import read_gap_project
 from synth.planting.effect_makers import EFFECTS
-from synth.planting.forms import Unfit
-from synth.planting.ground import PlainMotion, PlantedCause
-from synth.planting.together import together
+from synth.planting.effect_size import PlainMotion, PlantedCause, combined
+from synth.planting.forms import NotApplicable
 
 NOISE, COUNTS = 3e-5, 2**17  # rad and a turn: a floor of .002 deg, as fine as real rigs have
 FLOORS = 60.0  # of the gap that is planted
@@ -44,9 +43,9 @@ def planted(effect: str, seed: int) -> tuple[Case, PlantedCause]:
             setup = replace(setup, trials=tuple(trial._replace(start=0.0) for trial in setup.trials))
             ground = PlainMotion(setup)
             cause = ground.find(effect, joint, EFFECTS[effect](rng, setup, ground.scale, joint), FLOORS, 0.1)
-        except (Unfit, ArithmeticError, np.linalg.LinAlgError):
+        except (NotApplicable, ArithmeticError, np.linalg.LinAlgError):
             continue
-        truth, sensor = together(setup, [cause])
+        truth, sensor = combined(setup, [cause])
         readings = []
         for motion, trial, times in zip(ground.run(truth, sensor, True), setup.trials, ground.times, strict=True):
             assert motion is not None

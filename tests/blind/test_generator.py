@@ -17,9 +17,9 @@ from blind.writing import write_case
 from synth.files.leg_file import read_leg
 from synth.files.trial_list import read_trials
 from synth.planting.effect_makers import EFFECTS
-from synth.planting.explained_gap import Plain
+from synth.planting.explained_gap import PlainModel
 from synth.planting.model import Array
-from synth.planting.outsiders import OUTSIDERS
+from synth.planting.unlisted_effects import UNLISTED_EFFECTS
 
 HERE = Path(__file__).parent
 PLANTING = HERE.parents[1] / "synth" / "planting"
@@ -38,7 +38,7 @@ def nothing() -> Case:
 def left(case: Case) -> float:
     """RMS (floors) that the nominal leg within its tolerances leaves on the given trials as recorded, noise and all."""
     floor = math.radians(case.answer["noise_floor_deg"])
-    model, leg = Plain(case.setup, floor, case.states), case.setup.true
+    model, leg = PlainModel(case.setup, floor, case.states), case.setup.true
     targets: list[Array] = []
     for i, (times, reading) in enumerate(zip(case.times, case.readings, strict=True)):
         picked = np.searchsorted(times, model.times[i] - 1e-9)
@@ -94,7 +94,7 @@ def test_files_are_legal_and_tell_nothing(number: int, friction: Case, nothing: 
         assert joint.spring is not None
         assert joint.spring.rate == pytest.approx(rate, rel=1e-9)
     files = [p for p in tmp_path.rglob("*") if p.is_file()]
-    words = [*EFFECTS, *OUTSIDERS, "stick", "Bouc", "strength", "answer", "effect"]
+    words = [*EFFECTS, *UNLISTED_EFFECTS, "stick", "Bouc", "strength", "answer", "effect"]
     for path in files:
         text = path.name + path.read_text()
         assert not [w for w in words if w in text]
@@ -132,7 +132,7 @@ def test_the_mix_is_as_said_and_every_effect_has_its_turn() -> None:
     kinds = [kind for _, kind, _ in tasks]
     assert [kinds.count(k) for k in ("single", "none", "two", "unknown", "tie")] == [120, 24, 20, 20, 16]
     assert {e for _, k, e in tasks if k == "single"} == set(EFFECTS)
-    assert {e for _, k, e in tasks if k == "unknown"} == set(OUTSIDERS)
+    assert {e for _, k, e in tasks if k == "unknown"} == set(UNLISTED_EFFECTS)
 
 
 def test_nothing_is_shared_with_the_program_under_test() -> None:
@@ -160,4 +160,4 @@ def test_every_effect_of_a_leg_that_the_format_names_has_cases() -> None:
     sensors = {"encoder_offset", "encoder_scale", "encoder_quantisation", "latency"}
     bodies = {"link_mass", "link_inertia", "base_compliance", "base_tilt", "link_flexibility"}
     assert set(EFFECTS) == springs | friction | sensors | bodies
-    assert not set(EFFECTS) & set(OUTSIDERS)
+    assert not set(EFFECTS) & set(UNLISTED_EFFECTS)

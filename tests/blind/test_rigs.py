@@ -18,8 +18,9 @@ from blind.rig_score import right, scores
 from blind.views import View
 from blind.writing import write_case
 from synth.files.gap_project import read_gap_project
-from synth.planting.model import PlantedLeg, PlantedTrial, Truth, release, swing
-from synth.planting.outsiders import OUTSIDERS
+from synth.planting.model import PlantedLeg, PlantedTrial, Truth
+from synth.planting.simulation import release, swing
+from synth.planting.unlisted_effects import UNLISTED_EFFECTS
 from synth.swing.effects import registered
 
 HERE = Path(__file__).parent
@@ -84,7 +85,7 @@ def test_a_rig_is_as_dirty_as_it_says(rig: Case, tmp_path: Path) -> None:
             told = rig.setup.nominal.sign[0] * made.torque(trial.time + made.start)
             np.testing.assert_allclose(trial.torques[:, 0], told, rtol=1e-5, atol=1e-9)
     text = "".join(file.read_text() for file in (tmp_path / "rig").rglob("*.yaml"))
-    assert not [name for name in (*LIBRARY, *OUTSIDERS) if name in text]
+    assert not [name for name in (*LIBRARY, *UNLISTED_EFFECTS) if name in text]
 
 
 def test_the_same_seed_gives_the_same_rig(rig: Case) -> None:
@@ -95,7 +96,7 @@ def test_the_same_seed_gives_the_same_rig(rig: Case) -> None:
 
 def test_the_generator_shares_nothing_with_the_library_but_names() -> None:
     planting = HERE.parents[1] / "synth" / "planting"
-    for file in (HERE / "rig_cases.py", planting / "wrong_numbers.py"):
+    for file in (HERE / "rig_cases.py", planting / "parameter_errors.py"):
         tree = ast.parse(file.read_text())
         imported = [n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)]
         foreign = [m for m in imported if m.startswith("synth") and not m.startswith("synth.planting")]

@@ -21,7 +21,8 @@ from blind.views import read_views
 from blind.writing import write_case
 from synth.diagnosis.diagnosis_result import Experiment
 from synth.files.gap_project import read_gap_project
-from synth.planting.model import PlantedTrial, rest_pose
+from synth.planting.model import PlantedTrial
+from synth.planting.simulation import rest_pose
 
 
 @pytest.fixture(scope="module")

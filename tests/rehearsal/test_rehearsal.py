@@ -19,7 +19,8 @@ from synth.errors import UserError
 from synth.files.gap_project import GapProject, Tolerance, read_gap_project
 from synth.files.leg_file import write_leg
 from synth.files.trial_list import Trial
-from synth.planting.model import Truth, release
+from synth.planting.model import Truth
+from synth.planting.simulation import release
 from synth.rehearsal import rehearse
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.ladder import next_rung, visible_from

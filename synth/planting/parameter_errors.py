@@ -1,17 +1,17 @@
-"""Causes that are wrong numbers: another spring or damper, a rotor, an error of a known torque's column."""
+"""Causes that are parameter errors: another spring or damper, a rotor, an error of the known torque's column."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from synth.planting.forms import Form, Maker, Scale, Unfit, spring_torque, sprung
+from synth.planting.forms import Form, Maker, NotApplicable, Scale, spring_torque, sprung
 from synth.planting.model import Truth
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 
 
 def spring_rate(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A spring of another rate, its free angle the same."""
+    """A spring of another rate with the same free angle."""
     k, good = sprung(setup, j), PlantedSensor.good(setup.true.n)
     sign = float(rng.choice([-1.0, 1.0]))
     return Form(
@@ -23,7 +23,7 @@ def spring_rate(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) ->
 
 
 def viscous_damping(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A damper of another rate; as a share of the joint's critical damping, so that it may be far from the design's."""
+    """A damper of another rate; an increase is a share of critical damping, so it can be far from the design's."""
     b, good = float(setup.true.of("damper")[j]), PlantedSensor.good(setup.true.n)
     critical = 2.0 * float(np.sqrt(setup.true.of("spring")[j] * setup.true.outboard(j)))
     critical = critical if critical > 0.0 else 2.0 * scale.slow * setup.true.outboard(j)
@@ -38,7 +38,7 @@ def viscous_damping(rng: np.random.Generator, setup: Setup, scale: Scale, j: int
 
 
 def armature(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A rotor behind a gear."""
+    """The inertia of a rotor behind a gear."""
     good, load = PlantedSensor.good(setup.true.n), setup.true.outboard(j)
     return Form(
         "rotor",
@@ -49,15 +49,20 @@ def armature(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
 
 
 def _driven(setup: Setup, j: int) -> float:
-    """Largest torque of the drive at the joint, N m."""
+    """Largest known torque at the joint, N m.
+
+    Raises
+    ------
+    NotApplicable : there is none.
+    """
     found = setup.driven(j)
     if found <= 0.0:
-        raise Unfit("no known torque at this joint")
+        raise NotApplicable("no known torque at this joint")
     return found
 
 
 def torque_offset(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """The torque above what its column says."""
+    """A constant offset between the true torque and its column."""
     good, sign = PlantedSensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
     most = min(_driven(setup, j), 0.5 * spring_torque(setup, scale, j))
     return Form(
@@ -69,7 +74,7 @@ def torque_offset(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) 
 
 
 def torque_gain(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Another torque constant than the column was made with."""
+    """A gain error: the column was computed with another torque constant."""
     good, sign = PlantedSensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
     _driven(setup, j)
     return Form(
@@ -81,7 +86,7 @@ def torque_gain(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) ->
 
 
 def torque_delay(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """The drive acts late."""
+    """The torque acts later than its column says."""
     good = PlantedSensor.good(setup.true.n)
     _driven(setup, j)
     most = 0.6 / scale.slow
@@ -90,7 +95,7 @@ def torque_delay(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -
     )
 
 
-WRONG_NUMBERS: dict[str, Maker] = {
+PARAMETER_ERRORS: dict[str, Maker] = {
     "spring_rate": spring_rate,
     "viscous_damping": viscous_damping,
     "armature": armature,
@@ -98,9 +103,9 @@ WRONG_NUMBERS: dict[str, Maker] = {
     "torque_gain": torque_gain,
     "torque_delay": torque_delay,
 }
-OF_TORQUE = ("torque_offset", "torque_gain", "torque_delay")
-# What a number of the leg that is two or three tolerances off is called, if it is named.
-CALLED: dict[str, tuple[str, ...]] = {
+TORQUE_ERRORS = ("torque_offset", "torque_gain", "torque_delay")
+# Effects that correctly name a parameter of the leg that is two or three tolerances off.
+EFFECTS_OF_NUMBER: dict[str, tuple[str, ...]] = {
     "length": (),
     "mass": ("link_mass", "link_inertia"),
     "com": ("link_inertia", "link_mass"),

@@ -1,4 +1,4 @@
-"""Effects that a laboratory meets and that no library of the usual ones holds: what must be called unknown."""
+"""Realistic effects that are not in the diagnosis' library; the correct verdict on them is unknown."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from dataclasses import replace
 import numpy as np
 
 from synth.planting import torque_laws
-from synth.planting.forms import Form, Maker, Scale, Unfit, law_form
+from synth.planting.forms import Form, Maker, NotApplicable, Scale, law_form
 from synth.planting.model import Law, Truth
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 
 
 def cable(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A cable or elastic over two joints (biarticular), pulling only, or a spring both ways."""
+    """A cable across two joints (biarticular) that only pulls, or a spring that acts in both directions."""
     n = setup.true.n
     if n == 1:
-        raise Unfit("one joint")
+        raise NotApplicable("one joint")
     i = min(j, n - 2)
     arm = float(rng.choice([-1.0, 1.0])) * rng.uniform(0.5, 1.0)
     pulls = float(rng.integers(0, 2))
@@ -31,14 +31,14 @@ def cable(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
 
 
 def cogging(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Torque that repeats many times a turn."""
+    """Cogging: a torque that repeats many times per turn."""
     count, phase = float(rng.integers(12, 40)), rng.uniform(0, 2 * math.pi)
     most = 0.5 * float(setup.true.of("spring")[j] * scale.travel[j])
     return law_form(setup, "sine of the angle", most, lambda s: Law(torque_laws.COGGING, j, (s, count, phase)))
 
 
 def fading_damper(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A damper that warms up and thins during each trial."""
+    """A damper that warms up, and so weakens, during each trial."""
     span = float(np.mean([t.duration for t in setup.trials])) * rng.uniform(0.15, 0.4)
     b = float(setup.true.of("damper")[j])
     return law_form(setup, "warms up", 0.95, lambda s: Law(torque_laws.FADING_DAMPER, j, (b, s, span)))
@@ -52,21 +52,21 @@ def creeping_spring(rng: np.random.Generator, setup: Setup, scale: Scale, j: int
 
 
 def loose_spring(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A clamp that slips: the rate falls during each trial."""
+    """A slipping clamp: the spring rate falls during each trial."""
     span = float(np.mean([t.duration for t in setup.trials])) * rng.uniform(0.2, 0.5)
     k, free = float(setup.true.of("spring")[j]), float(setup.true.of("free_angle")[j])
     return law_form(setup, "rate falls", 0.7, lambda s: Law(torque_laws.LOOSE_SPRING, j, (k, free, s, span)))
 
 
 def magnet(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A magnet near the joint: torque as a sine of a few times the angle."""
+    """A magnet near the joint: a torque that repeats a few times per turn."""
     harmonic, phase = float(rng.integers(5, 9)), rng.uniform(0, 2 * math.pi)
     most = 0.6 * float(setup.true.of("spring")[j] * scale.travel[j])
     return law_form(setup, "few a turn", most, lambda s: Law(torque_laws.MAGNET, j, (s, harmonic, phase)))
 
 
 def rub_spot(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Something rubs near one angle."""
+    """Friction near one angle only."""
     where = float(scale.rest[j]) + rng.uniform(-0.5, 0.5) * float(scale.travel[j])
     width = float(scale.travel[j]) * rng.uniform(0.08, 0.2)
     most = 1.0 * float(setup.true.of("spring")[j] * scale.travel[j])
@@ -74,7 +74,7 @@ def rub_spot(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
 
 
 def knocks(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Short pulses, as of a machine next door or a cable that tugs."""
+    """Short torque pulses, as from a cable that tugs or a machine nearby."""
     period = rng.uniform(0.25, 0.6) * float(np.mean([t.duration for t in setup.trials]))
     width = rng.uniform(0.01, 0.04)
     phase, sign = rng.uniform(0.1, 0.9) * period, float(rng.choice([-1.0, 1.0]))
@@ -83,7 +83,7 @@ def knocks(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form
 
 
 def dropped_samples(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """The recorder loses buffers and does not know: all channels jump ahead in time."""
+    """The recorder loses buffers unnoticed: all channels jump ahead in time."""
     span = min(t.duration for t in setup.trials)
     when = np.sort(rng.uniform(0.1, 0.7, int(rng.integers(2, 5)))) * span
     share = rng.uniform(0.5, 1.5, len(when))
@@ -100,10 +100,10 @@ def dropped_samples(rng: np.random.Generator, setup: Setup, scale: Scale, j: int
 
 
 def cross_talk(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A channel takes up a part of another."""
+    """Cross-talk: a share of another channel is added to a reading."""
     n = setup.true.n
     if n == 1:
-        raise Unfit("one channel")
+        raise NotApplicable("one channel")
     other = int(rng.choice([i for i in range(n) if i != j]))
     sign, good = float(rng.choice([-1.0, 1.0])), PlantedSensor.good(n)
 
@@ -116,7 +116,7 @@ def cross_talk(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> 
 
 
 def eccentric_encoder(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A disc off its centre or a two-pole magnet: the reading's error is a sine of the angle."""
+    """An eccentric disc or a two-pole magnet: the error of the reading is a sine of the angle."""
     harmonic, phase = float(rng.choice([2.0, 4.0, 8.0])), rng.uniform(0, 2 * math.pi)
     good = PlantedSensor.good(setup.true.n)
     return Form(
@@ -127,7 +127,7 @@ def eccentric_encoder(rng: np.random.Generator, setup: Setup, scale: Scale, j: i
     )
 
 
-OUTSIDERS: dict[str, Maker] = {
+UNLISTED_EFFECTS: dict[str, Maker] = {
     "cable_coupling": cable,
     "cogging": cogging,
     "fading_damper": fading_damper,
@@ -140,4 +140,4 @@ OUTSIDERS: dict[str, Maker] = {
     "cross_talk": cross_talk,
     "eccentric_encoder": eccentric_encoder,
 }
-EVERYWHERE = ("dropped_samples",)
+ON_ALL_CHANNELS = ("dropped_samples",)

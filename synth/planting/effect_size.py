@@ -1,4 +1,4 @@
-"""One leg with its trials and sensors: the gap that a cause leaves, the size that leaves a wanted one, and rivals."""
+"""The gap that a cause leaves, the size of a cause for a wanted gap, and the cause that resembles it most."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.planting.effect_makers import AT_BASE, EFFECTS
-from synth.planting.explained_gap import Plain, PlainFit
-from synth.planting.forms import Form, Scale, Unfit
-from synth.planting.model import Array, Motion, Truth, fastest, release
+from synth.planting.explained_gap import PlainFit, PlainModel
+from synth.planting.forms import Form, NotApplicable, Scale
+from synth.planting.model import Array, Truth
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import COUNTS, NOISE, Setup
+from synth.planting.simulation import Motion, fastest, release
 
 
 @dataclass(frozen=True)
 class PlantedCause:
-    """One effect with its size found."""
+    """One effect with the size that leaves the wanted gap; ``strength`` wanted and ``reached`` in noise floors."""
 
     effect: str
-    joint: int  # -1: base, -2: all
+    joint: int  # -1: the base, -2: all channels
     strength: float
     reached: float
     form: Form
@@ -29,26 +30,36 @@ class PlantedCause:
 
 
 class PlainMotion:
-    """Leg, trials and sensors before any effect: plain motions, columns, and the gap that a truth leaves."""
+    """The motion of a case without effects, its linearised model, and the gap that a true leg leaves.
+
+    Raises
+    ------
+    NotApplicable : the leg hardly moves, or is too stiff to simulate.
+    """
 
     def __init__(self, setup: Setup) -> None:
         self.setup = setup
         self.floor = setup.floor
-        self.step = self.fine(Truth(setup.true))
+        self.step = self.step_for(Truth(setup.true))
         self.plain = [release(Truth(setup.true), t, self.step) for t in setup.trials]
         self.times = [setup.times(i) for i in range(len(setup.trials))]
         self.scale = self._scale()
         if self.scale.travel.max() < 12 * self.floor:
-            raise Unfit("hardly moves")
+            raise NotApplicable("the leg hardly moves")
         states = [self._state(m, t.start) for m, t in zip(self.plain, setup.trials, strict=True)]
-        self.model = Plain(setup, self.floor, states)
+        self.model = PlainModel(setup, self.floor, states)
 
-    def fine(self, truth: Truth) -> float:
-        """A step that follows the fastest mode and every event."""
+    def step_for(self, truth: Truth) -> float:
+        """Step size, s, that resolves the fastest mode and all events.
+
+        Raises
+        ------
+        NotApplicable : too stiff to simulate.
+        """
         quick = max(fastest(truth, t) for t in self.setup.trials)
         if quick > 2.5e4:
-            raise Unfit("too stiff to simulate")
-        return float(np.clip(0.7 / quick, 2.5e-5, 2.5e-4))  # a stiff link's own modes need stability only
+            raise NotApplicable("too stiff to simulate")
+        return float(np.clip(0.7 / quick, 2.5e-5, 2.5e-4))  # the modes of a stiff link need only stability
 
     def _state(self, motion: Motion, start: float) -> Array:
         at = np.array([start])
@@ -70,20 +81,20 @@ class PlainMotion:
             if not self.setup.trials[i].tilt and not self.setup.trials[i].tip_mass:
                 rests.append(motion.angle[-1])
         leg = self.setup.true
-        slow = min(self._own_rate(j, travel, speed) for j in range(leg.n))
+        slow = min(self._natural_frequency(j, travel, speed) for j in range(leg.n))
         if not rests:
             rests = [self.plain[i].angle[-1] for i in given]
         return Scale(travel, speed, low, high, np.mean(rests, axis=0), slow)
 
-    def _own_rate(self, j: int, travel: Array, speed: Array) -> float:
-        """1/s of a joint's spring on its inertia; without a spring, how fast it goes through its travel."""
+    def _natural_frequency(self, j: int, travel: Array, speed: Array) -> float:
+        """Natural frequency of a joint, rad/s: of spring and outboard inertia, without a spring 2 speed / travel."""
         k = float(self.setup.true.of("spring")[j])
         if k > 0.0:
             return math.sqrt(k / self.setup.true.outboard(j))
         return 2.0 * float(speed[j] / travel[j]) if travel[j] > 0.0 else math.inf
 
     def run(self, truth: Truth, sensor: PlantedSensor, every: bool) -> list[Motion | None]:
-        """Motions of the trials (only the given ones unless ``every``)."""
+        """Motion of each trial; None for held-out trials unless ``every``."""
         simple = (
             not truth.laws
             and truth.base is None
@@ -95,7 +106,7 @@ class PlainMotion:
         )
         if simple and sensor.reach == 0:
             return list(self.plain)
-        step = self.step if simple else self.fine(truth)
+        step = self.step if simple else self.step_for(truth)
         found: list[Motion | None] = []
         for trial in self.setup.trials:
             if trial.held_out and not every:
@@ -106,7 +117,7 @@ class PlainMotion:
         return found
 
     def targets(self, motions: list[Motion | None], sensor: PlantedSensor) -> tuple[list[Array], list[Array]]:
-        """Noise-free readings turned into rotations at the fit's times, and the states to start the fit from."""
+        """Noise-free readings as rotations (m, n) rad at the fit's times, and each trial's initial state (2 n,)."""
         leg, seen, states = self.setup.true, [], []
         for i, (motion, trial) in enumerate(zip(motions, self.setup.trials, strict=True)):
             if motion is None:
@@ -122,11 +133,11 @@ class PlainMotion:
         return seen, states
 
     def gap(self, truth: Truth, sensor: PlantedSensor) -> PlainFit:
-        """What the truth leaves on the given trials after tolerances and initial states."""
+        """The gap: residual of the given trials after tolerances and initial states are fitted."""
         return self.model.fit(*self.targets(self.run(truth, sensor, False), sensor))
 
-    def _quieten(self, share: float) -> bool:
-        """Take the next better sensor, if it is worth it: the floor falls at least to ``share`` of what it is."""
+    def _take_better_sensor(self, share: float) -> bool:
+        """Take the next better sensor that lowers the noise floor to less than 0.9 ``share`` of it; False if none."""
         if self.setup.keeps_sensor:
             return False
         for noise in sorted(NOISE, reverse=True):
@@ -134,15 +145,19 @@ class PlainMotion:
             if noise < float(np.max(self.setup.noise)) and floor < 0.9 * share * self.floor:
                 self.setup = replace(self.setup, noise=noise, counts=COUNTS[-1])
                 self.floor = floor
-                self.model.quieter(floor)
+                self.model.lower_noise(floor)
                 return True
         return False
 
     def find(self, effect: str, joint: int, form: Form, strength: float, near: float = 0.04) -> PlantedCause:
-        """The size whose gap is ``strength`` floors, to within the share ``near``.
+        """The size whose gap is ``strength`` noise floors, within the relative tolerance ``near``.
 
-        By false position in the logarithms of both, kept in its bracket. The gap is no power of the size: it may be
-        nothing until the tolerances are used up, and then rise steeply.
+        Bracketed false position on the logarithms of size and gap. The gap is not a power of the size: the tolerances
+        may explain a small effect completely, and the gap rises steeply once they are used up.
+
+        Raises
+        ------
+        NotApplicable : the largest size leaves a smaller gap, or the search does not converge.
         """
         top = math.log(form.largest)
         x = top + math.log(min(0.5, 0.03 * strength))
@@ -155,8 +170,8 @@ class PlainMotion:
             if abs(miss) < near:
                 return PlantedCause(effect, joint, strength, reached, form, size)
             if miss < 0 and x >= top - 1e-9:
-                if not self._quieten(reached / strength):
-                    raise Unfit(f"{effect}: {reached:.2g} floors at most")
+                if not self._take_better_sensor(reached / strength):
+                    raise NotApplicable(f"{effect}: {reached:.2g} floors at most")
                 low = high = None
                 continue
             if miss < 0:
@@ -168,14 +183,15 @@ class PlainMotion:
             else:
                 share = float(np.clip(-low[1] / (high[1] - low[1]), 0.15, 0.85))
                 x = low[0] + share * (high[0] - low[0])
-        raise Unfit(f"{effect}: no size found")
+        raise NotApplicable(f"{effect}: no size found")
 
     def nearest(
         self, rng: np.random.Generator, truth: Truth, sensor: PlantedSensor, names: Sequence[str], joints: Sequence[int]
     ) -> tuple[str, int, float]:
-        """The library-like effect among ``names`` that explains most: effect, joint, share of the gap that it leaves.
+        """The effect among ``names`` that explains most of the gap: effect, joint, share of the gap that remains.
 
-        Each in one of the generator's own forms, at a size whose gap is alike, then times any number: a linear guess.
+        Each effect is simulated in one of the generator's forms at a size with a similar gap; its motion is then scaled
+        linearly.
         """
         targets, states = self.targets(self.run(truth, sensor, False), sensor)
         gap = self.model.fit(targets, states).rms / self.floor
@@ -192,8 +208,48 @@ class PlainMotion:
                         if abs(size / last - 1) < 0.4:
                             break
                     share = self.model.explained(targets, seen, states) / gap
-                except (Unfit, ArithmeticError, np.linalg.LinAlgError):
+                except (NotApplicable, ArithmeticError, np.linalg.LinAlgError):
                     continue
                 if share < best[2]:
                     best = (name, j, share)
         return best
+
+
+def combined(setup: Setup, causes: Sequence[PlantedCause]) -> tuple[Truth, PlantedSensor]:
+    """True leg and sensors with all causes; changes of the leg and errors of the sensors add up.
+
+    Raises
+    ------
+    NotApplicable : two causes each have a moving mount.
+    """
+    truth, sensor = Truth(setup.true), PlantedSensor.good(setup.true.n)
+    for cause in causes:
+        t, s = cause.form.build(cause.size)
+        if t.base is not None and truth.base is not None:
+            raise NotApplicable("two causes have a moving mount")
+        leg = truth.leg
+        if t.leg is not setup.true:
+            leg = replace(leg, values=leg.values + t.leg.values - setup.true.values)
+        truth = Truth(
+            leg,
+            truth.laws + t.laws,
+            truth.base or t.base,
+            truth.bends + t.bends,
+            truth.tilt + t.tilt,
+            truth.bare + t.bare,
+            truth.rotors + t.rotors,
+            (truth.drive[0] + t.drive[0], truth.drive[1] + t.drive[1], truth.drive[2] + t.drive[2]),
+            max(truth.drive_joint, t.drive_joint),
+        )
+        sensor = PlantedSensor(
+            sensor.offset + s.offset,
+            sensor.scale + s.scale,
+            np.maximum(sensor.width, s.width),
+            sensor.latency + s.latency,
+            sensor.lag + s.lag,
+            sensor.talk + s.talk,
+            sensor.talk_about + s.talk_about,
+            s.wobble or sensor.wobble,
+            sensor.drops + s.drops,
+        )
+    return truth, sensor
