@@ -29,6 +29,7 @@ BISECTIONS = 5  # of the logarithm of a rate: to a 32nd of the range
 POINTS = 0.5  # allowed increase of the static points' cost: one standard deviation of one of them
 SAME = np.log(1.2)  # allowed change of b/k: beyond it is another minimum, not this ridge
 HELD = 1e8  # precision of a fixed log rate
+SOFTEST = "of equally good springs and dampers the softest is given"  # by which `synth reproduce` finds the sentence
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
         if after[1] < 0.9 * before[1]:
             name = model.leg.joint_names[j]
             sentences.append(
-                f"{name}: of equally good springs and dampers the softest is given: {after[0]:.3g} N*m/rad and "
+                f"{name}: {SOFTEST}: {after[0]:.3g} N*m/rad and "
                 f"{after[1]:.3g} N*m*s/rad, the least residual would be at {before[0]:.3g} and "
                 f"{before[1]:.3g} (overall RMS {_degrees(recordings, solution)} instead of {np.degrees(best):.3g} deg)."
             )

@@ -1,1 +1,4 @@
-"""E. Krnacik's thesis gone through again, on the laboratory's own recordings: published numbers beside ours."""
+"""Reproduction of E. Krnacik's thesis and of a jumping-leg study: published numbers beside ours.
+
+The thesis is reproduced from the laboratory's own recordings.
+"""

@@ -1,4 +1,4 @@
-"""Table 8: the built leg's springs and dampers, one joint after the other from releases of that joint alone."""
+"""Table 8: springs and dampers of the built leg, identified joint by joint from releases of one joint each."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from synth.fit.recordings import Recording, recordings
 from synth.fit.starts import starts
 from synth.swing.leg_model import Damper, Leg, Spring
 from synth.validation.comparison_table import ComparisonRow, ComparisonTable, cell, listed, percent
-from synth.validation.explanations import inside, on_bounds, softened
-from synth.validation.ridge_scan import along
+from synth.validation.explanations import inside, on_bounds, ridge_sentence
+from synth.validation.ridge_scan import rate_scan
 from synth.validation.thesis_data import JOINTS, LabData
 
-USED = 4  # of the releases a joint, the first, took part in the thesis
-WIRE_THEORY = 38.0  # N m/rad, what the thesis reckoned for the hip's spring
-STICKS = np.radians(3.0)  # how far from balance a joint may come to rest
-HELD = RatePrior(spring=1e-3, damper=1e-3, free_angle=np.radians(3.0))  # of what is known already
-HELD_AT = (15.0, 38.0, 75.8, 150.0)  # N m/rad at which the hip's spring is held to show the ridge
+USED = 4  # releases per joint that the thesis used: the first ones
+WIRE_THEORY = 38.0  # N m/rad, rate of the hip's spring as calculated in the thesis
+STICKS = np.radians(3.0)  # largest angle between static equilibrium and the pose in which a sticking joint stops
+HELD = RatePrior(spring=1e-3, damper=1e-3, free_angle=np.radians(3.0))  # sharp prior on joints identified before
+HELD_AT = (15.0, 38.0, 75.8, 150.0)  # N m/rad, fixed rates of the hip's spring that show the ridge
 
 
 @dataclass(frozen=True)
 class Isolated:
-    """One joint's result, with the ones outward of it as found before."""
+    """The fit of one joint, with the joints outboard of it as identified before."""
 
     joint: str
     fit: FitResult
@@ -44,7 +44,7 @@ class Isolated:
 
 
 def table_8(data: LabData) -> ComparisonTable:
-    """Spring and damper rates of the built leg, joint by joint."""
+    """Spring and damper rates of the built leg, identified joint by joint and all at once."""
     published = data.rates("thesis_table_8_built")
     bounds = data.published["thesis_table_8_built"]
     lower, upper = (
@@ -73,19 +73,19 @@ def table_8(data: LabData) -> ComparisonTable:
         "The built robot leg: springs and dampers identified joint by joint",
         ("", "published", "its bounds", "ours, joint by joint", "ours, all releases at once"),
         tuple(rows),
-        f"Ankle first (hip and knee held), then the knee with the ankle's values in, then the hip with both: the first "
-        f"{USED} releases a joint, as in the thesis. Least squares without bounds that bite; initial states "
-        "estimated; a release's end is a pose in which spring and weight balance within 3 deg.",
+        f"First the ankle (hip and knee held), then the knee with the ankle's values fixed, then the hip with both "
+        f"fixed; the first {USED} releases of each joint, as in the thesis. Least squares; no bound is active. Initial "
+        "states are estimated. At the end of a release, spring and weight balance within 3 deg.",
         tuple(said),
     )
 
 
 def isolated(data: LabData) -> dict[str, Isolated]:
-    """Ankle, knee, hip: each joint from its own releases, those found before held by sharp priors."""
+    """Fits of ankle, knee and hip, in this order; sharp priors hold the joints identified before."""
     known, results = data.built, {}
     for joint in reversed(JOINTS):
         leg, recordings = _outward(data, joint, range(1, USED + 1))
-        # The joint itself is sought freely; those outward of it have their values in the leg, which the prior holds.
+        # The joint itself has no prior; the prior holds the joints outboard of it at their values in the leg.
         held = replace(leg, joints=tuple(known.joints[len(JOINTS) - len(leg.joints) :]))
         held = held.with_joints(**{joint: {"spring": None, "damper": None}})
         prior = HELD if len(leg.joints) > 1 else None
@@ -99,7 +99,7 @@ def isolated(data: LabData) -> dict[str, Isolated]:
 
 
 def _outward(data: LabData, joint: str, numbers: Sequence[int]) -> tuple[Leg, list[Recording]]:
-    """The leg from a joint outwards, and that joint's releases as its own: what is held inward of it is a tilt."""
+    """The part of the leg from a joint outwards, and that joint's releases; held inboard links become a tilt."""
     first = JOINTS.index(joint)
     entries = [f"dog/joint_tests/{joint}_{i}.csv" for i in numbers]
     trials = []
@@ -111,10 +111,10 @@ def _outward(data: LabData, joint: str, numbers: Sequence[int]) -> tuple[Leg, li
 
 
 def _ends(leg: Leg, recordings: Sequence[Recording]) -> tuple[StaticPoint, ...]:
-    """The poses in which the releases end, as static points: there spring and weight balance, but for what sticks.
+    """The final poses of the releases as static points: spring and weight balance there, within ``STICKS``.
 
-    The thesis takes its free angles from them. Without them a spring of hardly any rate, free far away, follows the
-    releases as well.
+    The thesis also derives its free angles from them. Without them a very soft spring with a distant free angle fits
+    the releases equally well.
     """
     points = []
     for recording, start in zip(recordings, starts(recordings), strict=True):
@@ -135,7 +135,7 @@ def _with(leg: Leg, joint: str, found: JointFit) -> Leg:
 
 
 def _all(data: LabData) -> list[Recording]:
-    """The releases of all joints, as of the whole leg."""
+    """The releases of all joints as recordings of the whole leg."""
     numbers = range(1, USED + 1)
     entries = [
         {"file": f"dog/joint_tests/{joint}_{i}.csv", "locked": list(JOINTS[:first])}
@@ -146,10 +146,10 @@ def _all(data: LabData) -> list[Recording]:
 
 
 def _outside(found: Mapping[str, Isolated], lower: Array, upper: Array) -> list[str]:
-    """Bounds that shut out what the data, or the spring's own theory, say."""
+    """Sentences on bounds of the thesis that exclude our estimate or the theoretical rate of the spring."""
     said = []
     for j, name in enumerate(JOINTS):
-        joint, soft = found[name].found, softened(found[name].fit, name)
+        joint, soft = found[name].found, ridge_sentence(found[name].fit, name)
         assert joint.damper_rate is not None
         if soft is not None:
             said.append(soft)
@@ -157,13 +157,13 @@ def _outside(found: Mapping[str, Isolated], lower: Array, upper: Array) -> list[
         for row, (symbol, estimate) in enumerate((("k", joint.spring_rate), ("b", joint.damper_rate))):
             if not lower[row, j] <= estimate.value <= upper[row, j]:
                 said.append(
-                    f"{name}: our {symbol}, {estimate.value:.3g}, lies outside what the thesis' search was allowed "
-                    f"({lower[row, j]:.3g} to {upper[row, j]:.3g}): it could not have come out there."
+                    f"{name}: our {symbol}, {estimate.value:.3g}, lies outside the bounds of the thesis' search "
+                    f"({lower[row, j]:.3g} to {upper[row, j]:.3g}), which could not find it."
                 )
     if lower[0, 0] > WIRE_THEORY:
         said.append(
-            f"hip: the spring's theoretical {WIRE_THEORY:.0f} N*m/rad lies below the search's lower bound of "
-            f'{lower[0, 0]:.1f}: "twice the theory" is the bound and not the spring.'
+            f"hip: the spring's theoretical {WIRE_THEORY:.0f} N*m/rad lies below the lower bound of the search, "
+            f'{lower[0, 0]:.1f}: "twice the theory" describes the bound, not the spring.'
         )
     return said
 
@@ -178,24 +178,24 @@ def _by_joint(published: Array, found: Mapping[str, Isolated]) -> list[str]:
         quotients = rates[1] / rates[0], published[1, j] / published[0, j]
         both = inside(joint.spring_rate, published[0, j]), inside(joint.damper_rate, published[1, j])
         words = [f"{s} {'inside' if held else 'outside'}" for s, held in zip("kb", both, strict=True)]
-        where = f" ({listed(words)} our 90 % intervals)" if softened(item.fit, name) is None else ""
+        where = f" ({listed(words)} our 90 % intervals)" if ridge_sentence(item.fit, name) is None else ""
         said.append(
             f"{name}: k {percent(rates[0] / published[0, j])}, b {percent(rates[1] / published[1, j])} against the "
-            f"published{where}; b/k {quotients[0]:.3g} s against {quotients[1]:.3g} s. Our fit leaves "
-            f"{np.degrees(item.fit.rms[name]):.2f} deg."
+            f"published values{where}; b/k {quotients[0]:.3g} s against {quotients[1]:.3g} s. The RMS residual of our "
+            f"fit is {np.degrees(item.fit.rms[name]):.2f} deg."
         )
     return said
 
 
 def _ridge(hip: Isolated) -> list[str]:
-    """How little the residual cares for the hip's k once b may follow."""
-    found = along(hip.fit, hip.recordings, "hip", HELD_AT)
+    """How little the residual depends on the hip's k if b is refitted."""
+    found = rate_scan(hip.fit, hip.recordings, "hip", HELD_AT)
     left = ", ".join(f"{np.degrees(item.rms):.2f}" for item in found)
     quotients = ", ".join(f"{item.damper_rate / item.spring_rate:.3g}" for item in found)
     return [
-        f"hip: with k held at {', '.join(f'{rate:g}' for rate in HELD_AT)} N*m/rad and all else fitted again, {left} "
-        f"deg are left, at b/k of {quotients} s: the releases fix b/k and hardly k, and a published k is as good as "
-        "the bounds it was sought in. A static torque-angle point at the hip would fix it."
+        f"hip: with k held at {', '.join(f'{rate:g}' for rate in HELD_AT)} N*m/rad and everything else refitted, the "
+        f"RMS residual is {left} deg and b/k is {quotients} s. The releases determine b/k but hardly k, so the "
+        "published k depends on the bounds of its search. A static torque-angle point at the hip would determine k."
     ]
 
 
@@ -204,7 +204,7 @@ def _spread(found: Mapping[str, Isolated]) -> str:
         f"{name} {np.degrees(found[name].found.free_angle_spread.value):.1f} deg" for name in ("hip", "knee", "ankle")
     ]
     return (
-        f"From release to release the free angles move ({', '.join(spreads)}, standard deviation): the joints stick. "
-        "Dry friction and a damper's torque that is not in proportion to speed are in neither model; what they do goes "
-        "into k and b, differently for each cost."
+        f"The free angles vary from release to release ({', '.join(spreads)}, standard deviation): the joints stick. "
+        "Neither model includes dry friction or a damper torque that is not proportional to speed; both bias k and b, "
+        "and the bias depends on the cost."
     )

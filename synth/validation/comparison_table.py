@@ -1,4 +1,4 @@
-"""A table of the reproduction: published numbers beside ours, and why they differ."""
+"""A table of a reproduction: published numbers beside ours, and the reasons for their differences."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Cell = dict[str, Any] | str | None
 
 @dataclass(frozen=True)
 class ComparisonRow:
-    """``label``, then a cell for every column: a quantity, words, or nothing."""
+    """One row: ``label``, then a cell for every further column: a quantity, a text, or None."""
 
     label: str
     cells: tuple[Cell, ...]
@@ -22,7 +22,7 @@ class ComparisonRow:
 
 @dataclass(frozen=True)
 class ComparisonTable:
-    """One of the thesis' tables. ``how`` says what was done; ``differences`` are sentences made from the figures."""
+    """One table. ``how`` : the method. ``differences`` : sentences on the differences, made from computed figures."""
 
     name: str
     title: str
@@ -44,7 +44,7 @@ class ComparisonTable:
 
 
 def cell(value: Estimate | float | None, unit: str = "") -> Cell:
-    """An estimate with its interval, or a number (SI) in ``unit``; nothing for None and nan."""
+    """An estimate with its interval, or an SI number with its display ``unit``; None for None and nan."""
     if isinstance(value, Estimate):
         return value.as_json()
     return None if value is None or value != value else quantity(float(value), unit)

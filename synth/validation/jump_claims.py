@@ -1,9 +1,9 @@
-"""The jumping leg's published claims beside ours, and the configuration under which the published heights follow.
+"""The configuration of the jumping leg that reproduces the published height, and the quantities that follow from it.
 
-Published: C. Knaup & D. Aukes on a laminate five-bar leg (all numbers in its text; the curves are figures without
-values). The leg's and motor's numbers are those of the laboratory's own simulation (idealabasu/code_pynamics,
-parallel_five_bar_jumper_compliance.py at 6a9e0be, 2019). What neither gives, the crouch, is calibrated once: on the
-22 cm that model D predicts for the built leg. Everything else follows.
+Published: C. Knaup & D. Aukes on a laminate five-bar leg (numbers from its text; its curves have no values). The
+numbers of leg and motor are those of the laboratory's own simulation (idealabasu/code_pynamics,
+parallel_five_bar_jumper_compliance.py at 6a9e0be, 2019). Neither source gives the crouch. It is calibrated to the
+22 cm that model D predicts for the built leg; nothing else is.
 """
 
 from __future__ import annotations
@@ -37,16 +37,20 @@ ROTOR_INERTIA = 1.5e-8  # kg m^2, a public estimate; see hopper.motors
 ELECTRICAL_TIME = 0.25e-3  # s, as in hopper.motors
 RATIOS = (29.86, 51.45, 75.81, 100.37, 150.58, 210.59, 248.98, 297.92, 379.0)  # the maker's, one size of motor
 LENGTHS = np.round(np.arange(0.06, 0.2001, 0.01), 3)  # m
-SUITABLE = 0.14  # m, the longest leg that the study speaks of
+SUITABLE = 0.14  # m, the longest leg that the study mentions
 BISECTIONS = 24  # of an angle or a logarithm: to a ten-millionth of the range
-LIGHTEST, HEAVIEST = 1e-10, 4e-8  # kg m^2, between which the rotor inertia is sought
+LIGHTEST, HEAVIEST = 1e-10, 4e-8  # kg m^2, search range of the rotor inertia
 TOLERANCES = HopperTolerances()
-HALF_WIDTH = 0.1  # of the height: what a 90 % interval may have at most to test a prediction
+HALF_WIDTH = 0.1  # of the height: a prediction with a wider 90 % interval tests nothing
 
 
 @dataclass(frozen=True)
 class Configuration:
-    """A supply, V, and a leg: ``damping`` N m s/rad a joint, ``crouch`` rad of the upper link from straight down."""
+    """Supply voltage and leg.
+
+    ``supply`` : V. ``damping`` : N m s/rad per joint. ``crouch`` : rad, the upper link from straight down.
+    ``inertia`` : of the rotor, kg m^2.
+    """
 
     supply: float = SUPPLY
     damping: float = Flexures.damping
@@ -55,11 +59,11 @@ class Configuration:
 
     @property
     def leg(self) -> HopperLeg:
-        """At 12 cm; the sweep gives other lengths."""
+        """The leg with upper links of 12 cm; a sweep replaces the length."""
         return HopperLeg(length=LENGTH, crouch=self.crouch, flexures=Flexures(damping=self.damping))
 
     def motor(self, ratio: float) -> Motor:
-        """The laboratory's motor line behind a gear without loss, as its simulation has it."""
+        """The laboratory's motor with a lossless gear of this ratio, as in its simulation."""
         stall = self.supply / RESISTANCE
         return Motor(
             name=f"{ratio:.0f}:1",
@@ -80,11 +84,11 @@ class Configuration:
         )
 
     def height(self, model: str, *, ratio: float = RATIO, row: int = CLEARANCE) -> float:
-        """Clearance, or another height, of the 12 cm leg, m; 0 where it does not jump."""
+        """Clearance, or the height in outcome ``row``, of the 12 cm leg, m; 0 if it does not jump."""
         return float(self.by_length(model, ratio, np.array([LENGTH]), row)[0])
 
     def by_length(self, model: str, ratio: float, length: Array, row: int = CLEARANCE) -> Array:
-        """(n,) m for upper links of these lengths (n,) m; 0 where the crouch is out of reach."""
+        """Heights (n,) m for upper links of lengths (n,) m; 0 if the leg cannot reach the crouch."""
         found, leg = np.zeros(len(length)), self.leg
         if model == "point_mass":
             return heights(point_mass_outcomes(leg, self.motor(ratio), length), row)
@@ -95,14 +99,14 @@ class Configuration:
         return found
 
     def best(self, model: str, longest: float = float(LENGTHS[-1])) -> Best:
-        """The highest clearance over the maker's gears and these legs."""
+        """The design with the highest clearance among the maker's gears and legs of up to ``longest`` m."""
         length = LENGTHS[: int(np.searchsorted(LENGTHS, longest + 1e-9))]
         found = np.array([self.by_length(model, ratio, length) for ratio in RATIOS])
         i, j = np.unravel_index(int(np.argmax(found)), found.shape)
         return Best(float(found[i, j]), RATIOS[i], float(length[j]))
 
     def interval(self, model: str) -> tuple[float, float, float]:
-        """Nominal, low and high end of the 90 % interval of the 12 cm leg's clearance, m."""
+        """Nominal value and both ends of the 90 % interval of the 12 cm leg's clearance, m."""
         made = groups(self.leg, self.motor(RATIO), GROUND, MODELS[model], TOLERANCES, np.array([LENGTH]))
         found = heights(compiled_jump(self.leg.bending).run(made[0]))
         nominal, low, high = intervals(found[None, :])
@@ -110,7 +114,7 @@ class Configuration:
 
 
 def spreads(given: Configuration, model: str) -> dict[str, tuple[float, float]]:
-    """Lowest and highest clearance, m, of the 12 cm leg over each quantity's tolerance; see ``hopper_tolerances``."""
+    """Quantity -> lowest and highest clearance, m, of the 12 cm leg over the tolerance of that quantity alone."""
     made = groups(given.leg, given.motor(RATIO), GROUND, MODELS[model], TOLERANCES, np.array([LENGTH]))
     found = heights(compiled_jump(given.leg.bending).run(made[0]))
     return {name: (float(found[0] + min(ends)), float(found[0] + max(ends)))
@@ -119,7 +123,7 @@ def spreads(given: Configuration, model: str) -> dict[str, tuple[float, float]]:
 
 @dataclass(frozen=True)
 class Best:
-    """The best design of a sweep: clearance m, gear ratio, upper link's length m."""
+    """The best design of a sweep: clearance m, gear ratio, length of the upper link m."""
 
     clearance: float
     ratio: float
@@ -127,13 +131,16 @@ class Best:
 
 
 def deepest() -> float:
-    """The deepest crouch of the 12 cm leg before its lower links lock, rad."""
+    """The deepest crouch of the 12 cm leg at which its lower links do not lock, rad."""
     leg = HopperLeg(length=LENGTH)
     return float(np.arcsin(leg.lower_ratio * sin(LOCKED) - 0.5 * leg.hip_spacing / LENGTH)) - 1e-6
 
 
 def calibrated(given: Configuration, row: int = CLEARANCE) -> Configuration | None:
-    """With the crouch at which D's 12 cm leg clears the published 22 cm (or another height's row); None for none."""
+    """The configuration with the crouch at which the 12 cm leg of model D reaches the published 22 cm.
+
+    ``row`` : the height that is compared. None: the deepest crouch does not reach it.
+    """
 
     def at(crouch: float) -> Configuration:
         return replace(given, crouch=crouch)
@@ -145,16 +152,17 @@ def calibrated(given: Configuration, row: int = CLEARANCE) -> Configuration | No
 
 
 def inertia_for(given: Configuration, target: float = MEASURED) -> float | None:
-    """The rotor inertia, kg m^2, with which the full model clears ``target`` m; None where none does."""
+    """The rotor inertia, kg m^2, with which the full model clears ``target`` m; None if there is none in range."""
 
-    def off(logarithm: float) -> float:
+    def excess(logarithm: float) -> float:
         return target - replace(given, inertia=float(np.exp(logarithm))).height("full")
 
     low, high = float(np.log(LIGHTEST)), float(np.log(HEAVIEST))
-    return None if off(low) > 0.0 or off(high) < 0.0 else float(np.exp(_crossing(off, low, high)))
+    return None if excess(low) > 0.0 or excess(high) < 0.0 else float(np.exp(_crossing(excess, low, high)))
 
 
 def _crossing(rising: Callable[[float], float], low: float, high: float) -> float:
+    """The root of a rising function, by bisection."""
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if rising(middle) < 0.0 else (low, middle)
@@ -162,24 +170,24 @@ def _crossing(rising: Callable[[float], float], low: float, high: float) -> floa
 
 
 def printed_work_share(crouch: float, extended: float) -> float:
-    """Of the motors' work, what the printed F = T cos(theta)/l puts on a mass that rises by l sin(theta).
+    """Share of the motors' work that the printed force F = T cos(theta)/l does on a mass that rises by l sin(theta).
 
-    F dy = T cos^2(theta) dtheta, where a link pushing without loss would do T dtheta. ``crouch``, ``extended`` : rad
-    from straight down.
+    F dy = T cos^2(theta) dtheta, but a lossless link does the work T dtheta. ``crouch``, ``extended`` : rad from
+    straight down.
     """
     first, last = 0.5 * np.pi - crouch, 0.5 * np.pi - extended
     whole = last - first
     return float((0.5 * whole + 0.25 * (sin(2 * last) - sin(2 * first))) / whole)
 
 
-def tireless_point_mass(given: Configuration) -> float:
-    """Ballistic height, m, of the printed point mass if the motors' torque did not fall with speed."""
+def constant_torque_point_mass(given: Configuration) -> float:
+    """Ballistic height, m, of the printed point mass with the stall torque at all speeds."""
     leg, motor = given.leg, given.motor(RATIO)
     work = 2 * motor.stall_torque * (leg.crouch - leg.extended) * printed_work_share(leg.crouch, leg.extended)
     rise = LENGTH * (cos(leg.extended) - cos(leg.crouch))
     return work / (leg.total_mass(motor) * leg.gravity) - rise
 
 
-def in_words(given: Configuration) -> str:
-    """``5.7 V, crouch 59.1 deg, 2.5e-4 N*m*s/rad a joint``."""
-    return f"{given.supply:g} V, crouch {degrees(given.crouch):.1f} deg, {given.damping:.2g} N*m*s/rad a joint"
+def description(given: Configuration) -> str:
+    """Text such as ``5.7 V, crouch 59.1 deg, 2.5e-4 N*m*s/rad per joint``."""
+    return f"{given.supply:g} V, crouch {degrees(given.crouch):.1f} deg, {given.damping:.2g} N*m*s/rad per joint"

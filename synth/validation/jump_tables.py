@@ -1,4 +1,4 @@
-"""Tables of the jumping leg: what the study says beside what comes out here, with why they differ."""
+"""Tables of the jumping leg: the study's claims beside our results, with the reasons for their differences."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from synth.validation.jump_claims import (
     Best,
     Configuration,
     calibrated,
+    constant_torque_point_mass,
     deepest,
-    in_words,
+    description,
     inertia_for,
     printed_work_share,
     spreads,
-    tireless_point_mass,
 )
 
 LADDER = ("point_mass", "A", "B", "D", "full")
-# What the text leaves open: volts, and N m s/rad a joint as multiples of the laboratory's code. The first is the code's
-# own; batteries of one, two and three cells and the motor's rated 6 V bound the supply.
+# The text gives neither the supply (V) nor the joint damping (a multiple of the value in the laboratory's code). The
+# first pair is the code's own; the others range from the motor's rated 6 V to a battery of three cells.
 OPEN = ((5.7, 1.0), (6.0, 1.0), (7.4, 1.0), (7.4, 2.0), (7.4, 4.0), (9.0, 4.0), (9.0, 8.0), (11.1, 8.0))
-FOLLOWED = (7.4, 2.0)  # the one whose best design is the study's; see ``configurations``
+FOLLOWED = (7.4, 2.0)  # the configuration whose best design is the study's; see ``_configurations``
 
 
 @dataclass(frozen=True)
 class Case:
-    """A configuration whose crouch is calibrated, or at its deepest where none gives the published height."""
+    """A configuration with calibrated crouch, or the deepest crouch if none gives the published height."""
 
     given: Configuration
     reached: bool
@@ -50,7 +50,7 @@ class Case:
 
     @classmethod
     def of(cls, supply: float, damping: float) -> Case:
-        """With the crouch that gives model D's published height."""
+        """The case with the crouch that gives model D's published height, or the deepest."""
         open_ = Configuration(supply=supply, damping=damping * Configuration.damping)
         found = calibrated(open_)
         given = found or replace(open_, crouch=deepest())
@@ -64,7 +64,7 @@ class Case:
 
 
 def jump_tables() -> tuple[ComparisonTable, ...]:
-    """Claims, heights by model, and configurations."""
+    """The tables of claims, of heights by model, and of configurations."""
     cases = [Case.of(*item) for item in OPEN]
     followed = cases[OPEN.index(FOLLOWED)]
     return _claims(followed, cases), _heights(followed), _configurations(cases)
@@ -96,35 +96,33 @@ def _claims(case: Case, cases: list[Case]) -> ComparisonTable:
     ends = [case.inertia for case in cases if case.reached and case.inertia is not None]
     low, high = full.low or 0.0, full.high or 0.0
     wide = 0.5 * (high - low) / full.value
-    inside = "holds" if low <= MEASURED <= high else "does not hold"
+    inside = "contains" if low <= MEASURED <= high else "does not contain"
     said = (
-        f"Calibrated: {in_words(given)}. The crouch is the one number set by a published height (22 cm of D); "
-        "supply and "
-        "joint damping are not published either, and stand where D's best design is the study's.",
-        f"Point mass: F = T cos(theta)/l as printed puts {100 * share:.0f} % of the motors' work on the mass, for "
-        "a link "
-        f"that pushes without loss does T dtheta = F l cos(theta) dtheta. It clears {_cm(tall['point_mass'])}, "
-        "below A. "
-        f"If the torque did not fall with speed it would clear {_cm(tireless_point_mass(given))}, above A: the claim "
-        "follows from that, or from another equation than the printed one.",
-        f"Measured: full has all of B and all of D, so it must jump lower than either. With the rotor inertia's public "
-        f"estimate of {ROTOR_INERTIA:.1e} kg*m^2 it clears {_cm(tall['full'])}; the interval {inside} 18.3 cm. In "
-        "every "
-        f"configuration below that gives D 22 cm, full clears 18.3 cm only with {min(ends):.1e} to {max(ends):.1e} "
-        f"kg*m^2, {100 * max(ends) / ROTOR_INERTIA:.0f} % of the estimate at most. A spin-down or a "
-        "stall-to-free-speed run of the bare motor would settle it.",
-        f"The 90 % interval is +-{100 * wide:.0f} %, where +-{100 * HALF_WIDTH:.0f} % would test the model: alone, "
-        f"{_largest(given)}. Measured on the leg that was built, these would narrow it.",
+        f"Calibration: {description(given)}. Only the crouch is calibrated to a published height (22 cm of D). Supply "
+        "and joint damping are not published either; they are chosen so that D's best design is the study's.",
+        f"Point mass: the printed F = T cos(theta)/l does {100 * share:.0f} % of the motors' work on the mass; with a "
+        "lossless link, T dtheta = F l cos(theta) dtheta, it would do all of it. The point mass clears "
+        f"{_cm(tall['point_mass'])}, less than A. With a torque that does not fall with speed it would clear "
+        f"{_cm(constant_torque_point_mass(given))}, more than A: the claim follows from that assumption, or from "
+        "another equation than the printed one.",
+        f"Measured: full includes everything in B and in D, so it must jump lower than either. With the public "
+        f"estimate of the rotor inertia, {ROTOR_INERTIA:.1e} kg*m^2, it clears {_cm(tall['full'])}; the interval "
+        f"{inside} 18.3 cm. In every configuration below that gives D 22 cm, full clears 18.3 cm only with "
+        f"{min(ends):.1e} to {max(ends):.1e} kg*m^2, at most {100 * max(ends) / ROTOR_INERTIA:.0f} % of the estimate. "
+        "A spin-down of the bare motor, or its run from stall to free speed, would determine the inertia.",
+        f"The 90 % interval is +-{100 * wide:.0f} %; to test the model it must be +-{100 * HALF_WIDTH:.0f} %. The "
+        f"largest contributions, each alone: {_largest(given)}. Measurements of these on the built leg would narrow "
+        "the interval.",
         f"Best leg: D's clearance rises slowly with length, to {_cm(top.clearance)} at {100 * top.length:.0f} cm with "
-        f"{top.ratio:.0f}:1, so that the best length is the longest that is allowed; the study speaks of suitable "
-        f"lengths, of which {100 * SUITABLE:.0f} cm is its longest.",
+        f"{top.ratio:.0f}:1, so the best length is the longest one allowed. The longest length that the study calls "
+        f"suitable is {100 * SUITABLE:.0f} cm.",
     )
     return ComparisonTable(
-        "Claims", "The jumping leg: what the study says", ("", "published", "ours"),
+        "Claims", "The jumping leg: claims of the study", ("", "published", "ours"),
         tuple(ComparisonRow(label, (theirs, own)) for label, theirs, own in rows),
-        "Heights are clearances: the foot's greatest height. The laboratory's masses, springs, ground and motor "
-        "constants; "
-        "gears without loss, as in its simulation; the maker's ratios from 30:1 to 380:1, legs of 6 cm and more.",
+        "Heights are clearances: the greatest height of the foot. Masses, springs, ground and motor constants are the "
+        "laboratory's; gears are lossless, as in its simulation; ratios are the maker's, from 30:1 to 380:1; legs are "
+        "6 cm and longer.",
         said,
     )  # fmt: skip
 
@@ -134,14 +132,13 @@ def _heights(case: Case) -> ComparisonTable:
     total = {model: given.height(model, row=APEX) for model in LADDER}
     rows = tuple(ComparisonRow(name, (cell(given.height(name), "cm"), cell(total[name], "cm"))) for name in LADDER)
     said = (
-        f"Total height counts the body's rise while the leg stretches: D reaches {_cm(total['D'])} by it with the "
-        "leg that "
-        f"clears {_cm(case.heights['D'])}. {_as_total(given)}",
-        "B holds no joint damping and D no motor dynamics; full holds both, and a ground that never pulls.",
+        f"Total height includes the body's rise while the leg extends: D reaches {_cm(total['D'])} with the leg whose "
+        f"clearance is {_cm(case.heights['D'])}. {_as_total(given)}",
+        "B has no joint damping and D no motor dynamics; full has both, and a ground that never pulls.",
     )
     return ComparisonTable(
         "Heights", "The 12 cm leg with 210:1 by each model", ("model", "clearance", "total height"), rows,
-        f"{in_words(given)}. Total height: the greatest rise of the centre of mass over the crouch.", said,
+        f"{description(given)}. Total height: the greatest rise of the centre of mass above the crouch.", said,
     )  # fmt: skip
 
 
@@ -156,42 +153,41 @@ def _configurations(cases: list[Case]) -> ComparisonTable:
         rows.append(ComparisonRow(label, (f"{degrees(given.crouch):.1f} deg", *cells, note, needed)))
     short = [case for case in cases if not case.reached]
     said = [
-        f"{in_words(case.given)}: the lower links lock before D reaches 22 cm; it clears {_cm(case.heights['D'])}."
+        f"{description(case.given)}: the lower links lock before D reaches 22 cm; it clears {_cm(case.heights['D'])}."
         for case in short
     ]
     told = [case for case in cases if case.reached]
     spread = [case.heights["full"] for case in told]
     said.append(
-        f"With D at 22 cm, full clears {_cm(min(spread))} to {_cm(max(spread))} whatever the supply and damping: "
-        "what the "
-        "rotor takes from the push hangs on its inertia alone."
+        f"With D at 22 cm, full clears {_cm(min(spread))} to {_cm(max(spread))} for all supplies and dampings: the "
+        "energy that the rotor takes depends only on its inertia."
     )
     right = [case for case in told if 180.0 <= case.best.ratio <= 240.0 and 0.11 <= case.best.length <= 0.15]
     said.append(
-        "D's best design lies at 180 to 240:1 and 11 to 15 cm for " + "; ".join(in_words(case.given) for case in right)
-        + ": a supply of two cells and more damping than the code's round number."
+        "D's best design lies at 180 to 240:1 and 11 to 15 cm for "
+        + "; ".join(description(case.given) for case in right)
+        + ": a supply of two cells, and more damping than in the laboratory's code."
     )  # fmt: skip
     return ComparisonTable(
-        "Configurations", "Which crouch gives D's published 22 cm, and what follows",
+        "Configurations", "The crouch that gives D's published 22 cm, and the resulting heights",
         ("supply, joint damping", "crouch", "A", "B", "D", "full", "D's best design", "rotor inertia for 18.3 cm"),
         tuple(rows),
-        f"The 12 cm leg with 210:1; best of legs up to {100 * SUITABLE:.0f} cm. The first row has the "
-        "laboratory's own volts "
-        "and damping. Full with a rotor inertia of 1.5e-8 kg*m^2, a public estimate.",
+        f"The 12 cm leg with 210:1; best design among legs up to {100 * SUITABLE:.0f} cm. The first row has the "
+        "supply and damping of the laboratory's code. Full has a rotor inertia of 1.5e-8 kg*m^2, a public estimate.",
         tuple(said),
     )  # fmt: skip
 
 
 def _as_total(given: Configuration) -> str:
-    """What would follow if the published 22 cm were a total height."""
+    """The consequence of reading the published 22 cm as a total height."""
     other = calibrated(given, APEX)
     if other is None:
-        return "Read as total height, the published 22 cm could not be had."
+        return "As a total height the published 22 cm cannot be reached."
     clear = other.height("D")
     side = "below" if clear < MEASURED else "above"
     return (
-        f"Read as total height, the published 22 cm would need a crouch of {degrees(other.crouch):.0f} deg and D would "
-        f"clear {_cm(clear)}, {side} the {_cm(MEASURED)} that were measured: the 22 cm are a clearance."
+        f"As a total height the published 22 cm would need a crouch of {degrees(other.crouch):.0f} deg, and D would "
+        f"clear {_cm(clear)}, {side} the measured {_cm(MEASURED)}: the 22 cm are a clearance."
     )
 
 
@@ -201,9 +197,9 @@ def _interval(given: Configuration, model: str) -> Estimate:
 
 
 def _largest(given: Configuration) -> str:
-    """The three quantities that leave most open."""
+    """The three quantities whose tolerances contribute most to the interval, as text."""
     ranked = sorted(spreads(given, "full").items(), key=lambda item: item[1][0] - item[1][1])
-    return ", ".join(f"{name} leaves {100 * low:.1f} to {_cm(high)}" for name, (low, high) in ranked[:3])
+    return ", ".join(f"{name} gives {100 * low:.1f} to {_cm(high)}" for name, (low, high) in ranked[:3])
 
 
 def _yes(holds: bool) -> str:

@@ -1,4 +1,4 @@
-"""Along a ridge: one joint's spring rate held, all else fitted again, step by step away from the best."""
+"""Scan along a ridge: one joint's spring rate is fixed at several values and everything else is refitted."""
 
 from __future__ import annotations
 
@@ -16,22 +16,25 @@ from synth.fit.unknowns import all_of
 from synth.swing.chain import compiled_chain
 from synth.swing.leg_model import Damper, Spring
 
-HELD = 1e8  # precision of a log rate that is held
-STEP = np.log(1.3)  # between two rates on the way
-SPREAD = np.radians(2.0)  # least spread of the free angles, so that creep may show in them
+HELD = 1e8  # precision of a fixed log rate
+STEP = np.log(1.3)  # largest step of the log rate, so that each fit starts near its minimum
+SPREAD = np.radians(2.0)  # least spread of the free angles, which may then absorb creep
 
 
 @dataclass(frozen=True)
-class Held:
-    """What is left with the rate held: ``rms`` rad at the joint, and ``damper_rate`` N m s/rad."""
+class RidgePoint:
+    """The fit at a fixed ``spring_rate`` (N m/rad): ``damper_rate`` N m s/rad and residual ``rms`` rad of the joint."""
 
     spring_rate: float
     damper_rate: float
     rms: float
 
 
-def along(fit: FitResult, recordings: Sequence[Recording], joint: str, rates: Sequence[float]) -> list[Held]:
-    """Hold the joint's spring rate at each of ``rates`` (N m/rad); the other joints' rates stay as fitted."""
+def rate_scan(fit: FitResult, recordings: Sequence[Recording], joint: str, rates: Sequence[float]) -> list[RidgePoint]:
+    """Fits with the joint's spring rate fixed at each of ``rates`` (N m/rad), in their order.
+
+    The rates of the other joints stay at their fitted values; initial states and free angles are refitted.
+    """
     names = fit.leg.joint_names
     j = names.index(joint)
     bare = replace(
@@ -54,7 +57,7 @@ def along(fit: FitResult, recordings: Sequence[Recording], joint: str, rates: Se
     noise = clipped_rms(recordings, predictions) * np.sqrt(correlation_times(recordings, predictions))
     weights = Weights(np.tile(np.where(np.isfinite(noise), noise, 1.0), (len(recordings), 1)), spread)
     best = float(np.exp(values[j]))
-    found: dict[float, Held] = {}
+    found: dict[float, RidgePoint] = {}
     for side in (sorted(r for r in rates if r >= best), sorted((r for r in rates if r < best), reverse=True)):
         at, own = values.copy(), tuple(locals_)
         for rate in side:
@@ -68,5 +71,5 @@ def along(fit: FitResult, recordings: Sequence[Recording], joint: str, rates: Se
                 solution = solve(model, recordings, FitStart(moved, own), weights, tolerance=0.01)
                 at, own = solution.values, solution.locals
             left = float(root_mean_square(recordings, solution.predictions)[j])
-            found[rate] = Held(float(np.exp(at[j])), float(np.exp(at[2 * n + j])), left)
+            found[rate] = RidgePoint(float(np.exp(at[j])), float(np.exp(at[2 * n + j])), left)
     return [found[rate] for rate in rates]

@@ -1,4 +1,4 @@
-"""Tables 3, 4 and A-1: what the robot's joints need to move like the rat, slowed down by two."""
+"""Tables 3, 4 and A-1: springs and dampers with which the robot moves like the rat at half speed."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from synth.fit.rate_search import Bounds
 from synth.fit.recordings import Recording
 from synth.motion.characteristics import Characteristics
 from synth.validation.comparison_table import Cell, ComparisonRow, ComparisonTable, cell, listed
-from synth.validation.explanations import apart, found_rates, inside, on_bounds
+from synth.validation.explanations import difference_sentences, found_rates, inside, on_bounds
 from synth.validation.thesis_data import JOINTS, SEVEN, LabData
-from synth.validation.thesis_method import ALL, ANKLE, HIP, KNEE, NONE, Mistakes, Terms, ThesisWay
+from synth.validation.thesis_method import ALL, ANKLE, HIP, KNEE, NONE, Mistakes, Terms, ThesisMethod
 
-SLOWER = 2.0  # the thesis' time scale
+SLOWER = 2.0  # time scale of the thesis
 START = np.array([[21.356, 1.936, 0.432], [1.5, 0.08, 0.06]])  # its HandOPTD3_IC
 UPPER = np.array([[35.0, 4.0, 1.0], [3.0, 0.3, 0.2]])  # the thesis' search box: springs N m/rad, dampers N m s/rad
 LOWER = np.array([[1.0, 0.1, 0.01], [0.01, 0.001, 0.001]])  # the thesis' search box
-# Releases that count five times as much at a joint: those of the muscles that move it most.
+# Releases with five times the weight at a joint: those of the muscles that move it most.
 STRESSED = {
     HIP: ("IP_5", "GS_1", "ST_1", "BFp_1"),
     KNEE: ("IP_5", "BFp_1", "ST_1", "ST2_1"),
@@ -37,32 +37,32 @@ Features = Sequence[Sequence[Characteristics]]  # by release and joint
 
 @dataclass(frozen=True)
 class RobotTarget:
-    """What was found for the robot: the thesis' way gone again, once with its mistakes, and least squares."""
+    """Results for the robot: the thesis' method (``wrong``: with its mistakes), and least squares; rates are (2, 3)."""
 
     recordings: tuple[Recording, ...]
-    way: ThesisWay
-    wrong: ThesisWay
+    method: ThesisMethod
+    wrong: ThesisMethod
     swarm: Array
-    again: Array
+    with_mistakes: Array
     fit: FitResult
     common: Variant  # one free angle for all releases
 
 
-def find_target(data: LabData, seed: int = 0) -> RobotTarget:
-    """Go the thesis' way on the releases slowed down by two, and fit them by least squares."""
+def fit_target(data: LabData, seed: int = 0) -> RobotTarget:
+    """Repeat the thesis' method on the releases at half speed, and fit them by least squares."""
     slow = [recording.stretched(SLOWER) for recording in data.releases()]
     weights = np.array([[STRESS if name in STRESSED[j] else 1.0 for j in (HIP, KNEE, ANKLE)] for name in SEVEN])
     terms = Terms(rise=200.0, ratio=50.0, frequency=1.0, squares=30.0, weights=weights)
-    ways = [ThesisWay(data.dog, slow, terms, mistakes, SLOWER) for mistakes in (NONE, ALL)]
+    methods = [ThesisMethod(data.dog, slow, terms, mistakes, SLOWER) for mistakes in (NONE, ALL)]
     bounds = Bounds(LOWER, UPPER)
-    swarms = [way.search.swarm(START, bounds, seed=seed)[0] for way in ways]
+    swarms = [method.search.swarm(START, bounds, seed=seed)[0] for method in methods]
     fit = fit_leg(data.dog, slow, LegFitOptions(free_angle="per_trial", seed=seed, tolerance=data.tolerance))
     common = next(variant for variant in fit.variants if variant.free_angle == "common")
-    return RobotTarget(tuple(slow), ways[0], ways[1], swarms[0], swarms[1], fit, common)
+    return RobotTarget(tuple(slow), methods[0], methods[1], swarms[0], swarms[1], fit, common)
 
 
 def table_3(data: LabData, target: RobotTarget) -> ComparisonTable:
-    """Spring and damper rates that the robot's joints need."""
+    """Spring and damper rates of the robot's joints."""
     published = data.rates("thesis_table_3_target")
     rows = []
     for row, (symbol, unit) in enumerate((("k", "N*m/rad"), ("b", "N*m*s/rad"))):
@@ -71,55 +71,55 @@ def table_3(data: LabData, target: RobotTarget) -> ComparisonTable:
             found: list[Estimate | None] = [joint.spring_rate, common.spring_rate[name]]
             if row == 1:
                 found = [joint.damper_rate, common.damper_rate[name]]
-            numbers = [published[row, j], target.swarm[row, j], target.again[row, j]]
+            numbers = [published[row, j], target.swarm[row, j], target.with_mistakes[row, j]]
             rows.append(
                 ComparisonRow(f"{name} {symbol}", (*(cell(v, unit) for v in numbers), *(cell(e) for e in found)))
             )
-    costs = [target.way.total(rates) for rates in (published, target.swarm)]
+    costs = [target.method.total(rates) for rates in (published, target.swarm)]
     best = found_rates(target.fit)
     said = [
-        f"Under the thesis' cost with its mistakes put right the published rates cost {costs[0]:.0f}, those of our "
-        f"swarm from the same start, within the same bounds, {costs[1]:.0f}: "
-        + ("the published search had not found the least." if costs[1] < costs[0] else "the published are the better."),
+        f"The thesis' cost, without its mistakes, is {costs[0]:.0f} for the published rates and {costs[1]:.0f} for "
+        "those of our swarm with the same start and bounds: "
+        + ("the published search missed the minimum." if costs[1] < costs[0] else "the published rates are better."),
         *on_bounds(target.swarm, LOWER, UPPER, "our swarm"),
-        *apart(published, target.fit, target.way.rms(published), target.way.rms(best)),
+        *difference_sentences(published, target.fit, target.method.rms(published), target.method.rms(best)),
         *_common(published, target.common),
         *_rates(target, published),
     ]
     return ComparisonTable(
         "Table 3",
         "The robot leg: spring and damper rates wanted",
-        ("", "published", "swarm, ours", "swarm, ours with its mistakes", "least squares, free angle a release",
+        ("", "published", "swarm, ours", "swarm, ours with the mistakes", "least squares, a free angle per release",
          "least squares, one free angle"),
         tuple(rows),
-        "The seven releases slowed down by two, on the robot's links; the thesis' start values, bounds, weights and "
-        "cost, 20 particles, 100 iterations. Least squares as in Table 1.",
+        "The seven releases at half speed on the robot's links, with the thesis' start values, bounds, weights and "
+        "cost, 20 particles and 100 iterations. Least squares as in Table 1.",
         tuple(said),
     )  # fmt: skip
 
 
 def _common(published: Array, common: Variant) -> list[str]:
-    """Whether the published stiffness lies in the intervals of a fit with one free angle."""
+    """Whether published spring rates lie in the intervals of a fit with one free angle for all releases."""
     rates = enumerate(common.spring_rate.items())
     names = [name for j, (name, estimate) in rates if inside(estimate, float(published[0, j]))]
     if not names:
         return ["With one free angle for all releases no published spring rate lies within our 90 % interval."]
     return [
         f"With one free angle for all releases the published spring rate of {listed(names)} lies within our 90 % "
-        "interval: the treatment of the free angle, which the thesis takes anew from each release's end, decides here."
+        "interval: the difference comes from the free angle, which the thesis takes from the end of each release."
     ]
 
 
 def _rates(target: RobotTarget, published: Array) -> list[str]:
-    """What the doubled initial rate does."""
-    doubled = ThesisWay(
-        target.fit.leg, target.recordings, target.way.cost.terms, Mistakes(double_rate=True), stretched=SLOWER
+    """The effect of the doubled initial rates."""
+    doubled = ThesisMethod(
+        target.fit.leg, target.recordings, target.method.cost.terms, Mistakes(double_rate=True), stretched=SLOWER
     )
-    here, there = (np.degrees(way.rms(published)) for way in (target.way, doubled))
+    here, there = (np.degrees(method.rms(published)) for method in (target.method, doubled))
     return [
-        f"Slowed down by two, the thesis keeps the fast motion's initial rates: with its own rates the hip, knee and "
-        f"ankle are then {there[0]:.2f}, {there[1]:.2f} and {there[2]:.2f} deg off, with the right initial rates "
-        f"{here[0]:.2f}, {here[1]:.2f} and {here[2]:.2f} deg."
+        f"At half speed the thesis keeps the initial velocities of the fast motion: with its springs and dampers the "
+        f"RMS errors of hip, knee and ankle are then {there[0]:.2f}, {there[1]:.2f} and {there[2]:.2f} deg, with the "
+        f"right initial velocities {here[0]:.2f}, {here[1]:.2f} and {here[2]:.2f} deg."
     ]
 
 
@@ -129,10 +129,10 @@ def table_4(data: LabData, target: RobotTarget) -> ComparisonTable:
     rates = data.rates("thesis_table_3_target")
     leg = target.fit.leg
     found = [
-        leg.to_measured(np.median(way.search.rests(rates[0][:, None])[:, :, 0], axis=0))
-        for way in (target.way, target.wrong)
+        leg.to_measured(np.median(method.search.rests(rates[0][:, None])[:, :, 0], axis=0))
+        for method in (target.method, target.wrong)
     ]
-    spreads = np.std(target.way.search.rests(rates[0][:, None])[:, :, 0], axis=0, ddof=1)
+    spreads = np.std(target.method.search.rests(rates[0][:, None])[:, :, 0], axis=0, ddof=1)
     rows = tuple(
         ComparisonRow(
             name,
@@ -147,34 +147,34 @@ def table_4(data: LabData, target: RobotTarget) -> ComparisonTable:
         for j, name in enumerate(JOINTS)
     )
     said = [
-        f"{name}: from the published spring rate {np.degrees(found[0][j]):.1f} deg, with the foot's weight of the "
-        f"wrong sign {np.degrees(found[1][j]):.1f}, published {published[j]:.0f}. From release to release the free "
-        f"angle moves by {np.degrees(spreads[j]):.1f} deg (standard deviation), so that "
+        f"{name}: {np.degrees(found[0][j]):.1f} deg from the published spring rate, "
+        f"{np.degrees(found[1][j]):.1f} deg with the wrong sign of the foot's weight, {published[j]:.0f} deg "
+        f"published. The free angle varies by {np.degrees(spreads[j]):.1f} deg (standard deviation) over releases; "
         + (
-            "the difference is no more than that."
+            "the difference is not larger."
             if abs(np.degrees(found[0][j]) - published[j]) <= np.degrees(spreads[j])
-            else "the difference is more than that: which releases are averaged, and how, decides."
+            else "the difference is larger and depends on which releases are averaged, and how."
         )
         for j, name in enumerate(JOINTS)
     ]
     return ComparisonTable(
         "Table 4",
         "The robot leg: free angles",
-        ("", "published", "published rates, put right", "published rates, foot's weight wrong", "least squares",
+        ("", "published", "published rates, corrected", "published rates, foot's weight wrong", "least squares",
          "its spread over releases"),
         rows,
-        "Where spring and weight balance in the pose in which each release ends: the median over the seven.",
+        "The free angle with which spring and weight balance in the final pose of a release: median over the seven.",
         tuple(said),
     )  # fmt: skip
 
 
 def table_a1(data: LabData, target: RobotTarget) -> ComparisonTable:
-    """Release by release: characteristics of the slowed-down rat, and of the robot with the published rates."""
+    """Characteristics of each release: of the rat at half speed, and of the robot with the published rates."""
     published, rates = data.published["thesis_table_A1"], data.rates("thesis_table_3_target")
     given, reached = published["data"], published["achieved"]
-    wanted = target.way.cost.data
-    right, wrong = target.way.features(rates), target.wrong.features(rates)
-    means = [way.mean_errors(rates)[:, ANKLE] for way in (target.way, target.wrong)]
+    wanted = target.method.cost.data
+    right, wrong = target.method.features(rates), target.wrong.features(rates)
+    means = [method.mean_errors(rates)[:, ANKLE] for method in (target.method, target.wrong)]
     rows: list[ComparisonRow] = []
     for t, name in enumerate(SEVEN):
         for label, unit, keys, joint, term in (
@@ -196,17 +196,17 @@ def table_a1(data: LabData, target: RobotTarget) -> ComparisonTable:
         rows.append(ComparisonRow(f"{name}: ankle, mean error", rest))
     return ComparisonTable(
         "Table A-1",
-        "Release by release: the slowed-down rat, and the robot with the published rates",
-        ("", "rat, published", "rat, ours", "robot, published", "robot, ours", "robot, ours with its mistakes"),
+        "Each release: the rat at half speed, and the robot with the published rates",
+        ("", "rat, published", "rat, ours", "robot, published", "robot, ours", "robot, ours with the mistakes"),
         tuple(rows),
-        "Rise time from 10 to 90 % of the way to rest; damping ratio by the logarithmic decrement; the ankle's error "
-        "is the signed mean, as in the thesis, though it is called an average difference there.",
+        "Rise time from 10 to 90 % of the way to rest; damping ratio by the logarithmic decrement. The ankle's error "
+        "is the signed mean, as computed in the thesis, which calls it an average difference.",
         tuple(_differences(published, (wanted, right, wrong), means)),
     )
 
 
 def _differences(published: Mapping[str, Any], found: Sequence[Features], means: Sequence[Array]) -> list[str]:
-    """Medians of the rows' differences, in words; ``found`` of the recordings, put right, and with the mistakes."""
+    """Sentences on the median differences; ``found`` : of the recordings, of the model, of the model with mistakes."""
     given, reached = published["data"], published["achieved"]
     said = []
     for label, joint, term, keys in (
@@ -219,24 +219,24 @@ def _differences(published: Mapping[str, Any], found: Sequence[Features], means:
         words = [f"{100 * gap:.0f} %" if gap is not None else "not comparable" for gap in gaps]
         closer = gaps[1] is not None and gaps[2] is not None and gaps[2] < gaps[1]
         said.append(
-            f"{label}: of the recordings ours differs from the published by {words[0]} (median of the seven; the curve "
-            f"through 10 ms samples, where it is taken to rest, and what counts as a peak), of the robot by "
-            f"{words[1]}, with the thesis' mistakes made again by {words[2]}"
-            + (": they account for part of it." if closer else ": they do not account for it.")
+            f"{label}: our value for the recordings differs from the published one by {words[0]} (median of the seven; "
+            "depends on the curve through 10 ms samples, on the rest pose and on the definition of a peak), for the "
+            f"robot by {words[1]}, with the thesis' mistakes by {words[2]}"
+            + (": they explain part of it." if closer else ": they do not explain it.")
         )
     ankle = np.degrees(np.mean(reached["ankle_mean_signed_diff_rad"]))
     negative = sum(value < 0 for value in reached["ankle_mean_signed_diff_rad"])
     ours = [float(np.degrees(mean.mean())) for mean in means]
     said.append(
-        f"ankle: the published errors are {ankle:+.2f} deg on average, {negative} of {len(SEVEN)} negative. With the "
-        f"foot's weight put right ours are {ours[0]:+.2f} deg, {sum(means[0] < 0)} negative; with the thesis' mistakes "
-        f"{ours[1]:+.2f} deg, {sum(means[1] < 0)} negative."
+        f"ankle: the published errors are {ankle:+.2f} deg on average, {negative} of {len(SEVEN)} negative. Ours are "
+        f"{ours[0]:+.2f} deg, {sum(means[0] < 0)} negative, with the right sign of the foot's weight, and "
+        f"{ours[1]:+.2f} deg, {sum(means[1] < 0)} negative, with the thesis' mistakes."
     )
     return said
 
 
 def _gap(published: Sequence[float], found: Features, joint: int, term: str) -> float | None:
-    """The median relative difference where ours shows the feature."""
+    """Median relative difference over the releases in which ours shows the feature; None if none does."""
     values = [(p, getattr(item[joint], term)) for p, item in zip(published, found, strict=True)]
     gaps = [abs(value / p - 1) for p, value in values if value is not None]
     return float(np.median(gaps)) if gaps else None

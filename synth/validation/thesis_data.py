@@ -1,4 +1,4 @@
-"""The laboratory's data folder: legs, recordings, and the thesis' tables as numbers (``published.json``)."""
+"""The laboratory's data folder: legs, recordings, and the numbers of the thesis' tables (``published.json``)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from synth.fit.recordings import Recording, recordings
 from synth.swing.leg_model import Leg
 
 JOINTS = ("hip", "knee", "ankle")
-# The seven releases that the thesis used, in its order; of each muscle the first repeat, of the iliopsoas the fifth.
+# The seven releases that the thesis used, in its order: the first repeat of each muscle, of the iliopsoas the fifth.
 SEVEN = ("IP_5", "GS_1", "ST_1", "ST2_1", "VL_1", "BFp_1", "BFa_1")
 RAT, DOG, DAMPERS, BUILT = "rat/rat.leg.yaml", "dog/dog.leg.yaml", "dog/dog_dampers.leg.yaml", "dog/dog_built.leg.yaml"
 OPTIONS = "reproduce.yaml"  # optional: kind: reproduce, tolerance: {...}
@@ -47,9 +47,10 @@ class _Options:
 
 @dataclass(frozen=True, eq=False)
 class LabData:
-    """What is in the folder. ``published`` as written; ``inputs`` file -> hash of all that was read.
+    """Content of the folder.
 
-    ``tolerance`` : of the leg files' numbers, from ``reproduce.yaml`` where there is one, else the defaults.
+    ``published`` : the content of ``published.json``. ``inputs`` : file -> hash, for all files read. ``tolerance`` : of
+    the leg files' numbers, from ``reproduce.yaml`` if it exists, else the defaults.
     """
 
     folder: Path
@@ -71,7 +72,7 @@ class LabData:
         return self.trials(self.rat, [f"rat/releases/{name}.csv" for name in SEVEN])
 
     def trials(self, leg: Leg, entries: Sequence[Any], sought: Sequence[str] | None = None) -> list[Recording]:
-        """Recordings of a leg, as a project would list them."""
+        """Recordings of a leg from ``entries`` in the form of a project's ``trials``."""
         return recordings(leg, read_trials(entries, self.folder, leg), sought)
 
     def rates(self, table: str, *keys: str) -> Array:
@@ -87,7 +88,7 @@ def read_lab_data(folder: str | Path) -> LabData:
 
     Raises
     ------
-    UserError : the folder is none, a file is missing or broken, or a leg has other joints than hip, knee and ankle.
+    UserError : not a folder, a missing or damaged file, or a leg whose joints are not hip, knee and ankle.
     """
     root = Path(folder)
     if not root.is_dir():
@@ -113,7 +114,7 @@ def read_lab_data(folder: str | Path) -> LabData:
 
 
 def _tolerance(root: Path, leg: Leg) -> Tolerance:
-    """What ``reproduce.yaml`` says of the leg files' numbers; the defaults without that file."""
+    """Tolerances of the leg files' numbers from ``reproduce.yaml``; the defaults without that file."""
     if not (root / OPTIONS).is_file():
         return Tolerance()
     reader = ProjectReader.open(root / OPTIONS, "reproduce")
@@ -131,7 +132,12 @@ def _recorded(root: Path) -> list[Path]:
 
 
 def _published(path: Path) -> Mapping[str, Any]:
-    """The thesis' tables; every one that is to be compared must be there."""
+    """The thesis' tables.
+
+    Raises
+    ------
+    UserError : not valid JSON, or a table in ``_NEEDED`` is missing.
+    """
     try:
         found = json.loads(read_bytes(path, SIZE_LIMIT, "a dozen small tables are expected"))
     except json.JSONDecodeError as error:

@@ -1,13 +1,12 @@
-"""The thesis' way, term by term: its cost, starts and free angles, and the mistakes in it as switches.
+"""The thesis' method: its cost, initial states and free angles, with its mistakes as switches.
 
-Its scripts weigh absolute differences of features (rise time of the hip; damping ratio and damped frequency of the
-knee) and squared ankle errors on a grid of 1 ms, trial by trial, with weights 1 and 5. Two of its terms are left out
-here: heights and times of the knee's peak, which compare the first positive peak of one curve with the largest of the
-other, one measured from the steady state and one from zero.
+Its cost sums, over the trials, absolute differences of features (rise time of the hip; damping ratio and damped
+frequency of the knee) and squared ankle errors on a grid of 1 ms, with trial weights of 1 and 5. Two of its terms are
+omitted here: heights and times of the knee's peak. They compare the first positive peak of one curve with the largest
+of the other, one measured from the steady state and the other from zero.
 
-Mistakes, each of which can be switched on to see what it does: the foot's weight enters the free angles with the wrong
-sign; the initial rates are differences of the first two samples; in motion that is slowed down by two they stay those
-of the fast one.
+The mistakes can be switched on separately: the foot's weight enters the free angles with the wrong sign; the initial
+velocities are differences of the first two samples; at half speed the initial velocities of the fast motion are kept.
 """
 
 from __future__ import annotations
@@ -29,14 +28,14 @@ from synth.motion.characteristics import Characteristics, characteristics
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import absolute, coefficients, static_torque
 
-GRID = 1e-3  # s, on which the thesis adds squares
-FIRST = 0.2  # s, of the transient
+GRID = 1e-3  # s, step of the grid on which the thesis sums squares
+FIRST = 0.2  # s, duration of the transient
 HIP, KNEE, ANKLE = 0, 1, 2  # columns of the tables
 
 
 @dataclass(frozen=True)
 class Mistakes:
-    """Which of the thesis' mistakes are made again."""
+    """The thesis' mistakes that are switched on."""
 
     foot_weight: bool = False
     first_difference: bool = False
@@ -49,9 +48,9 @@ ALL = Mistakes(True, True, True)
 
 @dataclass(frozen=True)
 class Terms:
-    """Factors of the cost: ``rise`` a second, ``ratio``, ``frequency`` a rad/s, ``squares`` a rad^2 on the 1 ms grid.
+    """Factors of the cost: ``rise`` 1/s, ``ratio`` 1, ``frequency`` s/rad, ``squares`` 1/rad^2 on the 1 ms grid.
 
-    ``until`` s: squares count up to there. ``weights`` (n_trial, 3): how much a trial counts at each joint.
+    ``until`` : s, end of the range in which squares count. ``weights`` : (n_trial, 3) weight of a trial at each joint.
     """
 
     rise: float
@@ -64,18 +63,18 @@ class Terms:
 
 @dataclass(frozen=True)
 class ThesisCost:
-    """The cost of some recordings by joint: hip, knee and ankle terms."""
+    """The cost of recordings with one term per joint: hip, knee, ankle."""
 
     recordings: tuple[Recording, ...]
     terms: Terms
 
     @cached_property
     def data(self) -> list[list[Characteristics]]:
-        """Each recording's own characteristics by joint."""
+        """Measured characteristics, by recording and joint."""
         return [features(r.smoothed.time, r.smoothed.angle, r) for r in self.recordings]
 
     def of(self, motions: Sequence[Array]) -> Array:
-        """(c, 3) costs of candidates from their motions (m, 3, c) rad a trial; large where one diverged."""
+        """Costs (c, 3) of candidates from their motions (m, 3, c) rad per trial; ``DIVERGED`` if one diverges."""
         count = motions[0].shape[2]
         total, terms = np.zeros((count, 3)), self.terms
         for recording, motion, wanted, weight in zip(self.recordings, motions, self.data, terms.weights, strict=True):
@@ -95,8 +94,11 @@ class ThesisCost:
         return total
 
 
-class ThesisWay:
-    """A leg's recordings under the thesis' cost. Rates are (2, 3): spring rates, then damper rates."""
+class ThesisMethod:
+    """The thesis' search on a leg's recordings. Rates are (2, 3): spring rates, then damper rates.
+
+    ``stretched`` : factor by which the recordings were slowed down.
+    """
 
     def __init__(
         self, leg: Leg, recordings: Sequence[Recording], terms: Terms, mistakes: Mistakes = NONE, stretched: float = 1.0
@@ -105,7 +107,7 @@ class ThesisWay:
         self.cost = ThesisCost(self.recordings, terms)
         search = search_of(leg, recordings, self.cost)
         search.starts = tuple(self._start(r, s, stretched) for r, s in zip(recordings, search.starts, strict=True))
-        self.search = _WrongFoot.of(search) if mistakes.foot_weight else search
+        self.search = _WrongFootSign.of(search) if mistakes.foot_weight else search
 
     def _start(self, recording: Recording, start: Start, stretched: float) -> Start:
         rotation, rate = start.rotation, start.rate
@@ -115,49 +117,49 @@ class ThesisWay:
         return replace(start, rotation=rotation, rate=rate * (stretched if self.mistakes.double_rate else 1.0))
 
     def motions(self, rates: Array) -> list[Array]:
-        """(m, 3) rad a trial, for rates (2, 3)."""
+        """Motions (m, 3) rad, one per trial, for rates (2, 3)."""
         return [motion[:, :, 0] for motion in self.search.motions(rates[:, :, None])]
 
     def features(self, rates: Array) -> list[list[Characteristics]]:
-        """Each trial's characteristics by joint, at these rates."""
+        """Simulated characteristics at these rates, by trial and joint."""
         return [features(r.time, m, r) for r, m in zip(self.recordings, self.motions(rates), strict=True)]
 
     def total(self, rates: Array) -> float:
-        """The cost at these rates."""
+        """The cost at these rates, summed over joints."""
         return float(self.search.by_joint(rates[:, :, None]).sum())
 
     def rms(self, rates: Array) -> Array:
-        """(3,) rad, the plain root mean square over all trials' counted samples."""
+        """Root-mean-square residuals (3,) rad over all trials' valid samples."""
         return root_mean_square(self.recordings, self.motions(rates))
 
     def mean_errors(self, rates: Array) -> Array:
-        """(n_trial, 3) rad, signed mean of model less recording, in measured angles."""
+        """Signed means (n_trial, 3) rad of model minus recording, in measured angles."""
         sign = self.search.model.leg.sign
         zipped = zip(self.motions(rates), self.recordings, strict=True)
         return np.array([sign * np.mean(m - r.rotation, axis=0) for m, r in zipped])
 
 
 def features(time: Array, angle: Array, recording: Recording) -> list[Characteristics]:
-    """By joint."""
+    """Characteristics of each joint for ``time`` (m,) s and ``angle`` (m, n) rad, with the recording's noise."""
     return [characteristics(time, angle[:, j], float(recording.smoothed.noise[j])) for j in range(angle.shape[1])]
 
 
 def _off(wanted: float | None, found: float | None, penalty: float) -> float:
-    """Absolute difference, or the penalty where only one of the two shows the feature."""
+    """Absolute difference; the penalty if only ``wanted`` shows the feature, 0 if ``wanted`` does not."""
     if wanted is None:
         return 0.0
     return penalty if found is None else abs(found - wanted)
 
 
-class _WrongFoot(Search):
-    """A search whose free angles carry the foot's weight with the thesis' sign: added where it is to be taken off."""
+class _WrongFootSign(Search):
+    """A search whose free angles include the foot's weight with the thesis' wrong sign: added, not subtracted."""
 
     @classmethod
-    def of(cls, search: Search) -> _WrongFoot:
+    def of(cls, search: Search) -> _WrongFootSign:
         return cls(search.model, search.recordings, search.cost, search.common, search.starts)
 
     def rests(self, spring_rate: Array) -> Array:
-        """(n_trial, 3, c) rad."""
+        """Rotations (n_trial, 3, c) rad at which the springs are unloaded."""
         leg, found = self.model.leg, []
         for recording, start in zip(self.recordings, self.starts, strict=True):
             known = coefficients(leg, recording.conditions.tip)

@@ -1,8 +1,8 @@
-"""Table 2 on releases that took no part: what the seven tell of the animal's others, beside what bounds any such leg.
+"""Table 2 on unseen releases: how well a leg fitted to the seven releases predicts the animal's other releases.
 
-Two bounds. Repeats of one muscle, recorded alike, differ by so much that nothing which is the same for all of them can
-come nearer. And a leg of constant springs and dampers, fitted to the very release that it is judged by, misses by so
-much that no other such leg can be expected to do better.
+Two lower bounds of the error stand beside it. The scatter of a muscle's repeats bounds every prediction that is the
+same for all of them. The error of a leg fitted to the very release that it predicts bounds every leg with constant
+spring and damper rates.
 """
 
 from __future__ import annotations
@@ -27,29 +27,34 @@ from synth.validation.comparison_table import ComparisonRow, ComparisonTable
 from synth.validation.explanations import median_text
 from synth.validation.thesis_data import JOINTS, SEVEN, LabData
 
-# What is judged, as in Table 2: its name here, the joint and the characteristic.
+# The compared characteristics of Table 2: name in the table, joint, field of ``Characteristics``.
 JUDGED = (
     ("frequency", "knee", "damped_frequency"),
     ("damping ratio", "knee", "damping_ratio"),
     ("rise time", "hip", "rise_time"),
 )
 OPTIONS = LegFitOptions(free_angle="per_trial")
-RISEN = 0.1  # of the way to rest that is left when a rise counts as over
-FEWEST = 5  # unseen releases, below which medians say nothing
+RISEN = 0.1  # share of the way to rest that remains at the end of a rise
+FEWEST = 5  # unseen releases; medians of fewer are meaningless
 
 Errors = dict[str, list[float]]
 
 
 @dataclass(frozen=True)
 class _Releases:
-    """The seven and the others from one moment on."""
+    """The seven releases and the others, all cut at the same time."""
 
     seven: list[Recording]
     others: list[Recording]
 
 
 def unseen_table(data: LabData) -> ComparisonTable | None:
-    """Median errors of the unseen releases' characteristics; None where there are too few."""
+    """Median errors of the unseen releases' characteristics; None if there are too few releases.
+
+    Raises
+    ------
+    UserError : a recording cannot be used.
+    """
     begun = from_release(data.rat, data.trials(data.rat, ["rat/releases/*.csv"]))
     first = _parted(begun.recordings)
     if len(first.others) < FEWEST or len(first.seven) < len(SEVEN):
@@ -59,10 +64,10 @@ def unseen_table(data: LabData) -> ComparisonTable | None:
     both = later(begun.recordings, start) if start else begun.recordings
     free = _parted(both or begun.recordings)
     columns = {
-        "the seven, from the first sample": _errors(fit_leg(data.rat, first.seven, OPTIONS), first.others),
-        "the seven, after the muscles": _errors(fit_leg(data.rat, free.seven, OPTIONS), free.others),
-        "each its own leg, after the muscles": _own(data, free.others),
-        "median of its repeats, recorded": _repeats(free),
+        "leg of the seven, from the first sample": _errors(fit_leg(data.rat, first.seven, OPTIONS), first.others),
+        "leg of the seven, after muscle activity": _errors(fit_leg(data.rat, free.seven, OPTIONS), free.others),
+        "a leg per release, after muscle activity": _own(data, free.others),
+        "median of its recorded repeats": _repeats(free),
     }
     rows = tuple(
         ComparisonRow(name, tuple(median_text(errors[name]) for errors in columns.values())) for name, _, _ in JUDGED
@@ -72,8 +77,8 @@ def unseen_table(data: LabData) -> ComparisonTable | None:
         "The rat's other releases: errors of the characteristics, medians",
         ("", *columns),
         rows,
-        f"{len(first.others)} releases that took no part. Fitted to the thesis' seven; of each other the initial "
-        "state and its free angles are estimated. After the muscles: from "
+        f"{len(first.others)} unseen releases. The leg is fitted to the thesis' seven; of each unseen release the "
+        "initial state and the free angles are estimated. After muscle activity: from "
         f"{1e3 * start:.0f} ms after the first sample on.",
         (*begun.said, *_said(columns, first, start)),
     )
@@ -86,7 +91,7 @@ def _parted(recordings: Sequence[Recording]) -> _Releases:
 
 
 def _errors(fit: FitResult, recordings: Sequence[Recording]) -> Errors:
-    """Relative errors of each characteristic, where recording and prediction both show it."""
+    """Relative errors of each characteristic in the releases of which recording and prediction show it."""
     found: Errors = {name: [] for name, _, _ in JUDGED}
     scored = score(fit, recordings, spread=np.full(len(JOINTS), WIDE))
     for recording, prediction in zip(recordings, scored.predictions, strict=True):
@@ -105,14 +110,14 @@ def _own(data: LabData, recordings: Sequence[Recording]) -> Errors:
         try:
             errors = _errors(fit_leg(data.rat, [recording]), [recording])
         except UserError:
-            continue  # no leg at all follows this one
+            continue  # no leg fits this release
         for name in found:
             found[name] += errors[name]
     return found
 
 
 def _repeats(releases: _Releases) -> Errors:
-    """Each release judged by the median of its muscle's other repeats, as recorded: no model."""
+    """Errors of a prediction without a model: the median of the other recorded repeats of the same muscle."""
     found: Errors = {name: [] for name, _, _ in JUDGED}
     everything = [*releases.seven, *releases.others]
     for recording in releases.others:
@@ -134,23 +139,23 @@ def _said(columns: dict[str, Errors], first: _Releases, start: float) -> list[st
         theirs, bound, scatter = (float(np.median(errors[name])) for errors in (free, own, repeats))
         within = "within 1.2 times" if theirs <= 1.2 * bound else f"{theirs / bound:.1f} times"
         said.append(
-            f"{name}: the seven's leg misses by {100 * theirs:.0f} %, {within} the {100 * bound:.0f} % by which a leg "
-            f"fitted to the release itself does; its repeats scatter by {100 * scatter:.0f} %: what is left is the law "
-            "of the springs and dampers, not the animal's variation."
+            f"{name}: the error of the leg of the seven is {100 * theirs:.0f} %, {within} the {100 * bound:.0f} % of a "
+            f"leg fitted to the release itself; repeats scatter by {100 * scatter:.0f} %. The remaining error comes "
+            "from the linear laws of springs and dampers, not from the animal's variation."
         )
     ends = [_risen(recording) for recording in (*first.seven, *first.others)]
     inside = sum(end is not None and end <= start for end in ends)
     said.append(
-        f"rise time: {inside} of {len(ends)} hips have {100 * (1 - RISEN):.0f} % of their way behind them by "
-        f"{1e3 * start:.0f} ms, while muscles act: the recorded rise is how a muscle lets go, which no passive leg "
-        f"tells, and what is left after it is too small to have one. From the first sample on the error is "
-        f"{median_text(whole['rise time'])}."
+        f"rise time: {inside} of {len(ends)} hips complete {100 * (1 - RISEN):.0f} % of their motion within "
+        f"{1e3 * start:.0f} ms, while muscles are active. The recorded rise is therefore the relaxation of a muscle, "
+        "which no passive leg predicts, and the remaining motion is too small for a rise time. From the first sample "
+        f"the error is {median_text(whole['rise time'])}."
     )
     return said
 
 
 def _risen(recording: Recording) -> float | None:
-    """When the hip has less than ``RISEN`` of its way to rest left, s."""
+    """First time, s, at which less than ``RISEN`` of the hip's way to rest remains; None if there is none."""
     angle = recording.smoothed.angle[:, JOINTS.index("hip")]
     away = angle - float(np.mean(angle[-max(2, len(angle) // 10) :]))
     near = np.flatnonzero(np.abs(away) <= RISEN * abs(away[0]))

@@ -1,4 +1,4 @@
-"""The jumping leg's claims: the calibration, what follows from it, and the closed forms that the sentences rest on."""
+"""The jumping leg's claims: the calibration, its consequences, and closed forms of the figures in the sentences."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from synth.validation.jump_claims import (
 TWO_CELLS = Configuration(supply=7.4, damping=0.0005)
 
 
-def test_the_motor_line_is_the_laboratorys_own() -> None:
+def test_the_stall_torque_is_the_one_in_the_laboratorys_code() -> None:
     """Its code: 0.00016 * 5.7 / 4.3586, in kgf m, is one motor's stall torque."""
     motor = Configuration().motor(1.0)
     assert motor.stall_torque == pytest.approx(0.00016 * 5.7 / 4.3586 * 9.80665)
@@ -53,12 +53,12 @@ def test_a_calibrated_crouch_gives_the_published_prediction_as_clearance() -> No
     assert found.height("full") < min(found.height("B"), found.height("D"))
 
 
-def test_the_laboratorys_own_volts_do_not_reach_the_prediction() -> None:
+def test_the_laboratorys_supply_does_not_reach_the_prediction() -> None:
     assert calibrated(Configuration()) is None
     assert replace(Configuration(), crouch=deepest()).height("D") == pytest.approx(0.2, abs=0.02)
 
 
-def test_the_measured_height_asks_for_a_lighter_rotor() -> None:
+def test_the_measured_height_needs_a_lighter_rotor() -> None:
     found = calibrated(TWO_CELLS)
     assert found is not None
     inertia = inertia_for(found)

@@ -1,4 +1,4 @@
-"""Releases that took no part: one leg in all is told exactly; of the lab's, each one's own leg is the bound."""
+"""Unseen releases: exact with the same leg in all; on the lab's recordings against a leg fitted to each release."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from synth.validation.unseen_releases import unseen_table
 LAB = Path(__file__).resolve().parents[3] / "shared" / "aarl"
 
 
-def test_one_leg_in_all_releases_is_told_exactly(tmp_path: Path) -> None:
+def test_the_same_leg_in_all_releases_is_predicted_exactly(tmp_path: Path) -> None:
     leg, generator, rig = robot(), np.random.default_rng(0), Rig(noise=0.02, duration=1.2, rate=200.0)
     (tmp_path / "rat" / "releases").mkdir(parents=True)
     away = generator.choice([-1, 1], (12, 3)) * generator.uniform(12.0, 30.0, (12, 3))
@@ -36,7 +36,7 @@ def test_one_leg_in_all_releases_is_told_exactly(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not LAB.is_dir(), reason="the lab's recordings (../shared/aarl) are not here")
-def test_the_sevens_leg_tells_the_others_as_well_as_their_own_legs_do() -> None:
+def test_the_leg_of_the_seven_predicts_the_others_as_well_as_their_own_legs() -> None:
     table = unseen_table(read_lab_data(LAB))
     assert table is not None
     assert "ST2_4" in table.differences[0]
