@@ -108,7 +108,7 @@ class Design(Report):
 
         ``report`` : the page's final path, for the message.
         """
-        from synth.design.bearing_friction import bearing_friction, told, with_friction
+        from synth.design.bearing_friction import bearing_friction, with_friction, with_friction_notes
         from synth.design.bom import write_bom
         from synth.design.drawn_springs import as_drawn, seats_set
         from synth.design.mass_loop import weighed
@@ -126,7 +126,7 @@ class Design(Report):
                 design = weighed(design, masses)
                 friction = bearing_friction(design)
                 design = as_drawn(with_friction(design, friction), extra["solids"]["joints"])
-                extra = told(extra, friction)
+                extra = with_friction_notes(extra, friction)
         design, settings = seats_set(design)
         extra = with_settings(extra, design, settings)
         with stage("writing the design"):

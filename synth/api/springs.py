@@ -13,10 +13,11 @@ import numpy as np
 from synth.api.report import Cell, Panel, Report
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.parts.catalogs import Catalogue
-from synth.spring.design import SpringResult, SpringWish, design_spring
+from synth.spring.design import SpringResult, design_spring
 from synth.spring.evaluate import check_spring
 from synth.spring.spring_files import write_spring
 from synth.spring.spring_result import SpringDesign
+from synth.spring.spring_wish import SpringWish
 from synth.units import parse, quantity
 
 

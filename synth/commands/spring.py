@@ -27,8 +27,8 @@ from synth.errors import Problem
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
     from synth.parts.catalogs import Catalogue
-    from synth.spring.design import SpringWish
     from synth.spring.spring_result import SpringLimits
+    from synth.spring.spring_wish import SpringWish
 
 IMPOSSIBLE = 1  # exit status if no single spring meets the wish
 GIVEN = ("--wire-diameter", "--mean-diameter", "--coils")
@@ -175,7 +175,7 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float
     from synth.errors import UserError
     from synth.parts.coil_rate import RATE_FORMS
     from synth.spring.calibration import UNCALIBRATED
-    from synth.spring.design import SpringWish
+    from synth.spring.spring_wish import SpringWish
     from synth.spring.wound_samples import read_calibration
 
     read = Quantities(arguments)

@@ -1,1 +1,1 @@
-"""From an animal's motion to a leg of parts: fit, choose, fit again, wind, and what comes of it."""
+"""From an animal's motion to a leg of parts: fit, choose parts, fit again with them, simulate and draw the result."""

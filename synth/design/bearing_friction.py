@@ -1,13 +1,15 @@
-"""Dry friction that a joint's bearings and thrust washers add: an estimate from formulas with a source.
+"""Dry friction of a joint's bearings and thrust washers, estimated by formulas with a source.
 
-A ball bearing turns with M = mu P d/2, mu = 0.0015 for deep groove ball bearings without contact seals (SKF, Rolling
-Bearings, 2016, p. 100, "Estimating the frictional moment"; Koyo gives 0.0010 to 0.0015): P is the load on it, d its
-bore. When it starts to move it may be twice that (roymech.org, Bearing Friction). A thrust washer rubs with mu F r at
-its mean radius; a leg that swings in an upright plane presses on none, so F is what a mount out of level by a degree
-makes of the weight. Not in it: the shields' grease, and what a damper's own seal takes.
+The frictional torque of a ball bearing is M = mu P d/2 with mu = 0.0015 for deep groove ball bearings without contact
+seals (SKF, Rolling Bearings, 2016, p. 100, "Estimating the frictional moment"; Koyo gives 0.0010 to 0.0015). P is the
+load on the bearing, d its bore. The starting torque may be twice that (roymech.org, Bearing Friction).
 
-The load P: the weight of all that hangs from the joint, and the force by which its bent spring presses on the axis
-(``cad.strength.axis_force``), of which half is taken, as it grows with the deflection from zero.
+A thrust washer has the frictional torque mu F r at its mean radius r. A leg that swings in a vertical plane has no
+axial load, so F is the axial component of the weight if the mount is one degree out of level. The grease of the shields
+and the seal of a damper are not included.
+
+The load P is the weight of everything below the joint, and half of the force of the deflected spring on the axis
+(``cad.strength.axis_force``): half, because that force grows from zero with the deflection.
 """
 
 from __future__ import annotations
@@ -17,19 +19,19 @@ from dataclasses import dataclass, replace
 from math import radians, sin
 from typing import Any
 
-from synth.design.drawn_springs import moved
+from synth.design.drawn_springs import simulated_again
 from synth.design.leg_design import LegDesign
 from synth.units import quantity
 
 BALL = 0.0015  # coefficient of friction of deep groove ball bearings (SKF)
 SLIDING = 0.2  # steel washer on print, dry: the upper end of what nylon on steel is given, 0.1 to 0.2
-OUT_OF_LEVEL = radians(1.0)  # of a mount that nobody set by a spirit level
+OUT_OF_LEVEL = radians(1.0)  # of a mount that was not levelled with a spirit level
 EFFECT = "coulomb_friction"
 
 
 @dataclass(frozen=True)
 class BearingFriction:
-    """Of one joint: loads (N) and torques (N*m)."""
+    """Friction of one joint: loads (N) and torques (N*m)."""
 
     weight: float
     spring_force: float
@@ -38,7 +40,7 @@ class BearingFriction:
 
     @property
     def torque(self) -> float:
-        """All of it, N*m."""
+        """Total frictional torque, N*m."""
         return self.bearings + self.washers
 
     def as_json(self) -> dict[str, Any]:
@@ -61,7 +63,7 @@ def friction_of(bore: float, washer: float, weight: float, spring_force: float) 
 
 
 def bearing_friction(design: LegDesign) -> dict[str, BearingFriction]:
-    """Estimated friction of every drawn joint; empty where nothing is drawn."""
+    """Estimated friction of every drawn joint; empty if nothing is drawn."""
     if design.drawn is None:
         return {}
     from synth.cad.checked_layout import lay_out
@@ -80,7 +82,7 @@ def bearing_friction(design: LegDesign) -> dict[str, BearingFriction]:
 
 
 def with_friction(design: LegDesign, found: Mapping[str, BearingFriction]) -> LegDesign:
-    """The design whose built leg has its bearings' friction, where its file states no dry friction of its own."""
+    """The design with bearing friction in its built leg, at joints whose file states no dry friction."""
     joints = []
     for joint in design.built.joints:
         if joint.name in found and EFFECT not in joint.effects:
@@ -89,10 +91,10 @@ def with_friction(design: LegDesign, found: Mapping[str, BearingFriction]) -> Le
         joints.append(joint)
     if tuple(joints) == design.built.joints:
         return design
-    return moved(replace(design, built=replace(design.built, joints=tuple(joints))))
+    return simulated_again(replace(design, built=replace(design.built, joints=tuple(joints))))
 
 
-def told(extra: dict[str, Any], found: Mapping[str, BearingFriction]) -> dict[str, Any]:
+def with_friction_notes(extra: dict[str, Any], found: Mapping[str, BearingFriction]) -> dict[str, Any]:
     """``extra`` with each joint's friction in ``solids.joints`` and a note on it."""
     if not found:
         return extra
@@ -101,7 +103,7 @@ def told(extra: dict[str, Any], found: Mapping[str, BearingFriction]) -> dict[st
               for name, item in solids["joints"].items()}  # fmt: skip
     listed = ", ".join(f"{name} {item.torque * 1e3:.2g} N*mm" for name, item in found.items())
     note = (
-        f"bearings and thrust washers rub by an estimate with {listed} (M = 0.5 mu P d with mu = 0.0015, SKF; up to "
-        "twice that at the start of a motion); it is in built.leg.yaml as dry friction. The damper's seal is not in it"
+        f"the estimated friction of bearings and thrust washers is {listed} (M = 0.5 mu P d with mu = 0.0015, SKF; up "
+        "to twice that at the start of a motion). built.leg.yaml has it as dry friction, without the damper's seal"
     )
     return {**extra, "solids": {**solids, "joints": joints, "notes": [*solids["notes"], note]}}

@@ -1,7 +1,7 @@
-"""The list of parts: what to order, wind, cut and print, with standard, size, length, vendor, quantity and mass.
+"""The bill of materials: parts to order, wind, cut and print, with standard, size, length, vendor, quantity and mass.
 
-The vendor's column holds vendors only: ``any`` for what every dealer has, empty for what is made. No price is in the
-catalogues: that column, of one piece, has what the user's own table says.
+The vendor column has only vendors: ``any`` for standard parts that every dealer sells, empty for parts to make. The
+built-in catalogues have no prices; the price column, per piece, comes from the user's own table.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from synth.files.output import write_csv
 
 HEADER = ("joint", "item", "how", "standard", "size", "length [mm]", "vendor", "part", "quantity", "price", "mass [g]",
           "print time [h]", "source")  # fmt: skip
-BUY = "buy: "  # before the standard part that a drawn one is
-_LISTED = ("spring", "damper")  # families that stand there as bought or wound already
-WIRE_ALLOWANCE = 0.060  # m of wire a spring beyond its own: to hold in the winder and to trim, 30 mm an end
-SAW = 3.0  # mm beyond the length of rods and tubes: a saw's cut and facing
+BUY = "buy: "  # prefix of a drawn part that is a standard part to buy
+_LISTED = ("spring", "damper")  # families that are listed as bought or wound already
+WIRE_ALLOWANCE = 0.060  # m of extra wire per spring: 30 mm at each end to hold in the winder and to trim
+SAW = 3.0  # mm of extra length of rods and tubes: saw cut and facing
 # mm^3 of solid part an hour: PrusaSlicer 2.5.0 gave 3 h 4 min for 38.5 cm^3 of a clevis at its defaults (research of
 # this project, 0.4 mm nozzle); a Markforged with fill as dense takes about as long.
 PRINT_RATE = 38.5e3 / (3 + 4 / 60)
@@ -34,7 +34,7 @@ _WASHER = re.compile(r", with washer (?P<standard>ISO [0-9]+) - (?P<size>[0-9.]+
 
 @dataclass(frozen=True)
 class _Bought:
-    """What a drawn standard part is ordered by."""
+    """The data by which a standard part is ordered."""
 
     standard: str
     size: str
@@ -42,9 +42,9 @@ class _Bought:
 
 
 def write_bom(design: LegDesign, parts: Sequence[Mapping[str, Any]], path: Path) -> None:
-    """Write ``bom.csv``; ``parts`` are those of ``solids.parts`` in ``design.json``, none where nothing was drawn.
+    """Write ``bom.csv``. ``parts``: the entries of ``solids.parts`` in ``design.json``, empty if nothing was drawn.
 
-    Mass and time are for the whole line.
+    Mass and print time are for the whole line.
     """
     rows = [_with_mass(_bought_line(row), parts) for row in bought_or_wound(design)]
     drawn = [part for part in parts if part["family"] not in _LISTED]
@@ -58,12 +58,12 @@ def write_bom(design: LegDesign, parts: Sequence[Mapping[str, Any]], path: Path)
 
 
 def _row(joint: str, item: str, **cells: str) -> dict[str, str]:
-    """A line; what is not told is empty."""
+    """A line; cells that are not given are empty."""
     return {**dict.fromkeys(HEADER, ""), "joint": joint, "item": item, "quantity": "1", "source": "drawn here", **cells}
 
 
 def _bought_line(row: Mapping[str, str]) -> dict[str, str]:
-    """A spring or damper as a line; wire to wind with what is held and trimmed."""
+    """A spring or damper as a line; a length of wire includes the allowance for winding."""
     wound = row["vendor"] == "to wind"
     cells = {**row, "how": "wind" if wound else "buy"}
     if wound:
@@ -77,7 +77,7 @@ def _bought_line(row: Mapping[str, str]) -> dict[str, str]:
 
 
 def _with_mass(row: dict[str, str], parts: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    """A bought line with the mass of what is drawn of it; a damper's insides are not known."""
+    """A bought line with the mass of the drawn part; none for a damper, whose mass is not known from its envelope."""
     count = int(row["quantity"] or 1)
     wanted = "spring" if "spring" in row["item"] or "wire" in row["item"] else "damper"
     masses = [p["mass"] for p in parts if p["joint"] == row["joint"] and p["family"] == wanted and p["mass"]]
@@ -86,7 +86,7 @@ def _with_mass(row: dict[str, str], parts: Sequence[Mapping[str, Any]]) -> dict[
 
 
 def _ordered(text: str) -> _Bought:
-    """Standard, size and length of a standard part from the words that it is drawn with."""
+    """Standard, size and length of a standard part, parsed from the text of its drawn part."""
     found = _STANDARD.match(text)
     if found is None:
         return _Bought("", "", "")
@@ -126,7 +126,7 @@ def _lines(part: Mapping[str, Any]) -> list[dict[str, str]]:
                      **{"length [mm]": f"{length:.1f}", "mass [g]": mass})]  # fmt: skip
     item = f"{name}, {x:.1f} x {y:.1f} x {z:.1f} mm" + (f", {part['material']}" if part["material"] else "")
     if part["family"] == "encoder":
-        return [_row(joint, f"{name}, {x:.1f} x {y:.1f} x {z:.1f} mm: the room that is drawn for it", how="buy")]
+        return [_row(joint, f"{name}, {x:.1f} x {y:.1f} x {z:.1f} mm: the space that is drawn for it", how="buy")]
     cells = {"mass [g]": mass}
     if part.get("volume") is not None:
         cells["print time [h]"] = f"{part['volume']['value'] / PRINT_RATE:.1f}"
@@ -134,7 +134,7 @@ def _lines(part: Mapping[str, Any]) -> list[dict[str, str]]:
 
 
 def _merged(rows: list[dict[str, str]]) -> list[dict[str, str]]:
-    """Equal lines as one with their number; masses are added."""
+    """Equal lines combined into one: quantities and masses are added."""
     merged: dict[tuple[str, str], dict[str, str]] = {}
     for row in rows:
         key = (row["joint"], row["item"])
@@ -171,10 +171,10 @@ def _insert_of(size: str) -> tuple[str, str]:
 
 
 def _mount(design: LegDesign) -> list[dict[str, str]]:
-    """The four screws by which the first joint hangs from the body, whose thickness only the user knows."""
+    """The four screws that fasten the first joint to the body; their length depends on the user's body."""
     if not design.project.cad.mount:
         return []
-    item = "M4 screw for the mount; its length follows from your body"
+    item = "M4 screw for the mount; its length depends on the thickness of your body"
     return [_row(design.built.joints[0].name, item, how="buy", size="M4", vendor="any", quantity="4")]
 
 

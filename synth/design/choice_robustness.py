@@ -1,7 +1,7 @@
-"""What the fit leaves open of the wanted motion, and whether the choice of parts hangs on it.
+"""Robustness of the choice of parts against the uncertainty of the fit.
 
-The wanted leg is known as well as its trials tell it. Each draw of what they allow (``fit.draws``) moves otherwise from
-the same releases; the chosen set and the next best are held against every one of them.
+The wanted leg is known only within the uncertainty of its fit. Each draw from that uncertainty (``fit.draws``) is a leg
+with another motion from the same releases. The chosen set and the next best sets are compared with every one of them.
 """
 
 from __future__ import annotations
@@ -19,31 +19,31 @@ from synth.remarks import decisive
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
-HANGS = 0.5  # of the draws that the chosen set must be the best in, or the choice is said to hang on the fit
+LEAST_BEST = 0.5  # of the draws: with a smaller fraction in which the chosen set is best, a warning is given
 
 
 @dataclass(frozen=True)
 class ChoiceRobustness:
-    """``errors`` (n_set, n_draw) rad: RMS over joints and releases of each set against each wanted leg."""
+    """``errors`` (n_set, n_draw) rad: RMS over joints and releases of each set against each drawn leg."""
 
     errors: Array
-    wanted: Array  # (n_draw,) rad, how far each draw's own motion lies from the wanted one
+    wanted: Array  # (n_draw,) rad, RMS difference of each draw's own motion from the wanted one
 
     @property
     def best(self) -> Array:
-        """(n_set,) share of draws in which a set is the best."""
+        """(n_set,) fraction of draws in which a set is the best."""
         counts = np.bincount(self.errors.argmin(axis=0), minlength=len(self.errors))
         return np.asarray(counts / self.errors.shape[1])
 
     @property
     def warning(self) -> str | None:
-        """A sentence where another set would be chosen as often."""
-        if len(self.errors) < 2 or self.best[0] >= HANGS:
+        """A sentence if the chosen set is best in fewer than ``LEAST_BEST`` of the draws, else None."""
+        if len(self.errors) < 2 or self.best[0] >= LEAST_BEST:
             return None
         return decisive(
-            f"the choice of parts hangs on what the trials leave open: over {self.errors.shape[1]} legs that they "
-            f"allow the chosen set is the best of {len(self.errors)} in {self.best[0]:.0%}; what would settle it "
-            "stands under what to measure"
+            f"the choice of parts depends on the uncertainty of the fit: over {self.errors.shape[1]} legs that the "
+            f"trials allow, the chosen set is the best of {len(self.errors)} in {self.best[0]:.0%}. The list of what "
+            "to measure has the trials that would decide it"
         )
 
     def as_json(self) -> dict[str, Any]:
@@ -58,10 +58,10 @@ class ChoiceRobustness:
         }
 
 
-def told(wanted: WantedResponse, fit: FitResult, sets: Sequence[Leg]) -> ChoiceRobustness | None:
-    """Hold sets of parts against the legs that the fit allows; None where it has no draws.
+def choice_robustness(wanted: WantedResponse, fit: FitResult, sets: Sequence[Leg]) -> ChoiceRobustness | None:
+    """Compare sets of parts with legs drawn from the fit's uncertainty; None if the fit has no draws.
 
-    A drawn leg whose motion cannot be followed is left out.
+    A drawn leg whose simulation diverges is left out.
     """
     if not fit.drawn:
         return None

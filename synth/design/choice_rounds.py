@@ -1,4 +1,4 @@
-"""Fit with the chosen dampers' curves and choose again, round by round, until the parts stay."""
+"""Repeated choice of parts: fit with the chosen dampers' curves, choose again, until the parts no longer change."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ MOST_ROUNDS = 4  # fits with chosen dampers; the lab's project needs 1 to 3
 
 @dataclass(frozen=True)
 class ChoiceTask:
-    """What stays from round to round.
+    """The inputs that are the same in every round.
 
-    ``target`` is the fit of the links alone, ``wanted`` its motion, ``options`` how to fit. ``held``: by joint the wire
-    (m) of a spring to wind that stays where it can. ``swaps``: whether each part is held against what may stand in for
-    it.
+    ``target`` is the fit of the links alone, ``wanted`` its motion, ``options`` the fit options. ``held``: wire
+    diameter (m) by joint that a spring to wind keeps if possible. ``swaps``: whether the substitutes for each part are
+    evaluated.
     """
 
     project: LegProject
@@ -50,7 +50,7 @@ class ChoiceTask:
 
 @dataclass(frozen=True)
 class Round:
-    """One round: the dampers that were fitted with, that fit, and the sets chosen for it."""
+    """One round: the dampers, the fit with their curves, and the sets chosen from it."""
 
     dampers: DamperChoiceMade
     refit: FitResult
@@ -65,13 +65,13 @@ class Round:
 def choose_in_rounds(task: ChoiceTask, dampers: DamperChoiceMade, stage: Stage) -> tuple[SetsMade, FitResult]:
     """The best set of all rounds, and the fit with its dampers.
 
-    Every round's set is judged against the same wanted motion on the same draws, so that a later round cannot lose what
-    an earlier one had found. The rounds end when the chosen dampers have been fitted with before. Dampers with which
-    the fit cannot follow the motion (one far too strong for its link) are barred.
+    The sets of all rounds are compared by the same wanted motion and the same draws of the tolerances, and the best is
+    kept. The rounds end when the chosen dampers were fitted in an earlier round. Dampers with which the fit fails (such
+    as one far too strong for its link) are excluded.
 
     Raises
     ------
-    UserError : a joint has no part that meets its constraints, or no leg with any of the dampers can be fitted.
+    UserError : a joint has no part that meets its constraints, or the fit fails with every damper.
     """
     rounds: dict[Labels, Round] = {}
     barred: set[Labels] = set()
@@ -89,19 +89,19 @@ def choose_in_rounds(task: ChoiceTask, dampers: DamperChoiceMade, stage: Stage) 
         with stage("choosing springs and dampers together"):
             last = Round(*fitted, _chosen(task, *fitted, frozenset(barred)))
         rounds[last.dampers.labels] = last
-        # The ranking of each joint's dampers by themselves stays: what takes part does not hang on the round.
+        # Each joint's ranking of single dampers is kept, so that the candidates do not depend on the round.
         now = replace(dampers, chosen=last.sets.dampers.chosen, leg=last.sets.leg)
-    # The last round's dampers were not fitted with where the rounds ran out; an earlier round's then stand.
+    # At the limit of rounds the last chosen dampers have no fit yet; the best set of the earlier rounds is taken.
     best = min((r for r in rounds.values() if r.sets.dampers.labels in rounds), key=lambda done: done.expected)
     return best.sets, rounds[best.sets.dampers.labels].refit
 
 
 def first_choice(task: ChoiceTask, dampers: DamperChoiceMade, stage: Stage) -> tuple[SetsMade, FitResult]:
-    """The best dampers by themselves, fitted with, and the best spring of each joint: what a first drawing needs.
+    """The best single dampers, the fit with them, and the best spring of each joint, for a first drawing.
 
     Raises
     ------
-    UserError : a joint has no part that meets its constraints, or no leg with these dampers can be fitted.
+    UserError : a joint has no part that meets its constraints, or the fit fails with these dampers.
     """
     with stage("choosing parts for a first drawing"):
         refit = refitted(task, dampers)
@@ -110,7 +110,7 @@ def first_choice(task: ChoiceTask, dampers: DamperChoiceMade, stage: Stage) -> t
 
 
 def _next_best(dampers: DamperChoiceMade, barred: set[Labels], error: UserError) -> DamperChoiceMade:
-    """The best set of dampers that is not barred; the error where none is left."""
+    """The best set of dampers that is not excluded. Raises ``error`` if none is left."""
     for item in dampers.sets:
         if tuple(option.label for option in item.options) not in barred:
             return replace(dampers, chosen=item.options, leg=item.leg)
@@ -126,11 +126,11 @@ def _chosen(task: ChoiceTask, dampers: DamperChoiceMade, refit: FitResult, barre
 
 
 def refitted(task: ChoiceTask, dampers: DamperChoiceMade) -> FitResult:
-    """The robot's links fitted to the motion with the dampers' curves, from the springs that suit these dampers.
+    """Fit of the robot's links to the motion with the dampers' curves, started from the springs tuned to these dampers.
 
     Raises
     ------
-    UserError : no motion with these dampers can be followed.
+    UserError : the fit fails with these dampers.
     """
     leg = task.into.real
     curves = {
@@ -148,7 +148,7 @@ def refitted(task: ChoiceTask, dampers: DamperChoiceMade) -> FitResult:
 
 
 def _sources(task: ChoiceTask, refit: FitResult, dampers: DamperChoiceMade) -> list[SpringSource]:
-    """Where each joint's springs come from, for the travel that the fitted springs have."""
+    """Each joint's source of springs, for the travel of the fitted springs."""
     project, leg = task.project, _with_dampers(refit.leg, dampers)
     return [
         SpringSource(
@@ -165,7 +165,7 @@ def _sources(task: ChoiceTask, refit: FitResult, dampers: DamperChoiceMade) -> l
 
 
 def _started(result: FitResult, leg: Leg) -> FitResult:
-    """The result to start the next fit from: its trials' shifts, about the leg's spring rates and free angles."""
+    """The start of the next fit: the trials' shifts of ``result`` with the spring rates and free angles of ``leg``."""
     joints, moved = {}, []
     for joint in leg.joints:
         assert joint.spring is not None

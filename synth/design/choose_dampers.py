@@ -1,4 +1,4 @@
-"""Choosing dampers: each with the spring that suits it best, by the response of the whole leg."""
+"""Choice of dampers: each with the spring rate and free angle tuned to it, by the response of the whole leg."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from synth.remarks import decisive, noted
 from synth.swing.damper_curves import thinning_error, torque_at
 from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
 
-KEPT = 2  # dampers a joint that take part in the choice for all joints together
-ALONE = 16  # dampers a joint that are tried at all, nearest torque first
+KEPT = 2  # dampers per joint in the combined choice for all joints
+ALONE = 16  # dampers per joint that are simulated, nearest torque first
 ALONE_ON_THE_JOINT = Arrangement()
-FAR = 8.0  # times the wanted damper's torque, or its part
+FAR = 8.0  # ratio to the wanted damper's torque, above or below, beyond which a damper is left out
 
 
 @dataclass(frozen=True)
 class MeasuredCurve:
-    """A damper's curve as measured on this leg: which part it is (None: whichever), and where it comes from."""
+    """A measured damper curve for a joint: its part number (None: not stated) and its source."""
 
     part: str | None
     curve: DamperCurve
@@ -37,11 +37,11 @@ class MeasuredCurve:
 
 @dataclass(frozen=True)
 class DamperOption:
-    """Dampers at a joint, as they act there together.
+    """The dampers of a joint, as they act together.
 
-    ``error``, ``expected`` (rad): of the whole leg with them, nominal and with tolerances. ``partner`` is the spring
-    that goes with them where that is another than the chosen one. ``single`` is one of them on its own shaft; where
-    nothing is said they are one on the joint's axis.
+    ``error``, ``expected`` (rad): response error of the whole leg with them, nominal and with tolerances. ``partner``
+    is the spring that belongs to them if it is not the chosen one. ``single`` is one of them on its own shaft. The
+    default arrangement is one damper on the joint's axis.
     """
 
     row: DamperRow | None
@@ -50,30 +50,30 @@ class DamperOption:
     why: str
     error: float = float("nan")
     expected: float = float("nan")
-    spring: Spring | None = None  # the one that suits it, with the other joints as wanted
+    spring: Spring | None = None  # tuned to this damper, with the other joints as wanted
     arrangement: Arrangement = ALONE_ON_THE_JOINT
     single: Damper | None = None
     partner: str = ""
 
     def with_exponent(self, exponent: float) -> Damper:
-        """What acts at the joint if the assumed law has another exponent."""
+        """The damper at the joint with another exponent of the assumed law."""
         assert self.row is not None
         return self.arrangement.at_joint(self.row.damper(self.law, exponent))
 
     @property
     def label(self) -> str:
-        """Part as it is to be ordered, and arrangement."""
+        """Part as ordered, and arrangement."""
         return self.arrangement.words(self.row.order if self.row is not None else self.part)
 
     @property
     def part(self) -> str:
-        """Part number, or a name for what was measured without one."""
+        """Part number, or ``measured damper`` without one."""
         return self.row.part if self.row is not None else "measured damper"
 
 
 @dataclass(frozen=True)
 class DamperSet:
-    """A damper for each joint, the leg with them and the springs that suit them, and its response error (rad)."""
+    """A damper for each joint, the leg with them and the springs tuned to them, and its response error (rad)."""
 
     options: tuple[DamperOption, ...]
     leg: Leg
@@ -82,24 +82,24 @@ class DamperSet:
 
 @dataclass(frozen=True)
 class DamperChoiceMade:
-    """The chosen damper of each joint, the ranking at each joint, what was left out, and the next best sets."""
+    """The chosen damper of each joint, the ranking at each joint, the excluded rows by reason, the next best sets."""
 
     chosen: tuple[DamperOption, ...]
     ranked: tuple[tuple[DamperOption, ...], ...]
     left_out: tuple[Mapping[str, int], ...]
-    leg: Leg  # the wanted leg with these dampers and the springs that suit them
-    sets: tuple[DamperSet, ...]  # all that were tried, best first
+    leg: Leg  # the wanted leg with these dampers and the springs tuned to them
+    sets: tuple[DamperSet, ...]  # all simulated sets, best first
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """The chosen dampers in words."""
+        """The chosen dampers as text."""
         return tuple(option.label for option in self.chosen)
 
 
 def measured_curves(
     laws: Mapping[str, DamperLaw], tables: Mapping[str, tuple[str | None, DamperCurve]], parts: Mapping[str, str | None]
 ) -> dict[str, MeasuredCurve]:
-    """Measured curves by joint: from drops (``laws``) or from a torque-speed table of the user's."""
+    """Measured curves by joint: from drop tests (``laws``) or from the user's torque-speed tables."""
     found = {joint: MeasuredCurve(part, curve, "torque-speed table") for joint, (part, curve) in tables.items()}
     for joint, law in laws.items():
         low, high = law.speeds.low, law.speeds.high
@@ -118,11 +118,12 @@ def choose_dampers(
     leg: Leg | None = None,
     parts: PartsOptions = ANY,
 ) -> DamperChoiceMade:
-    """Rank every damper that meets the constraints and choose the set whose leg moves most nearly as wanted.
+    """Rank every damper that meets the constraints and choose the set with the lowest response error.
 
-    Each candidate is judged with the spring rate and free angle tuned to it, because these are fitted again after it
-    is chosen. ``law`` forces a torque-speed law on the catalogue's dampers (``linear``: the vendor's secant). ``leg``
-    is what they are put into: the wanted leg, or with the same springs one that has effects of its own.
+    Each candidate is evaluated with the spring rate and free angle tuned to it, because these are fitted again after
+    the choice. ``law`` forces a torque-speed law on the catalogue's dampers (``linear``: the vendor's secant). ``leg``:
+    the leg in which they are simulated; default the wanted leg, else one with the same springs and effects of its own.
+    ``travel``: (n,) rad, the travel of each joint.
 
     Raises
     ------
@@ -192,10 +193,10 @@ def _arranged(
 
 
 def _near(options: list[DamperOption], rate: float) -> tuple[list[DamperOption], dict[str, int]]:
-    """Options whose torque at 1 rad/s lies near that of the wanted rate, nearest first, and how many do not.
+    """Options whose torque at 1 rad/s is near that of the wanted rate, nearest first, and the number of others.
 
-    A damper ten times off cannot be mended by any spring, and one far too strong for its link is the slowest of all to
-    simulate; two are kept in any case.
+    No spring can compensate for a damper that is off by a factor of ten, and a damper far too strong for its link is
+    the slowest to simulate. Two are kept in any case.
     """
 
     def distance(option: DamperOption) -> float:
@@ -210,7 +211,7 @@ def _near(options: list[DamperOption], rate: float) -> tuple[list[DamperOption],
 
 
 def _with(leg: Leg, options: Mapping[int, DamperOption]) -> Leg:
-    """The leg with these dampers, and with the springs that were found to suit them."""
+    """The leg with these dampers and the springs tuned to them."""
     joints = tuple(
         replace(joint, damper=options[j].damper, spring=options[j].spring or joint.spring) if j in options else joint
         for j, joint in enumerate(leg.joints)
@@ -222,7 +223,10 @@ DROPS = "Record drops with that damper alone and name them under `dampers:`."
 
 
 def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float], fastest: float) -> list[str]:
-    """What to know of a chosen damper: an assumed law, a thinned table, speeds beyond what was measured."""
+    """Warnings on a chosen damper: an assumed law, a thinned table, speeds beyond the measured or published ones.
+
+    ``speeds``: lowest and highest measured speed, rad/s; ``fastest``: highest speed of the wanted motion, rad/s.
+    """
     said = []
     if option.row is not None and option.row.derived and option.law != "curve":
         said.append(f"{joint}: {option.row.order} is {option.row.status}")
@@ -232,16 +236,18 @@ def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float]
     if option.law == "curve" and fastest > 1.1 * speeds[1]:
         said.append(
             f"{joint}: the wanted motion reaches {fastest:.2g} rad/s; the damper was measured up to {speeds[1]:.2g} "
-            "rad/s and its law is drawn on beyond"
+            "rad/s, and its law is extrapolated beyond"
         )
     reached = fastest * option.arrangement.ratio
     if option.row is not None and option.row.speed is not None and reached > 1.1 * option.row.speed:
         said.append(
             f"{joint}: {option.part} is turned at up to {reached * 30 / np.pi:.0f} rpm; its vendor states torque at "
-            f"{option.row.speed * 30 / np.pi:.0f} rpm and says nothing beyond"
+            f"{option.row.speed * 30 / np.pi:.0f} rpm and gives no data beyond it"
         )
     if option.damper.curve is not None:
         error = thinning_error(option.damper.curve)
         if error > 0.005:
-            said.append(noted(f"{joint}: the damper's table was thinned to 12 points, at most {error:.1%} off"))
+            said.append(
+                noted(f"{joint}: the damper's table was reduced to 12 points; the error is at most {error:.1%}")
+            )
     return said

@@ -1,4 +1,4 @@
-"""Choosing springs: a bought one where one meets the constraints, else one to wind; ranked by the leg's response."""
+"""Choice of springs: a bought one if any meets the constraints, else one to wind; ranked by the leg's response."""
 
 from __future__ import annotations
 
@@ -18,24 +18,25 @@ from synth.parts.coil_rate import RATE_FORMS
 from synth.parts.part_candidates import ANY, no_spring, of_family, spring_candidates, spring_reason
 from synth.parts.rows import TorsionSpringRow
 from synth.remarks import about, decisive, noted
-from synth.spring.design import SpringResult, SpringWish, design_spring
+from synth.spring.design import SpringResult, design_spring
 from synth.spring.evaluate import check_spring
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits, SpringTask
+from synth.spring.spring_wish import SpringWish
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
-MOST = 48  # springs a joint and damper that take part, nearest rates first
-NEAREST = 16  # springs a joint that are looked at beyond the wanted rate, nearest first
-INCLUDED_ANGLE = radians(120.0)  # of a spring to wind where none is asked: that of the thesis' springs
-ARM_LENGTH = 0.025  # m, as soft as the clamped arms of a spring to wind; where the first of two searches starts
-STOP_ROOM = radians(3.5)  # past the travel, that a spring to wind bears too: there the joint's hard stops stand
+MOST = 48  # candidate springs per joint and damper, nearest rates first
+NEAREST = 16  # springs per joint that are evaluated beyond the rate tolerance, nearest first
+INCLUDED_ANGLE = radians(120.0)  # default for a spring to wind: that of the thesis' springs
+ARM_LENGTH = 0.025  # m, about as soft as the clamped arms of a spring to wind; start of the first of two searches
+STOP_ROOM = radians(3.5)  # beyond the travel; a spring to wind must bear it, because the joint's hard stops are there
 
 
 @dataclass(frozen=True)
 class WantedTravel:
-    """How far a joint's spring is turned from its free angle: the farther side, which winds it, and the other; rad.
+    """Travel of a joint's spring from its free angle, rad: the larger side, which winds it, and the other.
 
-    ``below``: the farther side lies at smaller measured angles, where a joint drawn as the thesis' closes the arms.
+    ``below``: the larger side is at smaller measured angles, at which a joint drawn as the thesis' closes the arms.
     """
 
     winding: float
@@ -44,7 +45,7 @@ class WantedTravel:
 
     @property
     def turned_round(self) -> bool:
-        """Work goes to larger angles, by far: the spring is seated so that those close its arms."""
+        """Whether the travel is mainly towards larger angles: the spring is then seated so that they close its arms."""
         return not self.below and self.winding >= 2.0 * self.opening and self.winding >= radians(2.0)
 
 
@@ -52,11 +53,11 @@ class WantedTravel:
 class SpringOption:
     """A spring at a joint: bought (``row``) or to wind (``design``, with how it was found in ``result``).
 
-    ``rate`` N m/rad is what acts at the joint, all ``count`` parallel springs together; ``asked`` is the rate for which
-    it was looked for. ``error``, ``expected`` (rad): of the whole leg with it, nominal and with tolerances.
-    ``outside``: the rate is not within the wished tolerance. ``compared``: it stands in the list only to compare, since
-    a bought spring comes before one to wind, and one asked for by its part before all others. ``closes``: -1 where
-    smaller measured angles close its arms, +1 where larger ones do.
+    ``rate`` (N m/rad) is that of all ``count`` parallel springs at the joint; ``asked`` is the rate for which the
+    spring was searched. ``error``, ``expected`` (rad): response error of the whole leg with it, nominal and with
+    tolerances. ``outside``: the rate is outside the requested tolerance. ``compared``: the spring is listed for
+    comparison only, because bought springs have priority over springs to wind, and a spring requested by its part
+    number has priority over all others. ``closes``: -1 if smaller measured angles close its arms, +1 if larger ones do.
     """
 
     rate: float
@@ -75,12 +76,12 @@ class SpringOption:
 
     @property
     def label(self) -> str:
-        """Part and number, or what is to be wound."""
+        """Part number and count, or the description of the spring to wind."""
         return f"{self.count} x {self.part}" if self.row is not None and self.count > 1 else self.part
 
     @property
     def part(self) -> str:
-        """Part number, or what is to be wound."""
+        """Part number, or the description of the spring to wind."""
         if self.row is not None:
             return self.row.part
         assert self.design is not None
@@ -128,7 +129,7 @@ class SpringOption:
 
 @dataclass(frozen=True)
 class SpringChoiceMade:
-    """The chosen springs, what could be had in their place (best first), what was left out and what is to be said."""
+    """The chosen springs, their substitutes (best first), the excluded rows by reason, and warnings."""
 
     chosen: tuple[SpringOption, ...]
     ranked: tuple[tuple[SpringOption, ...], ...]
@@ -138,9 +139,9 @@ class SpringChoiceMade:
 
 
 def travels(leg: Leg, motions: Sequence[np.ndarray[Any, Any]]) -> list[WantedTravel]:
-    """Each spring's travel from its free angle: over the joint's range where the leg has one, else as the leg moves.
+    """Each spring's travel from its free angle: over the joint's range if the leg states one, else over the motions.
 
-    ``motions`` : (m, n) rotations, rad. The farther side of the two winds the coil.
+    ``motions`` : (m, n) rotations, rad. The larger side of the two winds the coil.
     """
     found = []
     for j, joint in enumerate(leg.joints):
@@ -157,7 +158,7 @@ def travels(leg: Leg, motions: Sequence[np.ndarray[Any, Any]]) -> list[WantedTra
 
 @dataclass(frozen=True)
 class SpringSource:
-    """Where the springs of one joint come from: what is asked of them, the room, and the catalogue."""
+    """The source of springs for one joint: requirements, available space, catalogue."""
 
     joint: str
     choice: SpringChoice
@@ -165,22 +166,22 @@ class SpringSource:
     catalogue: Catalogue
     cad: CadOptions
     parts: PartsOptions = ANY
-    held_wire: float | None = None  # m, of the spring to wind that the links' masses were reckoned with
+    held_wire: float | None = None  # m, wire of the spring to wind with which the links' masses were computed
 
     @property
     def turned(self) -> WantedTravel:
-        """The travel that was asked for, else the joint's."""
+        """The travel that the project requires, else the joint's."""
         if self.choice.travel is None:
             return self.travel
         return WantedTravel(self.choice.travel, min(self.travel.opening, self.choice.travel), self.travel.below)
 
 
 def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption], Mapping[str, int], list[str]]:
-    """What a joint may have: bought springs, or one to wind; why rows were left out; what is to be said.
+    """The springs that a joint may have (bought, or one to wind), the excluded rows by reason, and warnings.
 
     Raises
     ------
-    UserError : a bought spring is asked for and none meets the constraints.
+    UserError : a bought spring is required and none meets the constraints.
     """
     joint, choice, catalogue = source.joint, source.choice, source.catalogue
     travel = source.turned
@@ -206,7 +207,7 @@ def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption
 
 
 def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOption]) -> list[SpringOption]:
-    """What could be had in place of a spring, nearest rates first: bought ones whatever their rate, or one to wind."""
+    """Substitutes for a spring, nearest rates first: bought ones of any rate, or one to wind."""
     known = {(option.part, option.count) for option in taken if option.row is not None}
     parts = of_family(source.parts, source.catalogue.springs)
     found = []
@@ -225,7 +226,7 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
         for off, count, row in found[:NEAREST]
     ]
     if source.choice.make is not False and all(option.row is not None for option in taken):
-        with suppress(UserError):  # none can be wound either
+        with suppress(UserError):  # no spring can be wound either
             others.append(replace(spring_to_wind(source, rate)[0], compared=True))
     return others
 
@@ -233,7 +234,7 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
 def _bought(
     row: TorsionSpringRow, travel: WantedTravel, source: SpringSource, count: int, asked: float
 ) -> SpringOption:
-    """A bought spring with the rate that it has with its arms: vendors state that of the body alone."""
+    """A bought spring with its rate including the arms; vendors state the rate of the body alone."""
     assert row.rate is not None
     assert row.included_angle is not None
     check = None
@@ -245,7 +246,7 @@ def _bought(
                 material, row.wire_diameter, row.mean_diameter, row.body_coils, task, stated_rate=row.rate
             )
         except UserError:
-            check = None  # no strength is known for this wire; ``spring_warnings`` says that nothing was checked
+            check = None  # the strength of this wire is unknown; ``spring_warnings`` reports that nothing was checked
     closes, rate = 1 if travel.turned_round else -1, row.rate * count
     if row.wire_diameter and row.mean_diameter and row.body_coils:
         rate *= softening(row.wire_diameter, row.mean_diameter, row.body_coils, travel.opening, source.cad)
@@ -253,11 +254,11 @@ def _bought(
 
 
 def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, list[str]]:
-    """The spring to wind for a rate (N m/rad), or the nearest that can be made, and what is to be said.
+    """The spring to wind for a rate (N m/rad), or the nearest that can be made, and warnings.
 
     Raises
     ------
-    UserError : none can be wound.
+    UserError : no spring can be wound.
     """
     joint, choice, travel, catalogue, cad = source.joint, source.choice, source.turned, source.catalogue, source.cad
     wish = SpringWish(
@@ -293,8 +294,8 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
         nearest = min(result.nearest, key=lambda item: order[item.kind])
         design = nearest.design
         text = (
-            f"{joint}: no single spring can do {rate:.4g} N*m/rad over {degrees(travel.winding):.1f} deg: "
-            f"{'; '.join(result.binding)}. The nearest that can is taken: {nearest.text}"
+            f"{joint}: no single spring can have {rate:.4g} N*m/rad over {degrees(travel.winding):.1f} deg: "
+            f"{'; '.join(result.binding)}. The nearest that can be made is taken: {nearest.text}"
         )
         said = [decisive(text)]
     total = design.rate * design.count
@@ -303,32 +304,33 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
 
 
 def sense_warning(joint: str, travel: WantedTravel) -> list[str]:
-    """Work that would open the coil of a spring seated as the thesis' are, so that another seat is drawn."""
+    """A warning if the travel would open a spring seated as in the thesis, so that the other seat is drawn."""
     if not travel.turned_round:
         return []
     return [
-        f"{joint}: work turns its spring {degrees(travel.winding):.0f} deg towards larger measured angles and only "
-        f"{degrees(travel.opening):.0f} deg the other way; torsion springs are made to be wound up, so it is seated "
-        "the other way round: larger angles close its arms, its arm offset is the free angle plus the included angle"
+        f"{joint}: its spring turns {degrees(travel.winding):.0f} deg towards larger measured angles and only "
+        f"{degrees(travel.opening):.0f} deg the other way. A torsion spring must be loaded in the winding direction, "
+        "so it is seated the other way round: larger angles close its arms, and its arm offset is the free angle "
+        "plus the included angle"
     ]
 
 
 def _plain(option: SpringOption) -> SpringOption:
-    """The option without what was said of its row."""
+    """The option without the remarks on its row."""
     assert option.row is not None
     return replace(option, row=replace(option.row, derived=()))
 
 
 def spring_warnings(joint: str, option: SpringOption) -> list[str]:
-    """A bought spring that would yield over the wanted travel, and what of one is to be measured first."""
+    """Warnings on a bought spring: it would yield within the travel, or values must be measured first."""
     if option.row is not None and option.row.derived:
         return [f"{joint}: {option.part} is {option.row.status}", *spring_warnings(joint, _plain(option))]
     if option.row is not None and option.check is None:
-        return [f"{joint}: the catalogue knows too little of {option.part} to tell at which angle it yields"]
+        return [f"{joint}: the catalogue has too few data of {option.part} to compute the angle at which it yields"]
     if option.check is None or option.check.travel <= option.check.free_travel:
         return []
     text = (
-        f"{joint}: {option.part} yields at {degrees(option.check.free_travel):.0f} deg from its free angle, the joint "
-        f"turns it {degrees(option.check.travel):.0f} deg"
+        f"{joint}: {option.part} yields at {degrees(option.check.free_travel):.0f} deg from its free angle, but the "
+        f"joint turns it {degrees(option.check.travel):.0f} deg"
     )
     return [decisive(text)]

@@ -1,6 +1,6 @@
-"""What a spring's clamped arms give way, before its joint is drawn: an estimate from the joint's walls.
+"""Compliance of a spring's clamped arms before its joint is drawn, estimated from the joint's wall thicknesses.
 
-The drawn joint settles it (``synth.design.drawn_springs``); this is near enough to choose by.
+The drawn joint gives the exact value (``synth.design.drawn_springs``); the estimate is accurate enough for the choice.
 """
 
 from __future__ import annotations
@@ -9,13 +9,13 @@ from math import pi, sqrt, tau
 
 from synth.files.project_options import CadOptions
 
-FEWEST = 0.1  # of a spring's coils, that are left when it is opened as far as is reckoned with
+FEWEST = 0.1  # of a spring's coils: the fewest that remain at the largest opening considered
 
 
 def free_arm(wire: float, mean: float, coils: float, opening: float, cad: CadOptions) -> float:
     """Free length of an arm, m: from where it leaves the coil to its seat outside the wall of the coil's pocket.
 
-    ``opening`` rad: that the joint opens the spring, which widens its coil by so much as it loses turns.
+    ``opening`` rad: angle by which the joint opens the spring; the coil loses turns and becomes wider. Lengths in m.
     """
     from synth.cad import JointDimensions, SpringDimensions
     from synth.cad.arm_layout import seat_size
@@ -30,7 +30,7 @@ def free_arm(wire: float, mean: float, coils: float, opening: float, cad: CadOpt
 
 
 def softening(wire: float, mean: float, coils: float, opening: float, cad: CadOptions) -> float:
-    """Rate of the spring with its arms over that of its body alone."""
+    """Rate of the spring with its arms over that of its body alone; arguments as in ``free_arm``."""
     from synth.cad.flexed_wire import effective_length
 
     arm = free_arm(wire, mean, coils, opening, cad)
@@ -38,9 +38,9 @@ def softening(wire: float, mean: float, coils: float, opening: float, cad: CadOp
 
 
 def leg_that_bends_as_much(wire: float, mean: float, coils: float, opening: float, cad: CadOptions) -> float:
-    """Length (m) of a straight leg with a force at its end, two of which soften the body as the clamped arms do.
+    """Length (m) of two straight, end-loaded legs that have the same compliance as the clamped arms.
 
-    Two such legs l add l/(3 pi D) coils each (Shigley eq. 10-48).
+    Each leg of length l adds l/(3 pi D) active coils (Shigley eq. 10-48). Arguments as in ``free_arm``.
     """
     body = pi * mean * coils
     return max(0.0, 1.5 * body * (1.0 / softening(wire, mean, coils, opening, cad) - 1.0))

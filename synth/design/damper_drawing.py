@@ -1,6 +1,6 @@
-"""A chosen damper as it is drawn: measured by the user, else as its catalogue row says, else by assumption and said so.
+"""Drawn dimensions of a chosen damper: measured by the user, else from its catalogue row, else assumed.
 
-What is assumed is named on the drawn part, in the notes, and with the key of the project that takes the measured value.
+Assumed dimensions are named on the drawn part and in the notes, with the project key for the measured value.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from synth.files.project_options import DamperShape
 if TYPE_CHECKING:
     from synth.cad import DamperDimensions
 
-BESIDE = 10.0  # mm, of the screws' circle over the body where it is not known: what an M3 in a flange takes
-# Keys of ``cad.dampers.JOINT`` and columns of the catalogue alike, in words.
+BESIDE = 10.0  # mm, bolt circle minus body diameter if unknown: the space of M3 screws in a flange
+# Keys of ``cad.dampers.JOINT``, which are also columns of the catalogue, as text.
 ASKED = {
     "outer_diameter": "the body's diameter",
     "body_length": "the body's length from flange to end",
@@ -28,7 +28,7 @@ ASKED = {
 
 
 def damper_of(design: LegDesign, j: int, shaft: float, notes: list[str]) -> DamperDimensions:
-    """The damper of joint ``j`` as it is drawn on a shaft of ``shaft`` mm; what is assumed is noted."""
+    """The damper of joint ``j`` as it is drawn on a shaft of ``shaft`` mm; assumptions are added to ``notes``."""
     option, name = design.dampers.chosen[j], design.built.joint_names[j]
     row, arrangement = option.row, option.arrangement
     if arrangement.pieces > 1 or arrangement.ratio != 1.0:
@@ -57,7 +57,7 @@ def damper_of(design: LegDesign, j: int, shaft: float, notes: list[str]) -> Damp
 
 
 def drawn_damper(known: dict[str, Any], shaft: float, place: str) -> DamperDimensions:
-    """A damper from what is known of it (SI, keys of ``ASKED``); ``unknown`` names the rest by its key."""
+    """A damper from its known dimensions (SI, keys of ``ASKED``); ``unknown`` names the others with their keys."""
     from synth import cad
 
     default = cad.DamperDimensions()
@@ -89,7 +89,7 @@ def drawn_damper(known: dict[str, Any], shaft: float, place: str) -> DamperDimen
 
 
 def _room(shaft: float) -> float:
-    """Circle (mm) on which screws stand outside the collar of a shaft, or of the next thicker one if it must grow."""
+    """Bolt circle (mm) outside the collar of the shaft, or of the next larger shaft in case it must grow."""
     from synth.cad.hardware import shaft_parts, shaft_sizes
 
     thicker = [size for size in shaft_sizes() if size >= shaft][:2]
@@ -97,7 +97,7 @@ def _room(shaft: float) -> float:
 
 
 def _as_drawn(damper: DamperDimensions) -> str:
-    """The damper's drawn measures in words."""
+    """The damper's drawn dimensions as text."""
     body = f"{damper.outer_diameter:g} mm across and {damper.body_length:g} mm long"
     screws = f"{damper.bolt_count} screws on {damper.bolt_circle:g} mm"
     if damper.adapter is not None:

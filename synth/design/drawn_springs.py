@@ -1,8 +1,8 @@
-"""The design as it is drawn: springs with the arms that their joints have, stops, and what follows for the leg.
+"""The design as drawn: springs with the arms of their joints, stops, and the resulting leg.
 
-A spring's rate depends on how long its arms are free, and that on the joint drawn round it. So joint and spring are
-solved together: a spring to wind gets the mean diameter at which it has the designed rate with these arms; a bought
-one has the rate that its catalogue states of the body alone, less what the arms give way.
+A spring's rate depends on the free length of its arms, and that length on the drawn joint. Joint and spring are
+therefore solved together. A spring to wind gets the mean diameter at which it has the designed rate with these arms. A
+bought spring has the catalogue's rate of the body, reduced by the compliance of the arms.
 """
 
 from __future__ import annotations
@@ -28,29 +28,29 @@ from synth.units import quantity
 if TYPE_CHECKING:
     from synth.cad import JointDimensions
 
-ROUNDS = 8  # of spring and joint; the demo settles in three
+ROUNDS = 8  # iterations of spring and joint; the demo converges in three
 SETTLED = 1e-5  # relative, of mean diameters and rates from round to round
-HALVINGS = 60  # of a bracket of a factor of four: to the last digit
-SEAT_TRAVEL = 13.0  # deg, either way, as ``cad`` draws it unless told
-LEAST_LEFT = radians(0.1)  # of a free angle, that is worth a warning; an encoder reads as much
-LEAST_PLAY = radians(0.01)  # less is rounding of meshes
+HALVINGS = 60  # bisection steps of a bracket of a factor of four: to machine precision
+SEAT_TRAVEL = 13.0  # deg, either way; default of ``cad``
+LEAST_LEFT = radians(0.1)  # remaining error of a free angle that gives a warning: the resolution of an encoder
+LEAST_PLAY = radians(0.01)  # a smaller backlash is rounding of the meshes
 
 
 def draw_up(design: LegDesign, catalogue: Catalogue) -> LegDesign:
-    """The design with its springs, stops and joints as they are drawn; its motions simulated again where that moves it.
+    """The design with its springs, stops and joints as drawn; its motions are simulated again if the leg changed.
 
     Raises
     ------
     cad.DimensionError
-        when a joint cannot be drawn.
+        if a joint cannot be drawn.
     UserError
-        when a part cannot be drawn.
+        if a part cannot be drawn.
     """
     arms: tuple[float, ...] | None = None
     for _ in range(ROUNDS):
         solids = _laid_out(design, arms)
         found = _free_arms(solids)
-        # Once an arm is long enough it stays, so that spring and joint do not chase each other.
+        # Arms may only grow, so that the iteration of spring and joint does not oscillate.
         arms = found if arms is None else tuple(max(a, b) for a, b in zip(arms, found, strict=True))
         chosen = tuple(
             _drawn(option, dimensions, arm, catalogue)
@@ -65,7 +65,7 @@ def draw_up(design: LegDesign, catalogue: Catalogue) -> LegDesign:
 
 
 def _laid_out(design: LegDesign, arms: Sequence[float | None] | None) -> Solids:
-    """The joints with these free arms, mm. An arm that the new coil makes too short is left to its joint again."""
+    """The joints with these free arms, mm; the joint sets an arm that is too short for the new coil."""
     from synth.cad import DimensionError
 
     while True:
@@ -80,7 +80,7 @@ def _laid_out(design: LegDesign, arms: Sequence[float | None] | None) -> Solids:
 
 
 def _free_arms(solids: Solids) -> tuple[float, ...]:
-    """The arms' free lengths (mm) that the joints ask for, to the next tenth."""
+    """The free arm lengths (mm) that the joints require, rounded up to a tenth."""
     from synth.cad.checked_layout import lay_out
 
     return tuple(ceil(10.0 * lay_out(joint).free_arm - 1e-6) / 10.0 for joint in solids.dimensions.joints)
@@ -112,7 +112,7 @@ def _wound(option: SpringOption, dimensions: JointDimensions, arm: float, catalo
     made, rate = option.design, option.rate / option.design.count
     task = replace(option.result.wish.task, travel=made.travel, opening_travel=made.opening_travel)
     wire, coils = made.wire_diameter, dimensions.spring.drawn_coils
-    # Of the wire as designed, whatever formula and calibration its rate was reckoned by: rate = EI/(pi D Na).
+    # EI of the designed spring, independent of the formula and calibration of its rate: rate = EI/(pi D Na).
     rigidity = made.rate * pi * made.mean_diameter * made.active_coils
     wanted = rigidity / rate * 1e3  # mm
     low, high = 0.5 * made.mean_diameter * 1e3, 2.0 * made.mean_diameter * 1e3
@@ -156,7 +156,7 @@ def _change(before: SpringOption, after: SpringOption) -> float:
 
 
 def _with_springs(design: LegDesign, chosen: Sequence[SpringOption]) -> LegDesign:
-    """The design with these springs; where a rate changed the built leg rests where it did, and moves anew."""
+    """The design with these springs; if a rate changed, the rest pose is kept and the motions are simulated again."""
     springs = replace(design.springs, chosen=tuple(chosen))
     rates = np.array([option.rate for option in chosen])
     before = design.built.spring_rate
@@ -168,17 +168,17 @@ def _with_springs(design: LegDesign, chosen: Sequence[SpringOption]) -> LegDesig
         rest = float(angle + (joint.rest - angle) * joint.spring.rate / rate)
         spring = replace(joint.spring, rate=float(rate), free_angle=joint.zero + joint.sign * rest)
         joints.append(replace(joint, spring=spring))
-    return moved(replace(design, springs=springs, built=replace(design.built, joints=tuple(joints))))
+    return simulated_again(replace(design, springs=springs, built=replace(design.built, joints=tuple(joints))))
 
 
-def moved(design: LegDesign) -> LegDesign:
+def simulated_again(design: LegDesign) -> LegDesign:
     """The design with the motions and errors of its built leg simulated again."""
     motions = tuple(found[:, :, 0] for found in design.wanted.simulate([design.built]))
     return replace(design, built_motions=motions, errors=design.wanted.errors([design.built])[0])
 
 
 def with_stops(leg: Leg, joints: Sequence[JointDimensions]) -> Leg:
-    """The leg whose joints' ranges end at the drawn stops."""
+    """The leg with joint ranges that end at the drawn stops."""
     ranges = [tuple(radians(angle) for angle in joint.stop_angles) for joint in joints]
     return replace(
         leg,
@@ -187,9 +187,9 @@ def with_stops(leg: Leg, joints: Sequence[JointDimensions]) -> Leg:
 
 
 def as_drawn(design: LegDesign, joints: Mapping[str, Any]) -> LegDesign:
-    """The design whose built leg has the play that its drawn joints leave, as backlash, and moves with it.
+    """The design with the play of its drawn joints as backlash in the built leg, and its motions with it.
 
-    ``joints`` : of ``solids.joints`` in ``design.json``.
+    ``joints`` : the entries of ``solids.joints`` in ``design.json``.
     """
     built = []
     for joint in design.built.joints:
@@ -201,15 +201,15 @@ def as_drawn(design: LegDesign, joints: Mapping[str, Any]) -> LegDesign:
         built.append(joint)
     if tuple(built) == design.built.joints:
         return design
-    return moved(replace(design, built=replace(design.built, joints=tuple(built))))
+    return simulated_again(replace(design, built=replace(design.built, joints=tuple(built))))
 
 
 @dataclass(frozen=True)
 class SeatSetting:
-    """How a joint's seat is set for the spring in hand; angles in rad.
+    """The setting of a joint's seat for the measured spring; angles in rad.
 
-    ``turn`` is what the scale is set to, positive towards larger free angles; ``left`` what the seat's travel leaves of
-    the free angle's error. ``rate`` and ``free_angle`` are the joint's then.
+    ``turn`` is the setting on the scale, positive towards larger free angles. ``left`` is the part of the free angle's
+    error beyond the seat's travel. ``rate`` and ``free_angle`` are the resulting values of the joint.
     """
 
     turn: float
@@ -228,10 +228,10 @@ class SeatSetting:
 
 
 def seats_set(design: LegDesign) -> tuple[LegDesign, dict[str, SeatSetting]]:
-    """The design with the springs that were measured, their seats set so that the leg rests where it is meant to.
+    """The design with measured springs, their seats set so that the leg has its designed rest pose.
 
-    Parts stay as they are: only the built leg's rates and free angles, and with them its motions, become those of the
-    springs in hand. The free angle that suits a spring of another rate is the one at which the leg rests as designed.
+    The parts are unchanged. Rates and free angles of the built leg become those of the measured springs, and its
+    motions are simulated with them. For a spring of another rate the free angle is the one with the designed rest pose.
     """
     known = design.project.measured_springs
     if not known:
@@ -254,17 +254,17 @@ def seats_set(design: LegDesign) -> tuple[LegDesign, dict[str, SeatSetting]]:
         settings[joint.name] = SeatSetting(turn, suits - found - turn, rate, found + turn)
         joints.append(replace(joint, spring=replace(joint.spring, rate=rate, free_angle=found + turn)))
     design = replace(design, built=replace(design.built, joints=tuple(joints)))
-    return moved(_told(design, settings)), settings
+    return simulated_again(_with_seat_warnings(design, settings)), settings
 
 
-def _told(design: LegDesign, settings: Mapping[str, SeatSetting]) -> LegDesign:
-    """The design with a warning for each seat whose travel does not reach."""
+def _with_seat_warnings(design: LegDesign, settings: Mapping[str, SeatSetting]) -> LegDesign:
+    """The design with a warning for each seat whose travel is too small."""
     said = [
         (
             name,
             decisive(
-                f"{name}: the spring in hand is {degrees(setting.left):+.1f} deg beyond its seat's travel; turn the "
-                f"seat to {degrees(setting.turn):+.1f} deg, and wind or choose another spring for the rest"
+                f"{name}: the free angle of the measured spring is {degrees(setting.left):+.1f} deg beyond its seat's "
+                f"travel; turn the seat to {degrees(setting.turn):+.1f} deg, or wind or choose another spring"
             ),
         )
         for name, setting in settings.items()

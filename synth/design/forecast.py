@@ -1,9 +1,9 @@
-"""What tolerances leave of a set's response: its error's expectation, 90 % interval, chance, and what causes it.
+"""The response error of a set of parts with tolerances: expectation, 90 % interval, probability, and its causes.
 
-Every sample of the tolerances is a lane: the set's parts with rates, free angles and torques drawn inside their limits,
-the arms' offsets where the nominal parts would have them. One temperature holds for all dampers of a sample. The draws
-are a Latin hypercube by the project's seed (McKay, Beckman & Conover, Technometrics 21, 1979), the same for every set,
-so that sets are compared on equal draws.
+Every sample of the tolerances is one lane of the simulation: rates, free angles and torques are drawn within their
+limits, and the arms' offsets are those of the nominal parts. All dampers of a sample have the same temperature. The
+draws are a Latin hypercube by the project's seed (McKay, Beckman & Conover, Technometrics 21, 1979). They are the same
+for every set, so that the comparison of sets is not affected by sampling noise.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ SetParts = Sequence[tuple[SpringOption, DamperOption]]
 
 @dataclass(frozen=True)
 class Share:
-    """A cause's part of the spread; ``alone``: the RMS error (rad) that it leaves with all else as nominal."""
+    """A cause's share of the spread; ``alone``: the RMS error (rad) with this cause only, all else nominal."""
 
     joint: str | None
     cause: str
@@ -54,9 +54,9 @@ class Share:
 
 @dataclass(frozen=True)
 class Forecast:
-    """The response error (rad, RMS over joints and releases) of a set of parts as it may come.
+    """The distribution of the response error (rad, RMS over joints and releases) of a set of parts.
 
-    ``chance`` that it stays within ``within``; ``shares`` of the spread, largest first, where they were reckoned.
+    ``chance``: probability that the error is at most ``within``. ``shares`` of the spread, largest first, if computed.
     """
 
     nominal: float
@@ -68,7 +68,7 @@ class Forecast:
     shares: tuple[Share, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """Every number beside its unit."""
+        """Every number with its unit."""
         low, high = np.degrees(self.interval90)
         written: dict[str, Any] = {
             "nominal": quantity(self.nominal, "deg"),
@@ -83,7 +83,7 @@ class Forecast:
 
 
 def spring_tolerance(option: SpringOption, asked: ToleranceOptions) -> SpringTolerance:
-    """Of all parallel springs together: of independent ones the mean spreads less."""
+    """Tolerance of all parallel springs together; the mean of independent springs has a smaller spread."""
     if option.row is not None:
         known, count = bought_spring(option.row), option.count
     else:
@@ -97,7 +97,7 @@ def spring_tolerance(option: SpringOption, asked: ToleranceOptions) -> SpringTol
 
 
 def damper_tolerance(option: DamperOption, asked: ToleranceOptions) -> DamperTolerance:
-    """Of all dampers of an arrangement together."""
+    """Tolerance of all dampers of an arrangement together."""
     if option.row is None or option.law == "curve":
         known = measured_damper(asked.measured)
     else:
@@ -113,7 +113,7 @@ class Forecaster:
 
     def __init__(self, lanes: PartLanes, asked: ToleranceOptions, within: float, seed: int = 0) -> None:
         self.lanes, self.asked, self.within, self.seed = lanes, asked, within, seed
-        self._known: dict[bytes, Array] = {}  # errors, by what acted in the lanes
+        self._known: dict[bytes, Array] = {}  # errors by the content of the lanes
 
     def forecast(self, parts: SetParts, n_sample: int, *, shares: bool = False) -> Forecast:
         """The error of one set over ``n_sample`` draws."""
@@ -131,11 +131,11 @@ class Forecaster:
         )
 
     def expected(self, parts: SetParts, n_sample: int) -> float:
-        """The expected error (rad) alone, as ``forecast`` has it: what sets are compared by."""
+        """The expected error (rad) of ``forecast`` only; sets are compared by it."""
         return float(np.mean(self._errors(parts, self._draws(len(parts), n_sample))))
 
     def _errors(self, parts: SetParts, draws: Array) -> Array:
-        """(n_sample,) rad; the lanes of a set that was asked about before are not run again."""
+        """(n_sample,) rad; lanes that were simulated before are not run again."""
         columns = self._columns(parts, draws)
         key = blake2b(b"".join(each.tobytes() for each in columns)).digest()
         if key not in self._known:
@@ -143,7 +143,7 @@ class Forecaster:
         return self._known[key]
 
     def _draws(self, n: int, n_sample: int) -> Array:
-        """(4 n + 1, n_sample) in [-1, 1]: four causes a joint, then temperature."""
+        """(4 n + 1, n_sample) in [-1, 1]: four causes per joint, then temperature."""
         generator, shape = np.random.default_rng(self.seed), (4 * n + 1, n_sample)
         cells = np.argsort(generator.random(shape), axis=1)
         return np.asarray(2.0 * (cells + generator.random(shape)) / n_sample - 1.0)
@@ -173,7 +173,7 @@ class Forecaster:
         levels = np.linspace(low, high, EXPONENTS)
         curves = np.stack([column(1.0, 0.0, damper.with_exponent(float(n)))[3:] for n in levels], axis=1)
         assert curves.shape[0] == ROWS - 3
-        # A draw of 0 is the nominal law, though that does not lie in the middle of its limits.
+        # A draw of 0 is the nominal law, although its exponent is not in the middle of the limits.
         middle = CONCAVE_EXPONENT + draw * np.where(draw < 0.0, CONCAVE_EXPONENT - low, high - CONCAVE_EXPONENT)
         nearest = np.argmin(np.abs(levels[:, None] - middle[None, :]), axis=0)
         found = curves[:, nearest]
@@ -181,7 +181,7 @@ class Forecaster:
         return np.asarray(np.where(draw == 0.0, nominal[:, None], found))
 
     def _shares(self, parts: SetParts, nominal: float) -> tuple[Share, ...]:
-        """Each cause by itself at its two outer Gauss points; shares of what the squared errors grow by."""
+        """Each cause alone at its two outer Gauss points; shares of the growth of the mean squared error."""
         n_cause = 4 * len(parts) + 1
         draws = np.concatenate([np.eye(n_cause), -np.eye(n_cause)], axis=1) * OUTER_NODE
         square = self.lanes.errors_of(self._columns(parts, draws)).reshape(2, n_cause) ** 2

@@ -1,4 +1,4 @@
-"""From a chosen design to the dimensions that ``cad`` draws."""
+"""From a chosen design to the joint dimensions for ``cad``."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ if TYPE_CHECKING:
     from synth.cad import JointDimensions, PrintDimensions
 
 Ends = tuple[float, float]
-MARGIN = 5.0  # deg, of travel drawn beyond what the leg does where the leg file gives no range
+MARGIN = 5.0  # deg, drawn travel beyond the leg's motion if the leg file gives no range
 STOP = 3.0  # deg past such a travel, at which the hard stops touch
-ASKED_STOP = 1.5  # deg past a range that the leg file asks for: what printed flanks are off by
-YIELD_SPARE = 2.0  # deg, from a stop to where the spring yields: a knock against printed horns bends them by about one
+ASKED_STOP = 1.5  # deg past a range that the leg file states: the tolerance of printed flanks
+YIELD_SPARE = 2.0  # deg, from a stop to the spring's yield: an impact bends the printed stop horns by about one
 
 
 def dimensions_of(design: LegDesign, arms: Sequence[float | None] | None = None) -> Solids:
-    """Dimensions of the built leg's joints; the pose drawn is where the leg rests.
+    """Dimensions of the built leg's joints, drawn in the rest pose.
 
-    Plates, seats and, where the project leaves it open, the shaft grow until they bear the joint's torque. ``arms``:
-    the springs' free arms, mm; None, of one or of all: as short as the joint allows.
+    Plates, seats and, if the project does not state it, the shaft grow until they bear the joint's torque. ``arms``:
+    the springs' free arm lengths, mm; None, for one or for all: as short as the joint allows.
 
     Raises
     ------
     cad.DimensionError
-        when a joint cannot be drawn, for the first such joint.
+        if a joint cannot be drawn, for the first such joint.
     """
     from synth import cad
 
@@ -97,14 +97,14 @@ def _joint(
     turned = replace(dimensions, upper_arm_angle=cad.clear_upper_arm_angle(dimensions))
     if turned.upper_arm_angle != 0.0:
         offset = remainder(turned.arm_offset, 360.0)
-        text = f"{joint.name}: over this travel the upper arm cannot lie where the angle is measured from; it is drawn "
-        where = f"at {turned.upper_arm_angle:+.0f} deg from there, and the lower arm at {offset:+.1f} deg"
+        text = f"{joint.name}: with this travel the upper arm cannot lie on the zero line of the angle; it is drawn "
+        where = f"at {turned.upper_arm_angle:+.0f} deg from that line, and the lower arm at {offset:+.1f} deg"
         notes.append(noted(text + where))
     return turned
 
 
 def _yields(design: LegDesign, j: int) -> tuple[float, float] | None:
-    """Measured angles (deg) at which the joint's spring yields; None where its strength is not known."""
+    """Measured angles (deg) at which the joint's spring yields; None if its strength is unknown."""
     option, joint = design.springs.chosen[j], design.built.joints[j]
     known = option.design if option.design is not None else option.check
     if known is None:
@@ -117,10 +117,10 @@ def _yields(design: LegDesign, j: int) -> tuple[float, float] | None:
 def _stops(
     design: LegDesign, j: int, travel: Ends, yields: Ends | None, notes: list[str]
 ) -> tuple[Ends, Ends, Ends | None]:
-    """Travel, stops and yield (deg): stops past the travel and before yield, where the spring allows both.
+    """Travel, stops and yield (deg): stops beyond the travel and before yield, if the spring allows both.
 
-    Where it does not, the travel that the leg file does not ask for is cut back to what the motion needs; where that
-    is not enough either, the stops stay past the travel, and the spring's yield is named as what binds.
+    If it does not, a travel that the leg file does not state is reduced to the travel of the motion. If that is not
+    enough, the stops stay beyond the travel, and a note names the spring's yield as the binding limit.
     """
     joint = design.built.joints[j]
     asked = design.project.target.joints[j].range is not None
@@ -136,10 +136,10 @@ def _stops(
         stops = (max(stops[0], first), min(stops[1], last))
         return (max(travel[0], stops[0] + ASKED_STOP), min(travel[1], stops[1] - ASKED_STOP)), stops, yields
     text = (
-        f"{joint.name}: the spring's yield at {yields[0]:.1f} and {yields[1]:.1f} deg is the limit that binds: the "
-        f"wanted travel of {needed[0]:.1f} to {needed[1]:.1f} deg and stops {YIELD_SPARE:g} deg before yield cannot "
-        f"both be had; the stops are drawn at {stops[0]:.1f} and {stops[1]:.1f} deg, past the travel. A spring of "
-        "thicker wire, or a smaller range of the joint, would have both"
+        f"{joint.name}: the spring yields at {yields[0]:.1f} and {yields[1]:.1f} deg. The wanted travel of "
+        f"{needed[0]:.1f} to {needed[1]:.1f} deg and stops {YIELD_SPARE:g} deg before yield are not possible together; "
+        f"the stops are drawn at {stops[0]:.1f} and {stops[1]:.1f} deg, beyond the travel. A spring of thicker wire "
+        "or a smaller range of the joint, would allow both"
     )
     notes.append(decisive(text))
     return travel, stops, None
@@ -155,7 +155,7 @@ def _damper_torque(joint: Joint, fastest: float) -> float:
 
 
 def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions, notes: list[str]) -> JointDimensions:
-    """The joint large enough for its loads, with an encoder's seat where that fits; what changed is noted."""
+    """The joint large enough for its loads, with an encoder seat if it fits; changes are added to ``notes``."""
     from synth import cad
     from synth.cad.fitting_problems import least_encoder_circle
 
@@ -180,19 +180,19 @@ def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions,
     if not design.project.cad.encoder:
         return grown
     seated = replace(grown, encoder=cad.EncoderDimensions())
-    # The screws are those of the seat that is printed, not of the sensor: they stand where the shaft's parts let them.
+    # These screws fasten the printed seat, not the sensor; their positions depend on the parts on the shaft.
     circle = max(cad.EncoderDimensions().bolt_circle, ceil(least_encoder_circle(seated)))
     seated = replace(grown, encoder=cad.EncoderDimensions(bolt_circle=circle))
     try:
         return replace(seated, upper_arm_angle=cad.clear_upper_arm_angle(seated))
     except cad.DimensionError as error:
-        notes.append(f"{asked.name}: no seat for an encoder is drawn: {error.problems[0]}")
+        notes.append(f"{asked.name}: the encoder seat is not drawn: {error.problems[0]}")
         return grown
 
 
 def _range(design: LegDesign, j: int, rest: float) -> tuple[float, float]:
-    """The leg file's range, else what the wanted and the built leg do with a margin; deg."""
-    joint = design.project.target.joints[j]  # the built one's range is that of stops which an earlier drawing had
+    """The leg file's range, else the range of the wanted and the built leg's motion with a margin; deg."""
+    joint = design.project.target.joints[j]  # the built leg's range is that of an earlier drawing's stops
     if joint.range is not None:
         low, high = (degrees(angle) for angle in joint.range)
         return min(low, rest), max(high, rest)
@@ -220,7 +220,7 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
         if not row.hand:
             notes.append(noted(f"{name}: the catalogue does not say which way {row.part} is wound; drawn right-hand"))
         assert row.rate is not None
-        # The catalogue's rate is that of the body alone; with its arms the spring is softer as it is longer.
+        # The catalogue's rate is that of the body alone; the arms make the spring softer.
         stiff = pi * row.mean_diameter * row.body_coils * row.rate * option.count / option.rate * 1e3
         return cad.SpringDimensions(
             row.wire_diameter * 1e3, row.mean_diameter * 1e3, row.body_coils, degrees(option.included_angle),
@@ -235,11 +235,11 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
 
 
 def _count(design: LegDesign, j: int, notes: list[str]) -> int:
-    """How many equal springs the joint has; what that asks for is noted."""
+    """Number of equal springs of the joint; consequences are added to ``notes``."""
     option, name = design.springs.chosen[j], design.built.joint_names[j]
     count = option.count if option.design is None else option.design.count
     if count == 2:
         notes.append(f"{name}: two springs, drawn as a mirrored pair: order or wind one right-hand and one left-hand")
     elif count > 2:
-        notes.append(noted(f"{name}: {count} springs stand side by side; one is drawn, and the pocket is for one"))
+        notes.append(noted(f"{name}: {count} springs act in parallel; one is drawn, and the pocket is for one"))
     return count

@@ -1,8 +1,9 @@
-"""How good a set of parts is: its error with nominal parts, and what is to be expected of it with real ones.
+"""Evaluation of sets of parts: the error with nominal parts, and the expected error with tolerances.
 
-A spring's free angle is open by 10 degrees and more, which would drown everything else, and favour joints too sluggish
-to reach where a wrong spring pulls them. But it is measured in a minute and the arm's seat set by it, so sets are
-chosen by what is to be expected then (``ready``); what parts give as they come is told beside it.
+The free angle of a spring has a tolerance of 10 degrees and more. It would dominate all other tolerances, and favour
+joints too slow to reach the rest pose of a wrong spring. It is measured in a minute, and the arm's seat is set by it.
+Sets are therefore chosen by the expected error after that measurement (``ready``); the error of unmeasured parts is
+reported too (``as_they_come``).
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ from synth.design.response import WantedResponse
 from synth.files.project_options import PartsOptions
 from synth.swing.leg_model import Leg, Spring
 
-SAMPLES_SHOWN, SAMPLES_CHOSEN = 64, 256  # draws of the tolerances: to compare and show, to report
-RELEASES = 7  # about so many serve for tolerances
-MEASURED_ANGLE = radians(1.0)  # what a protractor leaves open
+SAMPLES_SHOWN, SAMPLES_CHOSEN = 64, 256  # draws of the tolerances: to compare and list sets, to report the chosen one
+RELEASES = 7  # approximate number of releases that are simulated with tolerances
+MEASURED_ANGLE = radians(1.0)  # uncertainty of a free angle measured with a protractor
 
 
 @dataclass(frozen=True)
@@ -39,25 +40,25 @@ Pairs = tuple[Pair, ...]
 
 
 def acting(pairs: Sequence[Pair]) -> list[Acting]:
-    """What the pairs do at their joint."""
+    """The spring rates and dampers of the pairs, as they act at their joint."""
     return [Acting(pair.spring.rate, pair.damper.damper) for pair in pairs]
 
 
 class Judge:
-    """Measures sets of parts in one leg against the wanted motion.
+    """Evaluates sets of parts in one leg against the wanted motion.
 
     Parameters
     ----------
     wanted
         the motion and its releases.
     leg
-        what the parts are put into: links and effects count.
+        the leg for the parts: its links and effects are used.
     parts
-        tolerances, and the error within which the response is to stay.
+        tolerances, and the required limit of the response error.
     seed
         of the draws, the same for every set.
     barred
-        dampers, by their labels, that may not stand together.
+        combinations of dampers, by their labels, that are excluded.
     """
 
     def __init__(
@@ -78,7 +79,7 @@ class Judge:
         self._ready = Forecaster(few, replace(asked, free_angle=least), parts.within, seed)
 
     def allows(self, pairs: Pairs) -> bool:
-        """Whether the set's dampers may stand together."""
+        """Whether the set's combination of dampers is allowed."""
         return tuple(pair.damper.label for pair in pairs) not in self.barred
 
     def errors(self, sets: Sequence[Pairs]) -> Array:
@@ -90,22 +91,22 @@ class Judge:
         return lanes.errors(np.repeat(np.arange(len(sets))[:, None], len(joints), axis=1))
 
     def ready(self, pairs: Pairs, n_sample: int = SAMPLES_SHOWN, *, shares: bool = False) -> Forecast:
-        """What is to be expected of a set whose springs were measured and set; this is what sets are chosen by.
+        """Forecast with measured free angles and adjusted seats; sets are chosen by it.
 
-        Sets are compared on equal draws where ``n_sample`` is equal.
+        Sets with equal ``n_sample`` are compared on the same draws.
         """
         return self._ready.forecast([(pair.spring, pair.damper) for pair in pairs], n_sample, shares=shares)
 
     def expected(self, pairs: Pairs, n_sample: int = SAMPLES_SHOWN) -> float:
-        """Expected error (rad) of ``ready``, and nothing else of it."""
+        """Expected error (rad) of ``ready`` only."""
         return self._ready.expected([(pair.spring, pair.damper) for pair in pairs], n_sample)
 
     def as_they_come(self, pairs: Pairs, n_sample: int = SAMPLES_SHOWN, *, shares: bool = False) -> Forecast:
-        """What is to be expected of a set if its arms are where the catalogue's free angles have them."""
+        """Forecast with unmeasured springs, the seats set for the catalogue's free angles."""
         return self._as_they_come.forecast([(pair.spring, pair.damper) for pair in pairs], n_sample, shares=shares)
 
     def built(self, pairs: Pairs) -> Leg:
-        """The leg with a set of parts, resting as wanted."""
+        """The leg with a set of parts, in the wanted rest pose."""
         joints = []
         for j, (joint, pair) in enumerate(zip(self.leg.joints, pairs, strict=True)):
             free = joint.zero + joint.sign * self._lanes.rest(j, pair.spring.rate)

@@ -11,7 +11,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.cad.dimensions import LegDimensions  # by its name a kept design finds the class again
-from synth.design.choice_robustness import ChoiceRobustness, told
+from synth.design.choice_robustness import ChoiceRobustness, choice_robustness
 from synth.design.choice_rounds import ChoiceTask, Stage, choose_in_rounds, first_choice
 from synth.design.choose_dampers import (
     DamperChoiceMade,
@@ -76,7 +76,7 @@ class LegDesign:
     errors: Array  # (n,) rad, RMS of each joint, built against wanted
     warnings: tuple[tuple[str | None, str], ...]  # joint or None, text
     sets: SetsMade
-    told: ChoiceRobustness | None  # what the target's fit leaves open does to the choice
+    robustness: ChoiceRobustness | None  # what the target's fit leaves open does to the choice
     target_effects: tuple[TargetEffect, ...] = ()
     drawn: Solids | None = None  # the joints as they are drawn; None: nothing is drawn
     links: tuple[BuiltLink, ...] = ()  # with the drawn and bought parts on them; empty: nothing is drawn
@@ -179,7 +179,8 @@ def design_for(
         motions = tuple(found[:, :, 0] for found in wanted.simulate([built]))
         errors = wanted.errors([built])[0]
     held_out = tuple(trial for trial in fitted.trials if trial.held_out)
-    uncertain = told(wanted, fitted, sets.legs) if swaps and not first else None  # another round follows those
+    last_round = swaps and not first
+    robustness = choice_robustness(wanted, fitted, sets.legs) if last_round else None
     design = LegDesign(
         project=project,
         source=known.source,
@@ -196,12 +197,12 @@ def design_for(
         errors=errors,
         warnings=(),
         sets=sets,
-        told=uncertain,
+        robustness=robustness,
         target_effects=into.effects,
     )
     said = _warnings(design, motion)
-    if uncertain is not None and uncertain.warning is not None:
-        said.append((None, uncertain.warning))
+    if robustness is not None and robustness.warning is not None:
+        said.append((None, robustness.warning))
     return replace(design, warnings=(*said, *notes(into.effects)))
 
 

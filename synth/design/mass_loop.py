@@ -17,7 +17,7 @@ from dataclasses import fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from synth.design.choice_rounds import Stage
-from synth.design.drawn_springs import draw_up, moved
+from synth.design.drawn_springs import draw_up, simulated_again
 from synth.design.leg_design import Known, LegDesign, MassRounds, design_for, known_beforehand
 from synth.design.link_masses import BuiltLink, alike, built_links, link_warnings, with_links
 from synth.design.part_masses import PartMass, masses_of, unknown_parts
@@ -151,7 +151,7 @@ class JointWeights:
             if alike(leg, design.built):
                 break
             carrying = design.wanted.at_rest_like_wanted(leg)
-            design = draw_up(moved(replace(design, built=carrying)), catalogue)
+            design = draw_up(simulated_again(replace(design, built=carrying)), catalogue)
         return design
 
 
@@ -201,6 +201,6 @@ def weighed(design: LegDesign, masses: Sequence[PartMass]) -> LegDesign:
     design = replace(design, links=links)
     leg = with_links(design.built, links)
     if leg != design.built:
-        design = moved(replace(design, built=leg))
+        design = simulated_again(replace(design, built=leg))
     assumed = {item.part: item.basis for item in masses if item.assumed}
     return replace(design, warnings=(*design.warnings, *link_warnings(links, assumed)))

@@ -106,7 +106,7 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
             },
             "forecast": design.sets.chosen.forecast.as_json(),
             "forecast_free_angles_measured": design.sets.measured.as_json(),
-            **({"fit_uncertainty": design.told.as_json()} if design.told is not None else {}),
+            **({"fit_uncertainty": design.robustness.as_json()} if design.robustness is not None else {}),
             "alternatives": [item.as_json(names, design.sets.chosen) for item in design.sets.sets[1:]],
             "search": _search(design),
         },

@@ -1,7 +1,7 @@
-"""The arms of a torsion spring: what bends them, and what they add to its angle.
+"""The arms of a torsion spring: their bending stress, and their contribution to the spring's angle.
 
-Symbols as in EN 13906-3: D mean and d wire diameter, R distance of the load from the axis, r inside radius of the bend
-where a radial or axial arm leaves the coil; tangent arms have none.
+Symbols as in EN 13906-3: D mean diameter, d wire diameter, R distance of the load from the axis. r is the inside radius
+of the bend where a radial or axial arm leaves the coil; tangent arms have no bend.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from synth.parts.coil_angle import Convention
 
 
 def bend_factor(bend_radius: float, wire_diameter: float) -> float:
-    """How much the bend raises the stress at its inside, ``(2 r/d + 1.07) / (2 r/d + 0.25)`` (EN 13906-3)."""
+    """Stress concentration factor at the inside of the bend, ``(2 r/d + 1.07) / (2 r/d + 0.25)`` (EN 13906-3)."""
     ratio = 2.0 * bend_radius / wire_diameter
     return (ratio + 1.07) / (ratio + 0.25)
 
@@ -20,29 +20,29 @@ def bend_factor(bend_radius: float, wire_diameter: float) -> float:
 def arm_stress(moment: float, wire_diameter: float, convention: Convention, bend_radius: float) -> float:
     """Bending stress where an arm meets the coil, Pa: ``q 32 M / (pi d^3)``, q = 1 for tangent arms.
 
-    The moment there is the spring's whole moment, whatever the arm's length.
+    ``moment`` in N m: at that point it is the spring's whole moment, whatever the arm's length. Lengths in m.
     """
     factor = 1.0 if convention == "tangent" else bend_factor(bend_radius, wire_diameter)
     return factor * 32.0 * moment / (math.pi * wire_diameter**3)
 
 
 def arm_force(moment: float, length: float) -> float | None:
-    """Force at the end of an arm, N; None where it has no length."""
+    """Force at the end of an arm of ``length`` m under ``moment`` N m, N; None for a length of 0."""
     return moment / length if length > 0.0 else None
 
 
 def arm_share(body_coils: float, active_coils: float) -> float:
-    """Part of the spring's angle that its arms take by bending."""
+    """Fraction of the spring's angle that comes from bending of the arms."""
     return 1.0 - body_coils / active_coils
 
 
 def flexibility_radial(load_radius: float, mean_diameter: float, coils: float) -> float:
-    """Angle of one radial arm relative to the coil's, ``(2R/D - 1)^3 / (24 pi n (R/D)^2)`` (EN 13906-3)."""
+    """Deflection of one radial arm over that of the coil body, ``(2R/D - 1)^3 / (24 pi n (R/D)^2)`` (EN 13906-3)."""
     ratio = load_radius / mean_diameter
     return (2.0 * ratio - 1.0) ** 3 / (24.0 * math.pi * coils * ratio**2)
 
 
 def flexibility_tangent(load_radius: float, mean_diameter: float, coils: float) -> float:
-    """Angle of one tangent arm relative to the coil's, ``(4 (R/D)^2 - 1) / (12 pi n R/D)`` (EN 13906-3)."""
+    """Deflection of one tangent arm over that of the coil body, ``(4 (R/D)^2 - 1) / (12 pi n R/D)`` (EN 13906-3)."""
     ratio = load_radius / mean_diameter
     return (4.0 * ratio**2 - 1.0) / (12.0 * math.pi * coils * ratio)

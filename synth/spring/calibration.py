@@ -1,8 +1,9 @@
-"""What wound samples say of a wire and a winder: spring-back and rate, as factors on what the formulas give.
+"""Calibration of spring-back and rate by wound samples: factors on the formulas' results for a wire and a winder.
 
-A sample is a coil that was wound on a mandrel, let go, and measured. Its mean diameter D (measured, or from the turns
-wound n and the coils left N, since the wire's length stays: ``D = (D_mandrel + d) n / N``) tells at which stress the
-wire flowed, by the same rod that ``winding`` bends; its rate tells how far the formula is off for this wire and coil.
+A sample is a coil that was wound on a mandrel, released and measured. Its mean diameter D is measured, or follows from
+the turns wound n and the coils left N, because the wire's length is constant: ``D = (D_mandrel + d) n / N``. The
+bending model of ``winding`` then gives the flow stress of the wire. The measured rate gives the error of the rate
+formula for this wire and coil.
 """
 
 from __future__ import annotations
@@ -14,14 +15,15 @@ from dataclasses import dataclass
 from synth.parts.coil_rate import RateForm, active_coils, rate
 from synth.spring.winding import mandrel_diameter
 
-FLOW_RANGE = (0.2, 2.0)  # of the tensile strength: beyond it the sample was not measured right
+FLOW_RANGE = (0.2, 2.0)  # of the tensile strength: a flow stress outside it means that a measurement is wrong
 
 
 @dataclass(frozen=True)
 class Sample:
-    """One wound coil: sizes m, ``turns`` wound on the mandrel, ``coils`` left when free, ``rate`` N m/rad.
+    """One wound coil: sizes in m, ``turns`` wound on the mandrel, ``coils`` left when free, ``rate`` in N m/rad.
 
-    ``mean`` is the free coil's mean diameter; None where only turns and coils were counted. ``legs`` to the load, m.
+    ``mean`` is the free coil's mean diameter; None if only turns and coils were counted. ``legs``: lengths from the
+    coil to the load, m.
     """
 
     mandrel: float
@@ -34,7 +36,7 @@ class Sample:
 
     @property
     def free_mean(self) -> float | None:
-        """Mean diameter of the free coil, m: as measured, else from the turns that became coils."""
+        """Mean diameter of the free coil, m: as measured, else from the numbers of turns and coils."""
         if self.mean is not None:
             return self.mean
         return None if self.turns is None else (self.mandrel + self.wire) * self.turns / self.coils
@@ -42,9 +44,9 @@ class Sample:
 
 @dataclass(frozen=True)
 class WindingCalibration:
-    """Factors on the wire's flow stress (its tensile strength) and on the rate; ``spread`` one SD of the latter.
+    """Factors on the wire's flow stress (nominally its tensile strength) and on the rate.
 
-    ``n_back`` and ``n_rate`` samples told them.
+    ``spread`` is one standard deviation of the rate factor. ``n_back`` and ``n_rate``: numbers of samples used.
     """
 
     spring_back: float = 1.0
@@ -58,9 +60,10 @@ UNCALIBRATED = WindingCalibration()
 
 
 def flow_factor(sample: Sample, modulus: float, strength: float) -> float | None:
-    """Flow stress over ``strength`` with which the sample's mandrel gives its free coil; None where none does.
+    """Flow stress over ``strength`` for which the sample's mandrel gives its free coil; None if none does.
 
-    By bisection: the harder the wire flows, the more it springs back and the thinner the mandrel for the same coil.
+    ``modulus`` and ``strength`` in Pa. By bisection: a higher flow stress means more spring-back, so the same coil
+    needs a thinner mandrel.
     """
     mean = sample.free_mean
     if mean is None or mean <= sample.mandrel + sample.wire:
@@ -80,7 +83,7 @@ def flow_factor(sample: Sample, modulus: float, strength: float) -> float | None
 
 
 def rate_factor(sample: Sample, modulus: float, form: RateForm = "bending") -> float | None:
-    """Measured rate over the formula's; None where rate or diameter were not measured."""
+    """Measured rate over the formula's for ``modulus`` Pa; None if rate or diameter were not measured."""
     mean = sample.free_mean
     if sample.rate is None or mean is None:
         return None
@@ -89,7 +92,7 @@ def rate_factor(sample: Sample, modulus: float, form: RateForm = "bending") -> f
 
 
 def calibrated(flows: Sequence[float], rates: Sequence[float]) -> WindingCalibration:
-    """Geometric means of the samples' factors; 1 where no sample tells one."""
+    """Geometric means of the samples' factors; 1 if no sample determines one."""
     logs = [math.log(value) for value in rates]
     middle = sum(logs) / len(logs) if logs else 0.0
     spread = math.sqrt(sum((x - middle) ** 2 for x in logs) / (len(logs) - 1)) if len(logs) > 1 else None

@@ -1,14 +1,15 @@
-"""The same spring by several codes: what each takes as stress, and how much of it each allows.
+"""Stress and allowable stress of a spring by several design codes.
 
-Codes differ in the curvature factor and in the strength that they start from, so a stress of one must not be held
-against the limit of another. Each pair here belongs together:
+Codes differ in the curvature factor and in the strength to which they refer. A stress by one code must therefore not be
+compared with the limit of another. The pairs are:
 
-- Shigley: inner-fibre factor Ki, a share of the least tensile strength of this wire (Mechanical Engineering Design,
-  section 10-12, table 10-6).
-- the spring makers' handbook (ODOP): factor (4C - 1)/(4C - 4) of stress relieved springs, their share of their law.
-- EN 13906-3: no factor for static load, 0.70 of the strength by EN 10270; for load that changes, the range with
-  q = (w + 0.07)/(w - 0.75), w = D/d. The fatigue diagrams that EN 13906-3 holds this range against could not be had;
-  the repeated-bending limits of Shigley's table 10-10 stand beside it (``fatigue``).
+- Shigley: inner-fibre factor Ki; allowable stress as a fraction of the minimum tensile strength of this wire
+  (Mechanical Engineering Design, section 10-12, table 10-6).
+- The spring makers' handbook (ODOP): factor (4C - 1)/(4C - 4) for stress-relieved springs; allowable stress as a
+  fraction of the handbook's own strength law.
+- EN 13906-3: no factor for static load; allowable stress 0.70 of the strength by EN 10270. For varying load the stress
+  range has the factor q = (w + 0.07)/(w - 0.75), w = D/d. The fatigue diagrams of EN 13906-3 for this range were not
+  available to us; fatigue is checked by the repeated-bending limits of Shigley's table 10-10 instead (``fatigue``).
 """
 
 from __future__ import annotations
@@ -24,15 +25,16 @@ from synth.units import quantity
 
 FORM: dict[str, CurvatureForm] = {"Shigley": "inner", "spring makers' handbook": "handbook", "EN 13906-3": "none"}
 
-# Winding leaves residual stresses that help a coil that closes and hurt one that opens. The handbook allows 100 % of
-# the strength closing where they are left in and 85 % where heat took them out (music wire): they are worth 15 points,
-# so opening has as much less, 70 of 85. Heat takes most of them out, so this is on the safe side.
+# Winding leaves residual stresses that reduce the stress of a coil that closes and add to that of one that opens. For
+# closing, the handbook allows 100 % of the strength with these stresses and 85 % after stress relief (music wire). They
+# are therefore worth 15 points, and opening is allowed 15 points less: 70 of 85. Heat treatment removes most of them,
+# so this is conservative.
 OPENING = (2.0 * 85.0 - 100.0) / 85.0
 
 
 @dataclass(frozen=True)
 class CodeCheck:
-    """One code's view: its ``stress`` at full travel and what it allows, Pa; ``source`` of the allowance."""
+    """The check by one code: ``stress`` at full travel and allowable stress, Pa; ``source`` of the allowable stress."""
 
     code: str
     stress: float
@@ -41,11 +43,11 @@ class CodeCheck:
 
     @property
     def safety(self) -> float:
-        """Allowed stress over stress."""
+        """Allowable stress over stress; infinite without stress."""
         return self.allowed / self.stress if self.stress > 0.0 else math.inf
 
     def as_json(self) -> dict[str, Any]:
-        """Every number beside its unit."""
+        """Every number with its unit, for a result file."""
         return {
             "code": self.code,
             "stress": quantity(self.stress, "MPa"),
@@ -56,7 +58,7 @@ class CodeCheck:
 
 
 def code_checks(allowables: Sequence[Allowable], moment: float, wire: float, mean: float) -> tuple[CodeCheck, ...]:
-    """Each code's stress under ``moment`` (N m) and what it allows."""
+    """Stress under ``moment`` (N m) and allowable stress by each code; diameters in m."""
     return tuple(
         CodeCheck(each.code, bending_stress(moment, wire, mean, FORM[each.code]), each.stress, each.source)
         for each in allowables
@@ -64,16 +66,17 @@ def code_checks(allowables: Sequence[Allowable], moment: float, wire: float, mea
 
 
 def dynamic_factor(index: float) -> float:
-    """``q = (w + 0.07) / (w - 0.75)``, w = D/d: the stress factor of EN 13906-3 for load that changes."""
+    """``q = (w + 0.07) / (w - 0.75)``, w = D/d: the stress factor of EN 13906-3 for varying load."""
     return (index + 0.07) / (index - 0.75)
 
 
 def surge_frequency(wire: float, mean: float, coils: float, modulus: float, density: float) -> float:
-    """Lowest frequency at which the coils swing by themselves between held ends, Hz.
+    """Lowest natural frequency of the coils between fixed ends, Hz.
 
-    A turn of the cross-section about the coil's axis runs along the wire as a wave: inertia ``rho A D^2/4`` a length,
-    stiffness ``E I``, so ``c = d/(2 D) sqrt(E/rho)``; over the wire's length ``pi D N``, both ends held, half a wave
-    fits: ``f = c / (2 pi D N) = d / (4 pi D^2 N) sqrt(E/rho)``. For steel 1260 d/(pi D^2 N) in metres, the handbooks'
-    form.
+    A rotation of the cross-section about the coil's axis travels along the wire as a wave. Its inertia per length is
+    ``rho A D^2/4`` and its stiffness ``E I``, so its speed is ``c = d/(2 D) sqrt(E/rho)``. In the first mode with both
+    ends fixed, the wire's length ``pi D N`` is half a wavelength:
+    ``f = c / (2 pi D N) = d / (4 pi D^2 N) sqrt(E/rho)``. For steel this is 1260 d/(pi D^2 N) with lengths in metres,
+    the form of the handbooks. Lengths in m, ``modulus`` in Pa, ``density`` in kg/m^3.
     """
     return wire / (4.0 * math.pi * mean**2 * coils) * math.sqrt(modulus / density)

@@ -1,4 +1,4 @@
-"""One torsion spring, evaluated: rate, stress, travel before yield, room, against what is wanted of it."""
+"""Evaluation of one torsion spring against its requirements: rate, stress, travel before yield, room."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from synth.parts.wire import WireMaterial
 from synth.spring import arms, codes, fatigue, space, stress, winding
 from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask, Violation
 
-SLACK = 1e-9  # relative: a limit reached exactly is kept
+SLACK = 1e-9  # relative: a limit that is reached exactly counts as kept despite rounding
 
 
 def check_spring(
@@ -32,28 +32,28 @@ def check_spring(
     Parameters
     ----------
     material
-        of the wire, from ``Catalogue.find_material``.
+        wire material, from ``Catalogue.find_material``.
     wire_diameter, mean_diameter
         m.
     body_coils
-        coils of the body.
+        number of coils of the body.
     task
         travel, legs and limits.
     included_angle
-        rad, where one is stated; one that the coils cannot have is a violation. Default: what the coils give.
+        rad, if stated; one that contradicts the coils is a violation. Default: the angle that the coils give.
     stated_rate
-        N m/rad, published or measured: moments are reckoned with it. Default: the bending form with the legs.
+        N m/rad, published or measured; moments are computed with it. Default: the bending form including the legs.
     count
-        how many stand in parallel.
+        number of equal springs in parallel.
 
     Raises
     ------
     UserError
-        If no modulus, strength, yield or density is known for this wire, or a size is impossible.
+        If the modulus, strength, yield or density of this wire is unknown, or a size is impossible.
     """
     if not (wire_diameter > 0.0 and mean_diameter > wire_diameter and body_coils > 0.0):
         raise UserError(
-            f"no coil has wire {wire_diameter * 1e3:.4g} mm, mean diameter {mean_diameter * 1e3:.4g} mm and "
+            f"no coil can have wire {wire_diameter * 1e3:.4g} mm, mean diameter {mean_diameter * 1e3:.4g} mm and "
             f"{body_coils:.4g} coils: the mean diameter must be above the wire's and the coils above 0"
         )
     wire = material.properties(wire_diameter)
@@ -126,7 +126,7 @@ def check_spring(
 
 
 def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violation]:
-    """The limits that a spring does not keep, each with its numbers."""
+    """The limits that a spring violates, each with its numbers."""
 
     def above(
         name: str, value: float, limit: float | None, shown: str, scale: float = 1e3, unit: str = " mm"
@@ -141,16 +141,16 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
     ) -> Iterator[Violation]:
         if limit is not None and value < limit * (1.0 - SLACK):
             excess = limit / value if value > 0.0 else math.inf
-            yield Violation(name, excess, f"{shown} {value * scale:.4g}{unit}, needed {limit * scale:.4g}{unit}")
+            yield Violation(name, excess, f"{shown} {value * scale:.4g}{unit}, required {limit * scale:.4g}{unit}")
 
     yield from above("stress", design.stress, design.allowed_stress, "stress", 1e-6, " MPa")
     opened, less = design.opening_stress, design.allowed_opening_stress
-    yield from above("stress", opened, less, "stress where it opens", 1e-6, " MPa")
-    if design.bend_radius is not None:  # a straight arm bears less than the coil
+    yield from above("stress", opened, less, "stress at the opening travel", 1e-6, " MPa")
+    if design.bend_radius is not None:  # a straight arm has less stress than the coil
         yield from above("arms", design.arm_stress, design.allowed_stress, "stress in the arms' bends", 1e-6, " MPa")
     if limits.cycles is not None:
         if design.life is None:
-            text = f"nothing is known of {design.material} wire in fatigue"
+            text = f"no fatigue data are known for {design.material} wire"
             yield Violation("fatigue", math.inf, text)
         else:
             factor = design.life.factor(limits.cycles)
@@ -175,7 +175,10 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
 
 
 def _lasting_travel(design: SpringDesign, cycles: float, factor: float) -> float:
-    """Winding travel (rad) that the spring bears so often, opening by as much as now but no further; by bisection."""
+    """Winding travel (rad) that the spring bears for ``cycles`` cycles with fatigue safety ``factor``.
+
+    The opening travel is that of the design, but not more than the winding travel. By bisection.
+    """
     assert design.life is not None
     per_angle = design.stress / max(design.travel, design.opening_travel)
     known = design.life
@@ -196,9 +199,9 @@ def _lasting_travel(design: SpringDesign, cycles: float, factor: float) -> float
 
 
 def travel_limit(design: SpringDesign, limits: SpringLimits) -> float:
-    """The largest winding travel, rad, at which stress, life, arbor and body length are kept; negative where none is.
+    """The largest winding travel, rad, within the limits on stress, life, arbor and body length; negative if none is.
 
-    Limits that do not depend on the travel are not looked at.
+    Limits that do not depend on the travel are not checked.
     """
     allowed = stress.moment_limit(design.allowed_stress, design.wire_diameter, design.mean_diameter)
     reckoned = design.moment / design.rate

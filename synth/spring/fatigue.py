@@ -1,8 +1,9 @@
-"""Fatigue of a torsion spring in repeated bending: Gerber's parabola about the strength for so many cycles.
+"""Fatigue of a torsion spring in repeated bending, by the Gerber criterion.
 
-Symbols as in Shigley, Mechanical Engineering Design, section 10-12 (eqs 10-57 to 10-60): Sr the greatest stress from
-zero that the wire bears so often (table 10-10, stress relieved, curvature factor in the stress), Se the amplitude that
-it would bear about zero, Sa the one that it bears along the load line, r = amplitude over mean.
+Symbols as in Shigley, Mechanical Engineering Design, section 10-12 (eqs 10-57 to 10-60). Sr is the largest stress,
+cycling from zero, that the wire bears for the number of cycles (table 10-10, stress relieved, with the curvature factor
+in the stress). Se is the endurance amplitude about zero mean stress. Sa is the amplitude at failure on the load line,
+and r the ratio of amplitude to mean.
 """
 
 from __future__ import annotations
@@ -15,10 +16,11 @@ from synth.parts.wire import Fatigue
 
 @dataclass(frozen=True)
 class Life:
-    """Stress amplitude and mean (Pa) of a spring, and for each life the amplitude that it bears over that which it has.
+    """Stress amplitude and mean (Pa) of a spring, and for each life its safety factor against fatigue.
 
-    ``repeated_1e5``, ``repeated_1e6``: stress from zero (Pa) that the wire bears so often. A factor of 1 or more: it
-    lasts so many cycles. Yield is checked by itself.
+    The factor is the amplitude at failure over the actual amplitude; with 1 or more the spring lasts that many cycles.
+    ``repeated_1e5``, ``repeated_1e6``: stress from zero (Pa) that the wire bears for so many cycles. Yield is checked
+    separately.
     """
 
     amplitude: float
@@ -30,11 +32,11 @@ class Life:
     source: str
 
     def repeated(self, cycles: float) -> float:
-        """Stress from zero that the wire bears up to 1e5, or up to 1e6 times."""
+        """Stress from zero (Pa) that the wire bears for 1e5 cycles, or for 1e6 if ``cycles`` is above 1e5."""
         return self.repeated_1e5 if cycles <= 1e5 else self.repeated_1e6
 
     def factor(self, cycles: float) -> float:
-        """The factor for up to 1e5, or up to 1e6 cycles."""
+        """The safety factor for 1e5 cycles, or for 1e6 if ``cycles`` is above 1e5."""
         return self.factor_1e5 if cycles <= 1e5 else self.factor_1e6
 
 
@@ -47,7 +49,7 @@ def endurance_about_zero(repeated: float, strength: float) -> float:
 def gerber_amplitude(endurance: float, strength: float, amplitude: float, mean: float) -> float:
     """Amplitude at failure on the load line through (mean, amplitude), Pa: ``Sa/Se + (Sm/Sut)^2 = 1`` (10-59).
 
-    Without a mean it is ``Se``; without an amplitude the wire fails at its strength, which is no matter of fatigue.
+    With zero mean stress it is ``Se``. With zero amplitude there is no fatigue: the wire fails at its strength.
     """
     if amplitude <= 0.0:
         return math.inf
@@ -59,7 +61,10 @@ def gerber_amplitude(endurance: float, strength: float, amplitude: float, mean: 
 
 
 def life(fatigue: Fatigue | None, strength: float, least: float, greatest: float) -> Life | None:
-    """Life under stress that goes between ``least`` and ``greatest`` (Pa, negative where the coil opens)."""
+    """Life under stress that cycles between ``least`` and ``greatest`` (Pa, negative where the coil opens).
+
+    None if ``fatigue`` is None: no fatigue data are known for the wire. ``strength``: tensile strength, Pa.
+    """
     if fatigue is None:
         return None
     amplitude, mean = (greatest - least) / 2.0, (greatest + least) / 2.0

@@ -1,4 +1,4 @@
-"""The files of ``synth spring``: the result, the solid, the sheet for winding it."""
+"""The output files of ``synth spring``: result, solid, winding sheet, request for quotation."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ FORMAT = '"format": "synth/spring/'  # near the start of every file that may be 
 
 
 def write_result(path: Path, content: Mapping[str, Any]) -> str:
-    """Write the JSON, whole or not at all; an earlier result is replaced, nothing else is.
+    """Write the JSON atomically. An earlier result is replaced, any other file is not.
 
     Raises
     ------
     UserError
-        If another file has that name or it cannot be written.
+        If a file of another kind has that name, or the file cannot be written.
     """
     name = str(path)
     try:
@@ -51,9 +51,9 @@ def write_result(path: Path, content: Mapping[str, Any]) -> str:
 def write_spring(
     spring: SpringDesign | None, content: Mapping[str, Any], folder: Path, shown: ShownUnits = METRIC
 ) -> None:
-    """Write ``spring.json`` and, where there is a spring, its sheets, its request for quotation and its solid.
+    """Write ``spring.json`` and, if there is a spring, its winding sheet, request for quotation and solid.
 
-    The solid is left out where its legs cannot be drawn: only tangent ones can.
+    Only springs with tangent legs can be drawn; for others the solid is left out.
     """
     write_json(folder / "spring.json", content)
     if spring is None:
@@ -68,7 +68,7 @@ def write_spring(
 
 
 def write_request(spring: SpringDesign, shown: ShownUnits, path: Path) -> None:
-    """Write the dimensioned drawing that a maker can quote from."""
+    """Write the dimensioned drawing for a spring maker's quotation."""
     from synth.cad.spring_request import SpringRequest, write_spring_request
 
     request = SpringRequest(
@@ -85,12 +85,12 @@ def write_request(spring: SpringDesign, shown: ShownUnits, path: Path) -> None:
 
 
 def write_solid(spring: SpringDesign, folder: Path) -> None:
-    """Draw the free spring, check the solid against its closed form, write ``spring.step`` and ``spring.stl``.
+    """Draw the free spring, check the solid's volume by its closed form, write ``spring.step`` and ``spring.stl``.
 
     Raises
     ------
     UserError
-        If it cannot be drawn, with the dimension.
+        If it cannot be drawn, with the dimension that prevents it.
     """
     from synth.cad import SpringDimensions
 

@@ -1,4 +1,4 @@
-"""A torsion spring as a result: what it is, what it does, which limits it breaks."""
+"""A torsion spring as a result: its dimensions, its properties, the limits that it violates."""
 
 from __future__ import annotations
 
@@ -16,40 +16,41 @@ from synth.spring.fatigue import Life
 from synth.spring.winding import WindingTolerance, mandrel_diameter, stress_relief, turns_on_mandrel
 from synth.units import quantity
 
-DESIGN_LIFE = 1e5  # full turns that a spring is designed for where nothing is asked and it can be had
-# Coils from which the ends and their tolerance hardly matter: of two coils the arms' attachment takes part of one, and
-# a tolerance of 10 deg on the free angle is 1.4 % of the rate, of three 0.9 %.
+DESIGN_LIFE = 1e5  # full-travel cycles; the default requirement, dropped if no spring reaches it
+# From this number of coils on, the ends and their tolerance hardly matter. With two coils the attachment of the arms
+# takes part of one, and a tolerance of 10 deg on the free angle is 1.4 % of the rate; with three coils it is 0.9 %.
 FEWEST_COILS = 3.0
 
 
 @dataclass(frozen=True)
 class SpringLimits:
-    """What a spring must keep to; lengths in m, None where there is no limit.
+    """The limits on a spring; lengths in m, None: no limit.
 
     Parameters
     ----------
     arbor_diameter
-        shaft inside the coil.
+        diameter of the shaft inside the coil.
     arbor_gap
-        part of the wound inside diameter that stays free around the arbor; vendors ask for about 10 %.
+        diametral clearance to the arbor at full travel, as a fraction of the wound inside diameter; vendors ask for
+        about 10 %.
     min_inside_diameter
         of the free coil.
     max_outer_diameter
-        of the coil when it is widest: free, or opened by ``opening_travel``.
+        of the coil at its widest: free, or opened by ``opening_travel``.
     max_body_length
-        of the coil at full travel, when it is longest.
+        of the coil at its longest: at full travel.
     index_range
         D/d: below 4 the wire cracks when wound, above 20 the coil does not hold its diameter (EN 13906-3).
     min_coils, max_coils
-        of the body. With less than 2 the theory does not hold (EN 13906-3). Designs have at least ``FEWEST_COILS``
-        where any such spring keeps the limits.
+        of the body. With fewer than 2 coils the theory does not hold (EN 13906-3). Designs have at least
+        ``FEWEST_COILS`` if any such spring keeps the limits.
     safety
-        yield over the allowed stress at full travel.
+        yield stress over the allowable stress at full travel.
     cycles, fatigue_safety
-        how often it must turn, 1e5 or 1e6 at most, and strength over stress for that; None: not asked, and
-        ``DESIGN_LIFE`` holds where it can be had.
+        required number of full-travel cycles, at most 1e6, and the fatigue safety factor (strength over stress) for it.
+        None: no life is required, and ``DESIGN_LIFE`` is preferred if a spring reaches it.
     bend_radius
-        inside radius of the bend where a radial or axial arm leaves the coil; None: as much as the wire's diameter.
+        inside radius of the bend where a radial or axial arm leaves the coil; None: equal to the wire diameter.
     """
 
     arbor_diameter: float | None = None
@@ -66,27 +67,27 @@ class SpringLimits:
     bend_radius: float | None = None
 
     def least_wound_inside(self) -> float | None:
-        """Wound inside diameter that leaves the arbor its gap, m."""
+        """Smallest wound inside diameter that keeps the clearance ``arbor_gap`` to the arbor, m."""
         return None if self.arbor_diameter is None else self.arbor_diameter / (1.0 - self.arbor_gap)
 
 
 @dataclass(frozen=True)
 class Violation:
-    """A limit that a spring does not keep; ``excess`` is how many times the limit it has (or the limit it)."""
+    """A limit that a spring violates; ``excess`` is the ratio of value and limit, above 1."""
 
     limit: str
     excess: float
     text: str
 
 
-# What a request for quotation asks for unless the buyer says otherwise. The tables of DIN 2194 could not be had, so no
-# figure of it is here; the tolerances that are given as numbers are those of Lee Spring and of the wire.
+# Quality grades in a request for quotation, unless the buyer states others. The tables of DIN 2194 were not available
+# to us, so none of its figures is here. The tolerances given as numbers are those of Lee Spring and of the wire.
 GRADE = {"standard": "DIN 2194", "torque": "2", "coil_diameter": "2", "leg_length": "2", "free_angle": "2"}
 
 
 @dataclass(frozen=True)
 class LoadPoint:
-    """A torque (N m) to measure at an angle (rad) from the free spring, and how far it may be off (N m)."""
+    """A torque (N m) to measure at an angle (rad) from the free position, and its tolerance ``within`` (N m)."""
 
     angle: float
     torque: float
@@ -103,13 +104,14 @@ class LoadPoint:
 
 @dataclass(frozen=True)
 class SpringDesign:
-    """A torsion spring and what it does. SI; angles in rad; ``travel`` winds the coil, ``opening_travel`` opens it.
+    """A torsion spring and its properties. SI units, angles in rad.
 
-    ``rate`` is the one that moments and stresses are reckoned with; ``rate_form`` the formula that it was designed by.
-    ``opening_stress`` is at the end of the opening travel, where less is allowed (``codes.OPENING``). ``codes`` has the
-    spring by other codes. ``surge_frequency`` is the coils' own, Hz. ``free_travel`` is from rest to yield of the inner
-    fibre, no safety in it. ``arm_stress`` is where an arm meets the coil, ``bend_radius`` that of its bend (None:
-    tangent arms have none). ``count`` such springs stand in parallel; every number is of one of them.
+    ``travel`` winds the coil, ``opening_travel`` opens it. Moments and stresses are computed with ``rate``;
+    ``rate_form`` is the formula by which it was designed. ``opening_stress`` is the stress at the end of the opening
+    travel, where less is allowed (``codes.OPENING``). ``codes`` has the checks by other codes. ``surge_frequency`` is
+    the lowest natural frequency of the coils, Hz. ``free_travel`` is the angle from the free position to yield of the
+    inner fibre, without a safety factor. ``arm_stress`` is the stress where an arm meets the coil, ``bend_radius`` the
+    radius of its bend (None for tangent arms). ``count`` such springs act in parallel; every number is for one of them.
     """
 
     material: str
@@ -162,7 +164,7 @@ class SpringDesign:
 
     @property
     def feasible(self) -> bool:
-        """Whether it keeps all limits."""
+        """Whether the spring keeps all limits."""
         return not self.violations
 
     @property
@@ -172,30 +174,30 @@ class SpringDesign:
 
     @property
     def arbor_clearance(self) -> float | None:
-        """Wound inside diameter less the arbor, m."""
+        """Diametral clearance to the arbor at full travel, m."""
         return None if self.arbor_diameter is None else self.wound_inside_diameter - self.arbor_diameter
 
     @property
     def mandrel_diameter(self) -> float:
-        """Where to begin, m: the coil that is wound on it springs back to the wanted one.
+        """Diameter of the mandrel for the first trial coil, m: its coil springs back to the mean diameter.
 
-        The wire flows at its tensile strength, times what wound samples said (``spring_back``).
+        The flow stress is the tensile strength times the factor from wound samples (``spring_back``).
         """
         flow = self.spring_back * self.tensile_strength
         return mandrel_diameter(self.mean_diameter, self.wire_diameter, self.elastic_modulus, flow)
 
     @property
     def stress_range_en(self) -> float:
-        """Stress range over the whole travel with the factor of EN 13906-3 for load that changes, Pa."""
+        """Stress range over the whole travel with the factor of EN 13906-3 for varying load, Pa."""
         moment = self.rate * (self.travel + self.opening_travel)
         return dynamic_factor(self.index) * 32.0 * moment / (math.pi * self.wire_diameter**3)
 
     @property
     def load_points(self) -> tuple[LoadPoint, LoadPoint]:
-        """Two angles at which to measure the torque, T1 and T2, and how far it may be off there.
+        """The two angles at which to measure the torque, T1 and T2, with its tolerance.
 
-        T2 at the full travel, T1 at a third of it, where the coils are clear of each other and of friction at rest. The
-        torque is off by the rate's tolerance; angles are counted from where the spring is free.
+        T2 is at the full travel. T1 is at a third of it, where the coils have separated and static friction between
+        them no longer acts. The tolerance is that of the rate; angles are from the free position.
         """
         return (self._load(self.travel / 3.0), self._load(self.travel))
 
@@ -205,20 +207,20 @@ class SpringDesign:
 
     @property
     def mandrel_turns(self) -> float:
-        """Turns on the mandrel that leave the coils of the body."""
+        """Turns to wind on the mandrel; spring-back leaves the body coils."""
         return turns_on_mandrel(self.mean_diameter, self.wire_diameter, self.body_coils, self.mandrel_diameter)
 
     @property
     def volume(self) -> float:
-        """Cylinder that the coil needs, m^3: widest times longest."""
+        """Volume of the cylinder that the coil needs, m^3: at its widest and its longest."""
         return math.pi / 4.0 * self.outer_diameter**2 * self.wound_body_length
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What to know before winding it, though no limit is broken."""
+        """Warnings that do not violate a limit, as sentences."""
         found: list[str] = []
         if self.strength_basis == "law":
-            found.append(f"strength by a fitted law, no maker's table has {self.wire_diameter * 1e3:.4g} mm wire")
+            found.append(f"strength by a fitted law: no maker's table lists {self.wire_diameter * 1e3:.4g} mm wire")
         if self.life is not None and self.safety >= 1.0 and self.life.factor_1e5 < 1.0:
             text = (
                 f"it may break before 100 000 full turns: strength over stress is {self.life.factor_1e5:.2f} (Gerber)"
@@ -226,15 +228,15 @@ class SpringDesign:
             found.append(decisive(text))
         low = [check for check in self.codes if check.safety < 1.0 <= self.safety]
         found += [
-            f"{check.code} would allow {check.allowed / 1e6:.0f} MPa where it reckons {check.stress / 1e6:.0f} MPa"
+            f"{check.code} allows {check.allowed / 1e6:.0f} MPa, its stress formula gives {check.stress / 1e6:.0f} MPa"
             for check in low
         ]
         if self.body_coils < 2.0:
-            found.append(f"{self.body_coils:.3g} coils are under the 2 from which the theory holds (EN 13906-3)")
+            found.append(f"{self.body_coils:.3g} coils; the theory holds for 2 or more (EN 13906-3)")
         return tuple(found)
 
     def as_json(self) -> dict[str, Any]:
-        """Every number beside its unit, for a result file."""
+        """Every number with its unit, for a result file."""
         lengths = ("wire_diameter", "mean_diameter", "outer_diameter", "inside_diameter", "wound_inside_diameter",
                    "body_length", "wound_body_length", "wire_length", "arbor_diameter", "arbor_clearance")  # fmt: skip
         stresses = ("stress", "allowed_stress", "yield_stress", "tensile_strength")
@@ -272,7 +274,7 @@ class SpringDesign:
         }
 
     def _lasting(self) -> dict[str, Any]:
-        """Tolerances, fatigue, arms and mandrel, beside their units."""
+        """Tolerances, fatigue, arms and mandrel, with their units."""
         plus, force = self.tolerance, arm_force(self.moment, self.leg_lengths[0])
         written: dict[str, Any] = {
             "tolerance": {
@@ -309,7 +311,7 @@ class SpringDesign:
 
 @dataclass(frozen=True)
 class SpringTask:
-    """Travel, legs and hand of a spring: what holds for every candidate."""
+    """The requirements that are the same for every candidate: travel, legs, limits, hand, rate formula, calibration."""
 
     travel: float
     opening_travel: float = 0.0

@@ -1,4 +1,4 @@
-"""Bending stress of a torsion spring, and how far it turns before it yields.
+"""Bending stress of a torsion spring, and its travel before yield.
 
 Symbols as in Shigley, Mechanical Engineering Design, section 10-12: C = D/d is the spring index.
 """
@@ -17,10 +17,10 @@ def spring_index(mean_diameter: float, wire_diameter: float) -> float:
 
 
 def curvature_factor(index: float, form: CurvatureForm = "inner") -> float:
-    """How much the curvature of the wire raises the bending stress.
+    """Curvature correction factor of the bending stress.
 
     ``inner``, ``outer``: Ki, Ko of Wahl, Shigley eq. 10-43. ``handbook``: (4C - 1)/(4C - 4), the spring makers'
-    handbooks. ``none``: 1, as they do for wire that is not stress relieved.
+    handbooks. ``none``: 1, which the handbooks use for wire that is not stress relieved.
 
     Raises
     ------
@@ -37,16 +37,16 @@ def curvature_factor(index: float, form: CurvatureForm = "inner") -> float:
 
 
 def bending_stress(moment: float, wire_diameter: float, mean_diameter: float, form: CurvatureForm = "inner") -> float:
-    """``K 32 M / (pi d^3)``, Pa (Shigley eq. 10-44)."""
+    """``K 32 M / (pi d^3)``, Pa (Shigley eq. 10-44); ``moment`` in N m, diameters in m."""
     factor = 1.0 if form == "none" else curvature_factor(spring_index(mean_diameter, wire_diameter), form)
     return factor * 32.0 * moment / (math.pi * wire_diameter**3)
 
 
 def moment_limit(stress: float, wire_diameter: float, mean_diameter: float, form: CurvatureForm = "inner") -> float:
-    """The moment, N m, that brings the wire to ``stress`` Pa."""
+    """The moment, N m, at which the bending stress is ``stress`` Pa; diameters in m."""
     return stress / bending_stress(1.0, wire_diameter, mean_diameter, form)
 
 
 def free_travel(stress: float, spring_rate: float, wire_diameter: float, mean_diameter: float) -> float:
-    """How far the spring turns from rest until its inner fibre reaches ``stress``, rad."""
+    """Angle from the free position at which the inner fibre reaches ``stress`` Pa, rad; rate in N m/rad, sizes in m."""
     return moment_limit(stress, wire_diameter, mean_diameter) / spring_rate

@@ -1,10 +1,10 @@
-"""What the one who winds a spring needs: tolerance, mandrel, turns on it, heat, and the hand that work closes.
+"""Data for winding a spring: tolerances, mandrel, turns on it, stress relief, and the hand of the coil.
 
 Spring-back: wire bent to the radius R_m around the mandrel relaxes elastically, ``1/R_m - 1/R = M/(E I)`` with M the
-moment that bent it. For round wire that yields at the stress s everywhere but in a core of c times its radius,
+bending moment. Round wire of radius r yields at the stress s except in an elastic core of radius c r. Its moment is
 ``M = 4 s r^3 { [asin c - c sqrt(1 - c^2)(1 - 2 c^2)] / (8 c) + (1 - c^2)^(3/2) / 3 }`` (bending of an elastic,
-perfectly plastic rod), which for a thin core is the handbook form ``1/D_m = 1/D + 1.7 s/(E d)``. Hard-drawn wire flows
-near its tensile strength. The mandrel so found is where to begin, not where to end.
+perfectly plastic rod). For a thin core this is the handbook form ``1/D_m = 1/D + 1.7 s/(E d)``. Hard-drawn wire yields
+near its tensile strength. The resulting mandrel is for a first trial coil and must be corrected by its measurement.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from dataclasses import dataclass
 
 from synth.parts.part_tolerance import free_angle_tolerance
 
-# Outer diameter up to, mm -> plus or minus mm, as Lee Spring keeps it: http://www.leespring.com/torsion_tol.asp
+# Outer diameter up to, mm -> plus or minus mm, the tolerance of Lee Spring: http://www.leespring.com/torsion_tol.asp
 OUTER = (
     (3.17, 0.10), (5.08, 0.13), (7.62, 0.18), (10.41, 0.26), (12.70, 0.33), (17.78, 0.38), (22.23, 0.51), (28.58, 0.64),
     (30.94, 0.76), (31.75, 0.89),
 )  # fmt: skip
-OUTER_BEYOND = OUTER[-1][1] / OUTER[-1][0]  # as a share, where the list ends
+OUTER_BEYOND = OUTER[-1][1] / OUTER[-1][0]  # relative tolerance beyond the end of the list
 
-# Wire -> oven temperature in degC, minutes, what the coil does in it (spring makers' practice, SMI handbook).
+# Wire -> oven temperature in degC, minutes, change of the coil (spring makers' practice, SMI handbook).
 RELIEF = {
     "music wire": (230, 30, "shrinks a little in diameter and winds up"),
     "hard drawn": (230, 30, "shrinks a little in diameter and winds up"),
@@ -34,7 +34,7 @@ RELIEF = {
 
 @dataclass(frozen=True)
 class WindingTolerance:
-    """Plus or minus: diameters m, ``coils``, ``rate`` as a share, ``free_angle`` rad."""
+    """Tolerances, plus or minus: diameters in m, ``coils`` as a number, ``rate`` relative, ``free_angle`` in rad."""
 
     wire_diameter: float
     mean_diameter: float
@@ -44,7 +44,10 @@ class WindingTolerance:
 
 
 def winding_tolerance(wire: float, mean: float, coils: float, wire_tolerance: float) -> WindingTolerance:
-    """What wire and coil leave open: ``dk/k = sqrt((4 dd/d)^2 + (dD/D)^2 + (dN/N)^2)``, from ``k ~ d^4/(D N)``."""
+    """Tolerance of a wound spring; of the rate ``dk/k = sqrt((4 dd/d)^2 + (dD/D)^2 + (dN/N)^2)``, as k ~ d^4/(D N).
+
+    Diameters and ``wire_tolerance`` in m.
+    """
     outer = (mean + wire) * 1e3
     off = next((plus for most, plus in OUTER if outer <= most), OUTER_BEYOND * outer) * 1e-3
     angle = free_angle_tolerance(coils)
@@ -54,7 +57,7 @@ def winding_tolerance(wire: float, mean: float, coils: float, wire_tolerance: fl
 
 
 def plastic_moment(core: float) -> float:
-    """Bending moment of a round rod over ``s r^3``, whose elastic core is ``core`` (0 to 1) of its radius r."""
+    """Bending moment of a round rod over ``s r^3``; ``core`` (0 to 1): radius of the elastic core over the rod's r."""
     if core <= 0.0:
         return 4.0 / 3.0
     root = math.sqrt(max(0.0, 1.0 - core**2))
@@ -65,7 +68,7 @@ def plastic_moment(core: float) -> float:
 def mandrel_diameter(mean: float, wire: float, modulus: float, flow_stress: float) -> float:
     """Diameter of the mandrel (m) whose coil springs back to the mean diameter ``mean``.
 
-    Bisection on the wound curvature: what it relaxes to grows with it.
+    Lengths in m, stresses in Pa. Bisection on the wound curvature: the relaxed curvature increases with it.
     """
     radius, inertia = wire / 2.0, math.pi * wire**4 / 64.0
 
@@ -82,12 +85,12 @@ def mandrel_diameter(mean: float, wire: float, modulus: float, flow_stress: floa
 
 
 def turns_on_mandrel(mean: float, wire: float, coils: float, mandrel: float) -> float:
-    """Turns to wind so that ``coils`` are left after spring-back: the wire's length stays, ``N D / D_m``."""
+    """Turns to wind so that ``coils`` are left after spring-back; the wire's length is constant: ``N D / D_m``."""
     return coils * mean / (mandrel + wire)
 
 
 def stress_relief(material: str) -> str | None:
-    """What to do in the oven, None for a wire of which it is not known."""
+    """The heat treatment as a sentence; None for a wire without data."""
     if material not in RELIEF:
         return None
     celsius, minutes, does = RELIEF[material]
@@ -95,8 +98,9 @@ def stress_relief(material: str) -> str | None:
 
 
 def hand_for(closes_clockwise: bool) -> str:
-    """The hand whose coil is wound up when the far leg turns clockwise against the near one, seen from the near end.
+    """The hand of the coil that is wound up by the load, ``right`` or ``left``.
 
-    A right-hand helix goes away from the viewer clockwise, so turning its far end on clockwise adds to its turns.
+    ``closes_clockwise``: whether the load turns the far leg clockwise relative to the near one, seen from the near end.
+    A right-hand helix recedes clockwise from the viewer, so turning its far end clockwise adds turns.
     """
     return "right" if closes_clockwise else "left"

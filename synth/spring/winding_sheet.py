@@ -1,4 +1,4 @@
-"""What the one who winds a spring, and the one who quotes for it, needs: as text."""
+"""The winding sheet of a spring and its request for quotation, as text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from synth.spring.winding import stress_relief
 
 
 def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
-    """What the one who winds the spring needs, as text."""
+    """The winding sheet: all data to wind and check the spring."""
     sense = "clockwise" if spring.hand == "right" else "counter-clockwise"
     closing, opening = math.degrees(spring.travel), math.degrees(spring.opening_travel)
     lines = [
@@ -39,7 +39,7 @@ def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
         "To check it: torque at the leg against the angle from rest",
         f"angle [deg]  torque [{shown.unit('N*m')}]",
         *(f"{angle:<11}  {torque}" for angle, torque in _torques(spring, shown)),
-        "Where the coils rub on each other it may come out softer, "
+        "Friction between the coils may make the rate softer: "
         f"{shown.value(spring.rate_friction_form, 'N*m/rad'):.4g} {shown.unit('N*m/rad')} instead of",
         f"{shown.text(spring.rate_bending_form, 'N*m/rad')}.",
         "",
@@ -54,7 +54,7 @@ def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
 
 
 def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC) -> list[str]:
-    """The words of a request for quotation: what to make, what to measure, and how far it may be off."""
+    """The text of a request for quotation: dimensions, quantities to measure, tolerances."""
     plus = spring.tolerance
     a_degree = f"{spring.rate * 1e3 * math.radians(1.0):.4g} N*mm/deg"
     if shown.system == "inch":
@@ -78,17 +78,17 @@ def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC) -> list[str]
         f"Works {math.degrees(spring.travel):.4g} deg closing, {math.degrees(spring.opening_travel):.4g} deg opening",
     ]
     if spring.arbor_diameter is not None:
-        lines.append(f"Over an arbor of {shown.text(spring.arbor_diameter, 'm')}, which it must not grip")
+        lines.append(f"Arbor: {shown.text(spring.arbor_diameter, 'm')}; the coil must not bind on it")
     return [
         *lines,
-        f"Stress relief: {stress_relief(spring.material) or 'as the maker of the wire says'}",
-        f"Quality: {GRADE['standard']}, grade {GRADE['torque']}, where the figures above do not say more",
+        f"Stress relief: {stress_relief(spring.material) or 'as the wire manufacturer specifies'}",
+        f"Quality: {GRADE['standard']}, grade {GRADE['torque']}, unless the figures above are tighter",
         "Drawn in mm, free, seen from the near end and from the side.",
     ]
 
 
 def _size(length: float, shown: ShownUnits) -> str:
-    """A size that is measured with a calliper."""
+    """A length with the resolution of a calliper."""
     return shown.text(length, "m", ".4f" if shown.system == "inch" else ".2f")
 
 
@@ -97,17 +97,17 @@ def _long(length: float, shown: ShownUnits) -> str:
 
 
 def _codes(spring: SpringDesign, shown: ShownUnits) -> list[str]:
-    """The spring by each code, its stress where it opens, how it lasts and how fast its coils swing."""
+    """Stress by each code, stress at the opening travel, fatigue life and natural frequency of the coils."""
     lines = [f"By {code_line(check, shown)}" for check in spring.codes]
     if spring.opening_travel > 0.0:
         opened = _stress(spring.opening_stress, spring.allowed_opening_stress, shown)
-        lines.append(f"Opening: {opened}, less since winding's own stresses then hurt")
+        lines.append(f"Opening: {opened}; less than for closing, because residual winding stresses add to the load")
     span = shown.text(spring.stress_range_en, "Pa", ".0f")
     lines.append(f"Stress range of EN 13906-3 over the whole travel: {span}")
     if spring.life is not None:
         one, ten = spring.life.factor_1e5, spring.life.factor_1e6
         lines.append(f"Strength over stress (Gerber): {one:.2f} for 100 000 full turns, {ten:.2f} for a million")
-    lines.append(f"Coils swing by themselves at {spring.surge_frequency:.0f} Hz: keep the drive well below")
+    lines.append(f"Natural frequency of the coils {spring.surge_frequency:.0f} Hz: keep the drive well below it")
     lines.append(f"Quality: DIN 2194, grade {GRADE['torque']} for torque, legs, free angle and diameter")
     return lines
 
@@ -122,11 +122,11 @@ def _workshop(spring: SpringDesign, shown: ShownUnits) -> list[str]:
     plus, angle = spring.tolerance, math.degrees(spring.tolerance.free_angle)
     return [
         f"Mandrel: begin with {_size(spring.mandrel_diameter, shown)} and {spring.mandrel_turns:.2f} turns. Wires",
-        "differ in spring-back: wind a trial coil, measure its inside diameter when free and change the mandrel by as",
-        "much as it is off.",
-        f"Heat: {stress_relief(spring.material) or 'relieve stress as the maker of the wire says'}.",
+        "differ in spring-back: wind a trial coil, measure its inside diameter when free and correct the mandrel by",
+        "the error.",
+        f"Heat: {stress_relief(spring.material) or 'relieve stress as the wire manufacturer specifies'}.",
         "",
-        f"Within: wire {shown.text(plus.wire_diameter, 'm', '.3g')}, mean diameter "
+        f"Tolerances: wire {shown.text(plus.wire_diameter, 'm', '.3g')}, mean diameter "
         f"{shown.text(plus.mean_diameter, 'm', '.2g')}, free angle {angle:.2g} deg, plus or minus; the rate",
         f"then is within {plus.rate:.1%}. It changes by 1 % for each 1 % of the mean diameter or of the coils, and by",
         "4 % for each 1 % of the wire's diameter: measure the wire.",
@@ -134,7 +134,7 @@ def _workshop(spring: SpringDesign, shown: ShownUnits) -> list[str]:
 
 
 def code_line(check: CodeCheck, shown: ShownUnits) -> str:
-    """The stress by one code beside what it allows."""
+    """The stress by one code and its allowable stress."""
     return f"{check.code}: {_stress(check.stress, check.allowed, shown)} allowed, safety {check.safety:.2f}"
 
 

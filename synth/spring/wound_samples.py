@@ -1,9 +1,10 @@
-"""Wound samples as a table, and what they say as a file.
+"""The table of wound samples, and the file of the calibration that follows from them.
 
-``SAMPLES.csv``, a row a coil that was wound and measured: ``mandrel [mm],wire [mm],turns [1],coils [1],
-outer_diameter [mm],free_angle [deg],rate [N*m/rad],leg_length [mm]``, in any unit of the same kind. Needed are mandrel,
-wire and coils (of the free body), and either ``turns`` (wound on the mandrel) or ``outer_diameter`` (of the free coil).
-``free_angle`` between tangent legs settles the fraction of the coils; ``rate`` is measured at ``leg_length``.
+``SAMPLES.csv`` has one row per coil that was wound and measured: ``mandrel [mm],wire [mm],turns [1],coils [1],
+outer_diameter [mm],free_angle [deg],rate [N*m/rad],leg_length [mm]``, in any unit of the same dimension. Required are
+mandrel, wire and coils (of the free body), and either ``turns`` (wound on the mandrel) or ``outer_diameter`` (of the
+free coil). ``free_angle`` between tangent legs determines the fraction of the coils; ``rate`` is measured at
+``leg_length``.
 """
 
 from __future__ import annotations
@@ -29,8 +30,8 @@ COLUMNS = {
     "rate": "N*m/rad", "leg_length": "m",
 }  # fmt: skip
 NEEDED = ("mandrel", "wire", "coils")
-LARGEST = 1_000_000  # bytes of either file
-HALF = 0.5  # a counted number of coils is moved to the fraction that the free angle gives, by less than this
+LARGEST = 1_000_000  # bytes; upper limit of either file
+HALF = 0.5  # coils; the free angle's fraction corrects a counted number of coils by less than this
 
 
 def read_samples(path: Path) -> tuple[Sample, ...]:
@@ -38,13 +39,13 @@ def read_samples(path: Path) -> tuple[Sample, ...]:
 
     Raises
     ------
-    UserError : with every bad header and cell.
+    UserError : with every invalid header and cell.
     """
     name = str(path)
-    data = read_bytes(path, LARGEST, "a row a coil that was wound")
+    data = read_bytes(path, LARGEST, "one row per wound coil")
     lines = [(line, row) for line, row in csv_rows(data, name) if any(cell.strip() for cell in row)]
     if len(lines) < 2:
-        raise UserError(Problem("holds no sample; the first line holds the headers, name [unit]", name))
+        raise UserError(Problem("has no sample; the first line must have the headers, name [unit]", name))
     columns = _columns(lines[0][1], name)
     samples, problems = [], []
     for number, cells in lines[1:]:
@@ -58,7 +59,7 @@ def read_samples(path: Path) -> tuple[Sample, ...]:
 
 
 def _columns(titles: Sequence[str], name: str) -> dict[str, tuple[int, float]]:
-    """Place and scale of each known column."""
+    """Index and factor to SI of each known column."""
     columns: dict[str, tuple[int, float]] = {}
     problems = []
     for index, title in enumerate(titles):
@@ -89,7 +90,7 @@ def _values(cells: Sequence[str], columns: Mapping[str, tuple[int, float]]) -> d
         try:
             value = float(text) * scale
         except ValueError:
-            raise ValueError(f'{column}: "{text}" is not a number; the unit stands in the header') from None
+            raise ValueError(f'{column}: "{text}" is not a number; the unit belongs in the header') from None
         if not (math.isfinite(value) and (value > 0.0 or column in ("free_angle", "leg_length"))):
             raise ValueError(f'{column}: "{text}" must be above 0')
         found[column] = value
@@ -97,7 +98,7 @@ def _values(cells: Sequence[str], columns: Mapping[str, tuple[int, float]]) -> d
 
 
 def _sample(values: Mapping[str, float]) -> Sample:
-    """One row as a sample; ValueError says what is missing or cannot be."""
+    """One row as a sample; ValueError for a missing or impossible value."""
     for needed in NEEDED:
         if needed not in values:
             raise ValueError(f"no {needed}")
@@ -111,9 +112,9 @@ def _sample(values: Mapping[str, float]) -> Sample:
     if "outer_diameter" in values:
         mean = values["outer_diameter"] - values["wire"]
         if mean <= values["mandrel"]:
-            raise ValueError("outer_diameter is that of a coil tighter than its mandrel; a free coil is wider")
+            raise ValueError("outer_diameter gives a free coil smaller than its mandrel; a free coil is larger")
     elif "turns" not in values:
-        raise ValueError("neither turns (wound on the mandrel) nor outer_diameter (of the free coil) is given")
+        raise ValueError("turns (wound on the mandrel) or outer_diameter (of the free coil) is required")
     leg = values.get("leg_length", 0.0)
     return Sample(
         values["mandrel"], values["wire"], coils, values.get("turns"), mean, values.get("rate"), (leg, leg)
@@ -121,11 +122,11 @@ def _sample(values: Mapping[str, float]) -> Sample:
 
 
 def calibration_of(samples: Sequence[Sample], material: WireMaterial, form: RateForm) -> WindingCalibration:
-    """What the samples say of a wire.
+    """The calibration of a wire from its samples.
 
     Raises
     ------
-    UserError : no sample tells anything, because every one contradicts itself.
+    UserError : no sample gives a factor, because every one contradicts itself.
     """
     flows, rates = [], []
     for sample in samples:
@@ -136,13 +137,13 @@ def calibration_of(samples: Sequence[Sample], material: WireMaterial, form: Rate
             rates.append(ratio)
     if not flows and not rates:
         raise UserError(
-            "no sample tells spring-back or rate: a free coil must be wider than its mandrel, and a rate be measured"
+            "no sample gives spring-back or rate: a free coil must be larger than its mandrel, or a rate be measured"
         )
     return calibrated(flows, rates)
 
 
 def calibration_json(found: WindingCalibration, material: str, source: str, formula: str) -> dict[str, Any]:
-    """The content of the file."""
+    """The content of the calibration file."""
     return {
         "format": FORMAT,
         "material": material,
@@ -158,14 +159,14 @@ def calibration_json(found: WindingCalibration, material: str, source: str, form
 
 
 def read_calibration(path: Path) -> WindingCalibration:
-    """Read such a file.
+    """Read a calibration file.
 
     Raises
     ------
-    UserError : it cannot be read or is none.
+    UserError : the file cannot be read or is not a calibration.
     """
     try:
-        content = json.loads(read_bytes(path, LARGEST, "a calibration has a dozen lines").decode("utf-8"))
+        content = json.loads(read_bytes(path, LARGEST, "a calibration file has a dozen lines").decode("utf-8"))
         if content["format"] != FORMAT:
             raise KeyError("format")
         back, rate = content["spring_back"], content["rate"]
@@ -177,5 +178,5 @@ def read_calibration(path: Path) -> WindingCalibration:
     except UserError as error:
         raise UserError([Problem(one.text, one.file, key="--calibration") for one in error.problems]) from None
     except (ValueError, KeyError, TypeError, RecursionError) as error:
-        text = f"is no result of synth spring calibrate ({error})"
+        text = f"is not a result of synth spring calibrate ({error})"
         raise UserError(Problem(text, str(path), key="--calibration")) from None

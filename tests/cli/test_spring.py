@@ -226,7 +226,10 @@ def test_every_mistake_at_once(capsys: pytest.CaptureFixture[str]) -> None:
         ([*WISH, "--out", "/proc/spring"], "/proc/spring: cannot be written"),
         ([*WISH, "--catalog", "my.csv"], "my.csv: does not exist"),
         (["--rate", "1 N*m/rad", "--travel", "20 deg", "--included-angle", "359 deg", "--out", "o"], "cannot be drawn"),
-        (["--wire-diameter", "2 mm", "--mean-diameter", "1 mm", "--coils", "4", "--travel", "1 deg"], "no coil has"),
+        (
+            ["--wire-diameter", "2 mm", "--mean-diameter", "1 mm", "--coils", "4", "--travel", "1 deg"],
+            "no coil can have",
+        ),
         (["--wire-diameter", "9 m", "--mean-diameter", "90 m", "--coils", "4", "--travel", "1 deg"], "no strength"),
     ],
 )
@@ -364,7 +367,7 @@ def test_wound_samples_correct_mandrel_and_rate(tmp_path: Path) -> None:
     ("line", "said"),
     [
         ("10,2,5,5.25,abc", "is not a number"),
-        ("10,2,,5.25,", "neither turns"),
+        ("10,2,,5.25,", "or outer_diameter (of the free coil) is required"),
         (",2,5,5.25,", "no mandrel"),
     ],
 )

@@ -14,9 +14,11 @@ from synth.parts import coil_angle
 from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import active_coils, coil_product, mean_diameter_for, rate
 from synth.spring import space, stress
-from synth.spring.design import NEARLY_AS_LIGHT, SpringWish, candidates, design_spring, lasts
+from synth.spring.design import design_spring
 from synth.spring.evaluate import check_spring, travel_limit
 from synth.spring.spring_result import FEWEST_COILS, SpringDesign, SpringLimits, SpringTask
+from synth.spring.spring_search import NEARLY_AS_LIGHT, candidates, lasts
+from synth.spring.spring_wish import SpringWish
 
 KNEE_LIMITS = SpringLimits(max_outer_diameter=0.03175, max_body_length=0.03175)
 

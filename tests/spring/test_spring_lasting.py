@@ -12,9 +12,11 @@ from hypothesis import strategies as some
 from synth.errors import UserError
 from synth.parts.catalogs import Catalogue
 from synth.spring import fatigue, winding
-from synth.spring.design import ENDLESS, SpringWish, candidates, design_spring, lasting
+from synth.spring.design import design_spring
 from synth.spring.evaluate import check_spring, travel_limit
 from synth.spring.spring_result import SpringLimits, SpringTask
+from synth.spring.spring_search import ENDLESS, candidates, endurance
+from synth.spring.spring_wish import SpringWish
 
 
 @pytest.fixture(scope="module")
@@ -75,11 +77,11 @@ class TestFatigue:
         result = design_spring(asked, catalogue)
         assert result.best is not None
         every = [each for each in candidates(asked, catalogue.find_material("music")) if each.feasible]
-        assert lasting(result.best) == max(lasting(each) for each in every)
+        assert endurance(result.best) == max(endurance(each) for each in every)
         lightest = design_spring(SpringWish(1.7, math.radians(60), limits=asked.limits), catalogue).best
         assert lightest is not None
-        assert lasting(result.best) > lasting(lightest)
-        assert lasting(result.best) <= ENDLESS
+        assert endurance(result.best) > endurance(lightest)
+        assert endurance(result.best) <= ENDLESS
 
     def test_wire_of_which_no_fatigue_is_known_is_refused(self, catalogue: Catalogue) -> None:
         task = SpringTask(0.5, limits=SpringLimits(cycles=1e5))

@@ -1,4 +1,4 @@
-"""What the fit leaves open reaches the choice of parts: drawn legs, and sets held against them."""
+"""The uncertainty of the fit reaches the choice of parts: drawn legs, and sets compared with them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from fit.simulated_legs import Rig, bare, recorded, releases, robot
 from fit.test_static_points import OVERDAMPED
-from synth.design.choice_robustness import ChoiceRobustness, told
+from synth.design.choice_robustness import ChoiceRobustness, choice_robustness
 from synth.design.response import WantedResponse
 from synth.design.stages import releases as released
 from synth.fit.draws import DRAWS
@@ -62,7 +62,7 @@ def test_bootstrap_refits_are_the_draws_where_there_are_any() -> None:
 
 def test_a_set_that_moves_as_wanted_is_the_best_whatever_the_fit_leaves_open() -> None:
     fit, wanted = fit_of(robot(), 0.2)
-    found = told(wanted, fit, [fit.leg, stiffer(fit.leg, "knee", 1.3)])
+    found = choice_robustness(wanted, fit, [fit.leg, stiffer(fit.leg, "knee", 1.3)])
     assert found is not None
     assert found.best.tolist() == [1.0, 0.0]
     assert found.errors[0] == pytest.approx(found.wanted, rel=1e-4)  # the first set is the fitted leg itself
@@ -74,17 +74,17 @@ def test_a_set_that_moves_as_wanted_is_the_best_whatever_the_fit_leaves_open() -
     assert low <= written["chosen"]["value"] <= high
 
 
-def test_two_sets_that_the_trials_do_not_tell_apart_are_said_to_hang_on_them() -> None:
+def test_two_sets_that_the_trials_do_not_tell_apart_give_a_warning() -> None:
     fit, wanted = fit_of(robot(), 0.5)
     sets = [stiffer(fit.leg, "knee", factor) for factor in (0.97, 1.03, 1.0)]
-    found = told(wanted, fit, sets)
+    found = choice_robustness(wanted, fit, sets)
     assert found is not None
     assert found.best[0] < 0.5
     assert found.warning is not None
-    assert "hangs on what the trials leave open" in found.warning
+    assert "depends on the uncertainty of the fit" in found.warning
 
 
 def test_without_draws_nothing_is_said() -> None:
     fit, wanted = fit_of(robot(), 0.2)
-    assert told(wanted, replace(fit, drawn=()), [fit.leg]) is None
+    assert choice_robustness(wanted, replace(fit, drawn=()), [fit.leg]) is None
     assert ChoiceRobustness(np.array([[1.0, 2.0]]), np.array([1.0, 2.0])).warning is None

@@ -1,0 +1,138 @@
+"""If no spring keeps all limits: which limits prevent it, and the nearest springs that can be made instead."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from synth.parts.catalogs import Catalogue
+from synth.parts.wire import WireMaterial
+from synth.spring.codes import OPENING
+from synth.spring.evaluate import travel_limit
+from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
+from synth.spring.spring_search import candidates, describe, ranked, worst_excess
+from synth.spring.spring_wish import SpringWish
+
+ROOM = frozenset({"outer_diameter", "body_length"})  # limits that more room in the joint would lift
+OTHER_MATERIALS = ("oil tempered", "chrome vanadium", "chrome silicon")  # sold thicker or stronger than music wire
+MOST_IN_PARALLEL = 4  # springs side by side: a joint has room for no more
+LEAST_TRAVEL = math.radians(1.0)  # rad; a request for less is most likely a mistake of units
+
+
+@dataclass(frozen=True)
+class NearestSpring:
+    """A spring that can be made but does not meet one requirement; ``kind`` and ``text`` name that requirement."""
+
+    kind: Literal["more_room", "parallel", "smaller_travel", "other_material"]
+    text: str
+    design: SpringDesign
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry in a result."""
+        return {"kind": self.kind, "text": self.text, "make": self.design.as_json()}
+
+
+def nearest_lasting(wish: SpringWish, material: WireMaterial, catalogue: Catalogue) -> list[NearestSpring]:
+    """The nearest springs that last the design life: with more room, several in parallel, or a smaller travel."""
+    lasting = replace(wish, limits=replace(wish.limits, cycles=DESIGN_LIFE))
+    return nearest_springs(list(candidates(lasting, material)), lasting, material, catalogue)
+
+
+def nearest_springs(
+    found: list[SpringDesign], wish: SpringWish, material: WireMaterial, catalogue: Catalogue
+) -> list[NearestSpring]:
+    """What can be made instead: with more room, in parallel, with a smaller travel, of another material.
+
+    ``found``: the candidates for ``wish``, of which none keeps all limits.
+    """
+    return [
+        *_more_room(found),
+        *_parallel(wish, material),
+        *_smaller_travel(found, wish, material),
+        *_other_material(wish, material, catalogue),
+    ]
+
+
+def _violated(design: SpringDesign) -> frozenset[str]:
+    return frozenset(violation.limit for violation in design.violations)
+
+
+def limits_in_the_way(found: list[SpringDesign], wish: SpringWish) -> Iterator[str]:
+    """The smallest sets of limits that exclude a candidate, each described by the candidate that exceeds it least."""
+    if not found:
+        low, high = wish.limits.index_range
+        yield (
+            f"no stock wire of {wish.material} gives {wish.rate:.4g} N*m/rad with a spring index of {low:g} to "
+            f"{high:g} and {wish.limits.min_coils:g} to {wish.limits.max_coils:g} coils"
+        )
+        return
+    fewest = min(len(_violated(design)) for design in found)
+    for limits in sorted({_violated(design) for design in found if len(_violated(design)) == fewest}, key=sorted):
+        design = min((each for each in found if _violated(each) == limits), key=worst_excess)
+        text = "; ".join(violation.text for violation in design.violations)
+        if "stress" in limits:
+            allowed = design.free_travel * design.allowed_stress / design.yield_stress
+            wanted = math.degrees(max(wish.travel, wish.opening_travel))
+            text += (
+                f"; it yields at {math.degrees(design.free_travel):.3g} deg and may turn "
+                f"{math.degrees(allowed):.3g} deg; {wanted:.3g} deg are required"
+            )
+            if design.wire_diameter == max(each.wire_diameter for each in found):
+                text += "; no thicker stock wire of this material gives this rate"
+        yield f"{' and '.join(sorted(limits))}: the nearest spring ({describe(design)}) has {text}"
+
+
+def _more_room(found: list[SpringDesign]) -> Iterator[NearestSpring]:
+    """A single spring, usually of thicker wire, that violates only limits on room; ``violations`` gives the excess."""
+    designs = [design for design in found if design.violations and _violated(design) <= ROOM]
+    if designs:
+        design = min(designs, key=lambda each: (worst_excess(each), each.mass))
+        needs = " and ".join(violation.text for violation in design.violations)
+        yield NearestSpring("more_room", f"with more room: {describe(design)}; it has {needs}", design)
+
+
+def _parallel(wish: SpringWish, material: WireMaterial) -> Iterator[NearestSpring]:
+    """The smallest number of equal springs in parallel that share the rate and keep the limits."""
+    for count in range(2, MOST_IN_PARALLEL + 1):
+        shared = replace(wish, rate=wish.rate / count)
+        good = ranked([each for each in candidates(shared, material) if each.feasible], wish.objective)
+        if good:
+            design = replace(good[0], count=count)
+            text = (
+                f"{count} in parallel, each within the limits and {wish.rate / count:.4g} N*m/rad: {describe(design)}"
+            )
+            yield NearestSpring("parallel", text, design)
+            return
+
+
+def _smaller_travel(found: list[SpringDesign], wish: SpringWish, material: WireMaterial) -> Iterator[NearestSpring]:
+    """The single spring within the limits that has the largest travel."""
+    liftable = {"stress", "arms", "fatigue", "arbor", "body_length"}  # the limits that a smaller travel may lift
+    reach = [(travel_limit(each, wish.limits), each) for each in found if _violated(each) <= liftable]
+    reach = [(travel, each) for travel, each in reach if travel >= LEAST_TRAVEL]
+    if not reach:
+        return
+    furthest = max(travel for travel, _ in reach)
+    travel = math.radians(math.floor(math.degrees(furthest) * 10.0) / 10.0)  # users set angles to a tenth of a degree
+    opening = min(wish.opening_travel, OPENING * travel)
+    shorter = replace(wish, travel=travel, opening_travel=opening)
+    good = ranked([each for each in candidates(shorter, material) if each.feasible], wish.objective)
+    if good:
+        asked = f"{math.degrees(travel):.3g} deg of {math.degrees(wish.travel):.3g} deg"
+        if opening < wish.opening_travel:
+            asked += f", opening {math.degrees(opening):.3g} deg of {math.degrees(wish.opening_travel):.3g} deg"
+        text = f"a smaller travel, {asked}: {describe(good[0])}"
+        yield NearestSpring("smaller_travel", text, good[0])
+
+
+def _other_material(wish: SpringWish, material: WireMaterial, catalogue: Catalogue) -> Iterator[NearestSpring]:
+    """The best single spring of another wire material that keeps the limits."""
+    designs: list[SpringDesign] = []
+    for name in OTHER_MATERIALS:
+        other = catalogue.find_material(name)
+        if other.name != material.name:
+            designs += [each for each in candidates(replace(wish, material=name), other) if each.feasible]
+    for design in ranked(designs, wish.objective)[:1]:
+        yield NearestSpring("other_material", f"{design.material} wire: {describe(design)}", design)

@@ -1,0 +1,108 @@
+"""The requirements on a torsion spring to design, and the check that they are possible."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+from synth.errors import UserError
+from synth.parts.coil_angle import CONVENTIONS, Convention
+from synth.parts.coil_rate import RateForm
+from synth.spring.calibration import UNCALIBRATED, WindingCalibration
+from synth.spring.spring_result import SpringLimits, SpringTask
+
+Objective = Literal["mass", "space", "life"]
+
+
+@dataclass(frozen=True)
+class SpringWish:
+    """The requirements on a spring; SI units, angles in rad.
+
+    Parameters
+    ----------
+    rate
+        N m/rad.
+    travel
+        largest angle from the free position in the direction that winds the coil.
+    opening_travel
+        largest angle from the free position in the other direction.
+    included_angle, convention
+        angle between the legs of the free spring; it determines the fraction of the coils.
+    leg_lengths
+        of each straight leg, from the coil to where the load acts, m.
+    material, system
+        wire material; ``inch``, ``metric`` or None for both.
+    hand
+        ``right`` or ``left``, see ``winding.hand_for``.
+    rate_form
+        formula of the rate: ``bending`` (64) or ``friction`` (10.8 per turn).
+    calibration
+        factors measured on wound samples of this wire and winder.
+    objective
+        ``mass``: of the springs that are nearly as light as the lightest, the one with the smallest larger dimension
+        (diameter or length). ``space``: the smallest cylinder, then the lightest. ``life``: the highest fatigue
+        strength, then the lightest.
+    held_wire
+        m; a spring of this wire is preferred if one keeps all limits and lasts, even if another wire is lighter.
+    """
+
+    rate: float
+    travel: float
+    opening_travel: float = 0.0
+    included_angle: float = math.radians(90.0)
+    convention: Convention = "tangent"
+    leg_lengths: tuple[float, float] = (0.025, 0.025)
+    material: str = "music wire"
+    system: str | None = None
+    objective: Objective = "mass"
+    limits: SpringLimits = field(default_factory=SpringLimits)
+    hand: str = "right"
+    rate_form: RateForm = "bending"
+    calibration: WindingCalibration = UNCALIBRATED
+    held_wire: float | None = None
+
+    @property
+    def task(self) -> SpringTask:
+        """The requirements that are the same for every candidate."""
+        return SpringTask(
+            self.travel,
+            self.opening_travel,
+            self.leg_lengths,
+            self.convention,
+            self.limits,
+            self.hand,
+            self.rate_form,
+            self.calibration,
+        )
+
+
+def require_possible(wish: SpringWish) -> None:
+    """Refuse requirements that no spring can have.
+
+    Raises
+    ------
+    UserError : with every such requirement and its allowed range.
+    """
+    wrong: list[str] = []
+    if not (math.isfinite(wish.rate) and wish.rate > 0.0):
+        wrong.append(f"the rate must be above 0, not {wish.rate:.4g} N*m/rad")
+    if not (math.isfinite(wish.travel) and wish.travel > 0.0):
+        wrong.append(f"the travel must be above 0, not {math.degrees(wish.travel):.4g} deg")
+    if not (math.isfinite(wish.opening_travel) and wish.opening_travel >= 0.0):
+        wrong.append(f"the opening travel must be 0 or more, not {math.degrees(wish.opening_travel):.4g} deg")
+    if min(wish.leg_lengths) < 0.0:
+        wrong.append("a leg's length must be 0 or more")
+    if wish.convention not in CONVENTIONS:
+        wrong.append(f'"{wish.convention}" is not a leg convention; choose one of {", ".join(CONVENTIONS)}')
+    if wish.limits.cycles is not None and not 1.0 <= wish.limits.cycles <= 1e6:
+        wrong.append(f"fatigue limits are known for 1 to 1e6 cycles, not for {wish.limits.cycles:.4g}")
+    if wish.limits.safety < 1.0:
+        wrong.append(f"the safety factor must be 1 or more, not {wish.limits.safety:.4g}: the spring would yield")
+    if not 0.0 <= wish.limits.arbor_gap < 1.0:
+        wrong.append(
+            "the arbor gap is a fraction of the inside diameter and must be 0 or more and below 1, not "
+            f"{wish.limits.arbor_gap:.4g}"
+        )
+    if wrong:
+        raise UserError("; ".join(wrong))
