@@ -89,7 +89,7 @@ class TestFatigue:
         unknown = replace(music, records=tuple(replace(r, repeated_bending_limit_1e6=None) for r in music.records))
         spring = check_spring(unknown, 2e-3, 20e-3, 5.0, task)
         assert spring.life is None
-        assert any("nothing is known" in violation.text for violation in spring.violations)
+        assert any("no fatigue data are known" in violation.text for violation in spring.violations)
 
     def test_more_cycles_than_are_known(self, catalogue: Catalogue) -> None:
         with pytest.raises(UserError, match="1e6 cycles"):
