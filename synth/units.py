@@ -297,7 +297,7 @@ def _near_dimension(written: str, wanted: _Unit) -> str:
     """The two most frequent mistakes: ``N*m`` for ``N*m/rad``, and ``oz*in`` for ``ozf*in``."""
     if not wanted.dimension:
         return ""
-    forces = re.sub(r"\b(oz|lb|kg|g)\b", r"\1f", written)
+    forces = re.sub(r"\b(oz|lb|kg|g)s?\b", r"\1f", written)
     for candidate in (f"{written}/rad", forces, f"{forces}/rad"):
         try:
             if _unit(candidate).dimension == wanted.dimension:

@@ -11,6 +11,7 @@ import re
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
 # 1/2, 1 1/4, 1-1/4: inch sizes. Whole numbers only, so that 1.5/2 stays a mistake.
 _FRACTION = re.compile(r"([+-]?)(?:(\d{1,6})[ -])?(\d{1,6})/(\d{1,6})(?![\d./,])")
+_EUROPEAN = re.compile(r"([+-]?\d{1,3}(?:\.\d{3})+),(\d+)(?=\D|$)")  # 1.234,5
 _DECIMAL_COMMA = re.compile(r"([+-]?\d*),(\d+)(?=\D|$)")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+(?:\.\d+)?(?=[^\d,.]|$)")
 _SIGNS = str.maketrans(
@@ -19,7 +20,14 @@ _SIGNS = str.maketrans(
 _VULGAR = {"½": "1/2", "¼": "1/4", "¾": "3/4", "⅛": "1/8", "⅜": "3/8", "⅝": "5/8", "⅞": "7/8"}
 _SUPERSCRIPTS = {"²": "^2", "³": "^3", "°": "deg", "%": "percent"}
 # Vendors' words for a unit; pint's own plurals of full names (metres, degrees) need no line.
-_WORDS = {"lbs": "lb", "inches": "in", "feet": "ft", "Deg": "deg", "RPM": "rpm", "radians": "rad", "ozs": "oz"}
+_WORDS = {
+    "lbs": "lb", "ozs": "oz", "pound": "lb", "pounds": "lb", "ounce": "oz", "ounces": "oz", "inch": "in",
+    "inches": "in", "foot": "ft", "feet": "ft", "Deg": "deg", "RPM": "rpm", "radians": "rad",
+    "inlb": "in*lbf", "inlbs": "in*lbf", "ftlb": "ft*lbf", "ftlbs": "ft*lbf", "ozin": "ozf*in", "inoz": "in*ozf",
+}  # fmt: skip
+# Servos' torques in kgcm and gcm, rotors' inertias in gcm² and kgm²: with a squared length the mass is a mass.
+_RUN_TOGETHER = re.compile(r"(?<![A-Za-z])(kg|g)(mm|cm|m)(\^?2)?(?![A-Za-z0-9^*])")
+_ABBREVIATED = re.compile(r"(?<=[A-Za-z])\.(?=\s*-|\s*$)")  # in.-lb, 0.5 in.
 _WORD = re.compile(r"[A-Za-z]+")
 # Newton, metre and second without separators, as in data sheets: Nm, mNm, Nmm, Nms, Ns, Ncm.
 _NEWTON = re.compile(r"(?<![A-Za-z])([mkcuµμ]?N)(mm|cm|m)?(s)?(?![A-Za-z])")
@@ -63,6 +71,9 @@ def comma_mend(text: str) -> str:
     """``; write ...`` for a number with a comma, with both readings if ambiguous; empty without a comma."""
     thousands = _THOUSANDS.match(text)
     decimal = _DECIMAL_COMMA.match(text)
+    european = _EUROPEAN.match(text)
+    if european is not None and "," not in text[european.end() :]:
+        return f"; write {european.group(1).replace('.', '')}.{european.group(2)}{text[european.end() :]}"
     if thousands is not None:
         without = text.replace(",", "")
         if text.count(",") > 1 or "." in thousands.group():
@@ -80,8 +91,12 @@ def plain_unit(text: str) -> str:
     plain = _INCH_MARK.sub("in", plain_signs(text))
     for written, meant in _SUPERSCRIPTS.items():
         plain = plain.replace(written, meant)
-    if not any(sign in plain for sign in "-.NsSehDR"):  # most units need none of the following
+    if not any(sign in plain for sign in "-.NsSehDRlgz"):  # most units need none of the following
         return plain
+    plain = _ABBREVIATED.sub("", plain)
+    plain = _RUN_TOGETHER.sub(
+        lambda found: "*".join((found[1] + ("" if found[3] else "f"), found[2] + (found[3] or ""))), plain
+    )
     plain = _WORD.sub(lambda found: _WORDS.get(found[0], found[0]), plain)
     plain = _NEWTON.sub(lambda found: "*".join(part for part in found.groups() if part), plain)
     plain = _WEIGHT_FIRST.sub(r"\1f", plain)

@@ -64,6 +64,14 @@ from synth.errors import UserError
         ("1-1/4 in", "m", 0.03175),
         ("-1 ½ in", "m", -0.0381),
         ("5 1/s", "Hz", 5.0),
+        ("0.5 in.", "m", 0.0127),
+        ("2 in.-lb", "N*m", 2 * 0.1129848),
+        ("2 inlb/rad", "N*m/rad", 2 * 0.1129848),
+        ("2 inch-pounds", "N*m", 2 * 0.1129848),
+        ("2 ounce-inches", "N*m", 2 * 7.061552e-3),
+        ("10 kgcm", "N*m", 0.980665),
+        ("12 gcm²", "kg*m^2", 12e-7),
+        ("1.2 kgm^2", "kg*m^2", 1.2),
     ],
 )
 def test_reads_quantities(text: object, unit: str, value: float) -> None:
@@ -86,6 +94,9 @@ def test_reads_quantities(text: object, unit: str, value: float) -> None:
         ("0,39 m", "m", ["point, not a comma: write 0.39 m"]),
         ("1,250 mm", "m", ["1250 mm", "1.250 mm"]),
         ("1,250,000 mm", "m", ["leave the commas out: 1250000 mm"]),
+        ("1,5 Nm", "N*m", ["write 1.5 Nm"]),
+        ("1.234,5 mm", "m", ["write 1234.5 mm"]),
+        ("5 lbs", "N", ["did you mean lbf"]),
         ("1/0 in", "m", ["not a number"]),
         ("1 1 in", "m", ["cannot be read as a unit"]),
         ("nan m", "m", ["not a number"]),
@@ -132,10 +143,10 @@ def test_refuses_with_how_to_write_it(text: object, unit: str, words: list[str])
 )
 def test_hostile_text_is_refused_quickly(text: str) -> None:
     units.parse("1 mm", "m")  # pint's import is not what is timed
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(UserError) as caught:
         units.parse(text, "m")
-    assert time.perf_counter() - start < 1.0
+    assert time.process_time() - start < 1.0
     assert len(str(caught.value)) < 300
 
 

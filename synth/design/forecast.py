@@ -144,9 +144,10 @@ class Forecaster:
 
     def _draws(self, n: int, n_sample: int) -> Array:
         """(4 n + 1, n_sample) in [-1, 1]: four causes per joint, then temperature."""
-        generator, shape = np.random.default_rng(self.seed), (4 * n + 1, n_sample)
-        cells = np.argsort(generator.random(shape), axis=1)
-        return np.asarray(2.0 * (cells + generator.random(shape)) / n_sample - 1.0)
+        from scipy.stats.qmc import LatinHypercube  # imported here: it takes a second, and only a design forecasts
+
+        drawn = LatinHypercube(4 * n + 1, rng=np.random.default_rng(self.seed)).random(n_sample)
+        return np.asarray(2.0 * drawn.T - 1.0)
 
     def _columns(self, parts: SetParts, draws: Array) -> list[Array]:
         """Columns (ROWS, n_lane) by joint for draws (4 n + 1, n_lane)."""

@@ -162,8 +162,9 @@ def read_hopper_gap_project(path: str | Path) -> HopperGapProject:
     assert file is not None
     assert tolerance is not None
     assert design is not None
+    name = file.name or (design.name if reader.stem == "gap" else reader.stem)  # `gap` alone says nothing on a page
     return HopperGapProject(
-        reader.document.path, file.name or reader.stem, design, trials, tolerance, file.seed,
+        reader.document.path, name, design, trials, tolerance, file.seed,
         tuple(reader.defaults), tuple(reader.inputs),
     )  # fmt: skip
 

@@ -51,11 +51,11 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
     """
     target = Path(os.path.realpath(path))
     name = str(path)
-    if target.is_symlink():  # what the real path still has is a link that leads back to itself
-        raise UserError(Problem("is a link that leads to itself; name another folder", name))
     made: list[Path] = []
     try:
         with _told_as(name):
+            if target.is_symlink():  # what the real path still has is a link that leads back to itself
+                raise UserError(Problem("is a link that leads to itself; name another folder", name))
             put_back(target)
             _check_target(target, name, overwrite)
             made = _make_parents(target.parent)
@@ -225,6 +225,8 @@ def _check_target(target: Path, name: str, overwrite: bool) -> None:
             return
         if not target.is_dir():
             raise UserError(Problem("is a file; name a folder", name))
+        if os.path.ismount(target):  # it cannot be replaced by another folder, and that would show only after the work
+            raise UserError(Problem(f"is where a disk is mounted; name a folder in it, such as {name}/result", name))
         held = sorted(entry.relative_to(target).as_posix() for entry in target.rglob("*") if not entry.is_dir())
         folders = any(entry.is_dir() for entry in target.iterdir())
         if not os.access(target, os.W_OK | os.X_OK):
@@ -294,6 +296,9 @@ def _move(temporary: Path, target: Path) -> None:
 def _make_parents(folder: Path) -> list[Path]:
     """Make missing folders; returns those made, innermost first."""
     missing = [parent for parent in (folder, *folder.parents) if not parent.exists()]
+    standing = missing[-1].parent if missing else folder
+    if not standing.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, f"{standing} is a file")
     folder.mkdir(parents=True, exist_ok=True)
     return missing
 

@@ -2,16 +2,15 @@
 
 An animal's rest angle drifts from trial to trial (fatigue, preload); a spring's does not. Shifts per trial are random
 effects about the common angle; their spread is estimated by DerSimonian and Laird (Controlled Clinical Trials 7, 1986),
-and
-Cochran's Q (Biometrics 10, 1954) tests whether it is zero.
+and Cochran's Q (Biometrics 10, 1954) tests whether it is zero.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import chdtrc
 
 from synth.arrays import Array
 
@@ -45,32 +44,5 @@ def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
         mean = float(np.sum(weight * value) / weight.sum())
         q = float(np.sum(weight * (value - mean) ** 2))
         spread[j] = np.sqrt(max(0.0, (q - (m - 1)) / float(weight.sum() - np.sum(weight**2) / weight.sum())))
-        probability[j] = chi_squared_tail(q, m - 1)
+        probability[j] = float(chdtrc(m - 1, q))
     return Heterogeneity(spread, probability)
-
-
-def chi_squared_tail(value: float, degrees: int) -> float:
-    """P(chi-squared with ``degrees`` > value), the closed form (Abramowitz & Stegun, 26.4.4 and 26.4.5).
-
-    Implemented here because importing scipy's takes a third of a second.
-    """
-    half = 0.5 * value
-    if half <= 0.0:
-        return 1.0
-    tail, order = (math.erfc(math.sqrt(half)), 0.5) if degrees % 2 else (math.exp(-half), 1.0)
-    while order < 0.5 * degrees:
-        tail += math.exp(order * math.log(half) - half - math.lgamma(order + 1.0))
-        order += 1.0
-    return min(tail, 1.0)
-
-
-def chi_squared_quantile(probability: float, degrees: int) -> float:
-    """The quantile of chi-squared with ``degrees`` at this probability, by bisection to rounding accuracy."""
-    low, high = 0.0, float(degrees) + 10.0
-    while chi_squared_tail(high, degrees) > 1.0 - probability:
-        low, high = high, 2.0 * high
-    while True:
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            return middle
-        low, high = (middle, high) if chi_squared_tail(middle, degrees) > 1.0 - probability else (low, middle)

@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import chdtrc
 
 from synth.arrays import Array
 from synth.estimation.intervals import spectrum
-from synth.fit.free_angle import chi_squared_tail
 from synth.fit.least_squares import FitStart, Solution, Stage, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
@@ -150,7 +150,7 @@ def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array) -
     tells = 1.0 - share > UNTOLD
     if not tells.any():
         return 1.0
-    return chi_squared_tail(float(np.sum(off[tells] ** 2 / (1.0 - share[tells]))), int(tells.sum()))
+    return float(chdtrc(tells.sum(), np.sum(off[tells] ** 2 / (1.0 - share[tells]))))
 
 
 def said_of(seen: Seen, cut: float, hidden: LateFreeMotion | None) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import chdtri
 
 from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90, Estimate
@@ -14,7 +15,6 @@ from synth.fit.draws import drawn_legs, draws
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import sought_by
 from synth.fit.fit_result import FitResult, JointFit, TrialFit, Variant
-from synth.fit.free_angle import chi_squared_quantile
 from synth.fit.interval_sources import sources_of
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.link_errors import LinkErrors, link_errors
@@ -323,8 +323,7 @@ def _spread(value: float, n_trial: int) -> Estimate:
     """A standard deviation over trials, with its chi-squared interval."""
     if value == 0.0 or n_trial < 2:
         return Estimate(value, "deg")
-    quantiles = [chi_squared_quantile(p, n_trial - 1) for p in (0.95, 0.05)]
-    low, high = (value * np.sqrt((n_trial - 1) / q) for q in quantiles)
+    low, high = value * np.sqrt((n_trial - 1) / chdtri(n_trial - 1, [0.05, 0.95]))
     return Estimate(value, "deg", float(low), float(high))
 
 

@@ -108,7 +108,9 @@ class RehearsalResult:
             said = f"In these trials a cause {gap} is found in {_of(sum(o.right for o in large), len(large))}; "
         else:
             said = f"No cause {gap} was planted; "
-        said += f"{seen} of {len(self.shown)} causes were found at some size."
+        said += (
+            f"{seen} of {len(self.shown)} causes were found at some size." if self.shown else "no smaller one either."
+        )
         if nothing:
             said += " With small causes only, an absent cause is named in "
             said += f"{_of(sum(not o.right for o in nothing), len(nothing))}."
@@ -158,4 +160,4 @@ class RehearsalResult:
 
 
 def _of(hits: int, count: int) -> str:
-    return f"{hits} of {count}" if count else "none of 0"
+    return f"{hits} of {count}"

@@ -1,9 +1,9 @@
 """The table of wound samples, and the file of the calibration that follows from them.
 
 ``SAMPLES.csv`` has one row per coil that was wound and measured: ``mandrel [mm],wire [mm],turns [1],coils [1],
-outer_diameter [mm],free_angle [deg],rate [N*m/rad],leg_length [mm]``, in any unit of the same dimension. Required are
-mandrel, wire and coils (of the free body), and either ``turns`` (wound on the mandrel) or ``outer_diameter`` (of the
-free coil). ``free_angle`` between tangent legs determines the fraction of the coils; ``rate`` is measured at
+outer_diameter [mm],free_angle [deg],rate [N*m/rad],leg_length [mm]``, in any unit of the same dimension; counts need
+none (``coils``, ``coils [turns]``). Required are mandrel, wire and coils (of the free body), and either ``turns``
+(wound on the mandrel) or ``outer_diameter`` (of the free coil). ``free_angle`` between tangent legs determines the fraction of the coils; ``rate`` is measured at
 ``leg_length``.
 """
 
@@ -20,6 +20,7 @@ from synth.files.csv_rows import csv_rows
 from synth.files.paths import read_bytes
 from synth.parts.coil_angle import coil_fraction
 from synth.parts.coil_rate import RateForm
+from synth.parts.headers import COUNTED
 from synth.parts.wire import WireMaterial
 from synth.spring.calibration import Sample, WindingCalibration, calibrated, flow_factor, rate_factor
 from synth.units import factor, header, quantity
@@ -63,8 +64,12 @@ def _columns(titles: Sequence[str], name: str) -> dict[str, tuple[int, float]]:
     columns: dict[str, tuple[int, float]] = {}
     problems = []
     for index, title in enumerate(titles):
-        bare = title.split("[", 1)[0].strip().casefold().replace(" ", "_")
+        bare, _, unit = title.partition("[")
+        bare = bare.strip().casefold().replace(" ", "_")
         if bare not in COLUMNS:
+            continue
+        if COLUMNS[bare] == "1" and unit.strip(" ]").casefold() in COUNTED:
+            columns[bare] = index, 1.0
             continue
         if "[" not in title:
             problems.append(Problem(f'column "{title}" has no unit: write it like {bare} [mm]', name, line=1))

@@ -118,6 +118,16 @@ def test_the_exponent_of_an_assumed_law_is_drawn_between_its_limits(catalogue: C
         assert columns[3:, lane] == pytest.approx(column(0.0, 0.0, row.damper("concave", exponent))[3:], rel=1e-6)
 
 
+def test_the_draws_fill_every_cell_once_and_are_the_seeds() -> None:
+    """A Latin hypercube: of n draws each n-th of every axis holds one."""
+    made = forecaster(1.0, NONE)
+    drawn = made._draws(2, 16)
+    assert drawn.shape == (9, 16)
+    for axis in drawn:
+        assert sorted(np.floor(8.0 * (axis + 1.0))) == list(range(16))
+    assert np.array_equal(drawn, forecaster(1.0, NONE)._draws(2, 16))
+
+
 def test_parallel_parts_spread_less(catalogue: Catalogue, spring: SpringOption) -> None:
     both = replace(spring, count=4, rate=4 * spring.rate)
     asked = ToleranceOptions()

@@ -71,6 +71,20 @@ def test_rows_say_type_unit_default_and_range() -> None:
     assert fit["leg"].example == "rat.leg.yaml"
 
 
+def test_an_example_is_of_the_keys_size() -> None:
+    """No key shows just any length or mass: its own default, or what is usual for it."""
+    shown = {line for page in pages().values() for line in page.splitlines() if "200 mm" in line or "740 g" in line}
+    assert {line.split("`")[1] for line in shown if line.startswith("| `")} <= {
+        "length",
+        "mass",
+        "link",
+        "upper_length",
+        "most",
+    }
+    cycles = {row.name: row for row in rows(KINDS["part-wish"].inner["spring"])}["cycles"]
+    assert float(cycles.example) > 1.0
+
+
 def test_the_pages_are_those_of_the_classes() -> None:
     """After a change of a key: make reference."""
     written = {path.name: path.read_text(encoding="utf-8") for path in FOLDER.iterdir()}

@@ -342,10 +342,10 @@ def test_200_megabytes_are_refused_at_once(tmp_path: Path) -> None:
     with path.open("wb") as stream:
         stream.write(csv_text().encode())
         stream.truncate(200_000_000)
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(UserError, match="200 MB; at most 64 MB: keep every tenth row"):
         read_trials(["a.csv"], tmp_path, LEG)
-    assert time.perf_counter() - start < 1.0
+    assert time.process_time() - start < 1.0
 
 
 def test_too_many_rows_are_refused(tmp_path: Path) -> None:

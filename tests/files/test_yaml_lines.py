@@ -92,9 +92,9 @@ def test_two_doubled_keys_are_both_told(tmp_path: Path) -> None:
     ids=["billion laughs", "self", "deep list", "deep mapping", "syntax in bulk", "large", "many keys"],
 )
 def test_bombs_are_refused_quickly(tmp_path: Path, text: str) -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     error = refused(tmp_path, text)
-    assert time.perf_counter() - start < 5.0
+    assert time.process_time() - start < 5.0
     assert len(str(error)) < 500
 
 

@@ -19,3 +19,15 @@ def test_a_pipe_a_folder_and_what_is_no_text_are_refused(tmp_path: Path, read: o
     for name in ("pipe", "bytes", "deep", ".", "gone"):
         with pytest.raises(UserError):
             read(tmp_path / name)  # type: ignore[operator]
+
+
+def test_what_is_counted_needs_no_unit_or_its_own_word(tmp_path: Path) -> None:
+    said = []
+    for turns, coils in (("turns [1]", "coils [1]"), ("turns", "coils"), ("Turns [turns]", "Coils [coils]")):
+        path = tmp_path / "samples.csv"
+        path.write_text(f"mandrel [mm],wire [mm],{turns},{coils}\n10,2,6,5.25\n", encoding="utf-8")
+        said.append(read_samples(path))
+    assert said[0] == said[1] == said[2]
+    path.write_text("mandrel [mm],wire [mm],turns,coils [mm]\n10,2,6,5.25\n", encoding="utf-8")
+    with pytest.raises(UserError, match="coils"):
+        read_samples(path)

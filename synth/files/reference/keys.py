@@ -173,6 +173,8 @@ def example(name: str, item: FieldInfo, quantity: Quantity | None) -> str:
              for text in found]  # fmt: skip
     if given:
         return given[0]
+    if quantity is not None and (name, quantity.unit) in QUANTITIES:
+        return QUANTITIES[name, quantity.unit]
     if name in EXAMPLES:
         return EXAMPLES[name]
     if values := choices(item):
@@ -185,6 +187,20 @@ def example(name: str, item: FieldInfo, quantity: Quantity | None) -> str:
     return ""
 
 
+# Usual sizes of keys without a default, by the key's unit; else the example would be any quantity of that unit.
+QUANTITIES = {
+    ("com", "m"): "91 mm", ("at", "m"): "60 mm", ("most", "m"): "160 mm", ("min_outer_diameter", "m"): "12 mm",
+    ("max_outer_diameter", "m"): "30 mm", ("min_inner_diameter", "m"): "8 mm", ("min_body_length", "m"): "6 mm",
+    ("max_body_length", "m"): "25 mm", ("min_wire_diameter", "m"): "0.8 mm", ("max_wire_diameter", "m"): "3 mm",
+    ("tip_mass", "kg"): "50 g", ("payload", "kg"): "20 g", ("foot_mass", "kg"): "2 g", ("body_mass", "kg"): "180 g",
+    ("armature", "kg*m^2"): "2e-5 kg*m^2", ("rotor_inertia", "kg*m^2"): "1e-7 kg*m^2",
+    ("inertia", "kg*m^2"): "1.2e-3 kg*m^2",
+    ("delay", "s"): "4 ms", ("dead_band", "rad"): "0.5 deg", ("duty_limit", "1"): "0.85", ("efficiency", "1"): "0.8",
+    ("gear_ratio", "1"): "150", ("torque_limit", "N*m"): "2.5 N*m", ("source_resistance", "ohm"): "0.1 ohm",
+    ("lean", "rad"): "5 deg", ("frame_rate", "Hz"): "250 Hz", ("likelihood", "1"): "0.9",
+    ("cycles", "1"): "100000", ("roll", "rad"): "3 deg", ("travel", "rad"): "40 deg",
+    ("included_angle", "rad"): "120 deg", ("torque", "1"): "10 %", ("motor", "1"): "5 %",
+}  # fmt: skip
 EXAMPLES = {
     "name": "dog hind leg", "seed": "1", "part": "6597K21", "curve": "damper.csv", "held_out": "true",
     "locked": "[hip]", "mirror": "true", "individual": "rat1", "topic": "/joint_states", "format": "deeplabcut",
