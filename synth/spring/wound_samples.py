@@ -3,8 +3,8 @@
 ``SAMPLES.csv`` has one row per coil that was wound and measured: ``mandrel [mm],wire [mm],turns [1],coils [1],
 outer_diameter [mm],free_angle [deg],rate [N*m/rad],leg_length [mm]``, in any unit of the same dimension; counts need
 none (``coils``, ``coils [turns]``). Required are mandrel, wire and coils (of the free body), and either ``turns``
-(wound on the mandrel) or ``outer_diameter`` (of the free coil). ``free_angle`` between tangent legs determines the fraction of the coils; ``rate`` is measured at
-``leg_length``.
+(wound on the mandrel) or ``outer_diameter`` (of the free coil). ``free_angle`` between tangent legs
+determines the fraction of the coils; ``rate`` is measured at ``leg_length``.
 """
 
 from __future__ import annotations
