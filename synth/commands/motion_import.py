@@ -2,8 +2,9 @@
 
 Reads DeepLabCut, SLEAP, Anipose, TRC, C3D, NWB pose, OpenSim, MATLAB, MCAP and ROS bags, and CSV of other column
 names (--list). The format is detected from the content. FILE is such a recording, with --leg, or a project (kind:
-import) that assigns columns or points of many files to the leg's joints. The output has the trials, the leg, a
-runnable fit.yaml, a page with the leg as a stick figure, and a list of what was detected, repaired and cut: angle
+import) that assigns columns or points of many files to the leg's joints. For joints with a drive it brings in
+commands, voltages, currents and the supply too. The output has the trials, the leg, a runnable fit.yaml (of a driven
+leg gap.yaml), a page with the leg as a stick figure, and a list of what was detected, repaired and cut: angle
 jumps by whole turns, left and right exchanged by a tracker, samples before the release.
 """
 
@@ -29,6 +30,7 @@ BARE = (
     "--plane",
     "--frame-rate",
     "--topic",
+    "--commands",
     "--release",
 )  # options for a single recording
 PROJECTS = (".yaml", ".yml")
@@ -43,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--points", metavar="A,B,...", help="the joints' points, proximal to distal, then the tip")
     parser.add_argument("--plane", metavar="X,Z", help="axes of space to the right and up; --plane=-y,z; --plane=fit,z")
     parser.add_argument("--topic", metavar="NAME", help="topic of the joint states in a robot's log")
+    parser.add_argument("--commands", metavar="NAME", help="topic of the commands, if it is another one")
     parser.add_argument("--frame-rate", metavar="RATE", help='camera frame rate, such as "250 Hz"')
     kept = "release (default): cut to the release; free: cut the driven part too; keep: keep all"
     parser.add_argument("--release", type=one_of(CUTS), metavar="|".join(CUTS), help=kept)
@@ -53,7 +56,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the recordings, write ``trials/*.csv``, ``import.json`` and ``report.html``."""
     from synth.commands.answers import tell_document
     from synth.files.output import output_folder
-    from synth.motion.importers.import_result import FIT, TRIALS, read_files, write_import
+    from synth.motion.importers.import_result import TRIALS, project_file, read_files, write_import
 
     if arguments.list:
         tell_document(progress, _formats_json(), _formats_text())
@@ -79,14 +82,16 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     if progress.as_json:
         progress.document((out / "import.json").read_text(encoding="utf-8"))
     _tell_read(trials, progress)
-    progress.say(f"trials: {out / TRIALS}/*.csv; fit them with: synth fit {out / FIT} --out {out.name}_fit")
-    progress.say(f"check the stick figure before you fit: {out / 'report.html'}")
+    file = out / project_file(project.leg)
+    what = f"{'fit' if file.stem == 'fit' else 'diagnose'} them with: synth {file.stem} {file}"
+    progress.say(f"trials: {out / TRIALS}/*.csv; {what} --out {out.name}_{file.stem}")
+    progress.say(f"check the stick figure before you {what.split()[0]}: {out / 'report.html'}")
     return 0
 
 
 def _project(arguments: argparse.Namespace) -> ImportProject:
     """The named project, or one made from a single recording and the options."""
-    from synth.files.import_project import ForeignFile, ImportProject, Mapping, read_import_project
+    from synth.files.import_project import CommandTopic, ForeignFile, ImportProject, Mapping, read_import_project
     from synth.files.leg_file import read_leg
     from synth.parts.catalogs import Catalogue
     from synth.parts.resolver import resolver
@@ -110,7 +115,8 @@ def _project(arguments: argparse.Namespace) -> ImportProject:
     quantities.require()
     leg = read_leg(arguments.leg, resolve_part=resolve)
     points, both = _words(arguments.points), (plane[0], plane[1]) if plane else None
-    mapping = Mapping(frame_rate=rate, points=points, plane=both, topic=arguments.topic)
+    commands = (CommandTopic(arguments.commands),) if arguments.commands else ()
+    mapping = Mapping(frame_rate=rate, points=points, plane=both, topic=arguments.topic, commands=commands)
     return ImportProject(leg.name, leg, (ForeignFile(path, str(path)),), "auto", mapping, arguments.release or "cut")
 
 

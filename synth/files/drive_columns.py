@@ -54,13 +54,14 @@ def _columns(joint: Joint) -> tuple[set[str], set[str]]:
 def signals(leg: Leg, values: Mapping[str, Array], recorded: Array) -> ServoSignals | None:
     """The inputs of the servos, in measured angles; None if no joint has a servo.
 
-    ``values``: column -> (m,) SI; empty cells are nan and are interpolated linearly; ``recorded`` (m,) s.
+    ``values``: column -> (m,) SI; empty cells are nan: a command is held over them, all else is interpolated
+    linearly; ``recorded`` (m,) s.
     """
     servos = [joint for joint in leg.joints if isinstance(joint.drive, Servo)]
     if not servos:
         return None
     commands = {
-        index: _filled(recorded, values[joint.name + " command"])
+        index: _samples(recorded, values[joint.name + " command"])
         for index, joint in enumerate(leg.joints)
         if isinstance(joint.drive, Servo) and not joint.drive.open_duty
     }
@@ -77,7 +78,7 @@ def signals(leg: Leg, values: Mapping[str, Array], recorded: Array) -> ServoSign
         if joint.drive.open_duty:
             supply[:, index] = joint.sign * column(joint.name + " voltage")
         else:
-            command[:, index] = _held(recorded, commands[index], time)
+            command[:, index] = _held(*commands[index], time)
             measured = SUPPLY in values and joint.drive.motor is not None
             supply[:, index] = column(SUPPLY) if measured else joint.drive.supply
         if joint.name + " enabled" in values:
@@ -90,15 +91,24 @@ JUMP, SUDDEN = 0.01, 3.0
 EDGE = 1e-4  # of the sample interval, duration of such a step
 
 
-def _knots(recorded: Array, commands: Sequence[Array]) -> Array:
+def _samples(time: Array, value: Array) -> tuple[Array, Array]:
+    """A command's own samples: an empty cell is none, so a command may have another clock than the angles."""
+    known = np.isfinite(value)
+    return time[known], value[known]
+
+
+def _knots(recorded: Array, commands: Sequence[tuple[Array, Array]]) -> Array:
     """(k,) s, break points of the straight lines that represent held commands."""
-    edge = EDGE * float(np.median(np.diff(recorded)))
-    jumps = [recorded[_jumps(command)] for command in commands]
-    return np.unique(np.concatenate([recorded, *jumps, *[jump - edge for jump in jumps]]))
+    jumps = [(time[_jumps(command)], EDGE * _step(time)) for time, command in commands]
+    return np.unique(np.concatenate([recorded, *(t for t, _ in jumps), *(t - edge for t, edge in jumps)]))
+
+
+def _step(time: Array) -> float:
+    return float(np.median(np.diff(time))) if len(time) > 1 else 0.0
 
 
 def _held(recorded: Array, command: Array, time: Array) -> Array:
-    """A command held from each sample to the next, at ``time`` (k,) s of ``_knots``.
+    """A command held from each of its samples to the next, at ``time`` (k,) s of ``_knots``.
 
     A staircase of small steps equals its samples' polygon delayed by half a step, apart from a ripple at the
     sampling frequency,
@@ -107,7 +117,7 @@ def _held(recorded: Array, command: Array, time: Array) -> Array:
     same centre
     would act earlier.
     """
-    half = 0.5 * float(np.median(np.diff(recorded)))
+    half = 0.5 * _step(recorded)
     smooth = np.interp(time, recorded + half, command)
     last = np.clip(np.searchsorted(recorded, time, side="right") - 1, 0, len(recorded) - 1)
     jumps = _jumps(command)

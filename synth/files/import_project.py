@@ -22,11 +22,28 @@ from synth.swing.leg_model import Leg
 Window = tuple[float, float]
 TURNS = radians(720.0)  # rad, two turns either way: a larger angle is a mistake of units
 Formats = Literal[
-    "auto", "anipose", "c3d", "csv", "deeplabcut", "deeplabcut-h5", "matlab", "mcap", "nwb-pose", "opensim", "rosbag",
-    "sleap", "sleap-analysis", "trc",
+    "auto", "anipose", "c3d", "csv", "deeplabcut", "deeplabcut-h5", "json", "matlab", "mcap", "nwb-pose", "opensim",
+    "rosbag", "sleap", "sleap-analysis", "trc",
 ]  # fmt: skip
 Cuts = Literal["cut", "free", "keep"]
 Text = Annotated[str, Field(min_length=1, max_length=200)]
+DRIVEN = {"command": "rad", "voltage": "V", "current": "A", "torque": "N*m", "enabled": "1"}  # a drive's inputs
+
+
+@dataclass(frozen=True)
+class InputColumn:
+    """A column of a drive's input, and its unit if the file states none."""
+
+    column: str
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class CommandTopic:
+    """A topic of a robot's log with commands; ``joints`` in the order of its numbers where these bear no names."""
+
+    topic: str
+    joints: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -34,13 +51,14 @@ class JointColumn:
     """The column of a joint's angle, and its convention.
 
     ``zero`` : rad, the file's reading when this link points along its parent (the first: straight down); None and
-        ``sign`` None: as the leg's own.
+        ``sign`` None: as the leg's own. ``inputs`` : the columns of its drive, by the names in ``DRIVEN``.
     """
 
     column: str
     unit: str | None = None
     zero: float | None = None
     sign: int | None = None
+    inputs: dict[str, InputColumn] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -51,7 +69,8 @@ class Mapping:
     ``joints`` : one column each. ``points`` : proximal to distal, one more than joints. ``likelihood`` : less likely
     points count as missing. ``plane`` : axes of space to the right and up; ``fit`` and an axis: the best-fitting plane
     with that axis up. ``topic`` : of a robot's log. ``mirror`` : seen from the other side.
-    ``roll`` : rad, counter-clockwise rotation of the picture.
+    ``roll`` : rad, counter-clockwise rotation of the picture. ``supply`` : the column of the drives' supply;
+    ``commands`` : topics of commands in a robot's log.
     """
 
     time: str | None = None
@@ -65,6 +84,8 @@ class Mapping:
     mirror: bool = False
     roll: float = 0.0
     topic: str | None = None
+    supply: InputColumn | None = None
+    commands: tuple[CommandTopic, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -85,6 +106,20 @@ class _ImportFile:
     release: Cuts = "cut"
     name: Title | None = None
     topic: Text | None = None
+    commands: Annotated[Any, Field(examples=["/leg_controller/commands"])] = None
+    supply: Annotated[Any, Field(examples=["{column: input_volts, unit: V}"])] = None
+
+
+@dataclass(frozen=True)
+class _Commands:
+    topic: Annotated[Text, Field(examples=["/leg_controller/commands"])]
+    joints: Annotated[list[Text] | None, Field(examples=["[hip, knee]"])] = None
+
+
+@dataclass(frozen=True)
+class _InputColumn:
+    column: Annotated[Text, Field(examples=["goal_position"])]
+    unit: Text | None = None
 
 
 @dataclass(frozen=True)
@@ -99,6 +134,11 @@ class _Column:
     unit: Text | None = None
     zero: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] | None = None
     sign: Literal[1, -1] | None = None
+    command: Annotated[Any, Field(examples=["goal_position"])] = None
+    voltage: Annotated[Any, Field(examples=["{column: motor_volts, unit: V}"])] = None
+    current: Annotated[Any, Field(examples=["{column: motor_current, unit: mA}"])] = None
+    torque: Annotated[Any, Field(examples=["{column: effort, unit: N*m}"])] = None
+    enabled: Annotated[Any, Field(examples=["torque_enable"])] = None
 
 
 @dataclass(frozen=True)
@@ -152,6 +192,8 @@ def read_import_project(path: str | Path, *, resolve_part: PartResolver | None =
     columns = _columns(reader, written.get("joints"))
     if leg is not None:
         reader.known_joints(columns, leg, ("joints",))
+    supply = _input(reader, ("supply",), written.get("supply"), "V")
+    commands = _command_topics(reader, written.get("commands"))
     files = _files(reader, written.get("files"))
     if clock is not None and written.get("frame_rate") is not None:
         reader.refuse('"time" and "frame_rate" are both given; keep one', ("frame_rate",))
@@ -170,6 +212,8 @@ def read_import_project(path: str | Path, *, resolve_part: PartResolver | None =
         file.mirror,
         file.roll,
         file.topic,
+        supply,
+        commands,
     )
     inputs = tuple(reader.inputs)
     return ImportProject(file.name or leg.name, leg, files, file.format, mapping, file.release, inputs)
@@ -185,8 +229,35 @@ def _columns(reader: ProjectReader, written: object) -> dict[str, JointColumn]:
         if column is not None:
             if column.unit is not None:
                 _check_unit(reader, column.unit, "rad", (*key, "unit"))
-            found[str(name)] = JointColumn(column.column, column.unit, column.zero, column.sign)
+            given = {word: _input(reader, (*key, word), getattr(column, word), unit) for word, unit in DRIVEN.items()}
+            inputs = {word: each for word, each in given.items() if each is not None}
+            found[str(name)] = JointColumn(column.column, column.unit, column.zero, column.sign, inputs)
     return found
+
+
+def _input(reader: ProjectReader, key: tuple[str, ...], written: object, canonical: str) -> InputColumn | None:
+    """The column of an input: its name, or a mapping with its unit."""
+    if written is None:
+        return None
+    value = {"column": written} if isinstance(written, str) else written
+    column = reader.entry(_InputColumn, key, value)
+    if column is None:
+        return None
+    if column.unit is not None:
+        _check_unit(reader, column.unit, canonical, (*key, "unit"))
+    return InputColumn(column.column, column.unit)
+
+
+def _command_topics(reader: ProjectReader, written: object) -> tuple[CommandTopic, ...]:
+    """One topic or several, each its name or a mapping."""
+    found = []
+    several = isinstance(written, list)
+    for index, raw in enumerate(written if isinstance(written, list) else [] if written is None else [written]):
+        key: tuple[str | int, ...] = ("commands", index) if several else ("commands",)
+        each = reader.entry(_Commands, key, {"topic": raw} if isinstance(raw, str) else raw)
+        if each is not None:
+            found.append(CommandTopic(each.topic, tuple(each.joints or ())))
+    return tuple(found)
 
 
 def _check_unit(reader: ProjectReader, unit: str, canonical: str, key: tuple[str, ...]) -> None:

@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 from real_rigs.servo_bench import BENCH, MODELS, SERVOS, logs, owners_error, project, published
+from synth.cli import main
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import read_gap_project
+from synth.files.recording import read_recording
 
 pytestmark = pytest.mark.skipif(not BENCH.is_dir(), reason=f"not here: {BENCH}")
 SCORED = "400"  # the firmware's gain whose logs only score: as the owners validate
@@ -33,3 +35,24 @@ def test_what_is_found_predicts_better_than_each_of_the_owners_six_models(tmp_pa
     }
     assert np.mean(ours) < min(theirs.values())
     assert theirs["m1"] / np.mean(ours) > 1.5  # by what their best model gains over Coulomb and viscous friction
+
+
+def test_import_of_the_benchs_own_logs_is_the_project_that_is_written_by_hand(tmp_path: Path) -> None:
+    project(tmp_path, "xl330", set())
+    for path in BENCH.glob("xl330__*kp400*"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    text = "kind: import\nleg: xl330_400.leg.yaml\nfiles: [xl330__*.csv]\ntime: {column: timestamp, unit: s}\n"
+    text += "supply: {column: input_volts, unit: V}\n"
+    text += "joints: {arm: {column: position, unit: rad, command: goal_position, enabled: torque_enable}}\n"
+    (tmp_path / "import.yaml").write_text(text)
+    assert main(["--quiet", "import", str(tmp_path / "import.yaml"), "--out", str(tmp_path / "out")]) == 0
+    found = read_gap_project(tmp_path / "out" / "gap.yaml")
+    assert len(found.trials) == 4
+    for trial in found.trials:
+        name = next(log.name for log in logs("xl330") if log.kp == 400.0 and f"__{log.trajectory}__" in trial.name)
+        by_hand = read_recording(tmp_path / f"{name}.csv", found.leg)
+        assert trial.signals is not None
+        assert by_hand.signals is not None
+        np.testing.assert_allclose(trial.angles, by_hand.angles, atol=1e-9)
+        np.testing.assert_allclose(trial.signals.command, by_hand.signals.command, atol=1e-9)
+        np.testing.assert_allclose(trial.signals.supply, by_hand.signals.supply)

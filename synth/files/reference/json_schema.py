@@ -43,8 +43,9 @@ def _placed(inner: KeySection, key: str) -> dict[str, Any]:
     if inner.how == "by name":
         return {"type": "object", "additionalProperties": {"anyOf": [mapping, {"type": "string"}]}}
     if inner.how == "list":
-        return {"type": "array", "minItems": 1, "items": {"anyOf": [mapping, {"type": "string"}]}}
-    if key in ("tip_mass", "time"):  # a quantity or a word is also allowed
+        several = {"type": "array", "minItems": 1, "items": {"anyOf": [mapping, {"type": "string"}]}}
+        return {"anyOf": [several, mapping, {"type": "string"}]} if inner.name == "commands" else several
+    if key in ("tip_mass", "time") or inner.name == "input_column":  # a quantity or a word is also allowed
         return {"anyOf": [mapping, {"type": ["string", "number"]}]}
     if key == "tolerance":  # a joint's name is allowed as a key for that joint only
         mapping["additionalProperties"] = {"type": "object"}

@@ -46,6 +46,7 @@ def _many(name: str, schema: type[Any], how: How, **inner: KeySection) -> KeySec
 
 
 _TIP = KeySection("tip_mass", trial_list.TipMass)
+_INPUT = KeySection("input_column", import_project._InputColumn)
 _TRIALS = _many("trial", trial_list.TrialEntry, "list", tip_mass=_TIP)
 _TOLERANCE = KeySection("tolerance", tolerance.JointTolerance)
 _FIT = KeySection("fit_options", project_options.FitOptions)
@@ -111,7 +112,11 @@ KINDS: dict[str, KeySection] = {
         import_project._ImportFile,
         {
             "time": KeySection("clock", import_project._Clock),
-            "joints": _many("column", import_project._Column, "by name"),
+            "joints": KeySection(
+                "column", import_project._Column, dict.fromkeys(import_project.DRIVEN, _INPUT), "by name"
+            ),
+            "supply": _INPUT,
+            "commands": _many("commands", import_project._Commands, "list"),
             "files": _many("foreign_file", import_project._FileEntry, "list"),
         },
     ),

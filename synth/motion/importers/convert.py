@@ -12,6 +12,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.motion.importers.cleaning import SHORTEST, clean, remarks
+from synth.motion.importers.drive_inputs import DriveInput, drive_inputs, within
 from synth.motion.importers.foreign_data import Channels, Markers, listed, other_side, same_name
 from synth.motion.importers.points import Tracked, track
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
@@ -31,7 +32,7 @@ class Imported:
     ``time`` (n,) s on the file's own clock; ``angles`` (n, n_joint) rad, measured, nan if missing. ``total``
     samples in the file, ``began`` s its first; ``release`` as detected at its start, None if not
     searched; ``notes`` messages on everything detected, repaired or cut. ``tracked``: the points of the angles, for
-    marker files, on the same samples.
+    marker files, on the same samples. ``inputs`` : of the leg's drives, over the same time.
     """
 
     format: str
@@ -42,6 +43,7 @@ class Imported:
     notes: tuple[str, ...]
     tracked: Tracked | None
     began: float = 0.0
+    inputs: tuple[DriveInput, ...] = ()
 
     @property
     def driven(self) -> float | None:
@@ -91,10 +93,10 @@ def import_file(
     ------
     UserError : the file cannot be read, does not hold what ``mapping`` says, or leaves too little.
     """
-    known = recognise(path, name) if form == "auto" else formats()[form]
-    _check_mapping(known, mapping, name)
-    known.require(name)
-    source = known.read(path, mapping, name)
+    found_form = recognise(path, name) if form == "auto" else formats()[form]
+    _check_mapping(found_form, mapping, name)
+    found_form.require(name)
+    source = found_form.read(path, mapping, name)
     tracked: Tracked | None = None
     if isinstance(source, Markers):
         tracked = track(source, leg, mapping)
@@ -103,15 +105,29 @@ def import_file(
         time, angles, notes = _angles(source, leg, mapping)
     cleaned = clean(time, angles, leg, name, arbitrary_turns=tracked is not None)
     notes += cleaned.notes
-    release = None if window is not None else _release(time, cleaned.angles, leg, notes)
+    moved = any(joint.drive is not None for joint in leg.joints)
+    if moved and cut == "free":
+        raise UserError(Problem("the leg is driven: no part of its motion is free; leave release: free out", name))
+    inputs: tuple[DriveInput, ...] = ()
+    if isinstance(source, Channels):
+        inputs = drive_inputs(source, leg, mapping, time, angles, cleaned.angles, notes)
+    release = None if window is not None or moved else _release(time, cleaned.angles, leg, notes)
     first, last = _kept(time, release, cut, window, notes, name)
+    inputs, known = within(inputs, time, first, last)
+    if known >= last:
+        raise UserError(Problem("all its commands come after its last sample", name))
+    if known > first:
+        notes.append(f"cut to the first command: {known - first} of {len(time)} samples left out")
+        first = known
+    _require_samples(time[first:last], cleaned.angles[first:last], leg, name)
     kept = slice(first, last)
-    _require_samples(time[kept], cleaned.angles[kept], leg, name)
     notes += remarks(time[kept], cleaned.angles[kept], leg)
     if tracked is not None:
         tracked = Tracked(time[kept], tracked.rotation[kept], tracked.points[kept], tracked.scale, tracked.notes)
-    began = float(time[0])
-    return Imported(known.name, time[kept], cleaned.angles[kept], len(time), release, tuple(notes), tracked, began)
+    texts, began = tuple(notes), float(time[0])
+    return Imported(
+        found_form.name, time[kept], cleaned.angles[kept], len(time), release, texts, tracked, began, inputs
+    )
 
 
 def _require_samples(time: Array, angles: Array, leg: Leg, name: str) -> None:
@@ -126,12 +142,21 @@ def _require_samples(time: Array, angles: Array, leg: Leg, name: str) -> None:
 def _check_mapping(form: ForeignFormat, mapping: Mapping, name: str) -> None:
     """Refuse keys that a format does not use: ignoring a request would give a wrong result."""
     if form.gives == "points":
-        unused = {"joints": bool(mapping.joints), "time": mapping.time is not None}
+        unused = {
+            "joints": bool(mapping.joints),
+            "time": mapping.time is not None,
+            "supply": mapping.supply is not None,
+        }
         unused |= {"plane": not form.space and mapping.plane is not None}
     else:
         unused = {"points": bool(mapping.points), "plane": mapping.plane is not None, "mirror": mapping.mirror}
         unused |= {"roll": mapping.roll != 0.0}
-    special = {"likelihood": mapping.likelihood, "individual": mapping.individual, "topic": mapping.topic}
+    special: dict[str, object] = {
+        "likelihood": mapping.likelihood,
+        "individual": mapping.individual,
+        "topic": mapping.topic,
+    }
+    special["commands"] = mapping.commands or None
     unused |= {key: value is not None for key, value in special.items() if key not in form.keys}
     if form.own_clock:
         unused |= {"time": mapping.time is not None, "frame_rate": mapping.frame_rate is not None}

@@ -19,7 +19,8 @@ class Channels:
 
     ``values`` (n, n_channel) as in the file, nan if missing; ``units`` of each channel, "" if the file
     states none; ``time`` (n,) s or None if the clock is one of the channels or missing; ``notes`` messages of the
-    reader.
+    reader. ``inputs`` : further channels with clocks of their own, from the same zero; ``hint`` : why there are no
+    commands among them.
     """
 
     name: str
@@ -29,6 +30,12 @@ class Channels:
     time: Array | None = None
     notes: tuple[str, ...] = ()
     units_fixed: bool = False  # the file determines the units: a different one in a project is a mistake
+    inputs: tuple[Channels, ...] = ()
+    hint: str = ""
+
+    def has(self, wanted: str) -> bool:
+        """Whether there is exactly one channel of that name."""
+        return sum(same_name(name, wanted) for name in self.names) == 1
 
     def find(self, wanted: str, what: str) -> int:
         """The index of a channel.

@@ -1,4 +1,8 @@
-"""Robot logs: joint states (``sensor_msgs/JointState``) by name, from MCAP files and ROS bags.
+"""Robot logs: joints by name, from MCAP files and ROS bags: their angles, commands, efforts, voltages and currents.
+
+States are ``sensor_msgs/JointState``, ``control_msgs/JointTrajectoryControllerState`` (which has the commands too) or
+``control_msgs/DynamicJointState``. Commands may also come on a topic of their own: joint states, or numbers without
+names (``std_msgs/Float64MultiArray``, ``Float64``), whose joints the project names.
 
 MCAP is read by ``mcap``; its messages may be CDR (ROS 2), ROS 1's own or JSON. Bags of ROS 1 (``.bag``) and ROS 2
 (``.db3``, in the folder with its ``metadata.yaml``) are read by ``rosbags``, which needs no ROS. The clock is the
@@ -7,13 +11,17 @@ message's own stamp, or if zero the time of its logging.
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.files.import_project import Mapping
+from synth.files.import_project import CommandTopic, Mapping
 from synth.files.validate import near
 from synth.motion.importers.child import read_in_child
 from synth.motion.importers.foreign_data import Channels, listed
@@ -22,69 +30,42 @@ from synth.motion.importers.registry import loader
 MCAP = b"\x89MCAP0\r\n"
 ROS1 = b"#ROSBAG V2.0"
 SQLITE = b"SQLite format 3\x00"
+READER = Path(__file__).with_name("ros_messages.py")
+KEYS = frozenset({"topic", "commands"})
+COMMANDING = re.compile(r"command|cmd|desired|target|goal|reference", re.IGNORECASE)  # in the name of a topic
+UNITS = {"position": "rad", "command": "rad", "effort": "N*m", "voltage": "V", "current": "A"}
+PATHS = "trajectory_msgs/JointTrajectory"
 
-# Collects (topic, time, names, positions) of every joint state; turned into arrays at the end.
-_COLLECT = """
-found = []
-def add(topic, log_time, stamp, names, positions):
-    found.append((topic, stamp if stamp else log_time * 1e-9, tuple(map(str, names)), [float(p) for p in positions]))
-def packed():
-    topics = sorted({item[0] for item in found})
-    arrays = {"topics": numpy.array(topics, dtype=str)}
-    for k, topic in enumerate(topics):
-        own = [item for item in found if item[0] == topic]
-        names = list(dict.fromkeys(name for item in own for name in item[2]))
-        place = {name: i for i, name in enumerate(names)}
-        values = numpy.full((len(own), len(names)), numpy.nan)
-        for row, (_, _, given, positions) in enumerate(own):
-            for name, position in zip(given, positions):
-                values[row, place[name]] = position
-        arrays[f"names{k}"] = numpy.array(names, dtype=str)
-        arrays[f"time{k}"] = numpy.array([item[1] for item in own], dtype=float)
-        arrays[f"values{k}"] = values
-    return arrays
-"""
-_MCAP = """
-import json
-from mcap.reader import make_reader
-def store(kind):
-    from rosbags.typesys import Stores, get_typestore
-    return get_typestore(Stores.ROS1_NOETIC if kind == "ros1" else Stores.ROS2_HUMBLE)
-stores = {}
-with open(path, "rb") as stream:
-    for schema, channel, message in make_reader(stream).iter_messages():
-        if schema is None or schema.name.replace("/msg/", "/") not in ("sensor_msgs/JointState", "JointState"):
-            continue
-        if channel.message_encoding == "json":
-            said = json.loads(message.data)
-            stamp = said.get("header", {}).get("stamp", {})
-            seconds = stamp.get("sec", 0) + 1e-9 * stamp.get("nanosec", stamp.get("nsec", 0))
-            add(channel.topic, message.log_time, seconds, said["name"], said["position"])
-            continue
-        if channel.message_encoding not in ("cdr", "ros1"):
-            raise ValueError(f"{channel.topic} is encoded as {channel.message_encoding}; cdr, ros1, json are read")
-        kind = channel.message_encoding
-        types = stores.setdefault(kind, store(kind))
-        read = types.deserialize_ros1 if kind == "ros1" else types.deserialize_cdr
-        said = read(message.data, "sensor_msgs/msg/JointState")
-        stamp = said.header.stamp.sec + 1e-9 * said.header.stamp.nanosec
-        add(channel.topic, message.log_time, stamp, said.name, said.position)
-arrays = packed()
-"""
-_BAG = """
-from pathlib import Path
-from rosbags.highlevel import AnyReader
-from rosbags.typesys import Stores, get_typestore
-place = Path(path)
-place = place if place.suffix == ".bag" else place.parent
-with AnyReader([place], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-    wanted = [item for item in reader.connections if item.msgtype == "sensor_msgs/msg/JointState"]
-    for connection, time, data in reader.messages(connections=wanted):
-        said = reader.deserialize(data, connection.msgtype)
-        stamp = said.header.stamp.sec + 1e-9 * said.header.stamp.nanosec
-        add(connection.topic, time, stamp, said.name, said.position)
-arrays = packed()
-"""
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic: ``stamp`` and ``logged`` (n,) s; ``values`` of each quantity (n, n_joint), nan where missing."""
+
+    name: str
+    kind: str
+    joints: tuple[str, ...]
+    stamp: Array
+    logged: Array
+    values: dict[str, Array]
+
+    @property
+    def stamped(self) -> bool:
+        """Whether every message bears its own time."""
+        return bool(np.isfinite(self.stamp).all())
+
+    @property
+    def named(self) -> bool:
+        """Whether the messages name the joints."""
+        return not self.kind.startswith("std_msgs/")
+
+    @property
+    def says_command(self) -> bool:
+        """Whether the topic is named as one of commands."""
+        return bool(COMMANDING.search(self.name.rpartition("/")[2]))
+
+    def time(self, delay: float) -> Array:
+        """(n,) s on the clock of the stamps, of which that of logging is ``delay`` s late."""
+        return np.where(np.isfinite(self.stamp), self.stamp, self.logged - delay)
 
 
 def is_mcap(start: bytes, path: Path) -> bool:
@@ -97,37 +78,137 @@ def is_bag(start: bytes, path: Path) -> bool:
     return start.startswith(ROS1) or (start.startswith(SQLITE) and (path.parent / "metadata.yaml").is_file())
 
 
-@loader("mcap", "MCAP", is_mcap, "channels", keys=frozenset({"topic"}), needs=("mcap", "robot-logs"), own_clock=True)
+@loader("mcap", "MCAP", is_mcap, "channels", keys=KEYS, needs=("mcap", "robot-logs"), own_clock=True)
 def read_mcap(path: Path, mapping: Mapping, name: str) -> Channels:
-    """Joint positions by name, rad."""
-    return _channels(read_in_child(_COLLECT + _MCAP, path, name, "MCAP"), mapping, name)
+    """Joint positions by name, rad, with what else the log has of them."""
+    return _channels(_content(path, name, "MCAP", mcap=True), mapping, name)
 
 
-@loader(
-    "rosbag", "ROS bag", is_bag, "channels", keys=frozenset({"topic"}), needs=("rosbags", "robot-logs"), own_clock=True
-)
+@loader("rosbag", "ROS bag", is_bag, "channels", keys=KEYS, needs=("rosbags", "robot-logs"), own_clock=True)
 def read_bag(path: Path, mapping: Mapping, name: str) -> Channels:
-    """Joint positions by name, rad."""
-    return _channels(read_in_child(_COLLECT + _BAG, path, name, "ROS bag"), mapping, name)
+    """Joint positions by name, rad, with what else the log has of them."""
+    return _channels(_content(path, name, "ROS bag", mcap=False), mapping, name)
+
+
+def _content(path: Path, name: str, title: str, *, mcap: bool) -> dict[str, Any]:
+    code = READER.read_text(encoding="utf-8") + f"\narrays = joint_arrays(path, {mcap})\n"
+    return read_in_child(code, path, name, title)
+
+
+def _topics(content: dict[str, Any]) -> dict[str, Topic]:
+    found = {}
+    for i, (name, kind) in enumerate(zip(content["topics"], content["kinds"], strict=True)):
+        values = {str(q): np.asarray(content[f"{q}{i}"]) for q in content[f"quantities{i}"]}
+        joints = tuple(str(joint) for joint in content[f"names{i}"])
+        found[str(name)] = Topic(str(name), str(kind), joints, content[f"stamp{i}"], content[f"logged{i}"], values)
+    return found
 
 
 def _channels(content: dict[str, Any], mapping: Mapping, name: str) -> Channels:
-    """The joint states of one topic, in the order of their stamps, the clock from zero."""
-    topics = [str(topic) for topic in content["topics"]]
-    if not topics:
-        raise UserError(Problem("contains no joint states (sensor_msgs/JointState)", name))
-    if mapping.topic is not None and mapping.topic not in topics:
-        raise UserError(Problem(f'there are no joint states on "{mapping.topic}"{near(mapping.topic, topics)}', name))
-    if mapping.topic is None and len(topics) > 1:
-        text = f"has joint states on {listed(topics)}; choose one in a project: topic: {topics[0]}"
-        raise UserError(Problem(text, name))
-    k = topics.index(mapping.topic) if mapping.topic is not None else 0
-    time = np.asarray(content[f"time{k}"])
+    """The joint states of one topic, in the order of their stamps, the clock from zero; commands of others beside."""
+    topics = _topics(content)
+    unread = dict(zip(map(str, content["unread"]), map(str, content["why"]), strict=True))
+    states = _states(topics, unread, mapping.topic, name)
+    with_stamp = np.isfinite(states.stamp)
+    delay = float(np.median((states.logged - states.stamp)[with_stamp])) if with_stamp.any() else 0.0
+    time, kept = _ordered(states.time(delay))
+    begin = float(time[0])
+    notes = [f"joint states of {states.name}; the clock begins at {begin:.6f} s, set to 0"]
+    if len(kept) < len(states.stamp):
+        notes.append(f"{len(states.stamp) - len(kept)} messages repeat a stamp and are left out")
+    others = _commands(topics, states, mapping.commands, name)
+    inputs = []
+    for topic, joints in others:
+        own, rows = _ordered(topic.time(delay))
+        values = topic.values["command" if "command" in topic.values else "position"][rows]
+        titles = tuple(f"{joint} command" for joint in joints)
+        inputs.append(Channels(topic.name, titles, ("rad",) * len(titles), values, own - begin))
+        late = "" if topic.stamped else f", at the time of logging less {1e3 * delay:.3g} ms, by which states are late"
+        notes.append(f"commands of {topic.name}{late}")
+    names, units, columns = list(states.joints), ["rad"] * len(states.joints), [states.values["position"]]
+    for quantity in states.values:
+        if quantity != "position":
+            names += [f"{joint} {quantity}" for joint in states.joints]
+            units += [UNITS[quantity]] * len(states.joints)
+            columns.append(states.values[quantity])
+    hint = "" if others else _hint(topics, states, unread)
+    values = np.hstack(columns)[kept]
+    return Channels(
+        name, tuple(names), tuple(units), values, time - begin, tuple(notes), inputs=tuple(inputs), hint=hint
+    )
+
+
+def _ordered(time: Array) -> tuple[Array, Array]:
+    """Times that increase, and their indices."""
     order = np.argsort(time, kind="stable")
     kept = order[np.concatenate([[True], np.diff(time[order]) > 0.0])]
-    notes = [f"joint states of {topics[k]}; the clock begins at {time[kept[0]]:.6f} s, set to 0"]
-    if len(kept) < len(time):
-        notes.append(f"{len(time) - len(kept)} messages repeat a stamp and are left out")
-    names = tuple(str(joint) for joint in content[f"names{k}"])
-    values = np.asarray(content[f"values{k}"])[kept]
-    return Channels(name, names, ("rad",) * len(names), values, time[kept] - time[kept[0]], tuple(notes))
+    return time[kept], kept
+
+
+def _states(topics: dict[str, Topic], unread: dict[str, str], wanted: str | None, name: str) -> Topic:
+    """The topic that tells the measured angles."""
+    able = {key: topic for key, topic in topics.items() if "position" in topic.values}
+    if wanted is not None:
+        if wanted in able:
+            return able[wanted]
+        why = f": {unread[wanted]}" if wanted in unread else near(wanted, list(able))
+        raise UserError(Problem(f'there are no joint states on "{wanted}"{why}', name))
+    if not able:
+        also = "".join(f"; {topic}: {why}" for topic, why in unread.items())
+        raise UserError(Problem(f"contains no joint states (sensor_msgs/JointState){also}", name))
+    for chosen in (able, {k: t for k, t in able.items() if not t.says_command or "command" in t.values}):
+        if len(chosen) == 1:
+            return next(iter(chosen.values()))
+    both = [topic for topic in able.values() if "command" in topic.values]
+    if len(both) == 1:
+        return both[0]  # angles and commands in one message
+    text = f"has joint states on {listed(able)}; choose one in a project: topic: {next(iter(able))}"
+    raise UserError(Problem(text, name))
+
+
+def _commands(
+    topics: dict[str, Topic], states: Topic, wanted: Sequence[CommandTopic], name: str
+) -> list[tuple[Topic, tuple[str, ...]]]:
+    """Topics of commands beside the states, each with the joints in the order of its numbers."""
+    if not wanted:
+        able = _named_commands(topics, states)
+        return [] if "command" in states.values or len(able) != 1 else [(able[0], able[0].joints)]
+    found, problems = [], []
+    able_names = [key for key, topic in topics.items() if {"command", "position"} & set(topic.values)]
+    for each in wanted:
+        topic = topics.get(each.topic)
+        if topic is None or each.topic not in able_names:
+            problems.append(Problem(f'there are no commands on "{each.topic}"{near(each.topic, able_names)}', name))
+        elif not topic.named and len(each.joints) != len(topic.joints):
+            text = f"commands on {each.topic} have {len(topic.joints)} numbers and no names; name their joints in this "
+            problems.append(Problem(f"{text}order: commands: {{topic: {each.topic}, joints: [...]}}", name))
+        elif topic.named and each.joints:
+            problems.append(Problem(f'commands on {each.topic} name their joints; leave "joints" out', name))
+        else:
+            found.append((topic, topic.joints if topic.named else each.joints))
+    if problems:
+        raise UserError(problems)
+    return found
+
+
+def _named_commands(topics: dict[str, Topic], states: Topic) -> list[Topic]:
+    """Topics that can only be commands, and name their joints."""
+    others = [topic for topic in topics.values() if topic.named and topic is not states]
+    return [t for t in others if "command" in t.values or ("position" in t.values and t.says_command)]
+
+
+def _hint(topics: dict[str, Topic], states: Topic, unread: dict[str, str]) -> str:
+    """What a reader without commands needs to know of the log."""
+    several = _named_commands(topics, states)
+    found = []
+    if len(several) > 1:
+        found.append(f"commands are on {listed(t.name for t in several)}: choose with commands: {several[0].name}")
+    for topic in topics.values():
+        if not topic.named and "command" in topic.values:
+            count = len(topic.joints)
+            text = f"{topic.name} has {count} numbers without joints' names: commands: {{topic: {topic.name}, joints: "
+            found.append(f"{text}[{', '.join(states.joints[:count])}]}}")
+        elif topic.kind == PATHS:
+            text = f"{topic.name} has whole trajectories, between whose points the controller interpolates: log its "
+            found.append(f"{text}state too (control_msgs/JointTrajectoryControllerState)")
+    return "; ".join([*found, *(f"{topic}: {why}" for topic, why in unread.items())])

@@ -18,12 +18,13 @@ from synth.files.output import place, sha256_file, write_csv, write_json, write_
 from synth.files.validate import gathering, raise_if_any
 from synth.motion.importers.cleaning import SHORTEST
 from synth.motion.importers.convert import Imported, import_file
+from synth.motion.importers.drive_inputs import merged
 from synth.motion.release import free_after
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 TRIALS = "trials"
-FIT, LEG = "fit.yaml", "leg.leg.yaml"  # a project of the trials, ready to run
+FIT, GAP, LEG = "fit.yaml", "gap.yaml", "leg.leg.yaml"  # a project of the trials, ready to run
 LIBRARIES = ("numpy", "scipy")
 DRAWN = 9  # frames whose points are drawn
 
@@ -85,16 +86,24 @@ def _without_hand(trials: list[ImportedTrial]) -> list[ImportedTrial]:
     return made
 
 
+def project_file(leg: Leg) -> str:
+    """The project that is written: a fit, or for a leg whose joints are driven a gap, which needs no springs."""
+    return GAP if any(joint.drive is not None for joint in leg.joints) else FIT
+
+
 def write_import(project: ImportProject, trials: list[ImportedTrial], folder: Path) -> None:
-    """Write the trials, each validated by the fit's reader, a project that fits them, and ``import.json``."""
+    """Write the trials, each validated by the fit's reader, a project of them that runs, and ``import.json``."""
     from synth.files.recording import read_recording
 
     (folder / TRIALS).mkdir()
     problems: list[Any] = []
     for trial in trials:
-        columns = {"time [s]": trial.imported.time}
+        clock, rows, inputs = merged(trial.imported.time, trial.imported.inputs)
+        columns = {"time [s]": clock}
         for index, joint in enumerate(project.leg.joint_names):
-            columns[f"{joint} [deg]"] = np.degrees(trial.imported.angles[:, index])
+            columns[f"{joint} [deg]"] = angle = np.full(len(clock), np.nan)
+            angle[rows] = np.degrees(trial.imported.angles[:, index])
+        columns |= inputs
         path = place(folder, trial.target)
         write_csv(path, columns)
         with gathering(problems):
@@ -102,7 +111,9 @@ def write_import(project: ImportProject, trials: list[ImportedTrial], folder: Pa
     if problems:
         raise UserError(problems)
     write_leg(project.leg, folder / LEG)
-    write_text(folder / FIT, f"kind: fit\nleg: {LEG}\ntrials:\n  - {TRIALS}/*.csv\nfree_angle: auto\n")
+    name = project_file(project.leg)
+    more = "free_angle: auto\n" if name == FIT else ""
+    write_text(folder / name, f"kind: {Path(name).stem}\nleg: {LEG}\ntrials:\n  - {TRIALS}/*.csv\n{more}")
     content = {
         "format": "synth/import/1",
         "name": project.name,

@@ -22,6 +22,7 @@ from synth.motion.importers.registry import loader, text_start
 SIZE_LIMIT = 200_000_000  # bytes; the whole file is read into memory
 COMMENTS = ("#", "%", "//")
 _TITLE = re.compile(r"\s*(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
+_ELECTRIC = re.compile(r"volt|supply|battery|current|torque|effort|moment", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-nan", "nan(ind)"})
 
@@ -54,7 +55,7 @@ def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
         titles = titles[:-1]
     if any(_number(title, separator) is not None for title in titles):
         raise UserError(Problem("begins with numbers; its first line must name the columns", name, numbers[0]))
-    names, found_units = zip(*map(_title, titles), strict=True)
+    names, found_units = zip(*map(title_and_unit, titles), strict=True)
     first = 1
     if len(rows) > 2 and all(cell.strip() and _is_unit(cell.strip()) for cell in rows[1][: len(titles)]):
         found_units, first = tuple(cell.strip() for cell in rows[1][: len(titles)]), 2
@@ -77,13 +78,14 @@ def _text(path: Path, name: str) -> str:
     raise UserError(Problem("is not text", name))
 
 
-def _title(title: str) -> tuple[str, str]:
+def title_and_unit(title: str) -> tuple[str, str]:
     """Name and unit of ``Hip angle (deg)``; brackets without a unit belong to the name."""
     match = _TITLE.fullmatch(title)
-    # Only units of an angle or a time: "Hip (L)" is the left one, not litres.
-    if match and match[1] and any(_is_unit(match[2], of) for of in ("rad", "s")):
-        return match[1], match[2]
-    return title, ""
+    if not match:
+        return title, ""
+    # Beside angles and times only of what is electric or a torque: "Hip (L)" is the left one, "Hip (A)" may be one too.
+    known = ("rad", "s", *(("V", "A", "N*m") if "[" in title or _ELECTRIC.search(match[1]) else ()))
+    return (match[1], match[2]) if any(_is_unit(match[2], of) for of in known) else (title, "")
 
 
 def _is_unit(text: str, of: str | None = None) -> bool:

@@ -1,0 +1,240 @@
+"""Inputs of a leg's drives in a foreign file: commands, voltages, currents, torques, switches and the supply."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.arrays import Array
+from synth.drives.servo import Servo, TorqueDrive
+from synth.errors import Problem, UserError
+from synth.files.import_project import DRIVEN, InputColumn, JointColumn, Mapping
+from synth.motion.importers.cleaning import TURN
+from synth.motion.importers.foreign_data import Channels, listed
+from synth.swing.leg_model import Joint, Leg
+from synth.units import factor
+
+TABLE_UNITS = {"command": "deg", "voltage": "V", "current": "A", "torque": "N*m", "enabled": "1"}
+# What loggers call each input; found as "knee goal position", "knee_cmd", "desired_knee".
+WORDS = {
+    "command": ("command", "cmd", "goal", "goal position", "desired", "desired position", "reference", "target",
+                "target position", "setpoint"),
+    "voltage": ("voltage", "motor voltage"),
+    "current": ("current", "present current", "motor current"),
+    "torque": ("torque", "effort"),
+    "enabled": ("enabled", "torque enable", "torque enabled"),
+}  # fmt: skip
+SUPPLIES = ("supply", "supply voltage", "input voltage", "input volts", "battery voltage")
+TOGETHER = 1e-6  # s, stamps nearer than this are one row: below any controller's period, above a stamp's rounding
+
+
+@dataclass(frozen=True, eq=False)
+class DriveInput:
+    """One column of a trial: ``title`` with its unit, ``value`` (m,) in that unit at ``time`` (m,) s."""
+
+    title: str
+    time: Array
+    value: Array
+
+
+def accepted(joint: Joint) -> tuple[set[str], set[str]]:
+    """The inputs of which a joint's drive needs one, and those that it takes besides, by their names in ``DRIVEN``."""
+    if isinstance(joint.drive, Servo):
+        return ({"voltage"} if joint.drive.open_duty else {"command"}), {"enabled"}
+    return ({"current", "torque"} if isinstance(joint.drive, TorqueDrive) else set()), set()
+
+
+def drive_inputs(
+    source: Channels, leg: Leg, mapping: Mapping, time: Array, angles: Array, cleaned: Array, notes: list[str]
+) -> tuple[DriveInput, ...]:
+    """The inputs that the leg's drives take.
+
+    Parameters
+    ----------
+    time : (n,) s of the source's samples.
+    angles, cleaned : (n, n_joint) rad, measured angles before and after whole turns were removed.
+
+    Raises
+    ------
+    UserError : a drive lacks its input, or a column that the project names does not exist or has no drive.
+    """
+    problems: list[Problem] = []
+    found: list[DriveInput] = []
+    for index, joint in enumerate(leg.joints):
+        column = mapping.joints.get(joint.name) or JointColumn(joint.name)
+        turned = cleaned[:, index] if bool((np.abs(cleaned - angles)[:, index] > TURN / 2).any()) else None
+        try:
+            for word, own, k in _of_joint(source, joint, column):
+                made = _converted(source, own, k, word, joint, column, time)
+                if word == "command" and turned is not None:
+                    made = _same_turn(made, time, turned)
+                found.append(made)
+                notes.append(f"{joint.name} {word}: from {own.names[k]}")
+        except UserError as error:
+            problems += error.problems
+    try:
+        found += _supply(source, leg, mapping, time, notes)
+    except UserError as error:
+        problems += error.problems
+    if problems:
+        raise UserError(problems)
+    return tuple(found)
+
+
+def _of_joint(source: Channels, joint: Joint, column: JointColumn) -> Iterator[tuple[str, Channels, int]]:
+    """Name of each input, its channels and the index there."""
+    one_of, besides = accepted(joint)
+    foreign = [word for word in column.inputs if word not in one_of | besides | {"torque"}]
+    if foreign:
+        kind = "none" if joint.drive is None else "one that takes " + " or ".join(sorted(one_of))
+        text = (
+            f"{joint.name}: its drive in the leg file ({kind}) takes no {foreign[0]}; leave it out, or change the drive"
+        )
+        raise UserError(Problem(text, source.name))
+    given = {word: _told(source, joint, word, each) for word, each in column.inputs.items()}
+    missing = not (one_of & set(given))
+    for word in DRIVEN:
+        wanted = word in besides or (missing and word in one_of)
+        place = given.get(word) or (_sought(source, joint, column, word) if wanted else None)
+        if place is not None:
+            missing = missing and word not in one_of
+            yield word, place[0], place[1]
+    if missing and one_of:
+        word = next(word for word in DRIVEN if word in one_of)
+        text = f"there is no {word} of {joint.name}, which its drive needs; name its column in a project: joints: "
+        text += f"{{{joint.name}: {{column: {column.column}, {word}: NAME}}}}; the file has {listed(source.names)}"
+        raise UserError(Problem(f"{text}; {source.hint}" if source.hint else text, source.name))
+
+
+def _told(source: Channels, joint: Joint, word: str, wanted: InputColumn) -> tuple[Channels, int]:
+    for own in source.inputs:
+        if own.has(wanted.column):
+            return own, own.find(wanted.column, joint.name)
+    return source, source.find(wanted.column, f"{joint.name} {word}")
+
+
+def _sought(source: Channels, joint: Joint, column: JointColumn, word: str) -> tuple[Channels, int] | None:
+    """The channel that is named after the joint and this input, None if there is none."""
+    for own in (source, *source.inputs):
+        for base in dict.fromkeys((column.column, joint.name)):
+            for each in WORDS[word]:
+                for title in (f"{base} {each}", f"{each} {base}"):
+                    if own.has(title) and np.isfinite(own.values[:, own.find(title, word)]).any():
+                        return own, own.find(title, word)
+    return None
+
+
+def _converted(
+    source: Channels, own: Channels, k: int, word: str, joint: Joint, column: JointColumn, time: Array
+) -> DriveInput:
+    """An input in the measured angle's sense and the table's unit; ``own`` : the channels that hold it."""
+    told = column.inputs.get(word)
+    unit = _unit(own, k, told, column.unit if word == "command" else None, f"{joint.name} {word}", word)
+    value = own.values[:, k] * factor(unit, DRIVEN[word])
+    sense = joint.sign * (joint.sign if column.sign is None else column.sign)
+    if word == "command":
+        value = joint.zero + sense * (value - (joint.zero if column.zero is None else column.zero))
+    elif word != "enabled":
+        value = sense * value
+    table = TABLE_UNITS[word]
+    value = value * factor(DRIVEN[word], table)
+    title = f"{joint.name} {word} [{table}]"
+    if own is source or own.time is None:
+        return DriveInput(title, time, value)
+    known = np.isfinite(value)
+    return DriveInput(title, own.time[known], value[known])
+
+
+def _unit(own: Channels, k: int, told: InputColumn | None, angle: str | None, what: str, word: str) -> str:
+    """The unit of an input: the file's own, the project's, or for a command that of the angle."""
+    unit = own.units[k] or (told.unit if told is not None else None) or angle or ("1" if word == "enabled" else None)
+    if unit is None:
+        title, example = own.names[k], TABLE_UNITS[word]
+        text = f'{what}: the file does not state the unit of "{title}"; write {{column: {title}, unit: {example}}}'
+        raise UserError(Problem(text, own.name))
+    try:
+        factor(unit, DRIVEN[word])
+    except UserError as error:
+        raise UserError(Problem(f"{what}: {error.problems[0].text}", own.name)) from None
+    return unit
+
+
+def _same_turn(made: DriveInput, time: Array, angle: Array) -> DriveInput:
+    """A command within half a turn of the angle, from which whole turns were removed."""
+    known = np.isfinite(angle)
+    at = np.degrees(np.interp(made.time, time[known], angle[known]))
+    turn = np.degrees(TURN)
+    return DriveInput(made.title, made.time, made.value + turn * np.round((at - made.value) / turn))
+
+
+def _supply(source: Channels, leg: Leg, mapping: Mapping, time: Array, notes: list[str]) -> list[DriveInput]:
+    """The supply's voltage, if a servo with a motor takes it."""
+    takes = any(isinstance(j.drive, Servo) and j.drive.motor and not j.drive.open_duty for j in leg.joints)
+    if not takes:
+        if mapping.supply is not None:
+            text = "no joint has a servo with a motor, which alone takes a supply; leave it out"
+            raise UserError(Problem(text, source.name, key="supply"))
+        return []
+    if mapping.supply is not None:
+        k = source.find(mapping.supply.column, "supply")
+    else:
+        known = [name for name in SUPPLIES if source.has(name) and source.units[source.find(name, "supply")]]
+        if not known:
+            return []
+        k = source.find(known[0], "supply")
+    unit = _unit(source, k, mapping.supply, None, "supply", "voltage")
+    notes.append(f"supply: from {source.names[k]}")
+    return [DriveInput("supply [V]", time, source.values[:, k] * factor(unit, "V"))]
+
+
+def within(inputs: Sequence[DriveInput], clock: Array, first: int, last: int) -> tuple[tuple[DriveInput, ...], int]:
+    """The inputs over the samples ``first`` to before ``last`` of ``clock`` (n,) s.
+
+    An input with a clock of its own is a command, held from each sample to the next: it begins with the sample that
+    held at the first row. Returned too: the first sample at which every command is known.
+    """
+    own = [each for each in inputs if each.time is not clock]
+    begin = max([clock[first], *(float(each.time[0]) for each in own)])
+    first = max(first, int(np.searchsorted(clock, begin - TOGETHER)))
+    kept = []
+    for each in inputs:
+        if each.time is clock:
+            kept.append(DriveInput(each.title, clock[first:last], each.value[first:last]))
+            continue
+        if first >= last:
+            break
+        held = max(0, int(np.searchsorted(each.time, clock[first] + TOGETHER)) - 1)
+        until = int(np.searchsorted(each.time, clock[last - 1] + TOGETHER))
+        rows = np.maximum(each.time[held : max(until, held + 1)], clock[first])
+        kept.append(DriveInput(each.title, rows, each.value[held : max(until, held + 1)]))
+    return tuple(kept), first
+
+
+def merged(time: Array, inputs: Sequence[DriveInput]) -> tuple[Array, Array, dict[str, Array]]:
+    """One table of all clocks.
+
+    Returns
+    -------
+    (m,) s; (n,) the rows of the samples at ``time`` (n,) s; each input (m,) under its title, nan where it has no
+    sample.
+    """
+    every = np.sort(np.concatenate([time, *(each.time for each in inputs)]))
+    starts = np.concatenate([[True], np.diff(every) > TOGETHER])
+    clock = every[starts]
+    rows = _row(time, clock)
+    clock[rows] = time
+    columns = {}
+    for each in inputs:
+        column = np.full(len(clock), np.nan)
+        column[_row(each.time, clock)] = each.value
+        columns[each.title] = column
+    return clock, rows, columns
+
+
+def _row(time: Array, clock: Array) -> NDArray[np.intp]:
+    """(n,) the rows of ``clock`` nearest to ``time``."""
+    after = np.clip(np.searchsorted(clock, time), 1, len(clock) - 1)
+    return np.asarray(after - (time - clock[after - 1] < clock[after] - time))

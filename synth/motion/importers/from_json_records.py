@@ -1,0 +1,121 @@
+"""JSON logs: a record a sample, or a list a column.
+
+Read are a list of records; an object with one list of records beside what was done (the logs of BAM, Duclusaud et al.,
+arXiv 2410.08650: ``{"mass": 0.5, "kp": 100, "entries": [{"timestamp": 0.0, "position": 0.1, ...}, ...]}``); an object
+of lists of equal length; and a record a line. A record within a record is named ``outer.inner``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping as Dictionary
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.files.import_project import Mapping
+from synth.files.paths import read_bytes
+from synth.motion.importers.foreign_data import Channels, listed
+from synth.motion.importers.plain_csv import SIZE_LIMIT, title_and_unit
+from synth.motion.importers.registry import loader, text_start
+
+DEEPEST = 8  # records within records; a log's own nest two or three
+SHOWN = 12  # values in the note on what was done
+
+
+def is_json(start: bytes, path: Path) -> bool:
+    """Whether a text begins as an object, or as a list of objects."""
+    text = "".join(text_start(start)[:1000].split())
+    return text.startswith(('{"', "[{"))
+
+
+@loader("json", "JSON with a record a sample", is_json, "channels")
+def read_json(path: Path, mapping: Mapping, name: str) -> Channels:
+    """All numbers of the records, with their names and, where a name states one, units.
+
+    Raises
+    ------
+    UserError : no JSON, or neither records nor columns in it.
+    """
+    content = _content(path, name)
+    notes: list[str] = []
+    records = _within(content, notes, name) if isinstance(content, dict) else content
+    flat = [_flat(record) for record in records]
+    titles = list(dict.fromkeys(title for record in flat for title in record))
+    columns, left_out = {}, []
+    for title in titles:
+        cells = [record.get(title) for record in flat]
+        if all(cell is None or isinstance(cell, (int, float)) for cell in cells):
+            columns[title] = np.array([np.nan if cell is None else _number(cell) for cell in cells])
+        else:
+            left_out.append(title)
+    if left_out:
+        notes.append(f"left out, since they are no numbers: {listed(left_out)}")
+    if len(flat) < 2 or not columns:
+        raise UserError(Problem("has no records with numbers", name))
+    names, units = zip(*map(title_and_unit, columns), strict=True)
+    repeated = next((each for k, each in enumerate(names) if each in names[:k]), None)
+    if repeated is not None:
+        raise UserError(Problem(f'column "{repeated}" is given twice; rename one', name))
+    return Channels(name, tuple(names), tuple(units), np.column_stack(list(columns.values())), notes=tuple(notes))
+
+
+def _content(path: Path, name: str) -> Any:
+    """The file's value; of a record a line the list of them."""
+    try:
+        text = read_bytes(path, SIZE_LIMIT, "thin it").decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise UserError(Problem("is not text", name)) from None
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise UserError(Problem("is nested too deeply", name)) from None
+    except json.JSONDecodeError as error:
+        first = error
+    lines = [line for line in text.splitlines() if line.strip()]
+    try:
+        return [json.loads(line) for line in lines]
+    except (json.JSONDecodeError, RecursionError):
+        raise UserError(Problem(f"is damaged JSON: {first.msg}", name, first.lineno)) from None
+
+
+def _within(content: dict[str, Any], notes: list[str], name: str) -> list[Any]:
+    """The records in an object, from its one list of them or its lists of equal length."""
+    lists = {key: value for key, value in content.items() if isinstance(value, list) and value}
+    of_records = [key for key, value in lists.items() if all(isinstance(each, dict) for each in value)]
+    if len(of_records) > 1:
+        text = f"has several lists of records: {listed(of_records)}; keep one in a file"
+        raise UserError(Problem(text, name))
+    told = {key: value for key, value in content.items() if isinstance(value, (str, int, float))}
+    if told:
+        shown = ", ".join(f"{key} {str(value)[:40]}" for key, value in list(told.items())[:SHOWN])
+        notes.append(f"the file states {shown}; what of it concerns the leg belongs in the leg file")
+    if of_records:
+        return lists[of_records[0]]
+    lengths = {len(value) for value in lists.values()}
+    if len(lengths) != 1:
+        what = "lists of different lengths" if lengths else "no list"
+        raise UserError(Problem(f"has {what}: a log is a list of records, or one list a column", name))
+    return [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
+
+
+def _flat(record: Any, before: str = "", depth: int = 0) -> dict[str, Any]:
+    if not isinstance(record, Dictionary) or depth > DEEPEST:
+        return {}
+    found: dict[str, Any] = {}
+    for key, value in record.items():
+        inner = (
+            _flat(value, f"{before}{key}.", depth + 1) if isinstance(value, Dictionary) else {f"{before}{key}": value}
+        )
+        found |= inner
+    return found
+
+
+def _number(cell: float) -> float:
+    try:
+        number = float(cell)
+    except OverflowError:
+        return np.nan
+    return number if np.isfinite(number) else np.nan

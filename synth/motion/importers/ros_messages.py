@@ -1,0 +1,184 @@
+"""Messages of a robot's log that tell of joints, as arrays.
+
+``from_ros`` passes the text of this module to a process of its own (see ``child``), so it imports nothing of synth.
+Types that neither the file defines nor ``rosbags`` knows are told as unread.
+"""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy
+
+# A type's name without "msg" -> whether its numbers bear the names of joints.
+KINDS = {
+    "sensor_msgs/JointState": True,
+    "control_msgs/JointTrajectoryControllerState": True,
+    "control_msgs/DynamicJointState": True,
+    "std_msgs/Float64MultiArray": False,
+    "std_msgs/Float64": False,
+    "trajectory_msgs/JointTrajectory": True,
+}
+JOINT_STATE = "sensor_msgs/JointState"
+INTERFACES = ("position", "effort", "voltage", "current")  # of a DynamicJointState
+Message = tuple[str, str, float, Any]  # topic, type, time of logging in s, content
+
+
+def short(kind: str) -> str:
+    """A type's name as in ``KINDS``: "sensor_msgs/msg/JointState" -> "sensor_msgs/JointState"."""
+    plain = kind.replace("/msg/", "/")
+    return JOINT_STATE if plain == "JointState" else plain
+
+
+def part(said: Any, *names: str) -> Any:
+    """The first of some fields that exists and is not empty, of a message or of a JSON object; None if none is."""
+    for name in names:
+        value = said.get(name) if isinstance(said, dict) else getattr(said, name, None)
+        if value is not None and (not hasattr(value, "__len__") or len(value)):
+            return value
+    return None
+
+
+def stamp_of(said: Any) -> float:
+    """The message's own time, s; nan if it bears none."""
+    stamp = part(part(said, "header") or {}, "stamp") or {}
+    found = float(part(stamp, "sec") or 0) + 1e-9 * float(part(stamp, "nanosec", "nsec") or 0)
+    return found or numpy.nan
+
+
+def numbers(kind: str, said: Any) -> tuple[list[str], dict[str, list[float]]]:
+    """Names of joints, and each quantity's values in their order."""
+    if kind == JOINT_STATE:
+        return list(part(said, "name") or []), _filled(position=part(said, "position"), effort=part(said, "effort"))
+    names = list(part(said, "joint_names") or [])
+    if kind.endswith("ControllerState"):
+        measured, wanted = part(said, "feedback", "actual"), part(said, "reference", "desired")
+        if part(measured, "positions") is None:  # the newer fields stand beside the older ones and may be unused
+            measured, wanted = part(said, "actual") or measured, part(said, "desired") or wanted
+        position, effort = part(measured, "positions"), part(measured, "effort")
+        return names, _filled(position=position, effort=effort, command=part(wanted, "positions"))
+    if kind.endswith("DynamicJointState"):
+        found: dict[str, list[float]] = {}
+        for k, own in enumerate(part(said, "interface_values") or []):
+            values = part(own, "values")
+            for quantity, value in zip(
+                part(own, "interface_names") or [], [] if values is None else values, strict=False
+            ):
+                if quantity in INTERFACES:
+                    found.setdefault(quantity, [numpy.nan] * len(names))[k] = float(value)
+        return names, found
+    data = part(said, "data")
+    return [], {} if data is None else _filled(command=data if hasattr(data, "__len__") else [data])
+
+
+def _filled(**values: Any) -> dict[str, list[float]]:
+    return {name: [float(value) for value in given] for name, given in values.items() if given is not None}
+
+
+def mcap_messages(path: str, unread: dict[str, str]) -> Iterator[Message]:
+    """Messages of an MCAP file of a type in ``KINDS``; ``unread`` gets topics that cannot be read, with the reason."""
+    from mcap.reader import make_reader
+
+    stores: dict[str, Any] = {}
+    with open(path, "rb") as stream:  # noqa: PTH123 - a child's text is plain
+        for schema, channel, message in make_reader(stream).iter_messages():
+            kind = "" if schema is None else short(schema.name)
+            if schema is None or kind not in KINDS or channel.topic in unread:
+                continue
+            time, coding = message.log_time * 1e-9, channel.message_encoding
+            if coding == "json":
+                yield channel.topic, kind, time, json.loads(message.data)
+                continue
+            if coding not in ("cdr", "ros1"):
+                raise ValueError(f"{channel.topic} is encoded as {coding}; cdr, ros1, json are read")
+            name = kind.replace("/", "/msg/")
+            if coding not in stores:
+                stores[coding] = typestore(coding)
+            store = stores[coding]
+            if name not in store.fielddefs and not defined(store, schema, name):
+                unread[channel.topic] = f"{kind}: the file does not define this type as text"
+                continue
+            read = store.deserialize_ros1 if coding == "ros1" else store.deserialize_cdr
+            yield channel.topic, kind, time, read(message.data, name)
+
+
+def typestore(coding: str) -> Any:
+    """The types that ``rosbags`` knows."""
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS1_NOETIC if coding == "ros1" else Stores.ROS2_HUMBLE)
+
+
+def defined(store: Any, schema: Any, name: str) -> bool:
+    """Add to ``store`` what the file's schema defines; whether it defines ``name``."""
+    from rosbags.typesys import get_types_from_msg
+
+    if schema.encoding not in ("ros2msg", "ros1msg"):
+        return False
+    types = get_types_from_msg(schema.data.decode(), name)
+    store.register({key: value for key, value in types.items() if key not in store.fielddefs})
+    return name in store.fielddefs
+
+
+def bag_messages(path: str, unread: dict[str, str]) -> Iterator[Message]:
+    """The same of a ROS 1 bag, or of a ROS 2 bag given by its data base."""
+    from rosbags.highlevel import AnyReader
+
+    place = Path(path)
+    place = place if place.suffix == ".bag" else place.parent
+    with AnyReader([place], default_typestore=typestore("cdr")) as reader:
+        wanted = [item for item in reader.connections if short(item.msgtype) in KINDS]
+        for connection, time, data in reader.messages(connections=wanted):
+            if connection.topic in unread:
+                continue
+            kind = short(connection.msgtype)
+            try:
+                said = reader.deserialize(data, connection.msgtype)
+            except KeyError:
+                unread[connection.topic] = f"{kind}: the bag does not define this type (bags from ROS 2 Iron on do)"
+                continue
+            yield connection.topic, kind, time * 1e-9, said
+
+
+def joint_arrays(path: str, mcap: bool) -> dict[str, Any]:
+    """What a log tells of joints.
+
+    Returns
+    -------
+    ``topics``, ``kinds`` (k,), ``unread`` and ``why``; of topic i ``names{i}`` (m,), ``stamp{i}`` and ``logged{i}``
+    (n,) s and each quantity in ``quantities{i}`` as (n, m), nan where a message lacks it.
+    """
+    unread: dict[str, str] = {}
+    rows: dict[str, list[Any]] = {}
+    kinds: dict[str, str] = {}
+    for topic, kind, time, said in (mcap_messages if mcap else bag_messages)(path, unread):
+        kinds[topic] = kind
+        rows.setdefault(topic, []).append((time, stamp_of(said), *numbers(kind, said)))
+    topics = sorted(rows)
+    arrays = {"topics": numpy.array(topics, dtype=str), "kinds": numpy.array([kinds[t] for t in topics], dtype=str)}
+    arrays |= {"unread": numpy.array(list(unread), dtype=str), "why": numpy.array(list(unread.values()), dtype=str)}
+    for i, topic in enumerate(topics):
+        arrays |= _topic_arrays(rows[topic], i)
+    return arrays
+
+
+def _topic_arrays(rows: list[Any], i: int) -> dict[str, Any]:
+    width = max(len(values) for _, _, _, found in rows for values in [[], *found.values()])
+    named = any(names for _, _, names, _ in rows)
+    seen = dict.fromkeys(str(name) for _, _, names, _ in rows for name in names)
+    names = list(seen) if named else [str(k + 1) for k in range(width)]
+    place = {name: k for k, name in enumerate(names)}
+    quantities = list(dict.fromkeys(quantity for _, _, _, found in rows for quantity in found))
+    made = {quantity: numpy.full((len(rows), len(names)), numpy.nan) for quantity in quantities}
+    for row, (_, _, given, found) in enumerate(rows):
+        for quantity, values in found.items():
+            for name, value in zip(given or names, values, strict=False):
+                made[quantity][row, place[str(name)]] = value
+    return {
+        f"names{i}": numpy.array(names, dtype=str),
+        f"logged{i}": numpy.array([row[0] for row in rows]),
+        f"stamp{i}": numpy.array([row[1] for row in rows]),
+        f"quantities{i}": numpy.array(quantities, dtype=str),
+        **{f"{quantity}{i}": values for quantity, values in made.items()},
+    }
