@@ -213,7 +213,7 @@ def within(inputs: Sequence[DriveInput], clock: Array, first: int, last: int) ->
     return tuple(kept), first
 
 
-def merged(time: Array, inputs: Sequence[DriveInput]) -> tuple[Array, Array, dict[str, Array]]:
+def merged(time: Array, inputs: Sequence[DriveInput]) -> tuple[Array, NDArray[np.intp], dict[str, Array]]:
     """One table of all clocks.
 
     Returns
