@@ -1,4 +1,4 @@
-"""Which torques of effects act in given lanes, and what these need of the integrator: memories, events, tolerances."""
+"""The effects that act in given lanes, and the memories, events and tolerances that the integrator needs for them."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from synth.arrays import Array
 from synth.swing.effects import Effect, effect_named
 from synth.swing.lane_layout import FIRST_LAW, MOST_MEMORIES, Layout
 
-BEND_TOLERANCE = 1e3  # a bristle's bend, of one at most, may be wrong by a thousand times as much as an angle
+BEND_TOLERANCE = 1e3  # factor on the tolerance for a bristle's bend, which is 1 at most, against that of an angle
 
 
 @dataclass(frozen=True)
 class ActiveEffects:
-    """The effects of a chain with a torque, in the order of ``layout.laws``."""
+    """The torque effects of a chain, in the order of ``layout.laws``."""
 
     layout: Layout
     effects: tuple[Effect, ...]
 
     @cached_property
     def _needs_load(self) -> dict[int, np.ndarray[Any, Any]]:
-        """Index of each effect that uses the bearing force -> rows that make it do so where they are not zero."""
+        """Index of each effect that uses the bearing force -> rows; it uses it only if one of these is not zero."""
         layout, found = self.layout, {}
         for index, effect in enumerate(self.effects):
             if effect.uses_load:
@@ -36,7 +36,7 @@ class ActiveEffects:
 
     @cached_property
     def _switches(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-        """Rows that switch a torque on when they are not zero: curves', servos', each effect's; where each begins."""
+        """Rows that switch a torque on if not zero (curves, servos, each effect), and the first index of each group."""
         layout = self.layout
         groups = [list(range(layout.n_row)[layout.rows(block)]) for block in ("curve_slope", "servo_strength")]
         for effect in self.effects:
@@ -46,7 +46,7 @@ class ActiveEffects:
         return np.array([row for group in groups for row in group]), starts
 
     def active(self, lanes: Array) -> np.ndarray[Any, np.dtype[np.int64]]:
-        """(2, 2 + n_law) which extra torques any column of ``lanes`` (n_row, n_lane) switches on, as ``integrate``."""
+        """(2, 2 + n_law) extra torques that any column of ``lanes`` (n_row, n_lane) switches on; see ``integrate``."""
         rows, starts = self._switches
         switches = np.logical_or.reduceat(np.any(lanes[rows] != 0.0, axis=1), starts)
         both = np.array([switches, switches], dtype=np.int64)
@@ -56,10 +56,10 @@ class ActiveEffects:
         return both
 
     def states(self, active: np.ndarray[Any, np.dtype[np.int64]], workspace: Array) -> tuple[Any, ...]:
-        """Rows of state and derivative, tolerance factors and events; puts memories that are on to their start.
+        """Rows of state and derivative, tolerance factors and events; active memories are set to their start values.
 
-        A memory takes part at those joints alone where its effect is on in some lane: a bristle turning over at a joint
-        without friction would cost steps all the same.
+        A memory is a state only at joints at which its effect is on in some lane, because even a bristle without
+        friction would cost steps.
         """
         layout, on = self.layout, []
         switches = active[1, FIRST_LAW:]
@@ -87,7 +87,7 @@ class ActiveEffects:
     def _newly(self, on: Sequence[tuple[str, int]]) -> tuple[Any, ...]:
         layout = self.layout
         if len(on) > MOST_MEMORIES:
-            raise ValueError(f"{len(on)} memories of effects at once; the integrator has room for {MOST_MEMORIES}")
+            raise ValueError(f"{len(on)} memories of effects at once; the integrator can hold {MOST_MEMORIES}")
         state, derivative = layout.states(on)
         factors = np.ones(len(state))
         factors[2 * layout.n :] = [BEND_TOLERANCE if effect_named(name).bristle else 1.0 for name, _ in on]

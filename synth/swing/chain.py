@@ -24,9 +24,9 @@ from synth.swing.leg_model import Leg, Tip
 from synth.swing.time_unit import time_exponent
 from synth.units import quantity
 
-MAX_STEPS = 20_000  # of one trajectory; beyond this it is nan. Three links take about 140 a second
+MAX_STEPS = 20_000  # of one trajectory, which is nan beyond this; three links need about 140 per second
 FIRST_STEP = 1e-3  # s
-# Power of time in the unit of each block of rows that belongs to no effect; other blocks have none.
+# Power of time in the unit of each block of rows outside the effects; 0 for all other blocks.
 IN_TIME = {
     "rate": -1, "spring_rate": -2, "damper_rate": -1, "gravity": -2, "weight": -2, "curve_speed": -1,
     "curve_slope": -1, "torque_offset": -2, "torque_delay": 1, "servo_damping_gain": 1, "servo_strength": -2,
@@ -36,7 +36,7 @@ IN_TIME = {
 
 @dataclass(frozen=True)
 class Conditions:
-    """What one trial does to the leg: joints locked where they start, a mass at the tip, the base tilted further."""
+    """Conditions of one trial: joints locked at their initial angle, a mass at the tip, an additional base tilt."""
 
     locked: tuple[int, ...] = ()
     tip_mass: float = 0.0  # kg
@@ -46,11 +46,11 @@ class Conditions:
 
     @property
     def tip(self) -> Tip:
-        """What is added to the last link."""
+        """The mass added to the last link."""
         return Tip(self.tip_mass, self.tip_inertia, self.tip_at)
 
     def as_json(self, joints: Sequence[str]) -> dict[str, Any]:
-        """What a result says of a trial that was made under other conditions than the leg file's; empty for none."""
+        """The conditions that differ from the leg file's, as part of a result; empty if none do."""
         found: dict[str, Any] = {"locked": [joints[j] for j in self.locked]} if self.locked else {}
         if self.tip_mass:
             found["tip_mass"] = {"mass": quantity(self.tip_mass, "g"), "inertia": quantity(self.tip_inertia, "kg*m^2")}
@@ -65,7 +65,7 @@ class Conditions:
 class Chain:
     """The compiled functions for one number of links; obtain it from ``compiled_chain``.
 
-    Each is loaded, or compiled, where it is first asked for: a leg without effects needs but two of them.
+    Each function is loaded or compiled at its first use; a leg without effects needs only two of them.
     """
 
     layout: Layout
@@ -84,26 +84,26 @@ class Chain:
 
     @cached_property
     def bearing_forces(self) -> Any:
-        """Joint accelerations, and forces that the hinges carry."""
+        """Joint accelerations, and the bearing forces of the hinges."""
         return self.sources["bearing"].load().bearing_forces
 
     @cached_property
     def again(self) -> Any:
-        """Joint accelerations where ``bearing_forces`` has been, for other extra torques."""
+        """Joint accelerations for other extra torques at the state of the last ``bearing_forces``."""
         return self.sources["bearing"].load().again
 
     @cached_property
     def integrate(self) -> Any:
-        """The integrator, with all that effects and known torques need."""
+        """The integrator with effects and known torques."""
         return self.sources["integrator"].load().integrate
 
     @cached_property
     def integrate_plain(self) -> Any:
-        """The integrator for springs, linear dampers and gravity alone."""
+        """The integrator for springs, linear dampers and gravity only."""
         return self.sources["plain"].load().integrate
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A result that holds a chain is kept without its machine code, which is found again where it is read."""
+        """Pickle a chain without its machine code, which is loaded again when the chain is unpickled."""
         return compiled_chain, (self.layout.n,)
 
     def parameters(self, leg: Leg, conditions: Conditions = Conditions()) -> Array:
@@ -111,14 +111,14 @@ class Chain:
         return self.lanes(LegLanes.of(leg), conditions)[:, 0]
 
     def lanes(self, legs: LegLanes, conditions: Conditions = Conditions()) -> Array:
-        """(n_row, n_lane) lanes for columns of legs; ``conditions.locked`` counts in the leg's own joints."""
+        """(n_row, n_lane) lanes for columns of legs; ``conditions.locked`` are indices of the leg's own joints."""
         locked = tuple(legs.own[j] for j in conditions.locked)
         return legs.write(self.layout, locked, conditions.tip, conditions.tilt, self._off)
 
     def load(self, *, plain: bool = False) -> None:
-        """Load, or compile, everything now, or all that a leg without effects needs (``plain``).
+        """Load or compile everything now; with ``plain`` only what a leg without effects needs.
 
-        Where several modules are to be compiled the integrator, half of the work, is compiled by a process of its own.
+        If several modules must be compiled, a separate process compiles the integrator, which is half of the work.
         """
         wanted = [self.sources[name] for name in (PLAIN if plain else self.sources)]
         missing = [source for source in wanted if not source.on_disk]
@@ -126,7 +126,7 @@ class Chain:
         helper = code_cache.compile_aside(*aside.parts) if aside in missing and len(missing) > 1 else None
         for source in wanted:
             if source is aside and helper is not None:
-                helper.wait()  # if it fails, compiled here after all
+                helper.wait()  # if it fails, the integrator is compiled here
             source.load()
 
     @cached_property
@@ -140,7 +140,7 @@ class Chain:
 
     @cached_property
     def _off(self) -> Array:
-        """(n_row,) a lane in which every effect is off and all else zero."""
+        """(n_row,) a lane in which every effect is off and everything else zero."""
         column = np.zeros(self.layout.n_row)
         for effect in self.effects:
             for p, parameter in enumerate(effect.parameters):
@@ -149,7 +149,7 @@ class Chain:
 
     @cached_property
     def acting(self) -> ActiveEffects:
-        """Which of the effects act in given lanes."""
+        """Finds the effects that act in given lanes."""
         return ActiveEffects(self.layout, self.effects)
 
     @cached_property
@@ -165,7 +165,7 @@ class Chain:
         return found
 
     def _own_effect(self, lanes: Array) -> bool:
-        """Whether an effect that is not of this package acts in some lane."""
+        """Whether an effect from outside this package acts in some lane."""
         switched = self.acting.active(lanes)[1, FIRST_LAW:]
         return any(on and not e.module.startswith("synth.") for e, on in zip(self.effects, switched, strict=True))
 
@@ -176,7 +176,7 @@ class Chain:
         return [row for block in DRIVE for row in rows[self.layout.rows(block)]]
 
     def _late(self, known: KnownTorque, workspace: Array) -> KnownTorque:
-        """The known torque as the first lane has it; the others' delays are from then on what they differ by."""
+        """The known torque with the first lane's delay; the lanes' delay rows become differences from the first."""
         offset, delay = (workspace[self.layout.rows(block)] for block in DRIVE[1:])
         offset[~np.any(known[1] != 0.0, axis=0)] = 0.0  # in place: these are rows of the workspace
         first = delay[:, 0].copy()
@@ -203,16 +203,16 @@ class Chain:
             Each group of 16 shares its steps: put a nominal lane and its perturbed copies in one group.
         times : (n_time,) s, increasing.
         tolerance : relative and absolute (rad, rad/s) error a step.
-        known_torque : times (m,) s and torques on q (m, n) N m, which each lane's drive rows change: gain, offset, and
-            delay. An offset acts where the torque is not zero throughout: else the joint has none.
-        signals : what the servos of these legs are told, for ``n`` joints; None where none has one.
-        unit : s, in which time is counted inside, see ``time_unit``; 1 all the same where a user's own effect acts,
-            whose torque may hold numbers with a unit.
+        known_torque : times (m,) s and torques on q (m, n) N m; each lane's drive rows change their gain, offset and
+            delay. The offset applies only to joints whose torque is not zero throughout; the others are not driven.
+        signals : servo commands, supplies and switches of ``n`` joints; None if no joint has a servo.
+        unit : s, unit of time inside the integrator, see ``time_unit``; 1 if a user's own effect acts, because its
+            torque may contain constants in seconds.
 
         Returns
         -------
-        (n_time, n, n_lane) rad, or with ``rates`` (n_time, 2 n, n_lane); nan after the time at which a group gave up
-        because it diverged or needed more than ``max_steps``.
+        (n_time, n, n_lane) rad, or with ``rates`` (n_time, 2 n, n_lane) rad and rad/s; nan from the time at which a
+        group diverges or exceeds ``max_steps``.
         """
         n, n_lane = self.layout.n, lanes.shape[1]
         if unit != 1.0 and not self._own_effect(lanes):
@@ -228,7 +228,7 @@ class Chain:
         wrong = known_torque is not None and bool(np.any(lanes[self._drive_rows]))
         known = for_integrator(known_torque, n, signals)
         times = np.ascontiguousarray(times, dtype=float)
-        limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * len(known[0])  # it may end at every knot
+        limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * len(known[0])  # steps may end at knots
         shown, width = 2 * n if rates else n, -(-n_lane // LANES) * LANES
         result = np.empty((len(times), shown, width))
         out = result.reshape(-1)
@@ -251,27 +251,27 @@ class Chain:
 
 
 def compiled_chain(n: int) -> Chain:
-    """The compiled chain of ``n`` links. What is used for the first time on a machine compiles, then it is on disk."""
+    """The compiled chain of ``n`` links; a function compiles at its first use on a machine and is then on disk."""
     with _loading:
         effects = tuple(effect for effect in registered() if effect.way == "torque")
-        key = (n, *map(id, effects))  # an effect loaded again from its file is another one; a chain keeps its own alive
+        key = (n, *map(id, effects))  # a reloaded effect is a new object; a chain keeps its effects alive
         if key not in _chains:
             _chains[key] = _chain_of(n, effects)
         return _chains[key]
 
 
 _chains: dict[tuple[int, ...], Chain] = {}
-_loading = threading.RLock()  # a module that another thread is still running has no functions yet
+_loading = threading.RLock()  # a module that another thread is still executing has no functions yet
 
 
 def is_compiled(n: int, *, plain: bool = False) -> bool:
-    """Whether ``compiled_chain(n)`` finds everything on disk, or all that a leg without effects needs (``plain``)."""
+    """Whether all functions of ``compiled_chain(n)`` are on disk; ``plain`` : those of a leg without effects."""
     sources = compiled_chain(n).sources
     return all(sources[name].on_disk for name in (PLAIN if plain else sources))
 
 
 def _chain_of(n: int, effects: tuple[Effect, ...]) -> Chain:
-    """The chain with the text of each module that it may need."""
+    """The chain with the source text of each of its modules."""
     laws = (LaneLaw(each.name, len(each.parameters), each.memory, each.uses_drive) for each in effects)
     layout = Layout(n, tuple(laws))
     return Chain(layout, effects, chain_modules(layout, effects))

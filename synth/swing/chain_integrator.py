@@ -2,8 +2,8 @@
 
 Coefficients, error control and dense output: Hairer, Norsett & Wanner, *Solving Ordinary Differential Equations
 I*, 2nd ed. 1993, tables 5.2 and section II.6 (``dopri5``); step control with their PI controller (beta = 0.04).
-The right-hand side comes in as a function value, so this file compiles once for all chains. ``chain`` loads its text
-as it loads generated code, so that all that is compiled lies in one folder and is made anew when the layout changes.
+The right-hand side is a function argument, so this file compiles once for all chains. ``chain`` loads its text like
+generated code, so that all compiled code is in one folder and is recompiled when the layout changes.
 """
 
 from __future__ import annotations
@@ -32,23 +32,23 @@ _E1, _E3, _E4, _E5, _E6, _E7 = 71 / 57600, -71 / 16695, 71 / 1920, -17253 / 3392
 _D1, _D3, _D4 = -12715105075 / 11282082432, 87487479700 / 32700410799, -10690763975 / 1880347072
 _D5, _D6, _D7 = 701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29380423
 
-# Read as text by ``chain``, which makes a second module of this file with False: springs, dampers and gravity alone,
-# nothing else to call and no event to look for. It is compiled in half the time.
+# ``chain`` reads this file as text and makes a second module of it with False: only springs, dampers and gravity, no
+# other function to call and no events. It compiles in half the time.
 WHOLE = True
 
-# First places of these blocks in the workspace: alike for every number of links.
+# First indices of these blocks in the workspace, the same for every number of links.
 _ROTATION, _RATE, _ACCELERATION, _TORQUE = (
     Layout(1).row(block) * LANES for block in ("rotation", "rate", "acceleration", "extra_torque")
 )
-# Where state, stages and the rest lie in one array of the integrator's own. Constant places in one array let LLVM prove
-# that no store touches another's load; arrays of their own would cost a check at each loop.
+# First indices of state, stages and auxiliary arrays in the integrator's own array. With constant indices in one array
+# LLVM can prove that stores and loads do not overlap; separate arrays would cost a check in each loop.
 _ROOM = (2 * MOST_LINKS + (MOST_MEMORIES if WHOLE else 0)) * LANES
 _K1, _K2, _K3, _K4, _K5, _K6, _K7, _X, _Y, _V, _R1, _R2, _R3, _R4, _A, _SLIDES, _DUE, _EXPECTED, _BACK = (
     k * _ROOM for k in range(ROOMS)
 )
-_PLACE = (1 << 48) - 1  # masked by it, an index cannot be negative: none is counted from the end, which costs a gather
-MANY, PATIENCE = 1 << 40, 10  # steps that pass few knots after one with more was refused; more makes no difference
-# How an integration ended.
+_PLACE = (1 << 48) - 1  # mask that excludes negative indices; wrap-around indexing would need a gather instruction
+MANY, PATIENCE = 1 << 40, 10  # no limit on knots; steps with few knots after a rejected one, of which more gain nothing
+# Reasons for the end of an integration.
 REACHED_END, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2
 
 _chain = types.FunctionType(types.void(float64[::1]))
@@ -61,18 +61,18 @@ _signature = types.UniTuple(int64, 2)(
     types.UniTuple(float64, 3), int64, float64[::1], types.UniTuple(int64, 3), float64[::1],
 )  # fmt: skip
 _called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
-# What is called at one place is inlined by numba, for LLVM would make a call with forty arguments of it; at several
-# places that would double the time to compile.
+# numba inlines functions with one call site, because LLVM would call them with forty arguments; inlining at several
+# call sites would double the compile time.
 _once: dict[str, Any] = {"inline": "always", **_called}
 _often: dict[str, Any] = {"inline": "never" if WHOLE else "always", **_called}
 
 
 @njit(**_often)
 def _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, K):  # type: ignore[no-untyped-def]
-    """Fill ``S`` from ``K`` on with the time derivative of the state that lies in Z; returns the new cursor.
+    """Write the time derivative of the state in ``Z`` to ``S`` from index ``K`` on; returns the new cursor.
 
-    Friction that grows with the bearing force needs the accelerations that it changes itself: these are found without
-    it first. What that leaves out is second order in the friction coefficient.
+    Friction that grows with the bearing force depends on the accelerations that it changes. These are computed without
+    it first; the error is of second order in the friction coefficient.
     """
     derivative, active, modes, known = given
     if WHOLE:
@@ -105,7 +105,7 @@ def _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, K
 
 @njit(**_often)
 def _put(S, x, n, state, Z, flat):  # type: ignore[no-untyped-def]
-    """The state that lies in ``S`` from ``x`` on into its rows of the workspace."""
+    """Copy the state in ``S`` from index ``x`` on to its rows of the workspace."""
     x, half = x & _PLACE, (n & MOST_LINKS) * LANES
     for e in range(half):
         flat[_ROTATION + e] = S[x + e]
@@ -120,9 +120,9 @@ def _put(S, x, n, state, Z, flat):  # type: ignore[no-untyped-def]
 
 @njit(**_once)
 def _stage(s, h, S, size):  # type: ignore[no-untyped-def]
-    """The state at which stage ``s`` (1 to 6, the last is the step's end) takes the derivative, into ``S`` at ``_Y``.
+    """Write the state of stage ``s`` (1 to 6; 6 is the end of the step) to ``S`` at ``_Y``.
 
-    Written out: a loop over the stages would carry the sum through memory at each of the 21 terms.
+    The sums are written out, because a loop would store and load the partial sum at each of the 21 terms.
     """
     if s == 1:
         for e in range(size * LANES):
@@ -149,7 +149,7 @@ def _stage(s, h, S, size):  # type: ignore[no-untyped-def]
 
 @njit(**_once)
 def _difference(h, S, size):  # type: ignore[no-untyped-def]
-    """The estimated error of the step, into ``S`` at ``_V``."""
+    """Write the estimated error of the step to ``S`` at ``_V``."""
     for e in range(size * LANES):
         first = _E1 * S[_K1 + e] + _E3 * S[_K3 + e] + _E4 * S[_K4 + e]
         S[_V + e] = h * (first + _E5 * S[_K5 + e] + _E6 * S[_K6 + e] + _E7 * S[_K7 + e])
@@ -157,7 +157,7 @@ def _difference(h, S, size):  # type: ignore[no-untyped-def]
 
 @njit(**_once)
 def _hardest(S, size, relative, absolute):  # type: ignore[no-untyped-def]
-    """The estimated error in the hardest lane over what is allowed."""
+    """The largest ratio of estimated error to tolerance over all lanes."""
     for e in range(size * LANES):
         share = S[_V + e] / (absolute + relative * max(abs(S[_X + e]), abs(S[_Y + e])))
         S[_V + e] = share * share
@@ -172,7 +172,7 @@ def _hardest(S, size, relative, absolute):  # type: ignore[no-untyped-def]
 
 @njit(**_once)
 def _samples(h, t, S, times, i, out, where):  # type: ignore[no-untyped-def]
-    """Write the samples from ``times[i]`` on that lie within the step; returns the number of the next one."""
+    """Write the samples from ``times[i]`` on that lie within the step; returns the index of the next one."""
     shown, wide, first = where
     for e in range(shown * LANES):
         dy = S[_Y + e] - S[_X + e]
@@ -203,25 +203,25 @@ def integrate(  # type: ignore[no-untyped-def]
 
     Parameters
     ----------
-    chain, extra, bearing, again : the compiled right-hand side, the extra torques, and what takes the right-hand side's
-        place where some of these need the bearing forces; only the first where this is not the whole.
-    Z, flat : (n_row, 16) workspace with initial state and parameters filled in, and the same memory as one row; its
-        state rows are overwritten.
-    states : rows of the state, rows of its derivative, each one's factor (n_state,) on the tolerance, what bends
-        bristles (n_state, 2) and which memories lie behind play (n_state, 3), see ``turning``.
-    active : (2, 2 + n_law) which extra torques are on; all zero skips them. First without, then with those that need
-        the bearing force; equal where none does.
-    known : times (m,) s and torques (m, n) N m that act on q, m = 0 for none, with servos their commands (rad on q),
-        supplies (V) and switches beside them, (m, 4 n); and by how much each column may leave a straight line within a
-        step.
+    chain, extra, bearing, again : the compiled right-hand side; the extra torques; the two functions that replace the
+        right-hand side if some extra torque needs the bearing forces. Without ``WHOLE`` only the first is used.
+    Z, flat : (n_row, 16) workspace with initial state and parameters, and the same memory as a flat array; the state
+        rows are overwritten.
+    states : rows of the state, rows of its derivative, factors (n_state,) on the tolerance, ``bends`` (n_state, 2) of
+        bristles and ``plays`` (n_state, 3) of backlash, see ``turning_events``.
+    active : (2, 2 + n_law) switches of the extra torques; all zero skips them. Row 0 excludes those that need the
+        bearing force, row 1 includes them.
+    known : times (m,) s and torques (m, n) N m that act on q, m = 0 for none; with servos also commands (rad on q),
+        supplies (V) and switches, (m, 4 n) in all; and each column's tolerated deviation from a straight line within
+        a step.
     times : (n_time,) s, increasing.
-    limits : relative and absolute error a step (rad and rad/s), first step s; max_steps : accepted and rejected.
+    limits : relative and absolute error per step (rad and rad/s), first step s; max_steps : accepted and rejected.
     out, where : (n_time * n_shown * width,) for the first ``n_shown`` rows of the state, in lanes from ``first`` to
         ``first + 16``; (n_shown, width, first).
 
     Returns
     -------
-    steps, reason : number of steps, and why it stopped. On any other reason than ``REACHED_END`` the rest is nan.
+    steps, reason : number of steps, and the reason for the end. Unless it is ``REACHED_END``, the remainder is nan.
     """
     state, derivative, factors, bends, plays = states
     size = len(state) if WHOLE else 2 * n
@@ -265,15 +265,15 @@ def integrate(  # type: ignore[no-untyped-def]
     steps = 0
     reason = REACHED_END
     given = (derivative, active, modes, known)
-    cursor, k1 = int64(0), int64(_K1)  # not the numbers as such, for each of which numba would compile anew
+    cursor, k1 = int64(0), int64(_K1)  # typed values, because numba would recompile for each literal
     cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, k1)
     if WHOLE and any_bristle:
         turning_events.slide_from_start(n, bends, Z, x, K)
         _put(S, int64(_X), n, state, Z, flat)
         cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, k1)
     any_event = any_bristle or any_play
-    most, patience, passed, nearest = MANY, 0, 0, 0.0  # knots of the known torque that a step may pass
-    fresh, uncut = any_event, 0.0  # at a new place; the step that was cut at a joint's turn
+    most, patience, passed, nearest = MANY, 0, 0, 0.0  # number of knots of the known torque that a step may pass
+    fresh, uncut = any_event, 0.0  # at a new state; the step size before it was cut at an event
     while i < len(times):
         if WHOLE and fresh:
             fresh = False
@@ -335,7 +335,7 @@ def integrate(  # type: ignore[no-untyped-def]
             fresh = any_event
             factor = min(5.0, 0.9 * error**-0.17 * previous**0.04)
             if WHOLE and uncut > 0.0:
-                # go on to the next lane's turn, if that is known, or else as if nothing had been
+                # Continue to the next expected turn of a lane, otherwise with the step size before the cut.
                 coming = turning_events.next_due(due, t)
                 factor = min(coming - t, uncut) / h
                 uncut = uncut if coming < t + uncut else 0.0
@@ -346,10 +346,10 @@ def integrate(  # type: ignore[no-untyped-def]
                     most *= 2
         else:
             factor = max(0.2, 0.9 * error**-0.2)
-            if WHOLE and passed > 0:  # between two knots the torque is smooth: most likely they are what is hard
+            if WHOLE and passed > 0:  # the torque is smooth between knots, so the knots probably caused the error
                 most, patience = max((passed + 1) // 2, 1), PATIENCE
                 factor = max(factor, nearest / h)
-        if not (factor > 0.2):  # also when the error is not a number
+        if not (factor > 0.2):  # also if the error is nan
             factor = 0.2
         h *= factor
         if i < len(times) and (h < 1e-10 or steps >= max_steps):

@@ -1,4 +1,4 @@
-"""The modules that a chain of links is made of: their text, and what their compiled code depends on."""
+"""The generated modules of a chain of links: their text, and the files on which their compiled code depends."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from synth.swing.effects import Effect
 from synth.swing.lane_layout import Layout
 
 PLAIN = ("chain", "plain")  # the modules that springs, linear dampers and gravity need
-# Modules that the compiled integrator inlines: a change of one compiles it anew.
+# Modules that the compiled integrator inlines; a change of one recompiles it.
 CALLED = (
     "synth.swing.lane_layout", "synth.swing.driven_steps", "synth.swing.turning_events", "synth.swing.effects.inlined"
 )  # fmt: skip
@@ -21,7 +21,7 @@ CALLED = (
 
 @dataclass(frozen=True)
 class ModuleText:
-    """A module to compile: its name, its text and the files that it depends on."""
+    """A module to compile: its name, its text, and the files on which it depends."""
 
     name: str
     text: str
@@ -29,21 +29,21 @@ class ModuleText:
 
     @property
     def parts(self) -> tuple[str, str, tuple[Path, ...]]:
-        """Name, text and files, as ``generate`` takes them."""
+        """Name, text and files, the arguments of ``code_cache.load``."""
         return self.name, self.text, self.depends_on
 
     def load(self) -> ModuleType:
-        """Import it, compiled anew only where that is not on disk."""
+        """Import the module; its functions compile only if their code is not on disk."""
         return code_cache.load(*self.parts)
 
     @property
     def on_disk(self) -> bool:
-        """Whether it is compiled."""
+        """Whether its compiled code is on disk."""
         return code_cache.on_disk(*self.parts)
 
 
 def chain_modules(layout: Layout, effects: tuple[Effect, ...]) -> dict[str, ModuleText]:
-    """Name -> module, of all that a chain of this layout may need; ``effects`` : in the order of ``layout.laws``."""
+    """Name -> module, for all modules of a chain of this layout; ``effects`` : in the order of ``layout.laws``."""
     imports = {effect.name: effect.module for effect in effects}
     modules = (
         "synth.compiling.trigonometry",

@@ -1,7 +1,7 @@
-"""Source text of the compiled chain: straight-line code for a given number of links, one lane loop round it.
+"""Source text of the compiled chain: straight-line code for a given number of links inside one loop over lanes.
 
-Loops over links inside the lane loop keep numba from vectorising it, so the loops are unrolled here, when the text
-is written. ``synth.compiling.code_cache`` makes a module of the text.
+A loop over links inside the lane loop would keep numba from vectorising it. The loops over links are therefore
+unrolled when the text is written. ``synth.compiling.code_cache`` makes a module of the text.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ def right_hand_side(layout: Layout) -> str:
 
     Absolute rotations give mass matrix and velocity terms in closed form; suffix sums turn them into joint
     coordinates, where a locked joint is a row and column of the identity; LDL^T solves (Golub & Van Loan,
-    *Matrix Computations*, 4th ed., algorithm 4.1.2). The workspace is taken as one row (n_row * 16,): every place in
-    it is then a constant, and no loop has to ask whether what it stores overlaps what it loads.
+    *Matrix Computations*, 4th ed., algorithm 4.1.2). The workspace is passed as a flat array (n_row * 16,): all indices
+    are then constants, and no loop needs a check whether its stores and loads overlap.
     """
     return HEADER + _lane_loop("right_hand_side", _accelerations(layout))
 
 
 def _lane_loop(name: str, lines: list[str]) -> str:
-    """A function of the workspace that runs these lines for each lane ``l``."""
+    """Source of a function of the workspace that executes these lines for each lane ``l``."""
     decorator = DECORATOR.format(signature="void(float64[::1])")
     body = "\n".join(f"        {line}" for line in lines)
     return f"\n\n{decorator}\ndef {name}(Z):\n    for l in range({LANES}):\n{body}\n"
@@ -80,7 +80,7 @@ def _accelerations(layout: Layout) -> list[str]:
 
 
 def _joint_coordinates(n: int) -> list[str]:
-    """Sums over outboard links: bias_i += bias_{i+1}; J = T' M T with T the lower triangle of ones."""
+    """Lines of the sums over outboard links: bias_i += bias_{i+1}; J = T' M T with T the lower triangle of ones."""
     lines = [f"bias{i} = bias{i} + bias{i + 1}" for i in range(n - 2, -1, -1)]
     for j in range(n - 1, -1, -1):
         for i in range(n):
@@ -93,13 +93,13 @@ def _joint_coordinates(n: int) -> list[str]:
 
 
 def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
-    """Source of ``extra_torques(workspace, n, active)``: damper curves, servos and effects, a lane loop each.
+    """Source of ``extra_torques(workspace, n, active)``: damper curves, servos and effects, one lane loop each.
 
-    ``active``: (2 + n_law,) int64, curves first, then servos, then ``layout.laws``; zero skips the loop, so what is off
-    costs nothing; a negative first entry: the dampers' torques are given in their rows.
-    ``imports`` : law's name -> module that holds its compiled ``torque(rotation, rate, deflection,
-    spring_rate, damper_rate, damper_torque, bearing_force, memory, *parameters)``, which returns the torque on q and
-    the memory's rate of change. The block is generic in n at run time, so one compilation serves every leg.
+    ``active`` : (2 + n_law,) int64, for curves, servos and ``layout.laws`` in this order. Zero skips the loop, so an
+    effect that is off costs nothing. A negative first entry means that the dampers' torques are given in their rows.
+    ``imports`` : name of a law -> module with its compiled ``torque(rotation, rate, deflection, spring_rate,
+    damper_rate, damper_torque, bearing_force, memory, *parameters)``, which returns the torque on q and the rate of
+    change of the memory. n is a run-time argument, so one compilation serves every leg.
     """
 
     def at(block: str, parameter: int = 0) -> str:
@@ -110,7 +110,7 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
         + "from synth.drives.servo_law import servo_torque\n"
         + "".join(f"from {module} import torque as {name}\n" for name, module in imports.items())
     )
-    each = f"for e in range((n & {MOST_LINKS}) * {LANES}):"  # masked, so that no place can be negative
+    each = f"for e in range((n & {MOST_LINKS}) * {LANES}):"  # the mask excludes negative indices
     lines = [
         each,
         f"    {at('extra_torque')} = 0.0",
@@ -160,12 +160,11 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
 def bearing_forces(layout: Layout) -> str:
     """Source of ``bearing_forces(workspace)`` and of ``again(workspace)``.
 
-    The first does what the right-hand side does, and finds the force (N) that each hinge carries, from the
-    accelerations there; the second gives the accelerations for other extra torques at the same place, with what the
-    first has factorised.
+    ``bearing_forces`` evaluates the right-hand side and from its accelerations the force (N) in each hinge. ``again``
+    gives the accelerations for other extra torques at the same state, with the factorisation of ``bearing_forces``.
 
-    Newton's second law for all that hangs from a joint. With ``p_k = (cos phi_k ddphi_k - sin phi_k dphi_k^2,
-    sin phi_k ddphi_k + cos phi_k dphi_k^2)`` the acceleration that link k adds a unit of length, the force on joint j
+    Newton's second law for all links outboard of a joint: link k contributes to the acceleration, per unit length,
+    ``p_k = (cos phi_k ddphi_k - sin phi_k dphi_k^2, sin phi_k ddphi_k + cos phi_k dphi_k^2)``, so the force on joint j
     is ``sum_{k<j} length_k carried_j p_k + sum_{k>=j} moment_k p_k + carried_j g (0, 1)``.
     """
     n, row = layout.n, layout.row
@@ -180,10 +179,10 @@ def bearing_forces(layout: Layout) -> str:
             f"px{i} = c{i} * alpha{i} - s{i} * square{i}",
             f"pz{i} = s{i} * alpha{i} + c{i} * square{i}",
         ]
-    for i in range(n - 1, -1, -1):  # what hangs from the joint, and gravity
+    for i in range(n - 1, -1, -1):  # the links outboard of the joint, and gravity
         moment = _at(row("first_moment", i))
         first += [f"out{d}{i} = {moment} * p{d}{i}" + (f" + out{d}{i + 1}" if i < n - 1 else "") for d in "xz"]
-    first += ["inx = 0.0", f"inz = {_at(row('weight'))}"]  # what the links before it do
+    first += ["inx = 0.0", f"inz = {_at(row('weight'))}"]  # the links inboard of it
     for i in range(n):
         first += [
             f"carried = {_at(row('carried_mass', i))}",

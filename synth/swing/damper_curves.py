@@ -1,4 +1,4 @@
-"""Torque-speed curves in the form that the compiled chain takes: a sum of clamped speeds.
+"""Torque-speed curves in the form of the compiled chain: a sum of clamped speeds.
 
 An odd curve, linear between points, is ``sum_m c_m * clamp(speed, -s_m, s_m)``: branch-free, and exact.
 """
@@ -14,13 +14,11 @@ from synth.swing.lane_layout import CURVE_POINTS
 from synth.swing.leg_model import DamperCurve
 
 UNBOUNDED = 1e9  # rad/s, beyond any joint's speed
-REMEMBERED = (
-    1024  # curves, of two rows of a dozen numbers; choosing parts asks for the same few hundred again and again
-)
+REMEMBERED = 1024  # curves, each two rows of a dozen numbers; choosing parts uses the same few hundred repeatedly
 
 
 def torque_at(curve: DamperCurve, speed: Array) -> Array:
-    """Torque (N m) that resists ``speed`` (rad/s, any shape): odd, linear between points and beyond the last."""
+    """Resisting torque (N m) at ``speed`` (rad/s, any shape): odd, linear between points and beyond the last one."""
     clamp_speed, clamp_slope = clamps(curve)
     return np.asarray(np.sum(clamp_slope * np.clip(speed[..., None], -clamp_speed, clamp_speed), axis=-1))
 
@@ -33,7 +31,7 @@ def clamps(curve: DamperCurve) -> tuple[Array, Array]:
 
 
 def with_rate(curve: DamperCurve, rate: float) -> DamperCurve:
-    """The curve of the same damper beside a linear one of ``rate`` N m s/rad."""
+    """The curve of this damper in parallel with a linear damper of ``rate`` N m s/rad."""
     return DamperCurve(curve.speed, tuple(t + rate * s for s, t in zip(curve.speed, curve.torque, strict=True)))
 
 
@@ -41,7 +39,7 @@ def with_rate(curve: DamperCurve, rate: float) -> DamperCurve:
 def compiled_rows(curve: DamperCurve) -> tuple[Array, Array]:
     """Clamp speeds and slopes padded to the compiled chain's ``CURVE_POINTS``; a longer curve is thinned first.
 
-    Remembered, and therefore not to be written to.
+    The arrays are cached, so callers must not modify them.
     """
     speed, slope = clamps(thin(curve))
     pad = CURVE_POINTS - len(speed)
@@ -52,10 +50,10 @@ def compiled_rows(curve: DamperCurve) -> tuple[Array, Array]:
 
 
 def thin(curve: DamperCurve, points: int = CURVE_POINTS) -> DamperCurve:
-    """The same curve on at most ``points`` of its points, those dropped first that lie nearest their neighbours' chord.
+    """The curve with at most ``points`` of its points; points closest to the chord of their neighbours go first.
 
-    Visvalingam & Whyatt's line simplification (Cartographic Journal 30, 1993), with the torque's distance from the
-    chord in place of the area, since torque is what matters. ``thinning_error`` tells what it costs.
+    Line simplification after Visvalingam & Whyatt (Cartographic Journal 30, 1993), with the torque's distance from the
+    chord instead of the area, because the torque matters. ``thinning_error`` gives the error.
     """
     speed, torque = [0.0, *curve.speed], [0.0, *curve.torque]
     while len(speed) - 1 > points:

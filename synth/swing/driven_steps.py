@@ -1,4 +1,4 @@
-"""What drives a leg that lanes integrate: a known torque, servo commands, and steps that stop at their knots."""
+"""Inputs of a driven leg in the integrator: known torque, servo signals, and steps that end at their knots."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from numba import njit
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing.lane_layout import LANES, MOST_LINKS, Layout
 
-# First places of these blocks in the workspace: alike for every number of links.
+# First indices of these blocks in the workspace, the same for every number of links.
 TORQUE, GAIN, OFFSET, DELAY, LATE, SIGNALS = (
     Layout(1).row(block) * LANES
     for block in ("extra_torque", "torque_gain", "torque_offset", "torque_delay", "servo_delay", "command")
 )
-SAME_TIME = 1e-11  # s, by which a step that ends at a knot of the known torque may miss it
+SAME_TIME = 1e-11  # s, difference by rounding between the end of a step and the knot at which it ends
 _called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
 
 
 @njit(inline="never", **_called)
 def _torque_at(times, torques, j, t, k):  # type: ignore[no-untyped-def]
-    """A joint's known torque at a time near the knot ``k``; before the first sample and after the last as there."""
+    """A joint's known torque at a time near knot ``k``, interpolated linearly; constant outside the samples."""
     while k < len(times) - 2 and times[k + 1] < t:
         k += 1
     while k > 0 and times[k] > t:
@@ -31,10 +31,10 @@ def _torque_at(times, torques, j, t, k):  # type: ignore[no-untyped-def]
 
 @njit(**_called)
 def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
-    """Put what the servos are told into its rows, linear between samples; returns the new cursor.
+    """Write the servo signals, interpolated linearly, to their rows; returns the new cursor.
 
-    ``known[1]`` holds (m, n) torques, or these with (m, n) commands, supplies and switches beside them. The commands
-    come as late as each lane has it.
+    ``known[1]`` contains (m, n) torques, or (m, 4 n) torques, commands, supplies and switches. Each lane has its own
+    delay of the commands.
     """
     times, values, _ = known
     if len(times) > 1 and values.shape[1] > n:
@@ -62,9 +62,10 @@ def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
 
 @njit(**_called)
 def add_known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-untyped-def]
-    """Add a known torque, linear between its samples, with each lane's gain and offset; returns the new cursor.
+    """Add the known torque, interpolated linearly, with each lane's gain and offset; returns the new cursor.
 
-    Lanes share its delay, which is in ``known``, but for what stands in their rows: these are looked up one by one.
+    ``known`` contains the delay common to all lanes. A lane's row contains its difference from that; lanes with a
+    difference are interpolated one by one.
     """
     times, torques, _ = known
     if len(times) > 1:
@@ -91,10 +92,10 @@ def add_known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-unt
 
 @njit(inline="always", **_called)
 def within_torque(known, cursor, t, h, most):  # type: ignore[no-untyped-def]
-    """The step, cut to end at a knot of the known torque where its stages would not see what it does between.
+    """The step, shortened to end at a knot of the known torque if its stages would not resolve the torque.
 
-    It passes knots as long as the torque stays near the straight line between the step's ends, and fewer than ``most``.
-    Returns the step, how many knots it passes, and how far the first of them is.
+    A step passes fewer than ``most`` knots, and only while the torque stays close to the straight line between the ends
+    of the step. Returns the step, the number of knots that it passes, and the time to the first of them.
     """
     times, torques, bend = known
     first = cursor

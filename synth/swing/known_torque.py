@@ -1,6 +1,6 @@
 """A known torque on the joints: linear between its samples, which may be denser than those of the angles.
 
-The signals of servos go to the integrator beside it, at the moments of both.
+Servo signals are passed to the integrator together with it, on the union of both time grids.
 """
 
 from __future__ import annotations
@@ -10,21 +10,20 @@ import numpy as np
 from synth.arrays import Array
 from synth.drives.servo import ServoSignals
 
-STRAIGHT = 0.002  # of the largest known torque: a step of the integrator sees a pulse that is larger
-COMMAND_STRAIGHT = 1e-3  # rad: a step of the integrator sees a command that leaves a straight line by more
-SUPPLY_STRAIGHT = 0.05  # of the largest supply: its ripple moves a joint by far less than its command does
-CLOSEST = 4.9e-4  # s, between knots: at 2 kHz nothing is averaged
+STRAIGHT = 0.002  # of the largest known torque: the integrator resolves larger deviations from a straight line
+COMMAND_STRAIGHT = 1e-3  # rad: the integrator resolves larger deviations of a command from a straight line
+SUPPLY_STRAIGHT = 0.05  # of the largest supply; its ripple moves a joint far less than its command does
+CLOSEST = 4.9e-4  # s, least spacing of knots; a torque sampled at 2 kHz is not averaged
 KnownTorque = tuple[Array, Array]  # times (m,) s and torques on q (m, n) N m
 
 
 def for_integrator(
     known: KnownTorque | None, n: int, signals: ServoSignals | None = None
 ) -> tuple[Array, Array, Array]:
-    """Times (m,), torques (m, n), and by how much (n,) N m each may leave a straight line in a step; m = 0 for none.
+    """Times (m,) s, torques (m, n) N m, and tolerated deviations (n,) N m from a straight line; m = 0 for no torque.
 
-    With ``signals`` there are as many columns of commands, supplies and switches after the torques.
-
-    The times must reach from the first sample to the last: beyond its ends a torque is a straight line on.
+    With ``signals`` the columns of torques are followed by n columns each of commands, supplies and switches. The times
+    must cover the samples of the motion, because a torque is extrapolated linearly beyond its ends.
     """
     if signals is not None:
         return _with_signals(known, n, signals)
@@ -35,7 +34,7 @@ def for_integrator(
 
 
 def _with_signals(known: KnownTorque | None, n: int, signals: ServoSignals) -> tuple[Array, Array, Array]:
-    """As ``for_integrator``: torques and signals at the moments of both."""
+    """The result of ``for_integrator`` for torques and signals, on the union of their times."""
     times = signals.time if known is None else np.union1d(signals.time, known[0])
     torque = np.zeros((len(times), n)) if known is None else _at(times, known[0], known[1])
     told = [_at(times, signals.time, values) for values in (signals.command, signals.supply, signals.enabled)]
@@ -45,20 +44,20 @@ def _with_signals(known: KnownTorque | None, n: int, signals: ServoSignals) -> t
 
 
 def _at(times: Array, known: Array, values: Array) -> Array:
-    """(k, n) at ``times`` (k,), linear between the moments ``known`` (m,) of ``values`` (m, n)."""
+    """Values (k, n) at ``times`` (k,), interpolated linearly from ``values`` (m, n) at ``known`` (m,)."""
     return np.stack([np.interp(times, known, column) for column in values.T], axis=1)
 
 
 def no_denser(times: Array, torques: Array, end: float, unit: float = 1.0) -> KnownTorque:
-    """A known torque from 0 to ``end`` s with knots no closer than ``CLOSEST``; where they are, their hats' means.
+    """A known torque from 0 to ``end`` s with knots no closer than ``CLOSEST``; denser ones are averaged.
 
-    ``unit`` s: of the motion's own time, see ``time_unit``, in which the knots are counted.
+    ``unit`` : s, the motion's own unit of time, see ``time_unit``; it shortens the least spacing of a fast motion.
 
-    Impulses and their moments stay. Between 2000 knots a second a torque that comes and goes moves a joint by less than
-    torque over inertia times ``CLOSEST``^2 / 40: 6e-6 rad at 1000 rad/s^2.
+    The averages (see ``averaged``) preserve impulses and their first moments. At 2000 knots per second the lost detail
+    moves a joint by less than torque / inertia * ``CLOSEST``^2 / 40: 6e-6 rad at 1000 rad/s^2.
     """
     inside = int(np.count_nonzero((times >= 0.0) & (times <= end)))
-    closest = CLOSEST * min(unit, 1.0)  # a slow motion's torque may be as dense as any
+    closest = CLOSEST * min(unit, 1.0)  # not longer for a slow motion
     if inside < 2 or end / (inside - 1) >= closest:
         return times, torques
     grid = np.linspace(0.0, end, max(int(end / closest), 2) + 1)
@@ -66,7 +65,7 @@ def no_denser(times: Array, torques: Array, end: float, unit: float = 1.0) -> Kn
 
 
 def delayed(known: KnownTorque, delay: Array) -> KnownTorque:
-    """The same torques, each joint's ``delay`` (n,) s later, at the knots of all; before its first sample as there."""
+    """The torques with each joint's ``delay`` (n,) s, on the union of all knots; constant before the first sample."""
     times, torques = known
     moments = np.unique(np.concatenate([times + late for late in np.unique(delay)]))
     shifted = [np.interp(moments - late, times, torque) for late, torque in zip(delay, torques.T, strict=True)]
@@ -74,16 +73,16 @@ def delayed(known: KnownTorque, delay: Array) -> KnownTorque:
 
 
 def averaged(known: KnownTorque, grid: Array) -> Array:
-    """(m, n) N m on an even ``grid`` (m,) s, each value the mean under a hat that reaches to both neighbours.
+    """Torques (m, n) N m on an even ``grid`` (m,) s, averaged with a hat function that reaches to both neighbours.
 
-    The hats sum to one everywhere, so that the grid's sum times its step is the torque's integral, whatever happens
-    between two grid points: a value taken at each would miss a pulse, or count it for more than it is. In closed form:
-    the torque is linear in pieces, its second integral F cubic, and the mean is (F(t - h) - 2 F(t) + F(t + h)) / h^2.
+    The hat functions sum to one, so the sum over the grid times its step is the integral of the torque. Sampling at the
+    grid points would miss or overweight a short pulse. Closed form: the torque is piecewise linear, its second
+    integral F is cubic, and the mean is (F(t - h) - 2 F(t) + F(t + h)) / h^2.
     """
     times, torques = known
     step = float(grid[1] - grid[0])
     wide = np.concatenate([[grid[0] - step], grid, [grid[-1] + step]])
-    # Beyond its ends it stays what it is there.
+    # Beyond its ends the torque is constant.
     times = np.concatenate([[min(times[0], wide[0]) - step], times, [max(times[-1], wide[-1]) + step]])
     torques = np.concatenate([torques[:1], torques, torques[-1:]])
     width = np.diff(times)[:, None]
@@ -100,5 +99,5 @@ def averaged(known: KnownTorque, grid: Array) -> Array:
 
 
 def _summed(parts: Array) -> Array:
-    """(m + 1, n) running sums, from 0 on."""
+    """Cumulative sums (m + 1, n), starting at 0."""
     return np.concatenate([np.zeros((1, parts.shape[1])), np.cumsum(parts, axis=0)])

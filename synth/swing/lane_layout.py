@@ -1,8 +1,8 @@
-"""Where each quantity lies in the compiled chain's workspace: one flat array (n_row, 16), a lane a column.
+"""Layout of the compiled chain's workspace: one array (n_row, 16) with one column per lane.
 
-One array with row numbers known when compiled is what lets LLVM prove that stores do not touch loads, and so
-turn the whole right-hand side into vector instructions. Every block has room for the longest chain, so that the rows
-are the same for every number of links and what is generic in that number is compiled once.
+With one array and row numbers that are known at compile time, LLVM can prove that stores and loads do not overlap and
+vectorises the whole right-hand side. Every block has room for the longest chain, so row numbers do not depend on the
+number of links, and code that is generic in that number compiles once.
 """
 
 from __future__ import annotations
@@ -11,48 +11,48 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-LANES = 16  # trajectories that step together; 8 is unrolled by LLVM and stays scalar, 32 gains nothing
+LANES = 16  # trajectories with common steps; LLVM unrolls 8 into scalar code, 32 is not faster
 CURVE_POINTS = 12  # points of a damper's torque-speed curve
-MOST_LINKS = 7  # a leg has at most six; an effect may add one. All ones in binary: masked by it, n cannot be negative
-MOST_MEMORIES = 8 * MOST_LINKS  # of effects that are on at once
-ROOMS = 19  # arrays of a state's size that the integrator works in
-# Doubles of the integrator's own array: states and memories in each of its rooms.
+MOST_LINKS = 7  # six of a leg, and one that an effect adds. Binary 111: a mask that excludes negative n
+MOST_MEMORIES = 8 * MOST_LINKS  # of effects that are on at the same time
+ROOMS = 19  # arrays of the size of a state that the integrator uses
+# Number of doubles of the integrator's own array: ``ROOMS`` arrays of states and memories.
 WORKING = ROOMS * (2 * MOST_LINKS + MOST_MEMORIES) * LANES
 
-# What is wrong with a known torque: share too much, N m too much, s too late (in the workspace less the first lane's).
+# Errors of a known torque: gain (share), offset N m, delay s (in the workspace: minus the first lane's delay).
 DRIVE = ("torque_gain", "torque_offset", "torque_delay")
-# What a servo does, see ``drives.servo_law``: in the order of its arguments, then by how much its command comes late.
+# Parameters of a servo in the order of the arguments of ``drives.servo_law``, then the delay of its command.
 SERVO = (
     "servo_gain", "servo_damping_gain", "servo_dead_band", "servo_duty_limit", "servo_open_duty", "servo_strength",
     "servo_back_emf", "servo_torque_limit", "servo_sag", "servo_delay",
 )  # fmt: skip
-SIGNALS = ("command", "supply", "enabled")  # of a servo, at the moment: rad on q, V, 1 or 0
-FIRST_LAW = 2  # of the switches: damper curves, servos, then a switch an effect
+SIGNALS = ("command", "supply", "enabled")  # of a servo at the current time: rad on q, V, 1 or 0
+FIRST_LAW = 2  # index of the first effect's switch, after those of damper curves and servos
 _ONE_A_JOINT = (
     "rotation", "rate", "acceleration", "extra_torque", "spring_rate", "rest", "damper_rate",
     "free",  # 1 free, 0 locked
-    "own_inertia",  # what turns with the joint itself; 1 where it is locked, which keeps its row of the matrix regular
+    "own_inertia",  # armature and rotor; 1 for a locked joint, which keeps the mass matrix regular
     *DRIVE,
     *SERVO,
     *SIGNALS,
     "drive_torque",  # of the servo, on q
 )  # fmt: skip
 _FOR_EFFECTS = (
-    "damper_torque",  # resisting, of rate and curve together
-    "length", "carried_mass",  # of all that hangs from the joint
-    "first_moment",  # of the link and of what hangs from it, about the joint
+    "damper_torque",  # resisting torque of rate and curve
+    "length", "carried_mass",  # mass of all links outboard of the joint
+    "first_moment",  # of the link and of all links outboard of it, about the joint
     "bearing_force",
 )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class LaneLaw:
-    """An effect's compiled torque as the layout sees it: its name, number of parameters, whether it has memory."""
+    """An effect's compiled torque in the layout: name, number of parameters, whether it has a memory."""
 
     name: str
     n_parameter: int
     memory: bool = False
-    uses_drive: bool = False  # the servo's torque is given to it in place of the bearing force
+    uses_drive: bool = False  # its argument is the servo's torque instead of the bearing force
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Layout:
 
     @cached_property
     def blocks(self) -> dict[str, tuple[int, int]]:
-        """Block name -> (first row, number of rows), in the order in which they lie."""
+        """Block name -> (first row, number of rows), in the order of the rows."""
         sizes = dict.fromkeys(_ONE_A_JOINT, MOST_LINKS)
         sizes |= {"inertia": MOST_LINKS * (MOST_LINKS + 1) // 2, "gravity": MOST_LINKS, "tilt": 1, "weight": 1}
         sizes |= dict.fromkeys(_FOR_EFFECTS, MOST_LINKS) | {"factors": MOST_LINKS * (MOST_LINKS + 3) // 2}
@@ -84,14 +84,14 @@ class Layout:
         return self.blocks[block][0] + index
 
     def rows(self, block: str) -> slice:
-        """The rows of a block that a chain of ``n`` links uses; not for blocks of several parameters a joint."""
+        """The rows of a block that a chain of ``n`` links uses; not for blocks of several parameters per joint."""
         first, size = self.blocks[block]
         if block == "inertia":
             return slice(first, first + self.n * (self.n + 1) // 2)
         return slice(first, first + size * self.n // MOST_LINKS if size >= MOST_LINKS else first + size)
 
     def parameter_rows(self, law: str, parameter: int) -> slice:
-        """The rows (n) of one parameter of a law."""
+        """The n rows of one parameter of a law."""
         first = self.row(law, parameter * MOST_LINKS)
         return slice(first, first + self.n)
 

@@ -1,7 +1,7 @@
-"""Legs as columns: the numbers of many legs of one build side by side, from which the compiled chain's lanes are made.
+"""Legs as columns: the parameters of many variants of one leg, from which the lanes of the compiled chain are made.
 
-A diagnosis runs hundreds of legs that differ in a mass here and a friction there. Written one by one they would cost
-more than their simulation, so each quantity is one array with a column a leg.
+A diagnosis runs hundreds of legs that differ in a few parameters. To write each separately would take longer than to
+simulate it, so each quantity is one array with one column per leg.
 """
 
 from __future__ import annotations
@@ -18,22 +18,20 @@ from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.lane_layout import CURVE_POINTS, DRIVE, LANES, MOST_LINKS, SERVO, Layout
 from synth.swing.leg_model import Leg, Tip
 
-UNSETTLED = 0.3  # of the weight of what a link carries, as an acceleration that it may have when a recording begins
+UNSETTLED = 0.3  # of the weight that a link carries: inertial force that may act on it when a recording begins
 _PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_rate", "armature")
 
 
 @dataclass
 class LegLanes:
-    """Columns of legs; every array has ``n_lane`` columns and is meant to be changed in place.
+    """Columns of legs; every array has ``n_lane`` columns and may be changed in place.
 
     ``length``, ``com`` (n, n_lane) m, ``mass`` kg, ``inertia`` kg m^2 about the com, ``spring_rate`` N m/rad, ``rest``
-    rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad, ``armature`` kg m^2 that turn with the
-    joint itself; ``tilt`` (n_lane,) rad; ``drive`` (3, n, n_lane) what is wrong with a known torque on q: share too
-    much, N m too much, s too late; ``servo`` (10, n, n_lane) the servos' numbers in the order of ``SERVO``, 0 where
-    there is none;
-    ``weightless`` (n,) links on which gravity does no work (a sliding base). ``torques``: name of a torque effect ->
-    (n_parameter, n, n_lane) in the sense of q. ``curves`` : per joint clamp speeds and slopes (2, 12) or None.
-    ``first`` : index of the leg's first own link, 1 where an effect put one before it.
+    rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad, ``armature`` kg m^2 (turns with the
+    joint); ``tilt`` (n_lane,) rad; ``drive`` (3, n, n_lane) errors of a known torque on q: gain (share), offset N m,
+    delay s; ``servo`` (10, n, n_lane) parameters of the servos in the order of ``SERVO``, 0 without a servo;
+    ``weightless`` (n,) links on which gravity does no work (a sliding base). ``torques`` : name of a torque effect ->
+    (n_parameter, n, n_lane) in the sense of q. ``curves`` : clamp speeds and slopes (2, 12) of each joint, or None.
     """
 
     length: Array
@@ -51,8 +49,8 @@ class LegLanes:
     drive: Array
     servo: Array
     torques: dict[str, Array] = field(default_factory=dict)
-    own: tuple[int, ...] = ()  # where the leg's own joints are in the chain
-    newest: int = -1  # where the link that was put in last stands, before others of the same effect
+    own: tuple[int, ...] = ()  # index in the chain of each joint of the leg
+    newest: int = -1  # index of the link that was inserted last, before others of the same effect
 
     @property
     def n(self) -> int:
@@ -66,11 +64,11 @@ class LegLanes:
 
     @classmethod
     def of(cls, leg: Leg, n_lane: int = 1) -> LegLanes:
-        """The same leg in every column, with the torque effects that it holds; its links are rigid, its base fixed.
+        """The same leg in every column with its torque effects, rigid links and a fixed base.
 
         Raises
         ------
-        ValueError : an effect that changes a number of the leg, which the leg is to hold in that number.
+        ValueError : the leg has an effect that only changes one of its numbers; change that number instead.
         """
         joints = leg.joints
         for name in {*leg.effects, *(name for joint in joints for name in joint.effects)}:
@@ -122,12 +120,15 @@ class LegLanes:
 
     @classmethod
     def whole(cls, leg: Leg, n_lane: int = 1) -> LegLanes:
-        """As ``of``, with the further links of a moving base and of bending links."""
+        """As ``of``, with the additional links of a moving base and of bending links."""
         return cls.held(leg, np.zeros((len(leg.joints), n_lane)))[0]
 
     @classmethod
     def held(cls, leg: Leg, rotation: Array) -> tuple[LegLanes, Array]:
-        """As ``whole``, and rotations (n_link, n_lane) of the leg held at ``rotation`` (n, n_lane), new links bent."""
+        """As ``whole``, and rotations (n_link, n_lane) rad of the leg held at ``rotation`` (n, n_lane) rad.
+
+        The additional links are deflected as the held leg deflects them.
+        """
         n_lane = rotation.shape[1]
         legs, full = cls.of(leg, n_lane), np.array(rotation, dtype=float)
         held = [
@@ -145,17 +146,17 @@ class LegLanes:
         return legs, full
 
     def started(self, effect: Effect, joint: int, rotation: Array) -> Array:
-        """Rotations (n_link, n_lane) with those of the links that a structure effect has just put in, as it starts."""
+        """Rotations (n_link, n_lane) rad with the initial ones of the links that a structure effect just inserted."""
         full = np.insert(rotation, [self.newest] * (self.n - len(rotation)), 0.0, axis=0)
         full[self.newest : self.newest + self.n - len(rotation)] = effect.function("start")(self, self.own[joint], full)
         return full
 
     def unsettled(self, link: int, joint: int, rotation: Array) -> tuple[Array, Array]:
-        """How far (n_lane,) rad and how fast, rad/s, a link that gives may be from where it starts if held.
+        """Largest initial deviation (n_lane,) rad and velocity rad/s of a compliant link from its held position.
 
-        Where a recording begins after the release the mount, or the bend, moves already: by what ``UNSETTLED`` of the
-        weight that it carries bends it and what the joint's spring does; at its own frequency. ``link``, ``joint`` : of
-        this chain.
+        In a recording that begins after the release, the mount or the bending link already moves. Its deviation is the
+        deflection by ``UNSETTLED`` of the carried weight and by the joint's spring; its velocity follows from its
+        natural frequency. ``link``, ``joint`` : indices in this chain.
         """
         ends = np.cumsum(self.length[link:], axis=0)
         reach = ends - self.length[link:] + self.com[link:]
@@ -166,7 +167,7 @@ class LegLanes:
         return far, far * np.sqrt(self.spring_rate[link] / moving)
 
     def put(self, effect: Effect, joint: int, values: Array | list[float]) -> None:
-        """Give one joint a torque effect: parameters (n_parameter,) or (n_parameter, n_lane), in the sense of q."""
+        """Set a torque effect at one joint: parameters (n_parameter,) or (n_parameter, n_lane) in the sense of q."""
         if effect.name not in self.torques:
             off = np.array([parameter.off for parameter in effect.parameters])
             self.torques[effect.name] = np.tile(off[:, None, None], (1, self.n, self.n_lane))
@@ -174,7 +175,7 @@ class LegLanes:
         self.torques[effect.name][:, joint] = value if value.ndim == 2 else value[:, None]
 
     def with_link(self, before: int, **values: Array | float) -> LegLanes:
-        """A copy with one more link put in before link ``before``, its numbers given by name, zero if not."""
+        """A copy with a link inserted before link ``before``; quantities are given by name, others are zero."""
         changed = {}
         for name in _PER_LINK:
             row = np.broadcast_to(np.asarray(values.get(name, 0.0), dtype=float), (self.n_lane,))
@@ -201,9 +202,14 @@ class LegLanes:
         )
 
     def write(self, layout: Layout, locked: tuple[int, ...], tip: Tip, tilt: float, off: Array) -> Array:
-        """(n_row, n_lane) the chain's lanes, state rows zero; ``locked`` counts in the chain's own joints.
+        """(n_row, n_lane) the chain's lanes, with state rows zero.
 
-        ``off`` (n_row,): a lane whose effects are off. Coefficients as in ``mechanics.coefficients``.
+        ``locked`` : indices in the chain. ``off`` : (n_row,) a lane whose effects are off. Coefficients are those of
+        ``mechanics.coefficients``.
+
+        Raises
+        ------
+        ValueError : an effect is not in the compiled chain.
         """
         n = self.n
         lanes = np.repeat(off[:, None], self.n_lane, axis=1)
@@ -251,7 +257,7 @@ class LegLanes:
 
 
 def _servos(leg: Leg, n_lane: int) -> Array:
-    """(10, n, n_lane) the numbers of each joint's servo in the order of ``SERVO``, 0 where it has none."""
+    """(10, n, n_lane) parameters of each joint's servo in the order of ``SERVO``, 0 without a servo."""
     numbers = np.zeros((len(SERVO), len(leg.joints), n_lane))
     for index, joint in enumerate(leg.joints):
         if isinstance(joint.drive, Servo):
@@ -260,18 +266,18 @@ def _servos(leg: Leg, n_lane: int) -> Array:
 
 
 def has_direction(effect: Effect) -> bool:
-    """Whether some parameter is meant in measured angle and must be turned to the sense of q."""
+    """Whether a parameter refers to the measured angle and must be converted to the sense of q."""
     return hasattr(effect.loaded, "to_rotation")
 
 
 def in_rotation(effect: Effect, sign: int, zero: float, given: Mapping[str, float]) -> list[float]:
-    """Parameters of a torque effect in order, defaults filled in, turned to the sense of q where direction matters."""
+    """Parameters of a torque effect in order, with defaults, converted to the sense of q if direction matters."""
     values = [given.get(p.name, effect.defaults[p.name]) for p in effect.parameters]
     return turned_to_rotation(effect, sign, zero, values) if has_direction(effect) else values
 
 
 def turned_to_rotation(effect: Effect, sign: int, zero: float, values: list[float]) -> list[float]:
-    """All parameters in order of an effect of which some are meant in measured angle, turned to the sense of q."""
+    """All parameters, in order, of an effect with directions in measured angle, converted to the sense of q."""
     turn = effect.function("to_rotation")
     taken = turn.__code__.co_argcount - 2
     return [*turn(sign, zero, *values[:taken]), *values[taken:]]

@@ -1,8 +1,8 @@
 """A limb as data: a planar chain of rigid links with a spring and a damper at each joint.
 
-Everything is SI with angles in radians. *Measured* angles are what a file holds; *rotations* q are the
-chain's own coordinates, counter-clockwise positive, zero with the link along its parent (the first:
-straight down): ``q = sign * (measured - zero)``.
+All quantities are in SI, angles in radians. *Measured* angles are those in files. *Rotations* q are the coordinates of
+the chain: counter-clockwise positive, zero when the link is aligned with its parent (the first link: straight down).
+``q = sign * (measured - zero)``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from synth.drives.servo import Servo, TorqueDrive
 class Link:
     """A rigid link. ``com`` is measured from the proximal joint along the link; ``inertia`` is about the com.
 
-    ``includes``: whether the figures hold the parts of the link's joints already; only a design asks.
+    ``includes`` : whether mass, com and inertia already include the parts of the link's joints; used by designs only.
     """
 
     length: float  # m
@@ -33,9 +33,9 @@ class Link:
 
 @dataclass(frozen=True)
 class Tip:
-    """What one trial adds to the last link: ``mass`` with ``inertia`` about its own centre, ``at`` from the joint.
+    """A mass that one trial adds to the last link.
 
-    ``at`` None: at the link's end.
+    ``inertia`` : about the centre of the mass. ``at`` : its distance from the last joint; None: at the link's end.
     """
 
     mass: float = 0.0  # kg
@@ -53,7 +53,7 @@ class Spring:
 
     rate: float  # N m/rad
     free_angle: float  # rad, measured angle at which the spring is unloaded
-    part: str | None = None  # catalogue part that it stands for
+    part: str | None = None  # the catalogue part that it represents
 
 
 @dataclass(frozen=True)
@@ -78,9 +78,9 @@ class Damper:
 
 @dataclass(frozen=True)
 class Joint:
-    """A hinge with the link that hangs from it.
+    """A hinge with its distal link.
 
-    ``effects``: name of the effect -> its parameters in SI, e.g. ``{"coulomb_friction": {"torque": 0.05}}``.
+    ``effects`` : name of the effect -> its parameters in SI, e.g. ``{"coulomb_friction": {"torque": 0.05}}``.
     """
 
     name: str
@@ -91,7 +91,7 @@ class Joint:
     spring: Spring | None = None
     damper: Damper | None = None
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    armature: float = 0.0  # kg m^2, that turns with the joint itself, beside the rotor of its ``drive``
+    armature: float = 0.0  # kg m^2, inertia that turns with the joint, in addition to the rotor of its ``drive``
     drive: Servo | TorqueDrive | None = None
 
     @property
@@ -101,13 +101,13 @@ class Joint:
 
     @property
     def with_rotor(self) -> float:
-        """Inertia that turns with the joint itself, kg m^2: its armature and the rotor of its drive."""
+        """Inertia that turns with the joint, kg m^2: its armature and the rotor of its drive."""
         rotor = self.drive.motor.armature if self.drive is not None and self.drive.motor is not None else 0.0
         return self.armature + rotor
 
     @property
     def ends(self) -> tuple[float, float] | None:
-        """Least and greatest rotation q of the range, rad; None where there is no range."""
+        """Smallest and largest rotation q of the range, rad; None without a range."""
         if self.range is None:
             return None
         low, high = sorted(self.sign * (angle - self.zero) for angle in self.range)
@@ -141,22 +141,22 @@ class Leg:
 
     @property
     def rest(self) -> Array:
-        """(n_joint,) rad, rotations q at which the springs are unloaded; 0 where there is none."""
+        """(n_joint,) rad, rotations q at which the springs are unloaded; 0 without a spring."""
         return np.array([joint.rest for joint in self.joints])
 
     @property
     def spring_rate(self) -> Array:
-        """(n_joint,) N m/rad; 0 where there is no spring."""
+        """(n_joint,) N m/rad; 0 without a spring."""
         return np.array([joint.spring.rate if joint.spring is not None else 0.0 for joint in self.joints])
 
     @property
     def armature(self) -> Array:
-        """(n_joint,) kg m^2 that turn with each joint itself."""
+        """(n_joint,) kg m^2, inertia that turns with each joint."""
         return np.array([joint.with_rotor for joint in self.joints])
 
     @property
     def total_length(self) -> float:
-        """Summed link lengths, m."""
+        """Sum of the link lengths, m."""
         return sum(joint.link.length for joint in self.joints)
 
     def to_rotation(self, measured: Array) -> Array:

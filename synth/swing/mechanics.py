@@ -1,7 +1,7 @@
-"""The planar chain's mechanics in plain numpy: inertia and gravity coefficients, momentum, energy, rest pose.
+"""Mechanics of the planar chain in numpy: inertia and gravity coefficients, momentum, energy, rest pose.
 
-Written for clarity and used where speed does not matter: setting up the compiled chain, the weak form,
-energies, equilibria, and as the reference that tests hold the compiled chain against. With absolute rotations
+It is written for clarity and used where speed does not matter: setup of the compiled chain, weak form, energies,
+equilibria, and as the reference with which tests compare the compiled chain. With absolute rotations
 ``phi_i = tilt + q_1 + ... + q_i`` measured from straight down, the kinetic energy is
 ``1/2 sum_ij A_ij cos(phi_i - phi_j) dphi_i dphi_j`` and the potential energy ``-sum_i G_i cos(phi_i)``
 (Featherstone, *Rigid Body Dynamics Algorithms*, 2008, ch. 2; for a serial chain of point-hinged links the
@@ -22,8 +22,8 @@ from synth.swing.leg_model import Leg, Tip
 class Coefficients:
     """Inertia ``inertia[i, j]`` (n, n) kg m^2, symmetric, and gravity moments ``gravity`` (n,) N m.
 
-    ``armature`` (n,) kg m^2 turns with the joints themselves: a rotor behind a gear stores ``1/2 armature dq^2``, so
-    it stands on the diagonal of the mass matrix in joint coordinates (Featherstone 2008, section 9.6).
+    ``armature`` (n,) kg m^2 turns with the joints: a rotor behind a gear stores ``1/2 armature dq^2``, so the armature
+    is added to the diagonal of the mass matrix in joint coordinates (Featherstone 2008, section 9.6).
     """
 
     inertia: Array
@@ -32,7 +32,7 @@ class Coefficients:
 
 
 def coefficients(leg: Leg, tip_mass: float | Tip = 0.0) -> Coefficients:
-    """Inertia and gravity coefficients of a leg with what a trial hangs on its last link; a number: kg at its end."""
+    """Inertia and gravity coefficients of a leg with a tip mass; a plain number is a point mass (kg) at the end."""
     n = len(leg.joints)
     tip = tip_mass if isinstance(tip_mass, Tip) else Tip(tip_mass)
     length = np.array([joint.link.length for joint in leg.joints])
@@ -40,7 +40,7 @@ def coefficients(leg: Leg, tip_mass: float | Tip = 0.0) -> Coefficients:
     com = np.array([joint.link.com for joint in leg.joints])
     own = np.array([joint.link.inertia for joint in leg.joints])
     outboard = np.concatenate([np.cumsum(mass[::-1])[::-1][1:], [0.0]]) + tip.mass
-    reach = np.append(length[:-1], tip.place(length[-1]))  # at which the outboard mass hangs
+    reach = np.append(length[:-1], tip.place(length[-1]))  # distance from the joint at which the outboard mass acts
     own[-1] += tip.inertia
     first_moment = mass * com + outboard * reach
     inertia = np.zeros((n, n))
@@ -57,7 +57,7 @@ def absolute(rotation: Array, tilt: float) -> Array:
 
 
 def momentum_and_force(coefficient: Coefficients, rotation: Array, rate: Array, tilt: float) -> tuple[Array, Array]:
-    """Generalised momentum outboard of each joint and the force that changes it besides the joint's torque.
+    """Generalised momentum outboard of each joint, and the force on it other than the joint's torque.
 
     Parameters
     ----------
@@ -65,8 +65,9 @@ def momentum_and_force(coefficient: Coefficients, rotation: Array, rate: Array, 
 
     Returns
     -------
-    momentum, force : (n_time, n); for each joint j, d(momentum_j)/dt = force_j + torque_j. Lagrange's equation
-        in absolute rotations, summed over the links outboard of j, in which form joint j's torque stands alone.
+    momentum, force : (n_time, n) N m s and N m; for each joint j, d(momentum_j)/dt = force_j + torque_j. This is
+        Lagrange's equation in absolute rotations, summed over the links outboard of j, so that only joint j's torque
+        remains in it.
     """
     phi = absolute(rotation, tilt)
     omega = np.cumsum(rate, axis=-1)
@@ -88,7 +89,7 @@ def mass_matrix(coefficient: Coefficients, rotation: Array, tilt: float) -> Arra
 
 
 def energy(leg: Leg, rotation: Array, rate: Array, tip_mass: float | Tip = 0.0) -> Array:
-    """Kinetic, gravity and spring energy together, (n_time,) J, for rotation and rate (n_time, n)."""
+    """Sum of kinetic, gravity and spring energy (n_time,) J for rotation (rad) and rate (rad/s), (n_time, n) each."""
     coefficient = coefficients(leg, tip_mass)
     phi = absolute(rotation, leg.tilt)
     omega = np.cumsum(rate, axis=-1)
@@ -103,24 +104,26 @@ def energy(leg: Leg, rotation: Array, rate: Array, tip_mass: float | Tip = 0.0) 
 
 
 def outboard_inertia(leg: Leg, tip_mass: float | Tip = 0.0) -> Array:
-    """(n,) kg m^2, the straight leg's inertia about each joint of all that hangs from it or turns with it."""
+    """(n,) kg m^2, inertia about each joint of the straight leg: of all outboard links and of the joint's armature."""
     found = coefficients(leg, tip_mass)
     hanging = np.array([found.inertia[i:, i:].sum() for i in range(len(leg.joints))])
     return np.asarray(hanging + found.armature)
 
 
 def static_torque(coefficient: Coefficients, rotation: Array, tilt: float) -> Array:
-    """(..., n) N m, the torque that each joint needs to hold the pose ``rotation`` (..., n) rad against gravity."""
+    """(..., n) N m, joint torques that hold the pose ``rotation`` (..., n) rad against gravity."""
     moment = coefficient.gravity * np.sin(absolute(rotation, tilt))
     return np.asarray(np.cumsum(moment[..., ::-1], axis=-1)[..., ::-1])
 
 
 def rest_pose(leg: Leg, tip_mass: float | Tip = 0.0, start: Array | None = None) -> Array:
-    """(n,) rad, rotations at which springs and gravity balance, by Newton's method from the springs' free angles.
+    """(n,) rad, rotations at which springs and gravity balance.
+
+    Newton's method from ``start`` (n,) rad, by default the springs' free angles.
 
     Raises
     ------
-    ArithmeticError : no equilibrium was reached within 100 steps.
+    ArithmeticError : no equilibrium within 100 steps, or no stiffness in some direction.
     """
     coefficient = coefficients(leg, tip_mass)
     rate, rest = leg.spring_rate, leg.rest

@@ -1,7 +1,7 @@
-"""Rigid bodies put together: mass, centre and inertia of several as one (parallel axes), and a planar link from one.
+"""Mass properties of rigid bodies: several bodies combined (parallel axes), and the planar link of a body.
 
-Frame: that of a joint as it is drawn, with the joint straight (q = 0): x to the right, y up along the links, z along
-the hinge towards the viewer. A link hangs from its joint along -y.
+Frame of a joint as it is drawn, with the joint straight (q = 0): x to the right, y up along the links, z along the
+hinge towards the viewer. A link extends from its joint along -y.
 """
 
 from __future__ import annotations
@@ -34,36 +34,36 @@ class RigidBody:
 
     @property
     def about_hinge(self) -> float:
-        """Kg m^2 about the z axis of the frame."""
+        """Inertia about the z axis of the frame, kg m^2."""
         x, y, _ = self.centre
         return self.inertia[2] + self.mass * (x * x + y * y)
 
     def shifted(self, by: Vector) -> RigidBody:
-        """The body moved by ``by`` m."""
+        """The body translated by ``by`` m."""
         x, y, z = (a + b for a, b in zip(self.centre, by, strict=True))
         return RigidBody(self.mass, (x, y, z), self.inertia)
 
     def share(self, part: float) -> RigidBody:
-        """The body with this part of its mass."""
+        """The body with this share of its mass and inertia."""
         xx, yy, zz, xy, xz, yz = (part * value for value in self.inertia)
         return RigidBody(part * self.mass, self.centre, (xx, yy, zz, xy, xz, yz))
 
     def link(self, length: float) -> Link:
-        """The planar link that moves as this body does, but for its centre's offset across the link.
+        """The planar link that is dynamically equivalent to this body, except for the lateral offset of its centre.
 
-        A planar link has its centre on the line between its joints. The inertia about the joint is the body's own; what
-        the offset does to gravity is left out (``offset_torque`` tells how much that is).
+        The centre of a planar link lies on the line between its joints. The inertia about the joint is that of the
+        body. The gravity torque of the offset is neglected; ``offset_torque`` gives its size.
         """
         across, along = self.centre[0], -self.centre[1]
         return Link(length, self.mass, along, self.inertia[2] + self.mass * across**2)
 
 
 def together(bodies: Iterable[RigidBody]) -> RigidBody:
-    """Several bodies as one.
+    """Several bodies combined into one.
 
     Raises
     ------
-    ValueError : there is none.
+    ValueError : no body has a mass.
     """
     several = list(bodies)
     mass = sum(body.mass for body in several)
@@ -78,19 +78,19 @@ def together(bodies: Iterable[RigidBody]) -> RigidBody:
 
 
 def of_link(link: Link) -> RigidBody:
-    """A planar link as a body: about the other axes it is a thin rod of its length, which its figures leave open."""
+    """A planar link as a body; its inertia about the other axes, which a link does not state, is that of a thin rod."""
     across, about, along = rod_inertias(link)
     return RigidBody(link.mass, (0.0, -link.com, 0.0), (across, along, about, 0.0, 0.0, 0.0))
 
 
 def rod_inertias(link: Link) -> Vector:
-    """Kg m^2 across the hinge, about it, and along the link; what a planar leg leaves open is a rod's."""
+    """Inertias kg m^2 across the hinge, about it, and along the link; those that a link does not state are a rod's."""
     across = max(link.mass * link.length**2 / 12, link.inertia)
     return across, link.inertia, max(1e-3 * link.inertia, abs(across - link.inertia) + 1e-3 * link.inertia)
 
 
 def offset_torque(body: RigidBody, gravity: float) -> float:
-    """The most (N m) that gravity turns a joint by because its link's centre lies beside the line of the link."""
+    """Largest gravity torque, N m, due to the lateral offset of the body's centre from the line of its link."""
     return abs(body.mass * gravity * body.centre[0])
 
 

@@ -1,4 +1,4 @@
-"""Tolerances of manufacturing and measurement: the nominal leg's numbers as whitened unknowns under priors."""
+"""Tolerances of manufacturing and measurement: the nominal leg's parameters as whitened unknowns with priors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from synth.swing.leg_model import Leg
 
 LINK_QUANTITIES = ("length", "mass", "com", "inertia")
 QUANTITIES = (*LINK_QUANTITIES, "spring_rate", "damper_rate", "rest", "torque_constant", "resistance")
-# Of a motor's constants: which numbers of a servo change with it, and by which power.
+# For each motor constant: the parameters of a servo that change with it, and the power.
 MOTOR_POWERS = {
     "torque_constant": {"servo_strength": 1, "servo_torque_limit": 1, "servo_back_emf": 2},
     "resistance": {"servo_strength": -1, "servo_back_emf": -1, "servo_sag": -1},
@@ -22,20 +22,20 @@ MOTOR_POWERS = {
 
 
 class Widths(Protocol):
-    """What a project says of its tolerances."""
+    """The tolerances of a project."""
 
     def widths(self, leg: Leg) -> Array:
-        """(9, n) one standard deviation of each of ``QUANTITIES`` at each joint: shares, of the rests rad.
+        """(9, n) standard deviation of each of ``QUANTITIES`` at each joint, relative (rests: rad).
 
-        Those of motors are 0 where a joint has none.
+        Rows of motor constants are 0 at joints without a motor.
         """
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Unknowns ``x`` (9 n,), standard normal: all joints' ``QUANTITIES`` in turn.
+    """Unknowns ``x`` (9 n,), standard normal: each of ``QUANTITIES`` for all joints.
 
-    ``width`` (9, n): relative deviation, of the rests in rad; 0 holds a number at its nominal value.
+    ``width`` (9, n) : standard deviation, relative (rests: rad); 0 fixes a parameter at its nominal value.
     """
 
     width: Array
@@ -53,7 +53,7 @@ class Tolerances:
     def apply(self, legs: LegLanes, x: Array) -> None:
         """Change the columns of a leg's lanes by ``x`` (9 n, n_lane).
 
-        Relative errors enter as exponentials, so that no mass turns negative; the same to first order.
+        Relative errors enter as exponentials, so that no mass becomes negative; to first order this is the same.
         """
         n = self.width.shape[1]
         shift = x.reshape(len(QUANTITIES), n, -1) * self.width[:, :, None]

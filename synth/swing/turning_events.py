@@ -1,25 +1,26 @@
-"""Where a joint that dry friction brakes turns back, and where one with play meets its flank: events, lane by lane.
+"""Events of each lane: a joint with dry friction reverses, or a joint with backlash meets a flank.
 
-Friction that slides turns over at once when its joint turns back; a bristle left to itself would do so over the way
-that it bends, which delays every half swing a little (measured: a swing 25 times the presliding off after ten of them).
-So a step ends where a sliding joint's rate passes zero, and the bend is put where the joint stays at rest, or, where
-not even the whole torque holds it, to sliding the other way. Between such moments the motion is smooth: friction
-keeps its sense through a step, also in those stages that lie beyond the turn at which the step is then cut.
+Sliding friction changes sign at once when its joint reverses. A bristle alone would do so over its presliding, which
+delays every half swing (measured: an error of 25 times the presliding after ten half swings). A step therefore ends
+where the rate of a sliding joint passes zero. The bend of the bristle is then set to the value that keeps the joint at
+rest, or, if even the full friction torque does not hold the joint, to sliding in the other direction. Between events
+the motion is smooth: friction keeps its sign during a step, even in stages beyond the reversal at which the step is
+then cut.
 
-A presliding that is meant, as of gears, stays where the joint turns back: all of it from ``LEAST_GIVE`` on, with which
-every bristle holds, and of less than that a share in proportion.
+An intended presliding, as of gears, is kept at a reversal: fully if it is at least ``LEAST_GIVE``, which every bristle
+has while it holds, and in proportion if it is smaller.
 
-Where a joint with play meets a flank, the damper behind it makes the force jump: there, too, a step ends.
+A step also ends where a joint with backlash meets a flank, because the damper behind the flank makes the force jump.
 
-Lanes that turn, or meet, within ``AT_ONCE`` of the step's end do so there together, each corrected to first order for
-the time by which it is late (the saltation of hybrid systems: Leine & Nijmeijer, *Dynamics and Bifurcations of
-Non-Smooth Mechanical Systems*, 2004, ch. 7). Perturbed copies of one leg so stay smooth functions of what is perturbed.
+Lanes with an event within ``AT_ONCE`` of the end of the step have it there together. Each is corrected to first order
+for the time difference (saltation of hybrid systems: Leine & Nijmeijer, *Dynamics and Bifurcations of Non-Smooth
+Mechanical Systems*, 2004, ch. 7), so that perturbed copies of a leg remain smooth functions of the perturbation.
 
-Arrays are flat, 16 lanes a state: ``x`` the state at a step's start, ``y`` at its end, ``K`` (7, n_state * 16) the
-derivatives. ``bends`` (n_state, 2): for a bristle, the state whose rate bends it and its presliding's row in the
-workspace ``Z``, else -1. States from 2 n on are memories, for which ``slides`` and ``due`` have 16 entries each.
-``plays`` (n_state, 3): for an output side behind play, the joint, and the rows of the gap and of the spring's rest,
-else -1.
+Arrays are flat with 16 lanes per state: ``x`` is the state at the start of a step, ``y`` at its end, ``K``
+(7, n_state * 16) contains the derivatives. ``bends`` (n_state, 2) : for a bristle, the state whose rate bends it and
+the row of its presliding in the workspace ``Z``, else -1. States from 2 n on are memories, for which ``slides`` and
+``due`` have 16 entries each. ``plays`` (n_state, 3) : for the output side of a backlash, the joint and the rows of the
+gap and of the spring's rest, else -1.
 """
 
 from __future__ import annotations
@@ -34,24 +35,24 @@ from synth.swing.effects.inlined import LEAST_GIVE, bend_that_holds, held
 from synth.swing.lane_layout import LANES, MOST_LINKS
 
 AT_ONCE = 1e-5  # s
-NEVER = 1e300  # s, no event in sight
-SEATED = 1e-9  # rad beyond the flank, which rounding does not undo
-PLACE = (1 << 48) - 1  # masked by it, an index cannot be negative: none is counted from the end, which costs a gather
+NEVER = 1e300  # s, time of an event that is not expected
+SEATED = 1e-9  # rad of overlap with the flank, more than rounding errors
+PLACE = (1 << 48) - 1  # mask that excludes negative indices; wrap-around indexing would need a gather instruction
 _options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
 
 
 @njit(**_options)
 def _give(bends, j, lane, Z):  # type: ignore[no-untyped-def]
-    """How much of the give with which bristle ``j`` holds it also has where it turns back: 0 none, 1 all of it."""
+    """Share of the holding presliding of bristle ``j`` that remains at a reversal: 0 none, 1 all of it."""
     return min(Z[bends[j, 1], lane] / LEAST_GIVE, 1.0)
 
 
 @njit(**_options)
 def slide_from_start(n, bends, Z, x, K):  # type: ignore[no-untyped-def]
-    """Bend each bristle as if its joint had slid as it moves, or into where it is pushed if it rests.
+    """Initial bend of each bristle: sliding in the direction of motion, or, at rest, of the applied torque.
 
-    One that rests then counts as turning back, which finds whether it is held. One that gives as much where it turns
-    as where it holds is straight instead.
+    A joint at rest is then treated as a reversal, which determines whether friction holds it. A bristle that keeps its
+    full presliding at reversals starts straight.
     """
     for j in range(2 * (n & MOST_LINKS), len(bends)):
         if bends[j, 0] >= 0:
@@ -65,11 +66,11 @@ def slide_from_start(n, bends, Z, x, K):  # type: ignore[no-untyped-def]
 
 @njit(**_options)
 def turn_back(bends, j, started, Z, x, K, turning, target):  # type: ignore[no-untyped-def]
-    """Fill ``turning`` (16,) with the sense in which bristle ``j`` slid where its joint turns back now, 0 elsewhere.
+    """Write to ``turning`` (16,) the direction in which bristle ``j`` slid if its joint reverses now, else 0.
 
-    ``target`` (16,): its bend where even its whole torque does not hold the joint. Without any give it slides the other
-    way at once, else it has still to bend there; not ``started``, it had been straight. Both are left as they are where
-    no lane turns back, which is soon seen.
+    ``target`` (16,) : its bend if even the full friction torque does not hold the joint. Without presliding it slides
+    in the other direction at once, otherwise it still has to bend there; before the first step (not ``started``) it was
+    straight. If no lane reverses, both arrays are unchanged and the result is False.
     """
     m, b, give_row = (j * LANES) & PLACE, (bends[j, 0] * LANES) & PLACE, bends[j, 1] & PLACE
     count = 0.0
@@ -90,10 +91,10 @@ def turn_back(bends, j, started, Z, x, K, turning, target):  # type: ignore[no-u
 
 @njit(**_options)
 def take_hold(bends, j, x, K, turning, target):  # type: ignore[no-untyped-def]
-    """Put the bend where the joint's acceleration is zero, or to the ``target``.
+    """Set the bend to the value at which the joint's acceleration is zero, or to ``target`` if there is none.
 
-    The acceleration is linear in the share of its torque that a bristle gives; ``K[0]`` has it with the share as it
-    was, ``K[1]`` with the target's.
+    The acceleration is linear in the share of the friction torque that the bristle exerts; ``K[0]`` contains it for the
+    present bend, ``K[1]`` for the target.
     """
     for lane in range(LANES):
         if turning[lane] != 0.0:
@@ -107,7 +108,10 @@ def take_hold(bends, j, x, K, turning, target):  # type: ignore[no-untyped-def]
 
 @njit(**_options)
 def make_up(n, bends, j, x, K, turning):  # type: ignore[no-untyped-def]
-    """Correct the rates for the time since the turn, in which friction had the wrong sense: ``K[0]`` where ``K[2]``."""
+    """Correct the rates for the time since the reversal, during which friction had the wrong sign.
+
+    ``K[0]`` : accelerations with the wrong sign, ``K[2]`` : with the right one.
+    """
     for lane in range(LANES):
         if turning[lane] != 0.0:
             late = x[bends[j, 0] * LANES + lane] / K[0, bends[j, 0] * LANES + lane]
@@ -118,7 +122,7 @@ def make_up(n, bends, j, x, K, turning):  # type: ignore[no-untyped-def]
 
 @njit(**_options)
 def _as_if_at_once(n, lane, late, x, K):  # type: ignore[no-untyped-def]
-    """Correct one lane's rates for an event that was ``late`` s ago, by the accelerations before and after it."""
+    """Correct one lane's rates for an event ``late`` s ago, from the accelerations before and after it."""
     for i in range(n, 2 * n):
         e = i * LANES + lane
         x[e] += (K[2, e] - K[0, e]) * late
@@ -127,7 +131,7 @@ def _as_if_at_once(n, lane, late, x, K):  # type: ignore[no-untyped-def]
 
 @njit(**_options)
 def find_sliding(n, bends, Z, x, K, slides):  # type: ignore[no-untyped-def]
-    """Fill ``slides`` with the sense in which each bristle slides through the coming step, 0 where it bends."""
+    """Write to ``slides`` the direction in which each bristle slides during the next step, 0 if it bends."""
     for j in range(2 * (n & MOST_LINKS), len(bends)):
         own = ((j - 2 * n) * LANES) & PLACE
         if bends[j, 0] < 0:
@@ -144,7 +148,7 @@ def find_sliding(n, bends, Z, x, K, slides):  # type: ignore[no-untyped-def]
 
 @njit(**_options)
 def keep_sliding(n, slides, k):  # type: ignore[no-untyped-def]
-    """What slides does not bend, in whatever sense the rate of the stage ``k`` is."""
+    """Set the bend rate of sliding bristles in stage ``k`` to zero, whatever the sign of the joint's rate."""
     first = 2 * (n & MOST_LINKS) * LANES
     for e in range(len(slides)):
         k[first + e] = 0.0 if slides[e] != 0.0 else k[first + e]
@@ -152,7 +156,7 @@ def keep_sliding(n, slides, k):  # type: ignore[no-untyped-def]
 
 @njit(**_options)
 def bound_bends(n, bends, y, error):  # type: ignore[no-untyped-def]
-    """Put bends beyond -1..1 back there, and count their error from there."""
+    """Clip bends to -1..1, and compute their error from the clipped values."""
     for j in range(2 * (n & MOST_LINKS), len(bends)):
         if bends[j, 0] >= 0:
             m = (j * LANES) & PLACE
@@ -164,9 +168,9 @@ def bound_bends(n, bends, y, error):  # type: ignore[no-untyped-def]
 
 @njit(**_options)
 def first_turn(n, bends, slides, Z, x, y, K, t, h, due):  # type: ignore[no-untyped-def]
-    """Where in the step from ``t`` to ``t + h`` the first joint turns back against its sliding bristle.
+    """Time within the step from ``t`` to ``t + h`` at which the first joint with a sliding bristle reverses.
 
-    ``h`` if none does before the step's end, give or take ``AT_ONCE``; ``due`` is filled with the moments of all.
+    ``h`` if none reverses earlier than ``AT_ONCE`` before the end of the step. ``due`` is filled with all these times.
     """
     first = h
     for j in range(2 * (n & MOST_LINKS), len(bends)):
@@ -175,7 +179,7 @@ def first_turn(n, bends, slides, Z, x, y, K, t, h, due):  # type: ignore[no-unty
             due[own + lane] = NEVER
         if bends[j, 0] < 0:
             continue
-        # Most steps end with no joint near a turn: one look at all lanes at once tells.
+        # Most steps contain no reversal; this vectorised check over all lanes decides.
         b, give_row = (bends[j, 0] * LANES) & PLACE, bends[j, 1] & PLACE
         count = 0.0
         for lane in range(LANES):
@@ -191,11 +195,11 @@ def first_turn(n, bends, slides, Z, x, y, K, t, h, due):  # type: ignore[no-unty
             d, e = (j * LANES & PLACE) + lane, b + lane
             before, after, sense = x[e], y[e], slides[own + lane]
             slid = sense != 0.0
-            if not slid:  # it bends, but may come to slide within the step and turn back after that
+            if not slid:  # it bends, but may start to slide within the step and reverse after that
                 sense = 1.0 if before > 0.0 else -1.0
                 slid = 0.7 * abs(K[0, d]) * h * abs(before) > (1.0 - x[d] * sense) * abs(before - after)
             if abs(after) <= AT_ONCE * abs(K[6, e]):
-                if y[d] * sense > 0.999:  # turns at the step's end; what it has bent back by then is made up for
+                if y[d] * sense > 0.999:  # reverses at the end of the step; undo what it has bent back by then
                     y[d] = sense
             elif after * sense < 0.0 and slid:
                 where = _zero(before, after, h * K[0, e], h * K[6, e], sense)
@@ -206,7 +210,10 @@ def first_turn(n, bends, slides, Z, x, y, K, t, h, due):  # type: ignore[no-unty
 
 @njit(**_options)
 def _zero(before, after, slope_before, slope_after, sense):  # type: ignore[no-untyped-def]
-    """Zero in 0..1 of the cubic with these ends and slopes, positive times ``sense`` before it: Newton, kept inside."""
+    """Zero in 0..1 of the cubic with these end values and slopes, by Newton's method with bisection as safeguard.
+
+    ``sense`` : sign of the cubic before its zero.
+    """
     low, high = 0.0, 1.0
     where = before / (before - after)
     for _ in range(6):
@@ -227,7 +234,7 @@ def _zero(before, after, slope_before, slope_after, sense):  # type: ignore[no-u
 
 @njit(**_options)
 def next_due(due, t):  # type: ignore[no-untyped-def]
-    """The next moment at which a joint is expected to turn back, or ``NEVER``."""
+    """The next time at which a joint is expected to reverse, or ``NEVER``."""
     coming = NEVER
     for e in range(len(due)):
         if due[e] > t + AT_ONCE:
@@ -237,10 +244,11 @@ def next_due(due, t):  # type: ignore[no-untyped-def]
 
 @njit(**_options)
 def first_contact(n, plays, Z, x, y, K, h):  # type: ignore[no-untyped-def]
-    """Where in a step of ``h`` to stop, shortly before the first joint with play meets its flank; ``h`` if none does.
+    """Time within a step of ``h`` shortly before the first joint with backlash meets its flank; ``h`` if none does.
 
-    The force there jumps, and what the step tells of the time after it is no good: the estimate, a parabola, gets
-    better as the step gets shorter, and is repeated until the end lies within ``AT_ONCE`` before the contact.
+    The force jumps at the contact, so the state after it cannot be used for interpolation. The time is estimated with a
+    parabola, which improves as the step gets shorter; the step is repeated until it ends within ``AT_ONCE`` before the
+    contact.
     """
     first = h
     for j in range(2 * (n & MOST_LINKS), len(plays)):
@@ -251,7 +259,7 @@ def first_contact(n, plays, Z, x, y, K, h):  # type: ignore[no-untyped-def]
             lag = y[plays[j, 0] * LANES + lane] - Z[plays[j, 2], lane] - y[j * LANES + lane]
             after = side * lag - 0.5 * Z[plays[j, 1], lane]
             if before < 0.0 and after > 0.0:
-                bend = after - before - closing * h  # of the parabola, times h^2
+                bend = after - before - closing * h  # quadratic coefficient of the parabola, times h^2
                 root = math.sqrt(max((closing * h) ** 2 - 4.0 * bend * before, 0.0))
                 where = -2.0 * before / (closing * h + root) if closing * h + root > 0.0 else 0.5
                 first = min(first, max(min(where, 1.0) * h - 0.3 * AT_ONCE, 1e-3 * AT_ONCE))
@@ -260,7 +268,7 @@ def first_contact(n, plays, Z, x, y, K, h):  # type: ignore[no-untyped-def]
 
 @njit(**_options)
 def _clearance(n, plays, j, lane, Z, x, y, K):  # type: ignore[no-untyped-def]
-    """The flank (+-1) towards which the joint is after the step, its distance (< 0 when apart) before, and its rate."""
+    """The flank (+-1) on whose side the joint is after the step; its distance before (< 0: open) and closing rate."""
     q, d = plays[j, 0] * LANES + lane, j * LANES + lane
     side = 1.0 if y[q] - Z[plays[j, 2], lane] - y[d] > 0.0 else -1.0
     before = side * (x[q] - Z[plays[j, 2], lane] - x[d]) - 0.5 * Z[plays[j, 1], lane]
@@ -269,7 +277,10 @@ def _clearance(n, plays, j, lane, Z, x, y, K):  # type: ignore[no-untyped-def]
 
 @njit(**_options)
 def meet(n, plays, j, Z, x, K, meeting):  # type: ignore[no-untyped-def]
-    """Bring the output side ``j`` to the flank that the joint is about to meet, in ``meeting`` (16,) s, 0 for not."""
+    """Move the output side ``j`` to the flank that the joint is about to meet; True if there is one in some lane.
+
+    ``meeting`` (16,) : filled with the time to the contact, s; 0 without contact.
+    """
     any_meeting = False
     for lane in range(LANES):
         meeting[lane] = 0.0
@@ -284,7 +295,10 @@ def meet(n, plays, j, Z, x, K, meeting):  # type: ignore[no-untyped-def]
 
 @njit(**_options)
 def make_up_contact(n, x, K, meeting):  # type: ignore[no-untyped-def]
-    """Correct the rates for contacts that were made too early: ``K[0]`` without, ``K[2]`` with the flank's force."""
+    """Correct the rates for contacts that were applied too early.
+
+    ``K[0]`` : accelerations without, ``K[2]`` : with the force of the flank.
+    """
     for lane in range(LANES):
         if meeting[lane] > 0.0:
             _as_if_at_once(n, lane, -meeting[lane], x, K)

@@ -149,9 +149,9 @@ def test_the_integrator_without_effects_moves_the_leg_as_the_one_with_all_of_the
     np.testing.assert_allclose(plain, whole, atol=1e-11)
 
 
-def test_more_memories_than_there_is_room_for_are_refused() -> None:
+def test_too_many_memories_are_refused() -> None:
     chain = compiled_chain(3)
-    with pytest.raises(ValueError, match="room for"):
+    with pytest.raises(ValueError, match="can hold 56"):
         chain.acting._rows([("coulomb_friction", 0)] * (MOST_MEMORIES + 1))
 
 

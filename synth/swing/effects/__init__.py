@@ -1,8 +1,8 @@
-"""What a leg may do beyond linear springs and dampers: one file an effect, found by looking, listed nowhere.
+"""Effects of the swinging leg beyond linear springs and dampers: one file each, discovered automatically.
 
-Each module of this package but those in ``_NOT_EFFECTS`` holds one ``EFFECT``. Others come from installed packages by
-the entry point group ``synth.effects`` (a module with an ``EFFECT``), or from a file that the user names. Those of the
-jumping leg are in ``synth.jump.effects``.
+Each module of this package contains one ``EFFECT``, except those in ``_NOT_EFFECTS``. Further effects come from
+installed packages by the entry point group ``synth.effects`` (a module with an ``EFFECT``), or from a file that the
+user names. The effects of the jumping leg are in ``synth.jump.effects``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Inertia that turns with the joint itself: a rotor behind its gear, a pulley."""
+"""Inertia that turns with the joint: a rotor behind its gear, a pulley."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def change(legs: LegLanes, joint: int, sign: int, inertia: Array) -> None:
-    """Add ``inertia`` (n_lane,) kg m^2, of the rotor times its gear ratio squared."""
+    """Add ``inertia`` (n_lane,) kg m^2: the rotor's inertia times the gear ratio squared."""
     legs.armature[joint] += inertia
 
 
@@ -23,7 +23,7 @@ EFFECT = Effect(
     formula="mass matrix in joint coordinates + inertia on the joint's diagonal",
     source="Featherstone, Rigid Body Dynamics Algorithms (2008), section 9.6; MuJoCo's joint attribute of this name",
     way="leg",
-    parameters=(Parameter("inertia", "kg*m^2", prior=size(0.3), meaning="of all that turns with the joint"),),
+    parameters=(Parameter("inertia", "kg*m^2", prior=size(0.3), meaning="of all parts that turn with the joint"),),
     strengths=("inertia",),
     shapes=(Shape(("inertia",), {}),),
 )

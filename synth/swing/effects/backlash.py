@@ -1,9 +1,9 @@
-"""A dead zone between the joint and its spring and damper.
+"""Backlash: a dead zone between the joint and its spring and damper.
 
-Rigid flanks, no smoothing: the force jumps where the joint meets a flank with the damper behind it, a moment at which
-the integrator ends a step (``synth.swing.turning_events``). Measured against an integration from event to event
-(``tests/swing/effects/test_contact.py``): at most 5e-5 rad on swings of 0.5 rad, most of it due to ``SEATING``, at
-twice the steps of a leg without play.
+The flanks are rigid and not smoothed. The force jumps when the joint meets a flank with the damper behind it; the
+integrator ends a step there (``synth.swing.turning_events``). Against an integration from event to event
+(``tests/swing/effects/test_contact.py``) the error is at most 5e-5 rad on swings of 0.5 rad, mostly due to ``SEATING``,
+with twice the steps of a leg without backlash.
 """
 
 from __future__ import annotations
@@ -11,18 +11,18 @@ from __future__ import annotations
 from synth.swing.effects.definition import Effect, Parameter, Shape, size
 from synth.swing.effects.inlined import inlined
 
-FASTEST = 2000.0  # 1/s, of the output side left to itself: a spring with hardly any damper gets that much more of it
-SEATING = 1e-5  # of the way, by which the output side stays behind while it is pushed; else rounding would part them
+FASTEST = 2000.0  # 1/s, upper limit of the free output side's rate; a very weak damper is increased accordingly
+SEATING = 1e-5  # relative lag of the pushed output side, so that rounding does not break the contact
 
 
 @inlined
 def torque(  # type: ignore[no-untyped-def]
     rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, gap
 ):
-    """Spring and damper hold a massless output side (memory: its deflection, rad) that the joint drives with play.
+    """Spring and damper act on a massless output side (memory: its deflection, rad), which the joint drives with play.
 
-    On a flank the output side goes with the joint as long as that pushes; else it goes back by itself. A damper's curve
-    counts with its secant at the joint's rate.
+    In contact the output side follows the joint while the joint pushes it; otherwise it relaxes by itself. A damper
+    curve is replaced by its secant at the joint's rate.
     """
     lag = deflection - memory
     side = 1.0 if lag > 0.0 else -1.0
@@ -37,7 +37,7 @@ def torque(  # type: ignore[no-untyped-def]
 
 
 def start(deflection, gap):  # type: ignore[no-untyped-def]
-    """The output side at the release: held by the joint against its spring, on the far side of the play."""
+    """Deflection of the output side at the release: the joint holds it against its spring."""
     import numpy as np
 
     return np.sign(deflection) * np.maximum(np.abs(deflection) - 0.5 * gap - 1e-7, 0.0)
@@ -53,7 +53,7 @@ EFFECT = Effect(
     way="torque",
     memory=True,
     play="gap",
-    parameters=(Parameter("gap", "rad", prior=size(0.15), meaning="whole width of the play"),),
+    parameters=(Parameter("gap", "rad", prior=size(0.15), meaning="full width of the play"),),
     strengths=("gap",),
     shapes=(Shape(("gap",), {}, ({"gap": 0.02}, {"gap": 0.1})),),
 )

@@ -1,8 +1,8 @@
-"""The mount moves: it rocks about the first joint's place, or slides, on a spring and a damper.
+"""A compliant mount: it rocks about a point near the first joint, or slides, on a spring and a damper.
 
-A sliding mount is the end of a link of ``LEVER`` leg lengths: its frequencies are within 0.2 % of those of one that
-goes straight (``tests/swing/effects/test_structure.py``). Gravity does no work on the mount's own rotation: the
-static deflection under the leg's weight is part of the mount's rest position.
+A sliding mount is modelled as the end of a link of ``LEVER`` leg lengths; its frequencies are within 0.2 % of those of
+straight sliding (``tests/swing/effects/test_structure.py``). Gravity does no work on the mount's own rotation, because
+the static deflection under the leg's weight is part of the mount's rest position.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from synth.arrays import Array
     from synth.swing.leg_lanes import LegLanes
 
-LEVER = 100.0  # leg lengths: a link so long turns by next to nothing when its end slides
-LEAST = 0.02  # of the leg's own mass or inertia, that a mount has in any case
+LEVER = 100.0  # leg lengths; such a long link hardly rotates when its end slides
+LEAST = 0.02  # of the leg's own mass or inertia, lower limit of the mount's
 
 
 def extend(
@@ -31,13 +31,13 @@ def extend(
     inertia: Array,
     damping_ratio: Array,
 ) -> LegLanes:
-    """One more link before the first: so long that its end goes straight (sliding), or of length ``arm`` (rocking).
+    """Insert a link before the first: a very long one for sliding, one of length ``arm`` for rocking.
 
-    Both where both give, the point that it rocks about sliding. A mount that rocks about a point below the first joint
-    has a negative ``arm``: a link of negative length.
+    With both stiffnesses there are two links, and the rocking mount is on the sliding one. A mount that rocks about a
+    point below the first joint has a negative ``arm``: a link of negative length.
     """
     total, carried = legs.length.sum(axis=0), legs.mass.sum(axis=0)
-    slides = bool(np.any(stiffness > 0.0))  # in its own direction, level with the base
+    slides = bool(np.any(stiffness > 0.0))  # in the horizontal direction of the base
     if not slides or bool(np.any(rocking_stiffness > 0.0)):
         reach = np.cumsum(legs.length, axis=0) - legs.length + legs.com
         leg_inertia = (legs.inertia + legs.mass * reach**2).sum(axis=0)
@@ -55,7 +55,7 @@ def extend(
 def _mount(
     legs: LegLanes, length: Array, own: Array, moving: Array, stiffness: Array, damping_ratio: Array
 ) -> LegLanes:
-    """A link before the first, of inertia ``own``, with a spring and a damper; ``moving``: with what it carries."""
+    """Insert a link of inertia ``own`` with spring and damper before the first; ``moving`` : inertia with the leg."""
     damping = 2.0 * damping_ratio * np.sqrt(stiffness * moving)
     return legs.with_link(
         0, length=length, inertia=own, spring_rate=stiffness, damper_rate=damping, rest=0.0, weightless=1.0
@@ -63,10 +63,10 @@ def _mount(
 
 
 def start(legs: LegLanes, joint: int, rotation: Array) -> Array:
-    """Deflections (n_new, n_lane) rad of the mount while the leg is held: what the first joint's spring bends it by.
+    """Deflections (n_new, n_lane) rad of the mount while the leg is held, due to the first joint's spring.
 
-    A sliding mount starts undeflected: what force the hand put on it is not known. ``joint``: the leg's first, before
-    which the new links stand.
+    A sliding mount starts undeflected, because the force of the hand is unknown. ``joint`` : index of the leg's first
+    joint, which follows the new links.
     """
     torque = legs.spring_rate[joint] * (rotation[joint] - legs.rest[joint])
     sliding = np.abs(legs.length[:joint]) > 0.5 * LEVER * legs.length[joint:].sum(axis=0)
@@ -85,7 +85,7 @@ EFFECT = Effect(
         Parameter("stiffness", "N/m", 0.0, stiff(30.0, 400.0), meaning="against sliding sideways"),
         Parameter("mass", "kg", 0.0, positive(0.3, 1.0), meaning="of the part of the mount that slides"),
         Parameter("rocking_stiffness", "N*m/rad", 0.0, stiff(30.0, 400.0), meaning="against rocking"),
-        Parameter("arm", "m", 0.0, signed(1.5), meaning="of the first joint below the point it rocks about"),
+        Parameter("arm", "m", 0.0, signed(1.5), meaning="distance of the first joint below the rocking point"),
         Parameter("inertia", "kg*m^2", 0.0, positive(0.3, 1.0), meaning="of the part of the mount that rocks"),
         Parameter("damping_ratio", "1", 0.05, positive(0.05, 0.7, upper=0.7), natural=False),
     ),

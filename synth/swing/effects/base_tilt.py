@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def change(legs: LegLanes, joint: int, sign: int, tilt: Array) -> None:
-    """Turn the whole base by ``tilt`` (n_lane,) rad, counter-clockwise."""
+    """Rotate the base by ``tilt`` (n_lane,) rad, counter-clockwise."""
     legs.tilt += tilt
 
 

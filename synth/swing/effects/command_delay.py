@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def drive(legs: LegLanes, joint: int, sign: int, delay: Array) -> None:
-    """Command ``delay`` (n_lane,) s later than the leg file says."""
+    """Add ``delay`` (n_lane,) s to the servo's command delay of the leg file."""
     legs.servo[SERVO.index("servo_delay"), joint] += delay
 
 

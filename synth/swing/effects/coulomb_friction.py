@@ -1,4 +1,4 @@
-"""Dry friction, constant in speed, with true sticking: a bristle that bends by ``presliding`` before it slides."""
+"""Dry friction, independent of speed, with sticking: a bristle that bends by ``presliding`` before it slides."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ GIVE = positive(6e-4, 0.8, 1e-4, 1e-2)  # rad, of real bearings and gears
 
 @inlined
 def torque(rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, friction, presliding):  # type: ignore[no-untyped-def]
-    """Memory z in -1..1 is the bristle's bend; at rest it holds any torque below ``friction``."""
+    """Friction torque with the bristle's bend (-1..1) as memory; at rest it balances any torque below ``friction``."""
     change = bristle(rate, memory, presliding)
     return -friction * held(memory, change), change
 
@@ -41,7 +41,7 @@ EFFECT = Effect(
             GIVE,
             off=PRESLIDING,
             natural=False,
-            meaning="how far it gives before it slides",
+            meaning="elastic deflection before it slides",
         ),
     ),
     strengths=("torque",),

@@ -1,22 +1,22 @@
-"""What an effect is: parameters with units, defaults and priors, and how it changes torque, leg, reading or structure.
+"""Definition of an effect: parameters with units, defaults and priors, and the function that applies it.
 
-An effect acts in exactly one of five ways, each a function of its module that ``Effect.function`` finds by name:
+An effect acts in exactly one of five ways. Each is a function of its module, which ``Effect.function`` finds by name:
 
 ``torque``
     compiled, ``torque(rotation, rate, deflection, spring_rate, damper_rate, damper_torque, bearing_force, memory,
-    *parameters) -> (torque on q, rate of change of memory)``, added to the joint's linear spring and damper. All SI
-    floats; ``deflection`` is the rotation less the spring's rest, ``damper_torque`` resists positive rates. With
-    memory, ``start(deflection, *parameters)`` gives its value at the release (arrays). Where a parameter is meant in
-    measured angle, ``to_rotation(sign, zero, *parameters)`` turns all of them to the sense of q.
+    *parameters) -> (torque on q, rate of change of memory)``, added to the joint's linear spring and damper. All
+    arguments are SI floats; ``deflection`` is the rotation minus the spring's rest, ``damper_torque`` resists positive
+    rates. With a memory, ``start(deflection, *parameters)`` returns its value at the release (arrays). If a parameter
+    refers to the measured angle, ``to_rotation(sign, zero, *parameters)`` converts all of them to the sense of q.
 ``leg``
     ``change(legs, joint, sign, *parameters)`` changes the columns of a ``LegLanes`` in place.
 ``drive``
-    ``drive(legs, joint, sign, *parameters)`` changes in place what a ``LegLanes`` holds of a known torque's errors.
+    ``drive(legs, joint, sign, *parameters)`` changes the drive or servo columns of a ``LegLanes`` in place.
 ``reading``
-    ``read(time, rotation, rate, sign, zero, *parameters)`` gives the rotation as the encoder tells it; arrays
+    ``read(time, rotation, rate, sign, zero, *parameters)`` returns the rotation that the encoder reads; arrays
     (n_time, n_lane), parameters (n_lane,).
 ``structure``
-    ``extend(legs, joint, *parameters)`` gives a ``LegLanes`` with one more link.
+    ``extend(legs, joint, *parameters)`` returns a ``LegLanes`` with one additional link.
 """
 
 from __future__ import annotations
@@ -43,21 +43,22 @@ ARGUMENTS: dict[str, int] = {"torque": 8, "leg": 3, "drive": 3, "reading": 5, "s
 
 @dataclass(frozen=True, kw_only=True)
 class Effect(PlantEffect):
-    """An effect of the swinging chain: how it acts, and what the engine needs to know of it.
+    """An effect of the swinging chain: how it acts, and the information that the engine needs.
 
-    ``where`` : acts at a joint or at the base.
-    ``uses_drive`` : its function is given the drive's torque on q, N m, in place of the bearing force.
-    ``uses_load`` : the bearing force must be computed for it; ``by_load``: only where one of these strengths is on (no
-    name: any). ``bristle`` : the parameter that is the presliding of ``compiled.bristle``, its memory, which the
-    integrator keeps in -1..1 and turns over with the joint. ``play`` : the parameter that is the width of a gap, its
-    memory being the deflection of what lies behind it; the integrator finds the contacts. ``linear`` : its torque is a
-    sum of its strengths, each times what does not depend on any (see ``along``). ``kin`` : effects that share this word
-    turn over at the same moments at a joint, so that legs with the one and with the other may step together; and one
-    joint has no two of them.
-    ``belongs_to`` : the part that takes the effect with it when a design replaces it; what belongs to the joint stays.
-    ``needs`` : what a joint must have, one of these, for the effect to act there: a spring or damper with a rate, or a
-    known torque in some trial.
-    ``shows_locked`` : it shows though its joint is locked: by where the links stand, or by what the link carries along.
+    ``where`` : it acts at a joint or at the base.
+    ``uses_drive`` : the argument ``bearing_force`` of its function is the drive's torque on q, N m.
+    ``uses_load`` : it needs the bearing force; ``by_load`` : only if one of these strengths is on (empty: any).
+    ``bristle`` : the parameter that is the presliding of ``inlined.bristle``; the memory is the bend of the bristle,
+    which the integrator keeps in -1..1 and reverses with the joint.
+    ``play`` : the parameter that is the width of a gap; the memory is the deflection behind the gap, and the integrator
+    locates the contacts.
+    ``linear`` : its torque is the sum of its strengths, each times a factor independent of all strengths (see
+    ``torque_along_motion``).
+    ``kin`` : effects with the same word reverse at the same times at a joint, so legs with either may share their
+    steps; a joint cannot have two of them.
+    ``belongs_to`` : the part with which a design replaces the effect; an effect of the joint itself remains.
+    ``needs`` : the joint must have one of these: a spring or damper with a rate, or a known torque in some trial.
+    ``shows_locked`` : it is visible although its joint is locked, by the pose of the links or by their mass.
     """
 
     way: Way
@@ -75,5 +76,5 @@ class Effect(PlantEffect):
     shows_locked: bool = False
 
     def function(self, name: str = "") -> Callable[..., Any]:
-        """The function of its module that computes it."""
+        """The function of its module that applies it."""
         return super().function(name or FUNCTIONS[self.way])

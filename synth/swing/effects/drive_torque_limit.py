@@ -1,4 +1,4 @@
-"""A drive gives less torque at most than stated: its controller limits the current."""
+"""A lower torque limit of a drive than stated: its controller limits the current."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def drive(legs: LegLanes, joint: int, sign: int, torque: Array) -> None:
-    """At most ``torque`` (n_lane,) N m; 0 for no further limit."""
+    """Limit the drive to ``torque`` (n_lane,) N m; 0 for no further limit."""
     limit = legs.servo[SERVO.index("servo_torque_limit"), joint]
     limit[:] = np.where(torque > 0.0, np.minimum(limit, torque), limit)
 
@@ -28,7 +28,7 @@ EFFECT = Effect(
     source="current limit of position servos, as in Duclusaud et al., BAM, arXiv 2410.08650",
     way="drive",
     needs=("servo", "motor"),
-    parameters=(Parameter("torque", "N*m", prior=positive(0.7, 0.5), meaning="at most"),),
+    parameters=(Parameter("torque", "N*m", prior=positive(0.7, 0.5), meaning="largest torque"),),
     strengths=("torque",),
     shapes=(Shape(("torque",), {}, ({"torque": 0.9}, {"torque": 0.6})),),
 )

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, offset: Array) -> Array:
-    """Rotation as read; ``offset`` (n_lane,) rad in measured angle."""
+    """The rotation that is read; ``offset`` (n_lane,) rad in measured angle."""
     return rotation + sign * offset
 
 
@@ -23,7 +23,9 @@ EFFECT = Effect(
     source="definition",
     way="reading",
     shows_locked=True,
-    parameters=(Parameter("offset", "rad", prior=Prior(0.0, 0.08), natural=False, meaning="reading too high by"),),
+    parameters=(
+        Parameter("offset", "rad", prior=Prior(0.0, 0.08), natural=False, meaning="by which the reading is too high"),
+    ),
     strengths=("offset",),
     shapes=(Shape(("offset",), {}),),
 )

@@ -1,4 +1,4 @@
-"""Coarse counts."""
+"""An encoder with coarse counts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, step: Array) -> Array:
-    """The measured angle ``zero + sign q`` rounded to whole steps; ``step`` (n_lane,) rad, 0 none."""
+    """The measured angle ``zero + sign q`` rounded to multiples of ``step`` (n_lane,) rad; 0: not rounded."""
     width = np.where(step > 0.0, step, 1.0)
     measured = rotation + sign * zero
     return np.where(step > 0.0, np.round(measured / width) * width - sign * zero, rotation)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, error: Array) -> Array:
-    """Rotation as read, the measured angle being ``zero + sign q``; ``error`` (n_lane,)."""
+    """The rotation that is read, with relative ``error`` (n_lane,) of the measured angle ``zero + sign q``."""
     return rotation + error * (rotation + sign * zero)
 
 

@@ -1,4 +1,4 @@
-"""Dry friction of a gear: it grows with the torque that the drive puts through it."""
+"""Dry friction of a gear, which grows with the torque that the drive transmits through it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def torque(  # type: ignore[no-untyped-def]
     speed,
     presliding,
 ):
-    """The bristle of Coulomb friction with a level of its own and one by load, which fall with speed together."""
+    """The bristle of Coulomb friction with a constant and a load-dependent level, both falling with speed."""
     load = share + (backdriven if drive * rate < 0.0 else 0.0)
     level = (unloaded + load * abs(drive)) * stribeck_share(rate, speed, fall)
     change = bristle(rate, memory, presliding)
@@ -51,9 +51,14 @@ EFFECT = Effect(
     needs=("servo", "motor"),
     parameters=(
         Parameter("torque", "N*m", 0.0, size(0.1), meaning="friction without load"),
-        Parameter("share", "1", 0.0, size(0.3), natural=False, meaning="friction a unit of the drive's torque"),
+        Parameter("share", "1", 0.0, size(0.3), natural=False, meaning="friction per unit of the drive's torque"),
         Parameter(
-            "backdriven", "1", 0.0, Prior(0.0, 0.2), natural=False, meaning="more where the load drives the motor"
+            "backdriven",
+            "1",
+            0.0,
+            Prior(0.0, 0.2),
+            natural=False,
+            meaning="additional share when the load drives the motor",
         ),
         Parameter(
             "fall", "1", 0.0, Prior(0.6, 0.25, lower=0.0, upper=1.0), natural=False, meaning="share lost at speed"
@@ -66,7 +71,7 @@ EFFECT = Effect(
             GIVE,
             off=PRESLIDING,
             natural=False,
-            meaning="how far it gives before it slides",
+            meaning="elastic deflection before it slides",
         ),
     ),
     strengths=("torque", "share", "backdriven"),

@@ -1,4 +1,4 @@
-"""A stiffness that grows, or falls, with deflection."""
+"""A spring rate that increases or decreases with deflection."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def torque(  # type: ignore[no-untyped-def]
     onset,
     softening,
 ):
-    """Odd power of the deflection beyond the onset; and what a spring that gives way, k u / (1 + |s u|^2), lacks."""
+    """An odd power of the deflection beyond the onset, plus the deficit k u - k u / sqrt(1 + (softening u)^2)."""
     beyond = (max(abs(deflection) - onset, 0.0) + 1e-9) / reach
     extra = stiffening * power(beyond, exponent)
     lost = spring_rate * deflection * (1.0 - 1.0 / sqrt(1.0 + (softening * deflection) ** 2))
@@ -43,9 +43,9 @@ EFFECT = Effect(
     parameters=(
         Parameter("stiffening", "N*m", prior=signed(0.4), meaning="extra torque at reach; negative: softening"),
         Parameter("exponent", "1", 3.0, Prior(3.0, 1.0, lower=1.0, upper=7.0), off=3.0, natural=False),
-        Parameter("reach", "rad", 1.0, off=1.0, meaning="deflection beyond the onset at which stiffening is meant"),
+        Parameter("reach", "rad", 1.0, off=1.0, meaning="deflection beyond the onset to which stiffening refers"),
         Parameter("onset", "rad", 0.0, Prior(0.0, 0.4, lower=0.0, upper=0.9), meaning="deflection where it begins"),
-        Parameter("softening", "1/rad", 0.0, size(1.0), meaning="one over the deflection where the spring gives way"),
+        Parameter("softening", "1/rad", 0.0, size(1.0), meaning="1 over the deflection at which the spring softens"),
     ),
     strengths=("stiffening", "softening"),
     shapes=(

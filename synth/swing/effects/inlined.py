@@ -1,11 +1,11 @@
-"""How an effect's torque is compiled: inlined into the lane loop, where branch-free code becomes vector code.
+"""Building blocks of compiled effects, inlined into the lane loop, where branch-free code is vectorised.
 
-The bristle is the element of all dry friction here: true sticking, with a give of ``presliding``, at least
-``LEAST_GIVE``, while it holds. Where a joint turns back, ``synth.swing.turning_events`` reverses the friction, at
-once if there is no presliding, so that nothing is smoothed while it slides: one swing agrees with the closed form
-within 1e-6 rad. The remaining error is the bristle's give while a joint is held: with torques of 1 to 20 % of the
-spring's at 1 rad it is 2e-4 rad RMS and at most 1e-3 rad in legs of three links, against a give of 1e-5 rad. The
-bristle costs 1.05 to 2.5 times the steps of a leg without friction, and 4.5 times where strong friction holds a joint.
+All dry friction here uses a bristle: it sticks with an elastic deflection of ``presliding``, at least ``LEAST_GIVE``.
+When a joint reverses, ``synth.swing.turning_events`` reverses the friction, at once without presliding, so sliding
+friction is not smoothed: one swing agrees with the closed form within 1e-6 rad. The remaining error is the bristle's
+deflection while it holds a joint. With torques of 1 to 20 % of the spring's at 1 rad it is 2e-4 rad RMS and at most
+1e-3 rad in legs of three links, against a presliding of 1e-5 rad. A bristle costs 1.05 to 2.5 times the steps of a leg
+without friction, and 4.5 times if strong friction holds a joint.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from synth.compiling.inlining import inlined
 
 __all__ = ["bend_that_holds", "bristle", "held", "inlined", "power", "stribeck_share"]
 
-LEAST_GIVE = 2e-4  # rad, with which a bristle holds at least; less makes a held joint stiff to integrate
-BRISTLE_DAMPING = 0.001  # s; more makes a held joint stiff to integrate, less lets it ring
+LEAST_GIVE = 2e-4  # rad, least presliding of a holding bristle; less makes a held joint stiff to integrate
+BRISTLE_DAMPING = 0.001  # s; more makes a held joint stiff to integrate, less lets it oscillate
 
 
 @inlined
 def bristle(rate, memory, presliding):  # type: ignore[no-untyped-def]
-    """Rate of change of a bristle's bend (memory, -1..1): bent by motion, until it slides.
+    """Rate of change of a bristle's bend (memory, -1..1), which follows the motion until the bristle slides.
 
-    Elastic, then perfectly plastic (Prandtl's element): nothing stiff happens while the joint slides, as it does in
-    Dahl's smooth law, whose bend settles with ``rate / presliding``, ten thousand times a second. A step may carry the
-    bend beyond its bound, where the torque is the bound's; the integrator puts it back (``Effect.bristle``).
+    Elastic, then perfectly plastic (Prandtl's element). It is not stiff while the joint slides; Dahl's smooth law is,
+    because its bend relaxes with ``rate / presliding``, ten thousand per second. A step may carry the bend beyond its
+    bound, where the torque is that at the bound; the integrator clips it (``Effect.bristle``).
     """
     sliding = (abs(memory) >= 1.0) & (rate * memory > 0.0)
     return 0.0 if sliding else rate / max(presliding, LEAST_GIVE)
@@ -39,10 +39,10 @@ def bristle(rate, memory, presliding):  # type: ignore[no-untyped-def]
 
 @inlined
 def held(memory, change):  # type: ignore[no-untyped-def]
-    """Share of the friction torque that a bristle's bend z and its rate of change give: z (3 - z^2) / 2.
+    """Share of the friction torque that a bristle exerts at bend z and its rate of change: z (3 - z^2) / 2.
 
-    The rate damps what would otherwise ring on while the joint sticks. The cubic meets sliding with no kink, which
-    saves steps where sixteen lanes begin to slide at different moments, and holds more of the torque than a line does.
+    The rate damps oscillations of a sticking joint. The cubic passes into sliding without a kink, which saves steps
+    when sixteen lanes begin to slide at different times, and exerts more torque than a linear function.
     """
     damped = memory + BRISTLE_DAMPING * change if abs(memory) < 1.0 else memory
     z = max(-1.0, min(1.0, damped))
@@ -51,15 +51,18 @@ def held(memory, change):  # type: ignore[no-untyped-def]
 
 @inlined
 def bend_that_holds(share):  # type: ignore[no-untyped-def]
-    """Bend of a bristle at rest that gives this share (-1..1) of its torque: the inverse of ``held``, 2 sin(asin/3)."""
+    """Bend of a bristle at rest that exerts this ``share`` (-1..1) of its torque, 2 sin(asin(share) / 3).
+
+    It is the inverse of ``held``.
+    """
     return 2.0 * sin(asin(max(-1.0, min(1.0, share))) / 3.0)
 
 
 @inlined
 def stribeck_share(rate, speed, fall):  # type: ignore[no-untyped-def]
-    """Share of a friction that is left at a rate: ``1 - fall + fall exp(-(rate / speed)^2)``.
+    """Share of a friction torque that remains at a rate: ``1 - fall + fall exp(-(rate / speed)^2)``.
 
-    The exponential of -s as (1 + s/16)^-16, to 2 %: four products stay vector code.
+    exp(-s) is computed as (1 + s/16)^-16, within 2 %, because four products can be vectorised.
     """
     s = 1.0 + (rate / speed) ** 2 / 16.0
     s = s * s
@@ -70,7 +73,7 @@ def stribeck_share(rate, speed, fall):  # type: ignore[no-untyped-def]
 
 
 def _reinterpreted(given: Any, made: Any) -> Any:
-    """The same 64 bits read as another type."""
+    """The same 64 bits as another type."""
 
     def typed(context, value):  # type: ignore[no-untyped-def]
         def code(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
@@ -87,14 +90,14 @@ _of_bits = _reinterpreted(types.int64, types.float64)
 
 @inlined
 def power(base, exponent):  # type: ignore[no-untyped-def]
-    """``base ** exponent`` of a positive base, branch-free, so that a lane loop stays vector code; within 2e-14.
+    """``base ** exponent`` of a positive base, branch-free, so that a lane loop can be vectorised; within 2e-14.
 
-    ``2 ** (exponent log2(base))``, kept between 2 ** -1000 and 2 ** 1000. The logarithm by the series of the inverse
-    hyperbolic tangent about the nearest power of two, the exponential by its own (Abramowitz & Stegun, 4.1.27, 4.2.1).
-    numba's own calls the C library, lane by lane: seven times as long.
+    ``2 ** (exponent log2(base))``, clipped to 2 ** -1000 and 2 ** 1000. The logarithm uses the series of the inverse
+    hyperbolic tangent about the nearest power of two, the exponential its own series (Abramowitz & Stegun, 4.1.27 and
+    4.2.1). numba's own function calls the C library for each lane and takes seven times as long.
     """
     bits = _bits(base)
-    twos = (bits - 0x3FE6A09E667F3BCD) >> 52  # such that what is left lies between sqrt(1/2) and sqrt(2)
+    twos = (bits - 0x3FE6A09E667F3BCD) >> 52  # so that the mantissa lies between sqrt(1/2) and sqrt(2)
     left = _of_bits(bits - (twos << 52))
     s = (left - 1.0) / (left + 1.0)
     z = s * s

@@ -1,7 +1,7 @@
 """Contact at the end of travel.
 
-The contact begins without a step in torque, so no event is looked for; measured at a tolerance of 1e-6, a bounce is
-within 2e-5 rad of one whose contacts are located (``tests/effects``).
+The contact torque begins at zero, so no event is located. At a tolerance of 1e-6 a bounce is within 2e-5 rad of one
+with located contacts (``tests/swing/effects``).
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, posi
 from synth.swing.effects.inlined import inlined, power
 
 FAR = 1e3  # rad
-PLACES = (0.97, 0.9, 0.8, 0.65, 0.45)  # of half the range of motion, from its middle: where a stop is looked for
+PLACES = (0.97, 0.9, 0.8, 0.65, 0.45)  # of half the range of motion from its middle: starting values of a stop's angle
 
 
 @inlined
@@ -30,7 +30,7 @@ def torque(  # type: ignore[no-untyped-def]
     exponent,
     depth,
 ):
-    """A power of the penetration at either end, its loss growing with it; the contact pushes and never pulls."""
+    """A power of the penetration at either end, with a damping that grows with it; the contact never pulls."""
     above = rotation - upper
     below = lower - rotation
     deep = max(max(above, below), 0.0) + 1e-12
@@ -40,7 +40,7 @@ def torque(  # type: ignore[no-untyped-def]
 
 
 def to_rotation(sign: int, zero: float, upper: float, lower: float) -> tuple[float, float]:
-    """Ends of travel in measured angle to rotations."""
+    """Convert ends of travel from measured angles to rotations."""
     ends = (sign * (upper - zero), sign * (lower - zero))
     return (ends[0], ends[1]) if sign > 0 else (ends[1], ends[0])
 
@@ -72,9 +72,11 @@ EFFECT = Effect(
             meaning="end of travel below, measured angle",
         ),
         Parameter("stiffness", "N*m/rad", prior=positive(8.0, 1.5), meaning="torque at depth over depth"),
-        Parameter("damping", "s/rad", 0.0, positive(1.0, 1.5), meaning="share of the torque more a rad/s of closing"),
+        Parameter(
+            "damping", "s/rad", 0.0, positive(1.0, 1.5), meaning="relative increase of the torque per rad/s of closing"
+        ),
         Parameter("exponent", "1", 1.0, Prior(1.2, 0.3, lower=1.0, upper=2.5), off=1.0, natural=False),
-        Parameter("depth", "rad", 0.05, off=0.05, meaning="penetration at which the stiffness is meant"),
+        Parameter("depth", "rad", 0.05, off=0.05, meaning="penetration to which the stiffness refers"),
     ),
     strengths=("stiffness",),
     shapes=tuple(

@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     from synth.arrays import Array
 
 
-LATEST = 2.0  # times 1 / w of the motion, a third of its period: a channel later than that is another recording's
-BLOCK = 24  # samples of a filter's recurrence that are summed at once
+LATEST = 2.0  # times 1 / w of the motion, a third of its period; a larger delay would belong to another recording
+BLOCK = 24  # samples of a filter's recurrence that are computed at once
 
 
 def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, delay: Array, lag: Array) -> Array:
-    """Rotation ``delay`` (n_lane,) s earlier, by cubic Hermite interpolation between the samples.
+    """Rotation ``delay`` (n_lane,) s earlier, by cubic Hermite interpolation, then filtered with time constant ``lag``.
 
-    Before the first sample the motion is carried back with the first samples' rate and acceleration, at most to
-    the release, before which the joint stood still.
+    Before the first sample the motion is extrapolated with its initial rate and acceleration, at most back to the
+    release, before which the joint was at rest.
     """
     past = time[:, None] - np.broadcast_to(delay, (rotation.shape[1],))
     index = np.minimum(np.maximum(np.searchsorted(time, past, side="right") - 1, 0), len(time) - 2)
@@ -29,7 +29,7 @@ def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, dela
     u = (past - starts) / step
     q0, w0 = rotation[index, lanes], rate[index, lanes] * step
     rise, w1 = rotation[index + 1, lanes] - q0, rate[index + 1, lanes] * step
-    # the cubic with these ends and slopes, by Horner's rule
+    # The cubic with these end values and slopes, by Horner's rule.
     result: Array = q0 + u * (w0 + u * (3.0 * rise - 2.0 * w0 - w1 + u * (w0 + w1 - 2.0 * rise)))
     for lane in np.flatnonzero(past[0] < time[0]):
         before = past[:, lane] < time[0]
@@ -38,7 +38,7 @@ def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, dela
 
 
 def _lagged(time: Array, reading: Array, lag: Array) -> Array:
-    """Reading (n_time, n_lane) behind a first-order filter of time constant ``lag`` (n_lane,) s, at rest before.
+    """Reading (n_time, n_lane) after a first-order filter with time constant ``lag`` (n_lane,) s, initially at rest.
 
     Exact for a reading that is linear between its samples.
     """
@@ -46,12 +46,12 @@ def _lagged(time: Array, reading: Array, lag: Array) -> Array:
     step = np.diff(time)[:, None]
     fade = np.exp(-step / constant)
     drive = (fade - 1.0) * constant * np.diff(reading, axis=0) / step
-    behind = np.zeros_like(reading)  # told less reading: behind[k + 1] = fade[k] behind[k] + drive[k]
+    behind = np.zeros_like(reading)  # output minus input: behind[k + 1] = fade[k] behind[k] + drive[k]
     level = np.cumsum(np.maximum(-step / constant, -50.0), axis=0)
     for first in range(0, len(drive), BLOCK):
         part = slice(first, first + BLOCK)
         grown = level[part] - (level[first - 1] if first else 0.0)
-        # within a block: behind[k + 1] = sum_j exp(grown[k] - grown[j]) drive[j] + exp(grown[k]) behind[first]
+        # Within a block: behind[k + 1] = sum_j exp(grown[k] - grown[j]) drive[j] + exp(grown[k]) behind[first]
         share = np.exp(np.minimum(grown[:, None] - grown[None], 0.0)) * np.tri(len(grown))[:, :, None]
         behind[first + 1 : first + 1 + len(grown)] = (share * drive[part][None]).sum(axis=1) + np.exp(grown) * behind[
             first
@@ -60,16 +60,17 @@ def _lagged(time: Array, reading: Array, lag: Array) -> Array:
 
 
 def _earlier(lead: Array, time: Array, rotation: Array, rate: Array) -> Array:
-    """Rotation at ``lead`` (m,) s < 0 before the first sample, by the first samples' rate and acceleration.
+    """Rotation at ``lead`` (m,) s < 0 before the first sample, from its initial rate and acceleration.
 
-    A joint that speeds up was released when its rate was zero, and stood still before. One that slows down was moving;
-    the slower it is, the likelier is a release whose rate came out on the wrong side of zero, so its motion counts the
-    less: without that the reading would jump where the rate changes sign, and no fit could pass there.
+    A joint that accelerates was released when its rate was zero and was at rest before. A joint that decelerates was
+    moving; but the slower it is, the more likely it was released and the estimated rate has the wrong sign. Its motion
+    is therefore reduced for small rates. Otherwise the reading would be discontinuous where the rate changes sign, and
+    a fit could not pass this point.
     """
     bend = (rate[1] - rate[0]) / (time[1] - time[0])
     if bend == 0.0:
         return np.asarray(rotation[0] + lead * rate[0])
-    since = rate[0] / bend  # s from standing still; below 0: until it will
+    since = rate[0] / bend  # s since the rate was zero; negative: until it will be
     if since >= 0.0:
         lead = np.maximum(lead, -since)
         return np.asarray(rotation[0] + lead * rate[0] + 0.5 * lead**2 * bend)

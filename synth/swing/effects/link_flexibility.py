@@ -1,4 +1,4 @@
-"""A link, or its coupling to the joint, bends: one more hinge with a stiff spring."""
+"""A link, or its coupling to the joint, that bends: an additional hinge with a stiff spring."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     from synth.arrays import Array
     from synth.swing.leg_lanes import LegLanes
 
-HUB = 0.1  # of the link's inertia about its joint stays with the joint where the coupling bends
-DAMPING_RATIO = 0.1  # of a bending link where none is stated; assumed, of the order of printed plastics
+HUB = 0.1  # share of the link's inertia about its joint that remains at the joint if the coupling bends
+DAMPING_RATIO = 0.1  # of a bending link; assumed, of the order of printed plastics
 
 
 def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array) -> LegLanes:
-    """Cut the joint's link at ``place`` (share of its length) and join the parts by a spring.
+    """Cut the joint's link at ``place`` (share of its length) and connect the parts by a hinge with a spring.
 
-    Mass, first moment and inertia of the whole stay those of the link. The near part of a cut at 0 is a hub with
-    ``HUB`` of the inertia; elsewhere it is a uniform rod with its share of mass.
+    Total mass, first moment and inertia remain those of the link. The proximal part is a uniform rod, or, for a cut at
+    0, a hub with the share ``HUB`` of the inertia.
     """
     length, mass, com = legs.length[joint], legs.mass[joint], legs.com[joint]
     about_joint = legs.inertia[joint] + mass * com**2
@@ -50,7 +50,7 @@ def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array) -> LegLan
 
 
 def start(legs: LegLanes, joint: int, rotation: Array) -> Array:
-    """Bend (n_lane,) rad at the release: what the joint's spring bends the link by while its end is held."""
+    """Bend (n_lane,) rad at the release, due to the joint's spring while the end of the link is held."""
     torque = legs.spring_rate[joint] * (rotation[joint] - legs.rest[joint])
     return np.asarray(torque / legs.spring_rate[joint + 1])
 
@@ -64,7 +64,7 @@ EFFECT = Effect(
     way="structure",
     shows_locked=True,
     parameters=(
-        Parameter("stiffness", "N*m/rad", prior=stiff(20.0, 200.0), meaning="of the bend"),
+        Parameter("stiffness", "N*m/rad", prior=stiff(20.0, 200.0), meaning="of the hinge that represents the bend"),
         Parameter("place", "1", 0.0, meaning="where it bends, share of the length; 0 is the coupling"),
     ),
     strengths=("stiffness",),

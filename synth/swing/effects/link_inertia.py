@@ -26,9 +26,16 @@ EFFECT = Effect(
     way="leg",
     shows_locked=True,
     parameters=(
-        Parameter("com", "1", 0.0, Prior(0.0, 0.15, lower=-0.9, upper=2.0), natural=False, meaning="com too far"),
         Parameter(
-            "inertia", "1", 0.0, Prior(0.0, 0.4, lower=-0.9, upper=5.0), natural=False, meaning="inertia too much"
+            "com", "1", 0.0, Prior(0.0, 0.15, lower=-0.9, upper=2.0), natural=False, meaning="relative excess of com"
+        ),
+        Parameter(
+            "inertia",
+            "1",
+            0.0,
+            Prior(0.0, 0.4, lower=-0.9, upper=5.0),
+            natural=False,
+            meaning="relative excess of inertia",
         ),
     ),
     strengths=("com", "inertia"),

@@ -1,4 +1,4 @@
-"""A link heavier or lighter than the design says, its inertia in proportion."""
+"""A link that is heavier or lighter than designed, with its inertia in proportion."""
 
 from __future__ import annotations
 
@@ -19,14 +19,20 @@ def change(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
 
 EFFECT = Effect(
     name="link_mass",
-    meaning="a link heavier or lighter than the design says, its inertia in proportion",
+    meaning="a link heavier or lighter than designed, its inertia in proportion",
     phrase="carries a link of another mass",
     formula="mass (1 + share), inertia (1 + share)",
     source="definition",
     way="leg",
     shows_locked=True,
     parameters=(
-        Parameter("share", "1", prior=Prior(0.0, 0.2, lower=-0.8, upper=3.0), natural=False, meaning="mass too much"),
+        Parameter(
+            "share",
+            "1",
+            prior=Prior(0.0, 0.2, lower=-0.8, upper=3.0),
+            natural=False,
+            meaning="relative excess of mass and inertia",
+        ),
     ),
     strengths=("share",),
     shapes=(Shape(("share",), {}),),

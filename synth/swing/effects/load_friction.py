@@ -1,4 +1,4 @@
-"""Dry friction that grows with the joint's load: with the force on its bearing, or with the torque it transmits."""
+"""Dry friction that grows with the joint's load: with its bearing force, or with the transmitted spring torque."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from synth.swing.effects.inlined import bristle, held, inlined
 def torque(  # type: ignore[no-untyped-def]
     rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, radius, share, presliding
 ):
-    """The bristle of Coulomb friction, as strong as the load of the moment."""
+    """The bristle of Coulomb friction with a strength in proportion to the present load."""
     level = radius * force + share * abs(spring_rate * deflection)
     change = bristle(rate, memory, presliding)
     return -level * held(memory, change), change
@@ -38,7 +38,7 @@ EFFECT = Effect(
     by_load=("radius",),
     parameters=(
         Parameter("radius", "m", 0.0, size(0.03), meaning="coefficient of friction times bearing radius"),
-        Parameter("share", "1", 0.0, size(0.15), natural=False, meaning="friction a unit of the spring's torque"),
+        Parameter("share", "1", 0.0, size(0.15), natural=False, meaning="friction per unit of the spring's torque"),
         Parameter(
             "presliding",
             "rad",
@@ -46,7 +46,7 @@ EFFECT = Effect(
             GIVE,
             off=PRESLIDING,
             natural=False,
-            meaning="how far it gives before it slides",
+            meaning="elastic deflection before it slides",
         ),
     ),
     strengths=("radius", "share"),

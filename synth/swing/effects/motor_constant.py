@@ -1,4 +1,4 @@
-"""A motor's torque constant is another than stated, and its back-EMF with it."""
+"""A motor's torque constant, and with it its back-EMF constant, differs from the stated one."""
 
 from __future__ import annotations
 
@@ -13,21 +13,23 @@ if TYPE_CHECKING:
 
 
 def drive(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
-    """Torque constant ``share`` (n_lane,) too high: torque an ampere, back-EMF a speed."""
+    """Increase torque per current and back-EMF per speed by the share ``share`` (n_lane,)."""
     for name, power in (("servo_strength", 1), ("servo_torque_limit", 1), ("servo_back_emf", 2)):
         legs.servo[SERVO.index(name), joint] *= (1.0 + share) ** power
 
 
 EFFECT = Effect(
     name="motor_constant",
-    meaning="a motor's torque constant is another than stated",
+    meaning="a motor's torque constant differs from the stated one",
     phrase="has another torque constant",
     formula="torque constant = stated (1 + share); back-EMF likewise",
     source="in SI torque a current equals back-EMF a speed: Hughes & Drury, Electric Motors and Drives, section 3.3",
     way="drive",
     needs=("motor",),
     parameters=(
-        Parameter("share", "1", prior=Prior(0.0, 0.15, lower=-0.9, upper=3.0), natural=False, meaning="too high"),
+        Parameter(
+            "share", "1", prior=Prior(0.0, 0.15, lower=-0.9, upper=3.0), natural=False, meaning="relative excess"
+        ),
     ),
     strengths=("share",),
     shapes=(Shape(("share",), {}),),

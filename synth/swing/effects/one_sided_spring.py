@@ -23,7 +23,7 @@ def torque(  # type: ignore[no-untyped-def]
     shift,
     width,
 ):
-    """Take back the share of the spring's torque that one side lacks, the change from side to side being rounded."""
+    """Subtract the share of the spring's torque that one side lacks, with a smooth changeover between the sides."""
     beyond = deflection - shift
     root = sqrt(beyond * beyond + width * width)
     return 0.5 * spring_rate * (loss_above * (beyond + root - width) + loss_below * (beyond - root + width)), 0.0
@@ -32,7 +32,7 @@ def torque(  # type: ignore[no-untyped-def]
 def to_rotation(
     sign: int, zero: float, loss_above: float, loss_below: float, shift: float
 ) -> tuple[float, float, float]:
-    """Above and below are meant in measured angle."""
+    """Convert above and below from measured angle."""
     return (loss_above, loss_below, shift) if sign > 0 else (loss_below, loss_above, -shift)
 
 
@@ -48,8 +48,10 @@ EFFECT = Effect(
     parameters=(
         Parameter("loss_above", "1", 0.0, signed(0.6, 1.0), natural=False, meaning="share lost above the free angle"),
         Parameter("loss_below", "1", 0.0, signed(0.6, 1.0), natural=False, meaning="share lost below the free angle"),
-        Parameter("shift", "rad", 0.0, signed(0.02), natural=False, meaning="of the changeover from the free angle"),
-        Parameter("width", "rad", 0.0, size(0.03), natural=False, meaning="over which it changes"),
+        Parameter(
+            "shift", "rad", 0.0, signed(0.02), natural=False, meaning="distance of the changeover from the free angle"
+        ),
+        Parameter("width", "rad", 0.0, size(0.03), natural=False, meaning="width of the changeover"),
     ),
     strengths=("loss_above", "loss_below"),
     shapes=(Shape(("loss_above", "shift", "width"), {}), Shape(("loss_below", "shift", "width"), {})),

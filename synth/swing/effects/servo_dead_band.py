@@ -13,19 +13,19 @@ if TYPE_CHECKING:
 
 
 def drive(legs: LegLanes, joint: int, sign: int, angle: Array) -> None:
-    """Errors up to ``angle`` (n_lane,) rad to either side count for nothing."""
+    """Add ``angle`` (n_lane,) rad to the dead band: errors up to it give no torque."""
     legs.servo[SERVO.index("servo_dead_band"), joint] += angle
 
 
 EFFECT = Effect(
     name="servo_dead_band",
-    meaning="a servo does nothing about small errors",
+    meaning="a servo ignores small errors",
     phrase="has a dead band",
     formula="error = 0 up to angle, |error| - angle beyond",
     source="definition; dead-zone register of position servos",
     way="drive",
     needs=("servo",),
-    parameters=(Parameter("angle", "rad", prior=size(0.03), meaning="to either side"),),
+    parameters=(Parameter("angle", "rad", prior=size(0.03), meaning="error on either side that it ignores"),),
     strengths=("angle",),
     shapes=(Shape(("angle",), {}, ({}, {"angle": 0.03})),),
 )

@@ -1,4 +1,4 @@
-"""A servo's gain is another than stated."""
+"""A servo's gain differs from the stated one."""
 
 from __future__ import annotations
 
@@ -13,20 +13,26 @@ if TYPE_CHECKING:
 
 
 def drive(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
-    """Gain ``share`` (n_lane,) too high."""
+    """Increase the gain by the share ``share`` (n_lane,)."""
     legs.servo[SERVO.index("servo_gain"), joint] *= 1.0 + share
 
 
 EFFECT = Effect(
     name="servo_gain",
-    meaning="a servo's gain is another than stated",
+    meaning="a servo's gain differs from the stated one",
     phrase="has another servo gain",
     formula="gain = stated gain (1 + share)",
     source="definition",
     way="drive",
     needs=("servo",),
     parameters=(
-        Parameter("share", "1", prior=Prior(0.0, 0.3, lower=-0.95, upper=5.0), natural=False, meaning="gain too much"),
+        Parameter(
+            "share",
+            "1",
+            prior=Prior(0.0, 0.3, lower=-0.95, upper=5.0),
+            natural=False,
+            meaning="relative excess of the gain",
+        ),
     ),
     strengths=("share",),
     shapes=(Shape(("share",), {}),),

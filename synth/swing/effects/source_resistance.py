@@ -1,4 +1,4 @@
-"""The supply sags under the current that the drive draws."""
+"""Voltage sag: the supply has an internal resistance."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def drive(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
-    """Source of ``share`` (n_lane,) of the winding's resistance, beside what is stated."""
+    """Add a source resistance of ``share`` (n_lane,) times the winding's resistance to the stated one."""
     legs.servo[SERVO.index("servo_sag"), joint] += share
 
 
@@ -24,9 +24,9 @@ EFFECT = Effect(
     formula="voltage = duty (supply - duty current share resistance)",
     source="Thevenin source behind a half bridge, whose supply carries duty times the winding's current",
     way="drive",
-    needs=("stated supply",),  # a measured one holds its sag already
+    needs=("stated supply",),  # a measured supply includes its sag
     parameters=(
-        Parameter("share", "1", prior=size(0.2), natural=False, meaning="source's resistance over the winding's"),
+        Parameter("share", "1", prior=size(0.2), natural=False, meaning="source resistance over winding resistance"),
     ),
     strengths=("share",),
     shapes=(Shape(("share",), {}),),

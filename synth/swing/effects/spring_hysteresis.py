@@ -1,7 +1,7 @@
-"""Loading and unloading follow different curves: slip inside the spring, or a slow relaxing part.
+"""Spring hysteresis: loading and unloading follow different curves, by internal slip or by relaxation.
 
-The law has a kink where the motion turns back; measured at a tolerance of 1e-6 the error is within 5e-5 rad
-(``tests/effects``).
+The law has a kink where the motion reverses; at a tolerance of 1e-6 the error is within 5e-5 rad
+(``tests/swing/effects``).
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from synth.swing.effects.definition import Effect, Parameter, Shape, positive, size
 from synth.swing.effects.inlined import inlined, power
 
-NEVER = 1e9  # s, a relaxation time without end
+NEVER = 1e9  # s, relaxation time of a spring that does not relax
 
 
 @inlined
@@ -27,14 +27,14 @@ def torque(  # type: ignore[no-untyped-def]
     relaxation,
     knee,
 ):
-    """A second spring whose own deflection (memory, rad) slips by rubbing and relaxes with time."""
+    """A second spring whose deflection (memory, rad) is limited by slip and relaxes with time."""
     bent = memory / slip
     yielding = power(abs(bent) + 1e-9, knee) if rate * memory > 0.0 else 0.0
     return -stiffness * memory, rate * (1.0 - yielding) - memory / relaxation
 
 
 def start(deflection, stiffness, slip, relaxation, knee):  # type: ignore[no-untyped-def]
-    """The second spring at the release: unloaded, as after being held."""
+    """The second spring is unloaded at the release, because the joint was held."""
     return 0.0 * deflection
 
 
@@ -54,9 +54,15 @@ EFFECT = Effect(
         Parameter(
             "slip", "rad", NEVER, positive(0.3, 1.0, lower=0.06), off=NEVER, meaning="deflection at which it slips"
         ),
-        Parameter("relaxation", "s", NEVER, positive(1.0, 1.5), off=NEVER, meaning="time in which it relaxes"),
+        Parameter("relaxation", "s", NEVER, positive(1.0, 1.5), off=NEVER, meaning="time constant of its relaxation"),
         Parameter(
-            "knee", "1", 1.5, positive(1.5, 0.5, 0.4, 6.0), off=1.5, natural=False, meaning="how sharply it slips"
+            "knee",
+            "1",
+            1.5,
+            positive(1.5, 0.5, 0.4, 6.0),
+            off=1.5,
+            natural=False,
+            meaning="sharpness of the transition to slip",
         ),
     ),
     strengths=("stiffness",),

@@ -1,4 +1,4 @@
-"""The free angle is not where the design has it."""
+"""The free angle of a spring differs from the design."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 
 
 def change(legs: LegLanes, joint: int, sign: int, shift: Array) -> None:
-    """Shift the rest; ``shift`` (n_lane,) rad in measured angle."""
+    """Shift the free angle by ``shift`` (n_lane,) rad in measured angle."""
     legs.rest[joint] += sign * shift
 
 
 EFFECT = Effect(
     name="spring_preload",
-    meaning="the free angle is not where the design has it",
+    meaning="the free angle differs from the design",
     phrase="has its free angle elsewhere",
     needs=("spring",),
     formula="free angle + shift",

@@ -1,4 +1,4 @@
-"""Another spring than the design's, or one where the design has none: a rate far outside its tolerance."""
+"""Another spring than designed, or a spring at a joint designed without: a rate far outside its tolerance."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def change(legs: LegLanes, joint: int, sign: int, rate: Array, free_angle: Array) -> None:
-    """Add ``rate`` (n_lane,) N m/rad, down to no spring at all, and shift the free angle by ``free_angle`` rad."""
+    """Add ``rate`` (n_lane,) N m/rad, limited so that the sum is not negative; shift the free angle (rad)."""
     legs.spring_rate[joint] = np.maximum(legs.spring_rate[joint] + rate, 0.0)
     legs.rest[joint] += sign * free_angle
 
@@ -28,9 +28,9 @@ EFFECT = Effect(
     way="leg",
     belongs_to="spring",
     parameters=(
-        Parameter("rate", "N*m/rad", prior=signed(0.4), meaning="rate too much"),
-        # A joint without a spring has its free angle where the links are in line.
-        Parameter("free_angle", "rad", 0.0, signed(1.0), meaning="free angle, from the design's"),
+        Parameter("rate", "N*m/rad", prior=signed(0.4), meaning="excess of the rate"),
+        # The free angle of a joint without a spring is that of aligned links.
+        Parameter("free_angle", "rad", 0.0, signed(1.0), meaning="difference of the free angle from the design"),
     ),
     strengths=("rate",),
     shapes=(

@@ -1,4 +1,4 @@
-"""Dry friction that falls with speed: a breakaway torque that goes over into a lower sliding torque."""
+"""Dry friction that falls with speed: from a breakaway torque to a lower sliding torque."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def torque(  # type: ignore[no-untyped-def]
     speed,
     presliding,
 ):
-    """The bristle of Coulomb friction with Stribeck's curve for its strength."""
+    """The bristle of Coulomb friction with a strength that follows Stribeck's curve."""
     level = friction * stribeck_share(rate, speed, fall)
     change = bristle(rate, memory, presliding)
     return -level * held(memory, change), change
@@ -57,7 +57,7 @@ EFFECT = Effect(
             GIVE,
             off=PRESLIDING,
             natural=False,
-            meaning="how far it gives before it slides",
+            meaning="elastic deflection before it slides",
         ),
     ),
     strengths=("torque",),

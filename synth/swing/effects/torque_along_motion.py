@@ -1,10 +1,10 @@
-"""An effect's torque along a motion that is given, measured or simulated: for figures and for linear fits.
+"""Torque of an effect along a given motion, measured or simulated, for figures and linear fits.
 
-The compiled torque of the chain itself is evaluated, sixteen columns at a time, so that what is drawn is what is
-simulated. A memory is integrated along the motion (midpoint rule, inputs linear between samples), in steps of at most
-``LONGEST_STEP``: half of what the fastest memory, backlash's output side, needs to be stable. Dry friction begins as if
-it had slid, and turns over with its bristle, over the presliding, not at once as in the simulation, so that noise in a
-joint at rest does not toss it to and fro.
+The chain's own compiled torque is evaluated for sixteen columns at a time, so figures show exactly what is simulated.
+A memory is integrated along the motion (midpoint rule, inputs linear between samples) in steps of at most
+``LONGEST_STEP``, half of the stability limit of the fastest memory, the output side of a backlash. Dry friction starts
+as sliding. At a reversal its bristle reverses over the presliding, not at once as in the simulation, so that noise in a
+joint at rest does not flip its sign.
 """
 
 from __future__ import annotations
@@ -23,18 +23,19 @@ from synth.swing.effects.definition import Effect
 from synth.swing.lane_layout import FIRST_LAW, LANES
 
 LONGEST_STEP = 2.5e-4  # s
-GIVEN = -1  # in place of the damper curves' switch: the damper's torque is given
+GIVEN = -1  # value of the damper curves' switch: the damper's torque is given
 _INPUTS = ("rotation", "rate", "rest", "spring_rate", "damper_rate", "damper_torque")  # then the force
 
 
 @dataclass(frozen=True, eq=False)
 class AlongMotion:
-    """A motion, and what acts at the joint along it.
+    """A motion of a joint with the other inputs of a torque effect.
 
     ``time`` (n_time,) s, increasing. ``rotation``, ``rate``, ``deflection`` (n_time,) or (n_time, n_column) rad and
-    rad/s; ``deflection`` is the rotation less the spring's rest. Scalars or arrays that broadcast with them:
-    ``spring_rate`` N m/rad, ``damper_rate`` N m s/rad, ``damper_torque`` N m against positive rates (``damper_rate *
-    rate`` without a curve), ``force`` N in the bearing; of an effect that ``uses_drive`` N m of the drive on q.
+    rad/s; ``deflection`` is the rotation minus the spring's rest. Scalars or arrays that broadcast with them:
+    ``spring_rate`` N m/rad; ``damper_rate`` N m s/rad; ``damper_torque`` N m, which resists positive rates
+    (``damper_rate * rate`` without a curve); ``force`` N of the bearing, or N m of the drive on q for an effect that
+    ``uses_drive``.
     """
 
     time: Array
@@ -48,11 +49,11 @@ class AlongMotion:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of the torque along it."""
+        """Shape of the torque along the motion."""
         return np.broadcast_shapes(np.shape(self.rotation), np.shape(self.rate), np.shape(self.deflection))
 
     def columns(self) -> list[Array]:
-        """(n_time, n_column) of each of ``_INPUTS``, and of the force."""
+        """Each of ``_INPUTS`` and the force as (n_time, n_column)."""
         given = (
             self.rotation, self.rate, np.asarray(self.rotation) - self.deflection, self.spring_rate, self.damper_rate,
             self.damper_torque, self.force,
@@ -62,12 +63,16 @@ class AlongMotion:
 
 
 def torque_along(effect: Effect, motion: AlongMotion, parameters: Array | Sequence[float]) -> Array:
-    """Torque on q (N m), of the motion's shape, that a torque effect would exert along it.
+    """Torque on q, N m, of a torque effect along the motion, in the motion's shape.
 
     ``parameters`` : (n_parameter,) or (n_parameter, n_column) in the order of ``effect.parameters``, in the sense of q.
+
+    Raises
+    ------
+    ValueError : the effect is not a torque.
     """
     if effect.way != "torque":
-        raise ValueError(f"{effect.name} is no torque")
+        raise ValueError(f"{effect.name} is not a torque effect")
     columns = motion.columns()
     n_column = columns[0].shape[1]
     values = np.broadcast_to(
@@ -85,13 +90,13 @@ def torque_along(effect: Effect, motion: AlongMotion, parameters: Array | Sequen
 
 
 def columns_along(effect: Effect, motion: AlongMotion, parameters: Array | Sequence[float]) -> dict[str, Array]:
-    """Of an effect that is linear in its strengths, each strength's torque a unit of it along a motion.
+    """Torque per unit of each strength along a motion, for an effect that is linear in its strengths.
 
-    The strengths' own values in ``parameters`` do not matter, the others' do, in the order of ``torque_along``.
+    ``parameters`` : as in ``torque_along``; the values of the strengths themselves are ignored.
 
     Returns
     -------
-    Strength's name -> array of the motion's shape, N m a unit of the strength: columns of a linear regression.
+    Name of a strength -> array of the motion's shape, N m per unit of the strength: columns of a linear regression.
 
     Raises
     ------
@@ -109,7 +114,7 @@ def columns_along(effect: Effect, motion: AlongMotion, parameters: Array | Seque
 
 
 def _along(effect: Effect, time: Array, inputs: Array, parameters: Array) -> Array:
-    """(n_time, 16) torque for inputs (n_time, 7, 16) in the order of ``_INPUTS`` and parameters (n_parameter, 16)."""
+    """Torque (n_time, 16) for inputs (n_time, 7, 16) in the order of ``_INPUTS`` and parameters (n_parameter, 16)."""
     chain = compiled_chain(1)
     layout = chain.layout
     workspace = np.zeros((layout.n_row, LANES))

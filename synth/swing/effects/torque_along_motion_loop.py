@@ -1,4 +1,4 @@
-"""The compiled loop of ``along``, loaded from there as generated code is."""
+"""The compiled loop of ``torque_along_motion``, which loads it like generated code."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ _signature = types.void(
 def along(  # type: ignore[no-untyped-def]
     extra, Z, flat, active, rows, torque, memory, change, bound, gap, time, inputs, steps, out
 ):
-    """Fill ``out`` (n_time, 16) with the torque along the motion; ``steps`` (n_time,) of the memory up to each sample.
+    """Fill ``out`` (n_time, 16) with the torque along the motion.
 
-    ``Z`` and ``flat`` are the same memory; ``inputs`` (n_time, n_input, 16) belong into ``rows``, rotation first, rest
-    third; ``memory``, ``change`` and ``gap`` are rows, -1 for none. A memory stays within ``bound``, or within half a
-    gap of the deflection; next to a flank it is put onto it, from which the errors of interpolation would else part it.
+    ``steps`` (n_time,) : number of steps of the memory up to each sample. ``Z`` and ``flat`` are the same workspace.
+    ``inputs`` (n_time, n_input, 16) are copied to ``rows``, rotation first, rest third. ``memory``, ``change`` and
+    ``gap`` are rows, -1 for none. A memory is clipped to ``bound``, or to half a gap around the deflection. Close to a
+    flank it is moved onto it, because interpolation errors would open the contact.
     """
     before = [0.0] * LANES
     for i in range(len(time)):

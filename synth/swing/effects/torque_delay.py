@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def drive(legs: LegLanes, joint: int, sign: int, delay: Array) -> None:
-    """Torque ``delay`` (n_lane,) s later than its column."""
+    """Delay the torque by ``delay`` (n_lane,) s against its column."""
     legs.drive[DRIVE.index("torque_delay"), joint] += delay
 
 

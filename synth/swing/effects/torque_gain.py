@@ -1,4 +1,4 @@
-"""A known torque's column is scaled: another torque constant or gear."""
+"""A gain error of a known torque's column: another torque constant or gear."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def drive(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
-    """Torque ``share`` (n_lane,) of its column too high."""
+    """Increase the torque by the share ``share`` (n_lane,) of its column."""
     legs.drive[DRIVE.index("torque_gain"), joint] += share
 
 
@@ -26,7 +26,13 @@ EFFECT = Effect(
     way="drive",
     needs=("torque",),
     parameters=(
-        Parameter("share", "1", prior=Prior(0.0, 0.2, lower=-1.0, upper=5.0), natural=False, meaning="torque too much"),
+        Parameter(
+            "share",
+            "1",
+            prior=Prior(0.0, 0.2, lower=-1.0, upper=5.0),
+            natural=False,
+            meaning="relative excess of the torque",
+        ),
     ),
     strengths=("share",),
     shapes=(Shape(("share",), {}),),

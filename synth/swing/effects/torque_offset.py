@@ -1,4 +1,4 @@
-"""A known torque's column is shifted."""
+"""An offset error of a known torque's column."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def drive(legs: LegLanes, joint: int, sign: int, offset: Array) -> None:
-    """Torque in the measured angle's sense too high by ``offset`` (n_lane,) N m, wherever it is known."""
+    """Add ``offset`` (n_lane,) N m, in the sense of the measured angle, where a torque is known."""
     legs.drive[DRIVE.index("torque_offset"), joint] += sign * offset
 
 
@@ -25,7 +25,7 @@ EFFECT = Effect(
     source="definition",
     way="drive",
     needs=("torque",),
-    parameters=(Parameter("offset", "N*m", prior=signed(0.1), meaning="torque above what its column says"),),
+    parameters=(Parameter("offset", "N*m", prior=signed(0.1), meaning="torque in excess of its column"),),
     strengths=("offset",),
     shapes=(Shape(("offset",), {}),),
 )

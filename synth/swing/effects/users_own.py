@@ -1,7 +1,7 @@
-"""What keeps a user's own effect from taking part: found when its file is read, not in the middle of a diagnosis.
+"""Loading and validation of a user's own effect, so that mistakes show when its file is read, not during a diagnosis.
 
-A definition may be of the wrong kind in any of its fields, and its functions may fail at their first call. So every
-field is looked at, and every function is called once, on two legs of two joints side by side.
+Any field of a definition may have the wrong type, and any function may fail at its first call. Therefore every field is
+checked, and every function is called once with two legs of two joints in parallel.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from synth.errors import Problem, UserError
 from synth.swing import effects
 from synth.swing.effects.definition import ARGUMENTS, FUNCTIONS, Effect, Need, Parameter, Prior, Shape
 
-SIZE_LIMIT = 1_000_000  # bytes: thousands of times what an effect takes
-LANES = 2  # legs side by side in a trial call
+SIZE_LIMIT = 1_000_000  # bytes, a thousand times the size of an effect's file
+LANES = 2  # legs in parallel in a trial call
 
 
 class WrongEffect(Exception):
-    """A definition that cannot take part; the text is the user's message."""
+    """An invalid definition; the text is the message to the user."""
 
 
 def source_of(path: Path, name: str) -> bytes:
-    """The text of a user's file; ``name``: as the user named it.
+    """The content of a user's file; ``name`` : as the user gave it.
 
     Raises
     ------
-    UserError : no such file, no regular one (a pipe would block), too large, or not to be read.
+    UserError : the file is missing, not a regular file (a pipe would block), too large or unreadable.
     """
     try:
         status = path.stat()
@@ -55,13 +55,13 @@ def source_of(path: Path, name: str) -> bytes:
 
 
 def load_file(path: str | Path) -> Effect:
-    """Take part of a user's own effect: a Python file with an ``EFFECT``, run because its user named it.
+    """Load and register a user's own effect: a Python file with an ``EFFECT``, executed because the user named it.
 
-    Loading the same file again replaces what it held before.
+    Loading the same file again replaces its earlier effect.
 
     Raises
     ------
-    UserError : no such file, it cannot be run, it holds no EFFECT that works, or its name is taken.
+    UserError : the file is missing or cannot be executed, it has no valid EFFECT, or the effect's name is taken.
     """
     given, path = Path(path), Path(os.path.realpath(path))
     text = source_of(path, str(given))
@@ -88,7 +88,7 @@ def load_file(path: str | Path) -> Effect:
 
 
 def _require_free_name(effect: Effect, path: Path) -> None:
-    """Refuse the name of another effect."""
+    """Raise WrongEffect if another effect has this name."""
     if effect.name in effects.installed():
         raise WrongEffect("is the name of a built-in effect; choose another")
     if effect.name in effects.from_files:
@@ -98,11 +98,11 @@ def _require_free_name(effect: Effect, path: Path) -> None:
 
 
 def require(effect: Effect, module: ModuleType) -> None:
-    """Check a user's effect and call each of its functions once.
+    """Validate a user's effect and call each of its functions once.
 
     Raises
     ------
-    WrongEffect : with what is wrong, and what is allowed.
+    WrongEffect : names the mistake and what is allowed.
     """
     _require_fields(effect)
     _require_parameters(effect)
@@ -119,7 +119,7 @@ def require(effect: Effect, module: ModuleType) -> None:
 
 
 def line_of(error: BaseException, path: str | Path) -> int | None:
-    """The line of the user's file in which an error arose, None where it arose elsewhere."""
+    """The line of the user's file in which an error arose; None if it arose elsewhere."""
     if isinstance(error, SyntaxError):
         return error.lineno
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
@@ -136,11 +136,11 @@ def said_by(error: BaseException) -> str:
 
 @contextmanager
 def blamed_on(files: Mapping[str, str]) -> Iterator[None]:
-    """Errors that arise in a user's effect while it is used become the user's; ``files``: its path -> as named.
+    """Convert errors in the code of a user's effect to UserError; ``files`` : path -> name given by the user.
 
     Raises
     ------
-    UserError : with the file, the line and what Python says.
+    UserError : names the file, the line and Python's message.
     """
     try:
         yield
@@ -155,7 +155,7 @@ def blamed_on(files: Mapping[str, str]) -> Iterator[None]:
 
 
 def _require_fields(effect: Effect) -> None:
-    """Every field of the right type, and of what is allowed where that is a choice."""
+    """Every field has the right type, and an allowed value if it is a choice."""
     if not isinstance(effect.name, str) or not effect.name.isidentifier() or keyword.iskeyword(effect.name):
         raise WrongEffect("cannot be an effect's name: write letters, digits and underscores")
     allowed = {"way": tuple(FUNCTIONS), "where": ("joint", "base"), "belongs_to": ("joint", "spring", "damper")}
@@ -185,7 +185,7 @@ def _example(key: str) -> str:
 
 
 def _require_parameters(effect: Effect) -> None:
-    """Parameters of unlike names and known units; strengths and shapes name no others."""
+    """Parameters have unique names and known units; strengths and shapes name only existing parameters."""
     from synth.units import factor
 
     names = [parameter.name for parameter in effect.parameters]
@@ -219,7 +219,7 @@ def _require_parameters(effect: Effect) -> None:
 
 
 def _naming(effect: Effect) -> Iterator[tuple[str, str]]:
-    """Every place that names a parameter, with the name."""
+    """Every field that refers to a parameter, with the parameter's name."""
     for key in ("bristle", "play"):
         if getattr(effect, key):
             yield key, getattr(effect, key)
@@ -233,7 +233,7 @@ def _is_number(value: object) -> bool:
 
 
 def _require_functions(effect: Effect, module: ModuleType) -> None:
-    """The functions are there, compiled where they must be, and take as many arguments as they are given."""
+    """The functions exist, are compiled if they must be, and take the right number of arguments."""
     names = [parameter.name for parameter in effect.parameters]
     needed = {FUNCTIONS[effect.way]: ARGUMENTS[effect.way]} | ({"start": 1} if effect.memory else {})
     for name, before in needed.items():
@@ -250,7 +250,7 @@ def _require_functions(effect: Effect, module: ModuleType) -> None:
 
 @contextmanager
 def _called(name: str, path: str) -> Iterator[None]:
-    """What a trial call raises is what is wrong with the function."""
+    """Convert an error in a trial call to WrongEffect."""
     try:
         yield
     except WrongEffect:
@@ -266,7 +266,7 @@ def _off(effect: Effect) -> list[float]:
 
 
 def _on(effect: Effect) -> list[float]:
-    """A value of each parameter that a diagnosis would try."""
+    """A value of each parameter, as a diagnosis would try it."""
     values = []
     for parameter in effect.parameters:
         tried = parameter.default
@@ -277,7 +277,7 @@ def _on(effect: Effect) -> list[float]:
 
 
 def _try_torque(effect: Effect, function: Callable[..., Any]) -> None:
-    """Compiles, gives two numbers, and no torque where the effect is off."""
+    """The torque compiles, returns two numbers, and is zero if the effect is off."""
     state = (0.3, -0.7, 0.2, 4.0, 0.1, -0.07, 5.0, 0.0)
     for values in (_on(effect), _off(effect)):
         found = function(*state, *values)
@@ -297,7 +297,7 @@ def _is_real(value: object) -> bool:
 
 
 def _try_change(effect: Effect, function: Callable[..., Any]) -> None:
-    """Changes nothing where the effect is off."""
+    """The function changes nothing if the effect is off."""
     before, legs = _legs(), _legs()
     for values in (_off(effect), _on(effect)):
         function(legs, 1, 1, *_columns(values))
@@ -311,7 +311,7 @@ def _try_change(effect: Effect, function: Callable[..., Any]) -> None:
 
 
 def _try_reading(effect: Effect, function: Callable[..., Any]) -> None:
-    """Gives an array of the rotation's shape."""
+    """The function returns an array of the rotation's shape."""
     rotation = np.linspace(-0.4, 0.6, 6 * LANES).reshape(6, LANES)
     for values in (_off(effect), _on(effect)):
         found = function(np.linspace(0.0, 0.5, 6), rotation.copy(), np.ones_like(rotation), 1, 0.2, *_columns(values))
@@ -320,7 +320,7 @@ def _try_reading(effect: Effect, function: Callable[..., Any]) -> None:
 
 
 def _try_extension(effect: Effect, function: Callable[..., Any]) -> None:
-    """Gives a leg of one more link at least."""
+    """The function returns a leg with at least one additional link."""
     legs = _legs()
     made = function(legs, 1, *_columns(_on(effect)))
     if not isinstance(made, type(legs)) or made.n <= legs.n:

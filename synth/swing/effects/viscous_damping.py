@@ -1,4 +1,4 @@
-"""Another damper than the design's, or one where the design has none: a rate far outside its tolerance."""
+"""Another damper than designed, or a damper at a joint designed without: a rate far outside its tolerance."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 def change(legs: LegLanes, joint: int, sign: int, rate: Array) -> None:
-    """Add ``rate`` (n_lane,) N m s/rad; no less than takes all of the damper away that is there at every speed."""
+    """Add ``rate`` (n_lane,) N m s/rad, limited so that the damper's torque never becomes negative."""
     curve, least = legs.curves[joint], -legs.damper_rate[joint]
-    if curve is not None:  # weakest, a unit of speed, at its first segment or far beyond its last
+    if curve is not None:  # its smallest torque over speed is that of its first segment or of its continuation
         speed, slope = curve
         least = least - max(min(float(slope.sum()), float(slope[speed >= UNBOUNDED].sum())), 0.0)
     legs.damper_rate[joint] += np.maximum(rate, least)
@@ -31,7 +31,7 @@ EFFECT = Effect(
     source="definition",
     way="leg",
     belongs_to="damper",
-    parameters=(Parameter("rate", "N*m*s/rad", prior=signed(0.5), meaning="rate too much"),),
+    parameters=(Parameter("rate", "N*m*s/rad", prior=signed(0.5), meaning="excess of the rate"),),
     strengths=("rate",),
     shapes=(Shape(("rate",), {}, ({}, {"rate": -0.2})),),
 )

@@ -1,4 +1,4 @@
-"""A winding's resistance is another than stated: warm, or of another batch."""
+"""A winding's resistance differs from the stated one: warm, or from another batch."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ if TYPE_CHECKING:
 
 
 def drive(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
-    """Resistance ``share`` (n_lane,) too high."""
+    """Increase the resistance by the share ``share`` (n_lane,)."""
     for name in ("servo_strength", "servo_back_emf", "servo_sag"):
         legs.servo[SERVO.index(name), joint] /= 1.0 + share
 
 
 EFFECT = Effect(
     name="winding_resistance",
-    meaning="a winding's resistance is another than stated (heating: 0.39 % a kelvin)",
+    meaning="a winding's resistance differs from the stated one (heating: 0.39 % per kelvin)",
     phrase="has another winding resistance",
     formula="resistance = stated (1 + share)",
     source="copper, temperature coefficient 0.00393/K at 20 degrees C: IEC 60028",
     way="drive",
     needs=("motor",),
     parameters=(
-        Parameter("share", "1", prior=Prior(0.0, 0.2, lower=-0.8, upper=5.0), natural=False, meaning="too high"),
+        Parameter("share", "1", prior=Prior(0.0, 0.2, lower=-0.8, upper=5.0), natural=False, meaning="relative excess"),
     ),
     strengths=("share",),
     shapes=(Shape(("share",), {}),),

@@ -84,5 +84,5 @@ def test_what_is_not_linear_has_no_columns() -> None:
     time = np.linspace(0, 1, 11)
     with pytest.raises(ValueError, match="not linear in gap"):
         columns_along(effect_named("backlash"), AlongMotion(time, time, time, time, RATE, 0.0, 0.0, 0.0), [0.1])
-    with pytest.raises(ValueError, match="is no torque"):
+    with pytest.raises(ValueError, match="is not a torque effect"):
         torque_along(effect_named("link_mass"), AlongMotion(time, time, time, time, RATE, 0.0, 0.0, 0.0), [0.1])
