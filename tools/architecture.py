@@ -1,7 +1,7 @@
-"""The picture of the packages in ``docs/architecture.svg``, drawn from the imports as they are.
+"""Draw the packages and their imports: ``docs/architecture.svg``.
 
-``python tools/architecture.py`` writes it; a test compares the file with the imports. A package stands above all that
-it imports; arrows that follow from others (transitive ones) are not drawn. Imports in functions and for types count.
+``python tools/architecture.py`` writes it, and a test compares the file with the imports. A package stands above all
+packages that it imports. Transitive arrows are not drawn. Imports in functions and for type checking count too.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ PICTURE = ROOT / "docs" / "architecture.svg"
 TREES = ("synth", "cad", "reports")
 INSIDE = ("cad", "reports")  # imported as synth.cad and synth.reports, by links in `synth`
 SKIPPED = ("examples",)  # data that `synth init` copies
-# Modules directly in `synth`, gathered under the name of what they are.
+# Group in the picture of each module directly in `synth`.
 GATHERED = {
     "synth": "synth",
     "synth.__main__": "command line",
@@ -37,7 +37,7 @@ Graph = dict[str, set[str]]
 
 
 def modules(root: Path = ROOT) -> dict[str, Path]:
-    """Dotted name -> file of every module of the trees."""
+    """Dotted name -> file, for every module."""
     found = {}
     for tree in TREES:
         for path in sorted((root / tree).rglob("*.py")):
@@ -49,7 +49,7 @@ def modules(root: Path = ROOT) -> dict[str, Path]:
 
 
 def imports(found: Mapping[str, Path]) -> Graph:
-    """Module -> the modules that it imports anywhere in its text."""
+    """Module -> the modules that it imports, at any place in its text."""
     graph: Graph = {name: set() for name in found}
     for name, path in found.items():
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -60,13 +60,13 @@ def imports(found: Mapping[str, Path]) -> Graph:
                 below = [f"{node.module}.{alias.name}" for alias in node.names]
                 inner = [item for item in below if item in found]
                 wanted = inner if len(inner) == len(below) else [node.module, *inner]
-            # The root is asked for its version by all; what it offers is loaded only when it is first used.
+            # Every module may import the root for its version; the root's own imports are lazy.
             graph[name] |= {item for item in wanted if item in found and item not in (name, "synth")}
     return graph
 
 
 def package(module: str) -> str:
-    """What a module belongs to in the picture."""
+    """The package of a module in the picture."""
     if module in GATHERED:
         return GATHERED[module]
     parts = module.split(".")
@@ -83,7 +83,7 @@ def packages(graph: Graph) -> Graph:
 
 
 def cycles(graph: Graph) -> list[list[str]]:
-    """Sets of nodes that import each other in a circle (strongly connected components; Tarjan 1972)."""
+    """Import cycles: strongly connected components of more than one node (Tarjan 1972)."""
     index: dict[str, int] = {}
     low: dict[str, int] = {}
     stack: list[str] = []
@@ -111,7 +111,7 @@ def cycles(graph: Graph) -> list[list[str]]:
 
 
 def floors(graph: Graph) -> list[list[str]]:
-    """Packages from the bottom up: each one floor above the highest that it imports."""
+    """Packages by level from the bottom up; each is one level above the highest package that it imports."""
     level: dict[str, int] = {}
 
     def height(node: str) -> int:
@@ -124,7 +124,7 @@ def floors(graph: Graph) -> list[list[str]]:
 
 
 def reduced(graph: Graph) -> Graph:
-    """The arrows that do not follow from others."""
+    """The transitive reduction: arrows that do not follow from others."""
     reach: Graph = {}
 
     def below(node: str) -> set[str]:
@@ -139,14 +139,14 @@ def reduced(graph: Graph) -> Graph:
 
 
 def places(levels: Sequence[Sequence[str]], graph: Graph) -> dict[str, tuple[float, float]]:
-    """Middle (x, y) px of each box; on a floor they stand in the order of what they import (barycentre method)."""
+    """Centre (x, y) px of each box; within a level ordered by the positions of their imports (barycentre method)."""
     found: dict[str, tuple[float, float]] = {}
     for floor, names in enumerate(levels):
         middle = {n: sum(found[o][0] for o in graph[n]) / len(graph[n]) if graph[n] else WIDTH / 2 for n in names}
         ordered = sorted(names, key=lambda name: (middle[name], name))
         step = (WIDTH - 2 * MARGIN) / len(ordered)
         y = MARGIN + HEIGHT / 2 + FLOOR * (len(levels) - 1 - floor)
-        shift = step / 4 if floor % 2 else 0.0  # arrows over two floors pass between boxes
+        shift = step / 4 if floor % 2 else 0.0  # so that arrows across two levels pass between boxes
         for k, name in enumerate(ordered):
             x = MARGIN + step * (k + 0.5) + (shift if len(ordered) > 1 else 0.0)
             found[name] = (min(x, WIDTH - MARGIN - BOX / 2), y)

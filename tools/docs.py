@@ -1,7 +1,7 @@
-"""Build the documentation: `make docs`. Warnings are errors, and the build itself asks the network for nothing.
+"""Build the documentation: `make docs`. Warnings are errors, and the build itself needs no network.
 
-Sphinx, its theme and MyST are the extra `docs` of pyproject.toml. They are no part of the locked environment, so that
-`make setup` does not grow; where they are missing they are installed once.
+Sphinx, its theme and MyST are the extra `docs` of pyproject.toml. They are not part of the locked environment, which
+keeps `make setup` short; they are installed at the first build.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ MODULES = {"sphinx": "sphinx", "pydata-sphinx-theme": "pydata_sphinx_theme", "my
 
 
 def missing() -> list[str]:
-    """Requirements of the extra `docs` whose module is not here."""
+    """Requirements of the extra `docs` that are not installed."""
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     return [item for item in extras["docs"] if not find_spec(MODULES[re.split(r"[^A-Za-z0-9-]", item)[0]])]
 
 
 def build(to: Path) -> int:
-    """Sphinx's exit status; pages into ``to``."""
+    """Build the pages into ``to``; returns Sphinx's exit status."""
     command = [sys.executable, "-m", "sphinx", "-b", "html", "-W", "--keep-going", "-q"]
-    read = to.parent / "docs-read"  # what Sphinx keeps of pages that did not change
+    read = to.parent / "docs-read"  # Sphinx's cache of unchanged pages
     return subprocess.run([*command, "-d", str(read), str(ROOT / "docs"), str(to)], check=False).returncode
 
 
 def main() -> int:
-    """Install what is missing, build, and say where the first page is."""
+    """Install missing requirements, build, and print the path of the first page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--to", type=Path, default=ROOT / "build" / "docs")
     to = parser.parse_args().to.resolve()

@@ -1,9 +1,9 @@
-"""Pictures of the tool's pages for the documentation: docs/pictures, from the results of `make pages`.
+"""Take pictures of result pages for the documentation (docs/pictures), from the results of `make pages`.
 
     make pages                           # results of every command in build/pages/results
     python tools/docs_pictures.py        # needs playwright, pillow, and Chromium; --from FOLDER, --only NAME
 
-A picture is part of a page as it opens at 1180 px, with 64 colours, at most 120 kB.
+A picture shows part of a page at a width of 1180 px, with 64 colours and at most 120 kB.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 PICTURES = ROOT / "docs" / "pictures"
 WIDTH, COLOURS, MOST = 1180, 64, 120_000  # px, 1, bytes
-# Unfolds a section and tells where it begins.
+# Opens a section and returns its position.
 OPEN = """id => {
   const at = document.getElementById(id);
   for (let e = at; e; e = e.parentElement) if (e.tagName === "DETAILS") e.open = true;
@@ -31,7 +31,7 @@ FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader
 
 @dataclass(frozen=True)
 class Picture:
-    """A result's page; without ``section`` its opening, ``height`` px high; else that section's first pixels."""
+    """A picture of a result's page, ``height`` px high, from the start of ``section`` or of the page."""
 
     result: str
     height: int
@@ -54,16 +54,16 @@ SHOWN = {
     "model-check": Picture("check", 520),
     "winding": Picture("spring", 640, page="winding_sheet.html"),
 }
-# Pictures that the results hold themselves.
+# Pictures that are files of the results.
 COPIED = {"knee-apart": Path("leg/parts/knee_exploded.png")}
 
 
 def taken(browser: Any, page: Path, picture: Picture) -> bytes:
-    """PNG of the wanted part of a page."""
+    """The picture as PNG."""
     opened = browser.new_page(viewport={"width": WIDTH, "height": 900}, device_scale_factor=1)
     try:
         opened.goto(page.resolve().as_uri())
-        opened.wait_for_timeout(2500)  # the leg is drawn after the page is there
+        opened.wait_for_timeout(2500)  # the leg is drawn after the page has loaded
         top = 0.0
         if picture.section:
             top = opened.evaluate(OPEN, picture.section)
@@ -75,11 +75,11 @@ def taken(browser: Any, page: Path, picture: Picture) -> bytes:
 
 
 def small(png: bytes) -> bytes:
-    """The picture with a palette.
+    """The picture with a palette of ``COLOURS``.
 
     Raises
     ------
-    ValueError : it is still larger than ``MOST``.
+    ValueError : larger than ``MOST`` bytes.
     """
     from PIL import Image
 
@@ -92,7 +92,7 @@ def small(png: bytes) -> bytes:
 
 
 def main() -> int:
-    """Take the pictures of all results that are there."""
+    """Take the pictures of all existing results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--from", dest="results", type=Path, default=ROOT / "build" / "pages" / "results")
     parser.add_argument("--only", nargs="*", default=list(SHOWN), metavar="NAME")

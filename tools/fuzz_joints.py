@@ -1,18 +1,18 @@
-"""Seeded random joints, each built and checked in a process of its own: ``make fuzz``.
+"""Build and check seeded random joints, each in a separate process: ``make fuzz``.
 
-A third of the designs is drawn over the whole of the declared ranges, a third around a joint that fits, a third like
-that but with two dimensions anywhere: so refusals, solids and the border between them are tried. Every design must end
-as
+A third of the designs is drawn from the whole declared ranges. A third is close to a valid joint. A third is like that
+with two dimensions drawn from the whole range. This covers refusals, solids and the border between them. Every design
+must end as
 
 CHECKED   every gate passed, or
-REFUSED   by the name of a dimension: before anything is built, or by a gate on strength or printing that names it;
+REFUSED   with the name of a dimension: before anything is built, or by a gate on strength or printing that names it.
 
-what else can happen is a failure:
+Any other outcome is a failure:
 
-STOPPED   a gate on geometry failed: nothing wrong is exported, but no dimension was named either,
-CRASHED   an exception, TIMEOUT a hang, DIED a process that was killed by the kernel's own fault.
+STOPPED   a gate on geometry failed; nothing wrong is exported, but no dimension is named either,
+CRASHED   an exception, TIMEOUT a hang, DIED a process that crashed in the CAD kernel.
 
-The report is ``fuzz.json`` (every case with its seed) and a table by tag; the exit status is 1 with any failure.
+The report is ``fuzz.json`` (every case with its seed) and a table by tag; the exit status is 1 after any failure.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ from synth.cad.hardware import shaft_sizes
 from synth.cad.limits import limit_of
 
 REFUSING = ("strength:", "print:")  # gates whose text names the dimension to change
-PAIRS = 0.25  # of the designs, that have two springs
-TURNED = 0.25  # of the designs, whose springs close towards larger angles
-ODD = 0.25  # of the designs drawn anywhere, whose shaft is no stock size
+PAIRS = 0.25  # share of the designs with two springs
+TURNED = 0.25  # share of the designs whose springs close towards larger angles
+ODD = 0.25  # share of the designs of ``anywhere`` whose shaft is not a stock size
 FAILURES = ("STOPPED", "CRASHED", "TIMEOUT", "DIED")
 
 
 def _within(generator: random.Random, family: type, **fixed: Any) -> dict[str, Any]:
-    """A value for every ranged field of a dimension class, over the whole range, by logarithm where it is wide."""
+    """Random values for all ranged fields of a dimension class: uniform, log-uniform if the range is wide."""
     values = dict(fixed)
     for item in fields(family):
         if item.name in values or not item.metadata:
@@ -70,7 +70,7 @@ def _within(generator: random.Random, family: type, **fixed: Any) -> dict[str, A
 
 
 def anywhere(generator: random.Random) -> JointDimensions:
-    """A joint with each dimension anywhere in its declared range; the few that hang together are drawn together."""
+    """A joint with each dimension anywhere in its declared range; the few dependent ones are drawn together."""
     angle = generator.uniform(10.0, 350.0)
     coils = generator.randint(1, 12) + coil_fraction(angle)
     wire = 0.2 * 60.0 ** generator.random()
@@ -86,7 +86,7 @@ def anywhere(generator: random.Random) -> JointDimensions:
         upper_arm_angle=0.0, floor=None, seat_screw=None, seat_length=None,
     )  # fmt: skip
     damper = DamperDimensions(**_within(generator, DamperDimensions))
-    if drawn["link_width"] > ODD * limit_of(JointDimensions, "link_width").high:  # shafts are stock, most of the time
+    if drawn["link_width"] > ODD * limit_of(JointDimensions, "link_width").high:  # most shafts are stock
         drawn["shaft_diameter"] = _stock(drawn["shaft_diameter"])
     return JointDimensions(
         name="fuzz", spring=spring, range=(low, high), sign=generator.choice([1, -1]), damper=damper, **drawn
@@ -94,7 +94,7 @@ def anywhere(generator: random.Random) -> JointDimensions:
 
 
 def around(generator: random.Random) -> JointDimensions:
-    """A joint whose dimensions are in the proportion of ones that fit, with everything optional now and then."""
+    """A joint with the proportions of a valid one, each optional part with some probability."""
     wire = generator.uniform(0.8, 5.0)
     angle = generator.uniform(60.0, 200.0)
     spring = SpringDimensions(
@@ -144,12 +144,12 @@ def around(generator: random.Random) -> JointDimensions:
 
 
 def _stock(diameter: float) -> float:
-    """The thickest rod sold that is no thicker than ``diameter`` mm, or the thinnest."""
+    """The largest stock rod diameter up to ``diameter`` mm, or the smallest stock diameter."""
     return max((size for size in shaft_sizes() if size <= diameter), default=shaft_sizes()[0])
 
 
 def stretched(generator: random.Random) -> JointDimensions:
-    """A joint that fits but for two of its dimensions, which are drawn anywhere."""
+    """A joint of ``around`` with two of its dimensions drawn anywhere."""
     joint, wild = around(generator), anywhere(generator)
     names = ("shaft_diameter", "seat_screw", "clearance", "fit", "wall", "plate", "link_width", "cap", "damper",
              "floor", "encoder", "range", "seat_length")  # fmt: skip
@@ -171,7 +171,7 @@ def stretched(generator: random.Random) -> JointDimensions:
 
 
 def design(seed: int) -> JointDimensions:
-    """The design of a seed, of the three kinds in turn; some have a pair of springs, some springs turned round."""
+    """The design of a seed, of the three kinds in turn; shares of them have two springs or reversed springs."""
     generator = random.Random(seed)
     drawn = (around, stretched, anywhere)[seed % 3](generator)
     if drawn.mount is not None and generator.random() < 0.5:
@@ -181,7 +181,7 @@ def design(seed: int) -> JointDimensions:
 
 
 def outcome(dimensions: JointDimensions) -> dict[str, Any]:
-    """Build and check one joint; tag and what is to be said of it."""
+    """Build and check one joint; returns its tag and a description."""
     from synth.cad.checks import check_joint
     from synth.cad.joint import build_joint
 
@@ -204,14 +204,14 @@ def outcome(dimensions: JointDimensions) -> dict[str, Any]:
 def _child(seed: int, path: Path, work: Callable[[JointDimensions], dict[str, Any]]) -> None:
     try:
         found = work(design(seed))
-    except Exception as error:  # every kind is what this looks for
+    except Exception as error:  # any exception is a failure to report
         found = {"tag": "CRASHED", "what": type(error).__name__, "text": str(error)[:500]}
     path.write_text(json.dumps(found))
     os._exit(0)
 
 
 def run(seeds: list[int], folder: Path, workers: int, limit: float) -> dict[int, dict[str, Any]]:
-    """Outcomes by seed: a forked process each, at most ``workers`` at once, killed after ``limit`` s."""
+    """Outcomes by seed; each design has a forked process, at most ``workers`` at a time, killed after ``limit`` s."""
     waiting, running, results = list(seeds), {}, {}
     while waiting or running:
         while waiting and len(running) < workers:
@@ -243,7 +243,7 @@ def run(seeds: list[int], folder: Path, workers: int, limit: float) -> dict[int,
 
 
 def report(results: dict[int, dict[str, Any]]) -> str:
-    """A table by tag and by what was named, and each failure with its seed."""
+    """A table by tag and named dimension, and each failure with its seed."""
     counts = Counter((found["tag"], found["what"]) for found in results.values())
     tags = Counter(found["tag"] for found in results.values())
     lines = [f"{len(results)} designs: " + ", ".join(f"{count} {tag}" for tag, count in tags.most_common())]

@@ -1,7 +1,7 @@
 """Make the recordings of the built-in examples: MuJoCo on published values, then noise and encoder counts.
 
-Run ``python tools/make_example.py`` to write them into ``synth/examples`` again: same seeds, same files. What is known
-of the published values is in the examples' READMEs; the links come from the examples' own leg files.
+``python tools/make_example.py`` writes them into ``synth/examples``; the same seeds give the same files. The sources of
+the published values are in the examples' READMEs; the links are those of the examples' leg files.
 """
 
 from __future__ import annotations
@@ -27,38 +27,39 @@ from synth.swing.leg_model import Damper, Leg, Link, Spring  # noqa: E402
 Array = NDArray[np.float64]
 
 TOLERANCE = Tolerance()
-COUNTS = 8192  # a turn
+COUNTS = 8192  # per turn
 SAMPLE_TIME = 0.01  # s
 RELEASED_BEFORE = 0.01  # s, from the release at rest to the first sample
 FREE_ANGLE = (105.0, 108.0, 139.0)  # deg; Krnacik's thesis, Table 4
-ANIMAL_SPRING = (0.1242022, 0.00632399, 0.00136526)  # N m/rad; Table 1, swarm, columns put right
+ANIMAL_SPRING = (0.1242022, 0.00632399, 0.00136526)  # N m/rad; Table 1, swarm, with its exchanged columns corrected
 ANIMAL_DAMPER = (0.00376482, 0.00014961, 0.00011696)  # N m s/rad
 REST_SPREAD = 2.0  # deg, SD of the free angles' shift from trial to trial
 ROBOT_SPRING = (23.6673, 1.7062, 0.4538)  # Table 3
 ROBOT_DAMPER = (1.2903, 0.1054, 0.0634)
 KNEE_DROP_TORQUE, KNEE_DROP_EXPONENT, KNEE_DROP_SMOOTHING = 0.1168, 0.44, 1e-3  # N m at 1 rad/s, 1, rad/s
 
-# Poses from which the animal's leg is let go, away from the free angles, deg: flexed and extended, near and far.
+# Release poses of the animal's leg relative to the free angles, deg: flexed and extended, near and far.
 RELEASES = ((-13, 31, 16), (9, -17, -24), (14, 22, -18), (-9, -24, 21), (6, 35, 27), (-15, 18, -29), (11, -21, 24))
 CHECKS = ((-12, 26, -20), (10, 30, 15))
 ROBOT_RELEASES = ((-14, 28, -22), (15, 20, 25), (-11, -22, -18))
 KNEE_DROPS = (84.0, 96.0, 108.0, 120.0)  # deg, measured
 BUILT_RELEASES = ((-14, 34, -22), (15, 26, 25), (-11, -32, -18))
 BUILT_CHECKS = ((13, -28, 24), (-9, 42, 10))
-# N m, rad/s; what the gap's nominal leg lacks. Over 2e-3 rad/s the knee that sticks creeps by 0.23 deg, twice the
-# noise, over 2e-4 by 0.04 deg (beside true sticking, ``synth.swing.chain.simulate``; a step of 1e-5 s changes neither).
+# N m, rad/s; friction that the gap's nominal leg lacks. Smoothed over 2e-3 rad/s the sticking knee creeps by 0.23 deg,
+# twice the noise, over 2e-4 rad/s by 0.04 deg (against true sticking, ``synth.swing.chain.simulate``; a step of 1e-5 s
+# changes neither).
 KNEE_FRICTION, FRICTION_SMOOTHING = 0.06, 2e-4
 
 
 @dataclass(frozen=True)
 class Reading:
-    """How an angle is read: noise, deg SD, then counts."""
+    """Sensor model of an angle: noise, deg SD, then counts."""
 
     noise: float
     generator: np.random.Generator
 
     def read(self, angle: Array) -> Array:
-        """Degrees read of true degrees, any shape."""
+        """Readings in deg of true angles in deg, any shape."""
         count = 360.0 / COUNTS
         return count * np.round((angle + self.generator.normal(0.0, self.noise, angle.shape)) / count)
 
@@ -75,7 +76,7 @@ def with_parts(leg: Leg, spring: Sequence[float], damper: Sequence[float], free_
 def release(
     leg: Leg, pose: Sequence[float], duration: float, step: float = 5e-5, **conditions: object
 ) -> tuple[Array, Array]:
-    """Let the leg go at ``pose`` (deg, measured): times s from the first sample, measured angles (m, n) deg."""
+    """Release the leg at ``pose`` (deg): times (m,) s from the first sample, measured angles (m, n) deg."""
     times = np.arange(round(duration / SAMPLE_TIME) + 1) * SAMPLE_TIME
     since_release = np.concatenate([[0.0], times + RELEASED_BEFORE])
     start = leg.to_rotation(np.radians(pose))
@@ -92,12 +93,12 @@ def write(path: Path, leg: Leg, times: Array, angle: Array) -> None:
 
 
 def write_truth(folder: Path, truth: dict[str, object]) -> None:
-    """What went into a folder's recordings."""
+    """Write the true parameters of a folder's recordings."""
     (folder / "truth.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8", newline="\n")
 
 
 def animal_releases(links: Leg, folder: Path) -> dict[str, list[float]]:
-    """Write the animal's releases; the free angles (deg) that each had."""
+    """Write the animal's releases; returns the free angles (deg) of each."""
     generator = np.random.default_rng(20231)
     reading = Reading(0.2, generator)
     names = [f"release_{i + 1}" for i in range(len(RELEASES))] + [f"check_{i + 1}" for i in range(len(CHECKS))]
@@ -112,13 +113,13 @@ def animal_releases(links: Leg, folder: Path) -> dict[str, list[float]]:
 
 
 def knee_damper(rotation: Array, rate: Array) -> Array:
-    """The power-law damper at the knee, smoothed at standstill, N m."""
+    """Torque of the power-law damper at the knee, N m, smoothed around zero speed."""
     speed = np.sqrt(rate[1] ** 2 + KNEE_DROP_SMOOTHING**2)
     return np.array([0.0, -KNEE_DROP_TORQUE * rate[1] * speed ** (KNEE_DROP_EXPONENT - 1.0), 0.0])
 
 
 def knee_drops(leg: Leg, folder: Path) -> None:
-    """Write drops of the shank with the knee's damper alone, hip and ankle locked straight."""
+    """Write drops of the shank with only the knee's damper, hip and ankle locked straight."""
     reading = Reading(0.1, np.random.default_rng(20232))
     for i, start in enumerate(KNEE_DROPS):
         times, angle = release(leg, [90.0, start, 180.0], 2.0, locked=(0, 2), extra_torque=knee_damper)
@@ -142,7 +143,7 @@ def robot_trials(links: Leg, folder: Path) -> None:
 
 
 def as_built(nominal: Leg, generator: np.random.Generator) -> Leg:
-    """The leg with every number off within the gap's default tolerances, and dry friction at the knee."""
+    """The leg with errors within the gap's default tolerances on every parameter, and dry friction at the knee."""
     joints = []
     for joint in nominal.joints:
         assert joint.spring is not None
@@ -168,7 +169,7 @@ def as_built(nominal: Leg, generator: np.random.Generator) -> Leg:
 
 
 def built_trials(nominal: Leg, folder: Path) -> dict[str, object]:
-    """Write the trials of the gap example; what the built leg was."""
+    """Write the trials of the gap example; returns the built leg's parameters."""
     generator = np.random.default_rng(20234)
     leg = as_built(nominal, generator)
     reading = Reading(0.1, generator)

@@ -1,6 +1,6 @@
 """Make the recorded jumps of the built-in hopper example: MuJoCo, noise, and an effect that the design does not have.
 
-Run ``python tools/make_jumps.py`` to write them into ``synth/examples/hopper`` again: same seed, same files.
+``python tools/make_jumps.py`` writes them into ``synth/examples/hopper``; the same seed gives the same files.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from blind.jump_cases import UNITS, Asked, Sensors, draw_errors, record  # noqa:
 from synth.parts.catalogs import Catalogue  # noqa: E402
 
 SEED = 11
-EFFECTS = {"joint_damping.damping": 5e-4}  # N m s/rad, at the rate where the power law has a linear one's torque
+EFFECTS = {"joint_damping.damping": 5e-4}  # N m s/rad, at the rate where both laws have the same torque
 BASE = Asked("12cm_150", 150, 0.12)
 JUMPS = (
     BASE, replace(BASE, name="12cm_150_again"), replace(BASE, name="10cm_150", length=0.10),

@@ -1,6 +1,6 @@
 """Write the OpenSim samples of ``tests/motion/importers/data`` with OpenSim itself.
 
-OpenSim is 220 MB and needed for nothing else, so it is no dependency of the tests. In an environment of its own:
+OpenSim is 220 MB and used only here, so it is not a dependency of the tests. In a separate environment:
 ``pip install opensim && python tools/make_opensim_samples.py tests/motion/importers/data``.
 """
 
@@ -17,7 +17,7 @@ COUNT = 60
 
 
 def angles(time: float) -> tuple[float, float, float]:
-    """Hip flexion, knee angle (negative: flexed) and ankle angle, deg; the tests compute the same."""
+    """Hip flexion, knee angle (negative: flexed) and ankle angle, deg; the tests use the same formulas."""
     swing = math.exp(-3.0 * time)
     return (
         10.0 + 25.0 * swing * math.cos(9.0 * time),
@@ -27,7 +27,7 @@ def angles(time: float) -> tuple[float, float, float]:
 
 
 def table(labels: list[str], factor: float) -> opensim.TimeSeriesTable:
-    """The angles as OpenSim's own table."""
+    """The angles as an OpenSim table."""
     made = opensim.TimeSeriesTable()
     made.setColumnLabels(labels)
     for k in range(COUNT):
@@ -37,7 +37,7 @@ def table(labels: list[str], factor: float) -> opensim.TimeSeriesTable:
 
 
 def main(folder: Path) -> None:
-    """Coordinates in degrees (.mot), model states in radians (.sto), and a file that does not say which."""
+    """Write coordinates in degrees (.mot), model states in radians (.sto), and a file that does not state the unit."""
     coordinates = ["hip_flexion_r", "knee_angle_r", "ankle_angle_r"]
     in_degrees = table(coordinates, 1.0)
     in_degrees.addTableMetaDataString("inDegrees", "yes")

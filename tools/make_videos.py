@@ -1,4 +1,4 @@
-"""The import example's videos: a leg that swings by the engine, as DeepLabCut would track it."""
+"""Make the import example's videos: a simulated swinging leg as DeepLabCut would track it."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 RATE, NOISE, SEED = 200.0, 0.3, 11  # Hz, pixels, of the noise
-STARTS = {"release_1": (0.25, -0.75, 0.35), "release_2": (0.0, -1.6, 1.0)}  # rad off rest, before the share below
-SHARE = 0.35  # of those, that the limb is moved before it is let go
+STARTS = {"release_1": (0.25, -0.75, 0.35), "release_2": (0.0, -1.6, 1.0)}  # rad from rest, times ``SHARE``
+SHARE = 0.35  # factor on ``STARTS``
 LOST = range(90, 94)  # frames of the first video in which the toe is lost
 NAMES = ("hip", "knee", "ankle", "toe")
 

@@ -1,9 +1,9 @@
-"""The tests with each supported Python, with the locked and with the lowest versions of all packages.
+"""Run the tests with each supported Python, with the locked and with the lowest versions of all packages.
 
-``python tools/matrix.py --to FOLDER [TESTS ...]`` (``make matrix``) makes an environment for each in the folder, runs
-the tests there, and prints a table. A Python that is not on this machine is skipped, and the table says so; on POSIX
-``pyenv install`` or ``uv python install`` bring it. The lowest versions are those of pyproject.toml's lower bounds, or
-the next that has a wheel for that Python; uv chooses them (``--resolution lowest-direct``).
+``python tools/matrix.py --to FOLDER [TESTS ...]`` (``make matrix``) makes one environment for each combination in the
+folder, runs the tests there, and prints a table. A Python that is missing on this machine is skipped and marked in the
+table; on POSIX install it with ``pyenv install`` or ``uv python install``. The lowest versions are the lower bounds in
+pyproject.toml, or the next versions with a wheel for that Python; uv chooses them (``--resolution lowest-direct``).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PYTHONS = ("3.11", "3.12", "3.13")
 KINDS = ("locked", "lowest")
-# A room of every package that is used: wheel and every import, pint, pydantic, numba with MuJoCo beside it, CadQuery.
+# Tests that use every package: wheel and all imports, pint, pydantic, numba with MuJoCo, CadQuery.
 TESTS = (
     "tests/test_wheel.py", "tests/test_units.py", "tests/files", "tests/estimation", "tests/swing/test_chain.py",
     "tests/motion", "tests/api", "tests/hopper/test_mujoco.py", "tests/cad/test_solids.py", "tests/reports",
@@ -31,7 +31,7 @@ TESTS = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one environment ended: ``said`` is pytest's last line, or why nothing was run; ``held`` None: skipped."""
+    """Result in one environment; ``said`` : pytest's last line, or why nothing ran; ``held`` None: skipped."""
 
     python: str
     kind: str
@@ -41,12 +41,12 @@ class Outcome:
 
 
 def interpreter(version: str) -> Path | None:
-    """A Python of this version: on the path, or one of pyenv's."""
+    """A Python of this version, from the path or from pyenv; None if there is none."""
     found = [shutil.which(f"python{version}"), shutil.which(f"python{version}", path=_pyenv(version))]
     for place in filter(None, found):
         code = "import sys; print('%d.%d' % sys.version_info[:2])"
         asked = subprocess.run([place, "-c", code], capture_output=True, text=True, check=False)
-        if asked.returncode == 0 and asked.stdout.strip() == version:  # pyenv's shims stand there and may lead nowhere
+        if asked.returncode == 0 and asked.stdout.strip() == version:  # a pyenv shim may point to no installation
             return Path(place)
     return None
 
@@ -57,12 +57,12 @@ def _pyenv(version: str) -> str:
 
 
 def environment_of_uv() -> dict[str, str]:
-    """What uv is run with: it does not read pip's certificates."""
+    """Environment variables for uv, which does not read pip's certificates."""
     return {"SSL_CERT_FILE": os.environ["PIP_CERT"], **os.environ} if "PIP_CERT" in os.environ else dict(os.environ)
 
 
 def uv(folder: Path) -> str:
-    """The command ``uv``; where there is none, one of its own in the folder."""
+    """The command ``uv``; if it is missing, installed into the folder."""
     if found := shutil.which("uv"):
         return found
     own = folder / "uv"
@@ -73,11 +73,11 @@ def uv(folder: Path) -> str:
 
 
 def made(folder: Path, python: Path, version: str, kind: str) -> Path:
-    """An environment with the packages of this kind and this project; its interpreter.
+    """Make an environment with this project and the packages of this kind; returns its interpreter.
 
     Raises
     ------
-    subprocess.CalledProcessError : a package cannot be had for this Python; its ``stderr`` says which.
+    subprocess.CalledProcessError : a package is not available for this Python; ``stderr`` names it.
     """
     tool, place = uv(folder), folder / f"{version}-{kind}"
 
@@ -99,7 +99,7 @@ def made(folder: Path, python: Path, version: str, kind: str) -> Path:
 
 
 def tried(folder: Path, version: str, kind: str, tests: Sequence[str], workers: int) -> Outcome:
-    """One environment, and the tests in it; all that they say is kept beside it."""
+    """Make one environment and run the tests in it; their output is stored beside it."""
     python = interpreter(version)
     if python is None:
         return Outcome(version, kind, None, f"no Python {version} here: pyenv install {version}")
@@ -119,7 +119,7 @@ def tried(folder: Path, version: str, kind: str, tests: Sequence[str], workers: 
 
 
 def main() -> int:
-    """Try every environment; 1 where tests fail in one."""
+    """Run all combinations; returns 1 if tests fail in one."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("tests", nargs="*", default=TESTS, help="files or folders; else a room of every package used")
     parser.add_argument("--to", required=True, type=Path, metavar="FOLDER")
@@ -136,7 +136,7 @@ def main() -> int:
             word = {True: "holds", False: "FAILS", None: "skipped"}[outcome.held]
             print(f"{version:5} {kind:7} {word:8} {outcome.seconds:6.0f} s  {outcome.said}", flush=True)
             outcomes.append(outcome)
-    print(f"what the tests said: {folder}/*.log")
+    print(f"output of the tests: {folder}/*.log")
     return 1 if any(outcome.held is False for outcome in outcomes) else 0
 
 

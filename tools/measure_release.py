@@ -1,7 +1,7 @@
-"""Measure how well releases and hand-driven starts are found: the figures of the README.
+"""Measure the errors of detected releases and of the ends of external torques: a table of docs/measured.md.
 
-``python tools/measure_release.py [COUNT] [FOLDER]``: COUNT simulated legs a line; FOLDER holds a leg file,
-``recordings/*.csv`` and ``windows.csv`` with the releases that someone picked by hand.
+``python tools/measure_release.py [COUNT] [FOLDER]``: COUNT simulated legs per line; FOLDER contains a leg file,
+``recordings/*.csv`` and ``windows.csv`` with releases picked by hand.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SHARES = (5, 25, 50, 75, 95)
 
 
 def simulated(count: int) -> None:
-    """Releases of random legs at 100, 250 and 500 Hz, let go at once or by a torque that fades."""
+    """Print errors for random legs at 100, 250 and 500 Hz, released at once or by a fading torque."""
     shares = " ".join(f"{share:>5}%" for share in SHARES)
     print(f"{count} legs a line; ms late\nfade   noise   release: {shares}   worst   hand seen   its end: {shares}")
     for fade in (0.0, 0.15, 0.25):
@@ -47,7 +47,7 @@ def simulated(count: int) -> None:
 
 
 def recorded(folder: Path) -> None:
-    """Against windows picked by hand."""
+    """Print differences from windows picked by hand."""
     (leg_file,) = folder.glob("*.leg.yaml")
     leg = read_leg(leg_file)
     late = {}

@@ -1,8 +1,8 @@
-"""Do the tests notice a wrong formula? Each mutant changes one line of the core; the tests named beside it must fail.
+"""Mutation test: each mutant changes one line of the core, and the tests named beside it must fail.
 
 ``make mutants`` copies the repository, applies one mutant at a time, and writes ``build/mutants/mutants.csv``. A mutant
-names its text and not its file, so that it follows a formula that moves; a text that is gone or stands twice is an
-error, not a pass. At least ``WANTED`` of them must be caught.
+is located by its text, not by a file name, so it follows a formula that moves. A text that is missing or occurs twice
+is an error. At least ``WANTED`` of the mutants must be caught.
 """
 
 from __future__ import annotations
@@ -26,7 +26,10 @@ COPIED = ("synth", "cad", "reports", "catalogs", "tests", "tools", "pyproject.to
 
 @dataclass(frozen=True)
 class Mutant:
-    """``text`` becomes ``changed``, in the one file that holds it; ``tests`` : files below ``tests``, and -k words."""
+    """Replace ``text`` by ``changed`` in the only file that contains it.
+
+    ``tests`` : files below ``tests`` that must fail. ``words`` : pytest's -k.
+    """
 
     name: str
     text: str
@@ -132,7 +135,7 @@ MUTANTS = (
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the tests made of a mutant."""
+    """Result of the tests on one mutant; ``said`` : the first failure."""
 
     mutant: Mutant
     file: str
@@ -142,14 +145,14 @@ class Verdict:
 
 
 def file_of(mutant: Mutant, root: Path = ROOT) -> Path:
-    """The one source file that holds the mutant's text.
+    """The only source file that contains the mutant's text.
 
     Raises
     ------
-    ValueError : no file holds it, or it stands more than once.
+    ValueError : the text occurs in no file, or more than once.
     """
     found = [path for tree in ("synth", "cad", "reports") for path in sorted((root / tree).rglob("*.py"))]
-    found = [path for path in found if "planting" not in path.parts]  # another engine, to check with
+    found = [path for path in found if "planting" not in path.parts]  # an independent engine, for tests
     counts = {path: path.read_text(encoding="utf-8").count(mutant.text) for path in found}
     holding = {path: count for path, count in counts.items() if count}
     if sum(holding.values()) != 1:
@@ -179,7 +182,7 @@ def judge(mutant: Mutant, folder: Path) -> Verdict:
         ended = subprocess.run(
             command, cwd=copy, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False
         )
-        # 1: tests failed. Anything else than 0 or 1 is a broken run and must not count as caught.
+        # 1: tests failed. Any status except 0 and 1 is a broken run and must not count as caught.
         if ended.returncode not in (0, 1):
             raise RuntimeError(f"{mutant.name}: pytest ended with {ended.returncode}\n{ended.stdout[-2000:]}")
         caught = ended.returncode == 1

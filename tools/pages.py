@@ -1,7 +1,7 @@
-"""Every command's page from the built-in examples, opened in a real browser; pictures of what it saw.
+"""Write every command's page from the built-in examples and open it in a real browser, which takes a picture.
 
-``make pages``. Results that are there from an earlier run are kept and only their pages are written again, from the
-present templates; ``--fresh`` makes the results anew too.
+``make pages`` keeps the results of an earlier run and rewrites only their pages from the present templates; ``--fresh``
+computes the results again.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "synth" / "examples"
-SLOWEST = 1500.0  # ms, to open a page in a browser without a screen on two cores: the aim of the pages
-REHEARSED = "8"  # cases: enough for a page with every table, a minute on two cores
+SLOWEST = 1500.0  # ms, aim for opening a page in a headless browser on two cores
+REHEARSED = "8"  # cases: enough for a page with every table; a minute on two cores
 SPRING = ["--rate", "1.7 N*m/rad", "--travel", "40 deg", "--included-angle", "120 deg", "--arbor", "12 mm"]
 
 
 def commands(projects: Path, results: Path) -> dict[str, list[str]]:
-    """Arguments of ``synth`` by the page's name; some take the results of those before them."""
+    """Page name -> arguments of ``synth``; some use the results of earlier commands."""
     return {
         "leg": ["leg", str(projects / "leg" / "leg-design.yaml")],
         "fit": ["fit", str(projects / "fit" / "fit.yaml")],
@@ -47,7 +47,7 @@ def commands(projects: Path, results: Path) -> dict[str, list[str]]:
 
 
 def writers() -> dict[str, Callable[[Path], Path]]:
-    """What writes each page from its result folder."""
+    """Page name -> function that writes it from its result folder."""
     from synth import reports
     from synth.reports import comparison_page, fits_page, hopper_pages, model_checks, reproduction
 
@@ -71,7 +71,7 @@ def writers() -> dict[str, Callable[[Path], Path]]:
 
 
 def make(to: Path, only: list[str], *, fresh: bool) -> None:
-    """Results of every command into ``to/results``, their pages written."""
+    """Write results of every command and their pages into ``to/results``."""
     projects, results = to / "projects", to / "results"
     if fresh:
         shutil.rmtree(to, ignore_errors=True)
@@ -92,7 +92,7 @@ def make(to: Path, only: list[str], *, fresh: bool) -> None:
 
 
 def opening_times(results: Path) -> str:
-    """A line a page: its weight, and how long it takes to open, the best of three; the machine may do other things."""
+    """A table of size and opening time of each page; the shortest of three, because the machine may be busy."""
     sys.path.insert(0, str(ROOT / "tests"))
     from pages.browser import chromium, missing, opened
 
@@ -112,13 +112,13 @@ def opening_times(results: Path) -> str:
 
 
 def main() -> int:
-    """Make the pages and open them."""
+    """Write the pages and open them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--to", type=Path, default=ROOT / "build" / "pages")
     parser.add_argument(
         "--only", nargs="*", default=[], metavar="NAME", help=f"of {', '.join(commands(Path(), Path()))}"
     )
-    parser.add_argument("--fresh", action="store_true", help="make the results anew too")
+    parser.add_argument("--fresh", action="store_true", help="compute the results again too")
     arguments = parser.parse_args()
     to = arguments.to.resolve()
     make(to, arguments.only, fresh=arguments.fresh)

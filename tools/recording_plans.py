@@ -1,8 +1,8 @@
-"""What a set of recordings can show: `synth gap --check` on simulated recordings of one leg, a plan a row.
+"""Causes that a set of recordings can show: `synth gap --check` on simulated recordings of one leg, one plan per row.
 
-The leg is the nominal one of `synth init gap`. Each plan adds trials to the one before it, or worsens the best. Prints
-the table of docs/record_for_cause.md: the smallest cause at the knee that shows, and the angle between the responses
-of pairs of causes there. Under 8.6 deg (``separability.ALIKE``) a pair passes for each other.
+The leg is the nominal one of `synth init gap`. Each plan adds trials to the previous one, or degrades the best one.
+Prints the table of docs/record_for_cause.md: the smallest detectable cause at the knee, and the angle between the
+responses of pairs of causes there. A pair below 8.6 deg (``separability.ALIKE``) cannot be distinguished.
 
     python tools/recording_plans.py          # all plans, about a minute
     python tools/recording_plans.py --only 1 # the first plans
@@ -29,16 +29,16 @@ from synth.files.leg_file import read_leg  # noqa: E402
 from synth.swing.chain import Conditions, simulate  # noqa: E402
 
 LEG = ROOT / "synth" / "examples" / "gap" / "nominal.leg.yaml"
-REST = np.array([105.0, 117.0, 139.0])  # deg, where the leg comes to rest: `synth check` of it
-FULL = np.array([14.0, 34.0, 25.0])  # deg off rest, about what the example's joints are let go from
-NOISE = 0.05  # deg, SD: half the example's, of a good encoder
+REST = np.array([105.0, 117.0, 139.0])  # deg, rest pose of the leg, from `synth check`
+FULL = np.array([14.0, 34.0, 25.0])  # deg from rest, about the release poses of the example
+NOISE = 0.05  # deg, SD of a good encoder: half of the example's
 
 FREE = Conditions()
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One release: a share of ``FULL`` with each joint's side, and what was done to the leg."""
+    """One release: share of ``FULL``, side of each joint, keys of the trial and its conditions."""
 
     size: float
     sides: tuple[int, int, int]
@@ -77,7 +77,7 @@ PAIRS = (
 
 
 def write(folder: Path, trials: Mapping[str, Trial], rate: float, duration: float, noise: float) -> Path:
-    """The gap project of a plan."""
+    """Write the gap project of a plan; returns its file."""
     leg, generator = read_leg(LEG), np.random.default_rng(1)
     times = np.arange(round(duration * rate) + 1) / rate
     listed = []
@@ -111,7 +111,7 @@ def answer(found: Mapping[str, Any]) -> dict[str, str]:
 
 
 def plan(name: str) -> dict[str, str]:
-    """The row of one plan."""
+    """The cells of one plan's row."""
     with tempfile.TemporaryDirectory() as folder:
         return answer(check(read_gap_project(write(Path(folder), *PLANS[name]))).as_json())
 

@@ -1,6 +1,7 @@
-"""Write docs/reference: a page and a JSON Schema for each kind of file, from the schema classes (`make reference`).
+"""Write docs/reference and docs/effects.md (`make reference`).
 
-And docs/effects.md: every effect with its formula, parameters and source, from the effects themselves.
+docs/reference has a page and a JSON Schema for each kind of file, from the schema classes. docs/effects.md has every
+effect with its formula, parameters and source, from the effects.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ What `synth gap` looks for, and what `effects:` of a joint in a leg file may hol
 
 
 def effects_page() -> str:
-    """A section a plant, an entry an effect."""
+    """The page's text: a section per plant, an entry per effect."""
     plants = (("Swinging leg", registered()), ("Jumping leg", motor_effects()))
     return "\n".join([HEAD, *(f"## {title}\n\n{_entries(effects)}" for title, effects in plants)])
 
@@ -43,7 +44,7 @@ def _entries(effects: Iterable[PlantEffect]) -> str:
 
 
 def main() -> None:
-    """Write every page; remove those of kinds that are gone."""
+    """Write every page; remove pages of kinds that no longer exist."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     made = pages()
     for path in FOLDER.iterdir():

@@ -1,10 +1,9 @@
 """Consider covariance: uncertainty of estimates due to fixed parameters that are not known exactly.
 
 An estimate that minimises a cost at fixed parameters c changes with them by S = -H^-1 d(gradient)/dc, H the information
-with each trial's own unknowns eliminated. With whitened c (standard normal) the covariance grows by S S^T. The Gauss-
-Newton
-terms are kept on both sides, as in H itself. Source: Tapley, Schutz & Born, *Statistical Orbit Determination* (2004),
-section 6.2, consider covariance analysis.
+with each trial's own unknowns eliminated. With whitened c (standard normal) the covariance grows by S S^T. The
+Gauss-Newton terms are kept on both sides, as in H itself. Source: Tapley, Schutz & Born, *Statistical Orbit
+Determination* (2004), section 6.2, consider covariance analysis.
 """
 
 from __future__ import annotations

@@ -28,9 +28,8 @@ def gauss_newton(
 ) -> tuple[S, Array]:
     """The prediction at the best point found, and that point (l,).
 
-    Steps that do not lower the cost are halved; the search stops at a step that lowers it by less than
-    ``least_gain``, or
-    if the normal equations are not finite because a simulation diverged.
+    Steps that do not lower the cost are halved; the search stops at a step that lowers it by less than ``least_gain``,
+    or if the normal equations are not finite because a simulation diverged.
     """
     at, where, step = start, start, np.zeros(len(start))
     best: LocalProblem[S] | None = None

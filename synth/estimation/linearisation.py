@@ -1,9 +1,8 @@
 """Derivatives of all trials at one point by common and per-trial unknowns, shared by many hypotheses.
 
-A cause changes a leg's motion little, so the derivatives by the shared unknowns are computed once and used
-for many fits. Each trial's own unknowns are eliminated by an orthogonal projection (variable projection: Golub &
-Pereyra,
-SIAM J. Numer. Anal. 10 (1973) 413), which is cheaper than a Schur complement if the projected derivatives are stored.
+A cause changes a leg's motion little, so the derivatives by the shared unknowns are computed once and used for many
+fits. Each trial's own unknowns are eliminated by an orthogonal projection (variable projection: Golub & Pereyra, SIAM
+J. Numer. Anal. 10 (1973) 413), which is cheaper than a Schur complement if the projected derivatives are stored.
 """
 
 from __future__ import annotations

@@ -2,8 +2,7 @@
 
 Angles of links are measured from straight down, outward positive: the upper link stands at ``a``, the lower one at
 ``-b`` (pointing inward). Left and right are mirror images. With hips ``spacing`` apart the feet of both sides meet in
-one
-point under the body's middle, which is the closure ``spacing/2 + upper sin a = lower sin b``.
+one point under the body's middle, which is the closure ``spacing/2 + upper sin a = lower sin b``.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Model ``point_mass``: the study's first, a point mass pushed up by one motor over one link, then in free flight.
 
 Equations 1 and 2 of Knaup & Aukes as printed: T = T_max (1 - omega/omega_max) and F = T cos(theta)/l - m g,
-here with both motors on, theta the upper link's angle from level and m the whole mass. The link's end does not
-of its end, y = l sin theta, so omega = y' / (l cos theta). The push ends when the force is zero or the link is at its
-stop; then energy is conserved: height = y'^2 / (2 g). The equation for F is not the virtual-work one (T / (l cos
-theta)): it is the study's, one reason for its different scale.
+here with both motors on, theta the angle of the upper link from level and m the total mass. The end of the link does
+not slip, y = l sin theta, so omega = y' / (l cos theta). The push ends when the force is zero or the link is at its
+stop; then energy is conserved: height = y'^2 / (2 g). The study's equation for F differs from that of virtual work,
+T / (l cos theta), which is one reason for the different scale of its heights.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Angle and rate at the start of a recording from its first samples, with their uncertainty.
 
-A local polynomial through noisy samples of a curved motion has noise and bias. The noise follows from the
-polynomial's weights; the bias is estimated from the disagreement of polynomials of other degrees and widths (the idea
-of
-Lepski's rule, Theory Probab. Appl. 35 (1990) 454).
+A local polynomial through noisy samples of a curved motion has noise and bias. The noise follows from the polynomial's
+weights; the bias is estimated from the disagreement of polynomials of other degrees and widths (the idea of Lepski's
+rule, Theory Probab. Appl. 35 (1990) 454).
 """
 
 from __future__ import annotations

@@ -80,9 +80,8 @@ def drive_after(leg: Leg, smoothed: Smoothed, points: int, free: list[int], tip_
 class _Predictions:
     """Each sample's torque against its prediction from later samples.
 
-    ``miss`` (m,) N m; ``deviation`` (m,) N m, infinite if the later motion does not determine it; ``span`` (m,) N
-    m, the
-    joint's torque range; ``solution`` (m, 3 or 4) for the columns of ``regressors`` (n, 3 or 4).
+    ``miss`` (m,) N m; ``deviation`` (m,) N m, infinite if the later motion does not determine it; ``span`` (m,) N m,
+    the joint's torque range; ``solution`` (m, 3 or 4) for the columns of ``regressors`` (n, 3 or 4).
     """
 
     miss: Array

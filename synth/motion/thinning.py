@@ -1,16 +1,13 @@
 """Recordings sampled much faster than the motion: groups of neighbouring samples are averaged without loss.
 
-The mean of a group of k samples has the noise of one over the root of k, and for a motion linear over the group it
-contains all the information. Curvature over a group's length T adds x'' T^2 / 24: an amplitude smaller by (w T)^2 / 24
-at a
-frequency w, equal in every sample and absorbed by the initial state; frequency and decay are unchanged. A group may be
-as
-long as this error is below the noise of its mean.
+The mean of a group of k samples has 1/sqrt(k) of the noise of one sample, and it contains all the information if the
+motion is linear over the group. Curvature over a group's length T adds x'' T^2 / 24: an amplitude smaller by (w T)^2 /
+24 at a frequency w, equal in every sample and absorbed by the initial state; frequency and decay are unchanged. A group
+may be as long as this error is below the noise of its mean.
 
 A channel with counts coarser than its noise is not averaged, since the mean of counts is not a count and looks more
 certain than it is (see ``fit.rounding``): the middle sample represents the group, which is so short that the joint
-moves
-by less than a count in it, so that no count is skipped.
+moves by less than a count in it, so that no count is skipped.
 """
 
 from __future__ import annotations
@@ -37,7 +34,7 @@ HOLE = 1.5  # times its usual length, above which a group contains a gap
 
 @dataclass(frozen=True)
 class Thinned:
-    """``time`` (m,) s, ``angle`` (m, n) rad and ``lost`` (m, n); ``group`` samples were taken together of ``rows``."""
+    """``time`` (m,) s, ``angle`` (m, n) rad and ``lost`` (m, n); groups of ``group`` samples out of ``rows``."""
 
     time: Array
     angle: Array
@@ -93,7 +90,7 @@ def white_noise(angle: Array) -> Array:
 
 
 def _coarse_count(reading: Array, noise: float) -> float:
-    """The count rad of readings (m,) whose counts are coarse against the noise, 0 where they are not."""
+    """Width of one count, rad, of readings (m,) if it is coarse against the noise, else 0."""
     gaps = np.diff(np.unique(reading))
     gaps = gaps[gaps > 1e-7]
     if not len(gaps):

@@ -101,7 +101,7 @@ def test_released_by_a_lingering_hand_then_fitted(tmp_path: Path, capsys: pytest
     text = f"kind: import\nleg: {LEG}\nfiles: [logger.csv]\ntime: {{column: seconds, unit: s}}\nrelease: free\n"
     (tmp_path / "import.yaml").write_text(text)
     assert main(["import", str(tmp_path / "import.yaml"), "--out", str(tmp_path / "out")]) == 0
-    assert "cut at the end of the foreign torque" in capsys.readouterr().out
+    assert "cut at the end of the external torque" in capsys.readouterr().out
     first = float((tmp_path / "out" / "trials" / "logger.csv").read_text().splitlines()[1].split(",")[0])
     assert made[0].free_from - 0.06 < first < made[0].free_from + 0.04
     shutil.copytree(tmp_path / "out" / "trials", tmp_path / "trials")

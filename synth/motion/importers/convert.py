@@ -60,7 +60,7 @@ class Imported:
         return self.began if at is None else at
 
     def later(self, start: float, note: str) -> Imported:
-        """Without what lies before ``start`` s, with a note."""
+        """The recording without the samples before ``start`` s, with a note."""
         kept = slice(int(np.searchsorted(self.time, start)), None)
         tracked = self.tracked
         if tracked is not None:
@@ -91,7 +91,7 @@ def import_file(
 
     Raises
     ------
-    UserError : the file cannot be read, does not hold what ``mapping`` says, or leaves too little.
+    UserError : the file cannot be read, does not contain the columns or points of ``mapping``, or too little remains.
     """
     found_form = recognise(path, name) if form == "auto" else formats()[form]
     _check_mapping(found_form, mapping, name)
@@ -262,7 +262,7 @@ def _kept(
     notes: list[str],
     name: str,
 ) -> tuple[int, int]:
-    """First kept sample and the one after the last, with what was cut said."""
+    """Indices of the first sample kept and of the one after the last; a note states the cut."""
     if window is not None:
         first, last = (int(k) for k in np.searchsorted(time, [window[0] - 1e-9, window[1] + 1e-9]))
         if last - first < SHORTEST:
@@ -281,6 +281,6 @@ def _kept(
     if len(time) - first < SHORTEST:
         notes.append(f"not cut at {start:.3f} s: only {len(time) - first} samples would remain")
         return 0, len(time)
-    what = "the release" if start == release.released_by else "the end of the foreign torque"
+    what = "the release" if start == release.released_by else "the end of the external torque"
     notes.append(f"cut at {what}: {first} of {len(time)} samples, up to {time[first - 1]:.3f} s, left out")
     return first, len(time)

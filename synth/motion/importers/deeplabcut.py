@@ -54,12 +54,12 @@ def read_deeplabcut(path: Path, mapping: Mapping, name: str) -> Markers:
 
 
 def markers_of(header: dict[str, list[str]], frames: Array, values: Array, mapping: Mapping, name: str) -> Markers:
-    """Points of one animal out of DeepLabCut's table.
+    """Points of one animal from DeepLabCut's table.
 
     Parameters
     ----------
-    header : level -> its word over each column of ``values`` (n, n_column).
-    frames : (n,) the frames' numbers.
+    header : level -> its label of each column of ``values`` (n, n_column).
+    frames : (n,) frame numbers.
     """
     chosen = _individual(header, mapping.individual, name)
     columns = _columns(header, chosen, name)

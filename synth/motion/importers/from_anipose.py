@@ -20,11 +20,11 @@ from synth.motion.importers.registry import loader, text_start
 
 SIZE_LIMIT = 400_000_000  # bytes
 _COLUMN = re.compile(r"(.+)_([xyz]|error|score|ncams)")
-UP = "z"  # where no plane is said: Anipose's own choice of axes is for z up
+UP = "z"  # if no plane is given: Anipose's default axes have z up
 
 
 def is_anipose(start: bytes, path: Path) -> bool:
-    """Whether the first line has a point's three coordinates and Anipose's own words beside them."""
+    """Whether the first line has the three coordinates of a point and Anipose's further columns."""
     head = text_start(start).partition("\n")[0].split(",")
     parts = {match[1] for cell in head if (match := _COLUMN.fullmatch(cell.strip())) and match[2] == "ncams"}
     return any({f"{part}_{axis}" for axis in "xyz"} <= {cell.strip() for cell in head} for part in parts)

@@ -34,7 +34,7 @@ with h5py.File(path, "r") as file:
 
 
 def is_deeplabcut_h5(start: bytes, path: Path) -> bool:
-    """Whether an HDF5 file holds a table as pandas writes it, with DeepLabCut's word for a coordinate's columns."""
+    """Whether an HDF5 file contains a table in pandas' format with DeepLabCut's column level ``coords``."""
     if not start.startswith(HDF5):
         return False
     data = path.read_bytes()[:20_000_000]

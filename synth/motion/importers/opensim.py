@@ -32,7 +32,7 @@ def read_opensim(path: Path, mapping: Mapping, name: str) -> Channels:
 
     Raises
     ------
-    UserError : no header's end, ``inDegrees`` missing or neither yes nor no, vectors in cells, a table cut off.
+    UserError : no end of header, ``inDegrees`` neither yes nor no, vectors in cells, or a table cut off.
     """
     try:
         lines = read_bytes(path, SIZE_LIMIT, "cut it in OpenSim").decode("utf-8-sig").splitlines()

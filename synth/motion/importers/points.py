@@ -153,9 +153,8 @@ def fitted_plane(space: Array, up: str, markers: Markers, notes: list[str]) -> A
     """(n, n_point, 2) in the upright plane that fits the points best; the note states their distance from it.
 
     The plane contains the axis ``up``; its normal is the horizontal direction in which the points vary least about
-    their
-    mean in each frame and over all frames (least squares, smallest eigenvalue of their covariance). To the right is
-    the side on which the nearest axis of space grows.
+    their mean in each frame and over all frames (least squares, smallest eigenvalue of their covariance). To the right
+    is the side on which the nearest axis of space grows.
     """
     match = _AXIS.fullmatch(up.strip().casefold())
     if match is None:
