@@ -16,14 +16,14 @@ window.synthLeg = (function () {
   // Effects of the built leg, as in synth/swing/effects: torque on q of what resists beside spring and damper. A
   // friction's bristle z bends with the motion and holds within -1..1; `bends` takes its rate of change.
   // The engine turns a sliding bristle over at once where its joint turns back (synth.swing.turning_events); here it
-  // bends over, with so little give that half a swing is late by twice LEAST_GIVE, 0.002 deg.
-  const LEAST_GIVE = 2e-5, BRISTLE_DAMPING = 0.0005;  // rad, s
+  // bends over, with so little give that half a swing is late by twice LEAST_PRESLIDING, 0.002 deg.
+  const LEAST_PRESLIDING = 2e-5, BRISTLE_DAMPING = 0.0005;  // rad, s
   const NOTHING = { friction: [], drag: [], hardening: [] };
   function effects(own, deflection, rate, speed, z, first, bends) {
     let sum = 0;
     own.friction.forEach(function (f, k) {
       const bend = z[first + k], sliding = Math.abs(bend) >= 1 && speed * bend > 0;
-      const change = sliding ? 0 : speed / Math.max(f.presliding, LEAST_GIVE);
+      const change = sliding ? 0 : speed / Math.max(f.presliding, LEAST_PRESLIDING);
       const held = Math.max(-1, Math.min(1, Math.abs(bend) < 1 ? bend + BRISTLE_DAMPING * change : bend));
       const level = f.torque * (f.fall ? 1 - f.fall + f.fall * Math.pow(1 + Math.pow(speed / f.speed, 2) / 16, -16) : 1);
       sum -= level * held * (1.5 - 0.5 * held * held);

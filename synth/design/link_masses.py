@@ -17,7 +17,7 @@ from typing import Any
 from synth.design.part_masses import PartMass
 from synth.remarks import Remark
 from synth.swing.leg_model import Leg, Link
-from synth.swing.rigid_body import RigidBody, of_link, offset_torque, together
+from synth.swing.rigid_body import RigidBody, combined_body, link_body, offset_torque
 from synth.units import quantity
 
 WORTH_SAYING = 0.10  # of a link's mass or inertia about its joint: the issue's own limit for a warning
@@ -48,21 +48,21 @@ class BuiltLink:
     @property
     def stands(self) -> bool:
         """Whether the link's own figures are simulated as they are."""
-        return self.body == of_link(self.assumed)
+        return self.body == link_body(self.assumed)
 
     @property
     def share(self) -> float:
         """Share by which the simulated link's mass or inertia about its joint is off the assumed one, the larger."""
         return max(
             abs(self.body.mass / self.assumed.mass - 1.0),
-            abs(self.body.about_hinge / of_link(self.assumed).about_hinge - 1.0),
+            abs(self.body.about_hinge / link_body(self.assumed).about_hinge - 1.0),
         )
 
     def as_json(self, gravity: float) -> dict[str, Any]:
         """The link's entry under ``links`` in ``design.json``."""
         return {
             "includes": self.assumed.includes,
-            "assumed": _figures(of_link(self.assumed)),
+            "assumed": _figures(link_body(self.assumed)),
             "built": {**_figures(self.body), "com_across": quantity(self.body.centre[0], "mm")},
             "drawn": _figures(self.drawn),
             "offset_torque": quantity(offset_torque(self.body, gravity), "N*m"),
@@ -88,10 +88,10 @@ def _built(target: Leg, index: int, masses: Sequence[PartMass]) -> BuiltLink:
     joint = target.joints[index]
     shares = _shares(target, index, masses)
     added = [item for item in shares if joint.link.includes == "joint" or item[0].family != "link"]
-    drawn = together(body for _, body in added)
-    own = of_link(joint.link)
+    drawn = combined_body(body for _, body in added)
+    own = link_body(joint.link)
     stated = drawn if drawn.mass > own.mass else own
-    body = together([own, drawn]) if joint.link.includes == "none" else stated
+    body = combined_body([own, drawn]) if joint.link.includes == "none" else stated
     parts = tuple((item.part, part.mass, item.basis) for item, part in added)
     return BuiltLink(joint.name, joint.link, drawn, body, parts)
 
@@ -126,7 +126,7 @@ def alike(one: Leg, other: Leg) -> bool:
         for first, second in zip(one.joints, other.joints, strict=True)
         for a, b in (
             (first.link.mass, second.link.mass),
-            (of_link(first.link).about_hinge, of_link(second.link).about_hinge),
+            (link_body(first.link).about_hinge, link_body(second.link).about_hinge),
         )
     )
 
@@ -141,7 +141,7 @@ def link_warnings(links: Sequence[BuiltLink], assumed: Mapping[str, str]) -> lis
     """
     said: list[tuple[str, str]] = []
     for item in links:
-        own, built, drawn = of_link(item.assumed), item.body, item.drawn
+        own, built, drawn = link_body(item.assumed), item.body, item.drawn
         if item.share > WORTH_SAYING:
             said.append((item.joint, Remark(_off(item), "check", STATE)))
         elif item.assumed.includes == "joint" and drawn.mass < (1.0 - WORTH_SAYING) * own.mass:
@@ -163,7 +163,7 @@ def link_warnings(links: Sequence[BuiltLink], assumed: Mapping[str, str]) -> lis
 
 
 def _off(item: BuiltLink) -> str:
-    own, built = of_link(item.assumed), item.body
+    own, built = link_body(item.assumed), item.body
     figures = (
         f"{built.mass * 1e3:.0f} g instead of {own.mass * 1e3:.0f} g, its centre at {-built.centre[1] * 1e3:.0f} "
         f"instead of {-own.centre[1] * 1e3:.0f} mm, {built.about_hinge:.3g} instead of {own.about_hinge:.3g} kg*m^2 "

@@ -13,7 +13,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.swing.leg_model import Joint
-from synth.swing.rigid_body import RigidBody, Vector, of_link
+from synth.swing.rigid_body import RigidBody, Vector, link_body
 
 UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # drawn -> robot frame
 SCALE = "0.001 0.001 0.001"  # STL files are in mm
@@ -67,7 +67,7 @@ class Inertial:
 
 def inertial_of(joint: Joint, drawn: RobotLink) -> Inertial:
     """The link's mass properties, the drawn body's where there is one."""
-    body = of_link(joint.link) if drawn.body is None else drawn.body
+    body = link_body(joint.link) if drawn.body is None else drawn.body
     turned = UPRIGHT @ body.matrix @ UPRIGHT.T
     places = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
     xx, yy, zz, xy, xz, yz = (float(turned[place]) + 0.0 for place in places)

@@ -18,7 +18,7 @@ from synth.motion.thinning import thinned
 from synth.motion.velocity import unlike, with_velocities
 from synth.remarks import noted
 from synth.swing.chain import Conditions
-from synth.swing.known_torque import averaged, no_denser
+from synth.swing.known_torque import averaged, with_least_spacing
 from synth.swing.leg_model import Leg
 from synth.swing.time_unit import time_unit
 
@@ -189,7 +189,7 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
     known = None
     if trial.torques is not None:
         moments = trial.time - trial.time[read][0] - thin.time[0]
-        known = no_denser(
+        known = with_least_spacing(
             moments, np.ascontiguousarray(leg.sign * trial.torques), float(time[-1]), time_unit(smoothed.pace)
         )
     signals = None

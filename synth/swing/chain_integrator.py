@@ -278,8 +278,8 @@ def integrate(  # type: ignore[no-untyped-def]
         if WHOLE and fresh:
             fresh = False
             for j in range(2 * n, size):
-                turns = bends[j, 0] >= 0 and turning_events.turn_back(bends, j, steps > 0, Z, x, K, back, target)
-                meets = plays[j, 0] >= 0 and turning_events.meet(n, plays, j, Z, x, K, back)
+                turns = bends[j, 0] >= 0 and turning_events.find_reversals(bends, j, steps > 0, Z, x, K, back, target)
+                meets = plays[j, 0] >= 0 and turning_events.close_contact(n, plays, j, Z, x, K, back)
                 for k in range(1 if turns else 2, 3 if turns or meets else 0):
                     _put(S, int64(_X), n, state, Z, flat)
                     if k == 1:
@@ -288,11 +288,11 @@ def integrate(  # type: ignore[no-untyped-def]
                                 Z[state[j], lane] = target[lane]
                     cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, _K1 + k * _ROOM)
                     if k == 1:
-                        turning_events.take_hold(bends, j, x, K, back, target)
+                        turning_events.hold_joint(bends, j, x, K, back, target)
                 if turns:
-                    turning_events.make_up(n, bends, j, x, K, back)
+                    turning_events.correct_reversal(n, bends, j, x, K, back)
                 elif meets:
-                    turning_events.make_up_contact(n, x, K, back)
+                    turning_events.correct_contact(n, x, K, back)
             turning_events.find_sliding(n, bends, Z, x, K, slides)
             turning_events.keep_sliding(n, slides, K[0])
         if t + h > end:
@@ -317,7 +317,7 @@ def integrate(  # type: ignore[no-untyped-def]
                 v[e] /= allowed[e]
         error = _hardest(S, size, limits[0], limits[1])
         if WHOLE and any_event and error <= 1.0:
-            cut = turning_events.first_turn(n, bends, slides, Z, x, y, K, t, h, expected)
+            cut = turning_events.first_reversal(n, bends, slides, Z, x, y, K, t, h, expected)
             if any_play:
                 cut = min(cut, turning_events.first_contact(n, plays, Z, x, y, K, h))
             if cut < h:
@@ -336,7 +336,7 @@ def integrate(  # type: ignore[no-untyped-def]
             factor = min(5.0, 0.9 * error**-0.17 * previous**0.04)
             if WHOLE and uncut > 0.0:
                 # Continue to the next expected turn of a lane, otherwise with the step size before the cut.
-                coming = turning_events.next_due(due, t)
+                coming = turning_events.next_reversal(due, t)
                 factor = min(coming - t, uncut) / h
                 uncut = uncut if coming < t + uncut else 0.0
             previous = max(error, 1e-4)

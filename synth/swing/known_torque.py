@@ -48,7 +48,7 @@ def _at(times: Array, known: Array, values: Array) -> Array:
     return np.stack([np.interp(times, known, column) for column in values.T], axis=1)
 
 
-def no_denser(times: Array, torques: Array, end: float, unit: float = 1.0) -> KnownTorque:
+def with_least_spacing(times: Array, torques: Array, end: float, unit: float = 1.0) -> KnownTorque:
     """A known torque from 0 to ``end`` s with knots no closer than ``CLOSEST``; denser ones are averaged.
 
     ``unit`` : s, the motion's own unit of time, see ``time_unit``; it shortens the least spacing of a fast motion.

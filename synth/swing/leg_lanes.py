@@ -18,7 +18,7 @@ from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.lane_layout import CURVE_POINTS, DRIVE, LANES, MOST_LINKS, SERVO, Layout
 from synth.swing.leg_model import Leg, Tip
 
-UNSETTLED = 0.3  # of the weight that a link carries: inertial force that may act on it when a recording begins
+INITIAL_ACCELERATION = 0.3  # of g: the load of a compliant link may accelerate so much when a recording begins
 _PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_rate", "armature")
 
 
@@ -151,19 +151,19 @@ class LegLanes:
         full[self.newest : self.newest + self.n - len(rotation)] = effect.function("start")(self, self.own[joint], full)
         return full
 
-    def unsettled(self, link: int, joint: int, rotation: Array) -> tuple[Array, Array]:
+    def initial_deviation(self, link: int, joint: int, rotation: Array) -> tuple[Array, Array]:
         """Largest initial deviation (n_lane,) rad and velocity rad/s of a compliant link from its held position.
 
         In a recording that begins after the release, the mount or the bending link already moves. Its deviation is the
-        deflection by ``UNSETTLED`` of the carried weight and by the joint's spring; its velocity follows from its
-        natural frequency. ``link``, ``joint`` : indices in this chain.
+        deflection by ``INITIAL_ACCELERATION`` of the carried weight and by the joint's spring. Its velocity follows
+        from its natural frequency. ``link``, ``joint`` : indices in this chain.
         """
         ends = np.cumsum(self.length[link:], axis=0)
         reach = ends - self.length[link:] + self.com[link:]
         moment = np.abs((self.mass[link:] * reach).sum(axis=0))
         moving = (self.inertia[link:] + self.mass[link:] * reach**2).sum(axis=0)
         spring = np.abs(self.spring_rate[joint] * (rotation[joint] - self.rest[joint]))
-        far = (UNSETTLED * self.gravity * moment + spring) / self.spring_rate[link]
+        far = (INITIAL_ACCELERATION * self.gravity * moment + spring) / self.spring_rate[link]
         return far, far * np.sqrt(self.spring_rate[link] / moving)
 
     def put(self, effect: Effect, joint: int, values: Array | list[float]) -> None:

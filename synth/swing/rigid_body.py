@@ -58,7 +58,7 @@ class RigidBody:
         return Link(length, self.mass, along, self.inertia[2] + self.mass * across**2)
 
 
-def together(bodies: Iterable[RigidBody]) -> RigidBody:
+def combined_body(bodies: Iterable[RigidBody]) -> RigidBody:
     """Several bodies combined into one.
 
     Raises
@@ -77,7 +77,7 @@ def together(bodies: Iterable[RigidBody]) -> RigidBody:
     return RigidBody(mass, (x, y, z), _tensor(total))
 
 
-def of_link(link: Link) -> RigidBody:
+def link_body(link: Link) -> RigidBody:
     """A planar link as a body; its inertia about the other axes, which a link does not state, is that of a thin rod."""
     across, about, along = rod_inertias(link)
     return RigidBody(link.mass, (0.0, -link.com, 0.0), (across, along, about, 0.0, 0.0, 0.0))

@@ -7,13 +7,13 @@ rest, or, if even the full friction torque does not hold the joint, to sliding i
 the motion is smooth: friction keeps its sign during a step, even in stages beyond the reversal at which the step is
 then cut.
 
-An intended presliding, as of gears, is kept at a reversal: fully if it is at least ``LEAST_GIVE``, which every bristle
-has while it holds, and in proportion if it is smaller.
+An intended presliding, as of gears, is kept at a reversal: fully if it is at least ``LEAST_PRESLIDING``, which every
+bristle has while it holds, and in proportion if it is smaller.
 
 A step also ends where a joint with backlash meets a flank, because the damper behind the flank makes the force jump.
 
-Lanes with an event within ``AT_ONCE`` of the end of the step have it there together. Each is corrected to first order
-for the time difference (saltation of hybrid systems: Leine & Nijmeijer, *Dynamics and Bifurcations of Non-Smooth
+Lanes with an event within ``EVENT_WINDOW`` of the end of the step have it there together. Each is corrected to first
+order for the time difference (saltation of hybrid systems: Leine & Nijmeijer, *Dynamics and Bifurcations of Non-Smooth
 Mechanical Systems*, 2004, ch. 7), so that perturbed copies of a leg remain smooth functions of the perturbation.
 
 Arrays are flat with 16 lanes per state: ``x`` is the state at the start of a step, ``y`` at its end, ``K``
@@ -31,10 +31,10 @@ from typing import Any
 from numba import njit
 
 from synth.compiling.numba_internals import UNCOUNTED
-from synth.swing.effects.inlined import LEAST_GIVE, bend_that_holds, held
+from synth.swing.effects.inlined import LEAST_PRESLIDING, bend_that_holds, held
 from synth.swing.lane_layout import LANES, MOST_LINKS
 
-AT_ONCE = 1e-5  # s
+EVENT_WINDOW = 1e-5  # s
 NEVER = 1e300  # s, time of an event that is not expected
 SEATED = 1e-9  # rad of overlap with the flank, more than rounding errors
 PLACE = (1 << 48) - 1  # mask that excludes negative indices; wrap-around indexing would need a gather instruction
@@ -42,9 +42,9 @@ _options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": T
 
 
 @njit(**_options)
-def _give(bends, j, lane, Z):  # type: ignore[no-untyped-def]
+def _kept_share(bends, j, lane, Z):  # type: ignore[no-untyped-def]
     """Share of the holding presliding of bristle ``j`` that remains at a reversal: 0 none, 1 all of it."""
-    return min(Z[bends[j, 1], lane] / LEAST_GIVE, 1.0)
+    return min(Z[bends[j, 1], lane] / LEAST_PRESLIDING, 1.0)
 
 
 @njit(**_options)
@@ -58,39 +58,39 @@ def slide_from_start(n, bends, Z, x, K):  # type: ignore[no-untyped-def]
         if bends[j, 0] >= 0:
             for lane in range(LANES):
                 rate, pull = x[bends[j, 0] * LANES + lane], K[0, bends[j, 0] * LANES + lane]
-                if rate == 0.0 and _give(bends, j, lane, Z) >= 1.0:
+                if rate == 0.0 and _kept_share(bends, j, lane, Z) >= 1.0:
                     x[j * LANES + lane] = 0.0
                 else:
                     x[j * LANES + lane] = 1.0 if rate > 0.0 or (rate == 0.0 and pull < 0.0) else -1.0
 
 
 @njit(**_options)
-def turn_back(bends, j, started, Z, x, K, turning, target):  # type: ignore[no-untyped-def]
+def find_reversals(bends, j, started, Z, x, K, turning, target):  # type: ignore[no-untyped-def]
     """Write to ``turning`` (16,) the direction in which bristle ``j`` slid if its joint reverses now, else 0.
 
     ``target`` (16,) : its bend if even the full friction torque does not hold the joint. Without presliding it slides
     in the other direction at once, otherwise it still has to bend there; before the first step (not ``started``) it was
     straight. If no lane reverses, both arrays are unchanged and the result is False.
     """
-    m, b, give_row = (j * LANES) & PLACE, (bends[j, 0] * LANES) & PLACE, bends[j, 1] & PLACE
+    m, b, row = (j * LANES) & PLACE, (bends[j, 0] * LANES) & PLACE, bends[j, 1] & PLACE
     count = 0.0
     for lane in range(LANES):
         z, rate, pull = x[m + lane], x[b + lane], K[0, b + lane]
-        near = (abs(rate) <= AT_ONCE * abs(pull)) & (pull * z < 0.0)
-        count += 1.0 if near & (abs(z) >= 1.0) & (Z[give_row, lane] < LEAST_GIVE) else 0.0
+        near = (abs(rate) <= EVENT_WINDOW * abs(pull)) & (pull * z < 0.0)
+        count += 1.0 if near & (abs(z) >= 1.0) & (Z[row, lane] < LEAST_PRESLIDING) else 0.0
     if count == 0.0:
         return False
     for lane in range(LANES):
         z, rate, pull = x[m + lane], x[b + lane], K[0, b + lane]
-        give = _give(bends, j, lane, Z)
-        back = give < 1.0 and abs(z) >= 1.0 and pull * z < 0.0 and abs(rate) <= AT_ONCE * abs(pull)
+        kept = _kept_share(bends, j, lane, Z)
+        back = kept < 1.0 and abs(z) >= 1.0 and pull * z < 0.0 and abs(rate) <= EVENT_WINDOW * abs(pull)
         turning[lane] = z if back else 0.0
-        target[lane] = z * (2.0 * give - 1.0) if started else z * (give - 1.0)
+        target[lane] = z * (2.0 * kept - 1.0) if started else z * (kept - 1.0)
     return True
 
 
 @njit(**_options)
-def take_hold(bends, j, x, K, turning, target):  # type: ignore[no-untyped-def]
+def hold_joint(bends, j, x, K, turning, target):  # type: ignore[no-untyped-def]
     """Set the bend to the value at which the joint's acceleration is zero, or to ``target`` if there is none.
 
     The acceleration is linear in the share of the friction torque that the bristle exerts; ``K[0]`` contains it for the
@@ -107,7 +107,7 @@ def take_hold(bends, j, x, K, turning, target):  # type: ignore[no-untyped-def]
 
 
 @njit(**_options)
-def make_up(n, bends, j, x, K, turning):  # type: ignore[no-untyped-def]
+def correct_reversal(n, bends, j, x, K, turning):  # type: ignore[no-untyped-def]
     """Correct the rates for the time since the reversal, during which friction had the wrong sign.
 
     ``K[0]`` : accelerations with the wrong sign, ``K[2]`` : with the right one.
@@ -115,13 +115,13 @@ def make_up(n, bends, j, x, K, turning):  # type: ignore[no-untyped-def]
     for lane in range(LANES):
         if turning[lane] != 0.0:
             late = x[bends[j, 0] * LANES + lane] / K[0, bends[j, 0] * LANES + lane]
-            _as_if_at_once(n, lane, late, x, K)
+            _correct_rates(n, lane, late, x, K)
     for e in range(len(x)):
         K[0, e] = K[2, e]
 
 
 @njit(**_options)
-def _as_if_at_once(n, lane, late, x, K):  # type: ignore[no-untyped-def]
+def _correct_rates(n, lane, late, x, K):  # type: ignore[no-untyped-def]
     """Correct one lane's rates for an event ``late`` s ago, from the accelerations before and after it."""
     for i in range(n, 2 * n):
         e = i * LANES + lane
@@ -138,12 +138,12 @@ def find_sliding(n, bends, Z, x, K, slides):  # type: ignore[no-untyped-def]
             for lane in range(LANES):
                 slides[own + lane] = 0.0
         else:
-            m, b, give_row = (j * LANES) & PLACE, (bends[j, 0] * LANES) & PLACE, bends[j, 1] & PLACE
+            m, b, row = (j * LANES) & PLACE, (bends[j, 0] * LANES) & PLACE, bends[j, 1] & PLACE
             for lane in range(LANES):
                 z, rate, pull = x[m + lane], x[b + lane], K[0, b + lane]
-                resting = (abs(rate) <= AT_ONCE * abs(pull)) & (pull * z > 0.0)
+                resting = (abs(rate) <= EVENT_WINDOW * abs(pull)) & (pull * z > 0.0)
                 goes_on = (rate * z > 0.0) | resting
-                slides[own + lane] = z if goes_on & (abs(z) >= 1.0) & (Z[give_row, lane] < LEAST_GIVE) else 0.0
+                slides[own + lane] = z if goes_on & (abs(z) >= 1.0) & (Z[row, lane] < LEAST_PRESLIDING) else 0.0
 
 
 @njit(**_options)
@@ -167,10 +167,11 @@ def bound_bends(n, bends, y, error):  # type: ignore[no-untyped-def]
 
 
 @njit(**_options)
-def first_turn(n, bends, slides, Z, x, y, K, t, h, due):  # type: ignore[no-untyped-def]
+def first_reversal(n, bends, slides, Z, x, y, K, t, h, due):  # type: ignore[no-untyped-def]
     """Time within the step from ``t`` to ``t + h`` at which the first joint with a sliding bristle reverses.
 
-    ``h`` if none reverses earlier than ``AT_ONCE`` before the end of the step. ``due`` is filled with all these times.
+    ``h`` if none reverses earlier than ``EVENT_WINDOW`` before the end of the step. ``due`` is filled with all these
+    times.
     """
     first = h
     for j in range(2 * (n & MOST_LINKS), len(bends)):
@@ -180,17 +181,17 @@ def first_turn(n, bends, slides, Z, x, y, K, t, h, due):  # type: ignore[no-unty
         if bends[j, 0] < 0:
             continue
         # Most steps contain no reversal; this vectorised check over all lanes decides.
-        b, give_row = (bends[j, 0] * LANES) & PLACE, bends[j, 1] & PLACE
+        b, row = (bends[j, 0] * LANES) & PLACE, bends[j, 1] & PLACE
         count = 0.0
         for lane in range(LANES):
             before, after, sliding = x[b + lane], y[b + lane], slides[own + lane]
             sense = sliding if sliding != 0.0 else before
-            near = (after * sense <= 0.0) | (abs(after) <= AT_ONCE * abs(K[6, b + lane]))
-            count += 1.0 if near & (Z[give_row, lane] < LEAST_GIVE) else 0.0
+            near = (after * sense <= 0.0) | (abs(after) <= EVENT_WINDOW * abs(K[6, b + lane]))
+            count += 1.0 if near & (Z[row, lane] < LEAST_PRESLIDING) else 0.0
         if count == 0.0:
             continue
         for lane in range(LANES):
-            if _give(bends, j, lane, Z) >= 1.0:
+            if _kept_share(bends, j, lane, Z) >= 1.0:
                 continue
             d, e = (j * LANES & PLACE) + lane, b + lane
             before, after, sense = x[e], y[e], slides[own + lane]
@@ -198,13 +199,13 @@ def first_turn(n, bends, slides, Z, x, y, K, t, h, due):  # type: ignore[no-unty
             if not slid:  # it bends, but may start to slide within the step and reverse after that
                 sense = 1.0 if before > 0.0 else -1.0
                 slid = 0.7 * abs(K[0, d]) * h * abs(before) > (1.0 - x[d] * sense) * abs(before - after)
-            if abs(after) <= AT_ONCE * abs(K[6, e]):
+            if abs(after) <= EVENT_WINDOW * abs(K[6, e]):
                 if y[d] * sense > 0.999:  # reverses at the end of the step; undo what it has bent back by then
                     y[d] = sense
             elif after * sense < 0.0 and slid:
                 where = _zero(before, after, h * K[0, e], h * K[6, e], sense)
                 due[own + lane] = t + where * h
-                first = min(first, max(where * h, 1e-3 * AT_ONCE))
+                first = min(first, max(where * h, 1e-3 * EVENT_WINDOW))
     return first
 
 
@@ -233,11 +234,11 @@ def _zero(before, after, slope_before, slope_after, sense):  # type: ignore[no-u
 
 
 @njit(**_options)
-def next_due(due, t):  # type: ignore[no-untyped-def]
+def next_reversal(due, t):  # type: ignore[no-untyped-def]
     """The next time at which a joint is expected to reverse, or ``NEVER``."""
     coming = NEVER
     for e in range(len(due)):
-        if due[e] > t + AT_ONCE:
+        if due[e] > t + EVENT_WINDOW:
             coming = min(coming, due[e])
     return coming
 
@@ -247,8 +248,8 @@ def first_contact(n, plays, Z, x, y, K, h):  # type: ignore[no-untyped-def]
     """Time within a step of ``h`` shortly before the first joint with backlash meets its flank; ``h`` if none does.
 
     The force jumps at the contact, so the state after it cannot be used for interpolation. The time is estimated with a
-    parabola, which improves as the step gets shorter; the step is repeated until it ends within ``AT_ONCE`` before the
-    contact.
+    parabola, which improves as the step gets shorter; the step is repeated until it ends within ``EVENT_WINDOW`` before
+    the contact.
     """
     first = h
     for j in range(2 * (n & MOST_LINKS), len(plays)):
@@ -262,7 +263,7 @@ def first_contact(n, plays, Z, x, y, K, h):  # type: ignore[no-untyped-def]
                 bend = after - before - closing * h  # quadratic coefficient of the parabola, times h^2
                 root = math.sqrt(max((closing * h) ** 2 - 4.0 * bend * before, 0.0))
                 where = -2.0 * before / (closing * h + root) if closing * h + root > 0.0 else 0.5
-                first = min(first, max(min(where, 1.0) * h - 0.3 * AT_ONCE, 1e-3 * AT_ONCE))
+                first = min(first, max(min(where, 1.0) * h - 0.3 * EVENT_WINDOW, 1e-3 * EVENT_WINDOW))
     return first
 
 
@@ -276,7 +277,7 @@ def _clearance(n, plays, j, lane, Z, x, y, K):  # type: ignore[no-untyped-def]
 
 
 @njit(**_options)
-def meet(n, plays, j, Z, x, K, meeting):  # type: ignore[no-untyped-def]
+def close_contact(n, plays, j, Z, x, K, meeting):  # type: ignore[no-untyped-def]
     """Move the output side ``j`` to the flank that the joint is about to meet; True if there is one in some lane.
 
     ``meeting`` (16,) : filled with the time to the contact, s; 0 without contact.
@@ -286,7 +287,7 @@ def meet(n, plays, j, Z, x, K, meeting):  # type: ignore[no-untyped-def]
         meeting[lane] = 0.0
         if plays[j, 0] >= 0 and Z[plays[j, 1], lane] > 0.0:
             side, before, closing = _clearance(n, plays, j, lane, Z, x, x, K)
-            if before < 0.0 and -before <= AT_ONCE * closing:
+            if before < 0.0 and -before <= EVENT_WINDOW * closing:
                 meeting[lane] = -before / closing
                 x[j * LANES + lane] += side * (before - SEATED)
                 any_meeting = True
@@ -294,13 +295,13 @@ def meet(n, plays, j, Z, x, K, meeting):  # type: ignore[no-untyped-def]
 
 
 @njit(**_options)
-def make_up_contact(n, x, K, meeting):  # type: ignore[no-untyped-def]
+def correct_contact(n, x, K, meeting):  # type: ignore[no-untyped-def]
     """Correct the rates for contacts that were applied too early.
 
     ``K[0]`` : accelerations without, ``K[2]`` : with the force of the flank.
     """
     for lane in range(LANES):
         if meeting[lane] > 0.0:
-            _as_if_at_once(n, lane, -meeting[lane], x, K)
+            _correct_rates(n, lane, -meeting[lane], x, K)
     for e in range(len(x)):
         K[0, e] = K[2, e]

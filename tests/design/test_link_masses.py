@@ -11,7 +11,7 @@ from synth.design.link_masses import alike, built_links, link_warnings, with_lin
 from synth.design.mass_loop import NEAR, same_but_for
 from synth.design.part_masses import ASSUMED, SOLID, PartMass, mass_from, mass_json, unknown_parts
 from synth.swing.leg_model import Joint, Leg, Link
-from synth.swing.rigid_body import RigidBody, of_link
+from synth.swing.rigid_body import RigidBody, link_body
 
 LENGTH = 0.2
 
@@ -94,7 +94,7 @@ def test_masses_read_back() -> None:
     assert again.body.mass == pytest.approx(body.mass)
     assert again.body.centre == pytest.approx(body.centre)
     assert again.body.inertia == pytest.approx(body.inertia)
-    assert of_link(Link(0.2, 0.1, 0.1, 1e-4)).mass == 0.1
+    assert link_body(Link(0.2, 0.1, 0.1, 1e-4)).mass == 0.1
 
 
 def test_joints_are_weighed_again_only_where_they_change_by_more_than_near() -> None:

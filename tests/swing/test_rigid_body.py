@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from synth.swing.leg_model import Link
-from synth.swing.rigid_body import RigidBody, of_link, offset_torque, rod_inertias, together
+from synth.swing.rigid_body import RigidBody, combined_body, link_body, offset_torque, rod_inertias
 
 
 def rod(mass: float, length: float, start: float = 0.0) -> RigidBody:
@@ -16,7 +16,7 @@ def rod(mass: float, length: float, start: float = 0.0) -> RigidBody:
 
 
 def test_two_halves_of_a_rod_are_the_rod() -> None:
-    whole, halves = rod(0.4, 0.3), together([rod(0.2, 0.15), rod(0.2, 0.15, 0.15)])
+    whole, halves = rod(0.4, 0.3), combined_body([rod(0.2, 0.15), rod(0.2, 0.15, 0.15)])
     assert halves.mass == pytest.approx(whole.mass)
     np.testing.assert_allclose(halves.centre, whole.centre)
     np.testing.assert_allclose(halves.inertia, whole.inertia, atol=1e-15)
@@ -31,7 +31,7 @@ def test_random_points_together_have_the_inertia_of_their_sum() -> None:
         RigidBody(float(m), tuple(map(float, p)), (0.0,) * 6)  # type: ignore[arg-type]
         for m, p in zip(masses, places, strict=True)
     ]
-    found = together([together(points[:3]), together(points[3:])])
+    found = combined_body([combined_body(points[:3]), combined_body(points[3:])])
     centre = masses @ places / masses.sum()
     away = places - centre
     expected = sum(m * (a @ a * np.eye(3) - np.outer(a, a)) for m, a in zip(masses, away, strict=True))
@@ -51,7 +51,7 @@ def test_a_planar_link_keeps_mass_and_inertia_about_its_joint() -> None:
 
 def test_a_link_as_a_body_is_that_link_again() -> None:
     link = Link(0.22, 0.2, 0.08, 1.1e-3)
-    assert of_link(link).link(0.22) == link
+    assert link_body(link).link(0.22) == link
     across, about, along = rod_inertias(link)
     assert across + along >= about  # a body can have these
     assert about == link.inertia
@@ -59,4 +59,4 @@ def test_a_link_as_a_body_is_that_link_again() -> None:
 
 def test_nothing_has_no_body() -> None:
     with pytest.raises(ValueError, match="no body"):
-        together([])
+        combined_body([])

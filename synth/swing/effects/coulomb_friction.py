@@ -6,7 +6,7 @@ from synth.swing.effects.definition import Effect, Parameter, Shape, positive, s
 from synth.swing.effects.inlined import bristle, held, inlined
 
 PRESLIDING = 0.0  # rad
-GIVE = positive(6e-4, 0.8, 1e-4, 1e-2)  # rad, of real bearings and gears
+PRESLIDING_PRIOR = positive(6e-4, 0.8, 1e-4, 1e-2)  # rad, of real bearings and gears
 
 
 @inlined
@@ -38,7 +38,7 @@ EFFECT = Effect(
             "presliding",
             "rad",
             PRESLIDING,
-            GIVE,
+            PRESLIDING_PRIOR,
             off=PRESLIDING,
             natural=False,
             meaning="elastic deflection before it slides",

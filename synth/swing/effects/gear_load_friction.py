@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from synth.swing.effects.coulomb_friction import GIVE, PRESLIDING
+from synth.swing.effects.coulomb_friction import PRESLIDING, PRESLIDING_PRIOR
 from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, positive, size
 from synth.swing.effects.inlined import bristle, held, inlined, stribeck_share
 
@@ -68,7 +68,7 @@ EFFECT = Effect(
             "presliding",
             "rad",
             PRESLIDING,
-            GIVE,
+            PRESLIDING_PRIOR,
             off=PRESLIDING,
             natural=False,
             meaning="elastic deflection before it slides",

@@ -1,11 +1,11 @@
 """Building blocks of compiled effects, inlined into the lane loop, where branch-free code is vectorised.
 
-All dry friction here uses a bristle: it sticks with an elastic deflection of ``presliding``, at least ``LEAST_GIVE``.
-When a joint reverses, ``synth.swing.turning_events`` reverses the friction, at once without presliding, so sliding
-friction is not smoothed: one swing agrees with the closed form within 1e-6 rad. The remaining error is the bristle's
-deflection while it holds a joint. With torques of 1 to 20 % of the spring's at 1 rad it is 2e-4 rad RMS and at most
-1e-3 rad in legs of three links, against a presliding of 1e-5 rad. A bristle costs 1.05 to 2.5 times the steps of a leg
-without friction, and 4.5 times if strong friction holds a joint.
+All dry friction here uses a bristle: it sticks with an elastic deflection of ``presliding``, at least
+``LEAST_PRESLIDING``. When a joint reverses, ``synth.swing.turning_events`` reverses the friction, at once without
+presliding, so sliding friction is not smoothed: one swing agrees with the closed form within 1e-6 rad. The remaining
+error is the bristle's deflection while it holds a joint. With torques of 1 to 20 % of the spring's at 1 rad it is 2e-4
+rad RMS and at most 1e-3 rad in legs of three links, against a presliding of 1e-5 rad. A bristle costs 1.05 to 2.5 times
+the steps of a leg without friction, and 4.5 times if strong friction holds a joint.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from synth.compiling.inlining import inlined
 
 __all__ = ["bend_that_holds", "bristle", "held", "inlined", "power", "stribeck_share"]
 
-LEAST_GIVE = 2e-4  # rad, least presliding of a holding bristle; less makes a held joint stiff to integrate
+LEAST_PRESLIDING = 2e-4  # rad, least presliding of a holding bristle; less makes a held joint stiff to integrate
 BRISTLE_DAMPING = 0.001  # s; more makes a held joint stiff to integrate, less lets it oscillate
 
 
@@ -34,7 +34,7 @@ def bristle(rate, memory, presliding):  # type: ignore[no-untyped-def]
     bound, where the torque is that at the bound; the integrator clips it (``Effect.bristle``).
     """
     sliding = (abs(memory) >= 1.0) & (rate * memory > 0.0)
-    return 0.0 if sliding else rate / max(presliding, LEAST_GIVE)
+    return 0.0 if sliding else rate / max(presliding, LEAST_PRESLIDING)
 
 
 @inlined

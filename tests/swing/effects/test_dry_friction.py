@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from fit.simulated_legs import robot
 from swing.effects.one_joint import INERTIA, LINK, OMEGA, RATE, Array, leg, swing
 from synth.swing.chain import Conditions, compiled_chain, simulate
-from synth.swing.effects.inlined import BRISTLE_DAMPING, LEAST_GIVE
+from synth.swing.effects.inlined import BRISTLE_DAMPING, LEAST_PRESLIDING
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Damper, Joint, Leg, Spring
 
@@ -109,7 +109,7 @@ def test_pulled_slowly_it_breaks_away_at_its_torque() -> None:
     times = np.linspace(0, 2, 2001)
     ramp = (np.array([0.0, 2.0]), np.array([[0.0], [0.4]]))
     angle = simulate(made, [0.0], [0.0], times, known_torque=ramp, tolerance=1e-9)[:, 0]
-    assert times[np.argmax(angle > LEAST_GIVE)] == pytest.approx(1.0, abs=0.01)
+    assert times[np.argmax(angle > LEAST_PRESLIDING)] == pytest.approx(1.0, abs=0.01)
     gone = times - 1.0  # from then on I q'' = 0.2 (t - 1)
     late = gone > 0.3
     np.testing.assert_allclose(angle[late], (0.2 / INERTIA * gone**3 / 6)[late], rtol=0.02)
@@ -178,7 +178,7 @@ def test_stribeck_holds_to_the_breakaway_torque_and_slides_with_less() -> None:
     made = leg({"stribeck_friction": friction}, rate=None)
     held = (np.array([0.0, 1.0]), np.full((2, 1), 0.29))
     angle = simulate(made, [0.0], [0.0], np.linspace(0, 1, 11), known_torque=held)[:, 0]
-    assert np.abs(angle).max() < LEAST_GIVE
+    assert np.abs(angle).max() < LEAST_PRESLIDING
     moving = simulate(made, [0.0], [0.5], np.linspace(0, 1, 11), known_torque=held, rates=True)
     # far above the speed over which it falls: acceleration (0.29 - 0.12) / I
     assert moving[-1, 1] - moving[-2, 1] == pytest.approx(0.1 * (0.29 - 0.12) / INERTIA, rel=1e-3)
@@ -252,7 +252,7 @@ def test_friction_grows_with_the_weight_that_the_bearing_carries(tip_mass: float
     times = np.linspace(0, 25, 5001)
     ramp = (np.array([0.0, 25.0]), np.array([[0.0], [0.25]]))
     angle = simulate(made, [0.0], [0.0], times, Conditions(tip_mass=tip_mass), known_torque=ramp, tolerance=1e-9)[:, 0]
-    broke = 0.01 * times[np.argmax(angle > LEAST_GIVE)]
+    broke = 0.01 * times[np.argmax(angle > LEAST_PRESLIDING)]
     assert broke == pytest.approx(radius * weight, abs=2e-3)
 
 

@@ -299,7 +299,7 @@ def _extended(
         rate = np.insert(rate, [new.start] * len(new), 0.0, axis=0)
         held = rotation.copy()
         for k, link in enumerate(new):
-            far, fast = made.unsettled(link, made.own[candidate.joint], held)
+            far, fast = made.initial_deviation(link, made.own[candidate.joint], held)
             rotation[link] += far * departures[place][2 * k]
             rate[link] += fast * departures[place][2 * k + 1]
         legs = made
