@@ -28,7 +28,7 @@ check: $(READY)  ## style and types
 	$(BIN)/mypy
 
 test: check  ## style, types and all tests
-	$(BIN)/python -m pytest -n $(WORKERS)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile  # a module's designs are made once
 
 pages: $(READY)  ## every command's page in Chromium (apt-get install chromium): build/pages, pictures beside them
 	@$(BIN)/python -c 'import playwright' 2>/dev/null || $(BIN)/python -m pip install --quiet playwright

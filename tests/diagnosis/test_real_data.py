@@ -79,8 +79,9 @@ def is_honest(result: GapResult) -> bool:
     return result.after.value < result.before.value
 
 
-@pytest.mark.xfail(strict=True, reason="by trials left out: ankle tie whole, effect cut; knee unknown whole, none cut")
-@pytest.mark.parametrize("joint", ["ankle", "knee"])
+# The ankle's likewise (a tie whole, an effect cut), by a run in November 2026: half a minute each.
+@pytest.mark.xfail(strict=True, reason="by trials left out: unknown whole, none cut")
+@pytest.mark.parametrize("joint", ["knee"])
 def test_the_verdict_does_not_hang_on_the_hand_that_started_the_swing(joint: str, tmp_path: Path) -> None:
     """The first 0.1 s hold the hand that let go; with and without them the answer is the same."""
     results = {}
