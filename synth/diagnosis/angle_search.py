@@ -29,6 +29,7 @@ SCREEN_ROUNDS = (2, 2, 2)  # iterations of all starts, of each candidate's best 
 SIFTED, SIFTED_SAMPLES = 4, 300  # trials used in the first screening, and samples of each
 SIFTING_TOLERANCE = 1e-5  # relative tolerance of the integrator while candidates are only ranked
 FRAMES, CONVERGED = 8, 1.0  # most renewals of the derivatives, which stop when the cost falls by less
+SAME_START = 0.05  # of the largest motion: where initial rotations are nearer, one screening suffices
 TRIED_STARTS = 3  # of each candidate
 LEAST_PROMISE, LEAST_TRIED = 0.5, 40  # least predicted cost reduction of a start, and number tried in any case
 KEPT_SHAPES = 3  # shapes of each candidate that continue
@@ -122,16 +123,34 @@ class AngleExplorer:
 
     def singles(self) -> list[EvaluatedHypothesis]:
         """Each cause alone: screened on a few trials, then fitted to all; the best get their own linearisation."""
-        bench, some, few = self.bench, self._sifting.bench, self._sifting.few
-        recorded = as_recorded(bench)
+        bench, few = self.bench, self._sifting.few
         there = EvaluatedHypothesis((), self._nominal.unknowns, tuple(self._nominal.states[i] for i in few))
-        screened = _screen(some, self.candidates, as_recorded(some), some.evaluate([there])[0].cost)
-        spread = bench.evaluate([_spread(fit, few, recorded) for fit in screened])
-        closer = bench.solve([fresh(fit) for fit in spread[:CLOSER]], recorded.frame, 2)
+        still = self._sifting.bench.evaluate([there])[0].cost
+        found = [fit for start in self._starts for fit in self._screened(start, still)]
         # Again from the nominal leg's best fit, by secants: a fixed start overshoots at a fine sensor's resolution.
         again = further(bench, self._sifting, [self._nominal], self.candidates)
-        found = best_of_each([*closer, *spread[CLOSER:], *again])
-        return [*_refine(bench, found[:REFINED]), *found[REFINED:]]
+        best = best_of_each([*found, *again])
+        return [*_refine(bench, best[:REFINED]), *best[REFINED:]]
+
+    @cached_property
+    def _starts(self) -> list[EvaluatedHypothesis]:
+        """The nominal leg unchanged, from the recorded initial states, and from fitted ones where these differ."""
+        recorded = as_recorded(self.bench)
+        apart = [
+            np.abs(one - other)[: len(self.bench.noise)].max() / max(float(np.ptp(trial.measured, axis=0).max()), 1e-9)
+            for trial, one, other in zip(self.bench.trials, recorded.states, self._designed.states, strict=True)
+        ]
+        return [recorded, self._designed] if max(apart) > SAME_START else [recorded]
+
+    def _screened(self, start: EvaluatedHypothesis, still: float) -> list[EvaluatedHypothesis]:
+        """The best fits of each cause, screened from one start; ``still`` as in ``_screen``."""
+        some, few = self._sifting.bench, self._sifting.few
+        there = EvaluatedHypothesis((), start.unknowns, tuple(start.states[i] for i in few))
+        (there,) = some.evaluate([there])
+        screened = _screen(some, self.candidates, replace(there, frame=some.frame(there)), still)
+        spread = self.bench.evaluate([_spread(fit, few, start) for fit in screened])
+        closer = self.bench.solve([fresh(fit) for fit in spread[:CLOSER]], start.frame, 2)
+        return [*closer, *spread[CLOSER:]]
 
     def beside(
         self, anchors: Sequence[Assessed[EvaluatedHypothesis]], singles: Sequence[Assessed[EvaluatedHypothesis]]
