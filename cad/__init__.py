@@ -1,4 +1,4 @@
-"""Dimensions in, solids out: the joints of a leg as parts to print, wind, cut and buy. Millimetres and degrees.
+"""Solids from dimensions: the joints of a leg as parts to print, wind, cut and buy. Millimetres and degrees.
 
 Stands alone; cadquery is loaded only when something is built.
 

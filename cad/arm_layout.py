@@ -1,9 +1,9 @@
 """The arms of a spring: positions, clamping, and swept regions as the joint turns. Plain arithmetic, no solids.
 
 Seen along z, a tangent arm of direction u starts at the tangent point T, |T| = D/2, T . u = 0. It is free up to its
-seat, which begins at the distance ``free`` from T, and clamped from there on: it lies in a V of 90 deg in a pad, a cap
-presses it in by two screws, one on either side. Pad, cap and wire touch without a gap, so an arm has no play, whatever
-the wire's or the print's tolerance; the arms' slope (the helix goes on in them) is the V's and the cap's as well.
+seat, which begins at the distance ``free`` from T, and clamped from there on: it lies in a V groove of 90 deg in a pad,
+and a cap with a screw on either side presses it in. Pad, cap and wire touch without a gap, so an arm has no play for
+any tolerance of wire or print. The arms continue the slope of the helix, and groove and cap have the same slope.
 
 In an arm's own frame s runs along u, n outwards (along T) and z along the hinge axis.
 """
@@ -17,10 +17,10 @@ from synth.cad.dimensions import JointDimensions
 from synth.cad.hardware import insert_of, screw_of
 from synth.cad.outline import Disc, Hull, Point, hull_of, unit
 
-OVERHANG = 1.0  # mm that an arm reaches past its seat
+OVERHANG = 1.0  # mm, projection of an arm beyond its seat
 RIM = 1.6  # mm of print round an insert: four lines of 0.4 mm
 V_EDGE = 1.2  # mm of print between the V's mouth and an insert: three lines
-# What the print that a joint is drawn for bears (36 MPa along its layers, half of it across, safety 1.5), less 5 %.
+# Allowable values of the default print (36 MPa along its layers, half of it across, safety factor 1.5), less 5 %.
 SEAT_PRESSURE = 0.95 * 1.5 * 36.0 / 1.5  # MPa
 CAP_STRESS = 0.95 * 36.0 / 1.5  # MPa
 CORNER = 1.0  # mm, radius of a seat's corners
@@ -140,11 +140,11 @@ def lay_arm(
 
 
 def _cap_relief(dimensions: JointDimensions, slope: float) -> float:
-    """Distance (mm) from the edge of its pad to a cap, so that half the clearance remains before its edge.
+    """Distance (mm) from the edge of the pad to the cap, so that half of the clearance remains at the cap's edge.
 
-    The arm leans towards the cap. Of the arm's section at the clearance c before the seat, the point next to the cap
-    lies ``d/2 sin(beta)`` nearer to it than the centre, ``tan(beta) = slope``, at the stop where the arm leans most.
-    ``c cos(beta) - d/2 sin(beta)`` is less than c/2 where the wire is thick or the arm steep; the relief is the rest.
+    The arm is inclined towards the cap, most at one of the stops: ``tan(beta) = slope``. In the arm's section at the
+    clearance c before the seat, the point next to the cap is ``d/2 sin(beta)`` nearer to it than the centre. For a
+    thick wire or a steep arm, ``c cos(beta) - d/2 sin(beta)`` is less than c/2; the relief is the difference.
     """
     clear, lean = dimensions.clearance, math.atan(slope)
     left = clear * math.cos(lean) - dimensions.spring.wire_diameter / 2 * math.sin(lean)

@@ -1,4 +1,4 @@
-"""The hinge's shaft with rods, rings and pins; and the cross-sections that drive a damper.
+"""The hinge's shaft, its rings and pins, and the cross-sections that drive a damper.
 
 A section is round, a D (a disc with a flat), a square or a hexagon; its size is the diameter, or across the flats. All
 flats of a D stand on the +x side.
@@ -13,8 +13,8 @@ from typing import Any, Literal
 Form = Literal["round", "d", "square", "hex"]
 FORMS: tuple[Form, ...] = ("round", "d", "square", "hex")
 SIDES: dict[Form, int] = {"square": 4, "hex": 6}  # of a section
-FLAT_DEPTH = 0.1  # of the shaft's diameter: what is taken off a D-shaft
-PUSHED = 0.004  # of a shaft's diameter, that what is on it is drawn wider: chords of meshes do not touch then
+FLAT_DEPTH = 0.1  # of the shaft's diameter: depth of the flat of a D-shaft
+PUSHED = 0.004  # of a shaft's diameter: drawn clearance of the bores on it, so that chords of meshes do not touch
 LEAST_PUSHED = 0.02  # mm
 
 
@@ -72,7 +72,7 @@ def milled_area(form: Form, size: float, diameter: float) -> float:
 
 
 def _segment(radius: float, distance: float) -> float:
-    """Area (mm^2) of a disc's part beyond a line at a distance from its middle."""
+    """Area (mm^2) of the segment of a disc beyond a line at a distance (mm) from its centre."""
     if distance >= radius:
         return 0.0
     half = math.acos(distance / radius)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from synth.cad.joint import BuiltJoint
 from synth.cad.parts import BuiltPart, Mesh
 
-FEELER = 0.05  # mm, of the feeler gauge under a collar: half of the axial play that is allowed
-SPREAD = 0.75  # of the joint's width, by which the parts of one step stand apart from those of the next
-BELOW = 1.5  # of the joint's width, by which what lies between the ears is drawn below them
+FEELER = 0.05  # mm, feeler gauge under a collar: half of the allowed axial play
+SPREAD = 0.75  # of the joint's width: distance between the parts of successive steps in the exploded view
+BELOW = 1.5  # of the joint's width: distance by which parts from between the ears are drawn below them
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
-"""A joint's layout with everything checked that can be told without solids: what meets what, and what does not fit.
+"""A joint's layout with all checks that need no solids: collisions, and parts that do not fit.
 
-Web, flange, sockets and tubes all reach over z = 0 and are widest there, so what meets does so in that plane first. The
-seats of both arms lie outside the pocket's wall, where they meet the other half's stem or, in a joint with a short
-coil, each other; all of these are convex seen along the hinge axis, so their gap is exact.
+Web, flange, sockets and tubes all cross z = 0 and are widest there, so they collide in that plane first. The seats of
+both arms are outside the pocket's wall. There they can collide with the other half's stem or, in a joint with a short
+coil, with each other. All these outlines are convex along the hinge axis, so their gap is exact.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from synth.cad.limits import DimensionError, DimensionProblem
 from synth.cad.outline import Disc, Hull, hull_of
 from synth.cad.outlines import cup_outline, lower_bodies, upper_bodies
 
-ROUNDING = 1e-6  # mm, of a gap that is the clearance by construction
-HALVINGS = 20  # of half a turn: to 0.0002 deg
-SWEEP = 3.0  # deg, between the angles at which the seats' gaps are taken
+ROUNDING = 1e-6  # mm, rounding error of a gap that equals the clearance by construction
+HALVINGS = 20  # bisections of half a turn: to 0.0002 deg
+SWEEP = 3.0  # deg, between the angles at which the seats' gaps are computed
 LARGEST_NOTCH = 300.0  # deg, of the pocket's wall
 REMEMBERED = 1024  # layouts; the built-in example's joints take 340 in all, each asked for again and again
 
 
 def lay_out(dimensions: JointDimensions) -> JointLayout:
-    """Place everything of a joint and check that it fits.
+    """Lay out all parts of a joint and check that they fit.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
 
 @lru_cache(maxsize=REMEMBERED)
 def _laid_out(dimensions: JointDimensions) -> tuple[JointLayout | None, tuple[DimensionProblem, ...]]:
-    """The layout, or None and what does not fit."""
+    """The layout and no problem, or None and the problems."""
     found = dimensions.problems()
     if found:
         return None, tuple(found)
@@ -56,13 +56,13 @@ def _laid_out(dimensions: JointDimensions) -> tuple[JointLayout | None, tuple[Di
 def clear_upper_arm_angle(dimensions: JointDimensions) -> float:
     """An ``upper_arm_angle`` that the joint's travel allows.
 
-    0 (the thesis' way) where it is free, else along the upper link, else the free direction nearest to that in steps of
-    15 deg, or else of 5; the arm offset follows from it, whichever it is.
+    0 (as in the thesis) if possible, else along the upper link, else the possible direction nearest to that in steps of
+    15 deg, or else of 5 deg. The arm offset follows from it.
 
     Raises
     ------
     DimensionError
-        where none is.
+        if no direction is possible.
     """
     along = dimensions.zero_angle - 180.0
     turns = [*sorted(range(-165, 181, 15), key=abs), *sorted(range(-175, 180, 5), key=abs)]
@@ -82,9 +82,9 @@ def clear_upper_arm_angle(dimensions: JointDimensions) -> float:
 
 
 def link_gap(dimensions: JointDimensions, layout: JointLayout, rotation: float) -> float:
-    """Least gap (mm) between both links, stem and web at a ``rotation`` (deg) from straight.
+    """Smallest gap (mm) between both links, stem and web at a ``rotation`` (deg) from straight.
 
-    Canonical sense; 0 or negative where they meet.
+    In the canonical frame; 0 or negative if they collide.
     """
     upper = upper_bodies(dimensions, layout)
     turned = [hull.turned(rotation) for hull in lower_bodies(dimensions, layout)]
@@ -92,7 +92,7 @@ def link_gap(dimensions: JointDimensions, layout: JointLayout, rotation: float) 
 
 
 def _meeting(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
-    """Stops beyond which the links would meet first, or at which they are nearer than the clearance."""
+    """Stops before which the links would collide, or at which their gap is smaller than the clearance."""
     half = layout.socket_outer + dimensions.clearance
     most = 180.0 - 2 * math.degrees(math.atan2(half, layout.web_radius))
     least = dimensions.clearance - ROUNDING
@@ -113,7 +113,7 @@ def _meeting(dimensions: JointDimensions, layout: JointLayout) -> list[Dimension
             free, met = (middle, met) if clear(middle) else (free, middle)
         limits.append(dimensions.zero_angle - dimensions.closes * free)
     limits.sort()
-    # Rounded inwards: what is said to be allowed is. The stops lie outside the wanted travel.
+    # Rounded inwards, so that the stated range is allowed. The stops are outside the wanted travel.
     inside = (limits[0] + dimensions.range[0] - low, limits[1] - high + dimensions.range[1])
     allowed = f"{math.ceil(100 * inside[0]) / 100:.6g} to {math.floor(100 * inside[1]) / 100:.6g} deg"
     reason = "the links would meet" if dimensions.mount is None else "the link would meet the web or the mount's flange"
@@ -121,7 +121,7 @@ def _meeting(dimensions: JointDimensions, layout: JointLayout) -> list[Dimension
 
 
 def _swept(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
-    """Seats that meet the other half's stem, or each other, on the way from stop to stop."""
+    """Seats that collide with the other half's stem, or with each other, between the stops."""
     name, sweep = dimensions.name, layout.notch[1] - layout.notch[0]
     if sweep > LARGEST_NOTCH:
         reason = "the arm's sweep would take the whole pocket wall"

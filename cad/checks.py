@@ -1,7 +1,7 @@
-"""The gates that an export must pass. A kernel may call a wrong solid valid, so each gate has its own reference.
+"""The checks that an export must pass. A kernel may call a wrong solid valid, so each check has its own reference.
 
-Here: what each part must be, alone and on its shafts. What moves on what is in ``cad.travel``, printing in
-``cad.printing``, strength in ``cad.strength``.
+This module has the checks of each part, alone and on its shafts. Moving parts are checked in ``cad.travel``, printing
+in ``cad.printing``, strength in ``cad.strength``.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from synth.cad.travel import OVERLAP_LIMIT, Bodies, check_gaps, check_spring_roo
 
 SPRING_VOLUME_LIMIT = 1e-4  # relative
 SOLID_VOLUME_LIMIT = 1e-5  # relative, of parts with a closed form
-VOLUME_ERROR = 1e-3  # relative and a bound; what comes out is 3e-8 off
+VOLUME_ERROR = 1e-3  # relative, bound on the kernel's error; the actual error is 3e-8
 MESH_VOLUME_LIMIT = 5e-3  # relative, mesh against solid
 LEVERS_LIMIT = 5e-3  # relative, of the drawn spring's rate against the designed one's
 ANGLE_TOLERANCE = 1e-3  # deg
@@ -44,7 +44,7 @@ def check_part(part: BuiltPart) -> list[CheckResult]:
         error = abs(volume / part.exact_volume - 1.0)
         results.append(at_most("volume", part.name, error, limit, "", f"solid against {part.exact_volume:.2f} mm^3"))
     mesh = trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, process=False)
-    # manifold3d turns a mesh that it cannot use into nothing, and nothing overlaps nothing.
+    # manifold3d turns a mesh that it cannot use into an empty body, which would pass every overlap check.
     usable = not manifold(part.mesh).is_empty()
     closed = bool(mesh.is_watertight and mesh.is_winding_consistent and usable)
     bodies = int(mesh.body_count)
@@ -65,7 +65,8 @@ def check_part(part: BuiltPart) -> list[CheckResult]:
 def _volume(part: BuiltPart) -> float:
     """Volume of the solid, mm^3; to 1e-7 if a closed form is compared that tightly.
 
-    The kernel's plain way takes a fixed number of points a face, which is 6e-6 off where a screw's hole crosses a tube.
+    The kernel's default method takes a fixed number of points per face; its error is 6e-6 if a screw hole crosses a
+    tube.
     """
     if part.exact_volume is None or part.family == "spring":
         return float(part.solid.Volume())
@@ -123,7 +124,7 @@ def _check_arms(joint: BuiltJoint, spring: BuiltPart, which: str) -> list[CheckR
 
 
 def check_interference(joint: BuiltJoint, link: BuiltPart | None = None) -> list[CheckResult]:
-    """Pairs that must not meet: parts of one half, the halves over the travel, the spring and all but its shafts."""
+    """Pairs that must not overlap: parts of one half, the halves over the travel, the spring and all but its shafts."""
     bodies = Bodies(joint, link)
     return [
         *check_within(bodies),

@@ -1,8 +1,9 @@
 """Connections of the hinge's shaft to a damper: the adapter for a damper's own shaft, the insert for its bore.
 
 Adapter: a sleeve pinned on the hinge's shaft. A round output is pinned as well; on the flat of any other form a set
-screw in an insert takes the play. Insert: a printed square, D or hexagon, pinned on the shaft. Own frame, mm: the face
-towards the ear is z = 0, both grow along -z; flats stand on the +x side, the pin on the hinge's shaft along y.
+screw in an insert removes the backlash. Insert: a printed square, D or hexagon, pinned on the shaft. Own frame, mm: the
+face towards the ear is z = 0 and both extend along -z. Flats are on the +x side, the pin of the hinge's shaft is along
+y.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The bracket that holds a rotary damper coaxial with the joint, and the bought damper's envelope.
 
-A sleeve open at both ends. One lies on ear A, round the shaft's collar, and is screwed to it from between the ears; the
-damper's body hangs in the sleeve, its flange seats on the other end and is screwed to it. Both sets of screws stand on
-the damper's own circle and end in inserts. Own frame, mm: the face on the ear is z = 0, the bracket grows along -z.
+A sleeve open at both ends. One end is on ear A, around the shaft's collar, and is screwed to it from between the ears.
+The damper's body is inside the sleeve; its flange is screwed to the other end. Both sets of screws are on the damper's
+bolt circle and end in inserts. Own frame, mm: the face on the ear is z = 0, the bracket extends along -z.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from synth.cad.outline import Point
 from synth.cad.screw_places import FLANGE_THICKNESS
 
 ACCESS_TURN = 90.0  # deg: between two of the damper's screws, however many there are
-ROTOR_GRIP = 0.8  # of the body's length that the shaft goes in
+ROTOR_GRIP = 0.8  # of the body's length: engagement of the shaft in the rotor
 
 
 @dataclass(frozen=True)
 class Sleeve:
     """Dimensions of the bracket: radii, height, inserts' holes (radius, depths from ear and open end); mm.
 
-    A thin sleeve with a boss round each screw, or, where bosses would meet, one as thick as those.
+    A thin sleeve with a boss around each screw or, if bosses would overlap, a sleeve as thick as the bosses.
     """
 
     radius: float  # of the damper's flange, round all bosses

@@ -32,7 +32,7 @@ class ShaftEnd:
 
 
 def sleeve_of(dimensions: JointDimensions, layout: JointLayout) -> Sleeve:
-    """The damper bracket's measures."""
+    """The damper bracket's dimensions."""
     hole = insert_of(fixing_screw(dimensions.damper.bolt_diameter).size).hole / 2
     depths = bracket_depths(dimensions, layout)
     collar, adapter = dimensions.hardware.collar, dimensions.damper.adapter

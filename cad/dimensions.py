@@ -1,7 +1,7 @@
-"""The numbers from which a joint and a leg are drawn, in mm and degrees.
+"""The dimensions from which a joint and a leg are drawn, in mm and degrees.
 
-The drawings of the thesis' leg are lost, so every default here is our own choice; the reason stands
-beside it as the reason of its range.
+The drawings of the thesis' leg are lost, so every default is our own choice; the reason of its range is the last
+argument of each field.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from synth.cad.hardware import ShaftParts, shaft_parts, shaft_sizes
 from synth.cad.limits import DimensionError, DimensionProblem, dimension, range_problems
 
 STOP_MARGIN = 3.0  # deg past the wanted travel: printed flanks and a tongue's tilt in its bearings are off by about one
-LEAST_STOP = 0.5  # deg past the wanted travel, that a stop's own accuracy takes
+LEAST_STOP = 0.5  # deg past the wanted travel: the accuracy of a stop
 COIL_TOLERANCE = 0.05  # turns; vendors hold the free position to 10 deg (0.028 turns) up to 10 coils
 CLOSE_WOUND_PITCH = 1.03  # of the wire diameter: neighbouring coils just do not touch, whatever the index
 _NAME = re.compile(r"\w(?:[\w .-]{0,58}[\w-])?")  # of every alphabet; it names columns and files
@@ -25,8 +25,8 @@ _NAME = re.compile(r"\w(?:[\w .-]{0,58}[\w-])?")  # of every alphabet; it names 
 class SpringDimensions:
     """A helical torsion spring of round wire with two straight arms tangent to the coil.
 
-    ``coils`` is the catalogue's count; what is drawn is ``drawn_coils``, moved so that the solid has exactly
-    ``included_angle`` (a catalogue's 7.17 coils at "120 deg" would make 118.8 deg).
+    ``coils`` is the catalogue's count. The solid has ``drawn_coils``, the nearest number that gives exactly
+    ``included_angle`` (a catalogue's 7.17 coils at "120 deg" would give 118.8 deg).
     """
 
     wire_diameter: float = dimension(MISSING, 0.2, 12.0, "mm", "wire that is sold and that a hand winder bends")
@@ -46,7 +46,7 @@ class SpringDimensions:
         "from the tangent point to its seat, seen along the axis; left out: as short as it can be",
     )
     stiff_length: float | None = dimension(
-        None, 1.0, 20000.0, "mm", "of a straight beam as stiff as the spring was designed: EI over its rate"
+        None, 1.0, 20000.0, "mm", "length of a straight beam with the designed stiffness: EI over the rate"
     )
     hand: str = "right"
 
@@ -95,7 +95,7 @@ class SpringDimensions:
                     prefix + "pitch",
                     self.drawn_pitch,
                     f"at least {self.wire_diameter / math.cos(angle):.5g} mm",
-                    "neighbouring coils would run through each other, which no solid check sees",
+                    "neighbouring coils would intersect, which no solid check detects",
                 )
             )
         if abs(self.drawn_coils - self.coils) > COIL_TOLERANCE:
@@ -112,7 +112,7 @@ class SpringDimensions:
 
 
 def coil_fraction(included_angle: float) -> float:
-    """Fraction of a turn beyond whole coils that tangent arms at ``included_angle`` deg need, in [0, 1).
+    """Fraction of a turn beyond whole coils for tangent arms at ``included_angle`` deg, in [0, 1).
 
     The arms leave at opposite ends of a whole turn, 180 deg apart; every further turn of the coil closes
     the angle between them: ``included = 180 - 360 * fraction`` (modulo 360).
@@ -127,7 +127,7 @@ def included_angle_of(coils: float) -> float:
 
 @dataclass(frozen=True)
 class JointDimensions:
-    """One joint with the link that hangs from it.
+    """One joint with its distal link.
 
     Angles are those of the leg file, in degrees: measured angle ``a``; the lower link lies at the rotation
     ``sign * (a - zero_angle)`` from the upper link's continuation, counter-clockwise seen from +z.
@@ -165,7 +165,7 @@ class JointDimensions:
         None, 2.0, 60.0, "mm", "the lower half's floor, in which the shaft is pinned; left out it is a plate"
     )
     stops: tuple[float, float] | None = None  # measured deg at which the hard stops touch; None: STOP_MARGIN past range
-    yields: tuple[float, float] | None = None  # measured deg at which the spring yields, where that is known
+    yields: tuple[float, float] | None = None  # measured deg at which the spring yields, if known
     upper_arm_angle: float = dimension(
         0.0, -360.0, 360.0, "deg", "measured-angle direction of the upper arm; 0: where the angle is measured from"
     )
@@ -187,7 +187,7 @@ class JointDimensions:
 
     @property
     def stop_angles(self) -> tuple[float, float]:
-        """Measured angles, deg, at which the hard stops touch: the travel that the joint is drawn for."""
+        """Measured angles, deg, at which the hard stops touch: the range for which the joint is drawn."""
         return self.stops if self.stops is not None else (self.range[0] - STOP_MARGIN, self.range[1] + STOP_MARGIN)
 
     @property
@@ -203,7 +203,7 @@ class JointDimensions:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The stops, measured deg: with the arms closed most, and open most."""
+        """The stops, measured deg: that with the arms closed most, then that with the arms open most."""
         low, high = self.stop_angles
         return (low, high) if self.closes < 0 else (high, low)
 
@@ -304,7 +304,7 @@ class LegDimensions:
         for joint in self.joints:
             found += joint.problems()
         found += [
-            DimensionProblem(f"{joint.name}.mount", "a flange", "none", "only the first joint hangs from the body")
+            DimensionProblem(f"{joint.name}.mount", "a flange", "none", "only the first joint is mounted on the body")
             for joint in self.joints[1:]
             if joint.mount is not None
         ]
@@ -312,14 +312,13 @@ class LegDimensions:
 
 
 def arm_offset(free_angle: float, included_angle: float, upper_arm_angle: float = 0.0, closes: int = -1) -> float:
-    """Direction of the lower half's arm shafts, deg from its link's centre line, for which the spring is unloaded
-    there.
+    """Direction of the lower arm, deg from its link's centre line, with the spring unloaded at the free angle.
 
     The upper arm runs along ``upper_arm_angle`` (0: the line from which the joint's angle is measured). At
-    the free angle the lower arm must stand at the spring's included angle from it, so the lower arm's line
-    is turned from its link's centre line, towards smaller joint angles when positive, by
+    the free angle the angle between the arms is the spring's included angle, so the lower arm is turned from its
+    link's centre line, towards smaller joint angles when positive, by
     ``free_angle - included_angle - upper_arm_angle``. Thesis section 4.2: ankle 139 - 120 = +19 deg,
-    knee 111 - 120 = -9 deg. Where larger angles close the arms (``closes`` +1) it stands on the other side:
+    knee 111 - 120 = -9 deg. If larger angles close the arms (``closes`` +1), it is on the other side:
     ``free_angle + included_angle - upper_arm_angle``.
     """
     return free_angle + closes * included_angle - upper_arm_angle

@@ -29,7 +29,7 @@ def drawing(path: Path) -> Iterator[tuple[Any, Any]]:
         document = ezdxf.new("R2010", units=ezdxf.units.MM)
         document.layers.add("CUT", color=1)
         yield document, document.modelspace()
-        for name in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf would go through a set
+        for name in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf would iterate over a set, in any order
             document.classes.add_class(name)
         document.saveas(path)
     finally:
@@ -52,7 +52,7 @@ class FlatBracket:
 def flat_brackets(joint: BuiltJoint) -> tuple[FlatBracket, ...]:
     """The sheets of damper bracket, encoder seat and mount, for cutting instead of printing.
 
-    A stack of sheets has no inserts: the screws' holes go through, for longer screws with nuts.
+    A stack of sheets has no inserts but through holes, for longer screws with nuts.
     """
     d, layout = joint.dimensions, joint.layout
     name, damper = file_name(d.name), d.damper

@@ -1,8 +1,8 @@
 """The seat of an angle encoder on ear B, over the end of the shaft, and the bought encoder's envelope.
 
-A ring round the shaft's collar, screwed to the ear; a step in it keeps the sensor's face at the air gap from the magnet
-in the shaft's end, and the recess above takes the housing. A housing no wider than the collar lies on a floor over it,
-through which the shaft goes on. Own frame, mm: the face on the ear is z = 0, it grows along
+A ring around the shaft's collar, screwed to the ear. A step in it keeps the air gap between the sensor's face and the
+magnet in the shaft's end; the recess above it holds the housing. A housing no wider than the collar lies on a floor
+above the collar, through which the shaft passes. Own frame, mm: the face on the ear is z = 0, the seat extends along
 +z.
 """
 
@@ -18,7 +18,7 @@ from synth.cad.outline import Point
 from synth.cad.screw_places import encoder_screws
 from synth.cad.shaft_line import AXIAL_GAP, beyond_collar
 
-LEAST_STEP = 1.2  # mm, that the sensor's face is above the shaft's end at least: what printed heights are off by
+LEAST_STEP = 1.2  # mm, least height of the sensor's face above the shaft's end: the tolerance of printed heights
 
 
 def seat_step(dimensions: JointDimensions) -> float:

@@ -41,21 +41,20 @@ def export_leg(
     checks: tuple[CheckResult, ...] | None = None,
     pictures: bool = True,
 ) -> list[ExportedFile]:
-    """Write every part, every joint and the leg, after all gates hold.
+    """Write every part, every joint and the leg, after all checks have passed.
 
-    Parts are written where they stand at the joint's free angle, in the joint's frame (mm, hinge axis on z, upper link
-    along +y), assemblies with every joint at its free angle: the spring as it is wound, no load on it. GLB and pictures
-    of the leg show the rest pose, springs bent. ``checks`` are the gates' results where the caller has
-    them already.
+    Parts are written in their positions at the joint's free angle, in the joint's frame (mm, hinge axis on z, upper
+    link along +y). Assemblies have every joint at its free angle, with the springs unloaded. GLB and pictures of the
+    leg are in the rest pose, with bent springs. ``checks``: the results of the checks, if the caller has them.
 
     Raises
     ------
     GateError
-        before anything is written, when a gate fails.
+        if a check fails, before anything is written.
     PreviewError
-        after parts are written, when this machine cannot draw; ``pictures=False`` leaves pictures out.
+        if this machine cannot draw, after the parts are written; ``pictures=False`` leaves pictures out.
     OSError
-        when the folder cannot be written.
+        if the folder cannot be written.
     """
     require(check_leg(leg) if checks is None else checks)
     folder.mkdir(parents=True, exist_ok=True)
@@ -171,7 +170,7 @@ def write_stl(meshes: list[Mesh], path: Path) -> None:
     layout = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
     blocks = []
     for mesh in meshes:
-        # What should be zero is 0 or 1e-17 by the order in which the kernel met the surfaces.
+        # A zero may be written as 0 or 1e-17, depending on the order in which the kernel processed the surfaces.
         vertices = np.where(np.abs(mesh.vertices) < 1e-9, 0.0, mesh.vertices).astype("<f4").astype(float)
         corners = vertices[mesh.faces]  # as they are written, so that the normals follow from the file
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -1,4 +1,4 @@
-"""A picture of each failed gate: the joint at that angle, the fault in red, everything else transparent."""
+"""A picture of each failed check: the joint at that angle, the fault in red, everything else transparent."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from synth.cad.printing import WAYS_UP, hanging_faces, plan_part, thin_points
 from synth.cad.results import CheckResult
 from synth.cad.travel import OVERLAP_LIMIT, manifold
 
-RED = (0.86, 0.10, 0.12)  # RGB of what fails in a picture
-GLASS = 0.25  # opacity of what is not at fault
+RED = (0.86, 0.10, 0.12)  # RGB of the fault in a picture
+GLASS = 0.25  # opacity of everything else
 MARK = 0.6  # mm, half the size of the mark at a thin place
 
 
 def draw_failures(leg: BuiltLeg, checks: Sequence[CheckResult], folder: Path) -> dict[str, CheckResult]:
-    """Write ``<part>_<gate>.png`` for each failed gate that can be drawn; file name -> gate.
+    """Write ``<part>_<check>.png`` for each failed check that can be drawn; return file name -> check.
 
     Raises
     ------
     PreviewError
-        when this machine cannot draw.
+        if this machine cannot draw.
     """
     failed = [check for check in checks if not check.passed]
     if not failed:
@@ -57,7 +57,7 @@ def _file_name(check: CheckResult, taken: dict[str, CheckResult]) -> str:
 
 
 def failure_items(joint: BuiltJoint, check: CheckResult, printing: PrintDimensions) -> list[Item]:
-    """The drawing of a failed gate."""
+    """The drawing of a failed check."""
     part = next(part for part in joint.parts if part.name == check.part)
     if check.angle is not None:
         return _meeting(joint, check.angle)

@@ -18,13 +18,13 @@ ROUNDED = (
 )
 
 BESIDE = 1.2  # mm of print between an insert's hole and what is beside it: three lines
-LOOSEST_FIT = 0.06  # of a shaft's diameter: wider, pins and set screws alone would hold the shaft in line
-LEAST_HELD = 1.2  # mm of a pin in its hub, on either side of the shaft
+LOOSEST_FIT = 0.06  # of a shaft's diameter: with more clearance only pins and set screws would align the shaft
+LEAST_HELD = 1.2  # mm, least engagement of a pin in its hub, on either side of the shaft
 LEAST_INSERT_WALL = 1.6  # mm, of a printed insert round the shaft: four lines
 
 
 def adapter_radius(dimensions: JointDimensions) -> float:
-    """Outside of the damper's adapter, mm: a wall around the wider of the two bores, and the set screw's insert."""
+    """Outer radius of the damper's adapter, mm: a wall around the wider bore, and the set screw's insert."""
     adapter = dimensions.damper.adapter
     wide = dimensions.shaft_diameter / 2
     deep = 0.0

@@ -1,7 +1,7 @@
-"""Additions to a joint, its loads, and its printing: dimensions in mm, N*m and MPa.
+"""Fittings of a joint, its loads, and its printing: dimensions in mm, N*m and MPa.
 
-Vendors' drawings of dampers and encoders are not in our catalogues, so each default is our own choice or has its
-source beside it; measure what you bought.
+Our catalogues have no vendors' drawings of dampers and encoders, so each default is our own choice or has its source in
+its field. Measure the parts that you bought.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from synth.cad.limits import DimensionProblem, dimension, range_problems
 
 @dataclass(frozen=True)
 class LoadDimensions:
-    """Loads on a joint's parts; zero: unknown, and not checked."""
+    """Loads on a joint's parts; zero means unknown, and the load is not checked."""
 
     spring_rate: float = dimension(0.0, 0.0, 500.0, "N*m/rad", "as built, of both springs where there are two")
     damper_torque: float = dimension(0.0, 0.0, 200.0, "N*m", "the damper's largest, which goes through the shaft's key")
@@ -25,8 +25,8 @@ class LoadDimensions:
 class PrintDimensions:
     """Printer, print material and its required strength. The default material is Markforged's Onyx.
 
-    ``strength`` is Onyx' tensile yield (Markforged composites data sheet). What is left of it from layer to layer
-    no sheet says; 0.5 is our assumption, and users print along the layers what must hold.
+    ``strength`` is Onyx' tensile yield (Markforged composites data sheet). No data sheet gives the strength between
+    layers; the fraction 0.5 is our assumption, so highly loaded parts should be printed with the load along the layers.
     """
 
     bed: tuple[float, float, float] = (320.0, 132.0, 154.0)
@@ -70,8 +70,8 @@ class EncoderDimensions:
 class AdapterDimensions:
     """A coupling between the joint's shaft and a damper that has its own shaft instead of a bore.
 
-    It is pinned on the joint's shaft. A round output is pinned too, which asks for a hole drilled in it; on a flat of
-    any other form a set screw takes the play.
+    It is pinned on the joint's shaft. A round output is pinned too, which requires a hole drilled in it; on a flat of
+    any other form a set screw removes the backlash.
     """
 
     output_diameter: float = dimension(6.0, 2.0, 30.0, "mm", "of the damper's shaft, or across its flats")
@@ -94,8 +94,8 @@ class AdapterDimensions:
 class BoreDimensions:
     """The bore of a damper for the joint's shaft: its form, and its diameter or width across the flats.
 
-    A square, D or hexagon that the shaft can be milled to is milled; a larger one is printed as an insert that is
-    pinned on the shaft.
+    If the shaft can be milled to a square, D or hexagon of this size, it is milled; for a larger bore an insert is
+    printed and pinned on the shaft.
     """
 
     form: Form = "round"
@@ -110,7 +110,7 @@ class BoreDimensions:
 class DamperDimensions:
     """The envelope of a bought rotary damper: round body, two or more screws on a circle outside the body.
 
-    ``unknown``: what of it nobody stated, in words with the key that takes it; drawn parts say so.
+    ``unknown``: assumed dimensions, as text with the key for the measured value; drawn parts state them.
     """
 
     outer_diameter: float = dimension(40.0, 6.0, 150.0, "mm", "round body; 40 is a common oil damper")

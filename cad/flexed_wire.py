@@ -1,12 +1,14 @@
 """A torsion spring with both arms clamped, bent by the joint: shape and torque. Plain arithmetic, no solids.
 
 Seen along the hinge axis the wire is a thin inextensible beam in a plane. It is bent by a moment about the axis and a
-force, so its curvature changes by ``tau + a x + b y`` at the place (x, y), the axis at the origin (moment of a force
-about a point; Euler-Bernoulli beam of flexural rigidity EI: M = EI dkappa). One end stands still, the other turns with
-the joint about the axis. The three unknowns follow from the end's angle and place. ``EI tau`` is the joint's torque.
+force, so its curvature changes by ``tau + a x + b y`` at the point (x, y), with the axis at the origin (moment of a
+force about a point; Euler-Bernoulli beam of flexural rigidity EI: M = EI dkappa). One end is fixed, the other rotates
+with the joint about the axis. The three unknowns follow from the angle and position of that end. ``EI tau`` is the
+joint's torque.
 
-To first order the torque is ``EI theta / L_eff`` with ``L_eff = L - S' J^-1 S``, where ``S`` and ``J`` are the first
-and second moments of the wire's length about the axis: what the axis, which does not give way sideways, takes from L.
+To first order the torque is ``EI theta / L_eff`` with ``L_eff = L - S' J^-1 S``, where ``S`` and ``J``
+are the first and second moments of the wire's length about the axis. The reduction of L comes from the radially rigid
+axis.
 """
 
 from __future__ import annotations
@@ -20,16 +22,16 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 STEPS_A_TURN = 48  # with these the torque is within 2e-4 of the closed form (tests/cad/test_flexed_wire.py)
 STEPS_AN_ARM = 8  # as fine as the coil, of an arm about as long as the coil is wide
-LARGEST_STEP = 20.0  # deg, that the joint turns from one solution to the next: Newton converges in 3 to 5 rounds
-ROUNDS = 30  # Newton takes 3 to 5; more is a wire that cannot be bent so far
-SETTLED = 1e-9  # mm and rad
+LARGEST_STEP = 20.0  # deg, joint rotation from one solution to the next: Newton's method converges in 3 to 5 steps
+ROUNDS = 30  # Newton steps; it converges in 3 to 5, else the wire cannot be bent so far
+SETTLED = 1e-9  # mm and rad, residual of a converged solution
 
 
 @dataclass(frozen=True)
 class FlexedWire:
-    """The wire seen along the axis, from the fixed end to the turned one; right hand.
+    """The wire seen along the axis, from the fixed end to the rotated one; right hand.
 
-    The still arm's coil end is at (radius, 0), its free end at (radius, -arm). ``points`` (n, 2) mm, ``lengths`` (n,)
+    The fixed arm's coil end is at (radius, 0), its free end at (radius, -arm). ``points`` (n, 2) mm, ``lengths`` (n,)
     mm along the wire, ``curvature`` (n - 1,) 1/mm, ``torque`` over EI, 1/mm, and the force on the axis over EI, 1/mm^2.
     """
 

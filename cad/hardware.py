@@ -1,6 +1,6 @@
 """Standard parts of the joints, from the tables in ``catalogs/``.
 
-Standards, sizes and sources stand in the tables; here is only how a size is picked.
+The tables have standards, sizes and sources; this module selects a size.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from pathlib import Path
 
 from synth.cad.limits import DimensionError, DimensionProblem
 
-ROUNDING = 1e-9  # mm, of sums of dimensions
-PIN_SHARE = 0.34  # of a shaft's diameter, at most, that a cross pin may have: a quarter to a third is the usual rule
-SOLID = 0.65  # of a ball bearing's envelope that is steel, where its mass is not known: 0.61 (688) to 0.67 (6000)
+ROUNDING = 1e-9  # mm, rounding error of sums of dimensions
+PIN_SHARE = 0.34  # of a shaft's diameter: largest cross pin; a quarter to a third is the usual rule
+SOLID = 0.65  # steel fraction of a ball bearing's envelope, if its mass is unknown: 0.61 (688) to 0.67 (6000)
 
 
 def _at_least(lengths: Sequence[float], wanted: float) -> float | None:
@@ -117,7 +117,7 @@ class Pin:
 
 @dataclass(frozen=True)
 class ShaftParts:
-    """The parts that turn a stock rod into a hinge's shaft, equal on both sides."""
+    """The parts on a stock rod that make it a hinge's shaft, equal on both sides."""
 
     bearing: Bearing
     collar: Collar
@@ -288,7 +288,7 @@ def screw_through(hole: float) -> Screw | None:
 def long_screw(least: float, grip: float) -> tuple[Screw, float] | None:
     """The smallest socket screw of at least ``least`` mm that is sold long enough for ``grip`` mm and its nut.
 
-    With its length; two turns stand out of the nut. None where none is.
+    Returned with its length; two threads protrude from the nut. None if no such screw is sold.
     """
     for screw in socket_screws():
         if screw.size < least - ROUNDING:

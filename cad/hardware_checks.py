@@ -1,4 +1,4 @@
-"""Gates on bought parts: the pin that drives the shaft, play along the hinge, screws. All are tested on the solids."""
+"""Checks of bought parts on the solids: the pin that drives the shaft, axial play, screws."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from synth.cad.results import CheckResult, at_least, at_most
 from synth.cad.screw_places import ENGAGED
 from synth.cad.travel import OVERLAP_LIMIT, Bodies, manifold
 
-PIN_TURNED = 10.0  # deg, by which the tongue's pin is turned to see whether it holds
-MOST_AXIAL = 1.0  # mm, of axial play that is looked for
-AXIAL_STEP = 1e-3  # mm, to which it is bisected
+PIN_TURNED = 10.0  # deg, rotation of the tongue's pin in the test whether it drives the shaft
+MOST_AXIAL = 1.0  # mm, end of the search for axial play
+AXIAL_STEP = 1e-3  # mm, accuracy of its bisection
 AXIAL_LIMIT = 0.1  # mm
-ROUNDED = 0.02  # mm, of meshes
+ROUNDED = 0.02  # mm, chord error of meshes
 INSERTED = re.compile(r" - M([0-9.]+) x ")  # of a screw as it is bought
 
 
 def check_keyed(joint: BuiltJoint) -> list[CheckResult]:
     """The pin connects tongue and shaft, and nothing connects the shaft to the upper half.
 
-    Turned by a few degrees the pin must run into either, as solids; the shaft turned must meet no upper part.
+    A pin rotated by a few degrees must overlap both; the rotated shaft must not overlap any upper part.
     """
     dimensions, pin = joint.dimensions, joint.part("pin")
     turned_pin = manifold(pin.mesh).rotate((0.0, 0.0, PIN_TURNED))
@@ -49,7 +49,7 @@ def check_keyed(joint: BuiltJoint) -> list[CheckResult]:
 def _keyed_least(dimensions: JointDimensions, suffix: str, pin: BuiltPart) -> float:
     """Half of the overlap of a pin turned in its hole with its neighbour, mm^3.
 
-    At the radius r it is moved aside by r sin(turn), and sweeps that times its diameter a length, to either side.
+    At the radius r the pin is displaced by r sin(turn); the swept area per length is that times its diameter.
     """
     shaft, length = dimensions.shaft_diameter / 2, max(pin.size) / 2
     size = dimensions.hardware.pin
@@ -95,8 +95,8 @@ def check_screws(joint: BuiltJoint) -> list[CheckResult]:
 def _engagement(joint: BuiltJoint, screw: BuiltPart, size: float) -> tuple[float, float]:
     """Length (mm) of a screw in the print around its insert, and the distance of its end from the print's far face.
 
-    Rays beside the insert's hole, along the screw, against each printed part of its half; the part that holds the
-    screw's end is meant.
+    By rays beside the insert's hole, along the screw, against each printed part of its half. The result is for the part
+    that contains the screw's end.
     """
     mesh = screw.mesh.vertices
     radial = np.hypot(*(mesh[:, :2] - mesh[:, :2].mean(axis=0)).T)

@@ -32,13 +32,13 @@ from synth.cad.outlines import cup_outline, ear_outlines, floor_outline, web_out
 from synth.cad.screw_places import SocketScrew, bracket_screws, encoder_screws, socket_screw
 from synth.cad.shaft_line import BLIND, ShaftLine, lay_shaft
 
-THINNEST_CHEEK = 2.0  # walls, of what may stand beside the lower arm's slot and seat
-MARK = (0.5, 0.5)  # mm, width and depth of a scale's marks: one line of 0.4 mm prints
+THINNEST_CHEEK = 2.0  # walls; least thickness of print beside the lower arm's slot and seat
+MARK = (0.5, 0.5)  # mm, width and depth of a scale's marks: printable with one line of 0.4 mm
 SCALE_STEP = 5.0  # deg, between the ear's marks
 
 
 def bore_radius(dimensions: JointDimensions) -> float:
-    """Radius (mm) of the ears' bores outside their bearings, clear of the shaft."""
+    """Radius (mm) of the ears' bores outside their bearings, with clearance to the shaft."""
     return dimensions.shaft_diameter / 2 + dimensions.clearance
 
 
@@ -62,7 +62,7 @@ def box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]) 
 
 
 def prism(points: list[tuple[float, float, float]], way: tuple[float, float, float]) -> Any:
-    """A flat polygon moved along a vector, as a cadquery Solid."""
+    """A flat polygon extruded along a vector, as a cadquery Solid."""
     import cadquery as cq
 
     corners = [cq.Vector(*point) for point in points]
@@ -225,7 +225,7 @@ def build_lower(dimensions: JointDimensions, layout: JointLayout) -> Any:
         for stop in layout.stops
     ]
     pad_top = layout.lower.wire_height(layout.lower.middle)
-    # Prisms that share a face only: kernels stumble over cylinders that coincide.
+    # Prisms that share only a face, because kernels fail on coincident cylinders.
     cups = [cup.extrude(floor_top, half), layout.lower.outline().extrude(floor_top, pad_top)]
     pocket = cylinder(layout.space.pocket_radius, floor_top, half + 1)
     if layout.space.arbor_radius:
@@ -251,7 +251,7 @@ def _pin_hole(layout: JointLayout, line: ShaftLine) -> Any:
 
 
 def _open_edge(edge: float, hull: Hull, arm: ArmLayout, way: int, start: float, wall: float) -> float:
-    """The edge of a cut across an arm, ``edge`` mm from it; farther out if a thin blade would remain beside it.
+    """The edge of a cut across an arm, ``edge`` mm from it; farther out if a thin wall would remain beside it.
 
     ``way`` +1: outwards; -1: inwards. ``start`` mm: distance of the arm's line from the hinge.
     """
@@ -334,7 +334,7 @@ def _socket_cuts(layout: JointLayout, inner: float) -> float:
     """Volume (mm^3) of the cross screw's hole and the flats for its head and nut in a socket."""
     screw = cross_screw(layout)
     outer = layout.socket_outer
-    # Above the flats the hole and the spot take the same: the spot's cap is counted whole, the hole's in it once.
+    # Above the flats, hole and spot overlap: the spot's cap is counted in full and the hole only below it.
     hole = screw.screw.hole / 2
     cap = cap_volume(outer, screw.flat, screw.spot) - cap_volume(outer, screw.flat, hole)
     return cross_volume(outer, inner, hole) + 2 * cap

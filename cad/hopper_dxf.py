@@ -10,8 +10,8 @@ from synth.cad.dxf import drawing
 
 HOLE_DIAMETER = 1.6  # mm
 MARGIN = 10.0  # mm of frame round the strip: room for the dowels
-OVER = 2.0  # mm by which a hinge's window reaches over the strip's edges, so that the release cut crosses it
-DOWEL = 3.0  # mm, ISO 2338: what the layers are stacked on
+OVER = 2.0  # mm, extension of a hinge's window beyond the strip's edges, so that the release cut crosses it
+DOWEL = 3.0  # mm, ISO 2338: dowel pins that align the stacked layers
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Layer:
 
     @property
     def cut_length(self) -> float:
-        """All outlines and holes together, mm."""
+        """Total length of outlines and holes, mm."""
         outlines = sum(2 * (end - begin + self.width) for begin, end in self.plates)
         return outlines + len(self.holes) * 3.141592653589793 * HOLE_DIAMETER
 
@@ -55,7 +55,7 @@ def windows(layer: Layer) -> tuple[tuple[float, float], ...]:
 def alignment(layer: Layer) -> tuple[tuple[float, float], ...]:
     """Positions of the dowel holes in the frame, equal in every layer: at both ends and the middle, above and below.
 
-    One of them stands 2 mm off the others' symmetry, so that no layer can be laid in turned round.
+    One of them is 2 mm off the symmetric position, so that no layer can be stacked the wrong way round.
     """
     end = layer.plates[-1][1]
     low, high = -0.5 * MARGIN, layer.width + 0.5 * MARGIN
@@ -66,9 +66,10 @@ def alignment(layer: Layer) -> tuple[tuple[float, float], ...]:
 def write_layer(layer: Layer, path: Path, kerf: float) -> None:
     """Write the layer as cut before lamination; the same layer gives the same bytes.
 
-    The strip stays in its frame: at each hinge a window is cut that reaches over both edges, dowel holes go through the
-    frame, and every plate hangs by its long edges. These bridges go with the release cut through all layers at once.
-    What is cut is drawn smaller by half the ``kerf`` (mm) all round. PLATE has the finished outlines, not to be cut.
+    The strip stays in its frame. At each hinge a window is cut that extends beyond both edges; the frame has the dowel
+    holes, and every plate is attached to it by its long edges. The release cut through all layers removes these
+    bridges. Cut outlines are drawn smaller by half the ``kerf`` (mm) on every side. PLATE has the finished outlines,
+    which are not cut.
     """
     half, end = 0.5 * kerf, layer.plates[-1][1]
     with drawing(path) as (document, space):

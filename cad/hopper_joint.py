@@ -1,11 +1,11 @@
-"""A laminate five-bar leg as flat layers, its motor mount and hubs, and the whole in its crouch. Millimetres, degrees.
+"""A laminate five-bar leg: flat layers, motor mount, hubs, and the assembly in its crouch. Millimetres, degrees.
 
-The leg is one strip: hip tab, upper link, lower link, lower link, upper link, hip tab, with a flexure between each two.
-From flat to folded every hinge turns the same way, so one rigid layer is always outside a fold. That outer layer holds
-the film up to the hinge's free length: at least ``gap``, which the flexure's rate asks for, and so long that the film's
-surface strain at the largest fold, t fold / (2 gap) for a film of thickness t bent evenly, stays within ``strain``. The
-inner layer is cut back so far that its edges meet only at the largest fold, 2 T tan(fold/2) for a rigid layer of
-thickness T.
+The leg is one strip: hip tab, upper link, lower link, lower link, upper link, hip tab, with a flexure between
+neighbours. Every hinge folds in the same direction, so the same rigid layer is outside at every fold. The gap of this
+outer layer is the free length of the film. It is at least ``gap``, which the flexure's rate requires. It is also long
+enough that the film's surface strain at the largest fold, t fold / (2 gap) for a film of thickness t with uniform
+curvature, is at most ``strain``. The inner layer is cut back so that its edges touch only at the largest fold:
+2 T tan(fold/2) for a rigid layer of thickness T.
 """
 
 from __future__ import annotations
@@ -23,10 +23,11 @@ HOLE = HOLE_DIAMETER
 WALL = 2.0  # of the mount
 MOUNT_DEPTH = 12.0  # mm
 PLAY = 0.2  # between motor and mount
-# Polyester film: its maker states the strength at 5 % (F-5, 10 kg/mm^2 of a modulus of 490), so it has begun to yield
-# there; it breaks at 91 % and more (DuPont Teijin Films, Mylar, H-37232-3). Beyond 5 % a hinge takes a set.
+# Polyester film: the maker states the strength at 5 % strain (F-5, 10 kg/mm^2, with a modulus of 490), where the film
+# has begun to yield; it breaks at 91 % and more (DuPont Teijin Films, Mylar, H-37232-3). Beyond 5 % a hinge has a
+# permanent set.
 STRAIN = 0.05
-KERF = 0.1  # mm, of a CO2 laser in thin sheet; measure a cut slot of your own
+KERF = 0.1  # mm, of a CO2 laser in thin sheet; measure the slots of your own laser
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class HopperDimensions:
 
     @property
     def rigid(self) -> float:
-        """Thickness of one rigid layer: half of what film and adhesive leave."""
+        """Thickness of one rigid layer, mm: half of the laminate without film and adhesive."""
         return 0.5 * (self.thickness - self.film - 2 * self.adhesive)
 
     def lower_angle(self, upper: float) -> float:
@@ -218,9 +219,10 @@ def _strain_notes(dimensions: HopperDimensions) -> list[str]:
             continue
         before = 0.5 * d.film * math.radians(fold) / d.gap
         notes.append(
-            f"{name}: the film between plates {d.gap:.2f} mm apart, as the rate requires, would be strained by "
-            f"{before:.0%} at a fold of {fold:.0f} deg; drawn are {gap:.2f} mm and {d.strain:.0%}, and the flexure "
-            f"then has {d.gap / gap:.0%} of the simulated rate. Enter that rate under flexures, or use a stiffer joint"
+            f"{name}: with the gap of {d.gap:.2f} mm that the rate requires, the film would be strained by "
+            f"{before:.0%} at a fold of {fold:.0f} deg. The drawn gap is {gap:.2f} mm with a strain of {d.strain:.0%}, "
+            f"and the flexure has {d.gap / gap:.0%} of the simulated rate. Enter that rate under flexures, or use a "
+            "stiffer joint"
         )
     return notes
 

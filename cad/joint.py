@@ -31,7 +31,7 @@ class BuiltJoint:
 
     @cached_property
     def kept(self) -> dict[object, Any]:
-        """What gates, files and report each ask for and is dear: by whose it is, ``cad.printing``, ``cad.play``."""
+        """Cache of expensive results that checks, files and report use, by module: ``cad.printing``, ``cad.play``."""
         return {}
 
     def part(self, suffix: str) -> BuiltPart:

@@ -2,8 +2,8 @@
 
 Canonical frame, mm: the hinge axis is z, the middle of the tongue z = 0, the upper link points along +y,
 the straight lower link along -y. It holds a right-hand spring whose arms open as the lower link turns
-counter-clockwise seen from +z. Every other joint is this one mirrored (see ``flips``), except the spring,
-which is drawn in its own hand and laid in, so that the contact checks test the mirror too.
+counter-clockwise seen from +z. Every other joint is this one mirrored (see ``flips``). The spring is not mirrored but
+drawn in its own hand and placed into the joint, so that the contact checks also test the mirroring.
 
 Along z, upwards: damper and bracket | ear A | floor plate of the tongue | coil in its pocket | the upper arm's seat
 plate | ear B. What is on the shaft is in ``cad.shaft_line``.
@@ -15,7 +15,7 @@ hinge.
 Of a pair of springs the second is the first mirrored in z, in a pocket below the floor, its upper arm on a seat plate
 at ear A. z = 0 is then the middle of the floor: ear A | seat plate | coil | floor plate | coil | seat plate | ear B.
 
-Whether all of this fits is told by ``cad.checked_layout``; how an arm lies in its seat by ``cad.arm_layout``.
+``cad.checked_layout`` checks that all of this fits; ``cad.arm_layout`` describes an arm in its seat.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ SEAT_SCREWS = (75.0, 180.0, 285.0)  # deg from the arm: round the circle, the se
 WINDOW = 127.5  # deg from the arm: between two screws' slots
 PIN_RIM = 1.2  # mm of print above and below the pin through the tongue
 RECESS = 0.3  # mm, of a screw's head under the face it is sunk into
-SUNK_ASIDE = 0.2  # mm, of a groove beside the washers that lie in it
-VERNIER_STEP = 4.0  # deg, between the seat plate's marks: a fifth less than the ear's, so a degree is read
-VERNIER = (-2, -1, 0, 1, 2)  # the marks, in steps: five tell a degree of five
+SUNK_ASIDE = 0.2  # mm, clearance of a groove beside the washers in it
+VERNIER_STEP = 4.0  # deg, between the seat plate's marks: a fifth less than the ear's, so the vernier reads a degree
+VERNIER = (-2, -1, 0, 1, 2)  # the vernier's marks, in steps: five marks divide five degrees
 LIP = 1.6  # mm of an ear outside its bearing, on which a thrust washer runs: four lines of 0.4 mm
-BEARING_SUNK = 0.2  # mm, of a bearing below its ear's inner face: the seat plate on it turns no inner ring
-LEAST_SCALE = 15.0  # mm, radius of a seat's scale: 5 deg are 1.3 mm there, which prints and can be read
+BEARING_SUNK = 0.2  # mm, bearing below its ear's inner face, so that the seat plate does not touch the inner ring
+LEAST_SCALE = 15.0  # mm, radius of a seat's scale: 5 deg are 1.3 mm there, which can be printed and read
 
 
 @dataclass(frozen=True)
@@ -209,7 +209,7 @@ def _heights(dimensions: JointDimensions, space: SpringSpace, seat: SeatSize, dr
     floor = floor_of(dimensions, seat)
     coil = spring.drawn_coils * spring.drawn_pitch
     beside = drift + spring.wire_diameter / 2 + clear + space.growth / 2
-    # A cap and its screws' heads must pass under the other half's plate.
+    # A cap and its screw heads must clear the other half's plate.
     beside = max(beside, jaw_height(seat) + clear + drift - coil)
     room = beside + coil + beside
     pair = dimensions.springs == 2
@@ -296,7 +296,7 @@ def place(dimensions: JointDimensions) -> JointLayout:
     hole = insert_of(fixing_screw(damper.bolt_diameter).size).hole
     bracket_radius = damper.bolt_circle / 2 + max(damper.bolt_diameter, hole) / 2 + wall
     turning = max(upper.reach, lower.reach, space.tongue_radius, plate.radius + insert_of(seat.screw).hole / 2 + RIM)
-    # The bracket must not reach the upper socket, all that turns must pass under the web.
+    # The bracket must not reach the upper socket, and all rotating parts must clear the web.
     web_radius = max(turning + 2 * clear, bracket_radius + clear - 2 * wall, ear_radius(plate, dimensions) - 2 * wall)
     # The bracket's screws are put in from between the ears: their heads lie beside the web.
     heads = fixing_screw(damper.bolt_diameter).head_diameter / 2 + clear

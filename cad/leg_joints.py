@@ -16,7 +16,7 @@ from synth.cad.layout import JointLayout
 from synth.cad.limits import DimensionError, DimensionProblem
 from synth.cad.parts import BuiltPart, Mesh, file_name, mesh_of
 
-KEPT = 8  # joints that are not built again: those of the last leg or two, which is weighed first and then drawn
+KEPT = 8  # cached joints: those of the last one or two legs, whose masses are computed before they are drawn
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def _joint(dimensions: JointDimensions) -> BuiltJoint:
 
 
 def lay_out_leg(dimensions: LegDimensions) -> tuple[JointLayout, ...]:
-    """Lay out every joint of a leg and check that the link tubes between them have room.
+    """Lay out every joint of a leg and check that there is space for the link tubes between them.
 
     Raises
     ------

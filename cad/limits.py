@@ -1,7 +1,6 @@
 """Dimensions with a declared range, checked in this one place.
 
-Everything in ``cad`` is millimetres and degrees, as workshops and STEP files have them. The caller
-converts from SI at the edge.
+Everything in ``cad`` is in millimetres and degrees, as in workshops and STEP files. The caller converts from SI.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ class DimensionProblem:
 
 
 class DimensionError(ValueError):
-    """Dimensions that give no sound part. Carries every problem found, not only the first."""
+    """Dimensions from which no valid part can be built. It has all problems found, not only the first."""
 
     def __init__(self, problems: DimensionProblem | list[DimensionProblem]) -> None:
         self.problems: list[DimensionProblem] = problems if isinstance(problems, list) else [problems]

@@ -1,6 +1,6 @@
 """The flange that attaches the first upper half to the body, instead of a tube's socket.
 
-A plate across the end of ears and web, square to the link's line, with four screws that pass the ears on both sides.
+A plate across the end of ears and web, perpendicular to the link's line, with two screws on either side of the ears.
 """
 
 from __future__ import annotations

@@ -71,13 +71,13 @@ class Hull:
     def gap(self, other: Hull) -> float:
         """Distance (mm) of two hulls; negative where they overlap.
 
-        The widest strip between them: of all directions the best is square to an edge of one, or from a disc of one to
-        a disc of the other (separating axes).
+        The width of the widest separating strip. Its direction is perpendicular to an edge of one hull, or from a disc
+        of one to a disc of the other (separating axes).
         """
         return max(self._strips(other))
 
     def clear_of(self, other: Hull, distance: float) -> bool:
-        """Whether the gap is at least ``distance`` mm: the first strip as wide as that tells."""
+        """Whether the gap is at least ``distance`` mm; stops at the first strip of this width."""
         return any(strip >= distance for strip in self._strips(other))
 
     def _strips(self, other: Hull) -> Iterator[float]:
@@ -127,7 +127,7 @@ class Hull:
 
 
 def _reach(discs: Sequence[tuple[float, float, float]], direction: float) -> float:
-    """How far (mm) discs (x, y, radius) reach from the origin in a ``direction``, deg; plain, as it runs so often."""
+    """Support function (mm) of discs (x, y, radius) in a ``direction``, deg; plain code, because it runs often."""
     angle = math.radians(direction)
     x, y = math.cos(angle), math.sin(angle)
     return max([x * a + y * b + radius for a, b, radius in discs])
@@ -161,7 +161,7 @@ def hull_of(discs: list[Disc]) -> Hull:
 
 
 def _outermost(discs: list[Disc]) -> list[Disc]:
-    """Drop discs that lie within another one, and repeats."""
+    """The discs without duplicates and without those inside another one."""
     kept: list[Disc] = []
     for disc in sorted(discs, key=lambda item: -item.radius):
         inside = any(math.hypot(disc.x - o.x, disc.y - o.y) <= o.radius - disc.radius + _TINY for o in kept)

@@ -1,7 +1,7 @@
 """Pictures as PNG with a palette: a third of the bytes of three channels, without visible difference.
 
-Shaded solids have a few hundred shades of a dozen colours. The most frequent ones become the palette, and every other
-pixel, of an edge's smoothing, takes the nearest of these. PNG specification, 3rd ed. (W3C 2025), colour type 3.
+Shaded solids have a few hundred shades of a dozen colours. The most frequent shades are the palette; every other pixel,
+from the smoothing of edges, takes the nearest of these. PNG specification, 3rd ed. (W3C 2025), colour type 3.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-SHADES = 128  # of the palette: with half as many the eye sees steps in a shaded cylinder, with twice as many files grow
+SHADES = 128  # palette size: half as many give visible steps on a shaded cylinder, twice as many larger files
 STEP = 4  # of 256 levels a channel, below which two shades are one
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 

@@ -42,7 +42,7 @@ COLOURS: dict[str, tuple[float, float, float]] = {
     "encoder": (0.15, 0.35, 0.25),
 }
 
-# g/cm^3 of what is not printed; the bought damper's and encoder's insides are not known.
+# g/cm^3 of parts that are not printed; those of bought dampers and encoders are unknown.
 STEEL = ("shaft", "screw", "nut", "pin", "collar", "washer")  # families
 DENSITIES = {"spring": 7.85, "link": 2.70} | dict.fromkeys(STEEL, 7.85)
 MATERIALS = {"spring": "spring steel", "link": "aluminium tube"} | dict.fromkeys(STEEL, "steel")
@@ -133,9 +133,9 @@ class BuiltPart:
     solid: Any  # cadquery Shape
     mesh: Mesh
     printed: bool
-    exact_volume: float | None  # mm^3 in closed form, where there is one
-    made: str  # how one gets it, for people
-    bought_mass: float | None = None  # g, where its table tells
+    exact_volume: float | None  # mm^3 in closed form, if there is one
+    made: str  # how to buy or make it, as text
+    bought_mass: float | None = None  # g, if its table states it
 
     @property
     def colour(self) -> tuple[float, float, float]:
@@ -188,7 +188,7 @@ class Drawn:
     exact: float | None
     printed: bool
     made: str
-    mass: float | None = None  # g, where its table tells
+    mass: float | None = None  # g, if its table states it
 
 
 def mesh_of(solid: Any, signs: tuple[int, int, int] = (1, 1, 1)) -> Mesh:
@@ -249,7 +249,7 @@ def file_name(name: str) -> str:
 
     Raises
     ------
-    ValueError : it is a path, or hidden. The dimensions refuse such names; here nothing gets by, whoever calls.
+    ValueError : it is a path or a hidden name. The dimensions refuse such names already; this is a second check.
     """
     if not name or name != Path(name).name or "\\" in name or name.startswith("."):
         raise ValueError(f"a file cannot be called {name!r}")

@@ -1,10 +1,10 @@
-"""Free play: the angle that the hinge turns before the unloaded spring bends. Found by contact, from the solids.
+"""Backlash: the rotation of the hinge before the unloaded spring bends, from contacts between the solids.
 
-The spring is taken as a rigid body that may shift along all axes and turn about them, small motions only. From
-points on its wire rays are cast to the parts of either half; a face that a ray meets at the distance g from the wire
-allows the wire there to come nearer by g along the face's normal, and no more. What is turned about the hinge until no
-motion of the spring is allowed any more is a linear programme of seven unknowns. No number of the layout is used: the
-arms' lines are read from the spring's flat ends, the coil's from its mesh, faces from the parts' meshes.
+The spring is a rigid body with small displacements and rotations along and about all axes. Rays are cast from points
+on its wire to the parts of both halves. A face at the distance g from the wire allows the wire to approach by at most g
+along the face's normal. The largest rotation of the hinge for which the spring still has an allowed position is the
+solution of a linear programme with seven unknowns. No dimension of the layout is used: the lines of the arms come from
+the spring's flat ends, the coil from its mesh, and the faces from the parts' meshes.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from synth.cad.torsion_spring import SIDES
 from synth.cad.travel import Bodies, turned
 
 PLAY_LIMIT = 0.3  # deg, to either side
-MOST = 10.0  # deg, that is looked for; small-angle motions are right to 1 % there
+MOST = 10.0  # deg, end of the search; the small-angle approximation has an error of 1 % there
 SPACING = 1.0  # mm, between points on an arm
 AROUND = 16  # rays round the wire
 COIL_POINTS = 24  # a turn
-FACING = 0.9  # cosine between a ray and the face it meets: what it meets aslant, the wire would touch elsewhere
-NEAR = 4.0  # wire diameters, beyond which a face does not matter: more than MOST moves an arm
-SUNK = 0.03  # mm, that chords of meshes may lie in each other; deeper is an overlap, which other gates name
+FACING = 0.9  # cosine between a ray and a face's normal; an oblique face would touch the wire at another point
+NEAR = 4.0  # wire diameters, beyond which a face is ignored: more than the displacement of an arm at MOST
+SUNK = 0.03  # mm, overlap by the chords of meshes; a deeper overlap is reported by other checks
 
 
 @dataclass(frozen=True)
 class Play:
-    """Deg that the lower half turns from the free angle, positive with the measured angle, before the spring bends."""
+    """Rotation (deg) of the lower half from the free angle before the spring bends, in the measured angle's sense."""
 
     low: float
     high: float
 
     @property
     def width(self) -> float:
-        """The whole dead zone, deg."""
+        """The total backlash, deg."""
         return self.high - self.low
 
 
@@ -108,7 +108,7 @@ def find_play(bodies: Bodies, spring: BuiltPart) -> Play | None:
         if len(gaps) and gaps.min() < -SUNK:
             return None
         row = _rows(touching, normals)
-        # What turns with the lower half sees the spring turn the other way.
+        # In the frame of the lower half the spring rotates in the opposite direction.
         rows.append(np.column_stack([row, -moves * row[:, 5]]))
         limits.append(np.maximum(gaps, 0.0))
     found = []
@@ -124,7 +124,7 @@ def find_play(bodies: Bodies, spring: BuiltPart) -> Play | None:
 
 
 def play_of(joint: BuiltJoint) -> Play | None:
-    """The play of a joint whose gates may have asked for it before."""
+    """The play of a joint, from the cache if its checks have computed it."""
     return joint.kept["play"] if "play" in joint.kept else joint_play(Bodies(joint))
 
 
@@ -143,10 +143,10 @@ def _joint_play(bodies: Bodies) -> Play | None:
 
 
 def check_play(bodies: Bodies) -> list[CheckResult]:
-    """With the unloaded spring in place the hinge has at most the allowed free play, in both directions."""
+    """With the unloaded spring the hinge has at most the allowed backlash in either direction."""
     found, name = joint_play(bodies), bodies.joint.part("spring").name
     if found is None:
-        return [at_most("play", name, math.inf, PLAY_LIMIT, "deg", "spring and parts lie in each other")]
+        return [at_most("play", name, math.inf, PLAY_LIMIT, "deg", "spring and parts overlap")]
     worst = max(-found.low, found.high)
     text = f"the hinge turns freely from {found.low:+.3f} to {found.high:+.3f} deg about the free angle"
     return [at_most("play", name, worst, PLAY_LIMIT, "deg", text, angle=bodies.joint.dimensions.free_angle)]

@@ -25,7 +25,7 @@ def loaded_wire(dimensions: JointDimensions, layout: JointLayout, angle: float) 
     Raises
     ------
     ValueError
-        where the wire cannot be bent so far; a joint that was laid out never asks for that.
+        if the wire cannot be bent so far; this does not occur within the travel of a checked layout.
     """
     spring = dimensions.spring
     closing = round(dimensions.closing(angle), 6)
@@ -38,8 +38,8 @@ def loaded_wire(dimensions: JointDimensions, layout: JointLayout, angle: float) 
 def loaded_line(dimensions: JointDimensions, layout: JointLayout, angle: float) -> Array:
     """Points (n, 3) mm on the wire's centre line at the measured joint ``angle`` (deg), canonical upper frame.
 
-    From the lower arm's tip to the upper's. Both ends lie in their seats; along the hinge axis the coil keeps its pitch
-    about its middle, so that it grows as it winds, and the free arms make up for it.
+    From the lower arm's tip to the upper's. Both ends are in their seats. Along the hinge axis the coil keeps its pitch
+    about its middle, so its length grows as it winds; the free arms compensate for it.
     """
     closing, wire = dimensions.closing(angle), loaded_wire(dimensions, layout, angle)
     # The wire's own frame: the still arm is the lower one, its tangent point on +x, winding counter-clockwise.

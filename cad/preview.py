@@ -15,7 +15,7 @@ from synth.cad.palette_png import write_png
 from synth.cad.parts import Mesh
 
 Colour = tuple[float, float, float]
-Item = tuple[Mesh, Colour] | tuple[Mesh, Colour, float]  # the last: opacity, 1 where it is left out
+Item = tuple[Mesh, Colour] | tuple[Mesh, Colour, float]  # the last: opacity, default 1
 VIEW = (0.55, 0.35, 0.76)  # direction from the part to the eye: from the front right, a little above
 LABEL_SIZE = 15  # points
 LABEL_AHEAD = 60.0  # mm, of a label before its part
@@ -54,7 +54,7 @@ class Camera:
         Raises
         ------
         PreviewError
-            when the picture came out blank, as a broken graphics driver leaves it.
+            if the picture is blank, which a faulty graphics driver can cause.
         """
         self._renderer.RemoveAllViewProps()
         for item in items:
@@ -114,9 +114,10 @@ def _renderer_and_window() -> tuple[Any, Any]:
 
 
 def _require_a_way_to_draw() -> None:
-    """Without EGL, which draws without a screen, vtk opens an X window, and crashes if there is no screen.
+    """Raise PreviewError if vtk cannot draw off-screen.
 
-    A crash of the driver cannot be caught, so it is asked for first.
+    Without EGL vtk opens an X window and crashes if there is no screen. That crash cannot be caught, so the library is
+    looked for first.
     """
     if not sys.platform.startswith("linux") or os.environ.get("DISPLAY"):
         return

@@ -33,9 +33,9 @@ def laid(mesh: Mesh, up: str) -> Mesh:
 def plates(
     items: Sequence[tuple[BuiltPart, PrintPlan]], bed: tuple[float, float, float]
 ) -> list[list[tuple[BuiltPart, Mesh]]]:
-    """Parts laid on beds of the printer's size, each in its best orientation, the deepest first, in rows.
+    """Parts placed on beds of the printer's size, each in its best orientation, the deepest first, in rows.
 
-    A part that is larger than the bed, which the gate on it names, has a plate of its own.
+    A part that is larger than the bed (which a check reports) has a plate of its own.
     """
     wide, deep = max(bed[:2]), min(bed[:2])
     laid_out = []
@@ -116,7 +116,7 @@ def _model(parts: Iterable[tuple[BuiltPart, Mesh]], title: str) -> bytes:
         shape = SubElement(resources, "object", names | {"pindex": str(colours.index(part.colour))})
         SubElement(shape, "mesh")
         SubElement(build, "item", {"objectid": str(number)})
-    # The meshes are numbers alone, a hundred thousand lines: an element each would cost ten times as much as text.
+    # The meshes have a hundred thousand lines: as XML elements they would take ten times as long as text.
     pieces = _text(root).split(b"<mesh />")
     found = [pieces[0]]
     for (_, mesh), rest in zip(listed, pieces[1:], strict=True):
@@ -126,7 +126,7 @@ def _model(parts: Iterable[tuple[BuiltPart, Mesh]], title: str) -> bytes:
 
 def _mesh_text(mesh: Mesh) -> str:
     """The mesh's vertices and triangles as an element."""
-    # Rounded to 1e-5 mm, so that points which should coincide do, then merged: a mesh must be closed by its indices.
+    # Rounded to 1e-5 mm and merged, so that coincident points are one: a mesh must be closed by its indices.
     points, index = np.unique(np.round(mesh.vertices, 5) + 0.0, axis=0, return_inverse=True)
     faces = index.reshape(-1)[mesh.faces]
     kept = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])

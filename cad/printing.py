@@ -19,10 +19,10 @@ from synth.cad.travel import CHORDS, manifold
 
 Array = NDArray[np.float64]
 SAMPLES = 1000  # points on a part's surface at which its thickness is measured
-PERCENTILE = 1.0  # of those; the smallest alone is an edge that two faces share
-OPPOSED = 0.7  # cosine between the faces of a wall; a ray that leaves through a slanted face measures a corner
-BASE_LAYER = 0.3  # mm, of what lies on the bed
-MOST_SUPPORT = 0.3  # of the surface; over this a part is better drawn otherwise
+PERCENTILE = 1.0  # of those; the smallest value is at an edge that two faces share
+OPPOSED = 0.7  # cosine between the faces of a wall; a ray that leaves through an oblique face measures a corner
+BASE_LAYER = 0.3  # mm above the bed; faces below this height lie on the bed
+MOST_SUPPORT = 0.3  # of the surface; above this the part should be designed differently
 # Directions in which a part may be printed: the axis that points up.
 WAYS_UP: dict[str, Axis] = {
     "+z": (0.0, 0.0, 1.0),
@@ -60,7 +60,7 @@ def wall_thickness(mesh: Mesh, samples: int = SAMPLES, seed: int = 0) -> tuple[A
     """Points (n, 3) distributed over the surface by area, and the thickness (n,) mm there, inwards to the opposite
     face.
 
-    Rays that leave through a face that is not nearly opposed are left out: they cut a corner, no wall.
+    Rays that leave through a face that is not nearly opposite are left out: they measure a corner, not a wall.
     """
     corners, normals, areas, _ = _triangles(mesh)
     random = np.random.default_rng(seed)
@@ -112,7 +112,7 @@ def on_bed(mesh: Mesh, up: Axis, bed: tuple[float, float, float]) -> tuple[tuple
 def plan_part(joint: BuiltJoint, part: BuiltPart, printing: PrintDimensions) -> PrintPlan:
     """The best orientation: first those that fit the bed and bear the load, then least support, then lowest height.
 
-    Gates, files and report ask for it each: the joint keeps it.
+    The joint caches it for checks, files and report.
     """
     key = ("plan", part.name, printing)
     if key not in joint.kept:

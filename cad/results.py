@@ -1,4 +1,4 @@
-"""The result of one gate, and the error that stops an export."""
+"""The result of one check, and the error that stops an export."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ ROUNDING = 1e-9  # mm, rounding of sums of dimensions
 
 @dataclass(frozen=True)
 class CheckResult:
-    """One gate: measured value, limit, and whether it holds.
+    """One check: measured value, limit, and whether it passed.
 
-    ``angle``: the measured joint angle (deg) at which the worst was found, where there is one, for a picture of it.
+    ``angle``: the measured joint angle (deg) of the worst value, if it depends on the angle; used for the picture.
     """
 
     name: str
@@ -31,7 +31,7 @@ class CheckResult:
 
 
 class GateError(RuntimeError):
-    """One or more gates failed; ``results`` holds all of them, passed and failed."""
+    """One or more checks failed; ``results`` has all of them, passed and failed."""
 
     def __init__(self, results: tuple[CheckResult, ...]) -> None:
         self.results = results
@@ -46,18 +46,18 @@ def _settled(value: float) -> float:
 def at_most(
     name: str, part: str, value: float, limit: float, unit: str, text: str, *, angle: float | None = None
 ) -> CheckResult:
-    """A gate that holds when ``value`` does not exceed ``limit``."""
+    """A check that passes if ``value`` does not exceed ``limit``."""
     return CheckResult(name, part, bool(value <= limit), _settled(value), float(limit), unit, text, angle)
 
 
 def at_least(
     name: str, part: str, value: float, limit: float, unit: str, text: str, *, angle: float | None = None
 ) -> CheckResult:
-    """A gate that holds when ``value`` reaches ``limit``."""
+    """A check that passes if ``value`` is at least ``limit``."""
     return CheckResult(name, part, bool(value >= limit), _settled(value), float(limit), unit, text, angle)
 
 
 def require(results: tuple[CheckResult, ...]) -> None:
-    """Raise :class:`GateError` when any gate failed."""
+    """Raise :class:`GateError` if any check failed."""
     if not all(result.passed for result in results):
         raise GateError(results)

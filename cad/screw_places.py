@@ -17,11 +17,11 @@ from synth.cad.outline import Point
 
 SET_SCREW = 3.0  # mm, nominal, on the flat of a damper's shaft; ISO 4026
 FLANGE_THICKNESS = 3.0  # mm, of the damper's flange as drawn; vendors give none
-ENGAGED = 1.5  # diameters, at least, that a screw is held by its insert or nut
-BEYOND = 1.0  # mm, of an insert's hole beyond the screw's end
+ENGAGED = 1.5  # diameters, least engagement of a screw in its insert or nut
+BEYOND = 1.0  # mm, depth of an insert's hole beyond the screw's end
 LEAST_SOCKET_SCREW = 3.0  # mm, nominal
-SHORT = 0.2  # mm, of a screw's end inside the face of what holds it
-SPOT = 0.3  # mm, of a flat on a socket beside head and nut
+SHORT = 0.2  # mm, least distance of a screw's end below the far face of its part
+SPOT = 0.3  # mm, width of a flat on a socket beside head and nut
 Group = Literal["upper", "lower"]
 
 
@@ -70,7 +70,7 @@ def bracket_depths(dimensions: JointDimensions, layout: JointLayout) -> tuple[fl
 def encoder_screws(dimensions: JointDimensions, layout: JointLayout, seat_height: float) -> list[Place]:
     """Through the encoder's seat, ``seat_height`` mm high, into ear B; none without an encoder.
 
-    Where no length sold ends inside the ear the heads are sunk in the seat.
+    If no length that is sold ends inside the ear, the heads are countersunk in the seat.
     """
     encoder = dimensions.encoder
     if encoder is None:

@@ -18,15 +18,15 @@ from synth.cad.layout import JointLayout
 from synth.cad.outline import Point, unit
 
 AXIAL_GAP = 0.02  # mm, between a lip and its thrust washer as drawn: collars are clamped against them by hand
-PIN_WALL = 1.2  # mm of print round a pin's hole: three lines
-AMPLE = 2.0  # mm of print between the pin's hole and an insert, beyond which more is of no use
-LONGEST_PIN = 3.0  # shaft diameters; more does not lower the pressure where it is highest
+PIN_WALL = 1.2  # mm of print around a pin's hole: three lines
+AMPLE = 2.0  # mm of print between the pin's hole and an insert; more has no advantage
+LONGEST_PIN = 3.0  # shaft diameters; a longer pin does not reduce the largest pressure
 RIM = 1.0  # mm, on which an encoder's housing lies
 FLOOR = 1.2  # mm of print between a collar and an encoder: three lines
-BLIND = 0.3  # mm, that the pin's hole goes on past its end
+BLIND = 0.3  # mm, depth of the pin's hole beyond its end
 TURNS = range(0, 360, 5)  # deg, directions that are tried for the pin's hole
 WAYS = tuple(unit(turn) for turn in TURNS)
-SAMPLES = 8  # points along a horn or the stem that the hole keeps off
+SAMPLES = 8  # points along a horn or the stem, from which the hole keeps a distance
 
 
 @dataclass(frozen=True)

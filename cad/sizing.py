@@ -1,4 +1,4 @@
-"""Dimensions made larger until the parts bear their loads, where the user left them open."""
+"""Sizing: dimensions that the user left open grow until the parts bear their loads."""
 
 from __future__ import annotations
 
@@ -25,21 +25,22 @@ WORST_LAYERS = (ALL_AROUND[0], ALL_AROUND[1], (0.0, 0.0, 1.0))
 
 
 def overload(stress: Stress, printing: PrintDimensions) -> float:
-    """Stress over what is allowed in the way of printing that suits it best; at most 1 where it holds."""
+    """Stress over the allowable stress in the best print orientation; at most 1 if the part bears the load."""
     return min(stress.value / stress.allowed(printing, layers) for layers in WORST_LAYERS)
 
 
 def sized(
     dimensions: JointDimensions, printing: PrintDimensions, open_to_change: Collection[str] = SIZED
 ) -> JointDimensions:
-    """The joint with the smallest steps of its open dimensions that let everything bear its load.
+    """The joint with the smallest steps of its open dimensions for which all parts bear their loads.
 
-    A dimension whose next step does not fit the joint is left as it is; what then still fails, the gates will name.
+    A dimension whose next step does not fit the joint is left unchanged; parts that still fail are reported by the
+    checks.
 
     Raises
     ------
     DimensionError
-        when the joint does not fit even as it stands.
+        if the joint does not fit with its initial dimensions.
     """
     lay_out(dimensions)
     while True:
@@ -52,7 +53,7 @@ def sized(
 
 
 def _cost(now: JointDimensions, tried: JointDimensions, printing: PrintDimensions) -> float:
-    """Printed and steel volume (relative, roughly) that a step adds for the overload that it takes away."""
+    """Added volume of print and steel (relative, approximate) over the overload that a step removes."""
     added = sum(
         weight * (after - before)
         for weight, before, after in (
@@ -74,7 +75,7 @@ def _excess(dimensions: JointDimensions, printing: PrintDimensions) -> float:
 
 
 def _larger(dimensions: JointDimensions, name: str) -> JointDimensions | None:
-    """The joint with one dimension a step larger; None where that is not sold, not allowed or does not fit."""
+    """The joint with one dimension a step larger; None if that is not sold, not allowed or does not fit."""
     adapter = dimensions.damper.adapter
     if name.startswith("adapter."):
         if adapter is None:
@@ -96,14 +97,14 @@ def _larger(dimensions: JointDimensions, name: str) -> JointDimensions | None:
 
 
 def _now(dimensions: JointDimensions, name: str) -> float:
-    """A dimension as it is drawn, also where it is left open."""
+    """A dimension as drawn, including derived ones that are left open."""
     seat = seat_size(dimensions)
     drawn = {"floor": floor_of(dimensions, seat), "seat_screw": seat.screw, "seat_length": seat.length}
     return drawn[name] if name in drawn else float(getattr(dimensions, name))
 
 
 def _arm_angle(dimensions: JointDimensions) -> float:
-    """The upper arm's angle as it is where it still is free, else another."""
+    """The upper arm's angle, unchanged if it is still possible, else another."""
     try:
         lay_out(dimensions)
     except DimensionError:

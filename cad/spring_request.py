@@ -35,7 +35,7 @@ class SpringRequest:
 
 
 def write_spring_request(request: SpringRequest, path: Path) -> None:
-    """Write the drawing: what is cut or bent on layer PART, dimensions on DIM, words on TEXT."""
+    """Write the drawing: outlines on layer PART, dimensions on DIM, text on TEXT."""
     with drawing(path) as (document, space):
         for layer, color in (("PART", 7), ("DIM", 1), ("CENTRE", 4), ("TEXT", 3)):
             document.layers.add(layer, color=color)
@@ -81,7 +81,7 @@ def arm_axes(request: SpringRequest) -> list[tuple[tuple[float, float], tuple[fl
 
 
 def _from_the_side(space: Any, request: SpringRequest, left: float) -> None:
-    """Touching coils as slanted strokes in the body's outline, with its length and the wire."""
+    """Close-wound coils as oblique lines in the body's outline, with its length and the wire."""
     outer = (request.mean + request.wire) / 2
     corners = [(left, -outer), (left + request.body, -outer), (left + request.body, outer), (left, outer)]
     space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "PART"})

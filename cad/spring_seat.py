@@ -1,7 +1,8 @@
 """The upper arm's adjustable seat plate, the caps that clamp both arms, and their screws; frame of ``cad.layout``.
 
-The plate lies between coil and ear B, round the shaft. Its screws go through slots in the ear, so that it turns by the
-seat's travel before they are tightened: so the spring's free angle is set. Marks on it meet marks on the ear.
+The plate is between coil and ear B, around the shaft. Its screws pass slots in the ear, so that it can be turned within
+the seat's travel before they are tightened; this sets the spring's free angle. Its marks form a vernier with those on
+the ear.
 """
 
 from __future__ import annotations
@@ -70,8 +71,8 @@ def build_cap(dimensions: JointDimensions, arm: ArmLayout, way: int) -> Any:
 def cap_volume(dimensions: JointDimensions, arm: ArmLayout) -> float:
     """Volume of :func:`build_cap`, mm^3.
 
-    The thickness at the screws is the mean one of their holes. The cap is thinnest where the arm comes in, so that its
-    own mean is larger by what it rises over half the relief.
+    The thickness at the screws is the mean over their holes. The cap is thinnest at the arm's entry, so its mean
+    thickness is larger by the rise over half of the relief.
     """
     seat, wire = arm.seat, dimensions.spring.wire_diameter
     thick = seat.gap + seat.cap - wire / 2 * math.hypot(1.0, arm.slope)

@@ -55,9 +55,9 @@ def measured_arms(solid: Any) -> tuple[MeasuredArm, MeasuredArm]:
 
 
 def measured_stiff_length(solid: Any, wire_diameter: float, frees: tuple[float, float]) -> float:
-    """Length (mm) of a straight beam as stiff as a drawn spring whose arms are free over ``frees`` mm; from its solid.
+    """Length (mm) of a straight beam with the stiffness of a drawn spring with free arms of ``frees`` mm.
 
-    The arms' lines give the coil's radius, the volume the wire's length and with it the turns.
+    From its solid: the arms' lines give the coil's radius; the volume gives the wire's length and thus the turns.
     """
     arms = measured_arms(solid)
     radius = (arms[0].distance() + arms[1].distance()) / 2

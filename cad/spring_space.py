@@ -1,4 +1,4 @@
-"""The coil's space from stop to stop: pocket, arbor, free arms and their sway. Plain arithmetic, no solids."""
+"""The coil's space between the stops: pocket, arbor, free arms and their motion. Plain arithmetic, no solids."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from synth.cad.flexed_wire import flexed
 from synth.cad.limits import DimensionProblem
 
 SMALLEST_ARBOR_WALL = 1.2  # mm, two printed lines; a thinner arbor is left out
-SETTLED = 0.01  # mm, of the arms' free length
-ROUNDS = 12  # an arm changes its pocket by a tenth of its own change: 3 to 5 rounds settle it
+SETTLED = 0.01  # mm, tolerance of the iteration for the arms' free length
+ROUNDS = 12  # iterations; an arm changes its pocket by a tenth of its own change, so 3 to 5 converge
 
 
 @dataclass(frozen=True)
@@ -105,8 +105,8 @@ def spring_space(dimensions: JointDimensions) -> SpringSpace:
         problems.append(
             DimensionProblem(f"{dimensions.name}.shaft_diameter", dimensions.shaft_diameter, allowed, reason)
         )
-    # Lee Spring asks for about 10 % between a mandrel and the smallest inner diameter; of a small coil that is less
-    # than what moves here needs.
+    # Lee Spring requires about 10 % between a mandrel and the smallest inner diameter. For a small coil that is less
+    # than the running clearance of this joint.
     arbor = min(0.9 * inside / 2, inside / 2 - clear)
     if arbor < dimensions.shaft_diameter / 2 + dimensions.fit + SMALLEST_ARBOR_WALL:
         arbor = 0.0

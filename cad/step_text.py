@@ -1,8 +1,8 @@
 """A STEP file's text without parts that change between runs, so that the same solids give the same bytes.
 
-Four things do in what the kernel (OCCT 7.9) writes: the clock in the header, the numbers of the assembly
-links (a counter that the whole process shares), the order of the colours, which follows addresses in memory, and
-numbers that should be zero: 0 or 1e-16 by the order in which surfaces were intersected, which does so too.
+Four parts of the kernel's output (OCCT 7.9) change: the time in the header; the numbers of the assembly links (a
+counter of the whole process); the order of the colours, which follows addresses in memory; and zeros, which are written
+as 0 or 1e-16 depending on the order in which surfaces were intersected, also by addresses.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def normalised_step(text: str) -> str:
     Raises
     ------
     ValueError
-        when the colours are not laid out as this kernel does, rather than write a file that may be wrong.
+        if the colours are not written in this kernel's form; otherwise the file could be wrong.
     """
     text = re.sub(r"(FILE_NAME\(\s*'[^']*'\s*,\s*)'[^']*'", rf"\g<1>'{TIMESTAMP}'", text, count=1)
     return _ordered_colours(_numbered_links(_encoded(_without_rounding(text))))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from synth.cad.dimensions import JointDimensions
 from synth.cad.outline import Point, unit
 
-PAST = 1.0  # mm that a horn reaches past the line in which it touches
+PAST = 1.0  # mm, projection of a horn beyond its contact line
 
 
 @dataclass(frozen=True)

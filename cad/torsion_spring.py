@@ -77,8 +77,8 @@ def build_spring(spring: SpringDimensions, arm_length: float) -> Any:
     """The spring as one cadquery Solid in its own frame.
 
     One wire line-helix-line, smooth where they meet, swept by a circle that starts at a free end with the
-    Frenet frame. A sweep with a fixed binormal is valid and watertight and has 4 % of the volume; a spline
-    through helix points is 8 % off: neither may be used, and the volume gate would catch them.
+    Frenet frame. A sweep with a fixed binormal is valid and watertight but has 4 % of the volume; with a spline
+    through helix points the volume is 8 % off. Neither may be used; the volume check would detect both.
     """
     import cadquery as cq
 

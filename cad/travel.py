@@ -1,8 +1,8 @@
-"""Interference while the joint turns: overlap at every degree, contact angles by bisection, the least gap.
+"""Interference over the travel: overlap at every degree, contact angles by bisection, smallest gaps.
 
-All on meshes (manifold3d). A pose of two bodies costs half a millisecond, so every degree is tried, with the parts
-of each half taken as one body; which two parts met is asked only where they do. The loaded spring is drawn anew at
-every second degree (``cad.pose``), between the ends of the travel on a coarser mesh.
+All on meshes (manifold3d). A pose of two bodies costs half a millisecond, so every degree is tested, with the parts of
+each half as one body; the two overlapping parts are determined only if there is an overlap. The loaded spring is drawn
+at every second degree (``cad.pose``), with a coarser mesh between the ends of the travel.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from synth.cad.joint import BuiltJoint, free_mesh_at, spring_seats
 from synth.cad.parts import BuiltPart, Mesh
 from synth.cad.results import CheckResult, at_least, at_most
 
-OVERLAP_LIMIT = 0.05  # mm^3; chords of two coaxial bores 0.1 mm apart leave nothing, this is rounding
-CONTACT_SHARE = 0.01  # of a clamped arm's volume, that its mesh may be in its seat's: chords of a wire of 20 sides
+OVERLAP_LIMIT = 0.05  # mm^3, rounding; the chords of two coaxial bores 0.1 mm apart do not overlap
+CONTACT_SHARE = 0.01  # of a clamped arm's volume: overlap of its mesh with its seat by chords of a 20-sided wire
 STEP = 1.0  # deg, between poses of the halves
 SPRING_STEP = 2.0  # deg, between poses of the spring, whose arms sweep less than half a wire in that
 CONTACT_ANGLE = 0.05  # deg, to which the angle of a first contact is bisected
-STOP_ACCURACY = 0.3  # deg, that a stop may touch off its angle, as solids; printed faces 0.2 mm off make that
-GAP_STEP = 5.0  # deg, between poses at which the least gap is measured
-CHORDS = 0.02  # mm, that meshes of round parts 0.4 mm apart may lie nearer than the parts
-ROUNDED = 1e-3  # mm, that boxes must be apart at least: bodies are in single precision
+STOP_ACCURACY = 0.3  # deg, tolerance of a stop's contact angle on the solids; printed faces 0.2 mm off cause as much
+GAP_STEP = 5.0  # deg, between poses at which the smallest gap is measured
+CHORDS = 0.02  # mm, error of the gap between the meshes of round parts 0.4 mm apart
+ROUNDED = 1e-3  # mm, least distance of bounding boxes that count as separate: bodies are in single precision
 COARSE = 10  # sides of the spring's mesh between the ends of the travel
 
 # Families that turn with the shaft, round about the hinge axis but for flats, pins and a set screw.
@@ -51,7 +51,7 @@ def united(solids: Sequence[Any]) -> Any:
 
 
 def is_round(part: BuiltPart) -> bool:
-    """Whether a part of the lower half may be tested separately, because it is round about the hinge axis."""
+    """Whether a part of the lower half is round about the hinge axis, so that it can be tested separately."""
     return part.family in ROUND or part.name.endswith(ON_DAMPER)
 
 
@@ -67,7 +67,7 @@ class Bodies:
         self.moving = self._moving()
 
     def _moving(self) -> dict[str, Any]:
-        """The halves without parts that cannot meet: shaft and adapter (round), and those beside all others."""
+        """The halves without parts that cannot collide: shaft and adapter (round), and those outside all others."""
         lower = [part for part in self.parts["lower"] if not is_round(part)]
         low, high = (end([end(p.mesh.vertices[:, 2]) for p in lower]) for end in (min, max))
         upper = [
@@ -165,7 +165,7 @@ def first_contact(bodies: Bodies, start: float, end: float) -> float | None:
 
 
 def stop_contacts(bodies: Bodies) -> list[tuple[float | None, str]]:
-    """Where the halves first meet on the way down and on the way up, deg, and which parts; None: not within a turn."""
+    """Angles (deg) of first contact of the halves downwards and upwards, with the parts; None: not within a turn."""
     rest = bodies.joint.dimensions.rest_angle
     found: list[tuple[float | None, str]] = []
     if bodies.overlap(rest) > OVERLAP_LIMIT:
@@ -182,7 +182,7 @@ def stop_contacts(bodies: Bodies) -> list[tuple[float | None, str]]:
 
 
 def check_travel(bodies: Bodies) -> list[CheckResult]:
-    """From rest a full turn either way the halves first meet at the stops, which lie past the travel, before yield."""
+    """From rest, the first contact in either direction is the stop, beyond the travel and before the spring yields."""
     joint, results = bodies.joint, []
     dimensions, name = joint.dimensions, joint.part("lower").name
     meant = {f"{joint.part('upper').name} with {name}"}
@@ -223,12 +223,12 @@ def check_within(bodies: Bodies) -> list[CheckResult]:
 
 
 def _apart(one: Mesh, other: Mesh) -> bool:
-    """Whether the boxes round two meshes lie apart, so that nothing of them can meet."""
+    """Whether the bounding boxes of two meshes are separate, so that the meshes cannot overlap."""
     return bool(np.any(one.box[0] > other.box[1] + ROUNDED) or np.any(other.box[0] > one.box[1] + ROUNDED))
 
 
 def check_spring_room(bodies: Bodies) -> list[CheckResult]:
-    """The loaded spring at every second degree goes through nothing; unloaded, its arms touch their seats."""
+    """The loaded spring overlaps nothing at any second degree; unloaded, its arms touch their seats."""
     dimensions = bodies.joint.dimensions
     low, high = dimensions.stop_angles
     worst: dict[str, tuple[float, float]] = {}
@@ -244,7 +244,7 @@ def check_spring_room(bodies: Bodies) -> list[CheckResult]:
     seat, wire = bodies.joint.layout.seat, dimensions.spring.wire_diameter
     volume, group = bodies.seat_overlap()
     limit = CONTACT_SHARE * math.pi / 4 * wire**2 * seat.length + OVERLAP_LIMIT
-    text = f"of a clamped arm in its seat in the {group} half, unloaded: they touch and do not sink in"
+    text = f"of a clamped arm in its seat in the {group} half, unloaded: they touch without overlap"
     results.append(at_most("seated", name, volume, limit, "mm^3", text))
     ends = (low, dimensions.rest_angle, high)
     (gap, half), angle = min((bodies.spring_gap(end, 2 * dimensions.clearance), end) for end in ends)
@@ -254,9 +254,9 @@ def check_spring_room(bodies: Bodies) -> list[CheckResult]:
 
 
 def check_gaps(bodies: Bodies) -> list[CheckResult]:
-    """Least gaps (mm) over the travel: the halves' clearance, and the shaft's in what it turns in but its bearings.
+    """Smallest gaps (mm) over the travel: between the halves, and around the shaft except in its bearings.
 
-    The fits within a half, where a part is pushed in and stays, are no gaps that anything moves in.
+    Interference fits within a half are not checked, because nothing moves in them.
     """
     joint, dimensions = bodies.joint, bodies.joint.dimensions
     shaft = joint.part("shaft").name
@@ -268,7 +268,7 @@ def check_gaps(bodies: Bodies) -> list[CheckResult]:
         for angle in poses(low, high, GAP_STEP)
     ]
     gap, angle = min(gaps)
-    if gap < dimensions.clearance - CHORDS:  # chords of large round faces stand in the gap: the kernel decides
+    if gap < dimensions.clearance - CHORDS:  # chords of large round faces reduce the mesh's gap: measure the solids
         gap = float(joint.part("upper").solid.distance(joint.solid_at(joint.part("lower"), angle)))
     printed = united([bodies.solids[part.name] for part in bodies.parts["upper"] if part.printed])
     fit = float(printed.min_gap(bodies.solids[shaft], search))

@@ -49,7 +49,7 @@ def commands(projects: Path, results: Path) -> dict[str, list[str]]:
 def writers() -> dict[str, Callable[[Path], Path]]:
     """Page name -> function that writes it from its result folder."""
     from synth import reports
-    from synth.reports import comparison_page, fits_page, hopper_pages, model_checks, reproduction
+    from synth.reports import comparison_page, hopper_pages, many_pages, model_checks, reproduction
 
     return {
         "leg": reports.write_leg_report,
@@ -57,7 +57,7 @@ def writers() -> dict[str, Callable[[Path], Path]]:
         "gap": reports.write_gap_report,
         "hopper": hopper_pages.write_hopper_report,
         "jump-gap": hopper_pages.write_jump_gap_report,
-        "fits": fits_page.write_fits_report,
+        "fits": many_pages.write_fits_report,
         "spring": reports.write_winding_sheet,
         "check": model_checks.write_checks_report,
         "check-hopper": model_checks.write_checks_report,

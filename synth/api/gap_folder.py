@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from synth.api.gaps import CheckedGap, gap, jump_gap, looked_at, read_gap, read_jump_gap
-from synth.batch.folder_summary import add_row
+from synth.batch.folder_summary import add_failed, add_row
 from synth.batch.folder_task import FolderTask, files_of
 from synth.batch.task_outcome import versions
 from synth.files.hopper_gap_project import HopperGapProject, is_hopper_gap
 from synth.parts.catalogs import Catalogue
-from synth.reports.gaps_page import write_gaps_report
+from synth.reports.many_pages import write_gaps_report
 from synth.units import factor
 
 JumpTask = tuple[HopperGapProject, Catalogue]
@@ -99,8 +99,7 @@ def _columns(content: Mapping[str, Any]) -> dict[str, list[Any]]:
         row += [leg["probability_none"], leg["probability_unknown"]]
         row += [_degrees(leg["rms"][stage]) for stage in STAGES]
         add_row(columns, [*row, len(leg["warnings"]), None])
-    for item in content["failed"]:
-        add_row(columns, [item["name"], "failed", *[None] * (len(columns) - 3), " | ".join(item["messages"])])
+    add_failed(columns, content)
     return columns
 
 

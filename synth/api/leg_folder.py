@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from synth.api.designs import design, inputs_of, read_design
-from synth.batch.folder_summary import add_row
+from synth.batch.folder_summary import add_failed, add_row
 from synth.batch.folder_task import FolderTask, files_of
 from synth.batch.task_outcome import versions
 from synth.files.leg_project import LegProject
 from synth.parts.catalogs import Catalogue
-from synth.reports.legs_page import write_legs_report
+from synth.reports.many_pages import write_legs_report
 
 WANTED = ("spring_rate", "damper_rate", "free_angle")
 UNITS = {"spring_rate": "N*m/rad", "damper_rate": "N*m*s/rad", "free_angle": "deg"}
@@ -105,6 +105,5 @@ def _columns(content: Mapping[str, Any]) -> dict[str, list[Any]]:
             row += [(about["wanted"].get(key) or {}).get("value") for key in WANTED]
             row += [about["spring"], about["damper"], leg["joint_rms"][joint]["value"], leg["rms"]["value"]]
             add_row(columns, [*row, len(leg["warnings"]), failed or None])
-    for item in content["failed"]:
-        add_row(columns, [item["name"], "failed", *[None] * (len(columns) - 3), " | ".join(item["messages"])])
+    add_failed(columns, content)
     return columns

@@ -54,12 +54,18 @@ def fit_columns(content: Mapping[str, Any]) -> dict[str, list[Any]]:
                 row += [None if estimate is None else estimate["value"], low, high]
             row += [leg["rms"].get(joint, {}).get("value"), len(leg["warnings"]), None]
             add_row(columns, row)
-    for item in content["failed"]:
-        add_row(columns, [item["name"], "failed", *[None] * (len(columns) - 3), " | ".join(item["messages"])])
+    add_failed(columns, content)
     return columns
 
 
+def add_failed(columns: dict[str, list[Any]], content: Mapping[str, Any]) -> None:
+    """Append a row for each project that failed: name and state in the first columns, messages in the last."""
+    for item in content["failed"]:
+        add_row(columns, [item["name"], "failed", *[None] * (len(columns) - 3), " | ".join(item["messages"])])
+
+
 def add_row(columns: dict[str, list[Any]], row: Sequence[Any]) -> None:
+    """Append one cell to each column, in the columns' order."""
     for column, value in zip(columns.values(), row, strict=True):
         column.append(value)
 

@@ -127,7 +127,7 @@ def fits() -> FolderTask:
     """``synth fit`` on a folder."""
     from synth.parts.catalogs import Catalogue
     from synth.parts.resolver import resolver
-    from synth.reports.fits_page import write_fits_report
+    from synth.reports.many_pages import write_fits_report
 
     resolve = resolver(Catalogue.load())
     return FolderTask(

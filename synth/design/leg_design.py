@@ -1,4 +1,4 @@
-"""The whole of ``synth leg`` but for solids and pages: stages, laws, parts, response, and what is to be said of it."""
+"""The computation of ``synth leg`` without solids and pages: fits, damper laws, parts, response, warnings."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from math import degrees, pi, radians, remainder
 import numpy as np
 
 from synth.arrays import Array
-from synth.cad.dimensions import LegDimensions  # by its name a kept design finds the class again
+from synth.cad.dimensions import LegDimensions  # a stored design refers to the class by this name
 from synth.design.choice_robustness import ChoiceRobustness, choice_robustness
 from synth.design.choice_rounds import ChoiceTask, Stage, choose_in_rounds, first_choice
 from synth.design.choose_dampers import (
@@ -38,7 +38,7 @@ from synth.swing.leg_model import Leg
 
 @dataclass(frozen=True)
 class Solids:
-    """Dimensions of all joints that can be drawn, and a sentence for each thing that was assumed or left out."""
+    """Dimensions of all joints that can be drawn, and a sentence for each assumption or omission."""
 
     dimensions: LegDimensions
     notes: tuple[str, ...]
@@ -46,7 +46,7 @@ class Solids:
 
 @dataclass(frozen=True)
 class MassRounds:
-    """How links and parts came to agree: ``count`` rounds of choosing, ``settled`` where parts stayed."""
+    """Convergence of links and parts: ``count`` rounds of choosing; ``settled``: whether the parts stayed the same."""
 
     count: int
     settled: bool
@@ -54,11 +54,11 @@ class MassRounds:
 
 @dataclass(frozen=True)
 class LegDesign:
-    """What a design consists of.
+    """The result of a design.
 
-    ``built`` is the robot's leg with the chosen parts, and with the effects of the target that stay with its joints;
-    ``target`` is the fit of the links without springs and dampers, the motion that is wanted. Links carry the parts
-    that are drawn on them. Motions are (m, n) rotations.
+    ``built`` is the robot's leg with the chosen parts and those effects of the target that belong to its joints.
+    ``target`` is the fit of the robot's links, with ideal springs and dampers, to the wanted motion. Links include the
+    parts that are drawn on them. Motions are (m, n) rotations, rad.
     """
 
     project: LegProject
@@ -76,16 +76,16 @@ class LegDesign:
     errors: Array  # (n,) rad, RMS of each joint, built against wanted
     warnings: tuple[tuple[str | None, str], ...]  # joint or None, text
     sets: SetsMade
-    robustness: ChoiceRobustness | None  # what the target's fit leaves open does to the choice
+    robustness: ChoiceRobustness | None  # of the choice, against the uncertainty of the target's fit
     target_effects: tuple[TargetEffect, ...] = ()
-    drawn: Solids | None = None  # the joints as they are drawn; None: nothing is drawn
+    drawn: Solids | None = None  # the joints as drawn; None: nothing is drawn
     links: tuple[BuiltLink, ...] = ()  # with the drawn and bought parts on them; empty: nothing is drawn
     rounds: MassRounds | None = None
 
     def arm_offset(self, joint: int) -> float:
         """Offset of the lower half's arm, rad, as drawn: free angle less the spring's and the upper arm's angle.
 
-        Plus the included angle, where the spring is seated so that larger angles close its arms. Within half a turn.
+        If the spring is seated so that larger angles close its arms: plus the included angle. In [-pi, pi].
         """
         if self.drawn is not None:
             return radians(remainder(self.drawn.dimensions.joints[joint].arm_offset, 360.0))
@@ -98,7 +98,7 @@ class LegDesign:
 
 @dataclass(frozen=True)
 class Known:
-    """What a design rests on whatever the robot's links weigh: the animal's fit and motion, and the dampers' laws."""
+    """Results that do not depend on the robot's links: the animal's fit and motion, and the dampers' laws."""
 
     source: FitResult
     motion: SourceMotion
@@ -111,7 +111,7 @@ def known_beforehand(project: LegProject, stage: Stage) -> Known:
 
     Raises
     ------
-    UserError : trials that cannot be used, a method that is not there.
+    UserError : trials that cannot be used, or an unknown method.
     """
     options = fit_options(project)
     motion = read_motion(project)
@@ -129,11 +129,11 @@ def known_beforehand(project: LegProject, stage: Stage) -> Known:
 
 
 def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = None) -> LegDesign:
-    """Carry out a leg-design project up to the chosen parts, on the target's links as its file gives them.
+    """Carry out a leg-design project up to the chosen parts, with the target's links as given in its file.
 
     Raises
     ------
-    UserError : trials that cannot be used, constraints that leave no part, a method that is not there.
+    UserError : trials that cannot be used, constraints that no part meets, or an unknown method.
     """
     stage = stage or (lambda text: nullcontext())
     return design_for(project, catalogue, known_beforehand(project, stage), project.target, stage)
@@ -150,14 +150,14 @@ def design_for(
     swaps: bool = True,
     held: Mapping[str, float] | None = None,
 ) -> LegDesign:
-    """The design for the links of ``target``, which are the project's or those with the joints' parts on them.
+    """The design for the links of ``target``: those of the project, or the same with the joints' parts on them.
 
-    ``first``: with each joint's best damper and spring by themselves, unjudged, as a first drawing needs them.
-    ``swaps`` and ``held`` as in ``ChoiceTask``.
+    ``first``: take each joint's best single damper and spring without evaluating sets, for a first drawing. ``swaps``
+    and ``held`` as in ``ChoiceTask``.
 
     Raises
     ------
-    UserError : constraints that leave no part, a motion that cannot be followed.
+    UserError : constraints that no part meets, or a fit that fails.
     """
     options, motion, laws = fit_options(project), known.motion, known.laws
     into = target_of(target)
@@ -207,12 +207,12 @@ def design_for(
 
 
 def _real(leg: Leg, target: TargetLeg) -> Leg:
-    """A fitted leg with the effects that the real target's joints have."""
+    """A fitted leg with the effects of the target's joints."""
     return with_effects(leg, {joint.name: joint.effects for joint in target.real.joints})
 
 
 def _named(leg: Leg, springs: SpringChoiceMade, dampers: DamperChoiceMade) -> Leg:
-    """The leg with part numbers on what is bought."""
+    """The leg with the part numbers of bought parts."""
     joints = []
     for joint, spring, damper in zip(leg.joints, springs.chosen, dampers.chosen, strict=True):
         assert joint.spring is not None
@@ -222,7 +222,7 @@ def _named(leg: Leg, springs: SpringChoiceMade, dampers: DamperChoiceMade) -> Le
 
 
 def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None, str]]:
-    """What is to be said of fits, parts and motion, with the joint that it is about."""
+    """Warnings on fits, parts and motion, each with its joint."""
     project, target, refit, wanted = design.project, design.target, design.refit, design.wanted
     dampers, springs, laws, errors = design.dampers, design.springs, design.laws, design.errors
     said: list[tuple[str | None, str]] = []
@@ -256,19 +256,19 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
 
 
 def fastest_rates(motions: Sequence[Array], times: Sequence[Array]) -> Array:
-    """(n,) rad/s, the fastest that each joint turns in motions (m, n) rad over times (m,) s."""
+    """(n,) rad/s, the highest speed of each joint in motions (m, n) rad over times (m,) s."""
     rates = [np.abs(np.gradient(m, time, axis=0)).max(axis=0) for m, time in zip(motions, times, strict=True)]
     return np.asarray(np.max(rates, axis=0))
 
 
 def _rate_warning(joint: str, target: FitResult, refit: FitResult) -> list[str]:
-    """What a real damper's curve does to the spring that is wanted, where it is much."""
+    """A warning if the real damper's curve changes the wanted spring rate by more than a quarter."""
     linear, curved = (result.joints[joint].spring_rate.value for result in (target, refit))
     if 0.8 < curved / linear < 1.25:
         return []
     text = (
-        f"{joint}: with the chosen damper's curve the trials ask for a spring of {curved:.3g} N*m/rad, with a linear "
-        f"damper for {linear:.3g}. The damper's law decides about the spring: a wrong one costs as much"
+        f"{joint}: with the chosen damper's curve the fitted spring rate is {curved:.3g} N*m/rad, with a linear damper "
+        f"{linear:.3g}. The spring rate depends on the damper's law: a wrong law gives an error of this size"
     )
     return [decisive(text)]
 

@@ -1,11 +1,11 @@
-"""The links of the built leg: what the target's file gives, and what the drawn and bought parts add to it.
+"""The links of the built leg: mass properties from the target's file, plus those of drawn and bought parts.
 
-A joint's upper half hangs on the link before it, its lower half on its own link; a spring is shared half and half, as
-its two ends turn with one half each. What a link's figures hold already stands in the target's file:
+The upper half of a joint belongs to the link before it, the lower half to its own link. Half of a spring belongs to
+each, because each of its ends moves with one half. The target's file states what a link's figures include:
 
 - ``includes: none``: the link without its joints' parts. The parts are added; the drawn tube is the link itself.
-- ``includes: joint``: everything. The figures stand, but where the drawn parts alone weigh more: then the figures
-  cannot be, and the link is as drawn, tube and parts.
+- ``includes: joint``: everything. The figures are used, unless the drawn parts alone weigh more. Then the figures are
+  impossible, and the drawn tube and parts are used.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from synth.swing.leg_model import Leg, Link
 from synth.swing.rigid_body import RigidBody, combined_body, link_body, offset_torque
 from synth.units import quantity
 
-WORTH_SAYING = 0.10  # of a link's mass or inertia about its joint: the issue's own limit for a warning
-SPRING_SHARE = 0.5  # of a spring, to either half: its ends turn with one half each, its middle by half the angle
+WORTH_SAYING = 0.10  # of a link's mass or inertia about its joint: the limit for a warning, from the requirements
+SPRING_SHARE = 0.5  # of a spring, to either half: each end moves with one half, the middle by half the angle
 SAME = 5e-3  # relative: links whose mass and inertia about the joint differ by less move alike
 
 
 @dataclass(frozen=True)
 class BuiltLink:
-    """One link: as the target's file assumes it, its parts as drawn, and as it is simulated.
+    """One link: as given in the target's file, its parts as drawn, and as simulated.
 
-    ``parts`` : name, kg that fall to this link, on whose word. ``drawn``: tube and parts together; of links that hold
-    none of their joints' parts the tube is left out. ``body`` is the link as it is built, with what a planar leg leaves
-    out.
+    ``parts`` : name, mass (kg) on this link, source of the mass. ``drawn``: tube and parts together; without the tube
+    for links whose figures include none of their joints' parts. ``body`` is the built link as a rigid body in space,
+    with the properties that a planar leg does not use.
     """
 
     joint: str
@@ -42,17 +42,17 @@ class BuiltLink:
 
     @property
     def link(self) -> Link:
-        """The planar link that is simulated; its figures hold everything."""
+        """The planar link that is simulated; its figures include all parts."""
         return self.body.link(self.assumed.length)
 
     @property
     def stands(self) -> bool:
-        """Whether the link's own figures are simulated as they are."""
+        """Whether the link's own figures are simulated unchanged."""
         return self.body == link_body(self.assumed)
 
     @property
     def share(self) -> float:
-        """Share by which the simulated link's mass or inertia about its joint is off the assumed one, the larger."""
+        """Relative difference of simulated and assumed mass, or of inertia about the joint, whichever is larger."""
         return max(
             abs(self.body.mass / self.assumed.mass - 1.0),
             abs(self.body.about_hinge / link_body(self.assumed).about_hinge - 1.0),
@@ -80,7 +80,7 @@ def _figures(body: RigidBody) -> dict[str, Any]:
 
 
 def built_links(target: Leg, masses: Sequence[PartMass]) -> tuple[BuiltLink, ...]:
-    """Every link of the target with the parts that fall to it, proximal to distal."""
+    """Every link of the target with its parts, proximal to distal."""
     return tuple(_built(target, index, masses) for index in range(len(target.joints)))
 
 
@@ -97,7 +97,7 @@ def _built(target: Leg, index: int, masses: Sequence[PartMass]) -> BuiltLink:
 
 
 def _shares(target: Leg, index: int, masses: Sequence[PartMass]) -> list[tuple[PartMass, RigidBody]]:
-    """Parts that turn with a link and what of each does, in the frame of the link's own joint."""
+    """Parts that move with a link, each with the share that does, in the frame of the link's own joint."""
     name, found = target.joint_names[index], []
     end = (0.0, -target.joints[index].link.length, 0.0)
     after = target.joint_names[index + 1] if index + 1 < len(target.joints) else None
@@ -114,13 +114,13 @@ def _shares(target: Leg, index: int, masses: Sequence[PartMass]) -> list[tuple[P
 
 
 def with_links(leg: Leg, links: Sequence[BuiltLink]) -> Leg:
-    """The leg with its links as they are built."""
+    """The leg with its links as built."""
     joints = (replace(joint, link=link.link) for joint, link in zip(leg.joints, links, strict=True))
     return replace(leg, joints=tuple(joints))
 
 
-def alike(one: Leg, other: Leg) -> bool:
-    """Whether both legs' links weigh the same and resist turning alike."""
+def same_links(one: Leg, other: Leg) -> bool:
+    """Whether the links of both legs have the same mass and inertia about the joint, within ``SAME``."""
     return all(
         abs(a / b - 1.0) < SAME
         for first, second in zip(one.joints, other.joints, strict=True)
@@ -131,13 +131,13 @@ def alike(one: Leg, other: Leg) -> bool:
     )
 
 
-STATE = "State what the link weighs and what its figures hold: `link: {..., includes: none}`."
+STATE = "State the link's mass properties and what they include: `link: {..., includes: none}`."
 
 
 def link_warnings(links: Sequence[BuiltLink], assumed: Mapping[str, str]) -> list[tuple[str, str]]:
-    """Joint and sentence of each link that ends up elsewhere than assumed.
+    """Joint and warning for each link whose built mass properties differ from the assumed ones.
 
-    ``assumed``: parts whose mass is assumed, with the key that takes a weighed one.
+    ``assumed``: parts whose mass is assumed, with the basis of the assumption.
     """
     said: list[tuple[str, str]] = []
     for item in links:
@@ -146,17 +146,17 @@ def link_warnings(links: Sequence[BuiltLink], assumed: Mapping[str, str]) -> lis
             said.append((item.joint, Remark(_off(item), "check", STATE)))
         elif item.assumed.includes == "joint" and drawn.mass < (1.0 - WORTH_SAYING) * own.mass:
             text = (
-                f"{item.joint}: its link is simulated at the target's {own.mass * 1e3:.0f} g; what is drawn of it, "
-                f"tube and joints' parts, weighs {drawn.mass * 1e3:.0f} g. If nothing else of "
-                f"{(own.mass - drawn.mass) * 1e3:.0f} g is on it, correct the target's figures"
+                f"{item.joint}: its link is simulated with the target's {own.mass * 1e3:.0f} g, but the drawn tube and "
+                f"joint parts weigh {drawn.mass * 1e3:.0f} g. If the link has no other parts of "
+                f"{(own.mass - drawn.mass) * 1e3:.0f} g, correct the target's figures"
             )
             said.append((item.joint, text))
         named = [name for name, _, _ in item.parts if name in assumed]
         if named:
             grams = 1e3 * sum(mass for name, mass, _ in item.parts if name in named)
             text = (
-                f"{item.joint}: {grams:.0f} g of its link's {built.mass * 1e3:.0f} g are assumed, of "
-                f"{', '.join(named)}: weigh and write cad: {{masses: {{{named[0]}: ... g}}}}"
+                f"{item.joint}: {grams:.0f} g of its link's {built.mass * 1e3:.0f} g are assumed masses of "
+                f"{', '.join(named)}: weigh them and write cad: {{masses: {{{named[0]}: ... g}}}}"
             )
             said.append((item.joint, text))
     return said
@@ -170,7 +170,7 @@ def _off(item: BuiltLink) -> str:
         "about the joint"
     )
     if item.assumed.includes == "none":
-        return f"{item.joint}: with its joints' parts the link ends up at {figures}; the leg is designed with that"
+        return f"{item.joint}: with its joints' parts the link has {figures}; the leg is designed with these values"
     return (
         f"{item.joint}: the link as drawn, tube and joints' parts, ends up at {figures}: the target's figures are too "
         "small for what they are to hold; the leg is designed with the drawn ones"

@@ -1,13 +1,13 @@
-"""The loop on mass: parts are chosen for links that carry them, round by round until the parts stay.
+"""Iteration of the choice of parts and the masses of the links, until the parts no longer change.
 
-A round draws the joints of the chosen parts, weighs them, puts them on the links and chooses anew: the motion that is
-wanted is fitted to these links, and every leg that is tried carries them. Parts that choose themselves are the end. A
-spring to wind keeps its wire from round to round where it can; else two neighbouring sizes would take turns for ever.
-The first round starts from each joint's best parts by themselves and leaves out what could stand in for each part, so
-that it costs half of a full one.
+A round draws the joints of the chosen parts, computes their masses, adds them to the links and chooses again: the fit
+to the wanted motion and every simulated leg use these links. The iteration ends when the choice is the one that the
+links carry. A spring to wind keeps its wire diameter from round to round if possible; otherwise two neighbouring sizes
+could alternate for ever. The first round starts from each joint's best single parts and does not evaluate substitutes,
+which halves its cost.
 
-A round that weighs needs the solids alone: no meshes, gates, pictures or files. On the built-in example that takes 3 s
-of a processor where drawing in full takes 20; a joint whose dimensions stay is not built again.
+Masses need only the solids: no meshes, checks, pictures or files. On the built-in example that takes 3 s of processor
+time, while drawing in full takes 20 s. A joint whose dimensions did not change is not built again.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from synth.design.choice_rounds import Stage
 from synth.design.drawn_springs import draw_up, simulated_again
 from synth.design.leg_design import Known, LegDesign, MassRounds, design_for, known_beforehand
-from synth.design.link_masses import BuiltLink, alike, built_links, link_warnings, with_links
+from synth.design.link_masses import BuiltLink, built_links, link_warnings, same_links, with_links
 from synth.design.part_masses import PartMass, masses_of, unknown_parts
 from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
@@ -31,16 +31,16 @@ if TYPE_CHECKING:
     from synth.cad import LegDimensions
 
 MOST_ROUNDS = 5  # of choosing; the built-in example and the lab's project take two
-NEAR = 0.03  # mm, deg, N m: joints drawn that near weigh alike to 1e-3, a fifth of what counts as settled
-MOST_SETTLING = 4  # drawings by which free angles and masses come to agree; two are enough but for a last digit
+NEAR = 0.03  # mm, deg, N m: masses of joints this close agree to 1e-3, a fifth of the tolerance of convergence
+MOST_SETTLING = 4  # drawings until free angles and masses agree; two are enough except for the last digit
 
 
 def design_with_masses(project: LegProject, catalogue: Catalogue, stage: Stage) -> LegDesign:
-    """The design of a leg whose links carry the parts that are drawn on them.
+    """The design of a leg whose links include the parts that are drawn on them.
 
     Raises
     ------
-    UserError : as ``design_leg``; ``cad: masses`` names a part that is not there.
+    UserError : as ``design_leg``, or ``cad: masses`` names an unknown part.
     cad.DimensionError : the joints of the chosen parts cannot be drawn.
     """
     from synth import cad
@@ -52,7 +52,7 @@ def design_with_masses(project: LegProject, catalogue: Catalogue, stage: Stage) 
         with stage("weighing the joints' parts"):
             target, labels = scales.on_links(draw_up(started, catalogue)), started.sets.chosen.labels
     except cad.DimensionError:
-        pass  # the first parts are no more than a start; those that are chosen may well be drawn
+        pass  # the first parts are only a start; the chosen parts may be drawable
     return _rounds(project, catalogue, known, (target, labels), scales, stage)
 
 
@@ -64,14 +64,14 @@ def _rounds(
     scales: JointWeights,
     stage: Stage,
 ) -> LegDesign:
-    """Choose and weigh until the parts are those that the links carry, or nearly weigh the same."""
+    """Choose parts and compute masses until the chosen parts, or nearly their masses, are those of the links."""
     target, labels = start
     held: dict[str, float] = {}
     for count in range(1, MOST_ROUNDS + 1):
         design = design_for(project, catalogue, known, target, stage, swaps=count > 1, held=held)
         with stage("weighing the joints' parts"):
             carrying = scales.on_links(draw_up(design, catalogue))
-        settled = count > 1 and (design.sets.chosen.labels == labels or alike(target, carrying))
+        settled = count > 1 and (design.sets.chosen.labels == labels or same_links(target, carrying))
         if settled:
             break
         target, labels, held = carrying, design.sets.chosen.labels, _wires(design)
@@ -81,7 +81,7 @@ def _rounds(
 
 
 def _wires(design: LegDesign) -> dict[str, float]:
-    """Wire (m) of each joint that gets one spring to wind."""
+    """Wire diameter (m) of each joint that gets one spring to wind."""
     made = zip(design.built.joint_names, (option.design for option in design.springs.chosen), strict=True)
     return {name: spring.wire_diameter for name, spring in made if spring is not None and spring.count == 1}
 
@@ -92,14 +92,14 @@ def _said(rounds: MassRounds) -> list[tuple[str | None, str]]:
     return [
         (
             None,
-            f"after {rounds.count} rounds of choosing and weighing the parts still change with the links' masses; "
-            "those of the last round are taken, their masses simulated; a part asked for by its number would stay",
+            f"after {rounds.count} rounds the choice of parts still changes with the links' masses; the parts of the "
+            "last round are taken and their masses simulated. To fix a part, name it by its part number",
         )
     ]
 
 
 class JointWeights:
-    """Weighs the joints of a project; keeps what a joint of the same dimensions weighed."""
+    """Computes the masses of a project's joints; caches them by the joints' dimensions."""
 
     def __init__(self, project: LegProject) -> None:
         self.project = project
@@ -111,13 +111,13 @@ class JointWeights:
         return with_links(self.project.target, self.links(design))
 
     def links(self, design: LegDesign, *, near: bool = False) -> tuple[BuiltLink, ...]:
-        """The links of a design that is drawn up.
+        """The links of a drawn design.
 
-        ``near``: with what the joints last weighed, where these are the same but for ``NEAR``.
+        ``near``: reuse the last masses if the joints' dimensions differ from the last ones by at most ``NEAR``.
 
         Raises
         ------
-        UserError : ``cad: masses`` names a part that is not there.
+        UserError : ``cad: masses`` names an unknown part.
         """
         assert design.drawn is not None
         dimensions, pieces = design.drawn.dimensions, pieces_of(design)
@@ -140,15 +140,15 @@ class JointWeights:
         return self._known[key]
 
     def settled(self, design: LegDesign, catalogue: Catalogue) -> LegDesign:
-        """The design drawn up with its own masses on its links, resting as wanted.
+        """The design drawn with its own masses on its links, in the wanted rest pose.
 
-        Once drawn, joints change in their last digits only: they are weighed anew when they are drawn for good.
+        After the first drawing the joints change in their last digits only; the final drawing computes masses again.
         """
         design = draw_up(design, catalogue)
         for _ in range(MOST_SETTLING):
             links = self.links(design, near=True)
             leg = with_links(design.built, links)
-            if alike(leg, design.built):
+            if same_links(leg, design.built):
                 break
             carrying = design.wanted.at_rest_like_wanted(leg)
             design = draw_up(simulated_again(replace(design, built=carrying)), catalogue)
@@ -156,7 +156,7 @@ class JointWeights:
 
 
 def same_but_for(one: Any, other: Any, off: float) -> bool:
-    """Whether two values are alike, numbers in them apart by at most ``off``: dimensions, tuples, text."""
+    """Whether two values (dimensions, tuples, text) are equal, with numbers that differ by at most ``off``."""
     if isinstance(one, float | int) and isinstance(other, float | int) and not isinstance(one, bool):
         return abs(one - other) <= off
     if isinstance(one, tuple) and isinstance(other, tuple) and len(one) == len(other):
@@ -167,7 +167,7 @@ def same_but_for(one: Any, other: Any, off: float) -> bool:
 
 
 def pieces_of(design: LegDesign) -> dict[str, int]:
-    """How many dampers each joint has."""
+    """Number of dampers of each joint."""
     return {
         joint.name: option.arrangement.pieces
         for joint, option in zip(design.built.joints, design.dampers.chosen, strict=True)
@@ -179,7 +179,7 @@ def links_of(design: LegDesign, masses: Sequence[PartMass]) -> tuple[BuiltLink, 
 
     Raises
     ------
-    UserError : ``cad: masses`` names a part that is not there.
+    UserError : ``cad: masses`` names an unknown part.
     """
     project = design.project
     wrong = unknown_parts(project.cad.masses, masses)
@@ -188,7 +188,7 @@ def links_of(design: LegDesign, masses: Sequence[PartMass]) -> tuple[BuiltLink, 
         file = str(project.path)
         raise UserError(
             [
-                Problem(f'"{name}" is no part of these joints{near(name, names)}', file, key="cad.masses")
+                Problem(f'"{name}" is not a part of these joints{near(name, names)}', file, key="cad.masses")
                 for name in wrong
             ]
         )
@@ -196,7 +196,7 @@ def links_of(design: LegDesign, masses: Sequence[PartMass]) -> tuple[BuiltLink, 
 
 
 def weighed(design: LegDesign, masses: Sequence[PartMass]) -> LegDesign:
-    """The design with the links that its drawn parts make, its motion simulated with them, and what is to be said."""
+    """The design with the masses of its drawn parts on its links, its motion simulated with them, and warnings."""
     links = links_of(design, masses)
     design = replace(design, links=links)
     leg = with_links(design.built, links)

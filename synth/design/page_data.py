@@ -1,7 +1,7 @@
-"""What the leg's page needs to move the leg and to swap its parts: ``page.json``.
+"""Data for the leg's page, with which it simulates the leg and exchanges parts: ``page.json``.
 
-The page has a small integrator of its own. It takes the chain's inertia and gravity coefficients, as they stand in
-``synth.swing.mechanics``, the releases, and for each joint what may act there; all in SI, rotations in rad.
+The page has its own integrator. It takes the chain's inertia and gravity coefficients (defined in
+``synth.swing.mechanics``), the releases, and the parts for each joint; all in SI units, rotations in rad.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from synth.swing.leg_model import Damper, Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
 
 FORMAT = "synth/page/1"
-MOST_RELEASES = 12  # in the page: its size grows with each
+MOST_RELEASES = 12  # in the page: each one adds to its size
 MOST_SAMPLES = 250  # of a release's wanted motion
 MOST_CHOICES = 8  # of a joint's springs, and of its dampers
-# Effects that reports/static/integrator.js knows, by its word for their law.
+# Effects that reports/static/integrator.js supports, with its name for their law.
 LAWS = {
     "coulomb_friction": "friction",
     "stribeck_friction": "friction",
     "quadratic_damping": "drag",
     "hardening_spring": "hardening",
 }
-OFFERED = 4.0  # times or part of the wanted rate: a spring farther off makes another leg, whatever its response
+OFFERED = 4.0  # ratio to the wanted rate, above or below, beyond which a spring is not offered: it makes another leg
 
 
 def page_json(design: LegDesign) -> dict[str, Any]:
@@ -63,7 +63,7 @@ def page_json(design: LegDesign) -> dict[str, Any]:
 
 
 def leg_json(leg: Leg) -> dict[str, Any]:
-    """The leg's geometry and what acts at its joints; angles in degrees as they are measured."""
+    """The leg's geometry and the elements at its joints; angles in degrees as measured."""
     rest = np.degrees(leg.to_measured(rest_pose(leg)))
     joints = []
     for j, (joint, angle) in enumerate(zip(leg.joints, rest, strict=True)):
@@ -86,9 +86,10 @@ def leg_json(leg: Leg) -> dict[str, Any]:
 
 
 def replay_json(leg: Leg, wanted: WantedResponse, names: Sequence[str]) -> dict[str, Any]:
-    """The releases of the wanted motion: what the leg weighs in each, where it starts, what it should do.
+    """The releases of the wanted motion: mass coefficients of the leg, initial state, wanted motion.
 
-    ``unsupported`` names what of this leg the page's integrator does not know; then the page does not replay.
+    ``unsupported`` names the effects of this leg that the page's integrator does not support; the page then does not
+    simulate.
     """
     every = max(1, math.ceil(len(wanted.releases) / MOST_RELEASES))
     found = [
@@ -118,7 +119,7 @@ def _release(leg: Leg, release: WantedRelease, motion: Array, name: str) -> dict
 
 
 def damper_json(damper: Damper | None) -> dict[str, Any]:
-    """A linear rate, or clamp speeds and slopes whose clamped sum is the curve."""
+    """A linear rate, or clamp speeds and slopes that represent the curve as a sum of clamped lines."""
     if damper is None:
         return {"rate": 0.0}
     if damper.curve is None:
@@ -128,7 +129,7 @@ def damper_json(damper: Damper | None) -> dict[str, Any]:
 
 
 def effects_json(leg: Leg, j: int) -> dict[str, Any]:
-    """What the joint has beside spring and damper that the page's integrator knows: its armature and its laws, SI."""
+    """The joint's armature and effects that the page's integrator supports, SI."""
     found: dict[str, Any] = {"armature": _number(leg.armature[j]), **{kind: [] for kind in set(LAWS.values())}}
     for name, given in leg.joints[j].effects.items():
         if name in LAWS:
@@ -138,7 +139,7 @@ def effects_json(leg: Leg, j: int) -> dict[str, Any]:
 
 
 def _springs(design: LegDesign, j: int) -> list[dict[str, Any]]:
-    """The chosen spring, then what may stand in for it, best first."""
+    """The chosen spring, then its substitutes, best first."""
     chosen = design.springs.chosen[j]
     aim = design.refit.joints[design.built.joint_names[j]].spring_rate.value
     near = [option for option in design.springs.ranked[j] if aim / OFFERED <= option.rate <= aim * OFFERED]
@@ -164,7 +165,7 @@ def _spring(option: SpringOption) -> dict[str, Any]:
         "error": _number(math.degrees(option.error)),
         "within_tolerance": not option.outside,
         "outer_mm": None if outer is None else _number(outer * 1e3),
-        "stress_per_torque": per_torque,  # MPa a N m, inner fibre
+        "stress_per_torque": per_torque,  # MPa per N m, inner fibre
         "allowed_mpa": None if made is None else _number(made.allowed_stress * 1e-6),
         "choice": f"{{part: {row.part}}}" if row is not None else "{make: true}",
         **_price(row),
@@ -172,7 +173,7 @@ def _spring(option: SpringOption) -> dict[str, Any]:
 
 
 def _dampers(design: LegDesign, j: int) -> list[dict[str, Any]]:
-    """The chosen damper, then what may stand in for it; ``spring_rate``: of the spring wound to suit the other."""
+    """The chosen damper, then its substitutes; ``spring_rate``: rate of the spring tuned to a substitute."""
     chosen, spring = design.dampers.chosen[j], design.springs.chosen[j]
     others = [option for option in design.dampers.ranked[j] if option is not chosen]
     found = []
@@ -198,10 +199,10 @@ def _damper(option: DamperOption, spring_rate: float | None) -> dict[str, Any]:
 
 
 def _price(row: TorsionSpringRow | DamperRow | None) -> dict[str, str]:
-    """What one costs, where the user's table says so."""
+    """Price per piece, if the user's table states it."""
     return {"price": row.price} if row is not None and row.price else {}
 
 
 def _number(value: float, digits: int = 8) -> float:
-    """So many digits: the same bytes on any machine, and a page that is not heavy."""
+    """Rounded to significant digits: the same bytes on any machine, and a small page."""
     return float(f"{float(value):.{digits}g}")

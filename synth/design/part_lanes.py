@@ -1,7 +1,7 @@
-"""Sets of parts as lanes of the compiled chain: what a spring and a damper put into one joint's rows, and the errors.
+"""Sets of parts as lanes of the compiled chain: the parameter rows of a spring and a damper, and the response errors.
 
-A set differs from another in five rows a joint alone, so its lane is put together from ready columns; writing a leg
-for each of a million sets would cost more than moving it.
+Sets differ only in the rows of springs and dampers. A lane is therefore assembled from precomputed columns, one per
+joint. Constructing a leg object for each of a million sets would cost more than simulating it.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from synth.threads import in_parallel, thread_count
 
 Index = NDArray[np.int64]
 
-TOLERANCE = 1e-5  # of the engine: 0.001 deg on the example leg, where parts differ by tenths
+TOLERANCE = 1e-5  # of the integrator: 0.001 deg on the example leg; parts differ by tenths of a degree
 CHUNK = 8 * LANES  # lanes that one thread runs at a time
 ROWS = 3 + 2 * CURVE_POINTS  # rate, rest, damper rate, clamp speeds, clamp slopes
 
 
 @dataclass(frozen=True)
 class Acting:
-    """What acts at a joint: spring rate N m/rad and the damper as the joint feels it."""
+    """The elements at a joint: spring rate (N m/rad) and the damper as referred to the joint."""
 
     rate: float
     damper: Damper
 
 
 def column(rate: float, rest: float, damper: Damper) -> Array:
-    """(ROWS,) what stands in one joint's rows: rate, rest, damper rate, 12 clamp speeds, 12 clamp slopes."""
+    """(ROWS,) parameters of one joint: rate, rest, damper rate, 12 clamp speeds, 12 clamp slopes; SI units."""
     made = np.zeros(ROWS)
     made[:3] = rate, rest, damper.rate or 0.0
     if damper.curve is not None:
@@ -46,18 +46,18 @@ def column(rate: float, rest: float, damper: Damper) -> Array:
 
 
 class PartLanes:
-    """Simulates sets of parts in one leg and measures them against the wanted motion.
+    """Simulates sets of parts in one leg and compares them with the wanted motion.
 
     Parameters
     ----------
     wanted
         the motion and its releases.
     leg
-        what the parts are put into: links and effects count, its springs and dampers do not.
+        the leg for the parts: its links and effects are used, its springs and dampers are not.
     acting
-        what may act, by joint.
+        the candidate springs and dampers, by joint.
     releases
-        at most so many of the wanted's releases are used, evenly chosen.
+        the largest number of releases to use, evenly chosen from those of ``wanted``.
     """
 
     def __init__(
@@ -69,22 +69,22 @@ class PartLanes:
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """How many options each joint has."""
+        """Number of options of each joint."""
         return tuple(len(each) for each in self.acting)
 
     @property
     def n_set(self) -> int:
-        """How many sets there are."""
+        """Number of sets."""
         return int(np.prod([float(count) for count in self.counts]))
 
     @cached_property
     def holding(self) -> tuple[Array, Array]:
-        """Pose (n,) rad in which the leg is to rest, and the torque (n,) N m that holds it against gravity."""
+        """Wanted rest pose (n,) rad, and the torque (n,) N m that holds it against gravity."""
         pose = rest_pose(self.wanted.leg)
         return pose, static_torque(coefficients(self.leg), pose, self.leg.tilt)
 
     def rest(self, joint: int, rate: float) -> float:
-        """Rotation (rad) at which a spring of this rate is unloaded in the leg that rests as wanted."""
+        """Rotation (rad) at which a spring of this rate is unloaded, for a leg with the wanted rest pose."""
         pose, torque = self.holding
         return float(pose[joint] + torque[joint] / rate)
 
@@ -101,14 +101,14 @@ class PartLanes:
         return [columns[:, index[:, j]] for j, columns in enumerate(self.columns)]
 
     def errors(self, index: Index) -> Array:
-        """(n_set,) rad, RMS over joints of the departure from the wanted motion; see ``WantedResponse.overall``."""
-        order = np.lexsort(index.T)  # sets that share parts share the engine's steps
+        """(n_set,) rad, RMS over joints of the difference from the wanted motion; see ``WantedResponse.overall``."""
+        order = np.lexsort(index.T)  # sets with common parts are neighbours and share the integrator's steps
         found = np.empty(len(index))
         found[order] = self.errors_of(self.chosen(index[order]))
         return found
 
     def errors_of(self, columns: Sequence[Array]) -> Array:
-        """The same for ready columns (ROWS, n_lane), one array a joint."""
+        """The same for given columns (ROWS, n_lane), one array per joint."""
         return np.asarray(np.sqrt(np.sum(self._square(columns), axis=0) / len(self.acting)))
 
     def joint_errors_of(self, columns: Sequence[Array]) -> Array:
@@ -117,9 +117,9 @@ class PartLanes:
 
     def _square(self, columns: Sequence[Array]) -> Array:
         n_lane = columns[0].shape[1]
-        # Groups of lanes stay as they are, however they are shared out: they give the same whatever the cores.
+        # The groups of lanes do not depend on the number of threads, so the result is the same on any machine.
         share = min(CHUNK, LANES * -(-n_lane // (LANES * thread_count())))
-        assert len(self._still) == len(self.releases)  # before threads ask for it
+        assert len(self._still) == len(self.releases)  # computed here, before threads use it
 
         def part(index: int) -> Array:
             chunk = slice(index * share, (index + 1) * share)
@@ -129,7 +129,7 @@ class PartLanes:
 
     @cached_property
     def _still(self) -> list[Array]:
-        """(n_row,) of each release: what the chain is told of the leg, whatever parts are in it."""
+        """(n_row,) of each release: the chain's parameters that do not depend on the parts."""
         return [self.wanted.chain.parameters(self.leg, release.conditions) for release in self.releases]
 
     def _mean_square(self, columns: Sequence[Array]) -> Array:
@@ -142,7 +142,7 @@ class PartLanes:
         return np.where(np.isfinite(mean), mean, np.pi**2)
 
     def residuals(self, index: Index, every: int = 1) -> Array:
-        """(n_sample, n_set) whose squares sum to the squared error; of every ``every``-th sample of the motions."""
+        """(n_sample, n_set) residuals whose squares sum to the squared error; of every ``every``-th motion sample."""
         chunks = [index[s : s + CHUNK] for s in range(0, len(index), CHUNK)]
         assert len(self._still) == len(self.releases)
         return np.concatenate(in_parallel(lambda k: self._residuals(chunks[k], every), len(chunks)), axis=1)
@@ -158,7 +158,7 @@ class PartLanes:
 
     @cached_property
     def _counts(self) -> Array:
-        """(n,) samples in which each joint is free."""
+        """(n,) number of samples in which each joint is free."""
         count = np.zeros(len(self.acting))
         for release in self.releases:
             free = [j for j in range(len(count)) if j not in release.conditions.locked]

@@ -1,7 +1,7 @@
-"""What each part of the drawn joints weighs, where its centre lies and how it resists turning.
+"""Mass, centre of mass and inertia of each part of the drawn joints.
 
-Printed, wound and cut parts: from their solids and densities. Of bought dampers and encoders only envelopes are known,
-so their mass is the project's (``cad: masses``) or assumed, and says so.
+Printed, wound and cut parts: from their solids and densities. Of bought dampers and encoders only the envelopes are
+known, so their masses come from the project (``cad: masses``) or are assumed and marked as such.
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ SOLID = "its solid"
 
 @dataclass(frozen=True)
 class PartMass:
-    """One part: what it moves with (``upper``, ``lower``, ``spring``), its body in the joint's frame (q = 0), and on
-    whose word its mass stands.
+    """One part: the group that it moves with (``upper``, ``lower``, ``spring``), its rigid body, its mass's source.
+
+    ``body`` is in the joint's frame at q = 0.
     """
 
     part: str
@@ -42,7 +43,7 @@ class PartMass:
 
     @property
     def assumed(self) -> bool:
-        """Whether nobody weighed or computed it."""
+        """Whether the mass is assumed, neither weighed nor computed."""
         return self.basis in ASSUMED.values()
 
 
@@ -54,7 +55,7 @@ def masses_of(leg: BuiltLeg, weighed: Mapping[str, float], pieces: Mapping[str, 
     weighed
         kg by part, from the project.
     pieces
-        dampers at each joint; one is drawn, its mass counts as often.
+        number of dampers at each joint; one is drawn, and its mass is multiplied by this number.
     """
     density, found = leg.dimensions.printing.density, []
     for joint, link in zip(leg.joints, leg.links, strict=True):
@@ -79,13 +80,13 @@ def masses_of(leg: BuiltLeg, weighed: Mapping[str, float], pieces: Mapping[str, 
 
 
 def unknown_parts(weighed: Mapping[str, float], masses: Sequence[PartMass]) -> list[str]:
-    """Names under ``cad: masses`` that no part has."""
+    """Names under ``cad: masses`` that are not names of parts."""
     known = {item.part for item in masses}
     return [name for name in weighed if name not in known]
 
 
 def mass_json(item: PartMass) -> dict[str, Any]:
-    """The mass properties of a part as they stand under ``solids.masses`` of ``design.json``."""
+    """The mass properties of a part, as written under ``solids.masses`` in ``design.json``."""
     names = ("xx", "yy", "zz", "xy", "xz", "yz")
     return {
         "part": item.part,
@@ -100,7 +101,7 @@ def mass_json(item: PartMass) -> dict[str, Any]:
 
 
 def mass_from(written: Mapping[str, Any]) -> PartMass:
-    """The part that ``mass_json`` wrote; lengths in mm and masses in g as they stand there."""
+    """The part that ``mass_json`` wrote, with lengths in mm and masses in g."""
     x, y, z = (place["value"] * 1e-3 for place in written["com"])
     tensor: Tensor = tuple(value["value"] for value in written["inertia"].values())
     body = RigidBody(written["mass"]["value"] * 1e-3, (x, y, z), tensor)

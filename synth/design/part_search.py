@@ -1,16 +1,15 @@
-"""The best sets of parts out of all: every one simulated where that is feasible, else screened first.
+"""Search for the best sets of parts: every set is simulated if feasible, else sets are screened first.
 
-Screening rests on the motion, not on the error. The motion of a set is taken as that of a base set plus what each
-joint's own change does to it, every one of which was simulated:
-``q(o_1, ..., o_n) = q(b) + sum_j (q(b with o_j) - q(b))``. How far a joint's part is from the base does not matter;
-what is left out is only how changes at two joints act on each other (a cut high-dimensional model of first order,
-Rabitz & Alis, J. Math. Chem. 25, 1999). The squared error of such a sum is a sum over pairs of joints of inner
-products that are reckoned once, so a set costs a few additions.
+Screening approximates the motion, not the error. The motion of a set is the motion of a base set plus the change caused
+by each joint's part alone, which was simulated: ``q(o_1, ..., o_n) = q(b) + sum_j (q(b with o_j) - q(b))``. Large
+changes at one joint are exact; only interactions between changes at different joints are neglected (cut-HDMR of first
+order, Rabitz & Alis, J. Math. Chem. 25, 1999). The squared error of such a sum is a sum of inner products over pairs of
+joints. These are computed once, so a set costs a few additions.
 
-The base moves to the best set that simulation finds, until it stays. Then sets are simulated in the screen's order
-until none that follows can be better, given the screen's mistakes on the sets simulated so far, among them many drawn
-at random and along the screen's order. Near the base, where it matters, the screen is nearly exact: parts that are
-nearly the base's act on each other little.
+The base moves to the best simulated set until it no longer changes. Sets are then simulated in the order of their
+screened errors until no remaining set can be better. The bound for this comes from the errors of the screening on the
+sets simulated so far, many of them drawn at random and along the order. The screening is most accurate near the base,
+where parts differ little from the base's and interact little.
 """
 
 from __future__ import annotations
@@ -24,24 +23,24 @@ from synth.arrays import Array
 from synth.design.part_lanes import Index, PartLanes
 
 EXHAUSTIVE = 20_000  # trajectories (sets times releases) that are simulated without screening: some seconds
-SAMPLES = 6_000  # of the motions that the screen looks at
+SAMPLES = 6_000  # of the motions that the screening uses
 BATCH = 256  # sets simulated together: sixteen groups of lanes
-DRAWN = 512  # sets drawn at random, to see how wrong the screen can be
+DRAWN = 512  # sets drawn at random, to measure the screening's errors
 MOST_SIMULATED = 6_000  # sets simulated at most: bounds the time, see `bench_parts`
-MOST_BASES = 5  # rounds of screening about a better set
-SCREENED = 8_192  # best of the screen that are kept
-NEAR = 3.0  # times the best error: within it the screen's mistakes count
-SAFETY = 1.3  # on the mistakes seen
-AT_BEST = 0.05  # multiples of the best error by which the bound on mistakes starts before it
+MOST_BASES = 5  # rounds of screening, each about a better base set
+SCREENED = 8_192  # best screened sets that are kept
+NEAR = 3.0  # times the best error: up to this the screening's errors are evaluated
+SAFETY = 1.3  # factor on the observed errors of the screening
+AT_BEST = 0.05  # multiples of the best error, below it, at which the bound on the screening's error starts
 PREFIXES = 2_048  # combinations of all joints but the last that are screened at a time
 
 
 @dataclass(frozen=True)
 class Mistake:
-    """A bound on the screen's mistakes: none at the best set, growing in proportion away from it, up to the worst seen.
+    """A bound on the screening's error: zero at the best set, growing in proportion away from it.
 
-    ``slope``: share of the error by which the screen may be wrong, for each multiple of the ``best`` error (rad) above
-    it; ``ratio``: the lowest ratio of true to screened error.
+    ``slope``: possible relative error of the screening, per multiple of the ``best`` error (rad) above it. ``ratio``:
+    the lowest observed ratio of true to screened error, which limits the bound.
     """
 
     best: float
@@ -49,7 +48,7 @@ class Mistake:
     ratio: float
 
     def least(self, guess: Array) -> Array:
-        """The least that the true error of sets with these screened errors (rad) may be."""
+        """Lower bound (rad) on the true errors of sets with these screened errors ``guess`` (rad)."""
         share = 1.0 - self.slope * (guess / self.best - 1.0 + AT_BEST)
         return guess * np.maximum(share, self.ratio)
 
@@ -58,9 +57,9 @@ class Mistake:
 class FoundSets:
     """The best sets, best first.
 
-    ``index`` (m, n) option numbers, ``error`` (m,) rad. ``n_set`` sets there were, ``n_simulated`` were simulated.
-    ``mistake`` of the screen, None where nothing was screened. ``complete``: whether by that bound no set that was not
-    simulated is better than the last of these.
+    ``index`` (m, n) option numbers, ``error`` (m,) rad. ``n_simulated`` of ``n_set`` sets were simulated. ``mistake``:
+    bound on the screening's error, None without screening. ``complete``: whether, by that bound, every set that was not
+    simulated is worse than the last of these.
     """
 
     index: Index
@@ -79,14 +78,14 @@ class FoundSets:
 def best_sets(
     lanes: PartLanes, start: Sequence[int], keep: int = 16, *, exhaustive: int = EXHAUSTIVE, seed: int = 0
 ) -> FoundSets:
-    """The ``keep`` sets whose leg moves most nearly as wanted.
+    """The ``keep`` sets with the lowest response errors.
 
     Parameters
     ----------
     start
-        option number of each joint, a good guess.
+        option number of each joint: the first base set.
     exhaustive
-        trajectories up to which every set is simulated.
+        number of trajectories up to which every set is simulated.
     """
     if lanes.n_set * len(lanes.releases) <= exhaustive:
         index = _all(lanes.counts)
@@ -102,7 +101,7 @@ def _all(counts: Sequence[int]) -> Index:
 
 
 class _Screening:
-    """One search: what was simulated so far, by the set's number."""
+    """The state of one search: the simulated errors by the set's number."""
 
     def __init__(self, lanes: PartLanes, keep: int, generator: np.random.Generator) -> None:
         self.lanes, self.keep, self.generator = lanes, keep, generator
@@ -147,7 +146,7 @@ class _Screening:
             self.known.update(zip(new, errors.tolist(), strict=True))
 
     def mistake(self, screen: _Screen) -> Mistake:
-        """How far below its screened error a set's true one may lie, from the sets that were simulated."""
+        """Bound on the true error below the screened one, from the sets that were simulated."""
         numbers = np.array(list(self.known))
         true = np.array(list(self.known.values()))
         guess = np.maximum(screen.errors(self.index(numbers)), 1e-12)
@@ -174,7 +173,7 @@ class _Screen:
         self.pairs = {(i, j): 2.0 * moves[i].T @ moves[j] for j in range(n) for i in range(j)}
 
     def errors(self, index: Index) -> Array:
-        """(n_set,) rad, the screen's error of these sets."""
+        """(n_set,) rad, the screened errors of these sets."""
         square = self.constant + sum(own[index[:, j]] for j, own in enumerate(self.own))
         for (i, j), pair in self.pairs.items():
             square = square + pair[index[:, i], index[:, j]]

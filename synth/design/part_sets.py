@@ -1,10 +1,9 @@
-"""Springs and dampers of all joints chosen together, for the response of the whole leg as its parts may come.
+"""Choice of the springs and dampers of all joints together, by the response of the whole leg with tolerances.
 
-At each joint every damper goes with every spring that meets the constraints for the rate that suits that damper; a set
-is one such pair a joint. The sets that move the leg most nearly as wanted with nominal parts are found first
-(``part_search``) and then judged with their tolerances (``forecast``), the springs' free angles measured and set: the
-one with the least expected error is chosen. No exchange of one part that is listed beside it is better
-(``part_swaps``).
+At each joint every damper is combined with every spring that meets the constraints for the rate tuned to that damper. A
+set has one such pair per joint. The sets with the lowest nominal response errors are found first (``part_search``).
+They are then evaluated with tolerances, the springs' free angles measured and the seats adjusted (``forecast``). The
+set with the lowest expected error is chosen. No listed exchange of a single part improves it (``part_swaps``).
 """
 
 from __future__ import annotations
@@ -29,11 +28,11 @@ from synth.files.project_options import PartsOptions
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
-DAMPERS = 8  # a joint that take part, the best by themselves first
-PAIRS = 400  # spring and damper pairs a joint that are looked at
+DAMPERS = 8  # candidate dampers per joint, the best single ones first
+PAIRS = 400  # candidate pairs of spring and damper per joint
 MOST_SETS = 4_000_000  # sets screened at most; a million take 4 s of a processor (`make bench`)
-FINALISTS = 16  # sets that are judged with their tolerances
-SHOWN = 8  # of these, with more samples
+FINALISTS = 16  # sets that are evaluated with tolerances
+SHOWN = 8  # of the finalists that are evaluated with more samples
 SAMPLES_FINAL = 32  # draws of the tolerances that rank the finalists
 SAME_RATE = 1e-3  # relative: two wanted rates this near give the same springs
 
@@ -42,10 +41,10 @@ Option = TypeVar("Option", SpringOption, DamperOption)
 
 @dataclass(frozen=True)
 class PartSet:
-    """A pair for each joint, their nominal error over all releases (rad) and what is to be expected of them.
+    """A pair for each joint, their nominal error over all releases (rad) and their forecasts.
 
-    ``ready`` is of springs whose free angles were measured and set; ``forecast`` of parts as they come, and the same as
-    ``ready`` in a set that only serves the next round.
+    ``ready`` is the forecast with measured free angles and adjusted seats, ``forecast`` that with unmeasured parts. In
+    a set that is only a step to the next round both are the same.
     """
 
     pairs: Pairs
@@ -55,11 +54,11 @@ class PartSet:
 
     @property
     def labels(self) -> tuple[tuple[str, str], ...]:
-        """Spring and damper of each joint, in words."""
+        """Spring and damper of each joint, as text."""
         return tuple((pair.spring.label, pair.damper.label) for pair in self.pairs)
 
     def as_json(self, names: Sequence[str], chosen: PartSet) -> dict[str, Any]:
-        """Parts by joint, predicted errors and what the set costs against the chosen one."""
+        """Parts by joint, predicted errors, and the difference of the expected error from the chosen set's."""
         return {
             "parts": {
                 name: {"spring": pair.spring.label, "damper": pair.damper.label}
@@ -74,9 +73,9 @@ class PartSet:
 
 @dataclass(frozen=True)
 class SetsMade:
-    """The chosen set, the best others, how they were found, and what may stand in for each part.
+    """The chosen set, the next best sets, the result of the search, and the substitutes for each part.
 
-    ``springs`` and ``dampers`` are the same choice joint by joint; ``leg`` is the leg with the chosen set.
+    ``springs`` and ``dampers`` are the same choice by joint; ``leg`` is the leg with the chosen set.
     """
 
     sets: tuple[PartSet, ...]
@@ -84,17 +83,17 @@ class SetsMade:
     leg: Leg
     springs: SpringChoiceMade
     dampers: DamperChoiceMade
-    cut: tuple[int, ...]  # pairs a joint that were left out because they are worst by themselves
+    cut: tuple[int, ...]  # number of pairs per joint that were left out, those with the largest errors on their own
     legs: tuple[Leg, ...]  # with each of ``sets``
 
     @property
     def chosen(self) -> PartSet:
-        """The set that is taken."""
+        """The chosen set."""
         return self.sets[0]
 
     @property
     def measured(self) -> Forecast:
-        """Of the chosen set once its springs' free angles are measured and set."""
+        """Forecast of the chosen set with measured free angles and adjusted seats."""
         return self.chosen.ready
 
 
@@ -116,19 +115,19 @@ def choose_sets(
     fitted
         the leg with the chosen dampers and the spring rates that were fitted with them.
     dampers
-        ranked dampers of each joint, each with the spring that suits it; ``dampers.leg`` has the springs that suit the
-        chosen ones together.
+        ranked dampers of each joint, each with the spring tuned to it; ``dampers.leg`` has the springs tuned to the
+        chosen dampers together.
     sources
-        where each joint's springs come from.
+        source of springs for each joint.
     barred
-        dampers, by their labels, that may not stand together.
+        combinations of dampers, by their labels, that are excluded.
     swaps
-        whether each part of the best set is held against what may stand in for it; False: the best set as it is found,
-        for a round that is to be followed by another.
+        whether the substitutes for each part of the best set are evaluated; False: the best set as found, for a round
+        that is followed by another.
 
     Raises
     ------
-    UserError : a joint asks for a bought spring and none meets its constraints, or every set is barred.
+    UserError : a joint requires a bought spring and none meets its constraints, or every set is excluded.
     """
     joints = [_joint_parts(source, j, fitted, dampers) for j, source in enumerate(sources)]
     lanes = PartLanes(wanted, fitted, [acting(each.pairs) for each in joints])
@@ -168,7 +167,7 @@ def _as_found(
     dampers: DamperChoiceMade,
     cut: tuple[int, ...],
 ) -> SetsMade:
-    """The best set, with nothing that could stand in its parts' place."""
+    """The best set, without substitutes for its parts."""
     leg, none = judge.built(sets[0].pairs), ((),) * len(joints)
     table = Swaps(none, none, sets[0].ready.expected)
     springs, others = _springs_made(sets[0], table, joints, leg), _dampers_made(sets[0], table, dampers, leg)
@@ -183,13 +182,13 @@ def unjudged_set(
     parts: PartsOptions,
     seed: int = 0,
 ) -> SetsMade:
-    """The dampers chosen by themselves, each with the spring nearest to the rate that was fitted with it.
+    """The best single dampers, each with the spring nearest to the rate that was fitted with it.
 
-    What stands in for a part is not looked at.
+    Substitutes are not evaluated.
 
     Raises
     ------
-    UserError : a joint asks for a bought spring and none meets its constraints.
+    UserError : a joint requires a bought spring and none meets its constraints.
     """
     pairs, reasons, said = [], [], []
     for joint, source, damper in zip(fitted.joints, sources, dampers.chosen, strict=True):
@@ -209,9 +208,9 @@ def unjudged_set(
 
 
 def _joint_parts(source: SpringSource, joint: int, fitted: Leg, dampers: DamperChoiceMade) -> JointParts:
-    """Every damper with the springs for the rates that suit it: by itself, and of the chosen one also by the fit.
+    """Every damper with the springs for its tuned rate, and for the chosen damper also for its fitted rate.
 
-    Reasons and words are those of the chosen damper's fitted rate.
+    Reasons for exclusion and warnings are those for the chosen damper's fitted rate.
     """
     spring, together = fitted.joints[joint].spring, dampers.leg.joints[joint].spring
     assert spring is not None
@@ -231,9 +230,9 @@ def _joint_parts(source: SpringSource, joint: int, fitted: Leg, dampers: DamperC
 
 
 def _add_springs(known: list[SpringOption], source: SpringSource, rate: float) -> None:
-    """Add the springs for another wanted rate; a rate for which none can be bought, where one must be, adds none.
+    """Add the springs for another wanted rate; none if a bought spring is required and none has this rate.
 
-    One spring to wind is enough: its rate is moved to where it suits best when a set is chosen.
+    One spring to wind is enough: its rate is tuned when a set is chosen.
     """
     if any(abs(option.asked / rate - 1.0) < SAME_RATE for option in known):
         return
@@ -248,7 +247,7 @@ def _add_springs(known: list[SpringOption], source: SpringSource, rate: float) -
 
 
 def _cut(lanes: PartLanes, pairs: list[list[Pair]]) -> tuple[list[list[Pair]], tuple[int, ...]]:
-    """At most ``MOST_SETS`` sets: of each joint the pairs that are best with the first pair of the other joints."""
+    """At most ``MOST_SETS`` sets: each joint's best pairs, evaluated with the first pair of every other joint."""
     most = max(2, int(MOST_SETS ** (1.0 / len(pairs))))
     kept = []
     for j, options in enumerate(pairs):
@@ -263,10 +262,10 @@ def _cut(lanes: PartLanes, pairs: list[list[Pair]]) -> tuple[list[list[Pair]], t
 
 
 def _judged(judge: Judge, sets: Sequence[Pairs]) -> tuple[PartSet, ...]:
-    """The finalists with their tolerances, least expected error first; those that are shown with more samples."""
+    """The finalists evaluated with tolerances, lowest expected error first; the first ones with more samples."""
     sets = [pairs for pairs in sets if judge.allows(pairs)]
     if not sets:
-        raise CannotBeHad("with none of the best sets of dampers can the leg be fitted to the motion")
+        raise CannotBeHad("the fit to the motion failed with each of the best sets of dampers")
     errors = judge.errors(sets)
     shown = list(range(len(sets)))
     if len(sets) > SHOWN:
@@ -278,7 +277,7 @@ def _judged(judge: Judge, sets: Sequence[Pairs]) -> tuple[PartSet, ...]:
 
 
 def _springs_made(chosen: PartSet, table: Swaps, joints: Sequence[JointParts], leg: Leg) -> SpringChoiceMade:
-    """The chosen springs and what could be had in the place of each, by what it costs in response."""
+    """The chosen springs and the substitutes for each, by response error."""
     taken = [replace(p.spring, error=chosen.error, expected=table.chosen) for p in chosen.pairs]
     ranked = [
         _by_error([own, *(replace(s.pair.spring, error=s.error, expected=s.expected) for s in swaps)])
@@ -289,7 +288,7 @@ def _springs_made(chosen: PartSet, table: Swaps, joints: Sequence[JointParts], l
 
 
 def _dampers_made(chosen: PartSet, table: Swaps, dampers: DamperChoiceMade, leg: Leg) -> DamperChoiceMade:
-    """The chosen dampers and what could be had in the place of each, with the spring that then goes best with it."""
+    """The chosen dampers and the substitutes for each, with the best spring for each substitute."""
     taken = [replace(p.damper, error=chosen.error, expected=table.chosen) for p in chosen.pairs]
     ranked = []
     for j, (own, swaps) in enumerate(zip(taken, table.dampers, strict=True)):
@@ -308,7 +307,7 @@ def _dampers_made(chosen: PartSet, table: Swaps, dampers: DamperChoiceMade, leg:
 
 
 def _partner(spring: SpringOption, held: SpringOption) -> str:
-    """The spring that goes with another damper, empty where it is the one that is chosen."""
+    """Label of the spring for another damper; empty if it is the chosen one."""
     if spring.label == held.label and abs(spring.rate / held.rate - 1.0) < SAME_RATE:
         return ""
     return spring.label if spring.row is not None else f"{spring.label}, {spring.rate:.4g} N*m/rad"
@@ -319,7 +318,7 @@ def _by_error(options: list[Option]) -> tuple[Option, ...]:
 
 
 def tolerance_json(parts: PartsOptions, chosen: PartSet, joint: int) -> dict[str, Any]:
-    """What one joint's parts are reckoned to keep to, and on whose word."""
+    """The tolerances of one joint's parts, with their sources."""
     pair = chosen.pairs[joint]
     spring, damper = spring_tolerance(pair.spring, parts.tolerance), damper_tolerance(pair.damper, parts.tolerance)
     return {

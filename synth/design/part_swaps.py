@@ -1,9 +1,9 @@
-"""What could be had in the place of one part, and what it costs; a choice that such an exchange would better takes it.
+"""Exchanges of single parts of a set, and their response errors; an exchange that improves the set is made.
 
-An exchange changes one joint: another spring beside the chosen damper, or another damper with the spring that goes best
-with it among those that meet the joint's constraints for that damper. Every exchange is judged as the set is, with
-nominal parts and with their tolerances on the same draws. So a choice never loses to the table that stands beside it:
-where an exchange has the lesser expected error it is made, and the table is drawn up again.
+An exchange changes one joint: another spring with the chosen damper, or another damper with its best spring among those
+that meet the joint's constraints for that damper. Every exchange is evaluated in the same way as the set, with nominal
+parts and with tolerances on the same draws. If an exchange has a lower expected error, it is made, and the table is
+computed again. The chosen set is therefore never worse than an entry of the table of substitutes.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from synth.design.choose_springs import SpringOption, SpringSource, other_spring
 from synth.design.judged_sets import Judge, Pair, Pairs
 from synth.errors import UserError
 
-MOST_SWAPS = 8  # exchanges that are made before the choice stands, each to a lesser expected error
-WORTH = np.radians(0.002)  # by which an exchange must be better to be made: draws and engine are off by less
-FACTORS = (0.7, 0.85, 0.94, 0.98, 1.02, 1.06, 1.18, 1.43)  # of a wound spring's rate that are tried beside it
+MOST_SWAPS = 8  # largest number of exchanges, each to a lower expected error
+WORTH = np.radians(0.002)  # least improvement of an exchange; errors of the draws and the integrator are smaller
+FACTORS = (0.7, 0.85, 0.94, 0.98, 1.02, 1.06, 1.18, 1.43)  # on a wound spring's rate; these rates are tried too
 SAME_RATE = 0.005  # relative: a spring wound for a rate this near is the same
 
 
 @dataclass(frozen=True)
 class JointParts:
-    """What a joint may have.
+    """The candidate parts of a joint.
 
-    ``rate`` N m/rad is the one that was fitted with the damper chosen first. ``springs``: by a damper's label those
-    that meet the constraints for it. ``pairs`` are all of these together.
+    ``rate`` (N m/rad) was fitted with the damper chosen first. ``springs``: by damper label, the springs that meet the
+    constraints for that damper. ``pairs``: all combinations of these.
     """
 
     source: SpringSource
@@ -43,7 +43,7 @@ class JointParts:
 
 @dataclass(frozen=True)
 class Swap:
-    """One exchange at one joint: the pair instead, its nominal and expected error (rad) of the whole leg."""
+    """One exchange at one joint: the new pair, and the nominal and expected error (rad) of the whole leg with it."""
 
     pair: Pair
     error: float
@@ -51,21 +51,21 @@ class Swap:
 
     @property
     def allowed(self) -> bool:
-        """Whether the joint's constraints allow it; a spring of another rate is listed to compare."""
+        """Whether the joint's constraints allow it; a spring of another rate is listed for comparison only."""
         return not (self.pair.spring.outside or self.pair.spring.compared)
 
 
 @dataclass(frozen=True)
 class Swaps:
-    """For each joint the exchanges of its spring and of its damper, least expected error first."""
+    """For each joint the exchanges of its spring and of its damper, lowest expected error first."""
 
     springs: tuple[tuple[Swap, ...], ...]
     dampers: tuple[tuple[Swap, ...], ...]
-    chosen: float = field(default=float("nan"))  # rad, expected error of the set as it stands, on the same draws
+    chosen: float = field(default=float("nan"))  # rad, expected error of the unchanged set, on the same draws
 
 
 def without_better_swap(judge: Judge, chosen: Pairs, joints: Sequence[JointParts]) -> tuple[Pairs, Swaps]:
-    """The set after every exchange that betters it, and the exchanges that are left."""
+    """The set after all exchanges that improve it, and the remaining exchanges."""
     for _ in range(MOST_SWAPS):
         chosen = _wound_to_suit(judge, chosen, joints)
         table = swaps(judge, chosen, joints)
@@ -106,19 +106,19 @@ def _judged(judge: Judge, chosen: Pairs, joint: int, pairs: Sequence[Pair]) -> t
 
 
 def _instead(pair: Pair, parts: JointParts) -> list[Pair]:
-    """Other springs for the chosen damper: those that meet its constraints, then others to compare."""
+    """Other springs for the chosen damper: those that meet its constraints, then others for comparison."""
     known = [s for s in parts.springs[pair.damper.label] if s is not pair.spring and not _same(s, pair.spring)]
     others = other_springs(parts.source, pair.spring.asked, [pair.spring, *known])
     return [Pair(spring, pair.damper) for spring in (*known, *others)]
 
 
 def _same(one: SpringOption, other: SpringOption) -> bool:
-    """Whether two springs are to be wound alike, but for their rate."""
+    """Whether two springs to wind differ only in their rate."""
     return one.row is None and other.row is None and one.design is not None
 
 
 def _with_other_dampers(judge: Judge, chosen: Pairs, joint: int, parts: JointParts) -> list[Pair]:
-    """Each other damper with the spring that goes best with it."""
+    """Each other damper with its best spring."""
     pair, found = chosen[joint], []
     for damper in parts.dampers:
         if damper.label == pair.damper.label:
@@ -131,7 +131,7 @@ def _with_other_dampers(judge: Judge, chosen: Pairs, joint: int, parts: JointPar
 
 
 def _suited(judge: Judge, chosen: Pairs, joint: int, pair: Pair, source: SpringSource) -> Pair:
-    """The pair with its spring, where it is wound, wound for the rate that suits the set with this pair in it."""
+    """The pair with a spring to wind of the rate tuned to the set with this pair; bought springs are unchanged."""
     spring = pair.spring
     if spring.row is not None:
         return pair
@@ -143,9 +143,9 @@ def _suited(judge: Judge, chosen: Pairs, joint: int, pair: Pair, source: SpringS
 
 
 def _wound_to_suit(judge: Judge, chosen: Pairs, joints: Sequence[JointParts]) -> Pairs:
-    """The set with its wound springs wound for the rates with which the whole leg moves most nearly as wanted.
+    """The set with the rates of its springs to wind tuned to the lowest expected error of the whole leg.
 
-    One joint after the other; a rate is taken where it can be wound and lessens the expected error.
+    One joint after the other; a rate is accepted if it can be wound and reduces the expected error.
     """
     for j, parts in enumerate(joints):
         pair = _suited(judge, chosen, j, chosen[j], parts.source)
@@ -157,7 +157,7 @@ def _wound_to_suit(judge: Judge, chosen: Pairs, joints: Sequence[JointParts]) ->
 
 
 def _wound(source: SpringSource, rate: float) -> SpringOption | None:
-    """A spring wound for this rate as it is asked for; None where only another can be made."""
+    """A spring to wind for exactly these requirements; None if only a different one can be made."""
     try:
         option, _ = spring_to_wind(source, rate)
     except UserError:

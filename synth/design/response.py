@@ -1,4 +1,4 @@
-"""The response of the whole leg: how far a leg with given parts moves from the wanted one."""
+"""The response of the whole leg: the difference of its motion from the wanted motion."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from synth.swing.leg_model import Leg, Spring
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
 
 TUNING_STEPS = 8  # Gauss-Newton steps at most; a gain below ``TUNED`` ends them earlier
-TUNED_RELEASES = 7  # about so many releases tell which spring suits a damper; errors are reckoned over all
-TUNED = 0.02  # share by which a step must lower the squared error for another to be taken
+TUNED_RELEASES = 7  # approximate number of releases that suffice to tune a spring; errors are computed over all
+TUNED = 0.02  # relative reduction of the squared error below which the steps end
 
 
 @dataclass(frozen=True)
 class WantedRelease:
-    """One release: times (m,) s, initial rotation (n,) rad and rate (n,) rad/s, and what was done to the leg."""
+    """One release: times (m,) s, initial rotation (n,) rad and rate (n,) rad/s, and the state of the trial's leg."""
 
     name: str
     time: Array
@@ -33,7 +33,7 @@ class WantedRelease:
 
 @dataclass(frozen=True)
 class WantedResponse:
-    """What the leg should do: the wanted leg's motion (m, n) rad from each release, free joints only counted."""
+    """The wanted leg's motion (m, n) rad from each release; errors count free joints only."""
 
     leg: Leg
     releases: tuple[WantedRelease, ...]
@@ -48,7 +48,7 @@ class WantedResponse:
         return replace(made, motions=tuple(motion[:, :, 0] for motion in made.simulate([leg])))
 
     def simulate(self, legs: Sequence[Leg]) -> list[Array]:
-        """(m, n, n_leg) rad for each release; nan where a leg's motion cannot be followed."""
+        """(m, n, n_leg) rad for each release; nan where the simulation of a leg fails."""
         layout = self.chain.layout
         out = []
         for release in self.releases:
@@ -59,7 +59,7 @@ class WantedResponse:
         return out
 
     def errors(self, legs: Sequence[Leg]) -> Array:
-        """(n_leg, n) rad, RMS departure of each joint from the wanted motion over all releases in which it is free."""
+        """(n_leg, n) rad, RMS difference of each joint from the wanted motion over all releases in which it is free."""
         square, count = np.zeros((len(legs), len(self.leg.joints))), np.zeros(len(self.leg.joints))
         for release, motion, wanted in zip(self.releases, self.simulate(legs), self.motions, strict=True):
             free = [j for j in range(len(self.leg.joints)) if j not in release.conditions.locked]
@@ -73,7 +73,7 @@ class WantedResponse:
         return np.asarray(np.sqrt(np.mean(self.errors(legs) ** 2, axis=1)))
 
     def at_rest_like_wanted(self, leg: Leg) -> Leg:
-        """The leg with free angles moved so that it rests in the wanted leg's pose, whatever its spring rates."""
+        """The leg with free angles changed so that its rest pose is the wanted leg's, for its own spring rates."""
         pose = rest_pose(self.leg)
         torque = static_torque(coefficients(leg), pose, leg.tilt)
         joints = []
@@ -84,9 +84,9 @@ class WantedResponse:
         return replace(leg, joints=tuple(joints))
 
     def tuned(self, leg: Leg, joints: Sequence[int]) -> Leg:
-        """The leg with the spring rates and free angles of ``joints`` moved to follow the wanted motion most nearly.
+        """The leg with the spring rates and free angles of ``joints`` tuned to the wanted motion.
 
-        Gauss-Newton with halving on the simulated motions; for ranking dampers, each with the spring that suits it.
+        Gauss-Newton with step halving on the simulated motions. Used to rank dampers, each with the spring tuned to it.
         """
         unknowns = SpringsAndDampers(self.chain, leg, tuple(joints), tuple(joints), ())
         model = TrajectoryModel(self.chain, leg, unknowns)
@@ -95,7 +95,7 @@ class WantedResponse:
         for _ in range(TUNING_STEPS):
             step = _step(jacobian, residual)
             if step is None:
-                break  # the leg stays as it is: its motion does not tell how to move its springs
+                break  # the leg is unchanged: its motion does not determine a step
             for halving in range(3):
                 moved = np.clip(values + step * 0.5**halving, unknowns.lower, unknowns.upper)
                 new_residual, new_jacobian = self._linearised(model, moved)
@@ -116,7 +116,7 @@ class WantedResponse:
         return replace(leg, joints=tuple(changed))
 
     def _linearised(self, model: TrajectoryModel, values: Array) -> tuple[Array, Array]:
-        """Residuals against the wanted motion and their Jacobian, over a few releases where there are many."""
+        """Residuals from the wanted motion and their Jacobian, over at most about ``TUNED_RELEASES`` releases."""
         every = max(1, len(self.releases) // TUNED_RELEASES)
         releases, motions = self.releases[::every], self.motions[::every]
         residuals, jacobians = [], []
@@ -131,9 +131,9 @@ class WantedResponse:
 
 
 def _step(jacobian: Array, residual: Array) -> Array | None:
-    """Damped Gauss-Newton step (n_unknown,), None where no motion that can be followed tells one.
+    """Damped Gauss-Newton step (n_unknown,); None if the motion does not determine one.
 
-    A leg that turns over faster with every step has derivatives whose squares are no numbers any more.
+    The derivatives of a diverging motion are so large that their squares overflow.
     """
     with np.errstate(all="ignore"):
         normal, side = jacobian.T @ jacobian, jacobian.T @ residual

@@ -1,4 +1,4 @@
-"""The built leg as MJCF, URDF and SDF: inertias of its links with all parts on them, drawn parts as visuals, stops."""
+"""The built leg as MJCF, URDF and SDF: links with the inertia of all their parts, drawn parts as visuals, stops."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from synth.swing.rigid_body import Vector
 
 
 def write_robots(design: LegDesign, masses: Sequence[PartMass], folder: Path) -> list[str]:
-    """Write ``leg.mjcf.xml``, ``leg.urdf`` and ``leg.sdf``; returns what URDF and SDF do not hold."""
+    """Write ``leg.mjcf.xml``, ``leg.urdf`` and ``leg.sdf``; return sentences on what URDF and SDF lack."""
     times = [release.time for release in design.wanted.releases]
     fastest = fastest_rates(design.built_motions, times)
     base, links = _base(design, masses, folder), _links(design, masses, folder)
@@ -24,7 +24,7 @@ def write_robots(design: LegDesign, masses: Sequence[PartMass], folder: Path) ->
 
 
 def _base(design: LegDesign, masses: Sequence[PartMass], folder: Path) -> RobotLink:
-    """What hangs from the body: the first joint's upper half."""
+    """The base link: the first joint's upper half, which is fixed to the body."""
     first = design.built.joint_names[0]
     return RobotLink(None, _shown(masses, first, ("upper", "spring"), 0.0, (0.0, 0.0, 0.0), folder))
 
@@ -34,7 +34,7 @@ def _links(design: LegDesign, masses: Sequence[PartMass], folder: Path) -> tuple
         return tuple(RobotLink() for _ in design.built.joints)
     found = []
     for index, (drawn, built) in enumerate(zip(design.drawn.dimensions.joints, design.links, strict=True)):
-        # Files show the lower half's parts turned to the free angle; a link's frame has them straight.
+        # The files have the lower half's parts at the free angle; in a link's frame they are at angle 0.
         turn = -radians(drawn.rotation(drawn.free_angle))
         shown = _shown(masses, drawn.name, ("lower",), turn, (0.0, 0.0, 0.0), folder)
         if index + 1 < len(design.built.joints):
@@ -47,7 +47,7 @@ def _links(design: LegDesign, masses: Sequence[PartMass], folder: Path) -> tuple
 def _shown(
     masses: Sequence[PartMass], joint: str, groups: tuple[str, ...], turn: float, shift: Vector, folder: Path
 ) -> tuple[Visual, ...]:
-    """Parts of a joint that were exported; a spring is shown as it hangs from the upper half, unloaded."""
+    """Exported parts of a joint; the spring is unloaded and fixed to the upper half."""
     from synth.cad.parts import COLOURS
 
     return tuple(

@@ -1,4 +1,4 @@
-"""The solids of a design: drawn, gated, written, and what is to be said of them in ``design.json``."""
+"""The solids of a design: drawn, checked, written, and recorded in ``design.json``."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ NOT_DRAWN: dict[str, Any] = {
 def draw_solids(
     design: LegDesign, folder: Path, cache: StageCache, *, pictures: bool
 ) -> tuple[dict[str, Any], tuple[PartMass, ...]]:
-    """Draw the joints into ``folder/parts`` where every gate holds, else a picture of each failure into ``checks``.
+    """Draw the joints into ``folder/parts`` if every check passes, else a picture of each failure into ``checks``.
 
     Returns
     -------
-    What goes into ``design.json`` under ``pictures`` and ``solids``, where ``solids.drawn`` tells which it was; and
-    what each part weighs.
+    The entries ``pictures`` and ``solids`` of ``design.json``, where ``solids.drawn`` is whether the joints were
+    exported; and the mass of each part.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def draw_solids(
 
 
 def on_bed(design: LegDesign, bed: tuple[float, ...]) -> LegDesign:
-    """The design to print on a bed of this size, m; the bed changes nothing of the joints."""
+    """The design to print on a bed of this size, m; the joints do not depend on it."""
     if design.drawn is None:
         return design
     dimensions = design.drawn.dimensions
@@ -76,19 +76,19 @@ def on_bed(design: LegDesign, bed: tuple[float, ...]) -> LegDesign:
 
 
 def not_weighed(design: LegDesign) -> LegDesign:
-    """The design that is not drawn, with what that leaves out of its links."""
+    """The design without drawing, with a warning on the masses that its links lack."""
     bare = [joint.name for joint in design.project.target.joints if joint.link.includes == "none"]
     if not bare:
         return design
     text = decisive(
-        f"nothing is drawn, so the parts of the joints are not on the links of {', '.join(bare)}, whose figures hold "
-        "none of them (includes: none): the leg will be heavier than it is simulated"
+        f"nothing is drawn, so the masses of the joints' parts are missing on the links of {', '.join(bare)}, whose "
+        "figures do not include them (includes: none): the leg will be heavier than simulated"
     )
     return replace(design, warnings=(*design.warnings, (None, text)))
 
 
 def require_drawn(solids: dict[str, Any], project: Path, report: Path) -> None:
-    """Raise UserError with every failed gate where nothing was exported for that reason."""
+    """Raise UserError with every failed check if nothing was exported for that reason."""
     failed = [check for check in solids["checks"] if not check["passed"]]
     if not failed:
         return
@@ -97,7 +97,7 @@ def require_drawn(solids: dict[str, Any], project: Path, report: Path) -> None:
 
 
 def not_drawable(error: Any, project: LegProject) -> UserError:
-    """What to tell where joints cannot be drawn; ``error`` is a ``cad.DimensionError``."""
+    """The user's message for joints that cannot be drawn; ``error`` is a ``cad.DimensionError``."""
     file = str(project.path)
     hint = "change cad: or select: in the project, or leave the solids out with --no-cad"
     return UserError([Problem(f"{problem}; {hint}", file, key="cad") for problem in error.problems])
@@ -106,9 +106,9 @@ def not_drawable(error: Any, project: LegProject) -> UserError:
 def _drawn(
     solids: Solids, folder: Path, known: tuple[Mapping[str, float], Mapping[str, int]], *, pictures: bool
 ) -> tuple[dict[str, Any], bool]:
-    """Build, check and write; the record, and whether it is whole (pictures were asked for and drawn).
+    """Build, check and write; the record, and whether it is complete (requested pictures were drawn).
 
-    ``known``: weighed masses (kg) by part, and dampers by joint.
+    ``known``: weighed masses (kg) by part, and numbers of dampers by joint.
     """
     from synth import cad
     from synth.design.part_masses import mass_json, masses_of
@@ -178,34 +178,34 @@ def _value(value: float, unit: str) -> dict[str, Any]:
 
 
 def with_settings(extra: dict[str, Any], design: LegDesign, settings: Mapping[str, SeatSetting]) -> dict[str, Any]:
-    """``extra`` with how each seat is set: at its zero, or as the spring in hand asks; and how to measure that."""
+    """``extra`` with the setting of each seat (zero, or for the measured spring) and how to measure the spring."""
     solids = dict(extra["solids"])
     joints = {name: dict(solids["joints"].get(name, {})) for name in design.built.joint_names}
     for name, setting in settings.items():
         joints[name]["seat"] = {**joints[name].get("seat", {}), "setting": setting.as_json()}
     notes = list(solids["notes"])
     for name, setting in settings.items():
-        notes.append(f"{name}: turn the seat to {degrees(setting.turn):+.1f} deg on its scale for the spring in hand")
+        notes.append(f"{name}: turn the seat to {degrees(setting.turn):+.1f} deg on its scale for the measured spring")
     if joints and not settings and solids["drawn"]:
         notes.append(HOW_TO_MEASURE)
     return {**extra, "solids": {**solids, "joints": joints, "notes": notes}}
 
 
 HOW_TO_MEASURE = (
-    "a spring's free angle is sold to 10 deg only, the largest error of all: assemble each joint with its seat at 0, "
-    "lay it on its side so that no weight turns it, leave the damper off, and read the angle at which it comes to rest "
-    "(the mean of both sides). Write it as measured: {spring: {JOINT: {free_angle: 98 deg}}}; the report then tells "
-    "what to turn the seat to. + on the scale (the end with the pit) makes the free angle larger; its marks are 5 deg "
-    "apart on the ear and 4 deg on the seat plate, so where two meet a degree is read"
+    "the tolerance of a bought spring's free angle, 10 deg, is the largest of all. Assemble each joint with its seat "
+    "at 0 and without the damper, lay it on its side so that no weight turns it, and read the angle at which it comes "
+    "to rest (the mean of both sides). Write it as measured: {spring: {JOINT: {free_angle: 98 deg}}}; the report then "
+    "gives the setting of the seat. + on the scale (the end with the pit) increases the free angle. The marks are "
+    "5 deg apart on the ear and 4 deg apart on the seat plate: the scale is a vernier that reads to one degree"
 )
 
 
 def _parts(leg: BuiltLeg) -> list[dict[str, Any]]:
-    """Every part with how it is got, its mass, centre of mass and inertia, joint by joint.
+    """Every part with its method of manufacture, mass, centre of mass and inertia, joint by joint.
 
-    ``com`` stands in the frame of the half that the part moves with: the hinge on z, the half's own link along y,
-    towards the parent for the upper half (+y), away from it for the lower one (-y). ``inertia`` is about the com, along
-    the hinge's axis.
+    ``com`` is in the frame of the half that the part moves with: the hinge axis is z, the half's link lies along y,
+    towards the parent (+y) for the upper half, away from it (-y) for the lower one. ``inertia`` is about the com, for
+    the axis parallel to the hinge.
     """
     density, found = leg.dimensions.printing.density, []
     for joint, link in zip(leg.joints, leg.links, strict=True):
@@ -227,7 +227,7 @@ def _parts(leg: BuiltLeg) -> list[dict[str, Any]]:
 
 
 def _joints(leg: BuiltLeg) -> dict[str, Any]:
-    """What the drawn joints leave and allow: free play, the stops' angles, arms and seat."""
+    """Properties of the drawn joints: play, stop angles, arms and seat."""
     from synth.cad.play import play_of
 
     found = {}
@@ -260,14 +260,14 @@ def _rate_ratio(spring: Any, free_arm: float) -> float:
 
 
 def _caption(design: LegDesign, path: str) -> str:
-    """What a picture shows: the leg, a joint with its arm offset, or a part of a joint."""
+    """Caption of a picture: the leg, a joint with its arm offset, or a part of a joint."""
     stem = Path(path).stem
     for index, name in enumerate(design.built.joint_names):
         named = name.replace(" ", "_")
         if stem == named or stem.startswith(f"{named}_"):
             part = stem.removeprefix(named).lstrip("_").replace("_", " ")
             if part == "exploded":
-                return f"{name} joint pulled apart; the numbers are the steps of its assembly"
+                return f"{name} joint, exploded view; the numbers are the assembly steps"
             offset = f"arm offset {degrees(design.arm_offset(index)):+.1f} deg"
             return (
                 f"{name}, {part}" if part and part != "inside" else f"{name} joint{', cut open' * bool(part)}: {offset}"

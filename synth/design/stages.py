@@ -1,4 +1,4 @@
-"""The three fits of a design: the animal's leg, the robot's links with the animal's motion, and with real dampers."""
+"""The three fits of a design: the animal's leg, the robot's links to its motion, the same with real dampers."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from synth.swing.leg_model import DamperCurve
 
 @dataclass(frozen=True)
 class SourceMotion:
-    """Recordings of the animal that are fitted, and those held out; in its own time and in the robot's.
+    """The animal's fitted and held-out recordings, in its own time scale and in the robot's.
 
-    ``said`` : what was cut of them, or left out, because they begin before the release.
+    ``said`` : a sentence for each recording that was cut or left out because it begins before the release.
     """
 
     fitted: tuple[Recording, ...]
@@ -35,7 +35,7 @@ class SourceMotion:
     said: tuple[str, ...] = ()
 
     def cut(self, start: float) -> SourceMotion:
-        """From ``start`` s after each recording's first sample on, in the animal's time."""
+        """The recordings from ``start`` s after their first sample, in the animal's time."""
         if start == 0.0:
             return self
         fitted, held_out = later(self.fitted, start), later(self.held_out, start)
@@ -43,12 +43,12 @@ class SourceMotion:
 
     @property
     def fitted_scaled(self) -> list[Recording]:
-        """The fitted ones, stretched in time: rates fall with the factor, amplitudes stay."""
+        """The fitted recordings, stretched in time: rates are divided by the factor, amplitudes are unchanged."""
         return [recording.stretched(self.factor) for recording in self.fitted]
 
     @property
     def held_out_scaled(self) -> list[Recording]:
-        """The held-out ones, stretched in time."""
+        """The held-out recordings, stretched in time."""
         return [recording.stretched(self.factor) for recording in self.held_out]
 
 
@@ -62,10 +62,10 @@ def read_motion(project: LegProject) -> SourceMotion:
     fitted = [trial for trial in project.trials if not trial.held_out]
     held_out = [trial for trial in project.trials if trial.held_out]
     if not fitted:
-        text = "every trial is held out; at least one must be fitted"
+        text = "all trials are held out; at least one must be fitted"
         raise UserError(Problem(text, str(project.path), key="source.trials"))
     driven = [
-        Problem("has torque columns; a motion that is driven cannot be scaled to another leg", trial.name)
+        Problem("has torque columns; a driven motion cannot be scaled to another leg", trial.name)
         for trial in project.trials
         if trial.torques is not None
     ]
@@ -84,7 +84,7 @@ def fit_options(project: LegProject, curves: Mapping[str, DamperCurve] | None = 
 
     Raises
     ------
-    UserError : a method and a cost that do not go together.
+    UserError : an invalid combination of method and cost.
     """
     require_method(project.fit, str(project.path))
     intervals = project.fit.intervals
@@ -99,7 +99,7 @@ def fit_options(project: LegProject, curves: Mapping[str, DamperCurve] | None = 
 
 
 def scored_trials(result: FitResult, held_out: Sequence[Recording]) -> tuple[TrialFit, ...]:
-    """Held-out recordings beside what the fitted leg predicts for them."""
+    """Held-out recordings with the fitted leg's prediction for them."""
     if not held_out:
         return ()
     scored = score(result, held_out)
@@ -107,12 +107,12 @@ def scored_trials(result: FitResult, held_out: Sequence[Recording]) -> tuple[Tri
 
 
 def with_held_out(result: FitResult, held_out: Sequence[Recording]) -> FitResult:
-    """The result with the held-out trials scored and listed behind the fitted ones."""
+    """The result with the held-out trials scored and listed after the fitted ones."""
     return replace(result, trials=(*result.trials, *scored_trials(result, held_out)))
 
 
 def damper_laws(project: LegProject) -> dict[str, DamperLaw]:
-    """The laws of the dampers that were measured by drops, joint by joint."""
+    """The laws of the dampers that were measured by drop tests, by joint."""
     laws = {}
     for joint, measured in project.dampers.items():
         if measured.leg is None:
@@ -125,10 +125,10 @@ def damper_laws(project: LegProject) -> dict[str, DamperLaw]:
 
 
 def releases(motion: Sequence[Recording], result: FitResult) -> list[WantedRelease]:
-    """Each fitted trial's initial state, as the fit found it, as a release of the wanted leg.
+    """Each fitted trial's estimated initial state, as a release of the wanted leg.
 
-    A trial's own shift of the free angle is taken off the initial pose too: the robot's springs do not drift, and what
-    is wanted of it is the animal's motion about the common rest.
+    A trial's own shift of the free angle is subtracted from the initial pose: the robot's springs do not drift, and the
+    wanted motion is the animal's motion about the common rest pose.
     """
     found = []
     names = result.leg.joint_names

@@ -1,10 +1,10 @@
-"""What a target leg's effects mean for its design: which stay with the joint, which go with a part that is replaced.
+"""The effects of a target leg in a design: which belong to the joint, and which to a part that is replaced.
 
-A diagnosis (``synth gap``) gives back the leg as it seems to be: links of the size that they have, and effects beyond
-linear springs and dampers. A design chooses new springs and dampers, so what belonged to the old ones goes with them
-(``Effect.belongs_to``). Of what stays, the torques at a joint are simulated with every spring and damper that is tried.
-The rest is left out, never silently: a base that moves and links that bend would lengthen the chain that the fit and
-the choice run on, and what an encoder tells does not change how the leg moves.
+A diagnosis (``synth gap``) gives the estimated leg: its links, and effects beyond linear springs and dampers. A design
+chooses new springs and dampers, so effects of the old ones do not apply (``Effect.belongs_to``). Torques that belong to
+a joint are simulated with every candidate spring and damper. Other effects are left out, with a note: a moving base or
+a bending link would add degrees of freedom to the chain of the fit and the choice, and an encoder error does not change
+the leg's motion.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from synth.swing.effects import Effect, effect_named
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
-SHOWN = {"rad": "deg", "rad/s": "deg/s"}  # units that people read better
+SHOWN = {"rad": "deg", "rad/s": "deg/s"}  # units for display
 
 
 @dataclass(frozen=True)
 class TargetEffect:
-    """One effect of the target: ``joint`` None for the base, parameters in SI, whether it stays, and why."""
+    """One effect of the target: ``joint`` (None for the base), parameters in SI, whether it is kept, and why."""
 
     effect: Effect
     joint: str | None
@@ -32,8 +32,8 @@ class TargetEffect:
 
     @property
     def sentence(self) -> str:
-        """What is to be said of it."""
-        done = "is in every leg that is tried" if self.stays else "is left out"
+        """The note on the effect."""
+        done = "is in every simulated leg" if self.stays else "is left out"
         return f"{self.effect.name} of the {self.joint or 'base'} {done}: {self.why}"
 
     def as_json(self) -> dict[str, Any]:
@@ -50,7 +50,7 @@ class TargetEffect:
 
 @dataclass(frozen=True)
 class TargetLeg:
-    """The target as a design takes it: ``ideal`` without effects, ``real`` with those that stay."""
+    """The target of a design: ``ideal`` without effects, ``real`` with the effects that are kept."""
 
     ideal: Leg
     real: Leg
@@ -58,7 +58,7 @@ class TargetLeg:
 
 
 def target_of(leg: Leg) -> TargetLeg:
-    """Sort a target's effects; its own springs and dampers, which are replaced, are left as they are."""
+    """Sort a target's effects into kept and left-out ones; its springs and dampers are not changed."""
     found = [_judged(name, joint.name, given) for joint in leg.joints for name, given in joint.effects.items()]
     found += [_judged(name, None, given) for name, given in leg.effects.items()]
     stay = {
@@ -75,7 +75,7 @@ def with_effects(leg: Leg, effects: Mapping[str, Mapping[str, Mapping[str, float
 
 
 def notes(effects: Sequence[TargetEffect]) -> list[tuple[str | None, str]]:
-    """Joint (None for the base) and sentence of each effect."""
+    """Joint (None for the base) and note of each effect."""
     return [(e.joint, f"{e.joint}: {e.sentence}" if e.joint else e.sentence) for e in effects]
 
 
@@ -86,11 +86,11 @@ def _judged(name: str, joint: str | None, parameters: Mapping[str, float]) -> Ta
 
 
 def _stays(effect: Effect) -> tuple[bool, str]:
-    """Whether it stays and is simulated, and why."""
+    """Whether the effect is kept and simulated, and why."""
     if effect.belongs_to != "joint":
-        return False, f"it belongs to the {effect.belongs_to}, which is chosen anew"
+        return False, f"it belongs to the {effect.belongs_to}, which is replaced"
     if effect.way == "reading":
-        return False, "it is what the encoder tells, and does not change how the leg moves"
+        return False, "it is an encoder error, and does not change how the leg moves"
     if effect.way == "drive":
         return False, "it is an error of a recording's torque column, and does not change the leg"
     if effect.way == "structure":

@@ -1,4 +1,4 @@
-"""A leg design as files: design.json, the leg for us and for other engines, responses and torque-speed curves."""
+"""A leg design as files: design.json, the leg file and robot descriptions, responses, torque-speed curves."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ LIBRARIES = ("numpy", "scipy", "numba", "cadquery")
 
 
 def write_files(design: LegDesign, folder: Path) -> None:
-    """Everything but design.json, solids and pages."""
+    """Write all files except design.json, solids and pages."""
     write_leg(design.built, folder / "built.leg.yaml")
     write_leg(design.target.leg, folder / "wanted.leg.yaml")
     curves = folder / "dampers"
@@ -46,7 +46,7 @@ def write_files(design: LegDesign, folder: Path) -> None:
 
 
 def _write_target_responses(design: LegDesign, folder: Path) -> None:
-    """The animal's motion in the robot's time, the wanted leg's and the built leg's, in degrees."""
+    """Write the animal's motion in the robot's time and those of the wanted and the built leg, in degrees."""
     folder.mkdir(parents=True)
     leg = design.built
     fitted = [trial for trial in design.target.trials if not trial.held_out]
@@ -117,14 +117,14 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
 
 
 def _file(path: Path, folder: Path, parts: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """A file with its hash; of a part's solid also its joint and the body that it is fixed to."""
+    """A file with its hash; for a part's solid also its joint and the body that it is fixed to."""
     written: dict[str, Any] = {"path": path.relative_to(folder).as_posix(), "sha256": sha256_file(path)}
     part = parts.get(path.stem) if path.suffix in (".step", ".stl", ".glb") else None
     return written if part is None else {**written, "joint": part["joint"], "moves_with": part["moves_with"]}
 
 
 def _inputs(design: LegDesign) -> list[dict[str, str]]:
-    """Every file that the design rests on: project, legs, catalogues and curves, then the recordings."""
+    """Every input file of the design: project, legs, catalogues and curves, then the recordings."""
     project = design.project
     trials = [*project.trials, *(trial for damper in project.dampers.values() for trial in damper.trials)]
     found = {item.name: item.sha256 for item in project.inputs} | {trial.name: trial.sha256 for trial in trials}
@@ -132,7 +132,7 @@ def _inputs(design: LegDesign) -> list[dict[str, str]]:
 
 
 def _held_out(trials: Sequence[TrialFit], names: Sequence[str]) -> dict[str, Any] | None:
-    """How far the fitted leg is off on trials that took no part."""
+    """RMS error of the fitted leg on the held-out trials."""
     if not trials:
         return None
     off = np.concatenate([trial.measured - trial.fitted for trial in trials])
@@ -174,10 +174,10 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
             _ranked_damper(option, damper) for option in design.dampers.ranked[j] if option is not damper
         ],
         "alternatives_basis": (
-            "response_error: RMS over all joints and releases against the wanted motion with only this joint's part "
-            "changed; another damper comes with the spring that goes best with it (with_spring where that is another "
-            "one). cost: that less the chosen set's. expected_error: with tolerances, free angles measured and set; "
-            "the choice goes by it, and exchanges are listed in its order"
+            "response_error: RMS over all joints and releases of the difference from the wanted motion, with only this "
+            "joint's part changed. Another damper has its best spring (with_spring, if that is not the chosen one). "
+            "cost: response_error minus that of the chosen set. expected_error: with tolerances, free angles measured "
+            "and seats adjusted; the choice and the order of the list are by expected_error"
         ),
         "tolerance": tolerance_json(design.project.parts, design.sets.chosen, j),
         "left_out": {"springs": dict(design.springs.left_out[j]), "dampers": dict(design.dampers.left_out[j])},
@@ -255,7 +255,7 @@ def _ranked_damper(option: DamperOption, chosen: DamperOption) -> dict[str, Any]
 
 
 def _search(design: LegDesign) -> dict[str, Any]:
-    """How the sets were found."""
+    """Record of the search for sets."""
     found, parts = design.sets.found, design.project.parts
     written: dict[str, Any] = {
         "sets": found.n_set,
@@ -274,7 +274,7 @@ def _search(design: LegDesign) -> dict[str, Any]:
 
 
 def bought_or_wound(design: LegDesign) -> list[dict[str, str]]:
-    """Springs and dampers as lines of the list of parts, joint by joint."""
+    """Springs and dampers as lines of the bill of materials, joint by joint."""
     rows: list[dict[str, str]] = []
     for joint, spring, damper in zip(design.built.joints, design.springs.chosen, design.dampers.chosen, strict=True):
         rows.append(_spring_line(joint.name, spring))
@@ -288,7 +288,7 @@ def bought_or_wound(design: LegDesign) -> list[dict[str, str]]:
         if damper.arrangement.ratio != 1.0:
             what += f", turning {damper.arrangement.ratio:g} times as fast as the joint"
         if damper.arrangement.pair:
-            what += ", in pairs, one each way"
+            what += ", in pairs, one for each direction"
         part, price = (row.order, row.price) if row is not None else (damper.part, "")
         line = _line(joint.name, what, vendor, part, str(damper.arrangement.pieces), source)
         rows.append({**line, "price": price})

@@ -61,7 +61,7 @@ def test_the_thesis_hip_contradicts_itself():
         ({"wire_diameter": float("nan")}, "wire_diameter"),
         ({"wire_diameter": "3 mm"}, "wire_diameter = '3 mm'"),
         ({"mean_diameter": 8.0}, "mean_diameter = 8.*spring index"),
-        ({"pitch": 3.4}, "pitch = 3.4.*through each other"),
+        ({"pitch": 3.4}, "pitch = 3.4.*would intersect"),
         ({"hand": "both"}, "hand = 'both'"),
     ],
 )

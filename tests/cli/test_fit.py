@@ -70,7 +70,7 @@ def test_tolerances_of_the_links_are_listed_and_said(result: Path, tmp_path: Pat
     listed = {default["key"]: default["value"] for default in fit["defaults"]}
     assert listed["tolerance.inertia"] == "2 %"
     assert "tolerance.spring" not in listed  # sought, not assumed
-    assert "What the intervals are made of" in (result / "report.html").read_text()
+    assert "Sources of the intervals" in (result / "report.html").read_text()
     shutil.copytree(EXAMPLES / "fit", tmp_path / "project")
     file = tmp_path / "project" / "fit.yaml"
     exact = "tolerance: {length: 0 %, mass: 0 %, com: 0 %, inertia: 0 %, knee: {mass: 5 %}}\n"

@@ -124,7 +124,7 @@ def test_links_that_end_up_elsewhere_are_said_with_both_figures(design: dict[str
     for name, link in design["links"].items():
         figures = f"{link['built']['mass']['value']:.0f} g instead of 60 g"
         assert any(text.startswith(f"{name}: with its joints' parts") and figures in text for text in texts)
-    assert any("are assumed, of knee_damper" in text for text in texts)
+    assert any("are assumed masses of knee_damper" in text for text in texts)
     assert 1 <= design["mass_rounds"]["count"] <= 5
 
 

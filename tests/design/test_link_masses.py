@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from synth.cad import JointDimensions, MountDimensions, SpringDimensions
-from synth.design.link_masses import alike, built_links, link_warnings, with_links
+from synth.design.link_masses import built_links, link_warnings, same_links, with_links
 from synth.design.mass_loop import NEAR, same_but_for
 from synth.design.part_masses import ASSUMED, SOLID, PartMass, mass_from, mass_json, unknown_parts
 from synth.swing.leg_model import Joint, Leg, Link
@@ -73,14 +73,14 @@ def test_figures_that_cannot_be_give_way_to_what_is_drawn() -> None:
 def test_assumed_masses_are_named_with_the_key_that_takes_them() -> None:
     links = built_links(leg("none"), PARTS)
     said = [text for _, text in link_warnings(links, {"knee_upper": "assumed"})]
-    named = [text for text in said if "60 g of its link's 270 g are assumed, of knee_upper" in text]
+    named = [text for text in said if "60 g of its link's 270 g are assumed masses of knee_upper" in text]
     assert len(named) == 1
     assert "cad: {masses:" in named[0]
 
 
 def test_links_are_alike_within_half_a_per_cent() -> None:
-    assert alike(leg("none", 0.080), leg("none", 0.0803))
-    assert not alike(leg("none", 0.080), leg("none", 0.081))
+    assert same_links(leg("none", 0.080), leg("none", 0.0803))
+    assert not same_links(leg("none", 0.080), leg("none", 0.081))
 
 
 def test_a_weighed_part_that_is_none_is_told() -> None:

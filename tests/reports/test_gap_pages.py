@@ -196,7 +196,7 @@ def test_the_same_result_gives_the_same_bytes(written: Folder, effect: GapResult
     [
         ("effect", "the trials identify the cause"),
         ("none", "no effect is missing"),
-        ("tie", "These cannot be told apart on these trials"),
+        ("tie", "These trials cannot distinguish"),
         ("unknown", "no effect in the library explains"),
     ],
 )
@@ -204,7 +204,7 @@ def test_every_verdict_has_its_page(written: Folder, verdict: str, words: str) -
     _, page = page_of(written(made_result(verdict)) / "report.html")
     assert words in page.text
     assert ("No explanation was accepted" in page.text) == (verdict in ("none", "unknown"))
-    assert ("The likeliest of the explanations that tie" in page.text) == (verdict == "tie")
+    assert ("The most probable of the tied explanations" in page.text) == (verdict == "tie")
     assert ("nearest explanation, not accepted" in page.text) == (verdict == "unknown")
     assert "none: no effect is missing" in page.text
     assert "unknown: not in the library" in page.text
@@ -216,7 +216,7 @@ def test_nothing_ranked_and_nothing_to_record(written: Folder, effect: GapResult
         next_experiment=None, warnings=(), diagnosed=effect.leg,
     )  # fmt: skip
     html, page = page_of(written(bare) / "report.html")
-    assert "no trial of the menu would change the answer" in page.text
+    assert "no trial of the list would change the diagnosis" in page.text
     assert "warning" not in html.split("<nav")[0].split("<body>")[1]
     check_all(html)
 

@@ -27,8 +27,8 @@ def test_links_stand_as_assumed_as_drawn_and_as_simulated(leg_folder: LegFolder)
     assert "assumed 200 g" in text
     assert "simulated 400 g" in text
     assert "agree after 2 rounds" in text
-    assert "Masses that nobody weighed: a_damper 54 g" in text
-    assert "Seats for the springs in hand" in text
+    assert "Assumed masses: a_damper 54 g" in text
+    assert "Seats for the measured springs" in text
     assert "15 N·m/rad 98°" in text
 
 

@@ -295,7 +295,7 @@ def test_sets_show_what_is_to_be_expected_and_what_it_hangs_on(leg_folder: LegFo
     folder, design = leg_folder()
     _, page = page_of(write_leg_report(folder))
     text = " ".join(page.text.split())
-    assert "the chance to stay within the allowed 3.00° is 42 %" in text.replace("\xa0", " ")
+    assert "the probability of staying within the allowed 3.00° is 42 %" in text.replace("\xa0", " ")
     assert "hip: free angle" in text
     assert "Measure the springs first." in text
     assert "1,200 sets of parts met the constraints; every one was simulated." in text

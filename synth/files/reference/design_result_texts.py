@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from synth.files.reference.fit_result_texts import FIT, SPRING_TO_MAKE
+from synth.files.reference.shared_texts import remark_texts
 
 _FORECAST = {
     "nominal": "RMS error with parts as stated.",
@@ -169,9 +170,7 @@ DESIGN = {
     "target_effects[].NAME": "An effect of the robot's own leg file, its joint and parameters.",
     "settings.NAME": "What the project asks for.",
     "warnings[].joint": "Joint, or null for all.",
-    "warnings[].text": "The warning.",
-    "warnings[].severity": "How much it matters.",
-    "warnings[].remedy": "What to do about it.",
+    **remark_texts("warnings"),
     "defaults[].key": "A key that the project omits.",
     "defaults[].value": "The value used.",
     "defaults[].why": "Why.",

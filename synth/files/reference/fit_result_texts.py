@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from synth.files.reference.shared_texts import remark_texts
+
 _SHA = "SHA-256 of each input file."
 
 FIT = {
@@ -44,9 +46,7 @@ FIT = {
     "defaults[].value": "The value used.",
     "defaults[].why": "Why.",
     "warnings": "Warnings.",
-    "remarks[].text": "The warning.",
-    "remarks[].severity": "How much it matters.",
-    "remarks[].remedy": "What to do about it.",
+    **remark_texts("remarks"),
     "method": "Estimation method.",
     "cost": "Cost that was minimised.",
     "iterations": "Steps of the last stage.",
@@ -147,7 +147,5 @@ SPRING_TO_MAKE = {
     "tolerance.body_coils": "Of the coils.",
     "violations": "Limits that are not met.",
     "warnings": "Warnings.",
-    "remarks[].text": "The warning.",
-    "remarks[].severity": "How much it matters.",
-    "remarks[].remedy": "What to do about it.",
+    **remark_texts("remarks"),
 }

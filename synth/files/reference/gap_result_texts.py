@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from synth.files.reference.shared_texts import remark_texts
+
 _SHA = "SHA-256 of each input file."
 _PHASES = {
     "release": "Share until the first peak of the speed.",
@@ -94,9 +96,7 @@ GAP = {
     "effects.NAME.source": "Where the formula stands.",
     "phases": "Names of the phases, by their number in `where/*.csv`.",
     "warnings": "Warnings.",
-    "remarks[].text": "The warning.",
-    "remarks[].severity": "How much it matters.",
-    "remarks[].remedy": "What to do about it.",
+    **remark_texts("remarks"),
     "settings.WHY": "`seed` of the resampling; `tolerance.mass` and its like, `tolerance.knee.mass` of one joint: one "
     "standard deviation that manufacturing and measuring leave open.",
     "defaults[].key": "A key that the project omits.",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from synth.files.reference.shared_texts import remark_texts
+
 _JUMP = {
     "clearance": "Greatest height of the foot over the ground.",
     "relative_height": "Height over the length of the links.",
@@ -56,9 +58,7 @@ HOPPER = {
     "counts.NAME": "Designs by how their jump ended; `designs` is all of them.",
     "settings.NAME": "What the project asks for.",
     "warnings": "Warnings.",
-    "remarks[].text": "The warning.",
-    "remarks[].severity": "How much it matters.",
-    "remarks[].remedy": "What to do about it.",
+    **remark_texts("remarks"),
     "defaults[].key": "A key that the project omits.",
     "defaults[].value": "The value used.",
     "defaults[].why": "Why.",
@@ -110,9 +110,7 @@ COMPARE = {
     "starts[].left_out.NAME": "Why a side has no motion from this start.",
     **{f"differences[].{key}": text for key, text in _DIFFERENCE.items()},
     "warnings": "Warnings.",
-    "remarks[].text": "The warning.",
-    "remarks[].severity": "How much it matters.",
-    "remarks[].remedy": "What to do about it.",
+    **remark_texts("remarks"),
     "inputs.NAME": "SHA-256 of each input file.",
     "versions.NAME": "Of the program.",
 }
