@@ -1,7 +1,8 @@
 """Hard stops: two horns on the lower half's floor plate, whose flanks meet the corners of the upper half's web.
 
-A horn's flank is a plane through the hinge axis; the web's corner is an upright cylinder. They touch along a line when
-the flank stands ``asin(r/c)`` beside the direction of the cylinder's axis, r its radius, c its distance from the hinge.
+A horn's flank is a plane through the hinge axis; the web's corner is a cylinder parallel to it, of radius r at the
+distance c. They touch along a line if the angle between the flank and the direction of the cylinder's axis is
+``asin(r/c)``.
 """
 
 from __future__ import annotations

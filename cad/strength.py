@@ -1,9 +1,9 @@
 """Stresses from the spring's and the damper's torque, in closed form.
 
-A clamped arm brings its spring's moment M into its seat of length l, which bears it by pressures that grow linearly
-from the middle to both ends (a rigid bar in an elastic bed). What follows from it:
+A clamped arm transmits its spring's moment M to its seat of length l. The seat's pressure grows linearly from the
+middle to both ends (a rigid bar on an elastic foundation). The resulting stresses are:
 
-- the V's flanks, at 45 deg: the load at the end of the seat 6 M/l^2 a length on half of the wire's width;
+- the flanks of the V groove, at 45 deg: the line load 6 M/l^2 at the end of the seat, on half of the wire's width;
 - the cap, lifted by the V with as much at either end, 3 M/l in all, between its two screws a apart: a beam on two
   supports, 9 M a/(2 l^2 t^2);
 - the screws' inserts, which take 3 M/(2 l) each: shear of the print round an insert;
@@ -12,15 +12,15 @@ from the middle to both ends (a rigid bar in an elastic bed). What follows from 
 - the horns of the stops: a cantilever that bears the spring's and the damper's torque at the stop;
 - ears and hinge shaft: the force that keeps the coil on the axis (``cad.flexed_wire``): pressure F/(2 d t) in two ears,
   bending F L/8 over their span, the tongue spreading the load;
-- the shaft, twisted by the damper: 16 T/(pi (0.9 d)^3), the hole of its pin within the tenth;
+- the shaft in torsion by the damper: 16 T/(pi (0.9 d)^3), where the tenth accounts for the hole of its pin;
 - its pins (Roloff/Matek, cross pin under torsion): shear of the pin 4 T/(pi D d^2), pressure in the print beside it
   T/(d s (D + s)), s of its length in the hub on either side, D the shaft, d the pin;
 - a D, square or hexagon that drives or is driven: pressure on half of each flat, h wide and l long, that grows
   linearly to its edge: 3 T/(n l h^2) with n half flats (a D: one; a square: four; a hexagon: six);
 - the bearings: the force that keeps the coil on the axis, halved, against their static load.
 
-Print bears less from layer to layer: Hankinson's formula between the two strengths. Nothing here is a peak at a
-notch; sections and mean pressures only, as the material's scatter allows no more.
+Print has a lower strength between layers: Hankinson's formula interpolates between the two strengths. Stresses are
+those of sections and mean pressures, without notch factors, which the material's scatter does not justify.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ from synth.cad.shaft_line import tongue_pin
 
 Axis = tuple[float, float, float]
 SHAFT_YIELD = 240.0  # MPa; 303 stainless, the softest that ground shafts are sold in
-PIN_YIELD = 650.0  # MPa; of hardened dowels' cores no less is found: ASME B18.8.5M asks for 1050 MPa in shear
-BEARING = 1.5  # of the tensile strength, that a hole's wall bears (edge distance of two diameters)
+PIN_YIELD = 650.0  # MPa; lowest published value for the core of hardened dowels; ASME B18.8.5M: 1050 MPa in shear
+BEARING = 1.5  # of the tensile strength: bearing strength of a hole's wall (edge distance of two diameters)
 FRICTION = 0.2  # print on print, dry; PLA and nylon are measured at 0.2 to 0.5
 SHEAR = 1.0 / math.sqrt(3.0)  # of the tensile strength (von Mises)
 # Directions that a load in the plane of the layers may have.

@@ -1,4 +1,4 @@
-"""Pages from result files: one self-contained HTML file each. Reads results; imports nothing from ``synth``."""
+"""Pages from result files: one self-contained HTML file each. Reads results; imports no other room of ``synth``."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ def write_comparison_report(folder: Path) -> Path:
     Raises
     ------
     ReportError
-        If ``compare.json`` is missing or no comparison.
+        If ``compare.json`` is missing or not a comparison.
     """
     result = read_result(folder, "compare.json", "compare")
     return page.write_page(result, "Side by side", SECTIONS, comparison_opening(result))

@@ -63,7 +63,7 @@ def write_hopper_report(folder: Path) -> Path:
     Raises
     ------
     ReportError
-        If ``hopper.json`` is missing or no study of a jumping leg, or a file that it names is damaged.
+        If ``hopper.json`` is missing or not a study of a jumping leg, or a file that it names is damaged.
     """
     result = read_result(folder, "hopper.json", "hopper")
     jump, designs = live_jump.jump_data(result), live_jump.designs_data(result)

@@ -1,4 +1,4 @@
-"""The page of a model's checks: what is expected, what was found."""
+"""The page of a model's checks: expected and computed values."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ def write_checks_report(folder: Path) -> Path:
     Raises
     ------
     ReportError
-        If ``check.json`` is missing or no result of checks.
+        If ``check.json`` is missing or not a result of checks.
     """
     result = read_result(folder, "check.json", "check")
     return page.write_page(result, "Checks of the model", SECTIONS, checks_opening(result))
 
 
 def checks_opening(result: Result) -> Opening:
-    """The number of checks that hold, and those nearest to their limits."""
+    """The number of checks that passed, and those nearest to their limits."""
     checks = _checks(result.content)
     failed = [check for check in checks if not check.get("passed")]
     left_out = sequence(result.content, "left_out")
@@ -59,13 +59,13 @@ def _checks(document: Json) -> list[Json]:
 
 
 def _share(check: Json) -> float:
-    """The share of its limit that a check uses."""
+    """The difference of a check as a fraction of its limit."""
     off, limit = mapping(check, "off").get("value"), mapping(check, "limit").get("value")
     return float(off) / float(limit) if isinstance(off, (int, float)) and limit else float("inf")
 
 
 def _long(item: object) -> str:
-    """Seven digits: most agree that far."""
+    """A value with seven digits, to which most checks agree."""
     value = mapping(item).get("value")
     if not isinstance(value, (int, float)):
         return "not found"

@@ -49,7 +49,7 @@ def _cell(value: Any) -> str:
 
 
 def _figure(panel: Mapping[str, Any]) -> str:
-    """The panel as SVG, its curves told apart by colour and named below."""
+    """The panel as SVG, with curves of different colours, named below it."""
     svg = Svg(WIDTH, HEIGHT, panel["title"])
     xs = [value for x, _ in panel["curves"].values() for value in x]
     ys = [value for _, y in panel["curves"].values() for value in y]

@@ -44,7 +44,7 @@ class Opening:
     steps
         what to do next, the most important first.
     good
-        whether the verdict is good, bad, or neither (None): sets its colour, which the words do not depend on.
+        whether the verdict is good, bad, or neither (None). It sets the colour only.
     wide
         the figure is below the table, over the whole width.
     """
@@ -61,7 +61,7 @@ class Opening:
 
 @dataclass(frozen=True)
 class OpeningText:
-    """Warnings as the opening tells them."""
+    """The warnings in the opening."""
 
     foremost: list[Group]
     counted: list[tuple[str, str, list[Warned]]]
@@ -80,9 +80,9 @@ def estimate(quantity: object) -> Cell:
 
 
 def marked(words: str) -> Markup:
-    """Text in which what stands between backticks is code."""
+    """The text as markup, with the parts between backticks as code."""
     pieces = str(words).split("`")
-    if len(pieces) % 2 == 0:  # one that closes nothing
+    if len(pieces) % 2 == 0:  # an unpaired backtick
         return escape(words)
     return Markup("").join(Markup("<code>{}</code>").format(p) if i % 2 else escape(p) for i, p in enumerate(pieces))
 
@@ -95,7 +95,7 @@ def listed(names: Sequence[str], conjunction: str = "and") -> str:
 
 
 def shortly(words: str, most: int = MOST_FOREMOST_LETTERS) -> str:
-    """A text cut at a sentence or a word, with an ellipsis where something is left out."""
+    """A text cut after a sentence or a word, with an ellipsis if it was cut."""
     if len(words) <= most:
         return words
     cut = words[:most]

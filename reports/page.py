@@ -89,7 +89,7 @@ GAP_SECTIONS: tuple[ReportSection, ...] = (
 CHECK_SECTIONS: tuple[ReportSection, ...] = (check_sizes.SECTION, check_apart.SECTION, check_found.SECTION)
 REHEARSAL_SECTIONS: tuple[ReportSection, ...] = (rehearsal_sizes.SECTION, rehearsal_confusion.SECTION)
 SCRIPTS = ("page.js", "plots.js")
-UNFOLDED = 1  # sections; those beyond the second screen are folded
+UNFOLDED = 1  # sections shown open; the sections below the second screen are folded
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def write_leg_report(folder: Path) -> Path:
     Raises
     ------
     ReportError
-        If ``design.json`` is missing or no leg design, or a file that it names is damaged.
+        If ``design.json`` is missing or not a leg design, or a file that it names is damaged.
     """
     result = read_result(folder, "design.json", "leg-design")
     opening = leg_opening(result)
@@ -207,8 +207,8 @@ def write_page(
 def environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("synth.reports", "templates"),
-        # None of compiled templates on disk: jinja would unpickle, and run, what lies among the temporary files. To
-        # compile all of them takes 0.2 s.
+        # No cache of compiled templates on disk: jinja would unpickle and run files in the temporary folder. Compiling
+        # all templates takes 0.2 s.
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,

@@ -1,4 +1,4 @@
-"""Numbers as a reader wants them: as many digits as the interval bears, units in print."""
+"""Formatting of numbers: as many digits as the interval justifies, units as text."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Mapping
 
 from synth.reports.reading import unit_of, value_of
 
-DIGITS = 4  # significant, where no interval says how many are meant
+DIGITS = 4  # significant digits of a number without an interval
 _UNITS = {"deg": "°", "deg/s": "°/s", "1": "", "percent": "%", "degC": "°C", "ohm": "Ω"}
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
-# What one of a unit is in SI, for the units that figures must put on one axis.
+# Factors to SI of the units that figures convert to a common axis.
 _FACTORS = {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30, "Hz": math.tau}
 _FACTORS |= {"N*m": 1.0, "mN*m": 1e-3, "N*m*s/rad": 1.0, "N*m*s/deg": 180 / math.pi, "N*m/rpm": 30 / math.pi}
 _FACTORS |= {"rad": 1.0, "deg": math.pi / 180, "mm": 1e-3, "m": 1.0, "in": 0.0254, "N*m/rad": 1.0, "1": 1.0}
@@ -20,13 +20,13 @@ _FACTORS |= {"N*m/deg": 180 / math.pi, "N*mm/rad": 1e-3, "percent": 0.01, "s": 1
 
 
 def in_si(quantity: object) -> float | None:
-    """A quantity in SI and radians; None where there is none or its unit is not one that figures use."""
+    """A quantity in SI and radians; None if it has no value or a unit that figures do not use."""
     value, factor = value_of(quantity), _FACTORS.get(unit_of(quantity))
     return None if value is None or factor is None else value * factor
 
 
 def factor(unit: str) -> float | None:
-    """What one ``unit`` is in SI, None for a unit that figures do not use."""
+    """Factor from ``unit`` to SI; None for a unit that figures do not use."""
     return _FACTORS.get(unit)
 
 
@@ -38,7 +38,7 @@ def unit_text(unit: str) -> str:
 
 
 def number(value: float | None, digits: int = DIGITS, bare: bool = True) -> str:
-    """A number with so many significant digits, ``bare`` without zeros at the end; a dash for None."""
+    """A number with ``digits`` significant digits, ``bare`` without trailing zeros; a dash for None."""
     shorten = _bare if bare else str
     if value is None or not math.isfinite(value):
         return "–"
@@ -52,7 +52,7 @@ def number(value: float | None, digits: int = DIGITS, bare: bool = True) -> str:
 
 
 def with_decimals(value: float | None, decimals: int | None) -> str:
-    """A number with so many decimals, or ``number`` where they are None."""
+    """A number with ``decimals`` decimals; as ``number`` formats it if they are None."""
     if value is None or decimals is None:
         return number(value)
     text = _minus(f"{value:.{decimals}f}")
@@ -60,7 +60,7 @@ def with_decimals(value: float | None, decimals: int | None) -> str:
 
 
 def decimals_of(quantity: object) -> int | None:
-    """Decimals that the 90 % interval bears: two digits of its half width. None where ``number`` should decide."""
+    """Decimals justified by the 90 % interval: two digits of its half width. None: as ``number`` formats it."""
     interval = interval_of(quantity)
     value = value_of(quantity)
     if interval is None or value is None or None in interval:
@@ -77,7 +77,7 @@ def decimals_of(quantity: object) -> int | None:
 
 
 def interval_of(quantity: object) -> tuple[float | None, float | None] | None:
-    """The two ends of the 90 % interval, an open end None; None where there is no interval."""
+    """The two ends of the 90 % interval, None for an open end; None without an interval."""
     interval = quantity.get("interval90") if isinstance(quantity, Mapping) else None
     if not isinstance(interval, (list, tuple)) or len(interval) != 2:
         return None
@@ -103,17 +103,17 @@ def interval_text(quantity: object) -> str:
 
 
 def text(quantity: object) -> str:
-    """``1.71 N·m/rad`` with a space that does not break, ``12°`` without."""
+    """``1.71 N·m/rad`` with a no-break space, ``12°`` without a space."""
     return _with_unit(value_text(quantity), quantity)
 
 
 def brief(quantity: object) -> str:
-    """``text`` with three digits, zeros too: for errors and characteristics, which stand in columns."""
+    """``text`` with three digits and trailing zeros, for columns of errors and characteristics."""
     return _with_unit(number(value_of(quantity), 3, bare=False), quantity)
 
 
 def signed(quantity: object) -> str:
-    """With its sign and two decimals, for what something costs or gains."""
+    """With its sign and two decimals, for costs and gains."""
     value = value_of(quantity)
     shown = with_decimals(value, 2)
     return ("+" if value is not None and not shown.startswith("−") else "") + _with_unit(shown, quantity)
@@ -127,7 +127,7 @@ def _with_unit(shown: str, quantity: object) -> str:
 
 
 def percent(part: float | None, whole: float | None) -> str:
-    """How far ``part`` is from ``whole``, signed, ``+4.9 %``; a dash where either is missing or ``whole`` is 0."""
+    """Relative difference of ``part`` from ``whole``, ``+4.9 %``; a dash if either is missing or ``whole`` is 0."""
     if part is None or not whole:
         return "–"
     share = 100.0 * (part / whole - 1.0)
@@ -139,7 +139,7 @@ def percent(part: float | None, whole: float | None) -> str:
 
 
 def share_text(quantity: object) -> str:
-    """A probability as whole per cent, ``83 %``; what rounds to 0 or 100 and is neither says so."""
+    """A probability in whole per cent, ``83 %``; ``under 1 %`` or ``over 99 %`` instead of a rounded 0 or 100."""
     value = value_of(quantity) if isinstance(quantity, Mapping) else quantity
     if isinstance(value, (int, float)) and 0.0 < value < 0.005:
         return "under 1\u00a0%"
@@ -163,7 +163,7 @@ def percent_interval(quantity: object) -> str:
 
 
 def _bare(written: str) -> str:
-    """Without zeros at the end of the decimals: they would claim digits that nobody stated."""
+    """Without trailing zeros of the decimals, which would suggest a higher accuracy."""
     return written.rstrip("0").rstrip(".") if "." in written else written
 
 

@@ -1,4 +1,4 @@
-"""Read what a result folder holds: the JSON, its CSV tables and its pictures; nothing outside the folder."""
+"""Reading of a result folder: the JSON, its CSV tables and its pictures; nothing outside the folder."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _PNG = b"\x89PNG\r\n\x1a\n"
 
 
 class ReportError(Exception):
-    """A result folder that no report can be made of, with the file and what is wrong with it."""
+    """A result folder without a valid result; the message has the file and the fault."""
 
 
 @dataclass(frozen=True)
 class ResultTable:
-    """A CSV file's columns by name, with units; nan where a cell is empty."""
+    """A CSV file's columns by name, with units; nan for an empty cell."""
 
     columns: Mapping[str, list[float]]
     units: Mapping[str, str]
@@ -41,12 +41,12 @@ class Result:
     _tables: dict[str, ResultTable | None] = field(default_factory=dict, compare=False)
 
     def path(self, relative: str) -> Path | None:
-        """The file of that relative path, or None where there is none or it lies outside the folder."""
+        """The file with that relative path; None if it does not exist or is outside the folder."""
         found = Path(os.path.realpath(self.folder / relative))
         return found if found.is_relative_to(Path(os.path.realpath(self.folder))) and found.is_file() else None
 
     def table(self, relative: str) -> ResultTable | None:
-        """The CSV file of that relative path, read once; None where there is none."""
+        """The CSV file with that relative path, read once; None if it does not exist."""
         if relative not in self._tables:
             path = self.path(relative)
             self._tables[relative] = None if path is None else read_table(path)
@@ -63,7 +63,7 @@ def read_result(folder: Path, name: str, kind: str) -> Result:
     Raises
     ------
     ReportError
-        If it is missing, no JSON, or of another format.
+        If it is missing, not JSON, or of another format.
     """
     path = folder / name
     try:
@@ -74,7 +74,7 @@ def read_result(folder: Path, name: str, kind: str) -> Result:
         raise ReportError(f"{path}: is not valid JSON: {error}") from None
     if not isinstance(content, dict) or not re.fullmatch(rf"synth/{kind}/\d+", str(content.get("format"))):
         found = content.get("format") if isinstance(content, dict) else None
-        raise ReportError(f"{path}: its format is {found!r}, where synth/{kind}/1 is needed")
+        raise ReportError(f"{path}: its format is {found!r}; synth/{kind}/1 is required")
     return Result(folder, name, content)
 
 
@@ -94,7 +94,7 @@ def read_table(path: Path) -> ResultTable:
     Raises
     ------
     ReportError
-        If a header has no unit, a row another length, or a cell is no number.
+        If a header has no unit, a row has another length, or a cell is not a number.
     """
     with path.open(encoding="utf-8-sig", newline="") as stream:
         rows = csv.reader(stream)
@@ -118,20 +118,20 @@ def png_uri(path: Path) -> str:
     Raises
     ------
     ReportError
-        If the file is no PNG.
+        If the file is not a PNG.
     """
     data = path.read_bytes()
     if not data.startswith(_PNG):
-        raise ReportError(f"{path}: is no PNG picture")
+        raise ReportError(f"{path}: is not a PNG picture")
     return "data:image/png;base64," + base64.b64encode(data).decode("ascii")
 
 
 def value_of(quantity: object) -> float | None:
-    """The number of a ``{"value", "unit"}``, None where there is none."""
+    """The number of a ``{"value", "unit"}``, None without one."""
     value = quantity.get("value") if isinstance(quantity, Mapping) else None
     return float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else None
 
 
 def unit_of(quantity: object) -> str:
-    """The unit of a ``{"value", "unit"}``, empty where there is none."""
+    """The unit of a ``{"value", "unit"}``, empty without one."""
     return str(quantity.get("unit", "")) if isinstance(quantity, Mapping) else ""

@@ -1,4 +1,4 @@
-"""The page of a reproduction: a study's tables, published beside ours."""
+"""The page of a reproduction: a study's tables, with published values and ours."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def write_reproduction_report(folder: Path) -> Path:
     Raises
     ------
     ReportError
-        If ``reproduction.json`` is missing or no reproduction.
+        If ``reproduction.json`` is missing or not a reproduction.
     """
     result = read_result(folder, "reproduction.json", "reproduction")
     kind = "Published against ours"
@@ -25,7 +25,7 @@ def write_reproduction_report(folder: Path) -> Path:
 
 
 def _sections(result: Result) -> tuple[ReportSection, ...]:
-    """A section a table, in the result's order, and the inputs."""
+    """One section per table, in the result's order, and the inputs."""
     tables = [table for table in sequence(result.content, "tables") if isinstance(table, dict)]
     return (
         *(_section(index, table) for index, table in enumerate(tables)),

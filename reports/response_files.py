@@ -42,7 +42,7 @@ class Response:
         return self.table.units.get(f"{joint} {kind}", "")
 
     def panel(self, joint: str, lines: Mapping[str, Line], remark: str) -> TrialPanel | None:
-        """One joint's panel: a curve for each kind that there is; None without time or any curve."""
+        """One joint's panel: a curve for each existing kind; None without time or any curve."""
         times = self.table.columns.get("time", [])
         kinds = [kind for kind in lines if f"{joint} {kind}" in self.table.columns]
         if len(times) < 2 or not kinds:
@@ -59,7 +59,7 @@ def read_response(result: Result, file: str) -> Response | None:
 
 
 def file_of(trial: str, files: Sequence[str]) -> str | None:
-    """The response file of a trial: the one with the trial's stem, or with its folders written into the name."""
+    """The response file of a trial: named by the trial's stem, or by its path with the folders in the name."""
     stem = PurePosixPath(trial).stem
     whole = PurePosixPath(trial).with_suffix("").as_posix()
     wanted = [whole.replace("/", mark) for mark in ("_", "-", "__", "/")] + [stem]
@@ -71,7 +71,7 @@ def file_of(trial: str, files: Sequence[str]) -> str | None:
 
 
 def extremes(names: Sequence[str], error: Mapping[str, float]) -> list[str]:
-    """The trials to show, in their order: all, or of many those that fit worst and best."""
+    """The trials to show, in their order: all, or of many those with the worst and the best fit."""
     if len(names) <= MOST_TRIALS:
         return list(names)
     ranked = sorted(names, key=lambda name: (-error.get(name, math.inf), name))

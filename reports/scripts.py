@@ -1,4 +1,4 @@
-"""The page's own scripts, and the security policy that lets only them run, each by the hash of its text."""
+"""The page's own scripts, and the security policy that allows only these scripts, by the hash of their text."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from markupsafe import Markup
 
 @dataclass(frozen=True)
 class Script:
-    """A script of ours as it stands in the page."""
+    """One of our scripts, as it is written into the page."""
 
     text: Markup
     digest: str
@@ -24,7 +24,7 @@ class Script:
 
 @cache
 def script(name: str) -> Script:
-    """``static/NAME``: text that holds no ``</script``, and its SHA-256 as the policy wants it."""
+    """``static/NAME``: its text, which must not contain ``</script``, and its SHA-256 in the policy's form."""
     text = resources.files("synth.reports").joinpath(f"static/{name}").read_text(encoding="utf-8")
     assert "</script" not in text.lower(), name
     body = f"\n{text}"  # as it stands between the tags
@@ -33,12 +33,12 @@ def script(name: str) -> Script:
 
 
 def policy(scripts: Sequence[Script]) -> str:
-    """The page's Content-Security-Policy: no network, pictures in the page alone, just these scripts."""
+    """The page's Content-Security-Policy: no network, only pictures inside the page, only these scripts."""
     allowed = " ".join(f"'sha256-{each.digest}'" for each in scripts) or "'none'"
     return f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src {allowed}"
 
 
 def data_block(content: Any) -> Markup:
-    """JSON that can stand in a page: nothing in it ends a script element or begins a comment."""
+    """JSON that is safe inside a page: nothing in it ends a script element or begins a comment."""
     written = json.dumps(content, ensure_ascii=True, separators=(",", ":"), allow_nan=False)
     return Markup(written.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))

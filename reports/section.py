@@ -1,4 +1,4 @@
-"""A section of a page: one module says what it shows, one template how."""
+"""A section of a page: a module gives its content, a template its layout."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class ReportSection:
     title
         its heading.
     content
-        what the template needs from a result, or why there is nothing to show.
+        the template's data from a result, or the reason why the section is left out.
     template
-        where several sections share one: its name instead of the section's.
+        name of the template, if several sections share one; default the section's name.
     """
 
     name: str
@@ -39,7 +39,7 @@ class ReportSection:
 
 
 def mapping(parent: object, *keys: str) -> Json:
-    """The mapping at these keys below each other; an empty one where it is missing or something else."""
+    """The nested mapping at these keys; an empty one if it is missing or of another type."""
     found = parent
     for key in keys:
         found = found.get(key) if isinstance(found, Mapping) else None
@@ -47,7 +47,7 @@ def mapping(parent: object, *keys: str) -> Json:
 
 
 def sequence(parent: object, *keys: str) -> list[Any]:
-    """The list at these keys below each other; an empty one where it is missing or something else."""
+    """The nested list at these keys; an empty one if it is missing or of another type."""
     found = mapping(parent, *keys[:-1]).get(keys[-1])
     return list(found) if isinstance(found, list) else []
 
@@ -58,5 +58,5 @@ def fit_of(result: Result) -> Json:
 
 
 def fit_key(result: Result) -> str:
-    """Where ``fit_of`` stands in the JSON, as a prefix of its keys."""
+    """The path of ``fit_of`` in the JSON, as a prefix of its keys."""
     return "stages.source." if "stages" in result.content else ""

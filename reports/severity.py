@@ -1,7 +1,7 @@
 """The severity of a warning: it could change a decision, limits trust in a number, or is for information.
 
-Who raises a warning says so in the result, under ``severity`` (``decide``, ``check`` or ``note``), and what to do about
-it under ``remedy``. What says nothing is ``check``, so that it is not buried.
+The result states it for each warning under ``severity`` (``decide``, ``check`` or ``note``), and the remedy under
+``remedy``. A warning without a severity counts as ``check``, so that it is not hidden among the notes.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ MOST_SHOWN = 3  # warnings above the fold
 LEVELS = ("decide", "check", "note")
 WORDS = {
     "decide": "could change a decision",
-    "check": "bear on the trust in a number",
+    "check": "limit the trust in a number",
     "note": "for information",
 }
-_FIGURES = re.compile(r"[^\s,;:]*\d[^\s,;:]*")  # numbers and part numbers, by which warnings of one kind differ
+_FIGURES = re.compile(r"[^\s,;:]*\d[^\s,;:]*")  # numbers and part numbers, in which warnings of one kind differ
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Warned:
 
     @property
     def kind(self) -> str:
-        """What warnings that say the same of other joints and parts share."""
+        """The common form of warnings that differ only in joint, part and numbers."""
         return _FIGURES.sub("#", self.text)
 
 

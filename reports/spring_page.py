@@ -21,12 +21,12 @@ from synth.reports.severity import judged
 
 
 def write_winding_sheet(folder: Path) -> Path:
-    """Write ``winding_sheet.html`` from ``spring.json``: drawing, steps, what to measure, all numbers.
+    """Write ``winding_sheet.html`` from ``spring.json``: drawing, steps, quantities to measure, all numbers.
 
     Raises
     ------
     ReportError
-        If ``spring.json`` is missing or no result of ``synth spring``.
+        If ``spring.json`` is missing or not a result of ``synth spring``.
     """
     content = read_result(folder, "spring.json", "spring").content
     make = mapping(content, "make") or mapping(content, "checked")
@@ -55,7 +55,7 @@ def write_winding_sheet(folder: Path) -> Path:
 
 
 def _opening(make: Json, shown: Json) -> Opening:
-    """What to wind, whether it lasts, and where to begin."""
+    """The spring to wind, its stress, and the first steps."""
     count = make.get("count") or 1
     many = f"{count} springs, each of " if isinstance(count, int) and count > 1 else ""
     verdict = (
@@ -65,7 +65,7 @@ def _opening(make: Json, shown: Json) -> Opening:
     )
     stress, allowed, safety = in_si_text(make, "stress"), in_si_text(make, "allowed_stress"), make.get("safety")
     violated = sequence(make, "violations")
-    trust = f"At full travel the wire bears {stress} of the {allowed} allowed." if stress and allowed else ""
+    trust = f"At full travel the stress is {stress}; {allowed} is allowed." if stress and allowed else ""
     steps = [str(shown["winding"]["steps"][0])] if shown["winding"].get("steps") else []
     rows = [
         [Cell(words), Cell(text(make.get(key)))]
@@ -84,7 +84,7 @@ def _opening(make: Json, shown: Json) -> Opening:
 
 
 def in_si_text(make: Json, key: str) -> str:
-    """A stress in MPa, empty where there is none."""
+    """A stress in MPa, empty without one."""
     value = mapping(make, key).get("value")
     if not isinstance(value, (int, float)):
         return ""

@@ -1,4 +1,4 @@
-"""Imported motion drawn as the leg that it is now taken for: a wrong sign, side or order is seen at a glance."""
+"""Imported motion as stick figures of the leg, which show a wrong sign, side or order of joints."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 MOST = 12  # trials that are drawn
 SIZE = 430.0  # of a drawing, view box units
 MARGIN = 46.0  # px
-ROOM = 120.0  # px, that a joint's words take: a dozen letters of 12 px and the sense
+ROOM = 120.0  # px, width of a joint's label: a dozen letters of 12 px and the direction
 GHOSTS = 7  # poses between the first and the last
 START, END = Line(BLUE, 4.0), Line(VERMILION, 4.0, "9 4")
 GHOST, TIP, TRACKED = Line("#b9c2cb", 1.6), Line(GREEN, 1.2), Line(ORANGE, 5.0, dots=True)
@@ -43,13 +43,13 @@ class FigureJoint:
 
 @dataclass(frozen=True)
 class Stick:
-    """The leg, and how its base is turned, degrees."""
+    """The leg, and the rotation of its base, degrees."""
 
     joints: tuple[FigureJoint, ...]
     tilt: float
 
     def pose(self, angles: Sequence[float]) -> list[Point]:
-        """The joints' places and the tip (n + 1), mm, x right and z up, for measured angles (n,) in degrees."""
+        """Positions of the joints and the tip (n + 1), mm, x right and z up, for measured angles (n,) in degrees."""
         absolute = self.tilt
         places = [(0.0, 0.0)]
         for joint, angle in zip(self.joints, angles, strict=True):
@@ -74,7 +74,7 @@ class FigureMotion:
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
-    """Stick figures, angles over time and what the import found, a trial each."""
+    """Stick figures, angles over time and the import's notes, for each trial."""
     stick = _stick(mapping(result.content, "leg"))
     trials = [trial for trial in sequence(result.content, "trials") if isinstance(trial, Mapping)]
     if not stick.joints or not trials:
@@ -93,7 +93,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
                                    _placing(_every(stick, motion, _tracked(trial))))  # fmt: skip
             item["angles"] = trial_figure(f"{file}: measured angles", panels[file], limits, PurePosixPath(file).stem)
         shown.append(item)
-    lines = [(START, "first pose"), (END, "last pose"), (GHOST, "between"), (TIP, "way of the tip")]
+    lines = [(START, "first pose"), (END, "last pose"), (GHOST, "between"), (TIP, "path of the tip")]
     if any(trial.get("points") for trial in trials):
         lines.append((TRACKED, "points as tracked, scaled to the leg file's length"))
     drawn = sum("stick" in item for item in shown)
@@ -101,7 +101,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
 
 
 def stick_figure(title: str, stick: Stick, motion: FigureMotion, tracked: Sequence[Sequence[Point]] = ()) -> Markup:
-    """The leg's first and last pose, some between, the tip's way, and each joint's angle with its positive sense."""
+    """The leg's first and last pose, some between, the tip's path, each joint's angle with its positive direction."""
     poses = [stick.pose(motion.angles[k]) for k in motion.seen]
     svg = Svg(SIZE, SIZE, f"{title}: the leg as a stick figure")
     place = _placing(_every(stick, motion, tracked))
@@ -130,14 +130,14 @@ def stick_figure(title: str, stick: Stick, motion: FigureMotion, tracked: Sequen
 
 
 def _words_left(x: float, beside: Sequence[float]) -> bool:
-    """Whether a joint's words stand to its left: away from its links where there is room, else where the room is."""
+    """Whether a joint's label is to its left: away from its links if there is space, else on the side with space."""
     left = sum(beside) / len(beside) > x
     room = x if left else SIZE - x
     return left if room > ROOM else x > SIZE / 2
 
 
 def moving(trial: str, stick: Stick, drawing: Markup, place: Callable[[Point], Point]) -> Markup:
-    """The drawing with what the page's script needs to move the leg with the cursor of the trial's plots."""
+    """The drawing with the data for the page's script, which moves the leg with the cursor of the trial's plots."""
     origin, right = place((0.0, 0.0)), place((1.0, 0.0))
     numbers = {
         "tilt": stick.tilt,
@@ -154,13 +154,13 @@ def moving(trial: str, stick: Stick, drawing: Markup, place: Callable[[Point], P
 
 
 def _every(stick: Stick, motion: FigureMotion, tracked: Sequence[Sequence[Point]]) -> list[Point]:
-    """All places that the drawing must hold, mm."""
+    """All points that the drawing must contain, mm."""
     poses = [stick.pose(motion.angles[k]) for k in motion.seen]
     return [point for pose in (*poses, *tracked) for point in pose]
 
 
 def following(result: Result, trial: str, table: ResultTable, kind: str) -> Markup:
-    """The leg of ``page.json`` in a trial's motion, moving with the cursor of the trial's plots; empty without it."""
+    """The leg of ``page.json`` in a trial's motion, which follows the cursor of the trial's plots; empty without it."""
     path = result.path("page.json")
     if path is None:
         return Markup("")
@@ -215,7 +215,7 @@ def _tracked(trial: Mapping[str, Any]) -> list[list[Point]]:
 
 
 def _between(poses: Sequence[Sequence[Point]]) -> list[Sequence[Point]]:
-    """Poses evenly spread over the tip's way, the fast part of a swing thus as densely as the slow one."""
+    """Poses evenly spaced along the tip's path, so that fast and slow parts of a swing have the same density."""
     steps = [math.dist(a[-1], b[-1]) for a, b in pairwise(poses)]
     way = list(accumulate(steps, initial=0.0))
     if way[-1] <= 0:
@@ -225,7 +225,7 @@ def _between(poses: Sequence[Sequence[Point]]) -> list[Sequence[Point]]:
 
 
 def _placing(points: Sequence[Point]) -> Callable[[Point], Point]:
-    """Millimetres to the drawing, alike in both directions."""
+    """The conversion from millimetres to drawing coordinates, with one scale for both axes."""
     low = [min(point[axis] for point in points) for axis in (0, 1)]
     high = [max(point[axis] for point in points) for axis in (0, 1)]
     span = max(high[0] - low[0], high[1] - low[1], 1e-6)
@@ -239,7 +239,7 @@ def _placing(points: Sequence[Point]) -> Callable[[Point], Point]:
 
 
 def _frame(svg: Svg) -> None:
-    """A border, and which way is down."""
+    """A border, and the direction of gravity."""
     svg.rectangle((1, 1), SIZE - 2, SIZE - 2, f'fill="none" stroke="{RULE}"')
     x, y = 24.0, SIZE - 52.0
     svg.line((x, y), (x, y + 26), f'stroke="{GREY}" stroke-width="1.6"')

@@ -1,4 +1,4 @@
-"""Horizontal bars: named rows, one or more columns of values, each with its words and where known its interval."""
+"""Horizontal bars: named rows, one or more columns of values, each with a label and, if known, an interval."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PALE = "#a9cbe4"
 
 @dataclass(frozen=True)
 class Bar:
-    """One bar; ``strong``: the one to look at; ``apart``: of another kind than its neighbours, drawn hollow."""
+    """One bar; ``strong``: highlighted; ``apart``: of another kind than the other bars, drawn hollow."""
 
     value: float
     words: str
@@ -33,7 +33,7 @@ class Bar:
 
 @dataclass(frozen=True)
 class BarColumn:
-    """Bars from 0 to ``most`` under a heading; None: the row has none. ``words`` : room for them, drawing units."""
+    """Bars from 0 to ``most`` under a heading; None: no bar in the row. ``words`` : width for labels, drawing units."""
 
     heading: str
     bars: Sequence[Bar | None]

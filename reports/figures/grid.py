@@ -1,4 +1,4 @@
-"""A grid of shaded cells: rows and columns of names, the darker the larger the value; a cell may hold words."""
+"""A grid of shaded cells with named rows and columns; a larger value is darker, and a cell may have a label."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DARK = 0.55  # shade from which words in a cell are white
 
 @dataclass(frozen=True)
 class GridCell:
-    """``shade`` from 0 (white) to 1 (full blue); ``words`` in it; ``framed``: the one that the row would want."""
+    """``shade`` from 0 (white) to 1 (full blue); ``words``: its label; ``framed``: the correct cell of the row."""
 
     shade: float
     words: str = ""

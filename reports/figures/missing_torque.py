@@ -1,4 +1,4 @@
-"""The torque that a model lacks: samples as dots, and in bins the median with the middle half of the samples."""
+"""The torque that a model lacks: samples as dots, and in bins the median with the interquartile range."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from synth.reports.figures.svg import Point, Svg, shortened
 
 WIDTH, HEIGHT = 960.0, 236.0  # px
 LEFT, RIGHT, TOP, BOTTOM = 56.0, 14.0, 24.0, 40.0  # px
-MOST_DOTS = 700  # a plot: more cannot be told apart and make the page heavy
+MOST_DOTS = 700  # per plot: more cannot be distinguished and increase the page's size
 BINS, LEAST_IN_BIN = 21, 8  # of the median line over speed or deflection, and samples for one to be drawn
-OUTER = 0.02  # share of the samples that either end of an axis may leave out
+OUTER = 0.02  # fraction of the samples that may be outside either end of an axis
 LAW_POINTS = 160  # of a drawn law: one every few pixels
 NAMED = Line(VERMILION, 2.0, "7 3")
 FREE = Line(GREEN, 2.0)
@@ -36,13 +36,13 @@ class Bin:
 
 @dataclass(frozen=True)
 class Cloud:
-    """One panel: samples (abscissa, torque), and what the abscissa is, with its unit."""
+    """One panel: samples (abscissa, torque), and the label of the abscissa with its unit."""
 
     joint: str
     abscissa: str
     points: Sequence[Point]
     law: Law | None = None  # of the named effect, over the abscissa's own unit
-    free: Sequence[Sequence[Point]] = ()  # a torque of free shape, a curve for each direction of motion
+    free: Sequence[Sequence[Point]] = ()  # a free-form torque, a curve for each direction of motion
 
 
 def quantile(ordered: Sequence[float], share: float) -> float:
@@ -54,7 +54,7 @@ def quantile(ordered: Sequence[float], share: float) -> float:
 
 
 def binned(points: Sequence[Point], bins: int = BINS) -> list[Bin]:
-    """Bins as wide as a share of the range, wider where samples are few: each holds at least ``LEAST_IN_BIN``."""
+    """Bins at least as wide as the range over ``bins``, each with at least ``LEAST_IN_BIN`` samples."""
     ordered = sorted(points)
     if len(ordered) < LEAST_IN_BIN or not ordered[-1][0] > ordered[0][0]:
         return []
@@ -95,7 +95,7 @@ def _ends(points: Sequence[Point]) -> tuple[float, float, float]:
 
 
 def _within(points: Sequence[Point]) -> list[Point]:
-    """Samples that are not the outermost: few of them, far out, would make bins that run out of the axes."""
+    """The samples without the outermost ones, whose bins would extend beyond the axes."""
     low, high, _ = _ends(points)
     return [point for point in points if low <= point[0] <= high]
 

@@ -1,7 +1,7 @@
-"""Laws of named effects as torque against speed or deflection, to stand beside the torque that was missing.
+"""Laws of named effects as torque against speed or deflection, for comparison with the missing torque.
 
-Each formula is that of the effect's own file in ``synth.swing.effects``, at steady sliding; torques in the measured
-angle's positive sense.
+Each formula is that of the effect's own file in ``synth.swing.effects``, for steady sliding. Torques are positive in
+the positive direction of the measured angle.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ OF_DEFLECTION: Mapping[str, Callable[[Numbers], Law]] = {"hardening_spring": _ha
 
 
 def law_of(effect: str, parameters: Numbers, column: str) -> Law | None:
-    """The effect's torque against ``speed`` or ``deflection``; None where it is not a law of that alone."""
+    """The effect's torque against ``speed`` or ``deflection``; None if it also depends on other quantities."""
     made = (OF_SPEED if column == "speed" else OF_DEFLECTION).get(effect)
     if made is None or parameters.get("softening"):
         return None

@@ -1,5 +1,5 @@
-"""Colours and line styles. Colours are Okabe and Ito's (2008), told apart with any colour vision; in grey the
-dash pattern and the marker still tell.
+"""Colours and line styles. The colours of Okabe and Ito (2008) are distinguishable with any colour vision; in grey,
+dash patterns and markers distinguish the curves.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ FLOOR = Line(GREY, 1.2, "1.5 2.5")
 USED_LAW = Line(BLUE, 2.6)
 OTHER_LAWS = (Line(GREEN, 1.5, "8 3"), Line(PURPLE, 1.5, "2 2.5"), Line(ORANGE, 1.6, "8 3 2 3"), Line(SKY, 1.5, "1 4"))
 SECANT = Line(VERMILION, 1.5, "5 4")
-# Sides of a comparison, in their order: recordings as dots, legs that were moved as lines, each with a dash of its own.
+# Sides of a comparison, in their order: recordings as dots, simulated legs as lines, each with its own dash pattern.
 RECORDED_SIDES = (RECORDED, Line(BLACK, 2.6, dots=True), Line(ORANGE, 2.6, dots=True), Line(SKY, 2.6, dots=True))
 MODEL_SIDES = (
     Line(BLUE, 1.6), Line(VERMILION, 1.7, "7 3"), Line(GREEN, 1.8, "2 2.5"), Line(PURPLE, 1.8, "9 3 2 3"),

@@ -25,7 +25,7 @@ MOST_DRAWN = 40  # coils
 
 @dataclass(frozen=True)
 class DrawnSpring:
-    """What the drawing needs; mm, rad. ``arms``: ``tangent``, ``radial`` or ``axial``; ``travel`` closes the coil."""
+    """Dimensions of the drawing; mm, rad. ``arms``: ``tangent``, ``radial``, ``axial``; ``travel`` closes the coil."""
 
     wire: float
     mean: float
@@ -49,10 +49,10 @@ class Arm:
 
 
 def arms_of(spring: DrawnSpring) -> tuple[Arm, Arm]:
-    """Both arms, turned so that the included angle opens to the right about the horizontal.
+    """Both arms, rotated so that the included angle opens to the right, symmetric about the horizontal.
 
-    The wire of a right-hand coil runs towards the viewer counter-clockwise, of a left-hand one clockwise. With tangent
-    arms the first leaves against the winding sense, the second along it, 2 pi N later; their directions then enclose
+    The wire of a right-hand coil approaches the viewer counter-clockwise, that of a left-hand coil clockwise. The first
+    tangent arm leaves against the winding direction, the second along it, 2 pi N later. The angle between them is then
     180 deg - 360 deg frac(N), which must be the included angle.
     """
     radius, half = spring.mean / 2, spring.included_angle / 2
@@ -141,7 +141,7 @@ def _included_angle(svg: Svg, spring: DrawnSpring, centre: Point, scale: float) 
 
 
 def _closing(svg: Svg, spring: DrawnSpring, centre: Point, radius: float) -> None:
-    """How work turns the near arm: along the wire's winding, which closes tangent arms and opens radial ones."""
+    """The load's direction on the near arm: the winding direction, which closes tangent arms and opens radial ones."""
     assert spring.travel is not None
     sense = 1.0 if spring.hand == "right" else -1.0
     closes = spring.arms == "tangent"

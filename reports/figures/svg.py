@@ -10,7 +10,7 @@ from html import escape
 from markupsafe import Markup
 
 Point = tuple[float, float]
-NARROW = 480.0  # a drawing wider than this is not made narrower than ``LEGIBLE`` of its width: it can be scrolled
+NARROW = 480.0  # a wider drawing is not reduced below ``LEGIBLE`` of its width; it is scrolled instead
 LEGIBLE = 0.72  # its 11-unit letters are then 8 pixels high
 
 
@@ -27,9 +27,9 @@ class Svg:
     Parameters
     ----------
     width, height
-        of the view box, about a pixel on a page as wide as the drawing was made for.
+        of the view box; one unit is about a pixel on a page of the design width.
     title
-        what a screen reader says.
+        the text for screen readers.
     """
 
     def __init__(self, width: float, height: float, title: str) -> None:
@@ -42,7 +42,7 @@ class Svg:
 
     @contextmanager
     def group(self, name: str) -> Iterator[None]:
-        """Elements of one class, a name of ours, that the page's script finds again."""
+        """Elements of one class, by which the page's script finds them."""
         self._parts.append(f'<g class="{name}">')
         yield
         self._parts.append("</g>")
@@ -91,7 +91,7 @@ class Svg:
         self._parts.append(f'<path d="{data}" {style}/>')
 
     def text(self, place: Point, words: str, style: str = "", most: int | None = None) -> None:
-        """Words; longer than ``most`` characters they are cut, the whole being the tooltip."""
+        """Text; longer than ``most`` characters it is cut, with the whole text as tooltip."""
         shown = words if most is None else shortened(words, most)
         tip = "" if shown == words else f"<title>{escape(words)}</title>"
         position = f'x="{coordinate(place[0])}" y="{coordinate(place[1])}"'
@@ -104,7 +104,7 @@ class Svg:
 
 
 def shortened(words: str, most: int) -> str:
-    """Words of at most so many characters, an ellipsis at the end where they are cut."""
+    """Text of at most ``most`` characters, with an ellipsis at the end if it is cut."""
     return words if len(words) <= most else words[: max(1, most - 1)] + "…"
 
 
@@ -122,7 +122,7 @@ def polyline_path(points: Iterable[Point]) -> str:
 
 
 def thinned(times: Sequence[float], values: Sequence[float], buckets: int) -> list[Point]:
-    """At most two points a bucket of equal count, the least and the greatest: a spike stays seen."""
+    """At most two points per bucket of equal count, the lowest and the highest, so that spikes remain visible."""
     n = len(times)
     if n <= 2 * buckets:
         return list(zip(times, values, strict=True))

@@ -1,4 +1,4 @@
-"""A damper's torque against speed: its law, the laws that competed, the vendor's point and the secant through it."""
+"""A damper's torque against speed: its law, the competing laws, the vendor's point and the secant through it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from synth.reports.figures.svg import Point, Svg
 WIDTH, HEIGHT = 620.0, 300.0  # px
 LEFT, RIGHT, TOP, BOTTOM = 58.0, 16.0, 18.0, 44.0  # px
 RPM = math.pi / 30  # rad/s
-SAMPLES = 160  # points a curve: one every 4 px
+SAMPLES = 160  # points per curve: one every 4 px
 
 # name of a law -> its torque (N m) at a speed (rad/s), from its parameters in SI. The names are those of design.json.
 LAWS: Mapping[str, Callable[[Mapping[str, float], float], float]] = {
@@ -42,7 +42,7 @@ class Vendor:
 
 
 def law_points(law: str, parameters: Mapping[str, float], fastest: float) -> list[Point] | None:
-    """A law from its numbers, up to ``fastest`` rpm; None where it is not one of ``LAWS`` or a number is missing."""
+    """A law from its parameters, up to ``fastest`` rpm; None if it is not in ``LAWS`` or a parameter is missing."""
     formula = LAWS.get(law)
     if formula is None:
         return None
@@ -54,7 +54,7 @@ def law_points(law: str, parameters: Mapping[str, float], fastest: float) -> lis
 
 
 def torque_speed_figure(title: str, laws: Sequence[DrawnLaw], vendor: Vendor | None, measured: Point | None) -> Markup:
-    """One damper. ``measured``: range of speeds (rpm) that the data show, shaded."""
+    """One damper. ``measured``: range of speeds (rpm) in the data, shaded."""
     fastest = max([x for law in laws for x, _ in law.points] + ([vendor.speed * 1.06] if vendor else []), default=1.0)
     torques = [y for law in laws for x, y in law.points if x <= fastest and math.isfinite(y)]
     highest = max([*torques, *([vendor.torque * 1.06] if vendor else [])], default=1.0)

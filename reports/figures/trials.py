@@ -1,4 +1,4 @@
-"""Angle against time, one panel a joint, one drawing a trial."""
+"""Angle against time, one panel per joint, one drawing per trial."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from synth.reports.scripts import data_block
 WIDTH, HEIGHT = 340.0, 172.0  # of a panel: as wide as a telephone
 LEFT, RIGHT, TOP, BOTTOM = 40.0, 12.0, 22.0, 34.0  # px
 BUCKETS = 150  # least and greatest value of each are drawn: one every 2 px
-MOST_SAMPLES = 600  # of a curve that the page's cursor and tables hold; the folder's file has them all
+MOST_SAMPLES = 600  # of a curve for the page's cursor and tables; the folder's file has all samples
 LEAST_RANGE = 2.0  # degrees on the angle axis, so that noise does not fill a panel of a joint at rest
 
 
@@ -53,7 +53,7 @@ class AxisRanges:
 
 
 def shared_limits(panels: Sequence[TrialPanel]) -> AxisRanges:
-    """Ranges that hold all panels; times only where the longest trial is at most 2.5 times the shortest."""
+    """Ranges for all panels; of times only if the longest trial is at most 2.5 times as long as the shortest."""
     spans = [(panel.times[0], panel.times[-1]) for panel in panels if len(panel.times) > 1]
     lengths = [end - start for start, end in spans]
     alike = bool(lengths) and max(lengths) <= 2.5 * min(lengths)
@@ -67,7 +67,7 @@ def shared_limits(panels: Sequence[TrialPanel]) -> AxisRanges:
 
 
 def trial_figure(title: str, panels: Sequence[TrialPanel], limits: AxisRanges, trial: str = "") -> Markup:
-    """All joints of one trial, a drawing each, side by side where there is room.
+    """All joints of one trial, a drawing each, side by side if there is space.
 
     ``trial`` names the recording; plots of the same one share the page's cursor.
     """
@@ -76,7 +76,7 @@ def trial_figure(title: str, panels: Sequence[TrialPanel], limits: AxisRanges, t
 
 
 def _drawing(title: str, panel: TrialPanel, limits: AxisRanges) -> Markup:
-    """The panel's drawing and, for the cursor, its numbers."""
+    """The panel's drawing and its numbers for the cursor."""
     start, end = limits.time or (panel.times[0], panel.times[-1])
     low, high = limits.angle[panel.joint]
     axes = Axes(
@@ -108,7 +108,7 @@ def _drawing(title: str, panel: TrialPanel, limits: AxisRanges) -> Markup:
 
 
 def _numbers(panel: TrialPanel, axes: Axes, unit: str) -> dict[str, Any]:
-    """What the cursor needs: both scales and every curve, at most so many samples."""
+    """Data for the cursor: both scales and every curve, at most ``MOST_SAMPLES`` samples each."""
     every = max(1, math.ceil(len(panel.times) / MOST_SAMPLES))
     return {
         "joint": panel.joint,

@@ -73,7 +73,7 @@ def _families(stage: str, fit: Json, result: Result) -> list[Json]:
 
 
 def _sources(stage: str, fit: Json) -> list[Json]:
-    """What each interval is made of: the trials' share, and the leg file's numbers that bring most of the rest."""
+    """Sources of each interval: the trials' share of the variance, and the largest shares of the leg file's values."""
     rows = []
     for source in sequence(fit, "interval_sources"):
         shares = {name: float(share) for name, share in mapping(source, "shares").items()}
@@ -91,7 +91,7 @@ def _sources(stage: str, fit: Json) -> list[Json]:
 
 
 def _refits(stage: str, fit: Json) -> Json | None:
-    """How the bootstrap's refits went, where intervals are theirs."""
+    """Summary of the bootstrap's refits, if the intervals come from them."""
     intervals = mapping(fit, "intervals")
     if intervals.get("by") != "bootstrap":
         return None
@@ -124,7 +124,7 @@ def _row(stage: str, fit: Json, joint: str) -> Json:
 
 
 def _choice(stage: str, fit: Json) -> Json | None:
-    """The free angle's variants of one stage beside each other; None where there is nothing to compare."""
+    """The free angle's variants of one stage; None if there is nothing to compare."""
     free = mapping(fit, "free_angle")
     variants = [variant for variant in sequence(free, "variants") if isinstance(variant, dict)]
     mode = free.get("mode")
@@ -175,7 +175,7 @@ def _figure(stage: str, joints: list[str], variants: list[Json], used: Json) -> 
 
 
 def _by_text(fits: dict[str, Json], key: str, text_of: Callable[[Any], str]) -> list[Json]:
-    """Each sentence under ``key`` once, with the stages that say it."""
+    """Each sentence under ``key`` once, with its stages."""
     found: dict[str, list[str]] = {}
     for stage, fit in fits.items():
         for item in sequence(fit, key):

@@ -1,4 +1,4 @@
-"""Evidence cause by cause: what each of the likeliest leaves of the error, by joint, and which trials speak for it."""
+"""Evidence for each of the most probable causes: the error with it by joint, and the trials for and against it."""
 
 from __future__ import annotations
 
@@ -13,10 +13,8 @@ from synth.reports.response_files import Response, read_response
 from synth.reports.section import AbsentResult, ReportSection, sequence
 from synth.reports.sections.gap_how_far import switched
 
-ANGLES = ("deg", "rad")  # units of the channels that trials are judged by; a ground force is shown, not counted
-SAME = (
-    0.02  # relative change of a trial's error below which it speaks neither for nor against: a line's width in the plot
-)
+ANGLES = ("deg", "rad")  # units of the channels by which trials are counted; a ground force is shown only
+SAME = 0.02  # relative change of a trial's error below which it is no evidence: a line's width in the plot
 
 
 @dataclass
@@ -88,7 +86,7 @@ def _squares(response: Response, channel: str, values: Sequence[float]) -> _Squa
 
 
 def _row(words: str, evidence: _Evidence, channels: Sequence[str]) -> dict[str, Any]:
-    """Errors by channel, how many trials it makes better and worse, and the two that say most."""
+    """Errors by channel, numbers of trials that are better and worse with it, and the two largest changes."""
     gains = {name: 1.0 - alone / before for name, (before, alone) in evidence.trials.items() if before > 0.0}
     most = max(gains, key=lambda name: gains[name], default="")
     least = min(gains, key=lambda name: gains[name], default="")

@@ -38,7 +38,7 @@ def content(result: Result) -> dict[str, Any]:
 
 
 def entry_text(trial: Mapping[str, Any]) -> str:
-    """An entry of ``trials:`` as it would be written, the file still to be named."""
+    """An entry of ``trials:`` in the project file's form, with a placeholder for the file."""
     words = [f"{key}: {_written(value)}" for key, value in trial.items() if key != "file"]
     return "- {" + ", ".join([f"file: {trial.get('file', 'trials/next.csv')}", *words]) + "}"
 

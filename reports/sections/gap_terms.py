@@ -1,4 +1,4 @@
-"""What the words of a gap's page mean."""
+"""Definitions of the terms on a gap's page."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from synth.reports.section import ReportSection
 
 
 def content(result: Result) -> dict[str, object]:
-    """Nothing: the words are the same for every diagnosis."""
+    """No data: the terms are the same for every diagnosis."""
     return {}
 
 

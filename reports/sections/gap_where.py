@@ -18,7 +18,7 @@ from synth.reports.quantities import in_si, number, unit_text
 from synth.reports.reading import Json, Result, ResultTable
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
-# Key of ``where`` -> heading, and what is said of each of its bins.
+# Key of ``where`` -> heading, and the label of its bins.
 SHARES = {
     "joint": ("by joint", "{}"),
     "phase": ("by phase", "{}"),
@@ -35,7 +35,7 @@ DEFLECTION = "deflection from the free angle"  # the words for the column
 
 
 def content(result: Result, deflection: str = DEFLECTION) -> dict[str, Any] | AbsentResult:
-    """Shares as bars, missing torque a joint, error over time a joint; ``deflection``: from where it counts."""
+    """Shares as bars; missing torque and error over time by joint; ``deflection``: the label of that axis."""
     where = mapping(result.content, "where")
     if not where:
         return AbsentResult(f"{result.name} does not say where the gap lies")
@@ -79,7 +79,7 @@ def _free(result: Result, joint: str, column: str) -> list[list[tuple[float, flo
 
 
 def _free_text(item: Json) -> str:
-    """At the knee, over speed: takes 41 % of the error on trials left out."""
+    """``at the knee, over speed: removes 41 %`` of the error on held-out trials."""
     taken = in_si(item.get("taken"))
     over = "deflection and direction" if item.get("over") == "deflection" else "speed"
     if taken is None or taken <= 0.0:
@@ -103,7 +103,7 @@ def _joints(tables: list[ResultTable]) -> list[str]:
 
 
 def _share(key: str, shares: Json) -> Markup | None:
-    """Bars of one mapping of shares; the greatest stands out."""
+    """Bars of one mapping of shares; the largest is highlighted."""
     values = {str(name): float(value) for name, value in shares.items() if isinstance(value, (int, float))}
     if not values:
         return None

@@ -60,7 +60,7 @@ def _cause(entry: Mapping[str, Any], effects: Json) -> Json:
 
 
 def _figure(ranked: list[Mapping[str, Any]], none: object, unknown: object) -> Markup:
-    """Probability and shrink a candidate, those that can hardly be together, then none and unknown."""
+    """Probability and shrink of each candidate, improbable candidates as one row, then none and unknown."""
     ordered = sorted(ranked, key=lambda entry: -_number(entry.get("probability")))
     shown = [entry for entry in ordered if _number(entry.get("probability")) >= LEAST][:MOST_BARS]
     shown = shown or ordered[:3]

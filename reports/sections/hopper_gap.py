@@ -1,4 +1,4 @@
-"""What only a jumping leg's gap has: where it shows in a push, and whether it grows across designs."""
+"""Sections of a jumping leg's gap only: its location in the push, and its trend across designs."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
 
 
 def _slope(quantity: object) -> float | None:
-    """A share a metre, or a unit of ratio."""
+    """Relative error per metre of length, or per unit of ratio."""
     value = value_of(quantity)
     if value is None:
         return None

@@ -1,4 +1,4 @@
-"""What the jumping leg's page needs to play the jump and to show every design under the pointer."""
+"""Data for the jumping leg's page: the animated jump, and every design for the pointer on the map."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _CURVES = (("hip height", "m"), ("foot height", "m"), ("ground force", "N"), ("g
 
 
 def jump_data(result: Result) -> Json | None:
-    """Lengths (m) and the poses over time; None where the jump is not in the folder."""
+    """Lengths (m) and the poses over time; None if the folder has no jump."""
     table = result.table(JUMP)
     leg = mapping(result.content, "best", "leg")
     if table is None or not leg:
@@ -46,7 +46,7 @@ def jump_data(result: Result) -> Json | None:
 
 
 def designs_data(result: Result) -> Json | None:
-    """Every design of the sweep by motor, ratio and length; None where there are none, or too many for a page."""
+    """Every design of the sweep by motor, ratio and length; None if there are none, or too many for a page."""
     path = result.path(DESIGNS)
     if path is None:
         return None

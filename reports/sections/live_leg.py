@@ -1,4 +1,4 @@
-"""What the leg's page needs to turn the leg and to swap its parts, from ``page.json`` and ``leg.glb``."""
+"""Data for the leg's page, from ``page.json`` and ``leg.glb``: the leg in three dimensions, exchange of parts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MAGIC = b"glTF"
 
 
 def live_data(result: Result) -> Json | None:
-    """The content of ``page.json`` with the stops and parts of the design; None where it is not in the folder."""
+    """The content of ``page.json`` with the stops and parts of the design; None if it is not in the folder."""
     path = result.path(PAGE)
     if path is None:
         return None
@@ -45,7 +45,7 @@ def live_data(result: Result) -> Json | None:
 
 
 def glb_text(result: Result) -> str:
-    """The whole leg's GLB, deflated, in base 64; empty where there is none."""
+    """The whole leg's GLB, deflated, in base 64; empty without one."""
     data = _glb(result)
     return "" if data is None else base64.b64encode(zlib.compress(data, 9)).decode("ascii")
 
@@ -62,7 +62,7 @@ def block(name: str, content: Any) -> Markup:
 
 
 def _parts(result: Result) -> list[Json]:
-    """Every drawn part: whose it is, what it moves with, its file, mass and line of the bill of materials."""
+    """Every drawn part: its joint, the body that it moves with, its file, mass and line of the bill of materials."""
     listed = {str(item.get("path")): item for item in sequence(result.content, "files") if isinstance(item, Mapping)}
     lines = _bill(result)
     found = []
@@ -97,7 +97,7 @@ def _bill(result: Result) -> list[dict[str, str]]:
 
 
 def _line(lines: list[dict[str, str]], part: Mapping[str, Any], name: str, family: str) -> str:
-    """The part's line: by its own name, by the words it is bought by, else what the joint needs of its kind."""
+    """The part's line, found by its own name, by its designation, or by its kind at this joint."""
     words = {"spring": ("wire", "spring"), "damper": ("damper",)}.get(family, ())
     bought = str(part.get("made") or "").removeprefix("buy: ")
     here = [row for row in lines if row.get("joint") == str(part.get("joint"))]

@@ -14,7 +14,7 @@ OFFERED = 4.0  # largest ratio to the wanted rate; a spring farther off would ch
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
-    """Spring, damper, alternatives and what was left out, by joint."""
+    """Spring, damper, substitutes and excluded rows, by joint."""
     joints = mapping(result.content, "joints")
     rows = [_joint(name, joint) for name, joint in joints.items() if isinstance(joint, Mapping)]
     if not any(row["spring"] or row["damper"] for row in rows):
@@ -53,7 +53,7 @@ def near(alternative: Mapping[str, Any], wanted: object) -> bool:
 
 
 def _left_out(joint: Mapping[str, Any], kind: str) -> Json | None:
-    """Reasons by how many parts they keep out, most first."""
+    """Reasons with the number of parts that they exclude, largest first."""
     reasons = mapping(joint, "left_out", kind)
     counted = [(int(count), reason) for reason, count in reasons.items() if isinstance(count, (int, float))]
     total = sum(count for count, _ in counted)

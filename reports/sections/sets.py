@@ -17,7 +17,7 @@ WIDTH, LABEL = 760.0, 80.0  # px
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
-    """Sets with their expected error, its interval and chance; what causes the spread; how they were found."""
+    """Sets with their expected error, its interval and probability; causes of the spread; record of the search."""
     response = mapping(result.content, "response")
     forecast = mapping(response, "forecast")
     if not forecast:
@@ -90,7 +90,7 @@ def _figure(sets: list[Json]) -> Markup | None:
         chance = share_text(item.get("chance"))
         bars.append(Bar(value, f"{brief(expected)}, {chance}", low, high, strong=index == 0))
         labels.append("chosen" if index == 0 else f"set {index + 1}")
-    heading = "expected response error with its 90 % interval, and the chance of staying within the limit"
+    heading = "expected response error with its 90 % interval, and the probability of staying within the limit"
     return bar_figure("Sets of parts under tolerance", labels, [BarColumn(heading, bars, most, 130.0)], WIDTH, LABEL)
 
 

@@ -15,7 +15,7 @@ from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 from synth.reports.sections.warnings import text_of
 from synth.reports.sections.winding_plan import winding_of
 
-# Key of ``make`` -> its words and its equation. In the order of the sheet: what to wind, what it does, how it lasts.
+# Key of ``make`` -> its label and its equation. In the order of the sheet: dimensions, function, strength.
 WIND = (
     ("wire_diameter", "wire diameter d", ""), ("mean_diameter", "mean coil diameter D", "E12"),
     ("outer_diameter", "outside diameter, widest", "E16"), ("inside_diameter", "inside diameter, free", "E16"),
@@ -90,7 +90,7 @@ def _sheet(name: str, spring: Json, wanted: Json) -> Json:
 
 
 def groups_of(make: Json) -> list[Json]:
-    """The sheet's rows in three groups; quantities that this page has no words for come last under their key."""
+    """The sheet's rows in three groups; quantities without a label come last, under their key."""
     if not make:
         return []
     make = {**make, **_nested(make)}
@@ -101,7 +101,7 @@ def groups_of(make: Json) -> list[Json]:
         if key not in known and value_of(value) is not None
     )
     groups = []
-    for title, keys in (("To wind", WIND), ("What it does", ACT), ("How it lasts", LAST), ("More", others)):
+    for title, keys in (("To wind", WIND), ("Function", ACT), ("Strength", LAST), ("More", others)):
         rows = [
             {"label": label, "key": key, "quantity": make[key], "equation": equation}
             for key, label, equation in keys
@@ -118,7 +118,7 @@ def groups_of(make: Json) -> list[Json]:
 
 
 def _nested(make: Json) -> Json:
-    """Quantities that stand deeper, under keys of one word."""
+    """Nested quantities, flattened to keys of one word."""
     arms, fatigue, mandrel = (mapping(make, key) for key in ("arms", "fatigue", "mandrel"))
     found = {f"arms_{key}": value for key, value in arms.items()}
     found |= {f"mandrel_{key}": value for key, value in mandrel.items()}
@@ -126,7 +126,7 @@ def _nested(make: Json) -> Json:
 
 
 def drawing_of(title: str, make: Json) -> Markup | None:
-    """The drawing, or None where a dimension that it needs is missing."""
+    """The drawing, or None if a dimension for it is missing."""
     wire, mean, angle = (in_si(make.get(key)) for key in ("wire_diameter", "mean_diameter", "included_angle"))
     body = in_si(make.get("body_length"))
     if not wire or not mean or angle is None or not body:

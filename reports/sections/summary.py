@@ -42,7 +42,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
 
 
 def _bought(spring: dict[str, Any]) -> str:
-    """The part, and how many side by side where there are several."""
+    """The part, with the number of parallel springs if there are several."""
     part, count = spring.get("part"), spring.get("count")
     return f"{count} x {part}" if part and isinstance(count, int) and count > 1 else str(part or "")
 

@@ -1,4 +1,4 @@
-"""Parts to swap and tune in the page: the plots filled by its script, and their content without it."""
+"""Exchange and tuning of parts in the page: plots that its script updates, and their content without it."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from synth.reports.section import AbsentResult, ReportSection, sequence
 from synth.reports.sections.live_leg import live_data
 
 TRIED = Line(GREEN, 2.0, "2 3")
-ROOM = 0.15  # of a joint's range of wanted angles, above and below, for what a worse part does
+ROOM = 0.15  # of a joint's range of wanted angles, margin above and below for the motion with a worse part
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
-    """Panels of the first release: wanted now, chosen and tried once the script has reckoned them."""
+    """Panels of the first release: the wanted motion; the script adds those with chosen and tried parts."""
     page = live_data(result)
     if page is None:
         return AbsentResult("page.json is not in the folder")
     replay = page.get("replay") or {}
     unsupported = [str(name).replace("_", " ") for name in sequence(replay, "unsupported")]
     if unsupported:
-        return AbsentResult(f"the leg has {', '.join(unsupported)}: the page's own integrator does not know it")
+        return AbsentResult(f"the leg has {', '.join(unsupported)}: the page's own integrator does not support it")
     releases = [release for release in sequence(replay, "releases") if isinstance(release, dict)]
     joints = [str(joint.get("name")) for joint in sequence(page, "leg", "joints")]
     if not releases or not joints:

@@ -1,4 +1,4 @@
-"""Every warning of a result, once each, with its level; the page's opening tells them."""
+"""Every warning of a result, once each, with its level, for the page's opening."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ def _all(document: Json) -> list[tuple[str, str, str, object]]:
 
 
 def text_of(item: object) -> str:
-    """A warning's text, which an older result may hold alone."""
+    """A warning's text; an older result has the text only."""
     return str(item.get("text")) if isinstance(item, Mapping) else str(item)
 
 
 def _bare(joint: str, text: str) -> str:
-    """The text without the joint's name before it, which stands beside it."""
+    """The text without its prefix, the joint's name, which the page shows separately."""
     return text.removeprefix(f"{joint}: ") if joint else text

@@ -1,4 +1,4 @@
-"""How to wind a spring: what to cut, wind, heat and measure, each with its tolerance; for the sheet at the bench."""
+"""Instructions for winding a spring: cutting, winding, heat treatment and measurement, with tolerances."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from synth.reports.reading import Json, value_of
 from synth.reports.section import mapping, sequence
 from synth.reports.sections.warnings import text_of
 
-GRIP = 1.1  # of the wire's length to cut: ends to hold
+GRIP = 1.1  # factor on the wire's length to cut: ends to hold
 _MEASURED = (
     ("wire_diameter", "wire diameter", "wire_diameter"), ("mean_diameter", "mean coil diameter", "mean_diameter"),
     ("body_coils", "coils of the body", "body_coils"), ("included_angle", "angle between the free arms", "free_angle"),
@@ -18,7 +18,7 @@ _MEASURED = (
 
 
 def winding_of(make: Json) -> Json:
-    """Steps, what to measure with its tolerance, torque against angle; empty where the design has no mandrel."""
+    """Steps, quantities to measure with tolerances, torque against angle; empty if the design has no mandrel."""
     mandrel, plus = mapping(make, "mandrel"), mapping(make, "tolerance")
     if not mandrel or not plus:
         return {}
@@ -35,7 +35,7 @@ def winding_of(make: Json) -> Json:
 
 
 def closing_words(hand: str, arms: str = "tangent") -> str:
-    """Which way work must turn the spring, so that its coil closes."""
+    """The direction in which the load must turn the spring, so that its coil closes."""
     sense = "clockwise" if hand == "right" else "counter-clockwise"
     does = "closes the coil and the angle between the arms"
     if arms != "tangent":
@@ -68,13 +68,13 @@ def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
         f"load acts, with {text(make.get('included_angle'))} between them (within {text(plus.get('free_angle'))})."
     )
     relief = make.get("stress_relief")
-    steps.append(f"Relieve stress: {relief}." if relief else f"Relieve stress as the maker of the {wire} says.")
+    steps.append(f"Relieve stress: {relief}." if relief else f"Relieve stress as the maker of the {wire} specifies.")
     steps.append("Measure the free angle and the torque below, and set the joint's arm to the measured angle.")
     return steps
 
 
 def _torques(make: Json, rate_plus: float) -> list[Json]:
-    """Torque at quarters of the travel, with what the tolerance of the rate leaves; degrees, N m."""
+    """Torque at quarters of the travel, with its tolerance from that of the rate; degrees, N m."""
     rate, travel = in_si(make.get("rate")), in_si(make.get("travel"))
     if rate is None or travel is None:
         return []

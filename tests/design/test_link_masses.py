@@ -67,7 +67,7 @@ def test_figures_that_cannot_be_give_way_to_what_is_drawn() -> None:
     assert joint == "hip"
     assert "220 g instead of 80 g" in text
     assert [name for name, _ in others] == ["knee"]
-    assert "weighs 70 g" in others[0][1]
+    assert "parts weigh 70 g" in others[0][1]
 
 
 def test_assumed_masses_are_named_with_the_key_that_takes_them() -> None:

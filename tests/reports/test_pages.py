@@ -263,7 +263,7 @@ def test_pictures_outside_the_folder_are_not_read(leg_folder: LegFolder, tmp_pat
     (folder / "design.json").write_text(json.dumps(design))
     _, page = page_of(write_leg_report(folder))
     assert not page.sources
-    assert "no PNG in the folder: ../secret.png, link.png" in page.text
+    assert "not a PNG in the folder: ../secret.png, link.png" in page.text
 
 
 @pytest.mark.parametrize(
