@@ -157,7 +157,7 @@
   if (all && map) {
     designs(map, JSON.parse(all.textContent));
     if (map.nextElementSibling) map.nextElementSibling.classList.add("still");
-    const key = make("p", { className: "small soft live", textContent: "Framed: the chosen design; dots: designs that no other beats (the front); triangles: designs that cannot be had, the reason under the pointer." });
+    const key = make("p", { className: "small soft live", textContent: "Framed: the chosen design; dots: designs of the Pareto front; triangles: designs that cannot be built, with the reason at the pointer." });
     map.appendChild(key);
   }
 })();

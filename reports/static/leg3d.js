@@ -112,9 +112,9 @@ addEventListener("load", () => setTimeout(async function () {  // after the page
   const canvas = renderer.domElement;
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "img");
-  canvas.setAttribute("aria-label", "The leg in three dimensions. Drag or arrow keys turn it, wheel or plus and minus zoom; a click on a part tells what it is.");
+  canvas.setAttribute("aria-label", "The leg in three dimensions. Drag or arrow keys turn it, wheel or plus and minus zoom; a click on a part shows its description.");
   panel.appendChild(canvas);
-  const said = make("p", { className: "picked", textContent: "Drag to turn, click a part to learn what it is." }, panel);
+  const said = make("p", { className: "picked", textContent: "Drag to turn, click a part for its description." }, panel);
   said.setAttribute("aria-live", "polite");
   const tools = make("div", { className: "tools" }, panel);
   const play = make("button", { type: "button", textContent: "▶ Play" }, tools);

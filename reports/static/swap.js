@@ -115,7 +115,7 @@ addEventListener("load", () => setTimeout(function () {  // after the page stand
     home.dataset.error = errors.all; home.dataset.chosen = chosenErrors.all;
     const each = joints.map((joint, j) => `${joint.name} ${shown(errors.joints[j], 2)}°`).join(", ");
     const known = page.joints[joints[0].name].springs[0].error;
-    const within = page.within ? (errors.all <= page.within ? `, within the wished ${shown(page.within, 1)}°` : `, beyond the wished ${shown(page.within, 1)}°`) : "";
+    const within = page.within ? (errors.all <= page.within ? `, within the allowed ${shown(page.within, 1)}°` : `, beyond the allowed ${shown(page.within, 1)}°`) : "";
     totals.innerHTML = "";
     make("b", { textContent: `${shown(errors.all, 2)}° off the wanted motion (RMS)${within}` }, totals);
     totals.append(` (${signed(errors.all - chosenErrors.all, 2)}° against the chosen parts; ${each}). The chosen parts: ${shown(chosenErrors.all, 2)}° here, ${shown(known, 2)}° by the program.`);
@@ -134,7 +134,7 @@ addEventListener("load", () => setTimeout(function () {  // after the page stand
       control.strength.text.textContent = `damper torque × ${shown(state.strength, 2)}`;
       const angle = synthLeg.measured(joint, now.rotation);
       control.free.input.value = angle;
-      control.free.text.textContent = `free angle ${shown(angle, 1)}°${state.free === null ? ", so that it rests as wanted" : ""}`;
+      control.free.text.textContent = `free angle ${shown(angle, 1)}°${state.free === null ? ", for the wanted rest pose" : ""}`;
     });
   }
   function draw() {
@@ -174,7 +174,7 @@ addEventListener("load", () => setTimeout(function () {  // after the page stand
     });
     const words = [];
     if (found.length) words.push("select:", "  joints:", ...found);
-    if (tuned.length) words.push("# tuned by hand; of parts in hand write it under measured:", ...tuned);
+    if (tuned.length) words.push("# tuned by hand; for measured parts write it under measured:", ...tuned);
     code.textContent = words.length ? words.join("\n") : "# as chosen: nothing to change in the project";
   }
   solve();
