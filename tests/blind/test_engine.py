@@ -99,7 +99,7 @@ def one_joint(rate: float, damping: float, law: tuple[Law, ...], bare: tuple[int
     return Truth(PlantedLeg(("j",), np.zeros(1), np.ones(1), 0.0, values, gravity=0.0), law, bare=bare)
 
 
-def test_dry_friction_takes_a_fixed_bite_a_swing_and_then_holds() -> None:
+def test_dry_friction_reduces_each_swing_by_a_constant_and_then_sticks() -> None:
     """On a spring each half swing is 2 T / k shorter than the one before; it stops for good where k |q| <= T."""
     k, dry = 8.0, 0.25
     motion = release(

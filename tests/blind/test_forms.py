@@ -90,7 +90,7 @@ FORMS = [
 
 
 @pytest.mark.parametrize(("effect", "seed", "form", "floors"), FORMS)
-def test_a_family_follows_its_real_variants_alone(
+def test_an_effect_of_the_library_fits_its_real_variants(
     effect: str, seed: int, form: str, floors: float, tmp_path: Path
 ) -> None:
     case, cause = planted(effect, seed)

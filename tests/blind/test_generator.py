@@ -78,7 +78,9 @@ def test_the_design_is_off_within_tolerance_in_every_case(friction: Case, nothin
 
 
 @pytest.mark.parametrize("number", [0, 1])
-def test_files_are_legal_and_tell_nothing(number: int, friction: Case, nothing: Case, tmp_path: Path) -> None:
+def test_files_are_valid_and_do_not_reveal_the_answer(
+    number: int, friction: Case, nothing: Case, tmp_path: Path
+) -> None:
     case = (friction, nothing)[number]
     write_case(case, tmp_path / "abc", "abc")
     leg = read_leg(tmp_path / "abc" / "nominal.leg.yaml")
@@ -121,7 +123,7 @@ def test_the_same_seed_gives_the_same_bytes(tmp_path: Path) -> None:
     assert set(answers) == {p.name for p in (tmp_path / "a").iterdir()}
 
 
-def test_answers_may_not_lie_with_the_cases(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_answers_must_not_be_stored_with_the_cases(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["--out", str(tmp_path), "--answers", str(tmp_path / "x.json"), "--seed", "1", "--count", "1"])
     assert "outside" in capsys.readouterr().err

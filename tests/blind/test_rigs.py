@@ -65,7 +65,7 @@ def rig() -> Case:
     return make_rig(5, 1, "single", "torque_offset", 1, True)
 
 
-def test_a_rig_is_as_dirty_as_it_says(rig: Case, tmp_path: Path) -> None:
+def test_a_rig_has_the_stated_imperfections(rig: Case, tmp_path: Path) -> None:
     answer = rig.answer
     level = answer["level"]
     assert MAIN[0] <= level <= MAIN[1]
@@ -108,7 +108,7 @@ def test_the_generator_shares_nothing_with_the_library_but_names() -> None:
     assert set(LIBRARY) == of_swings - {"encoder_quantisation"}
 
 
-def test_a_plan_holds_every_kind_and_each_effect_in_turn() -> None:
+def test_a_plan_has_every_kind_and_each_effect_in_turn() -> None:
     planned = rigs.plan(7, 40)
     assert [number for number, *_ in planned] == list(range(40))
     kinds = [kind for _, kind, _ in planned]
@@ -153,7 +153,7 @@ def said(verdict: str, *keys: tuple[str, str], probability: float = 0.9, after: 
         ("two", said("effect", ("coulomb_friction", "knee")), False),
     ],
 )
-def test_what_counts_as_right(kind: str, view: View, expected: bool) -> None:
+def test_the_definition_of_a_correct_verdict(kind: str, view: View, expected: bool) -> None:
     effects = [] if kind == "none" else list(ANSWER["effects"])
     alike = ANSWER["alike"] if kind == "single" else []
     if kind == "two":

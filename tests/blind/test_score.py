@@ -127,7 +127,7 @@ def test_a_tie_is_reported_when_truth_and_a_true_rival_are_named() -> None:
     assert table["tie_in_top"].value == 1.0
 
 
-def test_the_gain_is_in_points() -> None:
+def test_the_gain_is_in_percentage_points() -> None:
     found = gain([True, False, False, False], [True, True, True, False])[0]
     assert found.value == 50.0
     assert found.reached == "goal"

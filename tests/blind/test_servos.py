@@ -48,7 +48,7 @@ def test_a_rig_is_as_large_as_its_answer_says(kind: str, effect: str, tmp_path: 
         assert answer["best_possible_deg"] < 0.4 * answer["before_deg"]
 
 
-def test_every_cause_comes_in_turn() -> None:
+def test_every_cause_is_planted_in_turn() -> None:
     drawn = [effect for _, kind, effect in plan(1, 80) if kind == "single"]
     assert {drawn.count(effect) for effect in LIBRARY} <= {3, 4, 5}
     assert {effect for _, kind, effect in plan(1, 80) if kind == "unknown"} == set(OUTSIDE)

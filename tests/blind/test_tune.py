@@ -17,7 +17,7 @@ from synth.diagnosis.verdict import CALIBRATED
 from synth.files.gap_project import read_gap_project
 
 
-def test_a_case_searched_is_told_as_when_diagnosed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_case_from_the_search_has_the_verdict_of_a_diagnosis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tune, "FACTORS", (2.0,))
     effect = "coulomb_friction"
     case = make_case(31, 0, "single", effect, 6.0, 1)

@@ -87,7 +87,7 @@ def test_a_fallback_of_another_user_is_not_trusted(unwritable: Path, monkeypatch
         cache_folder()
 
 
-def test_code_is_loaded_once_and_anew_when_text_or_dependency_change(
+def test_code_is_loaded_once_and_again_when_text_or_dependency_change(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SYNTH_CACHE", str(tmp_path / "cache"))
@@ -161,7 +161,7 @@ def test_damaged_code_is_compiled_again_without_a_word(
         assert len(counted) == 2  # what was made again is kept
 
 
-def test_a_full_disk_only_keeps_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_only_prevents_storing_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*arguments: object, **more: object) -> None:
         raise OSError(28, "No space left on device")
 
@@ -178,7 +178,7 @@ def test_generated_text_is_never_read_from_disk(tmp_path: Path, monkeypatch: pyt
 
 
 @pytest.mark.parametrize("n", [1, 2, 7])
-def test_blocks_of_the_workspace_lie_end_to_end_and_do_not_move_with_n(n: int) -> None:
+def test_blocks_of_the_workspace_are_contiguous_and_independent_of_n(n: int) -> None:
     laws = (LaneLaw("coulomb_friction", 2, memory=True), LaneLaw("another", 3))
     layout = Layout(n, laws)
     ends = [0, *np.cumsum([size for _, size in layout.blocks.values()])]
@@ -191,7 +191,7 @@ def test_blocks_of_the_workspace_lie_end_to_end_and_do_not_move_with_n(n: int) -
     assert (third.start, third.stop) == (layout.row("another") + 2 * MOST_LINKS, layout.row("another") + 14 + n)
 
 
-def test_the_state_is_rotations_rates_and_the_memories_that_take_part() -> None:
+def test_the_state_is_rotations_rates_and_active_memories() -> None:
     layout = Layout(2, (LaneLaw("coulomb_friction", 2, memory=True),))
     state, derivative = layout.states([("coulomb_friction", 1)])
     row = layout.row

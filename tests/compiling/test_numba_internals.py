@@ -27,7 +27,7 @@ def half(x: float) -> float:
     return 0.5 * x
 
 
-def test_tricks_stand_in_one_room() -> None:
+def test_fragile_tricks_are_in_one_package() -> None:
     found = []
     for tree in ("synth", "cad", "reports"):
         for path in sorted((ROOT / tree).rglob("*.py")):
@@ -78,7 +78,7 @@ def test_code_compiled_at_its_first_call_is_kept_for_each_type(tmp_path: Path, m
     assert len(taken) == 1
 
 
-def test_code_of_a_module_that_knows_nothing_of_us_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_code_of_an_independent_module_is_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SYNTH_CACHE", str(tmp_path))
     taken = []
     monkeypatch.setattr(numba_internals, "read_sealed", lambda path: (taken.append(path.name), read_sealed(path))[1])
@@ -106,7 +106,7 @@ def test_nothing_is_unpickled_that_others_can_write(mode: int, tmp_path: Path, m
     assert compiled("float64(float64)")(half)(3.0) == 1.5
 
 
-def test_a_constant_of_a_text_is_replaced_where_it_stands_once() -> None:
+def test_a_constant_that_occurs_once_in_a_text_is_replaced() -> None:
     assert with_constant("A = 1\nWHOLE = True\nB = WHOLE\n", "WHOLE", False) == "A = 1\nWHOLE = False\nB = WHOLE\n"
     for text in ("A = 1\n", "WHOLE = True\nWHOLE = True\n", "    WHOLE = True\n"):
         with pytest.raises(ValueError, match="one is needed"):

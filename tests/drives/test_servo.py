@@ -39,7 +39,7 @@ def held(servo: Servo, command: float) -> float:
     return float(simulate(damped, [command], [0.0], 3.0 * TIMES, signals=signals)[-1, 0])
 
 
-def test_a_held_joint_sags_by_what_its_gain_asks() -> None:
+def test_a_held_joint_sags_in_proportion_to_load_over_gain() -> None:
     """Rest of a proportional controller: gain (command - q) = weight sin q."""
     plain = Servo(gain=20.0)
     q = held(plain, 1.0)
@@ -77,7 +77,7 @@ def test_free_speed_of_a_motor_under_a_known_voltage() -> None:
     np.testing.assert_allclose(motion[:, 1], expected, atol=2e-5)
 
 
-def test_a_supply_that_sags() -> None:
+def test_a_sagging_supply_adds_its_resistance_to_the_winding() -> None:
     """Held level by a full duty: the current is that of source and winding in series."""
     motor, share = replace(MOTOR, efficiency=1.0), 0.3
     servo = Servo(gain=1e3, supply=7.4, source_resistance=share * 3.5, motor=motor)
@@ -128,9 +128,7 @@ def test_time_counted_in_another_unit_changes_nothing() -> None:
 
 
 @pytest.mark.parametrize(("command", "ratio"), [(1.0, 1.0 / (1.0 - 0.2)), (-1.0, 1.0 / (1.0 + 0.2))])
-def test_a_gear_that_takes_a_share_of_the_torque_lifts_with_more_and_lowers_with_less(
-    command: float, ratio: float
-) -> None:
+def test_a_lossy_gear_needs_more_torque_to_lift_and_less_to_lower(command: float, ratio: float) -> None:
     """At constant slow speed the drive gives weight / (1 - share) upwards and weight / (1 + share) downwards."""
     servo = Servo(gain=40.0, damping_gain=1.0)
     arm = Leg("arm", (Joint("arm", LINK, drive=servo, effects={"gear_load_friction": {"share": 0.2}}),))

@@ -25,7 +25,7 @@ def test_a_direction_without_information_gets_a_huge_variance() -> None:
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_what_is_not_finite_is_told_and_not_decomposed(bad: float) -> None:
+def test_a_matrix_that_is_not_finite_is_reported(bad: float) -> None:
     matrix = np.diag([1.0, bad, 2.0])
     with pytest.raises(UserError, match="the simulated motion diverges"):
         covariance_of(matrix)

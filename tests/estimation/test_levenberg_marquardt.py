@@ -115,7 +115,7 @@ def test_certified_values_from_both_certified_starts(
     assert end.point.cost == pytest.approx(0.5 * 1.2455138894e-1, rel=1e-6)
 
 
-def test_many_starts_side_by_side_end_where_each_ends_alone() -> None:
+def test_parallel_starts_end_like_single_starts() -> None:
     problem = Saturation(X, (Y,), reduced=True)
     begun = problem.evaluate([Curve(np.array(b), (np.zeros(1),)) for b in ((500.0, 1e-4), (250.0, 5e-4))])
     together = minimise(problem, [Iterate(p) for p in begun], RULES[1], 60)
@@ -141,7 +141,7 @@ def test_a_bound_is_kept_and_coinciding_bounds_hold_an_unknown() -> None:
     assert abs(slope @ residual) < 1e-5 * np.linalg.norm(slope) * np.linalg.norm(residual)
 
 
-def test_a_start_that_diverges_is_said() -> None:
+def test_a_diverging_start_is_reported() -> None:
     problem = Saturation(X, (Y,), reduced=True)
     (end,) = minimise(problem, [Iterate(Curve(np.array([1.0, np.nan]), (np.zeros(1),)))], RULES[0], 5)
     assert end.reason == DIVERGED

@@ -37,7 +37,7 @@ def test_the_energy_of_the_stroke_is_kept() -> None:
     assert energy(LEG, dict.fromkeys(rates, one)) == pytest.approx(energy(LEG, rates), rel=1e-12)
 
 
-def test_springs_that_give_nothing_on_the_whole_have_their_mean() -> None:
+def test_springs_without_net_work_have_their_mean_rate() -> None:
     """Rests in the middle of every joint's stroke: as much is given as taken."""
     a, b = LEG.start, LEG.extended
     low, high = LEG.lower_angle(a), LEG.lower_angle(b)
@@ -57,7 +57,7 @@ def test_flexures_matter_to_the_jump() -> None:
     assert clear[0] != pytest.approx(clear[1], rel=1e-3)
 
 
-def test_words_and_numbers() -> None:
+def test_the_note_and_the_json_have_the_same_heights() -> None:
     found = DrawnFlexures({"hip": 0.003, "knee": 0.0025, "foot": 0.002}, 0.005, 0.036, 0.042, "full")
     assert "clears 3.6 cm instead of 4.2 cm by model full" in found.note
     written = found.as_json()

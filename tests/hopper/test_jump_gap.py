@@ -80,7 +80,7 @@ def test_shares_sum_to_one_and_figures_are_on_the_trials_held_out(found: dict[st
     assert 0.0 < gap["shrink"]["value"] <= 1.0
 
 
-def test_what_was_predicted_lies_beside_it(damped: Path, found: dict[str, Any]) -> None:
+def test_the_prediction_is_beside_the_measurement(damped: Path, found: dict[str, Any]) -> None:
     assert [trial["file"] for trial in found["trials"]] == found["gap"]["scored_on"]
     with (damped / found["trials"][0]["predicted"]).open(newline="") as stream:
         rows = list(csv.DictReader(stream))
@@ -213,7 +213,7 @@ def test_a_model_without_motion_and_a_swinging_legs_effect_are_refused(
     assert "swinging legs" in capsys.readouterr().err
 
 
-def test_copies_count_once(tmp_path: Path) -> None:
+def test_copies_of_a_recording_count_once(tmp_path: Path) -> None:
     write(tmp_path / "a.csv", jumped())
     (tmp_path / "b.csv").write_bytes((tmp_path / "a.csv").read_bytes())
     found = run(project(tmp_path, "  - '[ab].csv'\n"))
@@ -261,12 +261,12 @@ def test_the_words_say_whether_the_error_grows() -> None:
     assert "no significant trend" in second
 
 
-def test_alike_columns_are_not_parted() -> None:
+def test_collinear_columns_get_no_slopes() -> None:
     length = np.array([0.1, 0.12, 0.14, 0.16])
     assert _slopes({"length": length, "gear_ratio": 1000 * length}, np.array([0.1, 0.2, 0.3, 0.4])) == {}
 
 
-def test_tolerances_move_what_they_are_of() -> None:
+def test_tolerances_change_their_own_quantity() -> None:
     """One deviation of each changes its column by its share; the rest stays."""
     from hopper.recorded import changed
     from synth.diagnosis.plants.jumping_leg.jump_tolerances import OF_MOTOR, SHARED, JumpTolerances

@@ -63,7 +63,7 @@ def test_switched_off_it_changes_nothing(effect: MotorEffect, model: str) -> Non
 
 
 @pytest.mark.parametrize("effect", motor_effects(), ids=lambda effect: effect.name)
-def test_it_says_what_it_is(effect: MotorEffect) -> None:
+def test_every_effect_is_documented(effect: MotorEffect) -> None:
     assert effect.meaning
     assert effect.phrase
     assert effect.formula
@@ -82,7 +82,7 @@ def test_current_rises_with_the_time_constant_of_inductance_and_resistance() -> 
     np.testing.assert_allclose(found["drawn"][early], wanted, atol=0.01 * wanted.max())
 
 
-def test_a_winding_in_no_time_is_the_makers_line() -> None:
+def test_a_winding_of_tiny_inductance_moves_like_the_makers_line() -> None:
     tiny = trace(made("A", winding_inductance={"inductance": 1e-5}))
     line = trace(made("A"))
     at = np.linspace(0.002, 0.05, 40)
@@ -122,7 +122,7 @@ def test_friction_of_the_stall_torque_holds_the_leg() -> None:
     assert np.ptp(stuck["angle"]) < np.radians(3.0)  # it creeps at the speed over which friction turns over
 
 
-def test_a_lossy_gear_passes_on_so_much() -> None:
+def test_a_lossy_gear_transmits_the_stated_share() -> None:
     found = trace(made("A", gear_friction={"loss": 0.3}))
     speed = -np.gradient(found["angle"], found["time"])
     driven = (speed > 1.0) & (found["time"] < 0.04)  # the motor drives the link
@@ -136,7 +136,7 @@ def test_joint_damping_is_the_flexures() -> None:
     np.testing.assert_allclose(made(joint_damping={"damping": 4e-4}).workspace()[:, 0], wanted, rtol=1e-14)
 
 
-def test_a_ground_as_soft_as_the_contact_gives_twice_as_far() -> None:
+def test_a_ground_as_soft_as_the_contact_doubles_the_deflection() -> None:
     soft, hard = made(ground_compliance={"stiffness": Contact().stiffness}), made()
     weight = LEG.total_mass(motor()) * LEG.gravity
     layout = soft.layout

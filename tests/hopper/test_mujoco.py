@@ -57,7 +57,7 @@ def test_a_sprung_four_bar_dropped_on_the_ground(rate: float, damping: float, du
     assert theirs.trace[:, 3].min() < -1e-4
 
 
-def test_where_a_and_c_part_is_the_contact() -> None:
+def test_models_a_and_c_differ_by_the_contact() -> None:
     """On MuJoCo's own contact the same leg jumps about a tenth higher.
 
     Its default constraint gives way by 1.9 mm under the push, ours by 0.4 mm, and gives the energy back as the leg

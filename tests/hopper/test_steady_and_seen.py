@@ -71,7 +71,7 @@ def test_noisy_points_lie_in_their_intervals(tmp_path: Path) -> None:
         assert low < value < high, key
 
 
-def test_what_a_test_alone_cannot_tell_is_said(tmp_path: Path) -> None:
+def test_what_one_test_cannot_determine_is_reported(tmp_path: Path) -> None:
     motor_tests(tmp_path)
     alone = motor_result(tmp_path, "stall: [stall.csv]\n")
     assert set(alone["motor"]) == {"resistance", "torque_constant"}

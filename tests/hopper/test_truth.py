@@ -42,7 +42,7 @@ def test_the_measured_height_lies_in_fulls_interval_once_the_pose_is_matched(tru
     assert high - low < 0.06
 
 
-def test_what_does_not_come_out_is_shown(truth: dict, folder: Path) -> None:  # type: ignore[type-arg]
+def test_claims_that_are_not_reproduced_are_shown(truth: dict, folder: Path) -> None:  # type: ignore[type-arg]
     """From the lab's own start nothing reaches 22 cm, and the best design is not 210:1; the page says both."""
     found = verdicts(truth, "lab", "clearance")
     assert not found["and rises to 22 cm"]
@@ -75,7 +75,7 @@ def test_the_page_is_one_file_with_its_figures(folder: Path) -> None:
     assert "Baumgarte" in page
 
 
-def test_truth_takes_no_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_option_truth_takes_no_project_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["-q", "hopper", "a.yaml", "--truth", "--out", str(tmp_path / "o")]) == 2
     assert main(["-q", "hopper", "--out", str(tmp_path / "o")]) == 2
     assert capsys.readouterr().err.count("a project file or --truth") == 2

@@ -58,7 +58,7 @@ def test_underdamped_release_shows_its_ratio_frequency_overshoot_and_times(ratio
     assert found.settling_time == pytest.approx(time[np.flatnonzero(outside)[-1] + 1], abs=1e-9)
 
 
-def test_one_half_cycle_is_said_to_be_one() -> None:
+def test_a_ratio_from_one_half_cycle_is_marked() -> None:
     # exp(-pi 0.5/0.866) = 16 %, its square 2.7 %, its cube 0.4 %: two peaks above the least of 2 %
     found = characteristics(times(0.5), released(times(0.5), 0.5))
     assert found.validity == "valid, from one half cycle"
@@ -101,7 +101,7 @@ def test_growing_swings_have_no_ratio() -> None:
     assert (found.damping_ratio, found.validity) == (None, "the swings grow")
 
 
-def test_what_starts_at_rest_shows_nothing() -> None:
+def test_a_motion_that_starts_at_rest_has_no_characteristics() -> None:
     time = np.linspace(0, 1, 200)
     found = characteristics(time, np.full(200, 0.7))
     assert found.validity == "starts at rest"

@@ -56,7 +56,7 @@ def test_smoothing_scales_with_time() -> None:
         (lambda rate: np.roll(rate, 105), "is not the angle's slope"),
     ],
 )
-def test_a_velocity_that_is_not_the_angle_s_is_told(change: object, words: str) -> None:
+def test_a_velocity_that_does_not_match_the_angle_is_reported(change: object, words: str) -> None:
     angle = swing()[:, None]
     smoothed = smooth(GRID, angle, np.zeros(angle.shape, dtype=bool))
     assert callable(change)

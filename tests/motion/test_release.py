@@ -41,7 +41,7 @@ def test_release_at_once_is_found_within_a_few_samples_and_no_hand_is_blamed(noi
 
 
 @pytest.mark.parametrize(("noise", "rate"), [(0.05, 250.0), (0.6, 250.0), (0.2, 100.0)])
-def test_the_late_end_of_a_release_lies_after_it_and_holds_are_told_from_free_motion(noise: float, rate: float) -> None:
+def test_the_late_end_of_the_interval_is_after_the_release_and_holds_are_detected(noise: float, rate: float) -> None:
     generator = np.random.default_rng(7)
     made = [driven_release(generator, 0.0, noise, rate) for _ in range(25)]
     found = [find_release(each.time, each.angles, each.leg) for each in made]
@@ -56,7 +56,7 @@ def test_the_late_end_of_a_release_lies_after_it_and_holds_are_told_from_free_mo
 
 
 @pytest.mark.parametrize(("fade", "noise"), [(0.15, 0.1), (0.25, 0.2)])
-def test_end_of_a_fading_hand_is_found(fade: float, noise: float) -> None:
+def test_the_end_of_a_fading_external_torque_is_found(fade: float, noise: float) -> None:
     """The last 15 % of a fade are under what counts as foreign by definition: 22 and 38 ms."""
     generator = np.random.default_rng(4)
     made = [driven_release(generator, fade, noise) for _ in range(25)]
@@ -71,7 +71,7 @@ def test_end_of_a_fading_hand_is_found(fade: float, noise: float) -> None:
     assert min(released) > -0.03
 
 
-def test_a_hand_that_lifts_and_holds_the_limb_before_is_not_the_release() -> None:
+def test_lifting_and_holding_the_limb_before_the_release_is_not_detected_as_release() -> None:
     """Another engine's motion; the lift is faster than the swing, and a stop within the lift is no hold."""
     leg = robot()
     rest = rest_pose(leg)
@@ -114,7 +114,7 @@ def test_locked_joints_and_lost_samples_do_not_matter() -> None:
     assert found.driven_until is None
 
 
-def test_stillness_is_said_and_too_few_samples_are_refused() -> None:
+def test_a_recording_at_rest_is_reported_and_too_few_samples_are_refused() -> None:
     leg = robot()
     time = np.arange(0, 1.0, 0.01)
     still = np.tile(leg.to_measured(rest_pose(leg)), (100, 1))
@@ -126,7 +126,7 @@ def test_stillness_is_said_and_too_few_samples_are_refused() -> None:
 
 
 @pytest.mark.skipif(not RAT.is_dir(), reason="the lab's recordings are not here")
-def test_windows_that_the_lab_picked_by_hand() -> None:
+def test_releases_agree_with_windows_picked_by_hand() -> None:
     """All but one within three samples of the hand; that one (ST2_4) begins before the stimulus, 0.65 s early."""
     leg = read_leg(RAT / "rat.leg.yaml")
     late = {}

@@ -48,7 +48,7 @@ def test_a_cubic_passes_unchanged_to_its_ends() -> None:
 
 
 @pytest.mark.parametrize(("rate", "joints"), [(100.0, 1), (500.0, 3), (1000.0, 1)])
-def test_noise_is_told_within_five_per_cent(rate: float, joints: int) -> None:
+def test_noise_is_estimated_within_five_per_cent(rate: float, joints: int) -> None:
     time = np.arange(0, 1.0 + 0.5 / rate, 1 / rate)
     generator = np.random.default_rng(7)
     told = []
@@ -58,7 +58,7 @@ def test_noise_is_told_within_five_per_cent(rate: float, joints: int) -> None:
     assert np.sqrt(np.mean(np.square(told))) == pytest.approx(1.7e-3, rel=0.05)
 
 
-def test_glitches_in_pairs_do_not_pass_for_noise() -> None:
+def test_paired_glitches_are_not_counted_as_noise() -> None:
     time = np.arange(0, 1, 0.002)
     generator = np.random.default_rng(3)
     angle = swing(time) + generator.normal(0, 1.7e-3, (len(time), 1))
@@ -126,7 +126,7 @@ def test_lost_samples_are_bridged_and_a_hole_is_marked() -> None:
     assert not found.gap[311:].any()  # its edges may count, two lost samples do not make a hole
 
 
-def test_uneven_times_come_out_even() -> None:
+def test_uneven_times_are_resampled_evenly() -> None:
     generator = np.random.default_rng(8)
     time = np.arange(0, 1, 0.002) + np.r_[0, generator.uniform(-4e-4, 4e-4, 498), 0]
     found = smooth(time, swing(time), np.zeros((500, 1), dtype=bool))

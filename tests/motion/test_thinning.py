@@ -84,7 +84,7 @@ def test_a_short_recording_stays_as_it_is_and_a_long_rest_does_not_hide_the_swin
     assert long.group * 1e-3 < 0.02
 
 
-def test_samples_that_are_lost_stay_lost_and_a_hole_is_none_of_the_motion() -> None:
+def test_lost_samples_stay_lost_and_gaps_are_not_averaged() -> None:
     given = trial(30_001)
     angles = given.angles.copy()
     angles[12_000:12_500] = np.nan

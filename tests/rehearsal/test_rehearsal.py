@@ -101,7 +101,7 @@ def plant(field: Field, task: PlantingTask) -> Planted:
     return planted
 
 
-def test_a_planted_case_has_the_gap_of_its_rung_and_small_causes_beside_it(field: Field) -> None:
+def test_a_planted_case_has_the_gap_of_its_step_and_further_small_causes(field: Field) -> None:
     found = plant(field, PlantingTask("coulomb_friction", 1, 2, 0)).answer
     (cause,) = found["causes"]
     assert cause["gap"] == pytest.approx(RUNGS[2] * field.unexplained, rel=0.13)
@@ -112,7 +112,7 @@ def test_a_planted_case_has_the_gap_of_its_rung_and_small_causes_beside_it(field
     assert np.sqrt(sum(squares)) == pytest.approx(field.rig.background, rel=0.3)
 
 
-def test_a_case_keeps_the_user_s_trials_and_tells_nothing(field: Field, tmp_path: Path) -> None:
+def test_a_case_has_the_user_s_trials_and_does_not_reveal_its_answer(field: Field, tmp_path: Path) -> None:
     trials = recorded(TWO, seed=2, noise=np.radians(0.01))
     write_leg(TWO, tmp_path / "my.leg.yaml")
     (tmp_path / "gap.yaml").write_text("kind: gap\nleg: my.leg.yaml\ntrials: [a.csv]\ntolerance: {mass: 2 %}\n")
@@ -168,7 +168,7 @@ def outcome(effect: str, joint: int, rung: int, right: bool, draw: int = 0, verd
     )
 
 
-def test_the_search_by_halves_finds_the_least_rung_and_begins_anew() -> None:
+def test_the_bisection_finds_the_smallest_visible_size_and_restarts() -> None:
     """A cause that is named from a rung on: two or three cases find the rung, whichever it is."""
     for least in range(len(RUNGS) + 1):
         made: list[CaseOutcome] = []
@@ -183,12 +183,12 @@ def test_the_search_by_halves_finds_the_least_rung_and_begins_anew() -> None:
     assert next_rung(above) == (1, 1)  # what cannot be planted is no rung to be found
 
 
-def test_one_lucky_small_case_makes_no_size_visible() -> None:
+def test_one_success_at_a_small_size_does_not_make_it_visible() -> None:
     lucky = [outcome("backlash", 1, 0, True), outcome("backlash", 1, 1, False), outcome("backlash", 1, 1, False, 1)]
     assert visible_from([*lucky, outcome("backlash", 1, 2, True)]) == 2
 
 
-def test_what_a_gap_file_accuses() -> None:
+def test_the_causes_named_by_a_gap_file() -> None:
     cause = {"effect": "backlash", "joint": "knee"}
     other = {"effect": "latency", "joint": "hip"}
     document = {"verdict": "tie", "ranked": [other, cause], "explanation": [cause], "tied": [[other]]}

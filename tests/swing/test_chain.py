@@ -96,7 +96,7 @@ def test_constant_torque_shifts_the_rest_by_torque_over_rate() -> None:
 
 
 @pytest.mark.parametrize("curve", [False, True])
-def test_sampled_torque_moves_it_as_the_same_sum_in_scipy(curve: bool) -> None:
+def test_a_sampled_torque_agrees_with_scipy(curve: bool) -> None:
     """A sine sampled at uneven times, linear between samples, alone and together with a damper curve."""
     damper = Damper(curve=DamperCurve((1.0, 3.0), (0.05, 0.08))) if curve else Damper(0.04)
     leg = one_link(spring=Spring(1.5, 0.2), damper=damper)
@@ -164,7 +164,7 @@ def test_lanes_that_are_alike_give_the_same_bits() -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.floats(1e-3, 0.999), max_size=30, unique=True))
-def test_where_samples_lie_changes_nothing(inner: list[float]) -> None:
+def test_the_sample_times_do_not_change_the_motion(inner: list[float]) -> None:
     times = np.array([0.0, *sorted(inner), 1.0])
     marks = np.linspace(0, 1, 5)
     both = np.union1d(times, marks)
@@ -173,7 +173,7 @@ def test_where_samples_lie_changes_nothing(inner: list[float]) -> None:
     np.testing.assert_allclose(full[np.searchsorted(both, marks)], sparse, atol=1e-12)
 
 
-def test_dense_output_is_as_good_as_the_steps() -> None:
+def test_dense_output_is_as_accurate_as_the_steps() -> None:
     times = np.linspace(0, 1, 1001)
     leg, start, rate = robot(), [0.3, -1.0, 0.7], [1.0, -3.0, 5.0]
     exact = simulate(leg, start, rate, times, tolerance=1e-12, rates=True)
@@ -183,7 +183,7 @@ def test_dense_output_is_as_good_as_the_steps() -> None:
         assert error[3:].max() < 300 * tolerance
 
 
-def test_too_many_steps_end_in_nan_not_in_a_guess() -> None:
+def test_too_many_steps_give_nan() -> None:
     chain, one = compiled_chain(3), lane(robot(), [0.3, -1.0, 0.7], [0.0, 0.0, 0.0])[:, None]
     times = np.linspace(0, 1, 101)
     cut = chain.run(one, times, 1e-8, max_steps=20)[:, 0, 0]
@@ -195,6 +195,6 @@ def test_too_many_steps_end_in_nan_not_in_a_guess() -> None:
 
 
 @pytest.mark.parametrize("damper", [Damper(1e9), Damper(float("nan"))])
-def test_a_leg_that_cannot_be_followed_raises(damper: Damper) -> None:
+def test_a_leg_too_stiff_to_integrate_raises(damper: Damper) -> None:
     with pytest.raises(ArithmeticError, match="diverged or is too stiff"):
         simulate(one_link(damper=damper), [0.5], [0.0], np.linspace(0, 1, 5))

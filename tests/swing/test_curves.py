@@ -50,7 +50,7 @@ def test_thinning_keeps_some_of_the_points_and_the_last(curve: DamperCurve) -> N
     assert pairs.issuperset(zip(thinned.speed, thinned.torque, strict=True))
 
 
-def test_thinning_drops_points_on_a_chord_first_and_tells_what_it_costs() -> None:
+def test_thinning_drops_points_on_a_chord_first_and_gives_its_error() -> None:
     # a bend at 1 rad/s with 40 points on its two straight lines loses nothing
     speed = np.linspace(0.05, 2.0, 40)
     bent = DamperCurve(tuple(speed), tuple(np.where(speed < 1, 0.3 * speed, 0.3 + 0.1 * (speed - 1))))

@@ -63,13 +63,13 @@ def test_one_link_rests_where_its_torque_equation_says() -> None:
     assert rest_pose(leg)[0] == pytest.approx(root, abs=1e-12)
 
 
-def test_rest_is_found_from_afar_with_hardly_any_springs() -> None:
+def test_the_rest_pose_is_found_from_afar_with_weak_springs() -> None:
     soft = robot(spring=[1e-3, 1e-3, 1e-3])
     found = rest_pose(soft, start=np.array([1.2, -2.0, 2.0]))
     np.testing.assert_allclose(slopes(lambda q: potential(soft, q), found), 0.0, atol=1e-8)
 
 
-def test_without_springs_and_gravity_every_pose_is_one_of_rest() -> None:
+def test_without_springs_and_gravity_every_pose_is_an_equilibrium() -> None:
     leg = robot(gravity=0.0).with_joints(**{name: {"spring": None} for name in robot().joint_names})
     np.testing.assert_array_equal(rest_pose(leg, start=np.array([0.3, -0.2, 0.1])), [0.3, -0.2, 0.1])
 

@@ -57,6 +57,6 @@ def test_a_link_as_a_body_is_that_link_again() -> None:
     assert about == link.inertia
 
 
-def test_nothing_has_no_body() -> None:
+def test_combining_no_bodies_is_refused() -> None:
     with pytest.raises(ValueError, match="no body"):
         combined_body([])

@@ -18,7 +18,7 @@ TIMES = np.linspace(0.0, 0.8, 81)
 
 @pytest.mark.parametrize("effect", TORQUES, ids=lambda effect: effect.name)
 @pytest.mark.parametrize("unit", [0.2, 3.0])
-def test_every_effect_is_the_same_in_any_unit_of_time(effect: Effect, unit: float) -> None:
+def test_every_effect_is_independent_of_the_unit_of_time(effect: Effect, unit: float) -> None:
     made = robot(damper=[0.3, 0.02, 0.01]).with_joints(knee={"effects": {effect.name: GIVEN[effect.name]}})
     curve = DamperCurve((0.5, 2.0), (0.006, 0.015))
     made = made.with_joints(ankle={"damper": Damper(curve=curve)})
@@ -44,7 +44,7 @@ def test_the_power_of_time_in_a_unit(unit: str, power: int) -> None:
     assert time_exponent(unit) == power
 
 
-def test_a_limb_of_two_hertz_counts_in_seconds() -> None:
+def test_the_time_unit_of_a_limb_at_two_hertz_is_a_second() -> None:
     assert time_unit(2.0 * np.arcsin(0.25) / (4.0 * np.pi)) == pytest.approx(1.0, abs=0.01)
     assert time_unit(USUAL_PACE / 35.0) == pytest.approx(1.0 / 35.0)
     assert time_unit(0.0) == 1.0

@@ -43,7 +43,7 @@ def imported(path: Path, mapping: Mapping = MAPPING) -> Imported:
     return import_file(path, leg(), mapping, name=path.name, cut="keep")
 
 
-def test_angles_come_out_as_they_went_in(tmp_path: Path) -> None:
+def test_angles_are_recovered_unchanged(tmp_path: Path) -> None:
     time, measured = angles()
     found = imported(written(tmp_path / "a.c3d", in_space(measured)))
     np.testing.assert_allclose(np.degrees(found.angles), measured, atol=2e-4)  # 4-byte floats of 1500 mm
@@ -62,7 +62,7 @@ def test_unseen_points_stay_missing(tmp_path: Path) -> None:
     assert any(note.startswith("ankle: 15 of 300 samples are missing") for note in found.notes)
 
 
-def test_the_plane_must_be_told_and_a_wrong_one_shows(tmp_path: Path) -> None:
+def test_the_plane_must_be_stated_and_a_wrong_one_is_reported(tmp_path: Path) -> None:
     path = written(tmp_path / "a.c3d", in_space(angles()[1]))
     with pytest.raises(UserError, match=r"give the axes to the right and up .* \(x \S+ mm, y \S+ mm, z \S+ mm, SD\)"):
         imported(path, Mapping(points=MAPPING.points))
@@ -78,7 +78,7 @@ def test_a_frame_rate_that_contradicts_the_file_is_refused(tmp_path: Path) -> No
         imported(path, Mapping(points=MAPPING.points, plane=MAPPING.plane, frame_rate=100.0))
 
 
-def test_without_the_package_the_way_to_it_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_is_reported_with_its_installation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = written(tmp_path / "a.c3d", in_space(angles()[1]))
     monkeypatch.setitem(sys.modules, "ezc3d", None)
     with pytest.raises(UserError, match=r'a.c3d: reading C3D needs the package ezc3d: pip install "limb-synth\[c3d\]"'):

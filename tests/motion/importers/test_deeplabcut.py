@@ -48,7 +48,7 @@ def imported(path: Path, mapping: Mapping = MAPPING, **options: object) -> Impor
     return import_file(path, leg(), mapping, name=path.name, cut="keep", **options)  # type: ignore[arg-type]
 
 
-def test_angles_come_out_as_they_went_in(tmp_path: Path) -> None:
+def test_angles_are_recovered_unchanged(tmp_path: Path) -> None:
     time, measured = angles()
     found = imported(written(tmp_path / "a.csv", parts(pixels(points(measured)))))
     assert found.format == "deeplabcut"
@@ -82,7 +82,7 @@ def test_filmed_from_the_wrong_side_is_noticed(tmp_path: Path) -> None:
     )
 
 
-def test_unlikely_points_are_masked_and_told(tmp_path: Path) -> None:
+def test_unlikely_points_are_masked_and_reported(tmp_path: Path) -> None:
     _, measured = angles()
     certainty = np.full(len(measured), 0.95)
     certainty[40:52], certainty[100] = 0.2, 0.59
@@ -102,7 +102,7 @@ def test_unlikely_points_are_masked_and_told(tmp_path: Path) -> None:
     assert not np.isnan(stricter.angles[100]).any()
 
 
-def test_left_and_right_exchanged_are_put_back(tmp_path: Path) -> None:
+def test_exchanged_left_and_right_are_restored(tmp_path: Path) -> None:
     _, measured = angles()
     near_side = pixels(points(measured))
     far_side = pixels(points(measured[::-1]), corner=(700.0, 90.0))

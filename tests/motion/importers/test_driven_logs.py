@@ -140,7 +140,7 @@ def test_current_and_torque_of_a_torque_drive(folder: Path) -> None:
     np.testing.assert_allclose(found.torques, [[0.3, 0.7]] * 60)
 
 
-def test_a_voltage_keeps_the_angles_sense(folder: Path) -> None:
+def test_a_voltage_has_the_sign_of_the_angle(folder: Path) -> None:
     (folder / "robot.leg.yaml").write_text(LEG.format(drive=f"{{kind: voltage, {MOTOR}}}"))
     header = "time [s],hip_joint [rad],knee_joint [rad],hip_joint voltage [V],knee_joint voltage [V]"
     log_csv(folder, header, ANGLES, np.full((60, 2), 5.0))

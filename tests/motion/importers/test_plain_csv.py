@@ -66,7 +66,7 @@ def test_every_mistake_of_a_file_is_said_at_once(tmp_path: Path) -> None:
     assert "say which column is the clock, time: {column: NAME, unit: s}" in text
 
 
-def test_jumps_by_whole_turns_are_taken_out_and_told(tmp_path: Path) -> None:
+def test_jumps_by_whole_turns_are_removed_and_reported(tmp_path: Path) -> None:
     data = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]")
     data["knee [deg]"] = (data["knee [deg]"] + 70.0 + 180.0) % 360.0 - 180.0  # wraps about 110 deg
     data["ankle [deg]"] -= 720.0
@@ -80,7 +80,7 @@ def test_jumps_by_whole_turns_are_taken_out_and_told(tmp_path: Path) -> None:
     assert "ankle: shifted by +720 deg to the leg file's convention" in found.notes
 
 
-def test_exchanged_columns_are_put_back(tmp_path: Path) -> None:
+def test_exchanged_columns_are_restored(tmp_path: Path) -> None:
     data = table("time [s]", "hip [deg]", "left knee [deg]", "ankle [deg]")
     data["right knee [deg]"] = 150.0 + 5.0 * np.sin(9.0 * data["time [s]"])
     swap = slice(210, 229)

@@ -28,7 +28,7 @@ def released(at: float | None, until: float | None) -> Release:
     return Release(at, start if until is None else until, until, None if until is None else 0, 0.3, "")
 
 
-def test_the_longest_hand_counts_for_all_from_each_ones_release() -> None:
+def test_the_longest_external_torque_counts_for_all_recordings() -> None:
     made = _without_hand(
         [
             trial("a.csv", released(0.20, 0.30)),
@@ -45,12 +45,12 @@ def test_the_longest_hand_counts_for_all_from_each_ones_release() -> None:
     assert "detected in 2 of 3 recordings" in made[2].imported.notes[0]
 
 
-def test_a_hand_far_longer_than_the_series_is_not_believed() -> None:
+def test_an_external_torque_far_longer_than_the_others_is_ignored() -> None:
     assert free_after([0.11, 0.12, 0.10, 0.12, 0.75, 0.79]) == pytest.approx(1.3 * 0.12 + FADING)
     assert free_after([0.75]) == pytest.approx(0.78)
 
 
-def test_nothing_is_cut_where_no_hand_is_seen_or_nothing_would_be_left() -> None:
+def test_nothing_is_cut_without_external_torque_or_if_nothing_would_remain() -> None:
     none = [trial("a.csv", released(0.2, None)), trial("b.csv", None)]
     assert _without_hand(none) == none
     alike = trial("a.csv", replace(released(0.2, 0.3), free_from=0.2))  # a hand and another law look alike

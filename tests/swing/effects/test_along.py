@@ -38,7 +38,7 @@ def test_it_is_the_torque_that_moved_the_joint(effect: Effect) -> None:
     assert np.mean(right[:40]) > 0.9
 
 
-def test_many_columns_are_as_one_by_one() -> None:
+def test_many_columns_agree_with_single_columns() -> None:
     effect = effect_named("spring_hysteresis")
     generator = np.random.default_rng(3)
     time = np.cumsum(generator.uniform(1e-3, 1e-2, 200))
@@ -56,7 +56,7 @@ def test_many_columns_are_as_one_by_one() -> None:
         np.testing.assert_allclose(together[:, k], alone, atol=1e-13)
 
 
-def test_load_friction_takes_the_force_that_it_is_given() -> None:
+def test_load_friction_is_proportional_to_the_given_force() -> None:
     effect = effect_named("load_friction")
     time = np.linspace(0, 1, 501)
     rate = np.full(501, 2.0)
@@ -80,7 +80,7 @@ def test_columns_times_strengths_are_the_torque(effect: Effect) -> None:
     np.testing.assert_allclose(total, torque_along(effect, motion, given), atol=1e-12)
 
 
-def test_what_is_not_linear_has_no_columns() -> None:
+def test_an_effect_that_is_not_linear_has_no_columns() -> None:
     time = np.linspace(0, 1, 11)
     with pytest.raises(ValueError, match="not linear in gap"):
         columns_along(effect_named("backlash"), AlongMotion(time, time, time, time, RATE, 0.0, 0.0, 0.0), [0.1])

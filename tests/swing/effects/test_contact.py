@@ -16,26 +16,26 @@ from synth.swing.chain import compiled_chain, simulate
 Array = NDArray[np.float64]
 
 
-def test_without_a_gap_play_changes_nothing() -> None:
+def test_zero_backlash_changes_nothing() -> None:
     times = np.linspace(0, 1, 51)
     plain, none = (swing(leg(e, damper=0.02), 0.5, 0.0, times) for e in ({}, {"backlash": {"gap": 0.0}}))
     np.testing.assert_array_equal(plain, none)
 
 
-def test_through_the_gap_the_joint_flies_freely() -> None:
+def test_the_joint_moves_freely_through_the_gap() -> None:
     made, speed = leg({"backlash": {"gap": 0.2}}, damper=0.02), 0.5
     times = np.linspace(0, 0.19, 20)  # starts in the middle, meets the flank after 0.2 s
     np.testing.assert_allclose(swing(made, 0.0, speed, times)[:, 0], speed * times, atol=1e-9)
 
 
-def test_in_the_gap_it_rests_where_it_is() -> None:
+def test_inside_the_gap_the_joint_rests_at_any_angle() -> None:
     made = leg({"backlash": {"gap": 0.2}}, damper=0.02)
     for start in (-0.09, 0.0, 0.05):
         assert swing(made, start, 0.0, [0.0, 5.0])[-1, 0] == pytest.approx(start, abs=1e-12)
 
 
 @pytest.mark.parametrize("pull", [0.4, -0.9])
-def test_pulled_it_gives_half_the_gap_and_then_the_springs_rate(pull: float) -> None:
+def test_a_slow_pull_crosses_half_the_gap_and_then_meets_the_spring(pull: float) -> None:
     made = leg({"backlash": {"gap": 0.2}}, damper=0.3)
     known = (np.array([0.0, 20.0]), np.full((2, 1), pull))
     settled = simulate(made, [0.0], [0.0], np.array([0.0, 20.0]), known_torque=known, tolerance=1e-9)[-1, 0]
@@ -81,7 +81,7 @@ def play(start: float, gap: float, damper: float, times: Array) -> Array:
 
 @pytest.mark.parametrize(("gap", "damper"), [(0.05, 0.05), (0.2, 0.05), (0.1, 0.15), (0.02, 0.02), (0.05, 0.005)])
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
-def test_it_swings_as_rigid_flanks_do(gap: float, damper: float, tolerance: float) -> None:
+def test_backlash_swings_like_rigid_flanks(gap: float, damper: float, tolerance: float) -> None:
     times = np.linspace(0, 0.8, 401)
     expected = play(0.5, gap, damper, times)
     got = swing(leg({"backlash": {"gap": gap}}, damper=damper), 0.5, 0.0, times, tolerance)[:, 0]
@@ -90,7 +90,7 @@ def test_it_swings_as_rigid_flanks_do(gap: float, damper: float, tolerance: floa
     assert np.abs(got - expected).max() < 6e-5
 
 
-def test_perturbed_copies_with_play_give_the_derivative() -> None:
+def test_perturbed_copies_with_backlash_give_the_derivative() -> None:
     # the moment of each contact, where the force jumps, moves with what is perturbed
     chain = compiled_chain(1)
     layout, times = chain.layout, np.linspace(0, 0.8, 81)
@@ -115,7 +115,7 @@ def test_perturbed_copies_with_play_give_the_derivative() -> None:
 
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("exponent", [1.0, 1.5])
-def test_a_stop_is_touched_for_the_time_of_its_stiffness(sign: int, exponent: float) -> None:
+def test_the_contact_time_of_a_stop_follows_from_its_stiffness(sign: int, exponent: float) -> None:
     # a free joint at speed v: exponent 1 gives pi sqrt(I / K); else 2 x v^-1 int dy / sqrt(1 - y^(n+1)), x the deepest
     # (Goldsmith, *Impact* (1960), section 4.2, for n = 3/2)
     stiffness, speed, zero, end = 50.0, 2.0, 0.3, 0.7

@@ -33,7 +33,7 @@ def test_a_thinning_damper_keeps_its_rate_at_low_speed() -> None:
     np.testing.assert_allclose(slow, linear, atol=1e-9)
 
 
-def test_a_curve_thins_as_a_rate_does() -> None:
+def test_a_curve_shear_thins_like_a_linear_rate() -> None:
     effects = {"shear_thinning_damping": {"loss": 0.5, "speed": 0.5}}
     straight = Damper(curve=DamperCurve((1.0, 2.0, 8.0), (0.05, 0.1, 0.4)))
     times = np.linspace(0, 1, 51)

@@ -82,7 +82,7 @@ def test_counts_err_by_a_step_over_the_root_of_twelve() -> None:
 
 
 @pytest.mark.parametrize("delay", [0.003, 0.0173, 0.05])
-def test_a_late_channel_tells_what_was(delay: float) -> None:
+def test_a_delayed_channel_reads_the_past_motion(delay: float) -> None:
     # a sinusoid on an uneven grid; cubic Hermite errs by h^4 w^4 / 384: 5e-7 for 10 ms at 12 rad/s
     time = np.unique(np.r_[0.0, 1.0, np.random.default_rng(2).uniform(0, 1, 300)])
     time = time[np.r_[True, np.diff(time) > 1e-4]]
@@ -96,7 +96,7 @@ def test_a_late_channel_tells_what_was(delay: float) -> None:
     assert limit < 1e-3
 
 
-def test_before_the_release_a_late_channel_tells_of_rest() -> None:
+def test_before_the_release_a_delayed_channel_reads_rest() -> None:
     # released at t = 0 from rest: what was earlier is the release's angle
     time = np.linspace(0, 0.5, 501)
     rotation, rate = np.cos(8 * time), -8 * np.sin(8 * time)

@@ -50,7 +50,7 @@ def test_a_swing_loses_four_times_torque_over_rate_a_cycle_and_rests_off_the_mid
 
 
 @pytest.mark.parametrize("presliding", [1e-3, 5e-3])
-def test_a_presliding_that_is_meant_stays_where_the_joint_turns_back(presliding: float) -> None:
+def test_an_intended_presliding_is_kept_at_a_reversal(presliding: float) -> None:
     # the bristle as a sum of its own: z' = w / presliding up to |z| = 1, share z (3 - z^2) / 2
     torque, times = 0.2, np.linspace(0, 0.8, 401)
 
@@ -69,7 +69,7 @@ def test_a_presliding_that_is_meant_stays_where_the_joint_turns_back(presliding:
     np.testing.assert_allclose(got, expected, atol=1e-4)
 
 
-def test_a_presliding_goes_over_smoothly_into_none() -> None:
+def test_the_motion_is_continuous_as_presliding_goes_to_zero() -> None:
     times = np.linspace(0, 0.8, 81)
     swings = [
         swing(leg({"coulomb_friction": {"torque": 0.2, "presliding": give}}), 0.5, 0.0, times)[:, 0]
@@ -81,7 +81,7 @@ def test_a_presliding_goes_over_smoothly_into_none() -> None:
 
 
 @pytest.mark.parametrize("push", [-0.9, 0.3, 0.97])
-def test_it_holds_what_is_below_its_torque_for_a_minute_without_creep(push: float) -> None:
+def test_friction_holds_a_smaller_torque_for_a_minute_without_creep(push: float) -> None:
     # held at rest against a spring that pushes with a share of the torque: Dahl's or a smoothed law would creep
     torque = 0.2
     made = leg({"coulomb_friction": {"torque": torque}}, damper=0.01)
@@ -90,7 +90,7 @@ def test_it_holds_what_is_below_its_torque_for_a_minute_without_creep(push: floa
     assert np.abs(moved - start).max() < 1e-9
 
 
-def test_pushed_and_let_go_it_gives_by_the_presliding_and_comes_back() -> None:
+def test_a_push_below_the_friction_torque_bends_the_bristle_and_springs_back() -> None:
     # a known torque rises to 80 % and falls again; the bristle's bend z solves z (3 - z^2) / 2 = 0.8
     torque, presliding = 0.2, 1e-3
     made = leg({"coulomb_friction": {"torque": torque, "presliding": presliding}}, rate=None, damper=0.05)
@@ -103,7 +103,7 @@ def test_pushed_and_let_go_it_gives_by_the_presliding_and_comes_back() -> None:
     assert abs(angle[2]) < 1e-6
 
 
-def test_pulled_slowly_it_breaks_away_at_its_torque() -> None:
+def test_a_slow_pull_breaks_away_at_the_friction_torque() -> None:
     torque = 0.2
     made = leg({"coulomb_friction": {"torque": torque}}, rate=None)
     times = np.linspace(0, 2, 2001)
@@ -115,7 +115,7 @@ def test_pulled_slowly_it_breaks_away_at_its_torque() -> None:
     np.testing.assert_allclose(angle[late], (0.2 / INERTIA * gone**3 / 6)[late], rtol=0.02)
 
 
-def test_starting_in_motion_it_brakes_at_once() -> None:
+def test_friction_acts_at_once_on_a_joint_that_starts_in_motion() -> None:
     torque, rate = 0.3, 2.0
     made = leg({"coulomb_friction": {"torque": torque}}, rate=None)
     times = np.linspace(0, 0.2, 21)
@@ -126,7 +126,7 @@ def test_starting_in_motion_it_brakes_at_once() -> None:
     np.testing.assert_allclose(angle[times > stop + 1e-3, 1], 0.0, atol=1e-9)
 
 
-def test_lanes_that_turn_at_different_times_are_as_when_alone() -> None:
+def test_lanes_that_reverse_at_different_times_agree_with_single_runs() -> None:
     # sixteen strengths in one group, that share their steps and have their turns one after the other
     chain = compiled_chain(3)
     base, times = robot(damper=[0.3, 0.02, 0.01]), np.linspace(0, 1, 51)
@@ -184,7 +184,7 @@ def test_stribeck_holds_to_the_breakaway_torque_and_slides_with_less() -> None:
     assert moving[-1, 1] - moving[-2, 1] == pytest.approx(0.1 * (0.29 - 0.12) / INERTIA, rel=1e-3)
 
 
-def test_stribeck_swings_as_the_same_sum_in_scipy() -> None:
+def test_stribeck_friction_agrees_with_scipy() -> None:
     friction = {"torque": 0.1, "fall": 0.7, "speed": 0.8}
 
     def derivative(_: float, state: Array, sense: float) -> list[float]:
@@ -226,7 +226,7 @@ def newton_forces(made: Leg, rotation: Array, step: float) -> Array:
     return np.linalg.norm(np.cumsum(momentum_rate[::-1], axis=0)[::-1], axis=2).T
 
 
-def test_the_bearing_carries_newtons_force() -> None:
+def test_the_bearing_force_satisfies_newtons_second_law() -> None:
     made = robot()
     made = Leg(made.name, made.joints, made.gravity, tilt=0.3)
     chain, step = compiled_chain(3), 1e-4
@@ -256,7 +256,7 @@ def test_friction_grows_with_the_weight_that_the_bearing_carries(tip_mass: float
     assert broke == pytest.approx(radius * weight, abs=2e-3)
 
 
-def test_friction_a_unit_of_the_springs_torque_takes_a_share_of_each_half_swing() -> None:
+def test_friction_proportional_to_spring_torque_reduces_each_half_swing_by_a_share() -> None:
     # friction mu k |u|: each half swing goes out with k (1 + mu) and back with k (1 - mu); work balance over a half
     # swing from a to -b: k a^2 (1 - mu) = k b^2 (1 + mu)
     share = 0.1
@@ -268,7 +268,7 @@ def test_friction_a_unit_of_the_springs_torque_takes_a_share_of_each_half_swing(
     np.testing.assert_allclose(got, [0.5, -0.5 * factor, 0.5 * factor**2], atol=1e-6)
 
 
-def test_load_friction_in_a_leg_is_coulombs_with_the_load_of_the_moment() -> None:
+def test_load_friction_in_a_leg_is_coulomb_friction_of_the_present_load() -> None:
     # against solve_ivp with the force from the exact one-link formula: m (g cos q + c w^2) along, m (...) across
     radius = 0.05
     made = Leg("one", (Joint("joint", LINK, spring=Spring(RATE, 0.4), effects={"load_friction": {"radius": radius}}),))

@@ -26,7 +26,7 @@ def test_hardening_spring_has_duffings_period(stiffening: float) -> None:
     np.testing.assert_allclose(angle / amplitude, np.resize([1.0, 0.0, -1.0, 0.0], 13), atol=1e-7)
 
 
-def test_a_spring_that_gives_way_has_the_period_of_its_energy() -> None:
+def test_a_softening_spring_has_the_period_of_its_energy_integral() -> None:
     # torque k u / sqrt(1 + (s u)^2), energy k (sqrt(1 + (s u)^2) - 1) / s^2; T = 4 int du / speed, u = A sin x
     s, amplitude = 2.5, 0.8
 
@@ -44,7 +44,7 @@ def test_a_spring_that_gives_way_has_the_period_of_its_energy() -> None:
     np.testing.assert_allclose(angle / amplitude, np.resize([1.0, 0.0, -1.0, 0.0], 9), atol=1e-6)
 
 
-def test_a_bumper_has_the_period_of_two_lines() -> None:
+def test_a_bumper_has_the_period_of_a_bilinear_spring() -> None:
     # rate k up to the onset, k + c beyond: a quarter is asin-time inside and a phase outside
     onset, extra, amplitude = 0.3, 12.0, 0.5
     within = RATE / INERTIA
@@ -114,7 +114,7 @@ def test_a_relaxing_spring_relaxes_in_its_time() -> None:
 
 
 @pytest.mark.parametrize("case", [{"slip": 0.08, "knee": 1.5}, {"slip": 0.3, "knee": 3.0}, {"relaxation": 0.2}])
-def test_hysteresis_swings_as_the_same_sum_in_scipy(case: dict[str, float]) -> None:
+def test_hysteresis_agrees_with_scipy(case: dict[str, float]) -> None:
     stiffness, slip, tau, knee = (
         2.0,
         case.get("slip", math.inf),

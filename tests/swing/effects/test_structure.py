@@ -79,7 +79,7 @@ def test_a_bending_link_in_a_file_moves_as_the_longer_leg_written_by_hand(place:
     assert np.abs(got - simulate(robot(damper=[0.3, 0.02, 0.01]), START, [0.0, 3.0, -4.0], times)).max() > 0.01
 
 
-def test_the_stiffer_the_link_the_more_it_is_the_plain_leg() -> None:
+def test_a_stiffer_link_approaches_the_rigid_leg() -> None:
     # the difference falls with the compliance
     times = np.linspace(0, 0.5, 51)
     plain = simulate(robot(), START, [0.0, 0.0, 0.0], times, tolerance=1e-9)
@@ -192,7 +192,7 @@ def test_a_mount_that_slides_and_rocks_swings_with_the_link_as_three_bodies() ->
     assert np.abs(rocking[:, 0] - got[:, 0]).max() > 1e-5
 
 
-def test_a_mount_that_hardly_gives_is_none() -> None:
+def test_a_nearly_rigid_mount_moves_like_a_rigid_one() -> None:
     times = np.linspace(0, 1, 51)
     plain = simulate(robot(), START, [0.0] * 3, times, tolerance=1e-9)
     base = robot()
@@ -201,7 +201,7 @@ def test_a_mount_that_hardly_gives_is_none() -> None:
         assert np.abs(simulate(made, START, [0.0] * 3, times, tolerance=1e-7) - plain).max() < 2e-3
 
 
-def test_a_legs_base_and_links_may_give_together_with_a_joint_locked(tmp_path: Path) -> None:
+def test_base_and_links_may_both_be_compliant_with_a_joint_locked(tmp_path: Path) -> None:
     made = bending(0.3, 30.0)
     made = Leg(made.name, made.joints, made.gravity, 0.2, {"base_compliance": {"rocking_stiffness": 50.0}})
     path = tmp_path / "x.leg.yaml"

@@ -187,7 +187,7 @@ def test_a_function_that_changes_what_it_should_not_is_found(magnet: Path) -> No
     assert load_file(magnet).way == "leg"
 
 
-def test_a_fault_of_the_users_effect_while_it_is_used_names_its_line(magnet: Path) -> None:
+def test_an_error_in_a_users_effect_names_its_line(magnet: Path) -> None:
     magnet.write_text(SHIFT.replace("return rotation + shift", "return rotation + 1 // int(len(time) != 7) * shift"))
     effect = load_file(magnet)
     with pytest.raises(UserError, match="ZeroDivisionError") as caught, blamed_on({str(magnet): "mine.py"}):

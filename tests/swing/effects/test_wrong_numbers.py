@@ -33,14 +33,14 @@ def moved(made: Leg, effect: str, *values: float, joint: int = 0, start: float =
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_a_spring_where_there_is_none_swings_about_its_free_angle(sign: int) -> None:
+def test_a_spring_added_to_a_joint_swings_about_its_free_angle(sign: int) -> None:
     # q = rest + (q0 - rest) cos(w t), rest = sign * free angle of the spring that is there
     made = leg({}, rate=None, sign=sign)
     expected = sign * 0.1 + (0.3 - sign * 0.1) * np.cos(OMEGA * TIMES)
     np.testing.assert_allclose(moved(made, "spring_rate", RATE, 0.1), expected, atol=1e-6)
 
 
-def test_a_spring_taken_away_leaves_none_and_no_negative_one() -> None:
+def test_a_removed_spring_leaves_a_rate_of_zero() -> None:
     np.testing.assert_allclose(moved(leg({}), "spring_rate", -2 * RATE, 0.0), 0.3, atol=1e-9)
 
 
@@ -53,7 +53,7 @@ def test_damping_decays_as_an_exponential_with_and_without_a_damper(own: float |
     np.testing.assert_allclose(moved(leg({}, damper=own), "viscous_damping", extra), expected, atol=1e-6)
 
 
-def test_no_damper_pushes() -> None:
+def test_a_changed_damper_never_drives_the_joint() -> None:
     np.testing.assert_allclose(
         moved(leg({}, damper=0.02), "viscous_damping", -0.5), 0.3 * np.cos(OMEGA * TIMES), atol=1e-6
     )
@@ -157,13 +157,13 @@ def test_gain_offset_and_delay_of_a_known_torque_are_those_of_the_equation() -> 
     np.testing.assert_allclose(late[:, 1:], found[:, :3], atol=2e-5)
 
 
-def test_an_offset_is_of_a_column_that_is_there_and_in_measured_sense() -> None:
+def test_an_offset_needs_a_torque_column_and_has_the_sense_of_the_measured_angle() -> None:
     still = driven([(0.5, 0.1, 0.02)], np.zeros(len(KNOTS)))
     np.testing.assert_allclose(still[:, 0], driven([(0.0, 0.0, 0.0)], np.zeros(len(KNOTS)))[:, 0], atol=1e-9)
     np.testing.assert_allclose(driven([(0.0, 0.07, 0.0)], sign=-1)[:, 0], reference(0.0, -0.07, 0.0), atol=2e-6)
 
 
-def test_lanes_without_errors_are_untouched_by_those_with() -> None:
+def test_lanes_without_errors_do_not_depend_on_lanes_with_errors() -> None:
     alone, beside = driven([(0.0, 0.0, 0.0)] * LANES), driven([(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)])
     np.testing.assert_allclose(alone[:, 0], beside[:, 0], atol=1e-6)
 
