@@ -27,7 +27,7 @@ def gaps_opening(result: Result) -> Opening:
     """How many were diagnosed, which causes are common, and what failed."""
     legs = many_gaps.items(result)
     verdicts = Counter(str(leg.get("verdict")) for leg in legs)
-    said = [f"{verdicts[key]} {words}" for key, words in WORDS.items() if verdicts[key]]
+    verdict_counts = [f"{verdicts[key]} {words}" for key, words in WORDS.items() if verdicts[key]]
     found = many_gaps.CAUSES.content(result)
     figure, caption = Markup(""), ""
     if not isinstance(found, AbsentResult):
@@ -38,7 +38,7 @@ def gaps_opening(result: Result) -> Opening:
     unsure = [str(leg["name"]) for leg in legs if leg.get("verdict") in ("tie", "unknown")]
     steps = [f"Record the trials proposed in the reports of {_some(unsure)}."] if unsure else []
     return Opening(
-        f"{_counted(result)} diagnosed{': ' if said else '.'}{listed(said)}{'.' if said else ''}",
+        f"{_counted(result)} diagnosed{f': {listed(verdict_counts)}' if verdict_counts else ''}.",
         _warned(legs),
         [*steps, *_mend(result, "diagnosed")],
         figure,

@@ -19,10 +19,10 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     if not rows:
         return AbsentResult("no large cause was planted")
     planted = [f"{row['effect']} ({row['joint']})" for row in rows]
-    said = {name for row in rows for name in mapping(row, "said")}
-    others = sorted(said - {*planted, *VERDICTS})
-    columns = [*planted, *others, *(name for name in VERDICTS if name in said)]
-    columns = [name for name in columns if name in said]
+    diagnosed = {name for row in rows for name in mapping(row, "said")}
+    others = sorted(diagnosed - {*planted, *VERDICTS})
+    columns = [*planted, *others, *(name for name in VERDICTS if name in diagnosed)]
+    columns = [name for name in columns if name in diagnosed]
     cells = [[_cell(row, name, true) for name in columns] for row, true in zip(rows, planted, strict=True)]
     names = [name.replace("_", " ") for name in columns]
     figure = grid_figure("Planted and diagnosed", [p.replace("_", " ") for p in planted], names, cells, CELL)

@@ -227,27 +227,27 @@ def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float]
 
     ``speeds``: lowest and highest measured speed, rad/s; ``fastest``: highest speed of the wanted motion, rad/s.
     """
-    said = []
+    warnings = []
     if option.row is not None and option.row.derived and option.law != "curve":
-        said.append(f"{joint}: {option.row.order} is {option.row.status}")
+        warnings.append(f"{joint}: {option.row.order} is {option.row.status}")
     if option.law == "concave":
         text = f"{joint}: the torque-speed law of {option.part} is {option.why}: its rate at low speed may be off by a "
-        said.append(decisive(f"{text}factor of two", DROPS))
+        warnings.append(decisive(f"{text}factor of two", DROPS))
     if option.law == "curve" and fastest > 1.1 * speeds[1]:
-        said.append(
+        warnings.append(
             f"{joint}: the wanted motion reaches {fastest:.2g} rad/s; the damper was measured up to {speeds[1]:.2g} "
             "rad/s, and its law is extrapolated beyond"
         )
     reached = fastest * option.arrangement.ratio
     if option.row is not None and option.row.speed is not None and reached > 1.1 * option.row.speed:
-        said.append(
+        warnings.append(
             f"{joint}: {option.part} is turned at up to {reached * 30 / np.pi:.0f} rpm; its vendor states torque at "
             f"{option.row.speed * 30 / np.pi:.0f} rpm and gives no data beyond it"
         )
     if option.damper.curve is not None:
         error = thinning_error(option.damper.curve)
         if error > 0.005:
-            said.append(
+            warnings.append(
                 noted(f"{joint}: the damper's table was reduced to 12 points; the error is at most {error:.1%}")
             )
-    return said
+    return warnings

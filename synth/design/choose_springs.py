@@ -199,11 +199,13 @@ def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption
             return [_bought(row, travel, source, count, rate) for row, count in rows[:MOST]], reasons, []
         if choice.make is False:
             raise no_spring(joint, found, catalogue.springs)
-        said = [noted(f"{joint}: no bought spring meets the constraints ({found.nearest}); one to wind is designed")]
+        warnings = [
+            noted(f"{joint}: no bought spring meets the constraints ({found.nearest}); one to wind is designed")
+        ]
     else:
-        said = []
+        warnings = []
     option, more = spring_to_wind(source, rate)
-    return [option], reasons, said + more
+    return [option], reasons, warnings + more
 
 
 def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOption]) -> list[SpringOption]:
@@ -285,8 +287,8 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
         leg = leg_that_bends_as_much(*size, wish.opening_travel, cad)
         result = design_spring(replace(wish, leg_lengths=(leg, leg)), catalogue)
     if result.best is not None:
-        design, said = result.best, [about(joint, text) for text in (*result.notes, *result.best.warnings)]
-        said += [f"{joint}: to last {DESIGN_LIFE:.0f} full turns: {item.text}" for item in result.lasting[:1]]
+        design, warnings = result.best, [about(joint, text) for text in (*result.notes, *result.best.warnings)]
+        warnings += [f"{joint}: to last {DESIGN_LIFE:.0f} full turns: {item.text}" for item in result.lasting[:1]]
     else:
         if not result.nearest:
             raise CannotBeHad(f"{joint}: no spring can be wound for {rate:.4g} N*m/rad: {'; '.join(result.binding)}")
@@ -297,10 +299,10 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
             f"{joint}: no single spring can have {rate:.4g} N*m/rad over {degrees(travel.winding):.1f} deg: "
             f"{'; '.join(result.binding)}. The nearest that can be made is taken: {nearest.text}"
         )
-        said = [decisive(text)]
+        warnings = [decisive(text)]
     total = design.rate * design.count
     closes = 1 if travel.turned_round else -1
-    return SpringOption(total, design.included_angle, design=design, result=result, closes=closes, asked=rate), said
+    return SpringOption(total, design.included_angle, design=design, result=result, closes=closes, asked=rate), warnings
 
 
 def sense_warning(joint: str, travel: WantedTravel) -> list[str]:

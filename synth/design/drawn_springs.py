@@ -259,7 +259,7 @@ def seats_set(design: LegDesign) -> tuple[LegDesign, dict[str, SeatSetting]]:
 
 def _with_seat_warnings(design: LegDesign, settings: Mapping[str, SeatSetting]) -> LegDesign:
     """The design with a warning for each seat whose travel is too small."""
-    said = [
+    warnings = [
         (
             name,
             decisive(
@@ -270,4 +270,4 @@ def _with_seat_warnings(design: LegDesign, settings: Mapping[str, SeatSetting]) 
         for name, setting in settings.items()
         if abs(setting.left) > LEAST_LEFT
     ]
-    return replace(design, warnings=(*design.warnings, *said))
+    return replace(design, warnings=(*design.warnings, *warnings))

@@ -92,8 +92,8 @@ def spring_tolerance(option: SpringOption, asked: ToleranceOptions) -> SpringTol
         known = SpringTolerance(plus.rate, plus.free_angle, "wire's and coil's tolerances")
     rate = known.rate if asked.rate is None else asked.rate
     angle = known.free_angle if asked.free_angle is None else asked.free_angle
-    said = known.source if None in (asked.rate, asked.free_angle) else "the project file"
-    return SpringTolerance(rate / sqrt(count), angle / sqrt(count), said)
+    source = known.source if None in (asked.rate, asked.free_angle) else "the project file"
+    return SpringTolerance(rate / sqrt(count), angle / sqrt(count), source)
 
 
 def damper_tolerance(option: DamperOption, asked: ToleranceOptions) -> DamperTolerance:

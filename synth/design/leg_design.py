@@ -119,8 +119,8 @@ def known_beforehand(project: LegProject, stage: Stage) -> Known:
         source = fit_by(project.source, motion.fitted, replace(options, release=project.release), project.fit)
         motion = motion.cut(source.cut)
         source = with_held_out(source, motion.held_out)
-        said = (*motion.said, *doubts(project.source, motion.fitted, source))
-        source = replace(source, warnings=(*said, *source.warnings), wanted=project.wanted_shown)
+        warnings = (*motion.notes, *doubts(project.source, motion.fitted, source))
+        source = replace(source, warnings=(*warnings, *source.warnings), wanted=project.wanted_shown)
     with stage("finding the dampers' laws"):
         laws = damper_laws(project)
     tables = {n: (m.part, m.curve) for n, m in project.dampers.items() if m.curve is not None}
@@ -200,10 +200,10 @@ def design_for(
         robustness=robustness,
         target_effects=into.effects,
     )
-    said = _warnings(design, motion)
+    warnings = _warnings(design, motion)
     if robustness is not None and robustness.warning is not None:
-        said.append((None, robustness.warning))
-    return replace(design, warnings=(*said, *notes(into.effects)))
+        warnings.append((None, robustness.warning))
+    return replace(design, warnings=(*warnings, *notes(into.effects)))
 
 
 def _real(leg: Leg, target: TargetLeg) -> Leg:
@@ -225,7 +225,7 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
     """Warnings on fits, parts and motion, each with its joint."""
     project, target, refit, wanted = design.project, design.target, design.refit, design.wanted
     dampers, springs, laws, errors = design.dampers, design.springs, design.laws, design.errors
-    said: list[tuple[str | None, str]] = []
+    warnings: list[tuple[str | None, str]] = []
     names = project.target.joint_names
     fastest = fastest_rates(wanted.motions, [release.time for release in wanted.releases])
     for j, name in enumerate(names):
@@ -237,22 +237,22 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
         if errors[j] > np.radians(2.0):
             off = f"{degrees(errors[j]):.1f} deg (RMS) off the wanted motion"
             texts.append(decisive(f"{name}: the built leg will move {off}"))
-        said += [(name, text) for text in texts]
+        warnings += [(name, text) for text in texts]
     for text in (*target.not_separable, *target.warnings):
-        said.append((_joint_of(text, names), text))
+        warnings.append((_joint_of(text, names), text))
     for text in refit.not_separable:
         if "mass scale" not in text:
-            said.append((_joint_of(text, names), like(text, f"with the real dampers: {text}")))
+            warnings.append((_joint_of(text, names), like(text, f"with the real dampers: {text}")))
     if target.lost_samples:
-        said.append((None, noted(f"{target.lost_samples} lost samples were left out of the fit")))
+        warnings.append((None, noted(f"{target.lost_samples} lost samples were left out of the fit")))
     if motion.factor != 1.0 and project.dynamic_similarity is False:
         ratio = float(np.sqrt(project.target.total_length / project.source.total_length))
         text = (
             f"time is stretched by {motion.factor:g}; dynamic similarity would stretch it by {ratio:.3g} (square root "
             "of the ratio of leg lengths), so gravity acts differently on the robot than on the animal"
         )
-        said.append((None, noted(text)))
-    return said
+        warnings.append((None, noted(text)))
+    return warnings
 
 
 def fastest_rates(motions: Sequence[Array], times: Sequence[Array]) -> Array:

@@ -139,18 +139,18 @@ def link_warnings(links: Sequence[BuiltLink], assumed: Mapping[str, str]) -> lis
 
     ``assumed``: parts whose mass is assumed, with the basis of the assumption.
     """
-    said: list[tuple[str, str]] = []
+    warnings: list[tuple[str, str]] = []
     for item in links:
         own, built, drawn = link_body(item.assumed), item.body, item.drawn
         if item.share > WORTH_SAYING:
-            said.append((item.joint, Remark(_off(item), "check", STATE)))
+            warnings.append((item.joint, Remark(_off(item), "check", STATE)))
         elif item.assumed.includes == "joint" and drawn.mass < (1.0 - WORTH_SAYING) * own.mass:
             text = (
                 f"{item.joint}: its link is simulated with the target's {own.mass * 1e3:.0f} g, but the drawn tube and "
                 f"joint parts weigh {drawn.mass * 1e3:.0f} g. If the link has no other parts of "
                 f"{(own.mass - drawn.mass) * 1e3:.0f} g, correct the target's figures"
             )
-            said.append((item.joint, text))
+            warnings.append((item.joint, text))
         named = [name for name, _, _ in item.parts if name in assumed]
         if named:
             grams = 1e3 * sum(mass for name, mass, _ in item.parts if name in named)
@@ -158,8 +158,8 @@ def link_warnings(links: Sequence[BuiltLink], assumed: Mapping[str, str]) -> lis
                 f"{item.joint}: {grams:.0f} g of its link's {built.mass * 1e3:.0f} g are assumed masses of "
                 f"{', '.join(named)}: weigh them and write cad: {{masses: {{{named[0]}: ... g}}}}"
             )
-            said.append((item.joint, text))
-    return said
+            warnings.append((item.joint, text))
+    return warnings
 
 
 def _off(item: BuiltLink) -> str:

@@ -190,20 +190,20 @@ def unjudged_set(
     ------
     UserError : a joint requires a bought spring and none meets its constraints.
     """
-    pairs, reasons, said = [], [], []
+    pairs, reasons, warnings = [], [], []
     for joint, source, damper in zip(fitted.joints, sources, dampers.chosen, strict=True):
         assert joint.spring is not None
         options, left_out, words = spring_options(source, joint.spring.rate)
         pairs.append(Pair(options[0], damper))
         reasons.append(left_out)
-        said.append(tuple(words))
+        warnings.append(tuple(words))
     judge, chosen = Judge(wanted, fitted, parts, seed), tuple(pairs)
     error, leg = judge.errors([chosen]), judge.built(chosen)
     forecast = judge.ready(chosen, SAMPLES_FINAL)
     one = PartSet(chosen, float(error[0]), forecast, forecast)
     found = FoundSets(np.zeros((1, len(pairs)), dtype=np.int64), error, 1, 1, None, False)
     springs = tuple(pair.spring for pair in pairs)
-    made = SpringChoiceMade(springs, tuple((spring,) for spring in springs), tuple(reasons), leg, tuple(said))
+    made = SpringChoiceMade(springs, tuple((spring,) for spring in springs), tuple(reasons), leg, tuple(warnings))
     return SetsMade((one,), found, leg, made, replace(dampers, leg=leg), (0,) * len(pairs), (leg,))
 
 
@@ -215,7 +215,7 @@ def _joint_parts(source: SpringSource, joint: int, fitted: Leg, dampers: DamperC
     spring, together = fitted.joints[joint].spring, dampers.leg.joints[joint].spring
     assert spring is not None
     chosen = dampers.chosen[joint]
-    springs, reasons, said = spring_options(source, spring.rate)
+    springs, reasons, warnings = spring_options(source, spring.rate)
     known = {chosen.label: springs}
     for rate in (item.rate for item in (together, chosen.spring) if item is not None):
         _add_springs(known[chosen.label], source, rate)
@@ -224,9 +224,9 @@ def _joint_parts(source: SpringSource, joint: int, fitted: Leg, dampers: DamperC
         assert damper.spring is not None
         _add_springs(known.setdefault(damper.label, []), source, damper.spring.rate)
     pairs = [Pair(spring, damper) for damper in (chosen, *others) for spring in known[damper.label]]
-    said = [*said, *sense_warning(source.joint, source.turned)]
+    warnings = [*warnings, *sense_warning(source.joint, source.turned)]
     by_label = {label: tuple(found) for label, found in known.items()}
-    return JointParts(source, spring.rate, (chosen, *others), by_label, tuple(pairs[:PAIRS]), reasons, tuple(said))
+    return JointParts(source, spring.rate, (chosen, *others), by_label, tuple(pairs[:PAIRS]), reasons, tuple(warnings))
 
 
 def _add_springs(known: list[SpringOption], source: SpringSource, rate: float) -> None:
@@ -283,8 +283,8 @@ def _springs_made(chosen: PartSet, table: Swaps, joints: Sequence[JointParts], l
         _by_error([own, *(replace(s.pair.spring, error=s.error, expected=s.expected) for s in swaps)])
         for own, swaps in zip(taken, table.springs, strict=True)
     ]
-    left_out, said = tuple(each.left_out for each in joints), tuple(each.warnings for each in joints)
-    return SpringChoiceMade(tuple(taken), tuple(ranked), left_out, leg, said)
+    left_out, warnings = tuple(each.left_out for each in joints), tuple(each.warnings for each in joints)
+    return SpringChoiceMade(tuple(taken), tuple(ranked), left_out, leg, warnings)
 
 
 def _dampers_made(chosen: PartSet, table: Swaps, dampers: DamperChoiceMade, leg: Leg) -> DamperChoiceMade:

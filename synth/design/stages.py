@@ -26,13 +26,13 @@ from synth.swing.leg_model import DamperCurve
 class SourceMotion:
     """The animal's fitted and held-out recordings, in its own time scale and in the robot's.
 
-    ``said`` : a sentence for each recording that was cut or left out because it begins before the release.
+    ``notes`` : a sentence for each recording that was cut or left out because it begins before the release.
     """
 
     fitted: tuple[Recording, ...]
     held_out: tuple[Recording, ...]
     factor: float
-    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def cut(self, start: float) -> SourceMotion:
         """The recordings from ``start`` s after their first sample, in the animal's time."""
@@ -75,8 +75,8 @@ def read_motion(project: LegProject) -> SourceMotion:
     if project.release == "recorded":
         return SourceMotion(tuple(both[0]), tuple(both[1]), project.time_scale, project.said)
     begun = [from_release(project.source, some) for some in both]
-    said = (*begun[0].said, *begun[1].said)
-    return SourceMotion(tuple(begun[0].recordings), tuple(begun[1].recordings), project.time_scale, said)
+    notes = (*begun[0].said, *begun[1].said)
+    return SourceMotion(tuple(begun[0].recordings), tuple(begun[1].recordings), project.time_scale, notes)
 
 
 def fit_options(project: LegProject, curves: Mapping[str, DamperCurve] | None = None) -> LegFitOptions:

@@ -38,10 +38,10 @@ class Arrangement:
         """``2 x 6597K19, turning 1.5 times as fast``; only the part if it is directly on the joint."""
         if self.pair:
             number = f"{self.count} x " if self.count > 1 else ""
-            said = f"{number}a pair of {part}, one each way"
+            text = f"{number}a pair of {part}, one each way"
         else:
-            said = f"{self.count} x {part}" if self.count > 1 else part
-        return said if self.ratio == 1.0 else f"{said}, turning {self.ratio:g} times as fast"
+            text = f"{self.count} x {part}" if self.count > 1 else part
+        return text if self.ratio == 1.0 else f"{text}, turning {self.ratio:g} times as fast"
 
     def at_joint(self, damper: Damper) -> Damper:
         """Torque at the joint: ``count (1 + reverse) n T(n w)``."""

@@ -54,10 +54,10 @@ def spring_candidates(
             kept.append(row)
         else:
             reasons[reason] += 1
-    said = ""
+    comparison = ""
     if nearest is not None and nearest.rate is not None:
-        said = f"{nearest.part} comes nearest with {nearest.rate:.4g} N*m/rad, {nearest.rate / rate - 1:+.0%}"
-    return Candidates(tuple(kept), dict(sorted(reasons.items())), said)
+        comparison = f"{nearest.part} comes nearest with {nearest.rate:.4g} N*m/rad, {nearest.rate / rate - 1:+.0%}"
+    return Candidates(tuple(kept), dict(sorted(reasons.items())), comparison)
 
 
 def of_family(parts: PartsOptions, rows: Sequence[TorsionSpringRow] | Sequence[DamperRow]) -> PartsOptions:

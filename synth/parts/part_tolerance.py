@@ -54,31 +54,31 @@ def free_angle_tolerance(body_coils: float | None) -> float:
 
 def bought_spring(row: TorsionSpringRow) -> SpringTolerance:
     """From the row if stated, else usual values."""
-    said = []
+    sources = []
     rate, angle = row.rate_tolerance, row.free_angle_tolerance
     if rate is None:
         rate = RATE
-        said.append(f"rate {RATE_SOURCE}")
+        sources.append(f"rate {RATE_SOURCE}")
     if angle is None:
         angle = free_angle_tolerance(row.body_coils)
-        said.append(f"free angle {FREE_ANGLE_SOURCE}")
-    return SpringTolerance(rate, angle, "; ".join(said) or "the catalogue row")
+        sources.append(f"free angle {FREE_ANGLE_SOURCE}")
+    return SpringTolerance(rate, angle, "; ".join(sources) or "the catalogue row")
 
 
 def bought_damper(row: DamperRow, law: str) -> DamperTolerance:
     """From the row if stated, else assumed; an assumed law's exponent is uncertain as well."""
-    said = []
+    sources = []
     torque, per_kelvin = row.torque_tolerance, row.torque_per_kelvin
     if torque is None:
         torque = TORQUE
-        said.append(f"torque {TORQUE_SOURCE}")
+        sources.append(f"torque {TORQUE_SOURCE}")
     if per_kelvin is None:
         per_kelvin = PER_KELVIN
-        said.append(f"temperature {PER_KELVIN_SOURCE}")
+        sources.append(f"temperature {PER_KELVIN_SOURCE}")
     exponents = CONCAVE_EXPONENT_RANGE if law == CONCAVE else None
     if exponents is not None:
-        said.append(f"exponent of the assumed law {exponents[0]:g} to {exponents[1]:g}")
-    return DamperTolerance(torque, per_kelvin, exponents, "; ".join(said) or "the catalogue row")
+        sources.append(f"exponent of the assumed law {exponents[0]:g} to {exponents[1]:g}")
+    return DamperTolerance(torque, per_kelvin, exponents, "; ".join(sources) or "the catalogue row")
 
 
 def measured_damper(torque: float) -> DamperTolerance:
