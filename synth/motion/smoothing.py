@@ -108,10 +108,10 @@ def savitzky_golay(value: Array, points: int, degree: int, step: float) -> tuple
     """Value and rate by local polynomials of an odd number of ``points`` along axis 0, one-sided at the ends.
 
     Savitzky & Golay, Analytical Chemistry 36 (1964) 1627. The third result is the residual's share of the noise
-    variance, in the middle. By hand, though a test holds it to ``scipy.signal.savgol_filter(mode="interp")``: every fit
-    and gap comes here, and importing ``scipy.signal`` costs 0.9 s of processor time beside 4.1 s of the example's
-    whole ``synth fit``; one decomposition gives value and rate, which scipy filters twice (1.6 ms and 1.8 ms for
-    4 000 x 3 samples, 31 points).
+    variance, in the middle. A test compares this code with ``scipy.signal.savgol_filter(mode="interp")``. It does not
+    call scipy, because every fit and gap comes here and importing ``scipy.signal`` costs 0.9 s of processor time,
+    against 4.1 s for the whole ``synth fit`` of the example. One decomposition gives value and rate, for which scipy
+    filters twice (1.6 ms and 1.8 ms for 4 000 x 3 samples, 31 points).
     """
     half = points // 2
     offset = np.arange(-half, half + 1.0)

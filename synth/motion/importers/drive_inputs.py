@@ -18,7 +18,7 @@ from synth.swing.leg_model import Joint, Leg
 from synth.units import factor
 
 TABLE_UNITS = {"command": "deg", "voltage": "V", "current": "A", "torque": "N*m", "enabled": "1"}
-# What loggers call each input; found as "knee goal position", "knee_cmd", "desired_knee".
+# Names of each input in loggers' columns, combined with the joint's: "knee goal position", "knee_cmd", "desired_knee".
 WORDS = {
     "command": ("command", "cmd", "goal", "goal position", "desired", "desired position", "reference", "target",
                 "target position", "setpoint"),
@@ -28,7 +28,7 @@ WORDS = {
     "enabled": ("enabled", "torque enable", "torque enabled"),
 }  # fmt: skip
 SUPPLIES = ("supply", "supply voltage", "input voltage", "input volts", "battery voltage")
-TOGETHER = 1e-6  # s, stamps nearer than this are one row: below any controller's period, above a stamp's rounding
+TOGETHER = 1e-6  # s, stamps closer than this share a row: below any controller's period, above rounding of stamps
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class DriveInput:
 
 
 def accepted(joint: Joint) -> tuple[set[str], set[str]]:
-    """The inputs of which a joint's drive needs one, and those that it takes besides, by their names in ``DRIVEN``."""
+    """Names in ``DRIVEN`` of the inputs of which a joint's drive needs one, and of its optional inputs."""
     if isinstance(joint.drive, Servo):
         return ({"voltage"} if joint.drive.open_duty else {"command"}), {"enabled"}
     return ({"current", "torque"} if isinstance(joint.drive, TorqueDrive) else set()), set()
@@ -50,7 +50,7 @@ def accepted(joint: Joint) -> tuple[set[str], set[str]]:
 def drive_inputs(
     source: Channels, leg: Leg, mapping: Mapping, time: Array, angles: Array, cleaned: Array, notes: list[str]
 ) -> tuple[DriveInput, ...]:
-    """The inputs that the leg's drives take.
+    """The inputs of the leg's drives.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def _told(source: Channels, joint: Joint, word: str, wanted: InputColumn) -> tup
 
 
 def _sought(source: Channels, joint: Joint, column: JointColumn, word: str) -> tuple[Channels, int] | None:
-    """The channel that is named after the joint and this input, None if there is none."""
+    """The channel whose name combines the joint and this input; None if there is none."""
     for own in (source, *source.inputs):
         for base in dict.fromkeys((column.column, joint.name)):
             for each in WORDS[word]:
@@ -130,7 +130,7 @@ def _sought(source: Channels, joint: Joint, column: JointColumn, word: str) -> t
 def _converted(
     source: Channels, own: Channels, k: int, word: str, joint: Joint, column: JointColumn, time: Array
 ) -> DriveInput:
-    """An input in the measured angle's sense and the table's unit; ``own`` : the channels that hold it."""
+    """An input with the sign of the measured angle and in the table's unit; ``own`` : the channels that contain it."""
     told = column.inputs.get(word)
     unit = _unit(own, k, told, column.unit if word == "command" else None, f"{joint.name} {word}", word)
     value = own.values[:, k] * factor(unit, DRIVEN[word])
@@ -163,7 +163,7 @@ def _unit(own: Channels, k: int, told: InputColumn | None, angle: str | None, wh
 
 
 def _same_turn(made: DriveInput, time: Array, angle: Array) -> DriveInput:
-    """A command within half a turn of the angle, from which whole turns were removed."""
+    """A command shifted by whole turns to within half a turn of the cleaned angle."""
     known = np.isfinite(angle)
     at = np.degrees(np.interp(made.time, time[known], angle[known]))
     turn = np.degrees(TURN)
@@ -171,7 +171,7 @@ def _same_turn(made: DriveInput, time: Array, angle: Array) -> DriveInput:
 
 
 def _supply(source: Channels, leg: Leg, mapping: Mapping, time: Array, notes: list[str]) -> list[DriveInput]:
-    """The supply's voltage, if a servo with a motor takes it."""
+    """The supply voltage, if a servo with a motor needs it."""
     takes = any(isinstance(j.drive, Servo) and j.drive.motor and not j.drive.open_duty for j in leg.joints)
     if not takes:
         if mapping.supply is not None:
@@ -193,8 +193,8 @@ def _supply(source: Channels, leg: Leg, mapping: Mapping, time: Array, notes: li
 def within(inputs: Sequence[DriveInput], clock: Array, first: int, last: int) -> tuple[tuple[DriveInput, ...], int]:
     """The inputs over the samples ``first`` to before ``last`` of ``clock`` (n,) s.
 
-    An input with a clock of its own is a command, held from each sample to the next: it begins with the sample that
-    held at the first row. Returned too: the first sample at which every command is known.
+    An input with a separate clock is a command, which is constant from one sample to the next; it begins with the
+    sample that is valid at the first row. The second result is the first sample at which every command is known.
     """
     own = [each for each in inputs if each.time is not clock]
     begin = max([clock[first], *(float(each.time[0]) for each in own)])
@@ -214,12 +214,11 @@ def within(inputs: Sequence[DriveInput], clock: Array, first: int, last: int) ->
 
 
 def merged(time: Array, inputs: Sequence[DriveInput]) -> tuple[Array, NDArray[np.intp], dict[str, Array]]:
-    """One table of all clocks.
+    """One table on the union of all clocks.
 
     Returns
     -------
-    (m,) s; (n,) the rows of the samples at ``time`` (n,) s; each input (m,) under its title, nan where it has no
-    sample.
+    Times (m,) s; rows (n,) of the samples at ``time`` (n,) s; title -> input (m,), nan where it has no sample.
     """
     every = np.sort(np.concatenate([time, *(each.time for each in inputs)]))
     starts = np.concatenate([[True], np.diff(every) > TOGETHER])
@@ -235,6 +234,6 @@ def merged(time: Array, inputs: Sequence[DriveInput]) -> tuple[Array, NDArray[np
 
 
 def _row(time: Array, clock: Array) -> NDArray[np.intp]:
-    """(n,) the rows of ``clock`` nearest to ``time``."""
+    """Rows (n,) of ``clock`` closest to ``time`` (n,)."""
     after = np.clip(np.searchsorted(clock, time), 1, len(clock) - 1)
     return np.asarray(after - (time - clock[after - 1] < clock[after] - time))

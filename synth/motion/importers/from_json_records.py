@@ -1,8 +1,9 @@
-"""JSON logs: a record a sample, or a list a column.
+"""JSON logs with one record per sample, or one list per column.
 
-Read are a list of records; an object with one list of records beside what was done (the logs of BAM, Duclusaud et al.,
-arXiv 2410.08650: ``{"mass": 0.5, "kp": 100, "entries": [{"timestamp": 0.0, "position": 0.1, ...}, ...]}``); an object
-of lists of equal length; and a record a line. A record within a record is named ``outer.inner``.
+Four forms are read: a list of records; an object with one list of records and the settings of the run (the logs of BAM,
+Duclusaud et al., arXiv 2410.08650: ``{"mass": 0.5, "kp": 100, "entries": [{"timestamp": 0.0, "position": 0.1, ...},
+...]}``); an object of lists of equal length; and one record per line. A field of a nested record is named
+``outer.inner``.
 """
 
 from __future__ import annotations
@@ -21,23 +22,23 @@ from synth.motion.importers.foreign_data import Channels, listed
 from synth.motion.importers.plain_csv import SIZE_LIMIT, title_and_unit
 from synth.motion.importers.registry import loader, text_start
 
-DEEPEST = 8  # records within records; a log's own nest two or three
-SHOWN = 12  # values in the note on what was done
+DEEPEST = 8  # levels of nested records; logs nest two or three
+SHOWN = 12  # values in the note on the settings of the run
 
 
 def is_json(start: bytes, path: Path) -> bool:
-    """Whether a text begins as an object, or as a list of objects."""
+    """Whether a text begins like an object or a list of objects."""
     text = "".join(text_start(start)[:1000].split())
     return text.startswith(('{"', "[{"))
 
 
-@loader("json", "JSON with a record a sample", is_json, "channels")
+@loader("json", "JSON with a record per sample", is_json, "channels")
 def read_json(path: Path, mapping: Mapping, name: str) -> Channels:
-    """All numbers of the records, with their names and, where a name states one, units.
+    """All numbers of the records with their names and, if a name states it, their unit.
 
     Raises
     ------
-    UserError : no JSON, or neither records nor columns in it.
+    UserError : the file is not JSON, or has neither records nor columns.
     """
     content = _content(path, name)
     notes: list[str] = []
@@ -52,7 +53,7 @@ def read_json(path: Path, mapping: Mapping, name: str) -> Channels:
         else:
             left_out.append(title)
     if left_out:
-        notes.append(f"left out, since they are no numbers: {listed(left_out)}")
+        notes.append(f"left out because they are not numbers: {listed(left_out)}")
     if len(flat) < 2 or not columns:
         raise UserError(Problem("has no records with numbers", name))
     names, units = zip(*map(title_and_unit, columns), strict=True)
@@ -63,7 +64,7 @@ def read_json(path: Path, mapping: Mapping, name: str) -> Channels:
 
 
 def _content(path: Path, name: str) -> Any:
-    """The file's value; of a record a line the list of them."""
+    """The content of the file; for one record per line, the list of records."""
     try:
         text = read_bytes(path, SIZE_LIMIT, "thin it").decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -82,7 +83,7 @@ def _content(path: Path, name: str) -> Any:
 
 
 def _within(content: dict[str, Any], notes: list[str], name: str) -> list[Any]:
-    """The records in an object, from its one list of them or its lists of equal length."""
+    """The records of an object: its only list of records, or its lists of equal length."""
     lists = {key: value for key, value in content.items() if isinstance(value, list) and value}
     of_records = [key for key, value in lists.items() if all(isinstance(each, dict) for each in value)]
     if len(of_records) > 1:
@@ -91,13 +92,13 @@ def _within(content: dict[str, Any], notes: list[str], name: str) -> list[Any]:
     told = {key: value for key, value in content.items() if isinstance(value, (str, int, float))}
     if told:
         shown = ", ".join(f"{key} {str(value)[:40]}" for key, value in list(told.items())[:SHOWN])
-        notes.append(f"the file states {shown}; what of it concerns the leg belongs in the leg file")
+        notes.append(f"the file states {shown}; add values that concern the leg to the leg file")
     if of_records:
         return lists[of_records[0]]
     lengths = {len(value) for value in lists.values()}
     if len(lengths) != 1:
         what = "lists of different lengths" if lengths else "no list"
-        raise UserError(Problem(f"has {what}: a log is a list of records, or one list a column", name))
+        raise UserError(Problem(f"has {what}: a log is a list of records, or one list per column", name))
     return [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
 
 

@@ -50,7 +50,7 @@ class Topic:
 
     @property
     def stamped(self) -> bool:
-        """Whether every message bears its own time."""
+        """Whether every message has a time stamp."""
         return bool(np.isfinite(self.stamp).all())
 
     @property
@@ -60,11 +60,11 @@ class Topic:
 
     @property
     def says_command(self) -> bool:
-        """Whether the topic is named as one of commands."""
+        """Whether the topic's name is that of commands."""
         return bool(COMMANDING.search(self.name.rpartition("/")[2]))
 
     def time(self, delay: float) -> Array:
-        """(n,) s on the clock of the stamps, of which that of logging is ``delay`` s late."""
+        """Times (n,) s on the clock of the stamps; logging times are ``delay`` s later."""
         return np.where(np.isfinite(self.stamp), self.stamp, self.logged - delay)
 
 
@@ -105,7 +105,7 @@ def _topics(content: dict[str, Any]) -> dict[str, Topic]:
 
 
 def _channels(content: dict[str, Any], mapping: Mapping, name: str) -> Channels:
-    """The joint states of one topic, in the order of their stamps, the clock from zero; commands of others beside."""
+    """Joint states of one topic in the order of their stamps, the clock from zero, and commands of other topics."""
     topics = _topics(content)
     unread = dict(zip(map(str, content["unread"]), map(str, content["why"]), strict=True))
     states = _states(topics, unread, mapping.topic, name)
@@ -146,7 +146,7 @@ def _ordered(time: Array) -> tuple[Array, Array]:
 
 
 def _states(topics: dict[str, Topic], unread: dict[str, str], wanted: str | None, name: str) -> Topic:
-    """The topic that tells the measured angles."""
+    """The topic with the measured angles."""
     able = {key: topic for key, topic in topics.items() if "position" in topic.values}
     if wanted is not None:
         if wanted in able:
@@ -169,7 +169,7 @@ def _states(topics: dict[str, Topic], unread: dict[str, str], wanted: str | None
 def _commands(
     topics: dict[str, Topic], states: Topic, wanted: Sequence[CommandTopic], name: str
 ) -> list[tuple[Topic, tuple[str, ...]]]:
-    """Topics of commands beside the states, each with the joints in the order of its numbers."""
+    """Topics of commands other than the states, each with its joints in the order of its values."""
     if not wanted:
         able = _named_commands(topics, states)
         return [] if "command" in states.values or len(able) != 1 else [(able[0], able[0].joints)]
@@ -192,13 +192,13 @@ def _commands(
 
 
 def _named_commands(topics: dict[str, Topic], states: Topic) -> list[Topic]:
-    """Topics that can only be commands, and name their joints."""
+    """Topics that can only be commands and that name their joints."""
     others = [topic for topic in topics.values() if topic.named and topic is not states]
     return [t for t in others if "command" in t.values or ("position" in t.values and t.says_command)]
 
 
 def _hint(topics: dict[str, Topic], states: Topic, unread: dict[str, str]) -> str:
-    """What a reader without commands needs to know of the log."""
+    """The message on the log's topics for a project that names no commands."""
     several = _named_commands(topics, states)
     found = []
     if len(several) > 1:

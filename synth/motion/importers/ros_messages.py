@@ -1,7 +1,7 @@
-"""Messages of a robot's log that tell of joints, as arrays.
+"""Joint messages of a robot's log as arrays.
 
-``from_ros`` passes the text of this module to a process of its own (see ``child``), so it imports nothing of synth.
-Types that neither the file defines nor ``rosbags`` knows are told as unread.
+``from_ros`` passes the text of this module to a separate process (see ``child``), so it imports nothing of synth. Types
+that neither the file nor ``rosbags`` defines are listed as unread.
 """
 
 import json
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy
 
-# A type's name without "msg" -> whether its numbers bear the names of joints.
+# Name of a type without "msg" -> whether its messages name the joints.
 KINDS = {
     "sensor_msgs/JointState": True,
     "control_msgs/JointTrajectoryControllerState": True,
@@ -41,20 +41,20 @@ def part(said: Any, *names: str) -> Any:
 
 
 def stamp_of(said: Any) -> float:
-    """The message's own time, s; nan if it bears none."""
+    """The time stamp of the message, s; nan if it has none."""
     stamp = part(part(said, "header") or {}, "stamp") or {}
     found = float(part(stamp, "sec") or 0) + 1e-9 * float(part(stamp, "nanosec", "nsec") or 0)
     return found or numpy.nan
 
 
 def numbers(kind: str, said: Any) -> tuple[list[str], dict[str, list[float]]]:
-    """Names of joints, and each quantity's values in their order."""
+    """Names of the joints, and the values of each quantity in the same order."""
     if kind == JOINT_STATE:
         return list(part(said, "name") or []), _filled(position=part(said, "position"), effort=part(said, "effort"))
     names = list(part(said, "joint_names") or [])
     if kind.endswith("ControllerState"):
         measured, wanted = part(said, "feedback", "actual"), part(said, "reference", "desired")
-        if part(measured, "positions") is None:  # the newer fields stand beside the older ones and may be unused
+        if part(measured, "positions") is None:  # newer fields exist in addition to the older ones and may be empty
             measured, wanted = part(said, "actual") or measured, part(said, "desired") or wanted
         position, effort = part(measured, "positions"), part(measured, "effort")
         return names, _filled(position=position, effort=effort, command=part(wanted, "positions"))
@@ -77,7 +77,7 @@ def _filled(**values: Any) -> dict[str, list[float]]:
 
 
 def mcap_messages(path: str, unread: dict[str, str]) -> Iterator[Message]:
-    """Messages of an MCAP file of a type in ``KINDS``; ``unread`` gets topics that cannot be read, with the reason."""
+    """Messages of types in ``KINDS`` from an MCAP file; unreadable topics go to ``unread`` with the reason."""
     from mcap.reader import make_reader
 
     stores: dict[str, Any] = {}
@@ -104,14 +104,14 @@ def mcap_messages(path: str, unread: dict[str, str]) -> Iterator[Message]:
 
 
 def typestore(coding: str) -> Any:
-    """The types that ``rosbags`` knows."""
+    """The types that ``rosbags`` defines for this encoding."""
     from rosbags.typesys import Stores, get_typestore
 
     return get_typestore(Stores.ROS1_NOETIC if coding == "ros1" else Stores.ROS2_HUMBLE)
 
 
 def defined(store: Any, schema: Any, name: str) -> bool:
-    """Add to ``store`` what the file's schema defines; whether it defines ``name``."""
+    """Add the types of the file's schema to ``store``; returns whether they include ``name``."""
     from rosbags.typesys import get_types_from_msg
 
     if schema.encoding not in ("ros2msg", "ros1msg"):
@@ -122,7 +122,7 @@ def defined(store: Any, schema: Any, name: str) -> bool:
 
 
 def bag_messages(path: str, unread: dict[str, str]) -> Iterator[Message]:
-    """The same of a ROS 1 bag, or of a ROS 2 bag given by its data base."""
+    """Messages of types in ``KINDS`` from a ROS 1 bag, or from a ROS 2 bag given by its data base; see above."""
     from rosbags.highlevel import AnyReader
 
     place = Path(path)
@@ -142,12 +142,12 @@ def bag_messages(path: str, unread: dict[str, str]) -> Iterator[Message]:
 
 
 def joint_arrays(path: str, mcap: bool) -> dict[str, Any]:
-    """What a log tells of joints.
+    """All joint data of a log.
 
     Returns
     -------
-    ``topics``, ``kinds`` (k,), ``unread`` and ``why``; of topic i ``names{i}`` (m,), ``stamp{i}`` and ``logged{i}``
-    (n,) s and each quantity in ``quantities{i}`` as (n, m), nan where a message lacks it.
+    ``topics`` and ``kinds`` (k,), ``unread`` and ``why``; for topic i ``names{i}`` (m,), ``stamp{i}`` and ``logged{i}``
+    (n,) s, and each quantity in ``quantities{i}`` as (n, m), nan if a message lacks it.
     """
     unread: dict[str, str] = {}
     rows: dict[str, list[Any]] = {}

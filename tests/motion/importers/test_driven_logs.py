@@ -151,7 +151,7 @@ def test_a_voltage_has_the_sign_of_the_angle(folder: Path) -> None:
 
 
 def test_json_of_a_servo_bench(folder: Path) -> None:
-    """The form of BAM's logs: what was done, and a record a sample."""
+    """The form of BAM's logs: settings of the run, and a record per sample."""
     entries = [
         {
             "timestamp": t - 100.0,
