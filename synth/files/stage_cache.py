@@ -47,8 +47,15 @@ def program() -> str:
                 digest.update(path.relative_to(package).as_posix().encode())
                 digest.update(path.read_bytes())
     for name in LIBRARIES:
-        digest.update(f"{name} {importlib.metadata.version(name)}\n".encode())
+        digest.update(f"{name} {_version(name)}\n".encode())
     return digest.hexdigest()
+
+
+def _version(library: str) -> str:
+    """A library's version; older cadquery-ocp brings VTK within itself, so that it has none."""
+    with suppress(importlib.metadata.PackageNotFoundError):
+        return importlib.metadata.version(library)
+    return "absent"
 
 
 def key_of(stage: str, *parts: object) -> str:
