@@ -249,6 +249,7 @@ def test_init_writes_a_project_with_the_robot_s_leg(
     assert leg.joint_names == ("thigh", "calf")
     assert leg.joints[1].link.length == pytest.approx(0.2159)
     assert "wheel is locked" in (out / "README.md").read_text()
+    assert (out / ("animal" if kind == "leg" else "trials")).is_dir()
     if kind == "gap":
         rows = "".join(f"{0.01 * k},{0.5 + 0.1 * math.sin(k)},{0.2 + 0.1 * math.cos(k)}\n" for k in range(30))
         written(out / "trials" / "a.csv", "time [s],thigh [rad],calf [rad]\n" + rows)
@@ -263,6 +264,19 @@ def test_init_refuses_what_does_not_belong_together(tmp_path: Path, capsys: pyte
     assert "not with hopper" in said
     assert "--chain" in said
     assert not (tmp_path / "p").exists()
+
+
+def test_a_guessed_length_of_the_last_link_is_told(tmp_path: Path) -> None:
+    path = written(
+        tmp_path / "a.urdf",
+        """<robot name="r"><link name="a"/><link name="b"><inertial><origin xyz="0 0 -.1"/><mass value=".2"/>
+    <inertia ixx="1e-3" iyy="1e-3" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/></joint></robot>""",
+    )
+    guessed, given = pick_leg(read_robot(path), ["j"]), pick_leg(read_robot(path), ["j"], tip=0.3)
+    assert guessed.leg.joints[0].link.length == pytest.approx(0.2)
+    assert any("no end of the last link: 200 mm" in text for text in guessed.said)
+    assert not any("no end" in text for text in given.said)
 
 
 def test_pick_leg_needs_a_mass_below_each_joint(tmp_path: Path) -> None:

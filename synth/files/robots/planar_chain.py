@@ -88,7 +88,7 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
                 text = f"{joint.name} and {joints[index + 1].name} turn about the same place: one link would have no "
                 raise UserError(f"{text}length; leave one of them out of the chain")
         else:
-            along, length = _last(robot, groups[index], anchors[index], lumped, seen, tip)
+            along, length = _last(robot, groups[index], anchors[index], lumped, seen, tip, said)
         direction = atan2(along[0], -along[1])  # counter-clockwise from straight down
         made.append(_joint(joint, seen, anchors[index], lumped, length, (direction, before), said))
         before = direction
@@ -204,7 +204,13 @@ class _Lumped:
 
 
 def _last(
-    robot: Robot, bodies: Sequence[int], anchor: Array, lumped: _Lumped, seen: _Plane, tip: float | None
+    robot: Robot,
+    bodies: Sequence[int],
+    anchor: Array,
+    lumped: _Lumped,
+    seen: _Plane,
+    tip: float | None,
+    said: list[str],
 ) -> tuple[Array, float]:
     """Direction and length of the last link: through its centre of mass, as far as its farthest point along that.
 
@@ -223,6 +229,11 @@ def _last(
     length = tip if tip is not None else reach
     if length <= NOTHING:
         length = 2.0 * distance  # that of a rod, if the file has no shape
+        if length > NOTHING:
+            said.append(
+                f"the file shows no end of the last link: {1e3 * length:.0f} mm is that of a rod with this centre of "
+                "mass; --tip gives another"
+            )
     if length <= NOTHING:
         raise UserError("the last link has neither a shape nor a centre of mass off its joint; give its length: --tip")
     return along, length

@@ -53,7 +53,7 @@ def robot_leg(path: str | Path, chain: Sequence[str], plane: str | None = None, 
 
 def write_robot_project(kind: str, picked: PickedLeg, source: str, folder: Path) -> None:
     """The leg, a project of that kind, and a README on missing recordings and omitted features."""
-    (folder / "trials").mkdir(parents=True)
+    (folder / ("animal" if kind == "leg" else "trials")).mkdir(parents=True)
     write_leg(picked.leg, folder / LEG_FILE)
     header = ",".join(["time [s]", *(f"{name} [rad]" for name in picked.leg.joint_names)])
     write_text(place(folder, f"{PROJECT_NAMES[kind]}.yaml"), _PROJECTS[kind](picked.leg, source))
@@ -63,7 +63,7 @@ def write_robot_project(kind: str, picked: PickedLeg, source: str, folder: Path)
         f"# {picked.leg.name}\n\n"
         f"`{LEG_FILE}` is the planar leg of {', '.join(picked.leg.joint_names)} out of `{source}`. Its measured angles "
         "are that\nrobot's joint readings.\n\n"
-        f"## To add\n\nRecordings of the moving leg in `trials/`, a CSV each with the header\n\n    {header}\n\n"
+        f"## To add\n\n{_RECORDINGS[kind]}, a CSV each with the header\n\n    {header}\n\n"
         f"(or `[deg]`). {_TO_ADD[kind]}Then\n\n    synth {kind} {PROJECT_NAMES[kind]}.yaml --out result\n\n"
         f"## What the leg does not hold\n\n{lost}",
     )
@@ -101,8 +101,14 @@ target: {LEG_FILE}
 
 PROJECT_NAMES = {"fit": "fit", "gap": "gap", "leg": "leg-design"}
 _PROJECTS = {"fit": _fit, "gap": _gap, "leg": _leg}
+_RECORDINGS = {
+    "fit": "Recordings of the moving leg in `trials/`",
+    "gap": "Recordings of the moving leg in `trials/`",
+    "leg": "The animal's leg file `animal/animal.leg.yaml`, its joints named as the robot's,\nand recordings of the "
+    "animal in `animal/`",
+}
 _TO_ADD = {
     "fit": "",
     "gap": "For a joint that swings freely write in the leg file: `damper: {rate: 0 N*m*s/rad}`. ",
-    "leg": "The animal's leg file and recordings go into `animal/` instead; `synth import` makes them. ",
+    "leg": "`synth import` makes both: its leg file is `leg.leg.yaml`, its recordings are in `trials/`. ",
 }
