@@ -17,7 +17,7 @@ from synth.cad.limits import DimensionError, DimensionProblem, dimension, range_
 STOP_MARGIN = 3.0  # deg past the wanted travel: printed flanks and a tongue's tilt in its bearings are off by about one
 LEAST_STOP = 0.5  # deg past the wanted travel: the accuracy of a stop
 COIL_TOLERANCE = 0.05  # turns; vendors hold the free position to 10 deg (0.028 turns) up to 10 coils
-CLOSE_WOUND_PITCH = 1.03  # of the wire diameter: neighbouring coils just do not touch, whatever the index
+CLOSE_WOUND_PITCH = 1.03  # of the wire diameter: neighbouring coils just do not touch, for any spring index
 _NAME = re.compile(r"\w(?:[\w .-]{0,58}[\w-])?")  # of every alphabet; it names columns and files
 
 

@@ -19,7 +19,7 @@ SHADES = ("#f7fbff", "#deebf7", "#c6dbef", "#9ecae1", "#6baed6", "#4292c6", "#21
 
 @dataclass(frozen=True)
 class Map:
-    """Heights (m) by ratio and length (m); None where there is no such design."""
+    """Heights (m) by ratio and length (m); None without such a design."""
 
     ratios: Sequence[float]
     lengths: Sequence[float]

@@ -17,7 +17,7 @@ LEFT, RIGHT, TOP, BOTTOM = 52.0, 120.0, 16.0, 44.0  # px
 
 @dataclass(frozen=True)
 class ModelBar:
-    """One model: name, height in m, its 90 % interval where there is one."""
+    """One model: name, height in m, its 90 % interval if there is one."""
 
     name: str
     height: float

@@ -1,4 +1,4 @@
-"""The opening of a gap's page: the diagnosis in a sentence, its motion, and the causes with their odds."""
+"""The opening of a gap's page: the diagnosis in a sentence, its motion, and the causes with their probabilities."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from synth.reports.sections import gap_how_far
 from synth.reports.sections.gap_next import entry_text
 from synth.reports.sections.gap_which import VERDICTS, name_of
 
-MOST_CAUSES = 3  # in the opening; the rest stands in its section
+MOST_CAUSES = 3  # in the opening; its section has all
 
 
 def gap_opening(result: Result) -> Opening:
-    """The sentence, the scored trial with the largest error, and the likeliest causes."""
+    """The sentence, the scored trial with the largest error, and the most probable causes."""
     document = result.content
     figure = gap_how_far.worst_figure(result)
     verdict = str(document.get("verdict") or "–")
@@ -50,7 +50,7 @@ def _trust(document: Json, verdict: str) -> str:
 def _steps(document: Json) -> list[str]:
     experiment = mapping(document, "next_experiment")
     if not experiment:
-        return ["No further recording needed: no trial of the menu would change the answer."]
+        return ["No further recording needed: no trial of the list would change the diagnosis."]
     trial = mapping(experiment, "trial")
     entry = f" Write it as `{entry_text(trial)}` under `trials:`." if trial else ""
     command = experiment.get("command")

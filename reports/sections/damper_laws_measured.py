@@ -98,7 +98,7 @@ def _until(points: Any, end: float) -> list[Point]:
 
 
 def _curve(result: Result, file: object) -> list[Point] | None:
-    """(rpm, N m) of a torque-speed file from the origin; None where there is none."""
+    """(rpm, N m) of a torque-speed file from the origin; None if there is none."""
     table = result.table(file) if isinstance(file, str) else None
     if table is None or not {"speed", "torque"} <= set(table.columns):
         return None

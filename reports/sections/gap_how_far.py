@@ -77,7 +77,7 @@ def _remainder(left: Json) -> Json:
 
 
 def _steps(gap: Json, verdict: str) -> list[Json]:
-    """Rows of the table; without an accepted explanation, what stands under ``after``."""
+    """Rows of the table; without an accepted explanation, another meaning of ``after``."""
     others = {
         "none": "the same: no effect is missing",
         "unknown": "with the nearest explanation, not accepted",

@@ -10,7 +10,7 @@ from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 SHOWN = 8  # alternatives of each part
-OFFERED = 4.0  # largest ratio to the wanted rate; a spring farther off would change the leg whatever its response
+OFFERED = 4.0  # largest ratio to the wanted rate; a spring farther off makes another leg
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:

@@ -13,7 +13,7 @@ WHOLE = ("assembly", "leg")  # names of pictures of the whole leg
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
-    """PNG pictures as data URIs; that of the whole leg stands in the opening."""
+    """PNG pictures as data URIs; that of the whole leg is in the opening."""
     named = [item for item in sequence(result.content, "pictures") if isinstance(item, Mapping)]
     if not named:
         return AbsentResult("design.json names no picture")

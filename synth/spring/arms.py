@@ -20,7 +20,7 @@ def bend_factor(bend_radius: float, wire_diameter: float) -> float:
 def arm_stress(moment: float, wire_diameter: float, convention: Convention, bend_radius: float) -> float:
     """Bending stress where an arm meets the coil, Pa: ``q 32 M / (pi d^3)``, q = 1 for tangent arms.
 
-    ``moment`` in N m: at that point it is the spring's whole moment, whatever the arm's length. Lengths in m.
+    ``moment`` in N m: at that point it is the spring's whole moment for any length of the arm. Lengths in m.
     """
     factor = 1.0 if convention == "tangent" else bend_factor(bend_radius, wire_diameter)
     return factor * 32.0 * moment / (math.pi * wire_diameter**3)

@@ -204,8 +204,8 @@ def travel_limit(design: SpringDesign, limits: SpringLimits) -> float:
     Limits that do not depend on the travel are not checked.
     """
     allowed = stress.moment_limit(design.allowed_stress, design.wire_diameter, design.mean_diameter)
-    reckoned = design.moment / design.rate
-    bounds = [allowed / design.rate, reckoned * design.allowed_stress / design.arm_stress]
+    reached = design.moment / design.rate
+    bounds = [allowed / design.rate, reached * design.allowed_stress / design.arm_stress]
     if limits.cycles is not None and design.life is not None:
         bounds.append(_lasting_travel(design, limits.cycles, limits.fatigue_safety))
     inside = limits.least_wound_inside()
