@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check pages docs blind blind-jumps blind-rigs blind-servos rigs tune bench robustness universal mutants architecture matrix scale removal fuzz fuzz-files kill format example lock clean
+.PHONY: help setup demo test check pages docs blind blind-jumps blind-rigs blind-servos blind-next rigs tune bench robustness universal mutants architecture matrix scale removal fuzz fuzz-files kill format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -52,6 +52,11 @@ blind-servos: SEED = 5000
 blind-servos: COUNT = 40
 blind-servos: $(READY)  ## the same on legs that position servos drive: COUNT (40) cases of seed SEED, build/blind-servos
 	PYTHONPATH=tests $(BIN)/python -m blind.servos --seed $(SEED) --count $(COUNT) --to build/blind-servos --workers $(WORKERS)
+
+blind-next: SEED = 6000
+blind-next: COUNT = 10
+blind-next: $(READY)  ## does the suggested command name more causes than a chirp? COUNT (10) servo-driven legs: build/blind-next
+	PYTHONPATH=tests $(BIN)/python -m blind.next_command --seed $(SEED) --count $(COUNT) --to build/blind-next --workers $(WORKERS)
 
 rigs: $(READY)  ## what dominates on six real rigs of ../shared, from each half of the recordings: build/rigs
 	PYTHONPATH=tests $(BIN)/python -m real_rigs --to build/rigs

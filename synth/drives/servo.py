@@ -17,7 +17,7 @@ class GearedMotor:
 
     All on the rotor's side: ``resistance`` ohm of the winding, ``torque_constant`` N m/A (in SI also V s/rad),
     ``rotor_inertia`` kg m^2. ``gear_ratio`` rotor turns per joint turn; ``efficiency`` of the gear when the motor
-    drives.
+    drives. ``inductance`` H: the current follows its steady value by ``lag`` s, to first order in it (``Servo``).
     """
 
     resistance: float
@@ -25,11 +25,20 @@ class GearedMotor:
     gear_ratio: float = 1.0
     efficiency: float = 1.0
     rotor_inertia: float = 0.0
+    inductance: float = 0.0
+
+    @property
+    def lag(self) -> float:
+        """S, the winding's electrical time constant."""
+        return self.inductance / self.resistance
 
     @property
     def armature(self) -> float:
-        """Kg m^2 of the rotor, reflected to the joint."""
-        return self.rotor_inertia * self.gear_ratio**2
+        """Kg m^2 of the rotor, reflected to the joint; less by what the late braking of the winding adds to it.
+
+        Torque -b w(t - lag) is -b w + b lag dw/dt to first order.
+        """
+        return self.rotor_inertia * self.gear_ratio**2 - self.lag * self.back_emf
 
     @property
     def torque_a_current(self) -> float:
@@ -56,6 +65,9 @@ class Servo:
     ``duty_limit``, of ``supply`` V whose source has ``source_resistance`` ohm; ``current_limit`` A in the winding.
     Without one the torque is immediate: ``gain`` N m/rad, ``damping_gain`` N m s/rad, at most ``torque_limit`` N m.
     ``dead_band`` rad to either side in which the error counts as zero; ``delay`` s of a command.
+
+    A winding with inductance: its torque of now is that of ``lag`` s ago. To first order the command comes later by
+    it, the angle's part of the duty loses gain times lag of its damping, and the rotor part of its inertia.
     """
 
     gain: float
@@ -81,8 +93,9 @@ class Servo:
         limit = min(self.torque_limit, self.current_limit * motor.torque_a_current, UNLIMITED)
         sag = self.source_resistance / motor.resistance
         strength, back_emf = motor.strength, motor.back_emf
-        controller = self.gain, self.damping_gain, self.dead_band, self.duty_limit, self.open_duty
-        return *controller, strength, back_emf, limit, sag, self.delay
+        damping = self.damping_gain - motor.lag * self.gain
+        controller = self.gain, damping, self.dead_band, self.duty_limit, self.open_duty
+        return *controller, strength, back_emf, limit, sag, self.delay + motor.lag
 
     def torque(self, error: Array, rate: Array, supply: Array | float, enabled: Array | float = 1.0) -> Array:
         """(m,) N m along a motion: the result of ``servo_torque`` without the delay."""

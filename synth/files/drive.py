@@ -13,6 +13,7 @@ from synth.errors import UserError
 from synth.files.validate import FileModel, Quantity, refusal
 
 Drive = Servo | TorqueDrive
+LONGEST_LAG = 2e-3  # s, of a winding: to first order within 0.1 deg of its current (tests/drives/test_inductance.py)
 
 
 class MotorKeys(FileModel):
@@ -23,6 +24,15 @@ class MotorKeys(FileModel):
     gear_ratio: Annotated[float, Quantity("1", above=0)] = 1.0
     efficiency: Annotated[float, Quantity("1", above=0, most=1)] = 1.0
     rotor_inertia: Annotated[float, Quantity("kg*m^2", least=0)] = 0.0
+    inductance: Annotated[float, Quantity("H", least=0)] = 0.0
+
+    @model_validator(mode="after")
+    def _quick(self) -> MotorKeys:
+        if self.inductance > 0.0 and self.resistance is not None and self.inductance > LONGEST_LAG * self.resistance:
+            lag = 1e3 * self.inductance / self.resistance
+            text = f"inductance over resistance is {lag:.3g} ms; windings are simulated up to {1e3 * LONGEST_LAG:g} ms"
+            raise refusal(f"{text}. Is it in H? A small motor has some 0.1 mH to 2 mH")
+        return self
 
 
 class DriveKeys(FileModel):
@@ -79,7 +89,8 @@ class DriveKeys(FileModel):
         if self.motor is not None:
             keys = self.motor
             resistance = np.inf if keys.resistance is None else keys.resistance
-            motor = GearedMotor(resistance, keys.torque_constant, keys.gear_ratio, keys.efficiency, keys.rotor_inertia)
+            gear = keys.gear_ratio, keys.efficiency
+            motor = GearedMotor(resistance, keys.torque_constant, *gear, keys.rotor_inertia, keys.inductance)
         if self.kind == "torque":
             assert motor is not None
             return TorqueDrive(motor)
@@ -139,4 +150,6 @@ def drive_text(drive: Drive) -> dict[str, Any]:
             made["motor"]["resistance"] = units.write(motor.resistance, "ohm")
         made["motor"] |= {"gear_ratio": float(motor.gear_ratio), "efficiency": float(motor.efficiency)}
         made["motor"] |= {"rotor_inertia": units.write(motor.rotor_inertia, "kg*m^2")}
+        if motor.inductance:
+            made["motor"]["inductance"] = units.write(motor.inductance, "H")
     return made

@@ -69,17 +69,18 @@ def signals(leg: Leg, values: Mapping[str, Array], recorded: Array) -> ServoSign
     shape = len(time), len(leg.joints)
     command, supply, enabled = np.zeros(shape), np.ones(shape), np.ones(shape)
 
-    def column(name: str) -> Array:
-        return np.interp(time, recorded, _filled(recorded, values[name]))
+    def column(name: str, late: float = 0.0) -> Array:
+        return np.interp(time - late, recorded, _filled(recorded, values[name]))
 
     for index, joint in enumerate(leg.joints):
         if not isinstance(joint.drive, Servo):
             continue
+        motor = joint.drive.motor
         if joint.drive.open_duty:
-            supply[:, index] = joint.sign * column(joint.name + " voltage")
+            supply[:, index] = joint.sign * column(joint.name + " voltage", 0.0 if motor is None else motor.lag)
         else:
             command[:, index] = _held(*commands[index], time)
-            measured = SUPPLY in values and joint.drive.motor is not None
+            measured = SUPPLY in values and motor is not None
             supply[:, index] = column(SUPPLY) if measured else joint.drive.supply
         if joint.name + " enabled" in values:
             enabled[:, index] = np.clip(column(joint.name + " enabled"), 0.0, 1.0)

@@ -103,7 +103,7 @@ class Joint:
     def with_rotor(self) -> float:
         """Inertia that turns with the joint, kg m^2: its armature and the rotor of its drive."""
         rotor = self.drive.motor.armature if self.drive is not None and self.drive.motor is not None else 0.0
-        return self.armature + rotor
+        return max(self.armature + rotor, 0.0)  # a winding's lag may take more than an unstated rotor has
 
     @property
     def ends(self) -> tuple[float, float] | None:

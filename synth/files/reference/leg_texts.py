@@ -57,4 +57,5 @@ KEYS: dict[str, str] = {
     "motor.gear_ratio": "Turns of the rotor per turn of the joint.",
     "motor.efficiency": "Of the gear.",
     "motor.rotor_inertia": "Of the rotor about its own axis.",
+    "motor.inductance": "Of the winding: the torque follows inductance over resistance later, 2 ms at most.",
 }
