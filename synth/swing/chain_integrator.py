@@ -48,6 +48,8 @@ _K1, _K2, _K3, _K4, _K5, _K6, _K7, _X, _Y, _V, _R1, _R2, _R3, _R4, _A, _SLIDES, 
 )
 _PLACE = (1 << 48) - 1  # mask that excludes negative indices; wrap-around indexing would need a gather instruction
 MANY, PATIENCE = 1 << 40, 10  # no limit on knots; steps with few knots after a rejected one, of which more gain nothing
+# Of one step at an event: one or two are usual. Rounding may find an event inside each shorter step again, without end.
+MOST_CUTS = 20
 # Reasons for the end of an integration.
 REACHED_END, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2
 
@@ -271,7 +273,7 @@ def integrate(  # type: ignore[no-untyped-def]
         turning_events.slide_from_start(n, bends, Z, x, K)
         _put(S, int64(_X), n, state, Z, flat)
         cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, k1)
-    any_event = any_bristle or any_play
+    any_event, cuts = any_bristle or any_play, 0
     most, patience, passed, nearest = MANY, 0, 0, 0.0  # number of knots of the known torque that a step may pass
     fresh, uncut = any_event, 0.0  # at a new state; the step size before it was cut at an event
     while i < len(times):
@@ -320,12 +322,14 @@ def integrate(  # type: ignore[no-untyped-def]
             cut = turning_events.first_reversal(n, bends, slides, Z, x, y, K, t, h, expected)
             if any_play:
                 cut = min(cut, turning_events.first_contact(n, plays, Z, x, y, K, h))
-            if cut < h:
+            if cut < h and cuts < MOST_CUTS:
+                cuts += 1
                 uncut, h = max(uncut, h), cut
                 for e in range(n_memory):
                     due[e] = expected[e]
                 continue
         if error <= 1.0:
+            cuts = 0
             if times[i] <= t + h + 1e-12:
                 i = _samples(h, t, S, times, i, out, where)
             t += h

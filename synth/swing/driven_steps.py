@@ -99,6 +99,8 @@ def within_torque(known, cursor, t, h, most):  # type: ignore[no-untyped-def]
     """
     times, torques, bend = known
     first = cursor
+    while first > 0 and times[first - 1] > t + SAME_TIME:  # a step that is tried again starts before its stages
+        first -= 1
     while first < len(times) and times[first] <= t + SAME_TIME:
         first += 1
     passed = 0

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from synth.swing import driven_steps
 from synth.swing.chain import compiled_chain, simulate
 from synth.swing.known_torque import averaged
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
@@ -64,3 +65,15 @@ def test_the_average_keeps_a_line_and_every_impulse() -> None:
     fine = np.linspace(0.19, 0.22, 300_001)
     between = np.interp(fine, moments, torque)
     assert float(grid @ found / found.sum()) == pytest.approx(float(fine @ between / between.sum()), abs=1e-7)
+
+
+def test_a_step_that_is_tried_again_sees_the_knots_before_its_stages() -> None:
+    """The stages leave the cursor at the end of the longer step; a diagnosis of friction ran without end there."""
+    times = np.arange(10) * 0.1
+    torques = np.zeros((10, 1))
+    torques[3] = 1.0  # no straight line leads past it
+    known = times, torques, np.array([1e-3])
+    expected = driven_steps.within_torque(known, 0, 0.05, 0.5, 100)
+    assert expected == pytest.approx((0.15, 1, 0.05))  # past the flat knot at 0.1, to that at 0.2
+    for ahead in (3, 6, 9):
+        assert driven_steps.within_torque(known, ahead, 0.05, 0.5, 100) == pytest.approx(expected)
