@@ -100,8 +100,8 @@ MUTANTS = (
     # Parts and design.
     Mutant("a power law of another exponent", "torques = torque * (speeds / speed) ** exponent",
            "torques = torque * (speeds / speed)", "parts fit/test_damper_laws.py"),
-    Mutant("parallel springs spread as one", "return SpringTolerance(rate / sqrt(count), angle / sqrt(count), said)",
-           "return SpringTolerance(rate, angle, said)", "design/test_forecast.py"),
+    Mutant("parallel springs spread as one", "return SpringTolerance(rate / sqrt(count), angle / sqrt(count), source)",
+           "return SpringTolerance(rate, angle, source)", "design/test_forecast.py"),
     Mutant("the vendors' filter lets all through", "if parts.vendors and row.vendor.casefold() not in",
            "if parts.vendors and row.vendor.casefold() in", "parts/test_vendor_filter.py"),
     Mutant("the wanted rest drifts with each trial", "recording.time, trial.rotation - shift, trial.rate",

@@ -146,7 +146,7 @@ def test_the_design_says_which_effects_it_took_over(loop: Loop, tmp_path: Path) 
     assert taken["carried_over"]
     assert "friction" in taken["effect"]
     assert taken["parameters"]["torque"]["value"] == pytest.approx(FRICTION, rel=0.2)
-    assert any("friction of the knee is in every leg" in warning["text"] for warning in content["warnings"])
+    assert any("friction of the knee is in every simulated leg" in warning["text"] for warning in content["warnings"])
     assert design_json(loop.blind, [], tmp_path, {})["target_effects"] == []
     assert not any(joint.effects for joint in loop.knowing.target.leg.joints)
 
