@@ -295,6 +295,21 @@ def design_named(reader: ProjectReader, key: str) -> HopperProject | None:
     return None
 
 
+def refuse_links_that_do_not_meet(
+    reader: ProjectReader, design: HopperProject | None, length: float, key: tuple[str | int, ...]
+) -> None:
+    """Refuse upper links so short that the lower links, in proportion, do not span the hips."""
+    if design is None:
+        return
+    leg = design.leg.with_length(length)
+    if leg.lower_length <= 0.5 * leg.hip_spacing:
+        reader.refuse(
+            f"with upper links of {length * 1e3:g} mm the lower links are {leg.lower_length * 1e3:g} mm long and do "
+            f"not meet under hips {leg.hip_spacing * 1e3:g} mm apart",
+            key,
+        )
+
+
 def _lengths(reader: ProjectReader, section: LengthsSection) -> tuple[float, ...]:
     if section.most < section.least:
         reader.refuse(f"most ({section.most * 1e3:g} mm) is below least ({section.least * 1e3:g} mm)", ("lengths",))

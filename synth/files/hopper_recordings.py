@@ -13,7 +13,7 @@ from pydantic import Field
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.csv_table import CsvTable, read_table
-from synth.files.hopper_project import HopperProject, design_named
+from synth.files.hopper_project import HopperProject, design_named, refuse_links_that_do_not_meet
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import inside, matching
 from synth.files.recordings_together import clock_problem, clocks_together
@@ -171,6 +171,7 @@ def read_pull_ups(path: str | Path) -> PullUps:
             found = inside(reader.folder, trial.file)
             recording = read_recording(found, trial.file, wanted)
             reader.note(found)
+            refuse_links_that_do_not_meet(reader, design, trial.length, (*key, "length"))
             trials.append(HopperRecording(recording.name, recording.columns, trial.length))
     reader.problems += clocks_together([one.name for one in trials], [one["time"] for one in trials])
     reader.finish()
@@ -200,6 +201,8 @@ def read_plate_jumps(path: str | Path) -> PlateJumps:
             'needs "jumps" (force plate and encoder), "heights" (a video\'s CSV), "currents" (a meter\'s), or several'
         )
         reader.refuse(text, ())
+    if file is not None:
+        refuse_links_that_do_not_meet(reader, design, file.length, ("length",))
     reader.finish()
     assert file is not None
     assert design is not None

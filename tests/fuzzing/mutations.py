@@ -132,7 +132,9 @@ def text(generator: random.Random, path: Path) -> str:
     ])  # fmt: skip
     if kind == "cut":
         del data[at:]
-    elif kind == "flip" and data:
+    elif kind == "flip":
+        if not data:  # an empty file has nothing to flip
+            return f"{path.name}: empty"
         data[at % len(data)] ^= 1 << generator.randrange(8)
     elif kind == "zero":
         data[at:at] = b"\0"

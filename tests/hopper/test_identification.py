@@ -238,6 +238,14 @@ BAD = [
         "kind: hopper-pull-ups\ndesign: d.yaml\nbody_mass: 30 g\ntrials: [{file: pull.csv, length: 12 cm}]\n",
         "fold from",
     ),
+    (
+        "kind: hopper-pull-ups\ndesign: d.yaml\nbody_mass: 30 g\ntrials: [{file: pull.csv, length: 0.12 mm}]\n",
+        "do not meet under hips",
+    ),
+    (
+        'kind: hopper-jumps\ndesign: d.yaml\nmotor: "N20 HP 6V 150:1"\nlength: 0.12 mm\njumps: [plate.csv]\n',
+        "do not meet under hips",
+    ),
 ]
 
 
