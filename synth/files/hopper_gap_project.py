@@ -16,7 +16,7 @@ from pydantic import Field
 from synth.arrays import Array
 from synth.errors import UserError
 from synth.files.csv_table import read_table
-from synth.files.hopper_project import HopperProject, design_named, refuse_links_that_do_not_meet
+from synth.files.hopper_project import HopperProject, design_named
 from synth.files.hopper_recordings import HopperRecording, read_recording
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import matching, shared
@@ -155,7 +155,7 @@ def read_hopper_gap_project(path: str | Path) -> HopperGapProject:
     design = design_named(reader, "leg")
     if design is not None and design.model == "point_mass":
         reader.refuse("its model is point_mass, which does not predict a motion; choose another", ("leg",))
-    trials = _trials(reader, file, design) if file is not None else ()
+    trials = _trials(reader, file) if file is not None else ()
     if file is not None and trials and all(trial.held_out for trial in trials):
         reader.refuse("every trial is held out; at least one training trial is needed", ("trials",))
     reader.finish()
@@ -169,7 +169,7 @@ def read_hopper_gap_project(path: str | Path) -> HopperGapProject:
     )  # fmt: skip
 
 
-def _trials(reader: ProjectReader, file: _HopperGapFile, design: HopperProject | None) -> tuple[JumpTrial, ...]:
+def _trials(reader: ProjectReader, file: _HopperGapFile) -> tuple[JumpTrial, ...]:
     found: list[JumpTrial] = []
     for index, raw in enumerate(file.trials):
         key = ("trials", index)
@@ -182,7 +182,6 @@ def _trials(reader: ProjectReader, file: _HopperGapFile, design: HopperProject |
         if motor is None or length is None:
             reader.refuse(f"{' and '.join(missing)} missing: give it here, or once for all trials", key)
             continue
-        refuse_links_that_do_not_meet(reader, design, length, key)
         with gathering(reader.problems, reader.document, key):
             for path in matching(reader.folder, entry.file):
                 name = path.relative_to(reader.folder).as_posix()
