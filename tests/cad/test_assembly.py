@@ -1,4 +1,4 @@
-"""The order of assembly holds every part once, and what must be done before another is."""
+"""The assembly sequence uses every part once, each after the parts that it needs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ KNEE = JointDimensions("knee", SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0),
     ],
     ids=["encoder and adapter", "pair and insert"],
 )
-def test_every_part_is_put_in_once_and_in_an_order_that_can_be(change):
+def test_assembly_uses_every_part_once_in_a_feasible_order(change):
     joint = build_joint(cleared(replace(KNEE, **change)))
     steps = assembly(joint)
     listed = [name for step in steps for name in step.parts]

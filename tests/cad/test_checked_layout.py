@@ -1,4 +1,4 @@
-"""How far a joint folds: the outlines' gap is that of the solids, and what is said to be allowed is free."""
+"""How far a joint folds: gaps of the outlines equal those of the solids, and a stated allowed range is free."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def block(x: float, y: float, half: float, end: float):
     return hull_of([Disc(x + i, y + j, 0.0) for i in (-half, half) for j in (-end, end)])
 
 
-def test_gap_of_hulls_in_closed_form():
+def test_gap_of_hulls_equals_the_closed_form():
     square = block(0.0, 0.0, 1.0, 1.0)
     assert square.gap(block(5.0, 0.5, 1.0, 1.0)) == pytest.approx(3.0)
     assert square.gap(hull_of([Disc(4.0, 5.0, 2.0)])) == pytest.approx(3.0)  # corner to disc: 5 - 2
@@ -38,7 +38,7 @@ def test_crossed_hulls_overlap_though_no_corner_lies_in_the_other():
     assert block(0.0, 0.0, 1.0, 9.0).gap(block(0.0, 0.0, 9.0, 1.0)) < -1.0
 
 
-def test_clear_of_is_what_the_gap_says():
+def test_clear_of_agrees_with_the_gap():
     square = block(0.0, 0.0, 1.0, 1.0)
     for turn in range(0, 90, 7):
         other = block(3.5, 0.7, 1.2, 0.4).turned(4.0 * turn)
@@ -47,7 +47,7 @@ def test_clear_of_is_what_the_gap_says():
         assert not square.clear_of(other, math.nextafter(gap, math.inf))
 
 
-def test_a_joint_is_laid_out_once_however_often_it_is_asked_for(monkeypatch):
+def test_joint_layouts_are_cached(monkeypatch):
     """Sizing, drawing up and weighing ask some four times for each; what does not fit is remembered too."""
     placed = []
     monkeypatch.setattr(checked_layout, "place", lambda d: placed.append(d) or place(d))
@@ -65,7 +65,7 @@ def test_a_joint_is_laid_out_once_however_often_it_is_asked_for(monkeypatch):
 
 @pytest.mark.parametrize("dimensions", [HIP, FLANGED], ids=["socket", "flange"])
 @pytest.mark.parametrize("way", [-1, 1])
-def test_gap_of_outlines_is_that_of_the_solids(dimensions, way):
+def test_gap_of_outlines_equals_that_of_the_solids(dimensions, way):
     layout = lay_out(dimensions)
     layout = replace(layout, stops=tuple(replace(stop, outer=1.0) for stop in layout.stops))  # which touch first
     upper, lower = build_upper(dimensions, layout), build_lower(dimensions, layout)
@@ -82,7 +82,7 @@ def test_gap_of_outlines_is_that_of_the_solids(dimensions, way):
 
 
 @pytest.mark.parametrize("sign", [-1, 1])
-def test_a_link_that_would_meet_the_flange_is_refused_and_what_is_allowed_is_not(sign):
+def test_a_range_into_the_flange_is_refused_and_the_stated_range_accepted(sign):
     folded = replace(FLANGED, sign=sign, range=(40.0, 140.0), mount=MountDimensions(spacing_across=120.0))
     with pytest.raises(DimensionError, match=r"hip\.range = \(40.*the web or the mount's flange") as refused:
         lay_out(folded)

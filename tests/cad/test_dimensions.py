@@ -38,18 +38,18 @@ def test_arm_offset_has_the_thesis_values():
 
 
 @given(st.floats(6.0, 354.0), st.integers(1, 20))
-def test_coils_and_included_angle_are_each_other_s_inverse(angle, whole):
+def test_coils_and_included_angle_are_inverse_functions(angle, whole):
     assert included_angle_of(whole + coil_fraction(angle)) == pytest.approx(angle, abs=1e-9)
 
 
-def test_catalogue_coils_move_to_the_nominal_angle():
+def test_catalogue_coils_are_adjusted_to_the_nominal_angle():
     # Lee's 7.17 coils at "120 deg" make 118.8 deg with tangent arms; 7 + (180 - 120)/360 makes 120.
     assert included_angle_of(7.17) == pytest.approx(118.8)
     assert pytest.approx(7 + 60 / 360) == SPRING.drawn_coils
     assert included_angle_of(1.04) == pytest.approx(165.6)
 
 
-def test_the_thesis_hip_contradicts_itself():
+def test_the_thesis_hip_spring_is_refused_as_contradictory():
     with pytest.raises(DimensionError, match=r"coils = 1.04.*tangent arms at 105 deg"):
         check(SpringDimensions(4.7625, 36.5, 1.04, 105.0))
 
@@ -65,7 +65,7 @@ def test_the_thesis_hip_contradicts_itself():
         ({"hand": "both"}, "hand = 'both'"),
     ],
 )
-def test_a_spring_that_cannot_be_is_refused_by_name(change, named):
+def test_an_impossible_spring_is_refused_by_name(change, named):
     with pytest.raises(DimensionError, match=named):
         check(replace(SPRING, **change))
 
@@ -87,7 +87,7 @@ def test_a_spring_that_cannot_be_is_refused_by_name(change, named):
         ({"tube_wall": 10.0}, r"knee\.tube_wall"),
     ],
 )
-def test_a_joint_that_cannot_be_is_refused_by_name(change, named):
+def test_an_impossible_joint_is_refused_by_name(change, named):
     with pytest.raises(DimensionError, match=named):
         lay_out(replace(DRAWN, **change))
 
@@ -107,14 +107,14 @@ def test_a_link_shorter_than_its_hinges_is_refused():
     lay_out_leg(LegDimensions("leg", (replace(DRAWN, link_length=least + 0.1), replace(DRAWN, name="ankle"))))
 
 
-def test_the_shortest_arm_that_is_named_is_enough():
+def test_the_stated_shortest_arm_is_accepted():
     with pytest.raises(DimensionError) as caught:
         lay_out(replace(DRAWN, spring=replace(SPRING, free_arm=5.0)))
     least = float(caught.value.problems[0].allowed.split()[-2])
     lay_out(replace(DRAWN, spring=replace(SPRING, free_arm=least + 0.01)))
 
 
-def test_a_joint_gets_an_upper_arm_that_its_travel_leaves_free():
+def test_the_default_upper_arm_angle_is_clear_of_the_travel():
     straight = replace(KNEE, zero_angle=0.0, free_angle=-20.0, rest_angle=-20.0, range=(-60.0, 20.0))
     for joint in (KNEE, straight):
         with pytest.raises(DimensionError, match="upper_arm_angle"):

@@ -1,4 +1,4 @@
-"""The same drawing gives the same bytes, in whatever order a set is gone through."""
+"""A drawing gives the same bytes whatever the iteration order of sets."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def written(path: Path) -> bytes:
 
 
 @pytest.mark.parametrize("order", [sorted, lambda names: sorted(names, reverse=True)])
-def test_classes_stand_in_an_order_of_their_own(
+def test_dxf_classes_are_written_in_a_fixed_order(
     order: Callable[[Any], list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from ezdxf.entitydb import EntityDB

@@ -1,4 +1,4 @@
-"""Files: names, colours, units, and bytes that a second run does not change."""
+"""Exported files: names, colours, units, and repeatable bytes."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_the_same_leg_gives_the_same_bytes(exported, tmp_path):
     assert [f.path for f in files if (folder / f.path).read_bytes() != (tmp_path / f.path).read_bytes()] == []
 
 
-def test_step_comes_back_with_names_colours_and_volumes(exported):
+def test_step_round_trips_names_colours_and_volumes(exported):
     import cadquery as cq
 
     built, folder, _ = exported
@@ -101,13 +101,13 @@ def test_a_folder_that_cannot_be_written_is_an_os_error(exported, tmp_path):
         export_leg(exported[0], tmp_path / "parts", checks=(), pictures=False)
 
 
-def test_a_file_in_the_folder_s_place_is_an_os_error(exported, tmp_path):
+def test_a_file_instead_of_the_folder_is_an_os_error(exported, tmp_path):
     (tmp_path / "parts").write_text("")
     with pytest.raises(OSError, match="parts"):
         export_leg(exported[0], tmp_path / "parts", checks=(), pictures=False)
 
 
-def test_normalising_refuses_a_layout_that_it_does_not_know():
+def test_normalising_step_refuses_an_unknown_layout():
     text = (
         "FILE_NAME('x','2026-01-01T00:00:00',('A'));\n"
         "#1 = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#2),#9);\n"
@@ -117,7 +117,7 @@ def test_normalising_refuses_a_layout_that_it_does_not_know():
         normalised_step(text)
 
 
-def test_pictures_are_drawn_and_not_blank(leg, tmp_path):
+def test_pictures_are_not_blank(leg, tmp_path):
     import numpy as np
     from matplotlib.image import imread
 
@@ -136,7 +136,7 @@ def test_pictures_are_drawn_and_not_blank(leg, tmp_path):
         assert not inked[[0, -1]].any()  # nothing is cut off at the border
 
 
-def test_a_machine_that_cannot_draw_is_told_so_and_does_not_crash(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_machine_without_graphics_gets_a_message_not_a_crash(monkeypatch: pytest.MonkeyPatch) -> None:
     """A minimal Debian has libGL without libEGL: vtk would then open an X window, find no screen and crash."""
     import ctypes
 
@@ -151,7 +151,7 @@ def test_a_machine_that_cannot_draw_is_told_so_and_does_not_crash(monkeypatch: p
         Camera()
 
 
-def test_a_joint_s_name_in_another_alphabet_is_read_back_from_its_step(tmp_path: Path) -> None:
+def test_unicode_joint_names_round_trip_through_step(tmp_path: Path) -> None:
     assembly = cq.Assembly(name="part").add(cq.Workplane().box(1, 2, 3), name="Hüfte_膝.1_upper")
     write_step(assembly, tmp_path / "x.step")
     text = (tmp_path / "x.step").read_text(encoding="ascii")

@@ -108,7 +108,7 @@ def test_every_form_of_a_damper_s_shaft_or_bore_is_drawn(damper, parts):
         assert np.abs(end[:, :2]).max() == pytest.approx(3.0, abs=1e-6)
 
 
-def test_what_nobody_stated_of_a_damper_stands_on_the_part():
+def test_assumed_damper_sizes_are_listed_on_the_part():
     damper = DamperDimensions(unknown=("bolt circle (cad.dampers.hip.bolt_circle)",))
     joint = build_joint(cleared(replace(HIP, damper=damper, encoder=None)))
     assert "drawn by assumption: bolt circle (cad.dampers.hip.bolt_circle)" in joint.part("damper").made
@@ -123,7 +123,7 @@ def test_encoder_faces_the_magnet_at_its_air_gap(hip):
     assert shaft[1] == pytest.approx(collar[1])
 
 
-def test_mount_s_screws_pass_the_ears(hip):
+def test_mount_screws_clear_the_ears(hip):
     """A rod through each hole of the flange, and a head's width round it, meets nothing of the upper half."""
     import cadquery as cq
 
@@ -181,7 +181,7 @@ def test_mount_s_screws_pass_the_ears(hip):
         ({"floor": 0.5}, r"hip\.floor = 0.5"),
     ],
 )
-def test_a_fitting_that_cannot_be_is_refused_by_name(change, named):
+def test_an_impossible_fitting_is_refused_by_name(change, named):
     with pytest.raises(DimensionError, match=named):
         lay_out(replace(HIP, **change))
 
@@ -191,14 +191,14 @@ def test_only_the_first_joint_has_a_mount():
         build_leg(LegDimensions("two", (HIP, replace(HIP, name="knee"))))
 
 
-def test_a_damper_as_large_as_the_link_is_named():
+def test_a_damper_too_large_for_the_link_is_named():
     damper = DamperDimensions(140.0, 16.0, 150.0)
     plain = cleared(replace(HIP, damper=damper, mount=None, encoder=None, link_length=200.0))
     with pytest.raises(DimensionError, match=r"damper\.bolt_circle = 150.*too wide for the link of 200 mm"):
         build_leg(LegDimensions("two", (plain, replace(plain, name="knee"))))
 
 
-def test_files_for_others_hold_what_was_built(hip, tmp_path):
+def test_exchange_files_contain_the_built_parts(hip, tmp_path):
     import xml.etree.ElementTree as ET
     import zipfile
 

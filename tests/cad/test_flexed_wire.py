@@ -24,7 +24,7 @@ def wire(radius, coils, arm, n=20_001):
 
 
 @pytest.mark.parametrize(("radius", "coils", "arm"), SPRINGS)
-def test_the_effective_length_is_that_of_castigliano(radius, coils, arm):
+def test_the_effective_length_equals_castiglianos(radius, coils, arm):
     """Compliance by quadrature: of moment and two forces on the turning end, with the axis held."""
     compliance = np.zeros((3, 3))
     for points, length in wire(radius, coils, arm):
@@ -34,13 +34,13 @@ def test_the_effective_length_is_that_of_castigliano(radius, coils, arm):
     assert effective_length(radius, coils, arm) == pytest.approx(1.0 / stiffness[0, 0], rel=1e-6)
 
 
-def test_a_spring_of_many_coils_is_as_stiff_as_its_wire_is_long():
+def test_many_coils_are_as_stiff_as_a_straight_wire():
     assert effective_length(5.0, 200.0, 3.0) == pytest.approx(2 * math.pi * 5.0 * 200.0 + 6.0, rel=1e-4)
 
 
 @pytest.mark.parametrize(("radius", "coils", "arm"), SPRINGS[:4])
 @pytest.mark.parametrize("closing", [-50.0, -1.0, 1.0, 50.0])
-def test_torque_is_the_slope_of_the_energy(radius, coils, arm, closing):
+def test_torque_is_the_derivative_of_the_energy(radius, coils, arm, closing):
     def energy(angle):
         found = flexed(radius, coils, arm, angle)
         free = np.zeros(len(found.curvature))
@@ -53,7 +53,7 @@ def test_torque_is_the_slope_of_the_energy(radius, coils, arm, closing):
 
 
 @pytest.mark.parametrize(("radius", "coils", "arm"), SPRINGS[:4])
-def test_small_motions_have_the_closed_form_s_rate(radius, coils, arm):
+def test_small_motions_have_the_closed_form_rate(radius, coils, arm):
     torque = (flexed(radius, coils, arm, 0.5).torque - flexed(radius, coils, arm, -0.5).torque) / math.radians(1.0)
     assert torque == pytest.approx(1.0 / effective_length(radius, coils, arm), rel=5e-4)
 
@@ -68,5 +68,5 @@ def test_the_wire_keeps_its_length_and_its_end_turns_about_the_axis():
     assert bent.points[0] == pytest.approx(free.points[0])
 
 
-def test_a_wire_that_cannot_be_bent_so_far_is_none():
+def test_a_wire_bent_too_far_gives_none():
     assert flexed(5.0, 0.6, 0.1, 2000.0) is None

@@ -17,13 +17,13 @@ def fuzz():
     return tool("fuzz_joints")
 
 
-def lone(fuzz, seed):
+def simplified_design(fuzz, seed):
     """The design of a seed as it was before other mounts, pairs of springs and springs turned round were drawn."""
     design = fuzz.design(seed)
     return replace(design, springs=1, closes=-1, mount=MountDimensions() if design.mount else None)
 
 
-def test_a_seed_is_a_design(fuzz):
+def test_a_seed_determines_the_design(fuzz):
     for seed in range(3):
         assert fuzz.design(seed) == fuzz.design(seed)
     assert len({fuzz.design(seed).wall for seed in range(30)}) > 25
@@ -31,19 +31,19 @@ def test_a_seed_is_a_design(fuzz):
 
 
 @pytest.mark.parametrize("seed", [1045, 2098])
-def test_what_it_found_stays_mended(fuzz, seed):
+def test_earlier_fuzz_failures_stay_fixed(fuzz, seed):
     """1045: a damper of its own shaft on a rod of 15 mm. 2098: an arbor had a mandrel's tenth and no clearance."""
-    assert fuzz.outcome(lone(fuzz, seed)) == {"tag": "CHECKED", "what": "", "text": ""}
+    assert fuzz.outcome(simplified_design(fuzz, seed)) == {"tag": "CHECKED", "what": "", "text": ""}
 
 
-def test_most_of_what_is_drawn_anywhere_is_refused_by_name(fuzz):
+def test_refused_random_joints_name_their_dimension(fuzz):
     found = [fuzz.outcome(fuzz.design(seed)) for seed in range(2, 62, 3)]
     refused = [outcome for outcome in found if outcome["tag"] == "REFUSED"]
     assert len(refused) >= 15
     assert all(outcome["what"] and outcome["text"] for outcome in refused)
 
 
-def test_crashes_hangs_and_deaths_are_told_apart(fuzz, monkeypatch, tmp_path):
+def test_crashes_hangs_and_deaths_are_distinguished(fuzz, monkeypatch, tmp_path):
     def outcome(dimensions):
         if dimensions == 1:
             raise ZeroDivisionError("by zero")

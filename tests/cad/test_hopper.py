@@ -36,14 +36,14 @@ def outlines(path: Path, layer: str = "PLATE") -> list[tuple[float, float, float
     return sorted(found)
 
 
-def test_fold_lines_stand_a_link_apart(written: tuple[Path, HopperParts]) -> None:
+def test_fold_lines_are_one_link_apart(written: tuple[Path, HopperParts]) -> None:
     space = ezdxf.readfile(written[0] / "3_film.dxf").modelspace()
     folds = sorted(line.dxf.start.x for line in space.query('LINE[layer=="FOLD"]'))
     assert [b - a for a, b in pairwise(folds)] == pytest.approx([120.0] * 4)
     assert len(outlines(written[0] / "3_film.dxf")) == 1
 
 
-def test_the_outer_layer_leaves_the_hinge_gap_and_the_inner_one_room_to_fold(
+def test_layers_leave_the_hinge_gap_and_room_to_fold(
     written: tuple[Path, HopperParts],
 ) -> None:
     for name, gaps in (
@@ -59,7 +59,7 @@ def test_the_outer_layer_leaves_the_hinge_gap_and_the_inner_one_room_to_fold(
         assert LEG.cut_back(fold) / 2 >= corner
 
 
-def test_adhesive_stays_clear_of_the_hinges_and_holes_go_through_every_layer(
+def test_adhesive_clears_the_hinges_and_holes_pass_every_layer(
     written: tuple[Path, HopperParts],
 ) -> None:
     made = {layer.name: layer for layer in written[1].layers}
@@ -71,7 +71,7 @@ def test_adhesive_stays_clear_of_the_hinges_and_holes_go_through_every_layer(
     assert sum(layer.thickness for layer in made.values()) == pytest.approx(LEG.thickness)
 
 
-def test_the_links_weigh_what_the_strip_does() -> None:
+def test_link_masses_equal_those_of_the_strip() -> None:
     """Rigid area over the four links, times thickness and density, against density w t per length; gaps apart."""
     outer = layers(LEG)[0]
     links = outer.plates[1:-1]
@@ -80,7 +80,7 @@ def test_the_links_weigh_what_the_strip_does() -> None:
     assert area == pytest.approx((4 * 120.0 - gaps) * 15.0)
 
 
-def test_mount_and_hub_are_sound_and_where_they_should_be(written: tuple[Path, HopperParts]) -> None:
+def test_mount_and_hub_are_valid_solids_at_their_places(written: tuple[Path, HopperParts]) -> None:
     solid = cq.importers.importStep(str(written[0] / "motor_mount.step")).val()
     assert solid.isValid()
     box = solid.BoundingBox()
@@ -93,7 +93,7 @@ def test_mount_and_hub_are_sound_and_where_they_should_be(written: tuple[Path, H
     assert mount(replace(LEG, motor=(20.0, 20.0), round_motor=True)).isValid()
 
 
-def test_the_assembly_stands_in_the_crouch() -> None:
+def test_the_assembly_is_in_the_crouch_pose() -> None:
     made = assembly(LEG)
     assert {child.name for child in made.children} == {
         "mount", "upper_right", "lower_right", "hub_right", "upper_left", "lower_left", "hub_left"
@@ -115,17 +115,17 @@ def test_the_same_leg_gives_the_same_bytes(written: tuple[Path, HopperParts], tm
     [({"film": 2.0}, "laminate.thickness"), ({"thickness": 30.0}, "laminate.thickness"),
      ({"hip_spacing": 10.0}, "leg.hip_spacing")],
 )  # fmt: skip
-def test_what_cannot_be_made_is_named(change: dict[str, float], dimension: str, tmp_path: Path) -> None:
+def test_impossible_laminate_dimensions_are_named(change: dict[str, float], dimension: str, tmp_path: Path) -> None:
     with pytest.raises(DimensionError, match=dimension):
         export_hopper(replace(LEG, **change), tmp_path / "parts")
     assert not (tmp_path / "parts").exists()
 
 
-def test_a_strip_longer_than_the_sheet_is_said_to_be(tmp_path: Path) -> None:
+def test_a_strip_longer_than_the_sheet_gives_a_note(tmp_path: Path) -> None:
     assert "cut it in two" in export_hopper(replace(LEG, sheet=300.0), tmp_path).notes[0]
 
 
-def test_the_film_is_strained_no_more_than_it_bears() -> None:
+def test_film_strain_stays_within_its_limit() -> None:
     """Bent evenly over its free length the surface strain is half the thickness times the curvature."""
     for _, _, fold in hinges(LEG):
         curvature = math.radians(fold) / LEG.hinge_gap(fold)
@@ -135,7 +135,7 @@ def test_the_film_is_strained_no_more_than_it_bears() -> None:
     assert [thin.hinge_gap(fold) for fold in thin.folds] == [0.2073] * 3
 
 
-def test_every_piece_hangs_in_its_frame_until_the_release_cut(written: tuple[Path, HopperParts]) -> None:
+def test_every_piece_is_attached_to_its_frame_until_the_release_cut(written: tuple[Path, HopperParts]) -> None:
     folder, made = written
     dowels = []
     for layer in made.layers:

@@ -64,7 +64,7 @@ def test_lower_half_turns_with_the_measured_angle(sign):
 
 
 @pytest.mark.parametrize("angle", [100.0, 120.0, 139.0, 150.0, 165.0])
-def test_a_loaded_spring_keeps_its_wire_and_lies_in_both_seats(angle):
+def test_a_loaded_spring_keeps_its_wire_length_and_lies_in_both_seats(angle):
     joint = build_joint(cleared(JointDimensions("a", ANKLE_SPRING, 139.0, 120.0, range=(100.0, 165.0))))
     line = loaded_line(joint.dimensions, joint.layout, angle)
     flat = float(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1).sum())
@@ -79,7 +79,7 @@ def test_a_loaded_spring_keeps_its_wire_and_lies_in_both_seats(angle):
         assert tip[2] == pytest.approx(arm.wire_height(reach))
 
 
-def test_gates_see_a_wrong_sweep(leg):
+def test_gates_detect_a_wrong_sweep(leg):
     import cadquery as cq
 
     joint = leg.joints[2]
@@ -99,21 +99,21 @@ def test_gates_see_a_wrong_sweep(leg):
     assert "one valid solid" not in failed(results)
 
 
-def test_volumes_are_integrated_as_tightly_as_their_gate_asks(leg):
+def test_volumes_are_integrated_within_the_gates_tolerance(leg):
     """A screw's hole across a tube: the kernel's plain way is off by as much as the gate allows."""
     for joint in leg.joints:
         volume = next(check for check in check_part(joint.part("upper")) if check.name == "volume")
         assert volume.value < 1e-7
 
 
-def test_gates_see_coils_that_overlap(leg):
+def test_gates_detect_overlapping_coils(leg):
     joint = leg.joints[1]
     tight = replace(joint.dimensions, spring=replace(joint.dimensions.spring, pitch=3.4))
     assert not check_pitch(BuiltJoint(tight, joint.layout, joint.parts)).passed
     assert check_pitch(joint).passed
 
 
-def test_gates_see_a_seat_in_the_wrong_place(leg):
+def test_gates_detect_a_misplaced_seat(leg):
     joint = leg.joints[1]
     cap = joint.part("lower_cap")
     moved = cap.solid.rotate((0, 0, 0), (0, 0, 1), 9.0)
@@ -121,14 +121,14 @@ def test_gates_see_a_seat_in_the_wrong_place(leg):
     assert failed(check_interference(turned)) != []
 
 
-def test_gates_see_the_wrong_hand(leg):
+def test_gates_detect_the_wrong_hand(leg):
     joint = leg.joints[1]
     spring = joint.part("spring")
     other = with_part(joint, "spring", solid=orient(spring.solid, (-1, 1)))
     assert failed(check_arms(other)) != []
 
 
-def test_gates_see_a_pin_that_holds_nothing_and_a_shaft_that_is_held_twice(leg):
+def test_gates_detect_a_loose_pin_and_a_shaft_fixed_twice(leg):
     import cadquery as cq
 
     joint = leg.joints[1]
@@ -142,7 +142,7 @@ def test_gates_see_a_pin_that_holds_nothing_and_a_shaft_that_is_held_twice(leg):
     assert failed(check_keyed(with_part(joint, "upper", mesh=tight))) == ["free"]
 
 
-def test_gates_see_a_loose_collar_and_screws_that_are_too_short_or_too_long(leg):
+def test_gates_detect_a_loose_collar_and_wrong_screw_lengths(leg):
     joint = leg.joints[1]
     assert failed(check_axial_play(Bodies(joint))) == []
     for which in "ab":
@@ -162,7 +162,7 @@ def test_gates_see_a_loose_collar_and_screws_that_are_too_short_or_too_long(leg)
         assert set(failed(check_screws(moved))) == gates
 
 
-def test_gates_see_an_open_mesh_and_a_swollen_part(leg):
+def test_gates_detect_an_open_mesh_and_an_enlarged_part(leg):
     joint = leg.joints[0]
     upper = joint.part("upper")
     holed = replace(upper, mesh=Mesh(upper.mesh.vertices, upper.mesh.faces[1:]))
@@ -196,7 +196,7 @@ def test_out_of_range_leg_is_refused_before_anything_is_built():
         build_leg(LegDimensions("none", ()))
 
 
-def test_what_cannot_be_printed_is_told_with_the_dimension_that_would_help(leg):
+def test_unprintable_parts_are_reported_with_a_remedy(leg):
     joint = leg.joints[2]
     printing = replace(leg.dimensions.printing, thinnest=4.0, bed=(60.0, 60.0, 60.0))
     told = {check.name: str(check) for check in check_printing(joint, printing) if not check.passed}

@@ -16,7 +16,7 @@ from synth.cad.travel import manifold
 PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
-def test_a_cylinder_has_its_closed_form() -> None:
+def test_moments_of_a_cylinder_equal_the_closed_form() -> None:
     """R 5, h 12 along x, its end at (3, 4, 5): V = pi r^2 h; about x V r^2/2, across V (3 r^2 + h^2)/12."""
     solid = cq.Solid.makeCylinder(5.0, 12.0, cq.Vector(3, 4, 5), cq.Vector(1, 0, 0))
     found = BuiltPart("c", "shaft", "lower", solid, mesh_of(solid), False, None, "cut").moments()
@@ -28,7 +28,7 @@ def test_a_cylinder_has_its_closed_form() -> None:
     assert found.about_z == pytest.approx(across)
 
 
-def test_every_part_weighs_and_turns_as_its_mesh_does(leg: BuiltLeg) -> None:
+def test_mass_and_inertia_of_every_part_equal_those_of_its_mesh(leg: BuiltLeg) -> None:
     """The mesh's chords cut a round off: volumes within 1 %, inertias within 2 %, products of inertia in sign too."""
     for joint in leg.joints:
         for part in joint.parts:
@@ -44,7 +44,7 @@ def test_every_part_weighs_and_turns_as_its_mesh_does(leg: BuiltLeg) -> None:
             np.testing.assert_allclose(found.tensor, theirs, atol=0.02 * theirs.max(), err_msg=part.name)
 
 
-def test_a_mesh_is_made_when_it_is_looked_at() -> None:
+def test_a_mesh_is_made_on_first_use() -> None:
     asked, box = [], cq.Solid.makeBox(1, 2, 3)
 
     class Solid:
@@ -64,7 +64,7 @@ def test_a_mesh_is_made_when_it_is_looked_at() -> None:
         mesh.colour  # noqa: B018
 
 
-def test_a_part_is_meshed_measured_and_made_a_body_once(leg: BuiltLeg) -> None:
+def test_mesh_moments_and_body_of_a_part_are_cached(leg: BuiltLeg) -> None:
     """Gates, files and report ask for each some three times."""
     part = leg.joints[0].part("upper")
     assert part.moments() is part.moments()
@@ -75,6 +75,6 @@ def test_a_part_is_meshed_measured_and_made_a_body_once(leg: BuiltLeg) -> None:
     np.testing.assert_array_equal(ours[1], faces)
 
 
-def test_a_joint_that_was_weighed_is_not_built_again_to_be_drawn(leg: BuiltLeg) -> None:
+def test_built_joints_are_cached(leg: BuiltLeg) -> None:
     alone = replace(leg.dimensions, joints=leg.dimensions.joints[:1])
     assert build_leg(alone).joints[0] is build_leg(alone).joints[0]

@@ -28,7 +28,7 @@ def test_a_picture_keeps_its_colours() -> None:
     assert (palette[index][0, 0] == 255).all()
 
 
-def test_the_file_is_what_the_specification_says(tmp_path: Path) -> None:
+def test_the_png_follows_the_specification(tmp_path: Path) -> None:
     """Read back by the specification alone: header, palette, rows with filter 0; the first row on top."""
     pixels = shaded()
     pixels[0] = (10, 20, 30)
@@ -50,7 +50,7 @@ def test_the_file_is_what_the_specification_says(tmp_path: Path) -> None:
     assert (tmp_path / "b.png").read_bytes() == data
 
 
-def test_another_reader_sees_the_same(tmp_path: Path) -> None:
+def test_pillow_reads_the_same_picture(tmp_path: Path) -> None:
     image = pytest.importorskip("PIL.Image")
     pixels = shaded()
     write_png(pixels, tmp_path / "a.png")

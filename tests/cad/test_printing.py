@@ -25,7 +25,7 @@ def box(x, y, z, at=(0.0, 0.0, 0.0)):
     return manifold3d.Manifold.cube((x, y, z)).translate(at)
 
 
-def test_the_wall_of_a_box_is_measured():
+def test_the_wall_thickness_of_a_box_is_measured():
     shell = mesh_of(box(40, 30, 20) - box(36, 26, 16, (2, 2, 2)))
     _, thickness = wall_thickness(shell)
     assert np.percentile(thickness, [0, 1, 50]) == pytest.approx([2.0] * 3, abs=1e-4)  # the rest runs along a wall
@@ -52,7 +52,7 @@ def test_a_leaning_wall_needs_support_beyond_the_limit(lean, needs):
     assert bool(len(hanging_faces(mesh, WAYS_UP["+z"], 45.0))) is needs
 
 
-def test_a_part_fits_the_bed_lengthwise_or_not():
+def test_a_part_is_turned_to_fit_the_bed():
     mesh = mesh_of(box(150, 300, 100))
     assert on_bed(mesh, WAYS_UP["+z"], (320.0, 160.0, 154.0)) == ((300.0, 150.0, 100.0), True)
     assert not on_bed(mesh, WAYS_UP["+y"], (320.0, 160.0, 154.0))[1]
@@ -60,7 +60,7 @@ def test_a_part_fits_the_bed_lengthwise_or_not():
 
 
 @pytest.mark.parametrize("up", WAYS_UP)
-def test_a_part_is_laid_with_its_way_up(up):
+def test_a_part_is_laid_in_its_print_orientation(up):
     mesh = mesh_of(box(3, 5, 7) + box(1, 1, 1, (3, 0, 0)))
     turned = laid(mesh, up)
     assert turned.volume == pytest.approx(mesh.volume)
@@ -72,7 +72,7 @@ def test_a_part_is_laid_with_its_way_up(up):
     assert np.allclose(turned.vertices[:, 2], old - old.min())
 
 
-def test_plates_hold_every_printed_part_within_the_bed_and_apart(leg):
+def test_plates_hold_every_printed_part_without_overlap(leg):
     """Found on a leg of three joints: one file held all rows, whatever the bed's depth."""
     import numpy as np
 

@@ -66,7 +66,7 @@ def from_step(solid, path):
 
 
 @pytest.mark.parametrize(("sign", "zero", "hand", "closes"), CASES)
-def test_drawn_rate_and_arm_offset_are_the_designed_ones_on_the_exported_step(sign, zero, hand, closes, tmp_path):
+def test_rate_and_arm_offset_of_the_exported_step_equal_the_design(sign, zero, hand, closes, tmp_path):
     joint = build_joint(joint_of(sign, zero, hand, closes))
     dimensions = joint.dimensions
     spring = from_step(joint.part("spring").solid, tmp_path / "spring.step")
@@ -91,7 +91,7 @@ def test_drawn_rate_and_arm_offset_are_the_designed_ones_on_the_exported_step(si
     assert math.remainder(off - dimensions.upper_arm_angle, 360.0) == pytest.approx(0.0, abs=1e-3)
 
 
-def test_a_rate_that_is_not_the_drawn_spring_s_is_stopped(knee):
+def test_a_wrong_drawn_rate_fails_the_gate(knee):
     drawn = effective_length(knee.dimensions.spring.radius, knee.dimensions.spring.drawn_coils, knee.layout.free_arm)
     for off, passes in ((1.004, True), (1.006, False), (0.994, False)):
         spring = replace(knee.dimensions.spring, stiff_length=drawn * off)
@@ -101,7 +101,7 @@ def test_a_rate_that_is_not_the_drawn_spring_s_is_stopped(knee):
 
 
 @pytest.mark.parametrize("springs", [1, 2])
-def test_a_clamped_spring_leaves_no_play(springs):
+def test_a_clamped_spring_has_no_play(springs):
     joint = build_joint(cleared(replace(joint_of(-1, 90.0, "left", -1), springs=springs)))
     (check,) = check_play(Bodies(joint))
     assert check.passed
@@ -115,7 +115,7 @@ def loosened(joint, part, shift):
     return BuiltJoint(joint.dimensions, joint.layout, tuple(moved if p is cap else p for p in joint.parts))
 
 
-def test_a_loose_cap_gives_the_play_of_its_arm_s_way_in_the_v(knee):
+def test_a_loose_cap_gives_the_closed_form_play(knee):
     """A cap g away lets either end of the arm rise by g, and so go g aside between the flanks of 45 deg."""
     gap, up = 0.3, knee.layout.flips[1]
     loose = loosened(knee, "lower_cap", (0.0, 0.0, gap * up))
@@ -147,7 +147,7 @@ def test_screws_engage_one_and_a_half_diameters_and_end_inside(wire):
     assert jaw_height(seat) > wire / 2
 
 
-def test_tables_of_screws_and_inserts_are_whole():
+def test_tables_of_screws_and_inserts_are_consistent():
     assert [screw.size for screw in screws()] == sorted(inserts())
     for screw in screws():
         assert screw.standard.startswith("ISO ")

@@ -76,7 +76,7 @@ def test_spring_mesh_is_closed_and_has_the_volume(spring, hand):
     assert mesh.volume == pytest.approx(spring_volume(spring, 20.0), rel=4e-3)
 
 
-def test_mesh_moves_keep_volume_and_sense():
+def test_mesh_transformations_keep_the_volume():
     vertices, faces = spring_mesh(ANKLE, 10.0)
     mesh = Mesh(vertices, faces)
     for moved in (mesh.turned(33.0, (1.0, 2.0, 3.0)), mesh.scaled((-1, 1, 1)), mesh.scaled((-1, 1, -1))):
@@ -89,7 +89,7 @@ def test_hull_of_two_equal_discs_is_a_slot():
     assert hull.extrude(1.0, 4.0).Volume() == pytest.approx(3 * (40 + 4 * math.pi))
 
 
-def test_hull_drops_what_lies_inside_and_short_cuts_on_one_line():
+def test_hull_drops_interior_and_collinear_discs():
     square = [Disc(x, y, 1.0) for x in (0, 5, 10) for y in (0, 5, 10)]
     hull = hull_of([*square, Disc(5, 5, 1.0), Disc(4, 4, 0.5)])
     assert hull.area == pytest.approx(100 + 40 + math.pi)
@@ -111,7 +111,7 @@ def test_hull_area_is_that_of_the_solid_and_of_the_sampled_points(discs):
 
 
 @pytest.mark.parametrize("form", ["round", "d", "square", "hex"])
-def test_sections_have_their_closed_forms(form):
+def test_section_areas_equal_the_closed_form(form):
     """Areas against the kernel's solids, plain and milled from a rod whose corners they pass."""
     for grow in (0.0, 0.1, -0.1):
         assert build_section(form, 8.0, grow, -1.0, 4.0).Volume() == pytest.approx(5 * section_area(form, 8.0, grow))
@@ -123,13 +123,13 @@ def test_sections_have_their_closed_forms(form):
     assert circumradius("hex", 9.0) == pytest.approx(9.0 / math.sqrt(3.0))
 
 
-def test_a_d_section_is_the_disc_less_the_segment():
+def test_the_area_of_a_d_section_is_disc_minus_segment():
     x = np.linspace(-4, 3.2, 200_001)  # a D of 8 mm with a flat at 3.2, by numerical integration
     chord = 2 * np.sqrt(16 - x**2)
     assert section_area("d", 8.0) == pytest.approx(float(np.sum((chord[1:] + chord[:-1]) / 2 * np.diff(x))), rel=1e-5)
 
 
-def test_a_shaft_with_pins_and_a_pocket_has_its_closed_form():
+def test_the_volume_of_a_shaft_with_pins_and_pocket_equals_the_closed_form():
     shape = ShaftShape(8.0, -20.0, 30.0, "square", 6.0, 8.0, ((0.0, 2.5, 30.0), (-8.0, 2.0, 90.0)), (4.0, 2.5))
     solid = build_shaft(shape)
     assert solid.isValid()

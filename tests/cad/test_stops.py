@@ -31,13 +31,13 @@ def test_stops_touch_at_their_angles_on_the_exact_solids(sign, closes):
         assert parts == "knee_upper with knee_lower"
 
 
-def test_a_flank_touches_a_cylinder_where_the_closed_form_says():
+def test_the_contact_angle_of_flank_and_cylinder_equals_the_closed_form():
     # Axis at (10, 30), radius 3: seen under atan(10/30) from y, the tangent asin(3/sqrt(1000)) further out.
     found = contact_angle(27.0, 6.0, 13.0)
     assert found == pytest.approx(math.degrees(math.atan2(10, 30) + math.asin(3 / math.sqrt(1000))))
 
 
-def test_a_joint_without_horns_is_stopped_by_its_gate():
+def test_a_joint_without_stops_fails_its_gate():
     dimensions = cleared(KNEE)
     layout = lay_out(dimensions)
     bare = replace(layout, stops=tuple(replace(stop, outer=1.0) for stop in layout.stops))

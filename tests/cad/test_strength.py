@@ -59,7 +59,7 @@ def test_the_cap_bends_like_a_beam_on_its_screws():
     assert layout.plate.radius * 3 * FRICTION > 0.0
 
 
-def test_the_axis_bears_what_the_bent_wire_asks_for():
+def test_axis_force_is_that_of_the_bent_wire():
     """Statics: force on the axis from the bent shape's energy, as the axis is shifted by a little."""
     layout = lay_out(LOADED)
     assert 0.0 < axis_force(LOADED, layout) < LOADED.spring_torque * 1e3 / LOADED.spring.radius
@@ -91,12 +91,12 @@ def test_print_is_weaker_across_its_layers(angle, left):
     assert _share(pull, (0.0, 1.0, 0.0), 0.5) == pytest.approx(left)
 
 
-def test_steel_knows_no_layers():
+def test_steel_strength_does_not_depend_on_layers():
     steel = Stress("x", "shaft", 1.0, 240.0, (), ())
     assert steel.allowed(PRINTING, (0.0, 0.0, 1.0)) == steel.allowed(PRINTING, None) == pytest.approx(160.0)
 
 
-def test_without_a_load_nothing_is_checked_and_with_a_large_one_the_gate_names_a_dimension():
+def test_strength_is_checked_under_load_and_names_a_dimension():
     assert check_strength(KNEE, lay_out(KNEE), PRINTING, {}) == []
     heavy = replace(KNEE, loads=LoadDimensions(spring_rate=40.0), seat_length=11.0)
     failed = [c for c in check_strength(heavy, lay_out(heavy), PRINTING, {}) if not c.passed]
@@ -104,7 +104,7 @@ def test_without_a_load_nothing_is_checked_and_with_a_large_one_the_gate_names_a
     assert all("a larger " in c.text for c in failed)
 
 
-def test_a_joint_grows_until_it_bears_its_load_and_no_further():
+def test_a_joint_grows_just_enough_for_its_load():
     heavy = replace(KNEE, loads=LoadDimensions(spring_rate=8.0, damper_torque=0.8), seat_length=11.0)
     grown = sized(heavy, PRINTING)
     assert max(overload(s, PRINTING) for s in stresses(grown, lay_out(grown), PRINTING)) <= 1.0

@@ -21,7 +21,7 @@ def knee(leg):
     return leg.joints[1]
 
 
-def test_a_thin_part_in_the_way_is_found_at_its_degree(knee):
+def test_a_thin_obstacle_is_found_at_its_angle(knee):
     bodies = Bodies(knee)
     assert first_contact(bodies, 119.0, 162.0) is None
     # A needle of 1.2 mm where the lower half's socket comes by, fixed to the upper half.
@@ -38,7 +38,7 @@ def test_a_thin_part_in_the_way_is_found_at_its_degree(knee):
     assert 119.0 < found < 150.0
 
 
-def test_a_spring_that_is_too_wide_for_its_pocket_is_stopped(knee):
+def test_a_spring_too_wide_for_its_pocket_fails_the_gate(knee):
     """The drawn pocket keeps; the spring is a millimetre wider than it was drawn for."""
     spring = replace(knee.dimensions.spring, mean_diameter=knee.dimensions.spring.mean_diameter + 2.0)
     swollen = BuiltJoint(replace(knee.dimensions, spring=spring), knee.layout, knee.parts)
@@ -47,7 +47,7 @@ def test_a_spring_that_is_too_wide_for_its_pocket_is_stopped(knee):
 
 
 @pytest.mark.parametrize(("clearance", "share"), [(0.4, 0.05), (2.0, None)])
-def test_a_closed_coil_has_a_mandrel_s_tenth_and_the_clearance_round_its_arbor(clearance, share):
+def test_a_closed_coil_keeps_its_clearance_to_the_arbor(clearance, share):
     """A tenth of a small coil is less than a large clearance."""
     spring = SpringDimensions(2.032, 17.018, 6 + 60 / 360, 120.0)
     dimensions = JointDimensions("ankle", spring, 139.0, 139.0, (110.0, 160.0), shaft_diameter=5.0, plate=8.0)
@@ -64,7 +64,7 @@ def test_a_closed_coil_has_a_mandrel_s_tenth_and_the_clearance_round_its_arbor(c
     assert gap.passed
 
 
-def test_the_upper_arm_of_an_opened_coil_which_is_lower_has_its_way():
+def test_the_lower_lying_arm_of_an_opened_coil_is_clear():
     """It has fewer turns. Found by make fuzz: drawn for the unloaded height the arm met the cup's wall."""
     spring = SpringDimensions(6.0, 60.0, 4 + 60 / 360, 120.0)
     dimensions = cleared(JointDimensions("hip", spring, 60.0, 60.0, (50.0, 150.0), clearance=0.3))
@@ -93,7 +93,7 @@ def cap_gap(dimensions: JointDimensions, joint: BuiltJoint, angle: float) -> flo
     return min(float(turned(coil, -turn).min_gap(cap, 1.0)) for coil in bodies.coils(angle) for cap in caps)
 
 
-def test_the_layout_leaves_half_the_clearance_before_the_caps_of_steep_arms():
+def test_steep_arms_keep_half_the_clearance_to_the_caps():
     """The arm leans towards the cap: of a thick wire that took more than half of the clearance (0.1725 of 0.4 mm)."""
     dimensions = lab_hip()
     layout = lay_out(dimensions)
@@ -119,7 +119,7 @@ def test_a_pair_of_thick_springs_keeps_its_gap_at_both_stops():
             assert float(part.solid.Volume()) == pytest.approx(part.exact_volume, rel=1e-6)
 
 
-def test_a_bore_that_is_not_round_is_seen_as_the_shaft_turns(knee):
+def test_a_bore_that_is_not_round_is_detected_in_rotation(knee):
     """A square ring in the ear lets a squared collar in as it is drawn, and not when it turns."""
     from synth.cad.arm_shaft import build_section
     from synth.cad.parts import mesh_of

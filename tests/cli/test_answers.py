@@ -25,9 +25,7 @@ def fitted(capsys: pytest.CaptureFixture[str], out: Path, *words: str) -> tuple[
     return shown.out, shown.err, (out / "fit.json").read_text()
 
 
-def test_a_fit_ends_with_its_table_and_quiet_prints_just_that(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_a_fit_prints_its_table_also_with_quiet(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     said, _, _ = fitted(capsys, tmp_path / "a")
     table, messages, written = fitted(capsys, tmp_path / "b", "-q")
     assert messages == ""
@@ -60,7 +58,7 @@ def test_a_spring_s_result_can_be_printed(capsys: pytest.CaptureFixture[str]) ->
     assert json.loads(capsys.readouterr().out)["format"] == "synth/spring/1"
 
 
-def test_notes_are_few_one_line_each_and_the_rest_is_counted(tmp_path: Path) -> None:
+def test_notes_are_limited_to_one_line_each_and_counted(tmp_path: Path) -> None:
     out = io.StringIO()
     notes = [
         noted("something to know"),
@@ -123,7 +121,7 @@ def test_init_import_and_warmup_answer_in_json(
     assert set(warmed["compiled_now"]) <= {2}
 
 
-def test_an_import_ends_with_a_row_a_recording_and_quiet_prints_just_that(
+def test_an_import_prints_one_row_per_recording_also_with_quiet(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     assert main(["init", "import", str(tmp_path / "p"), "-q"]) == 0

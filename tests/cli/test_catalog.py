@@ -49,7 +49,7 @@ def test_list_shows_the_rows_of_a_family(capsys: pytest.CaptureFixture[str], min
     assert len(lines) - len(shown(capsys, "list", "dampers")) == 1
 
 
-def test_show_has_value_source_and_what_follows(capsys: pytest.CaptureFixture[str]) -> None:
+def test_show_prints_values_source_and_derived_values(capsys: pytest.CaptureFixture[str]) -> None:
     lines = {line.partition("  ")[0]: line.partition("  ")[2].strip() for line in shown(capsys, "show", "6597k19")}
     assert lines["max_torque"] == "0.218908 N*m"  # 31 ozf in
     assert lines["speed"] == "50 rpm"
@@ -66,7 +66,7 @@ def test_show_compares_a_spring_with_its_geometry(capsys: pytest.CaptureFixture[
 
 
 @pytest.mark.parametrize("name", ["music", "A228", "Music Wire"])
-def test_show_knows_wire_by_its_names(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_show_accepts_the_names_of_wire_materials(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     lines = shown(capsys, "show", name)
     assert lines[0].startswith("music wire: ")
     assert sum(line.startswith("source ") for line in lines) > 3
@@ -85,7 +85,9 @@ def test_show_knows_wire_by_its_names(name: str, capsys: pytest.CaptureFixture[s
         ([], "required"),
     ],
 )
-def test_a_mistake_is_told(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_wrong_catalog_command_gives_one_message(
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     (line,) = shown(capsys, *words, status=2)
     assert line.startswith("synth: ")
     assert message in line
@@ -96,7 +98,7 @@ def test_check_of_a_clean_table(capsys: pytest.CaptureFixture[str], mine: Path) 
     assert shown(capsys, "check", str(mine), "-q") == []
 
 
-def test_check_tells_every_mistake(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_check_reports_every_mistake(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     dampers, springs = tmp_path / "dampers.csv", tmp_path / "springs.csv"
     dampers.write_text(DAMPERS + "A,Me,bth,yes,0.3,50\nB,Me,both,yes,much,50\n", encoding="utf-8")
     springs.write_text(
@@ -111,7 +113,7 @@ def test_check_tells_every_mistake(capsys: pytest.CaptureFixture[str], tmp_path:
     assert "9 N*m/rad published, its geometry gives 0.0" in lines[2]
 
 
-def test_check_of_the_built_in_tables_lists_what_is_flagged(capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_of_the_built_in_tables_lists_flagged_rows(capsys: pytest.CaptureFixture[str]) -> None:
     lines = shown(capsys, "check")
     assert lines[-1] == "the built-in catalogues have no other mistakes"
     assert any("9271K272" in line for line in lines)

@@ -99,9 +99,7 @@ def raising(error: BaseException) -> object:
     return run
 
 
-def test_each_problem_stands_on_its_own_line(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_each_problem_is_on_its_own_line(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     problems = [Problem("is bad", "a\nb.csv", 3, "hip"), Problem("\x1b[31mred")]
     monkeypatch.setattr(warmup, "run", raising(UserError(problems)))
     assert main(["warmup"]) == 2
@@ -116,13 +114,13 @@ def test_interrupt_is_one_line_and_status_130(
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_a_bug_of_ours_gives_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_internal_error_gives_a_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(warmup, "run", raising(ZeroDivisionError("ours")))
     with pytest.raises(ZeroDivisionError):
         main(["warmup"])
 
 
-def test_a_reader_that_leaves_is_no_error() -> None:
+def test_a_closed_output_pipe_is_no_error() -> None:
     process = subprocess.Popen(
         [*SYNTH, "catalog", "list", "wire_diameters"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
@@ -154,7 +152,7 @@ def test_warmup_compiles_once(tmp_path: Path) -> None:
     assert synth_run("warmup", "--links", "1", "--quiet", env=environment).stderr == ""
 
 
-def test_stages_may_hold_stages() -> None:
+def test_stages_can_be_nested() -> None:
     messages, results = io.StringIO(), io.StringIO()
     progress = Progress(messages=messages, results=results)
     with progress.stage("outer"):
@@ -168,7 +166,7 @@ def test_stages_may_hold_stages() -> None:
     assert results.getvalue() == "found it\n"
 
 
-def test_a_stage_that_fails_says_so_and_lets_the_error_through() -> None:
+def test_a_failing_stage_is_reported_and_the_error_raised() -> None:
     messages = io.StringIO()
     progress = Progress(messages=messages, results=io.StringIO())
     with pytest.raises(UserError), progress.stage("work"):
@@ -203,12 +201,12 @@ def test_a_terminal_line_counts_the_seconds(monkeypatch: pytest.MonkeyPatch) -> 
     assert re.fullmatch(r"work \.\.\. \d+\.\d s\n", shown.split("\r")[-1])
 
 
-def test_printable_keeps_what_people_write() -> None:
+def test_printable_keeps_unicode_text() -> None:
     assert printable("50 µm at 20 °C, <b>Kniegelenk</b> 膝") == "50 µm at 20 °C, <b>Kniegelenk</b> 膝"
     assert printable("a\u202eb\r") == "a\\u202eb\\r"
 
 
-def test_quantities_keep_every_mistake() -> None:
+def test_quantities_collect_every_mistake() -> None:
     read = Quantities(argparse.Namespace(arbor="12", leg_length="-1 mm", travel="45 deg", rate=None))
     values = [read.read("--arbor", "m"), read.read("--leg-length", "m"), read.read("--rate", "N*m/rad")]
     assert values == [None, None, None]

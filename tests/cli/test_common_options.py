@@ -22,7 +22,7 @@ FIT = Path(__file__).parents[2] / "synth" / "examples" / "fit"
 SPRING = ["spring", "-q", "--rate", "1 N*m/rad", "--travel", "20 deg"]
 
 
-def test_a_log_keeps_command_result_and_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_log_contains_command_result_and_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = tmp_path / "run.log"
     assert main([*SPRING, "--log", str(log)]) == 0
     shown = capsys.readouterr().out.splitlines()
@@ -44,7 +44,7 @@ def test_a_log_replaces_no_other_file(tmp_path: Path, capsys: pytest.CaptureFixt
     assert other.read_text() == "time [s],hip [deg]\n"
 
 
-def test_a_log_has_a_bug_s_traceback(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_log_contains_the_traceback_of_an_internal_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def run(*_: object) -> int:
         raise ZeroDivisionError("ours")
 
@@ -57,7 +57,7 @@ def test_a_log_has_a_bug_s_traceback(tmp_path: Path, monkeypatch: pytest.MonkeyP
 @pytest.mark.parametrize(
     ("raised", "status"), [("CannotBeHad('none fits')", 1), ("UserError('is wrong')", 2), ("ValueError('ours')", 70)]
 )
-def test_exit_statuses(raised: str, status: int) -> None:
+def test_exit_status_of_each_error(raised: str, status: int) -> None:
     code = f"""
 import sys
 from synth.errors import *
@@ -96,7 +96,9 @@ def shared_project(tmp_path: Path) -> Path:
     return project
 
 
-def test_a_leg_may_lie_elsewhere_in_the_repository(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_leg_elsewhere_in_the_repository_is_allowed_with_an_option(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     project = shared_project(tmp_path)
     words = ["fit", str(project / "fit.yaml"), "--out", str(tmp_path / "out"), "--dry-run"]
     assert main(words) == 2
@@ -110,7 +112,7 @@ def test_a_leg_may_lie_elsewhere_in_the_repository(tmp_path: Path, capsys: pytes
     assert name_from(project, project / "../shared/robot.leg.yaml") == "../shared/robot.leg.yaml"
 
 
-def test_what_lies_outside_the_repository_is_refused(tmp_path: Path) -> None:
+def test_files_outside_the_repository_are_refused(tmp_path: Path) -> None:
     project = shared_project(tmp_path)
     (tmp_path / "repo" / ".git").mkdir()
     (tmp_path / "other.leg.yaml").write_text("kind: leg\n")
@@ -144,7 +146,7 @@ def test_trials_stay_in_the_project_s_folder(tmp_path: Path, capsys: pytest.Capt
         ([], "metric"),
     ],
 )
-def test_units_of_the_input_are_seen(texts: list[str], system: str) -> None:
+def test_units_of_the_input_are_detected(texts: list[str], system: str) -> None:
     assert written_system(texts) == system
 
 
@@ -168,7 +170,7 @@ def test_completion_has_every_command_and_option(shell: str, capsys: pytest.Capt
             assert all((each[2:] if shell == "fish" else each) in script for each in option.names if "--" in each)
 
 
-def test_bash_completes(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_bash_completion_works(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["completion", "bash"]) == 0
     (tmp_path / "c").write_text(capsys.readouterr().out)
 

@@ -42,7 +42,7 @@ def test_fit_json_has_the_public_form(result: Path) -> None:
     assert (result / "fitted.leg.yaml").is_file()
 
 
-def test_rms_is_the_plain_one_of_the_written_samples_in_json_and_on_the_page(result: Path) -> None:
+def test_rms_in_json_and_page_equals_that_of_the_written_samples(result: Path) -> None:
     fit = json.loads((result / "fit.json").read_text())
     words = re.sub(r"\s+", " ", "".join(Page((result / "report.html").read_text()).words))
     pooled: dict[str, list[np.ndarray]] = {name: [] for name in fit["joints"]}
@@ -64,7 +64,7 @@ def test_rms_is_the_plain_one_of_the_written_samples_in_json_and_on_the_page(res
         assert fit["clipped_rms"][name]["value"] <= plain * (1 + 1e-9)
 
 
-def test_tolerances_of_the_links_are_listed_and_said(result: Path, tmp_path: Path) -> None:
+def test_link_tolerances_are_listed_in_json_and_page(result: Path, tmp_path: Path) -> None:
     fit = json.loads((result / "fit.json").read_text())
     assert fit["tolerance"]["knee"]["mass"] == {"value": 1.0, "unit": "%"}
     listed = {default["key"]: default["value"] for default in fit["defaults"]}
@@ -134,7 +134,7 @@ def test_method_and_cost_are_chosen_on_the_command_line(tmp_path: Path, capsys: 
     assert not (tmp_path / "no").exists()
 
 
-def test_a_static_point_and_bootstrap_intervals_stand_in_the_result(tmp_path: Path) -> None:
+def test_a_static_point_and_bootstrap_intervals_are_in_the_result(tmp_path: Path) -> None:
     shutil.copytree(EXAMPLES / "fit", tmp_path / "project")
     file = tmp_path / "project" / "fit.yaml"
     point = "static:\n  - {angles: {hip: 140 deg}, torque: {hip: 12 N*m}, supported: true}\n"
@@ -164,7 +164,7 @@ def test_a_mistake_in_a_static_point_is_named_with_its_line(tmp_path: Path, caps
     assert not (tmp_path / "no").exists()
 
 
-def test_what_the_example_shows_as_a_comment_can_be_used(tmp_path: Path) -> None:
+def test_the_commented_options_of_the_example_are_valid(tmp_path: Path) -> None:
     """The static points of the example are those of the leg that made its trials: the fit agrees with them."""
     shutil.copytree(EXAMPLES / "fit", tmp_path / "project")
     file = tmp_path / "project" / "fit.yaml"

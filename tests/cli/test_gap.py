@@ -97,7 +97,7 @@ def refused(path: Path, capsys: pytest.CaptureFixture[str], lines: int = 1) -> s
     return "\n".join(messages)
 
 
-def test_a_folder_with_everything(
+def test_a_diagnosis_writes_all_files(
     calls: Calls, project: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = project("[trials/a.csv, {file: trials/b.csv, held_out: true}]", "seed: 5\ntolerance: {mass: 2 %}\n")
@@ -142,7 +142,7 @@ def test_a_dry_run_reads_all_and_writes_nothing(
     assert not (tmp_path / "out").exists()
 
 
-def test_an_effect_of_the_user_s_takes_part(
+def test_a_users_effect_is_a_candidate(
     calls: Calls, project: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(effects, "from_files", {})
@@ -156,7 +156,7 @@ def test_an_effect_of_the_user_s_takes_part(
 @pytest.mark.parametrize(
     ("content", "words"), [(None, "no such file"), ("x = 1\n", "holds no EFFECT"), ("1 / 0\n", "ZeroDivisionError")]
 )
-def test_an_effect_file_that_is_none(
+def test_a_file_without_an_effect_is_refused(
     content: str | None, words: str, project: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = project()
@@ -168,22 +168,26 @@ def test_an_effect_file_that_is_none(
     assert not (tmp_path / "out").exists()
 
 
-def test_trials_that_never_move(project: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
+def test_trials_that_never_move_are_refused(project: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
     said = refused(project(a=swing(1, 0.0), b=swing(2, 0.0)), capsys, lines=2)
     assert "trials/a.csv: does not move" in said
     assert "trials/b.csv: does not move" in said
 
 
-def test_noise_larger_than_the_motion(project: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
+def test_noise_larger_than_the_motion_is_refused(
+    project: Callable[..., Path], capsys: pytest.CaptureFixture[str]
+) -> None:
     assert "is larger than its motion" in refused(project(a=swing(1, 3.0, 4.0)), capsys)
 
 
-def test_all_trials_held_out(project: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_trials_held_out_is_refused(project: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
     said = refused(project("[{file: trials/*.csv, held_out: true}]"), capsys)
     assert "gap.yaml:3: trials: every trial is held out" in said
 
 
-def test_a_leg_without_springs_and_dampers(project: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_leg_without_springs_and_dampers_is_refused(
+    project: Callable[..., Path], capsys: pytest.CaptureFixture[str]
+) -> None:
     path = project()
     leg = path.parent / "nominal.leg.yaml"
     leg.write_text(re.sub(r"    (spring|damper): .*\n", "", leg.read_text()))
@@ -192,20 +196,22 @@ def test_a_leg_without_springs_and_dampers(project: Callable[..., Path], capsys:
 
 
 @pytest.mark.parametrize("tolerance", ["{mass: -1 %}", "{spring: 51 %}", "{free_angle: 0.5}"])
-def test_a_tolerance_out_of_range(
+def test_a_tolerance_out_of_range_is_refused(
     tolerance: str, project: Callable[..., Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert "gap.yaml:4: tolerance." in refused(project(extra=f"tolerance: {tolerance}\n"), capsys)
 
 
-def test_a_trial_too_short(project: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_trial_too_short_is_refused(project: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
     path = project()
     trial = path.parent / "trials" / "a.csv"
     trial.write_text("\n".join(trial.read_text().splitlines()[:10]) + "\n")
     assert "trials/a.csv: 9 samples" in refused(path, capsys)
 
 
-def test_a_joint_that_the_recording_lacks(project: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_joint_missing_in_the_recording_is_refused(
+    project: Callable[..., Path], capsys: pytest.CaptureFixture[str]
+) -> None:
     path = project()
     trial = path.parent / "trials" / "a.csv"
     trial.write_text(trial.read_text().replace("ankle [deg]", "ankel [deg]"))
@@ -213,7 +219,7 @@ def test_a_joint_that_the_recording_lacks(project: Callable[..., Path], capsys: 
     assert "did you mean ankle?" in said
 
 
-def test_another_joint_order_is_the_same_trial(calls: Calls, project: Callable[..., Path], tmp_path: Path) -> None:
+def test_the_order_of_joint_columns_does_not_matter(calls: Calls, project: Callable[..., Path], tmp_path: Path) -> None:
     path = project()
     assert main(["-q", "gap", str(path), "--out", str(tmp_path / "one")]) == 0
     first = calls.trials[0].angles
@@ -222,7 +228,7 @@ def test_another_joint_order_is_the_same_trial(calls: Calls, project: Callable[.
     assert (calls.trials[0].angles == first).all()
 
 
-def test_a_torque_column_is_applied_and_said(
+def test_a_torque_column_is_applied_and_noted(
     calls: Calls, project: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = project()
@@ -245,7 +251,7 @@ def test_a_failing_diagnosis_leaves_nothing_behind(
     assert [entry.name for entry in tmp_path.iterdir()] == ["project"]
 
 
-def test_the_diagnosed_leg_is_a_leg(calls: Calls, project: Callable[..., Path], tmp_path: Path) -> None:
+def test_the_diagnosed_leg_can_be_read(calls: Calls, project: Callable[..., Path], tmp_path: Path) -> None:
     assert main(["-q", "gap", str(project()), "--out", str(tmp_path / "out")]) == 0
     leg = read_leg(tmp_path / "out" / "diagnosed.leg.yaml")
     assert leg.joints[1].effects == {"coulomb_friction": {"torque": 0.048}}

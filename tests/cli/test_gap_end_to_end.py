@@ -70,7 +70,7 @@ def numbers_of(gap: Json) -> Json:
     }
 
 
-def test_the_friction_is_found_and_the_same_again(pendulum: Callable[..., Path]) -> None:
+def test_the_friction_is_found_repeatably(pendulum: Callable[..., Path]) -> None:
     gap = run(pendulum())
     assert gap["verdict"] in ("effect", "tie")
     assert (gap["explanation"][0]["effect"], gap["explanation"][0]["joint"]) == ("coulomb_friction", "hinge")
@@ -97,13 +97,13 @@ def test_a_held_out_copy_of_a_given_trial_is_not_unseen(pendulum: Callable[..., 
     assert any("trials/z.csv is a copy of trials/a.csv" in item for item in gap["warnings"])
 
 
-def test_one_trial_is_enough_and_its_limits_are_said(pendulum: Callable[..., Path]) -> None:
+def test_one_trial_is_diagnosed_with_a_warning(pendulum: Callable[..., Path]) -> None:
     gap = run(pendulum("one", "trials: [trials/a.csv]\n"))
     assert gap["gap"]["scored_on"] == ["trials/a.csv"]
     assert any(item.startswith("only one training trial") for item in gap["warnings"])
 
 
-def test_a_leg_known_exactly(pendulum: Callable[..., Path]) -> None:
+def test_a_leg_without_tolerances_is_diagnosed(pendulum: Callable[..., Path]) -> None:
     zero = "length: 0 %, mass: 0 %, com: 0 %, inertia: 0 %, spring: 0 %, damper: 0 %, free_angle: 0 deg"
     text = f'trials: ["trials/[a-c].csv", {{file: trials/check.csv, held_out: true}}]\ntolerance: {{{zero}}}\n'
     gap = run(pendulum("exact", text))
@@ -111,7 +111,7 @@ def test_a_leg_known_exactly(pendulum: Callable[..., Path]) -> None:
     assert gap["gap"]["as_designed"] == gap["gap"]["before"]
 
 
-def test_a_known_torque_is_no_gap(pendulum: Callable[..., Path]) -> None:
+def test_a_known_torque_causes_no_gap(pendulum: Callable[..., Path]) -> None:
     """A recorded torque is applied: a trial that it drove is explained by it."""
     folder = pendulum("driven", "trials: [trials/driven.csv, trials/driven_2.csv]\n")
     torque = 0.05 * np.sin(4.0 * TIME)
@@ -129,7 +129,7 @@ def test_a_known_torque_is_no_gap(pendulum: Callable[..., Path]) -> None:
 
 
 @pytest.mark.parametrize("command", ["gap", "fit"])
-def test_a_torque_sampled_ten_times_as_densely_as_the_angle_is_applied(
+def test_a_torque_sampled_more_densely_than_the_angle_is_applied(
     pendulum: Callable[..., Path], tmp_path: Path, command: str
 ) -> None:
     """Pulses of 3 ms between samples 10 ms apart: all that moves the leg in the second half of each trial."""
@@ -165,7 +165,7 @@ def test_a_torque_sampled_ten_times_as_densely_as_the_angle_is_applied(
     assert high - low < 0.05 * wanted.rate
 
 
-def test_an_effect_of_the_user_s_is_found_beside_the_built_in_ones(
+def test_a_users_effect_is_found_among_the_built_in_ones(
     pendulum: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Drag by the cube of speed is found, and known to be one with drag by a free power of speed."""
@@ -184,7 +184,7 @@ def test_an_effect_of_the_user_s_is_found_beside_the_built_in_ones(
     assert gap["inputs"]["cubic.py"]
 
 
-def test_a_scored_trial_with_a_locked_joint(tmp_path: Path) -> None:
+def test_a_held_out_trial_with_a_locked_joint_is_scored(tmp_path: Path) -> None:
     """Its cells are empty, and the rest of it counts."""
     shutil.copytree(EXAMPLE, tmp_path / "project")
     text = (EXAMPLE / "gap.yaml").read_text()

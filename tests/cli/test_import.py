@@ -12,7 +12,7 @@ import pytest
 
 from fit.simulated_legs import bare
 from motion.driven_releases import driven_release
-from motion.importers.swung_leg import PARTS, angles, leg, pixels, points
+from motion.importers.simulated_leg import PARTS, angles, leg, pixels, points
 from motion.importers.test_deeplabcut import parts, written
 from synth.cli import main
 from synth.files.leg_file import read_leg, write_leg
@@ -39,7 +39,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_a_project_becomes_trials_a_page_and_an_account(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_import_project_writes_trials_page_and_report(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["import", "import.yaml", "--out", "out"]) == 0
     said = capsys.readouterr().out
     assert "videos/a.csv: " in said
@@ -65,7 +65,7 @@ def test_a_project_becomes_trials_a_page_and_an_account(project: Path, capsys: p
     assert re.search("ankle 16[0-9]° ↻", page)
 
 
-def test_mirrored_in_the_project_both_sides_give_the_same(project: Path) -> None:
+def test_a_mirrored_video_gives_the_same_angles(project: Path) -> None:
     text = (project / "import.yaml").read_text().replace("videos/a.csv, ", "")
     (project / "import.yaml").write_text(text + "mirror: true\n")
     assert main(["--quiet", "import", "import.yaml", "--out", "out"]) == 0
@@ -73,7 +73,7 @@ def test_mirrored_in_the_project_both_sides_give_the_same(project: Path) -> None
     np.testing.assert_allclose(np.degrees(recorded.angles), angles()[1][110:281], atol=0.9)
 
 
-def test_same_input_same_bytes_and_a_dry_run_writes_nothing(project: Path) -> None:
+def test_imports_are_repeatable_and_a_dry_run_writes_nothing(project: Path) -> None:
     for out in ("one", "two"):
         assert main(["--quiet", "import", "import.yaml", "--out", out]) == 0
     for file in ("import.json", "report.html", "trials/a.csv"):
@@ -82,14 +82,14 @@ def test_same_input_same_bytes_and_a_dry_run_writes_nothing(project: Path) -> No
     assert not (project / "three").exists()
 
 
-def test_a_recording_on_its_own(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_single_recording_is_imported(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["import", "videos/a.csv", "--leg", LEG, "--out", "out", "--points", "hip,knee,ankle,toe"]
     assert main([*words, "--frame-rate", "200 Hz", "--release", "keep"]) == 0
     assert "nothing was cut, as wished" in capsys.readouterr().out
     assert len((project / "out" / "trials" / "a.csv").read_text().splitlines()) == 301
 
 
-def test_released_by_a_lingering_hand_then_fitted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_slow_release_is_cut_and_fitted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A hand that lets go over 0.15 s, cut away by `release: free`: what is left is fitted to 5 %."""
     generator = np.random.default_rng(8)
     made = [driven_release(generator, 0.15, 0.05) for _ in range(1)]
@@ -114,7 +114,7 @@ def test_released_by_a_lingering_hand_then_fitted(tmp_path: Path, capsys: pytest
         assert found == pytest.approx(joint.spring.rate, rel=0.05)
 
 
-def test_files_of_one_name_in_two_folders_keep_apart(project: Path) -> None:
+def test_files_of_one_name_in_two_folders_get_distinct_names(project: Path) -> None:
     (project / "more").mkdir()
     shutil.copy(project / "videos" / "a.csv", project / "more" / "a.csv")
     text = (project / "import.yaml").read_text()
@@ -145,7 +145,7 @@ def test_files_of_one_name_in_two_folders_keep_apart(project: Path) -> None:
         ("frame_rate: 200 Hz", "", r"videos/a.csv: has no clock: state the camera's frame rate"),
     ],
 )
-def test_mistakes_of_the_project(
+def test_mistakes_in_the_import_project_are_reported(
     project: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, message: str
 ) -> None:
     text = (project / "import.yaml").read_text()
@@ -169,7 +169,7 @@ def test_mistakes_of_the_project(
         (["film.mp4", "--leg", LEG], r"film.mp4: does not exist"),
     ],
 )
-def test_mistakes_of_the_command_line(
+def test_mistakes_on_the_import_command_line_are_reported(
     project: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str
 ) -> None:
     assert main(["--quiet", "import", *words, "--out", "out"]) == 2

@@ -17,13 +17,13 @@ def files_in(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_every_example_can_be_had() -> None:
+def test_every_example_can_be_initialised() -> None:
     assert sorted(init.PROJECTS) == sorted(path.name for path in EXAMPLES.iterdir() if path.is_dir())
     assert all((EXAMPLES / kind / project).is_file() for kind, project in init.PROJECTS.items())
 
 
 @pytest.mark.parametrize("kind", init.PROJECTS)
-def test_the_copy_is_whole_and_the_next_command_runs(
+def test_the_copy_is_complete_and_the_printed_command_runs(
     kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     target = tmp_path / "new folder" / "my <b>leg</b>"
@@ -44,7 +44,7 @@ def test_the_copy_is_whole_and_the_next_command_runs(
     assert "is valid" in capsys.readouterr().out
 
 
-def test_the_copy_can_be_edited_where_the_package_cannot(tmp_path: Path) -> None:
+def test_the_copy_of_a_read_only_package_is_writable(tmp_path: Path) -> None:
     source = tmp_path / "installed"
     (source / "trials").mkdir(parents=True)
     (source / "trials" / "a.csv").write_text("time [s]\n")
@@ -80,7 +80,7 @@ def test_an_empty_folder_is_filled_even_when_it_is_the_current_one(
         ("x" * 300, "cannot be written: File name too long"),
     ],
 )
-def test_what_is_there_stays(
+def test_existing_files_are_not_replaced(
     name: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     if name.startswith("/proc") and not Path("/proc").is_dir():

@@ -46,7 +46,7 @@ def hashes(folder: Path) -> dict[str, str]:
     return {p.relative_to(folder).as_posix(): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
 
 
-def test_the_example_gives_a_whole_design(result: Path, design: dict) -> None:  # type: ignore[type-arg]
+def test_the_example_gives_a_complete_design(result: Path, design: dict) -> None:  # type: ignore[type-arg]
     assert design["format"] == "synth/leg-design/1"
     for name in ("design.json", "bom.csv", "report.html", "leg.mjcf.xml", "built.leg.yaml", "wanted.leg.yaml"):
         assert (result / name).stat().st_size > 0
@@ -57,7 +57,7 @@ def test_the_example_gives_a_whole_design(result: Path, design: dict) -> None:  
     assert all(check["passed"] for check in design["solids"]["checks"])
 
 
-def test_listed_files_have_the_hashes_that_are_written(result: Path, design: dict) -> None:  # type: ignore[type-arg]
+def test_listed_hashes_match_the_written_files(result: Path, design: dict) -> None:  # type: ignore[type-arg]
     found = hashes(result)
     for item in design["files"]:
         assert found[item["path"]] == item["sha256"]
@@ -75,7 +75,7 @@ def test_the_source_fit_finds_the_published_values(project: Path, design: dict) 
         assert joint["damper_rate"]["value"] == pytest.approx(known["damper_rate"]["value"], rel=0.05)
 
 
-def test_the_arm_offset_is_the_drawn_one(design: dict) -> None:  # type: ignore[type-arg]
+def test_the_arm_offset_equals_the_drawn_one(design: dict) -> None:  # type: ignore[type-arg]
     """Free angle less the spring's included angle, less where the upper arm is drawn."""
     for joint in design["joints"].values():
         spring = joint["spring"]
@@ -84,7 +84,7 @@ def test_the_arm_offset_is_the_drawn_one(design: dict) -> None:  # type: ignore[
         assert math.remainder(joint["arm_offset"]["value"] - offset, 360.0) == pytest.approx(0.0, abs=1e-6)
 
 
-def test_what_is_drawn_is_what_is_designed(result: Path, design: dict) -> None:  # type: ignore[type-arg]
+def test_solids_agree_with_the_design(result: Path, design: dict) -> None:  # type: ignore[type-arg]
     """No play, stops that are the leg's limits in every file, and one wire in design, sheet and solid."""
     for name, joint in design["joints"].items():
         assert joint["play"]["value"] < 0.3
@@ -105,7 +105,7 @@ def test_what_is_drawn_is_what_is_designed(result: Path, design: dict) -> None: 
     assert text.count("<limit lower=") == len(design["joints"])
 
 
-def test_other_sets_are_ranked_by_the_error_to_be_expected(design: dict) -> None:  # type: ignore[type-arg]
+def test_alternative_sets_are_ranked_by_expected_error(design: dict) -> None:  # type: ignore[type-arg]
     sets = design["response"]["alternatives"]
     expected = [item["free_angles_measured"]["expected"]["value"] for item in sets]
     assert expected == sorted(expected)
@@ -148,7 +148,7 @@ def test_the_built_leg_reads_back_and_the_mjcf_moves_like_it(result: Path) -> No
     assert np.degrees(np.abs(ours - theirs)).max() < 0.1
 
 
-def test_an_earlier_run_of_the_same_input_is_copied(
+def test_an_earlier_result_of_the_same_input_is_reused(
     project: Path, result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["leg", str(project / "leg-design.yaml"), "--out", str(tmp_path / "again")]) == 0
@@ -158,7 +158,7 @@ def test_an_earlier_run_of_the_same_input_is_copied(
     assert hashes(tmp_path / "again") == hashes(result)
 
 
-def test_the_other_simulators_files_are_read_and_what_they_lose_is_said(result: Path, design: dict) -> None:  # type: ignore[type-arg]
+def test_urdf_and_sdf_are_valid_and_their_losses_reported(result: Path, design: dict) -> None:  # type: ignore[type-arg]
     mujoco = pytest.importorskip("mujoco")
     assert mujoco.MjModel.from_xml_path(str(result / "leg.urdf")).nq == 3
     assert "spring_stiffness" in (result / "leg.sdf").read_text()
@@ -166,7 +166,7 @@ def test_the_other_simulators_files_are_read_and_what_they_lose_is_said(result: 
     assert [text.split()[0] for text in lost] == ["leg.urdf", "leg.sdf"]
 
 
-def test_a_gate_that_fails_leaves_a_report_with_its_picture_and_no_part(
+def test_a_failed_gate_writes_a_report_with_picture_and_no_parts(
     project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = edited(project, tmp_path, replace_in("leg-design.yaml", "[320 mm, 132 mm, 154 mm]", "[90 mm, 90 mm, 15 mm]"))
@@ -272,7 +272,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_input_is_one_message_and_leaves_nothing(
+def test_bad_input_gives_one_message_and_no_output(
     case: str, project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     edit, words = BAD[case]
@@ -284,7 +284,9 @@ def test_bad_input_is_one_message_and_leaves_nothing(
     assert sorted(path.name for path in tmp_path.iterdir() if "out" in path.name and path.name != "outside.csv") == []
 
 
-def test_no_part_left_after_the_constraints(project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_constraints_that_exclude_every_part_are_reported(
+    project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     text = (project / "leg-design.yaml").read_text()
     assert "ankle:" in text
     edit = replace_in("leg-design.yaml", "ankle:", "ankle: {spring: {make: false, max_outer_diameter: 2 mm}} #")
@@ -295,9 +297,7 @@ def test_no_part_left_after_the_constraints(project: Path, tmp_path: Path, capsy
     assert "make: true" in said
 
 
-def test_a_dimension_that_cannot_be_drawn_is_named(
-    project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_impossible_dimension_is_named(project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     edit = replace_in("leg-design.yaml", "cad:", "cad: {shaft_diameter: 45 mm} #")
     file = edited(project, tmp_path, edit)
     status = main(["--quiet", "leg", str(file), "--out", str(tmp_path / "out")])
@@ -325,7 +325,7 @@ def test_a_driven_motion_is_not_scaled(project: Path, tmp_path: Path, capsys: py
     assert "torque columns" in capsys.readouterr().err
 
 
-def test_one_link_that_swings_through_straight_is_drawn(tmp_path: Path) -> None:
+def test_a_single_link_through_the_straight_pose_is_designed(tmp_path: Path) -> None:
     """Any limb, not the thesis' alone: one joint, measured from straight, clockwise, with its own name."""
     import numpy as np
 

@@ -62,7 +62,7 @@ def parts_of_link(design: dict[str, Any], index: int) -> list[tuple[dict[str, An
     return found
 
 
-def test_the_exported_solids_weigh_what_the_links_carry(result: Path, design: dict[str, Any]) -> None:
+def test_exported_solids_have_the_stated_masses(result: Path, design: dict[str, Any]) -> None:
     """STL volumes by trimesh times density; of bought parts whose inside is not known the stated mass."""
     for index, (name, link) in enumerate(design["links"].items()):
         stated = {part["part"]: part["mass"]["value"] * 1e-3 for part in link["parts"]}
@@ -105,7 +105,7 @@ def test_the_built_leg_and_the_robot_files_have_the_same_links(result: Path, des
     assert urdf.count("<mesh filename=") == (result / "leg.sdf").read_text().count("<uri>parts/") == model.nmesh
 
 
-def test_drawn_parts_stand_at_their_joints_in_the_robot_files(result: Path) -> None:
+def test_drawn_parts_are_at_their_joints_in_the_robot_files(result: Path) -> None:
     """With every joint straight each shaft lies on its joint's axis, and each lower socket's tube hangs below it."""
     mujoco = pytest.importorskip("mujoco")
     model = mujoco.MjModel.from_xml_path(str(result / "leg.mjcf.xml"))
@@ -119,7 +119,7 @@ def test_drawn_parts_stand_at_their_joints_in_the_robot_files(result: Path) -> N
         assert tube[2] < anchor[2] - 0.05
 
 
-def test_links_that_end_up_elsewhere_are_said_with_both_figures(design: dict[str, Any]) -> None:
+def test_changed_link_masses_are_reported_with_both_figures(design: dict[str, Any]) -> None:
     texts = [warning["text"] for warning in design["warnings"]]
     for name, link in design["links"].items():
         figures = f"{link['built']['mass']['value']:.0f} g instead of 60 g"
@@ -128,7 +128,7 @@ def test_links_that_end_up_elsewhere_are_said_with_both_figures(design: dict[str
     assert 1 <= design["mass_rounds"]["count"] <= 5
 
 
-def test_springs_in_hand_set_the_seats_and_change_no_part(
+def test_measured_springs_set_the_seats_and_keep_the_parts(
     project: Path, result: Path, design: dict[str, Any], tmp_path: Path
 ) -> None:
     """Free angles measured 4 deg low at the hip and 30 deg high at the ankle, the knee's spring 5 % stiff."""
@@ -174,7 +174,7 @@ def test_springs_in_hand_set_the_seats_and_change_no_part(
     assert np.degrees(spring.free_angle) == pytest.approx(ankle + 17.0, abs=0.05)
 
 
-def test_mujoco_follows_the_predicted_response_and_a_wrong_model_is_told(
+def test_mujoco_confirms_the_response_and_detects_a_wrong_model(
     result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """``synth check`` of the folder: within 0.3 deg in every release; not with a knee's spring a third softer."""
@@ -195,9 +195,7 @@ def test_mujoco_follows_the_predicted_response_and_a_wrong_model_is_told(
     assert "is not a result of synth leg" in capsys.readouterr().err
 
 
-def test_a_weighed_part_that_is_not_there_is_named(
-    project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unknown_weighed_part_is_named(project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     copy = tmp_path / "project"
     shutil.copytree(project, copy)
     path = copy / "leg-design.yaml"

@@ -28,7 +28,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_parts_that_cannot_be_had_are_left_out_and_the_rest_is_said(
+def test_excluded_parts_are_left_out_and_reported(
     project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
@@ -65,7 +65,7 @@ def test_parts_that_cannot_be_had_are_left_out_and_the_rest_is_said(
         (["--system", "imperial"], "not one of inch, metric"),
     ],
 )
-def test_names_that_no_catalogue_has(
+def test_unknown_part_and_vendor_names_are_refused(
     project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str
 ) -> None:
     assert main(["leg", str(project), "--out", str(tmp_path / "out"), *words]) == 2
@@ -90,7 +90,7 @@ def test_names_that_no_catalogue_has(
         ),
     ],
 )
-def test_what_the_project_may_not_ask(
+def test_invalid_part_options_are_refused(
     project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, message: str
 ) -> None:
     copy = tmp_path / "project"

@@ -14,13 +14,13 @@ from synth.files.csv_table import read_table
 SPRING = ["spring", "--rate", "38 N*m/rad", "--travel", "60 deg", "--json", "x.json"]
 
 
-def said(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+def error_text(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     """What a refused command says."""
     assert main(words) == 2
     return capsys.readouterr().err
 
 
-def test_no_name_is_suggested_for_itself() -> None:
+def test_a_name_is_not_suggested_for_itself() -> None:
     assert did_you_mean("knee", ["knee", "hip"]) == ""
     assert did_you_mean("Knee", ["knee", "hip"]) == "; did you mean knee?"
     assert did_you_mean("kneee", ["knee", "kneel", "hip"], most=2) == "; did you mean knee or kneel?"
@@ -28,15 +28,15 @@ def test_no_name_is_suggested_for_itself() -> None:
         assert "did you mean knée, which looks the same but is written with" in did_you_mean(written, ["knée"])
 
 
-def test_a_link_that_leads_nowhere_is_not_what_was_meant(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_broken_link_is_reported_without_a_suggestion(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "fit.yaml").symlink_to("gone.yaml")
-    text = said(["fit", str(tmp_path / "fit.yaml"), "--out", str(tmp_path / "out")], capsys)
+    text = error_text(["fit", str(tmp_path / "fit.yaml"), "--out", str(tmp_path / "out")], capsys)
     assert "fit.yaml: does not exist: it is a link that leads nowhere" in text
     assert "did you mean" not in text
 
 
 @pytest.mark.parametrize("end", ["\r", "\r\n", "\n"])
-def test_lines_end_as_they_do_on_any_machine(tmp_path: Path, end: str) -> None:
+def test_all_line_endings_are_read(tmp_path: Path, end: str) -> None:
     path = tmp_path / "a.csv"
     path.write_bytes(end.join(["time [s],hip [deg]", "0,1", "0.5,2", "1,"]).encode())
     table = read_table(path)
@@ -47,13 +47,15 @@ def test_lines_end_as_they_do_on_any_machine(tmp_path: Path, end: str) -> None:
 @pytest.mark.parametrize(
     ("option", "example"), [("--coils", "5.25"), ("--cycles", "1e6"), ("--safety", "1.2"), ("--fatigue-safety", "1.2")]
 )
-def test_a_plain_number_is_asked_for_as_one(option: str, example: str, capsys: pytest.CaptureFixture[str]) -> None:
-    text = said([*SPRING, option, "many"], capsys)
+def test_a_wrong_plain_number_is_reported_with_an_example(
+    option: str, example: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = error_text([*SPRING, option, "many"], capsys)
     assert f'{option}: "many" is not a number above 0; write it like {example}' in text
     assert "%" not in text
 
 
-def test_a_file_without_a_kind_is_told_by_its_keys(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_kind_of_a_file_is_inferred_from_its_keys(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "x.yaml"
     for text, kind in (
         ("gear_ratio: 20\nruns: [a.csv]\n", "hopper-motor"),
@@ -62,21 +64,23 @@ def test_a_file_without_a_kind_is_told_by_its_keys(tmp_path: Path, capsys: pytes
         ("lengths: [100 mm]\n", "hopper-design"),
     ):
         path.write_text(text)
-        assert f'write "kind: {kind}" as the first line' in said(
+        assert f'write "kind: {kind}" as the first line' in error_text(
             ["hopper", str(path), "--out", str(tmp_path / "out")], capsys
         )
 
 
 @pytest.mark.parametrize("value", ["x" * 5000, "x y " * 1250])
-def test_a_long_value_does_not_hide_the_message(tmp_path: Path, value: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_long_value_is_shortened_in_the_message(
+    tmp_path: Path, value: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     path = tmp_path / "x.yaml"
     path.write_text(f"kind: {value}\n")
     (tmp_path / "a.leg.yaml").write_text("kind: leg\n")
     out = ["--out", str(tmp_path / "out")]
-    assert len(said(["fit", str(path), *out], capsys)) < 700
+    assert len(error_text(["fit", str(path), *out], capsys)) < 700
     path.write_text(f'kind: fit\nleg: "{value}"\ntrials: ["{value}", {{file: "{value}"}}]\n{value}: 1\n')
-    text = said(["fit", str(path), *out], capsys)
+    text = error_text(["fit", str(path), *out], capsys)
     assert max(map(len, text.splitlines())) < 700
-    assert len(said(["spring", "--rate", value, "--travel", "1 rad"], capsys)) < 700
-    assert len(said([value], capsys)) < 700
+    assert len(error_text(["spring", "--rate", value, "--travel", "1 rad"], capsys)) < 700
+    assert len(error_text([value], capsys)) < 700
     assert len(str(Problem(f"it says {value}"))) <= LONGEST + 100

@@ -50,7 +50,7 @@ def problems(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
     return [line.removeprefix("synth: ") for line in lines]
 
 
-def test_the_spring_does_what_was_asked() -> None:
+def test_the_spring_meets_the_requirements() -> None:
     content = spring(*WISH)
     assert content["format"] == "synth/spring/1"
     assert value(content["wanted"]["arbor_diameter"], "mm") == 12.0
@@ -74,7 +74,7 @@ def test_the_spring_does_what_was_asked() -> None:
     assert d not in others
 
 
-def test_the_table_shows_what_the_file_has(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_printed_table_equals_the_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["spring", *WISH, "--json", "spring.json"]) == 0
     shown = capsys.readouterr().out
     made = json.loads(Path("spring.json").read_text(encoding="utf-8"))["make"]
@@ -85,7 +85,7 @@ def test_the_table_shows_what_the_file_has(capsys: pytest.CaptureFixture[str]) -
     assert shown.splitlines()[-1] == "written: spring.json"
 
 
-def test_one_line_answers_and_no_file_is_written(capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_out_one_line_is_printed_and_no_file_written(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["spring", *WISH]) == 0
     assert list(Path.cwd().iterdir()) == []
     first = capsys.readouterr().out.splitlines()[0]
@@ -98,7 +98,7 @@ def test_one_line_answers_and_no_file_is_written(capsys: pytest.CaptureFixture[s
     assert found[4] == f"1.7 N*m/rad over 40 deg, at {share:.0%} of the allowed stress"
 
 
-def test_units_of_the_answer_are_those_of_the_question(capsys: pytest.CaptureFixture[str]) -> None:
+def test_output_units_follow_the_input_units(capsys: pytest.CaptureFixture[str]) -> None:
     """The same spring in inches where it was asked for in inches, or where --units says so; the file stays as it is."""
     inch = ["--rate", "15 in-lb/rad", "--travel", "40°", "--arbor", "1/2 in"]
     tables = {}
@@ -120,7 +120,7 @@ def test_units_of_the_answer_are_those_of_the_question(capsys: pytest.CaptureFix
     assert " mm" not in sheet
 
 
-def test_no_spring_says_why_and_what_can_be_made(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_impossible_spring_is_explained_with_alternatives(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--rate", "79 N*m/rad", "--travel", "45 deg", "--max-outer-diameter", "60 mm"]
     assert main(["spring", *words, "--json", "spring.json"]) == 1
     shown = capsys.readouterr().out
@@ -150,7 +150,7 @@ def test_a_given_spring_is_checked(capsys: pytest.CaptureFixture[str]) -> None:
     assert spring(*sizes[:-1], "20 deg")["make"] is not None
 
 
-def test_the_folder_holds_solid_and_sheet(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_output_folder_has_solid_and_sheet(capsys: pytest.CaptureFixture[str]) -> None:
     import cadquery as cq
     import trimesh
 
@@ -193,13 +193,13 @@ def test_the_folder_holds_solid_and_sheet(capsys: pytest.CaptureFixture[str]) ->
     assert {path.name: path.read_bytes() for path in out.iterdir()} == before
 
 
-def test_legs_that_cannot_be_drawn_are_said(capsys: pytest.CaptureFixture[str]) -> None:
+def test_legs_that_cannot_be_drawn_give_a_note(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["spring", *WISH, "--legs", "radial", "--out", "out"]) == 0
     assert "note: no STEP or STL" in capsys.readouterr().out
     assert not list(Path("out").glob("spring.st*"))
 
 
-def test_every_mistake_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_mistakes_are_reported_at_once(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--rate", "38 N*m", "--travel", "45", "--arbor", "-3 mm", "--safety", "90 %", "--leg-length", "2 furlong"]
     lines = problems(capsys, *words, "--opening-travel=-5 deg", "--included-angle", "400 deg")
     keys = [line.partition(":")[0] for line in lines]
@@ -233,7 +233,7 @@ def test_every_mistake_at_once(capsys: pytest.CaptureFixture[str]) -> None:
         (["--wire-diameter", "9 m", "--mean-diameter", "90 m", "--coils", "4", "--travel", "1 deg"], "no strength"),
     ],
 )
-def test_one_mistake(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_each_mistake_gives_one_message(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
     (line,) = problems(capsys, *words, "-q")
     assert message in line
 
@@ -247,7 +247,7 @@ def test_a_file_of_the_user_is_not_replaced(capsys: pytest.CaptureFixture[str]) 
     assert [path.name for path in Path.cwd().iterdir() if path.name.startswith(".")] == []
 
 
-def test_a_real_run_from_a_folder_with_markup_in_its_name(tmp_path: Path) -> None:
+def test_a_folder_name_with_markup_is_handled(tmp_path: Path) -> None:
     folder = tmp_path / "<b>&amp; springs"
     folder.mkdir()
     done = subprocess.run(
@@ -262,7 +262,7 @@ def test_a_real_run_from_a_folder_with_markup_in_its_name(tmp_path: Path) -> Non
     assert json.loads((folder / "a.json").read_text(encoding="utf-8"))["make"]["count"] == 1
 
 
-def test_the_sheet_for_the_bench_tells_how_to_wind_it(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_winding_sheet_is_complete(capsys: pytest.CaptureFixture[str]) -> None:
     """Direction, mandrel, heat, tolerances and torques stand on the page, and it needs nothing outside itself."""
     words = [*WISH, "--cycles", "1e6", "--closes", "counter-clockwise", "--objective", "space", "--out", "out"]
     assert main(["spring", *words]) == 0
@@ -284,13 +284,13 @@ def test_the_sheet_for_the_bench_tells_how_to_wind_it(capsys: pytest.CaptureFixt
     assert page.count("<svg") == 1
 
 
-def test_life_costs_mass(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_longer_life_needs_more_mass(capsys: pytest.CaptureFixture[str]) -> None:
     light, lasting = (spring(*WISH, "--objective", each)["make"] for each in ("mass", "life"))
     assert lasting["fatigue"]["safety_1e6"]["value"] > light["fatigue"]["safety_1e6"]["value"]
     assert lasting["mass"]["value"] > light["mass"]["value"]
 
 
-def test_hand_and_sense_that_contradict_each_other(capsys: pytest.CaptureFixture[str]) -> None:
+def test_contradicting_hand_and_direction_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
     (said,) = problems(capsys, *WISH, "--closes", "clockwise", "--hand", "left")
     assert said.startswith(
         "--hand: work that turns the far arm clockwise closes a right-hand coil and opens a left-hand"
@@ -306,11 +306,13 @@ def test_hand_and_sense_that_contradict_each_other(capsys: pytest.CaptureFixture
         (["--bend-radius", "-3 mm"], "--bend-radius"),
     ],
 )
-def test_what_lasting_may_not_ask(capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:
+def test_invalid_fatigue_options_are_refused(
+    capsys: pytest.CaptureFixture[str], words: list[str], message: str
+) -> None:
     assert any(line.startswith(message) for line in problems(capsys, *WISH, *words))
 
 
-def test_the_handbooks_rate_formula_can_be_chosen() -> None:
+def test_the_rate_formula_can_be_chosen() -> None:
     plain, friction = (spring(*WISH, "--rate-formula", formula)["make"] for formula in ("64", "10.8"))
     for made, used in ((plain, "rate_bending_form"), (friction, "rate_friction_form")):
         assert value(made["rate"], "N*m/rad") == pytest.approx(value(made[used], "N*m/rad"))
@@ -321,7 +323,7 @@ def test_material_names_are_read_in_any_case() -> None:
     assert spring(*WISH, "--material", "Music Wire")["make"] == spring(*WISH)["make"]
 
 
-def test_a_request_for_quotation_has_what_a_maker_needs(tmp_path: Path) -> None:
+def test_the_request_for_quotation_is_complete(tmp_path: Path) -> None:
     import ezdxf
 
     assert main(["spring", "-q", *WISH, "--out", str(tmp_path / "s")]) == 0
@@ -371,7 +373,7 @@ def test_wound_samples_correct_mandrel_and_rate(tmp_path: Path) -> None:
         (",2,5,5.25,", "no mandrel"),
     ],
 )
-def test_a_sample_that_cannot_be_is_told_with_its_line(
+def test_an_impossible_sample_is_reported_with_its_line(
     line: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     table = tmp_path / "samples.csv"

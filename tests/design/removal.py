@@ -1,4 +1,4 @@
-"""Choosing without a part against what choosing with it had listed: random projects, one part removed from each.
+"""Choosing without a part against the exchange listed for it: random projects, one part removed from each.
 
 ``PYTHONPATH=tests python -m design.removal COUNT [SEED]``. A project is a random leg of two links whose motion is
 simulated from random releases with 0.05 deg of noise, a random part of the built-in springs and dampers and some that
@@ -147,7 +147,7 @@ def parts_at_one_joint(design: LegDesign) -> list[tuple[str, int, str]]:
     return [item for item in found if parts.count(item[2]) == 1]
 
 
-def listed(design: LegDesign, kind: str, joint: int, part: str) -> tuple[float, float] | None:
+def listed_exchange(design: LegDesign, kind: str, joint: int, part: str) -> tuple[float, float] | None:
     """Expected and nominal error (deg) of the best exchange that was listed for a part and meets the wishes."""
     ranked = design.springs.ranked[joint] if kind == "spring" else design.dampers.ranked[joint]
     errors = [
@@ -171,7 +171,7 @@ def case(seed: int) -> Case:
         if not choices:
             return Case(seed, "", "no part stands at one joint alone")
         kind, joint, part = choices[int(np.random.default_rng([seed, 2]).integers(len(choices)))]
-        best = listed(full, kind, joint, part)
+        best = listed_exchange(full, kind, joint, part)
         without = replace(project, parts=replace(project.parts, without=(part,)))
         try:
             fewer = design_leg(without, catalogue)

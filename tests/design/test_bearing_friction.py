@@ -9,7 +9,7 @@ import pytest
 from synth.design.bearing_friction import friction_of
 
 
-def test_a_ball_bearing_rubs_by_the_maker_s_formula() -> None:
+def test_ball_bearing_friction_equals_the_makers_formula() -> None:
     """SKF's estimate, written out: 100 N on a bore of 8 mm turn with 0.5 * 0.0015 * 100 * 8 = 0.6 N*mm."""
     found = friction_of(8e-3, 14e-3, 40.0, 60.0)
     assert found.bearings == pytest.approx(0.6e-3)
@@ -18,11 +18,11 @@ def test_a_ball_bearing_rubs_by_the_maker_s_formula() -> None:
     assert found.torque == pytest.approx(found.bearings + found.washers)
 
 
-def test_without_a_load_nothing_rubs() -> None:
+def test_friction_is_zero_without_a_load() -> None:
     assert friction_of(8e-3, 14e-3, 0.0, 0.0).torque == 0.0
 
 
-def test_what_is_estimated_is_said_with_its_basis() -> None:
+def test_the_friction_estimate_states_its_basis() -> None:
     written = friction_of(8e-3, 14e-3, 40.0, 60.0).as_json()
     assert written["torque"]["unit"] == "N*m"
     assert "SKF" in written["basis"]

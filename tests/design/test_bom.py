@@ -13,12 +13,12 @@ from synth.files.text_forms import defused
 
 
 @pytest.mark.parametrize("cell", ["=cmd|' /C calc'!A0", "+1", "-2", "@SUM(A1)", "\t=1", "  =1", "|x", "%x", "\n=1"])
-def test_what_a_spreadsheet_would_run_is_defused(cell: str) -> None:
+def test_spreadsheet_formulas_are_escaped(cell: str) -> None:
     assert defused(cell) == f"'{cell}"
 
 
 @pytest.mark.parametrize("cell", ["6597K21", "", "music wire", "1"])
-def test_what_it_would_not_is_left_alone(cell: str) -> None:
+def test_plain_text_is_not_escaped(cell: str) -> None:
     assert defused(cell) == cell
 
 
@@ -31,7 +31,7 @@ def part(name: str, family: str, mass: float | None, made: str = "print") -> dic
             "size": size}  # fmt: skip
 
 
-def test_lines_are_merged_with_their_number_and_mass(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_equal_lines_are_merged_with_quantity_and_mass(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
     bought = [
         {"joint": "hip", "item": "torsion spring, 2 N*m/rad", "vendor": "=cmd|'/C calc'!A0", "part": "-LTR",
          "quantity": "2", "source": "a sheet"},
@@ -63,7 +63,7 @@ def test_lines_are_merged_with_their_number_and_mass(tmp_path, monkeypatch: pyte
     assert sum(row["item"].startswith("torsion spring") for row in rows) == 1  # not again as a drawn part
 
 
-def test_of_a_drawn_pair_one_of_each_hand_is_ordered(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_spring_pair_orders_one_of_each_hand(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
     line = {
         "joint": "hip",
         "item": "torsion spring, 2 N*m/rad",
@@ -85,7 +85,7 @@ def test_of_a_drawn_pair_one_of_each_hand_is_ordered(tmp_path, monkeypatch: pyte
         assert [(row["item"], row["quantity"], row["mass [g]"]) for row in rows] == [(item, "2", "6.00")]
 
 
-def test_every_line_names_what_one_orders_by(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_line_has_its_ordering_data(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
     wire = {"joint": "hip", "item": "music wire, 2 mm, 540 mm a spring: wind 6 coils", "vendor": "to wind", "part": "",
             "quantity": "1", "source": "a sheet"}  # fmt: skip
     monkeypatch.setattr(bom, "bought_or_wound", lambda design: [wire])

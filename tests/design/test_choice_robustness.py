@@ -40,7 +40,7 @@ def stiffer(leg: Leg, joint: str, factor: float) -> Leg:
     return leg.with_joints(**{joint: {"spring": replace(spring, rate=spring.rate * factor)}})
 
 
-def test_draws_scatter_as_the_intervals_say_and_hold_to_the_ridge() -> None:
+def test_draws_scatter_as_the_intervals_and_follow_the_ridge() -> None:
     fit, _ = fit_of(OVERDAMPED, 0.5)
     assert len(fit.drawn) == DRAWS
     spring, damper = rates(fit.drawn)
@@ -52,7 +52,7 @@ def test_draws_scatter_as_the_intervals_say_and_hold_to_the_ridge() -> None:
     assert (damper - spring)[:, 0].std() < 0.1 * spring[:, 0].std()  # b/k is known ten times as well as k
 
 
-def test_bootstrap_refits_are_the_draws_where_there_are_any() -> None:
+def test_bootstrap_refits_are_used_as_draws() -> None:
     fit, _ = fit_of(robot(), 0.2, intervals="bootstrap")
     assert len(fit.drawn) == DRAWS
     normal, _ = fit_of(robot(), 0.2)
@@ -60,7 +60,7 @@ def test_bootstrap_refits_are_the_draws_where_there_are_any() -> None:
     assert both[0] == pytest.approx(both[1], rel=0.5)
 
 
-def test_a_set_that_moves_as_wanted_is_the_best_whatever_the_fit_leaves_open() -> None:
+def test_the_exact_set_is_best_in_every_draw() -> None:
     fit, wanted = fit_of(robot(), 0.2)
     found = choice_robustness(wanted, fit, [fit.leg, stiffer(fit.leg, "knee", 1.3)])
     assert found is not None
@@ -74,7 +74,7 @@ def test_a_set_that_moves_as_wanted_is_the_best_whatever_the_fit_leaves_open() -
     assert low <= written["chosen"]["value"] <= high
 
 
-def test_two_sets_that_the_trials_do_not_tell_apart_give_a_warning() -> None:
+def test_indistinguishable_sets_give_a_warning() -> None:
     fit, wanted = fit_of(robot(), 0.5)
     sets = [stiffer(fit.leg, "knee", factor) for factor in (0.97, 1.03, 1.0)]
     found = choice_robustness(wanted, fit, sets)
@@ -84,7 +84,7 @@ def test_two_sets_that_the_trials_do_not_tell_apart_give_a_warning() -> None:
     assert "depends on the uncertainty of the fit" in found.warning
 
 
-def test_without_draws_nothing_is_said() -> None:
+def test_without_draws_there_is_no_warning() -> None:
     fit, wanted = fit_of(robot(), 0.2)
     assert choice_robustness(wanted, replace(fit, drawn=()), [fit.leg]) is None
     assert ChoiceRobustness(np.array([[1.0, 2.0]]), np.array([1.0, 2.0])).warning is None

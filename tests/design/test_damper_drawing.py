@@ -12,7 +12,7 @@ KNOWN = {
 }  # fmt: skip
 
 
-def test_what_is_known_is_drawn_and_nothing_is_asked_for() -> None:
+def test_known_sizes_are_drawn_and_none_is_requested() -> None:
     found = drawn_damper(KNOWN, 8.0, "cad.dampers.hip")
     sizes = (found.outer_diameter, found.body_length, found.bolt_circle, found.bolt_diameter)
     assert sizes == pytest.approx((42.0, 18.0, 54.0, 4.5))
@@ -21,7 +21,7 @@ def test_what_is_known_is_drawn_and_nothing_is_asked_for() -> None:
     assert found.unknown == ()
 
 
-def test_what_is_not_known_is_named_with_the_key_that_takes_it() -> None:
+def test_unknown_sizes_are_named_with_their_keys() -> None:
     found = drawn_damper({}, 8.0, "cad.dampers.hip")
     assert len(found.unknown) == len(ASKED)
     assert "the circle of its screws (cad.dampers.hip.bolt_circle)" in found.unknown
@@ -30,14 +30,14 @@ def test_what_is_not_known_is_named_with_the_key_that_takes_it() -> None:
 
 
 @pytest.mark.parametrize("form", ["round", "d", "square", "hex"])
-def test_a_shaft_of_its_own_gets_an_adapter(form: str) -> None:
+def test_a_damper_with_its_own_shaft_gets_an_adapter(form: str) -> None:
     found = drawn_damper({**KNOWN, "shaft_side": "shaft", "shaft_form": form}, 8.0, "cad.dampers.hip")
     assert found.adapter is not None
     assert (found.adapter.form, found.adapter.output_diameter) == (form, pytest.approx(6.0))
     assert found.adapter.output_grip >= 2 * 6.0
 
 
-def test_a_small_body_has_screws_outside_the_shaft_s_collar() -> None:
+def test_screws_of_a_small_damper_lie_outside_the_collar() -> None:
     """Of a damper of 11 mm nothing else is known; the collars of 8 and 10 mm shafts are 16 and 20 mm wide."""
     found = drawn_damper({"outer_diameter": 0.011}, 8.0, "cad.dampers.hip")
     assert found.bolt_circle == pytest.approx(30.0)

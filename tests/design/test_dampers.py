@@ -45,7 +45,7 @@ def swing_left(leg: Leg, wanted: WantedResponse) -> float:
     return float(np.std(motion) / np.std(target))
 
 
-def test_the_linear_secant_of_the_vendors_one_point_chooses_too_strong(catalogue: Catalogue) -> None:
+def test_the_linear_secant_chooses_too_strong_a_damper(catalogue: Catalogue) -> None:
     """Thesis section 4.3: chosen by the slope through (max speed, max torque), the first dampers were too strong.
 
     Between rest and its rated speed an oil damper resists more than that slope says. So the damper whose slope comes
@@ -65,7 +65,7 @@ def test_the_linear_secant_of_the_vendors_one_point_chooses_too_strong(catalogue
     assert swing_left(one_link(by_secant.damper("concave")), wanted) < 0.5 * promised
 
 
-def test_a_measured_curve_takes_the_place_of_the_assumed_law_of_its_part(catalogue: Catalogue) -> None:
+def test_a_measured_curve_replaces_the_assumed_law(catalogue: Catalogue) -> None:
     wanted = response(one_link(Damper(0.13)))
     curve = power_law_curve(0.125, 1.0, 0.44)
     measured = {"knee": MeasuredCurve("6597K19", curve, "drops")}
@@ -76,7 +76,7 @@ def test_a_measured_curve_takes_the_place_of_the_assumed_law_of_its_part(catalog
     assert used.damper.curve == curve
 
 
-def test_ranking_is_by_response_error_and_says_what_the_others_cost(catalogue: Catalogue) -> None:
+def test_dampers_are_ranked_by_response_error(catalogue: Catalogue) -> None:
     made = choose_dampers(response(one_link(Damper(0.13))), choices(), catalogue, {}, TRAVEL)
     errors = [option.error for option in made.ranked[0]]
     assert errors == sorted(errors)
@@ -84,19 +84,19 @@ def test_ranking_is_by_response_error_and_says_what_the_others_cost(catalogue: C
     assert [item.error for item in made.sets] == sorted(item.error for item in made.sets)
 
 
-def test_a_damper_far_off_is_left_out_with_the_reason(catalogue: Catalogue) -> None:
+def test_a_damper_of_far_too_much_torque_is_left_out_with_the_reason(catalogue: Catalogue) -> None:
     """6597K21 resists ten times what is wanted at 1 rad/s; two are kept however far they are."""
     made = choose_dampers(response(one_link(Damper(0.1))), choices(), catalogue, {}, TRAVEL)
     assert {option.part for option in made.ranked[0]} == {"6597K19", "6597K8"}
     assert made.left_out[0]["torque at 1 rad/s more than 8 times off the wanted damper's"] == 1
 
 
-def test_a_damper_forced_by_part_is_taken(catalogue: Catalogue) -> None:
+def test_a_damper_required_by_part_number_is_chosen(catalogue: Catalogue) -> None:
     made = choose_dampers(response(one_link(Damper(0.1))), choices(part="6597K21"), catalogue, {}, TRAVEL)
     assert [option.part for option in made.ranked[0]] == ["6597K21"]
 
 
-def test_no_damper_left_names_the_reasons_and_the_way_out(catalogue: Catalogue) -> None:
+def test_no_suitable_damper_gives_the_reasons_and_a_remedy(catalogue: Catalogue) -> None:
     wanted = response(one_link(Damper(0.1)))
     with pytest.raises(UserError, match=r"knee: no damper.*incomplete.*select\.joints\.knee\.damper") as caught:
         choose_dampers(wanted, choices(max_outer_diameter=1e-3, travel=9.0), _without_sizes(catalogue), {}, TRAVEL)
@@ -111,12 +111,12 @@ def _without_sizes(catalogue: Catalogue) -> Catalogue:
     return replace(catalogue, dampers=rows)
 
 
-def test_a_near_miss_of_a_part_is_suggested(catalogue: Catalogue) -> None:
+def test_a_similar_part_number_is_suggested(catalogue: Catalogue) -> None:
     with pytest.raises(UserError, match="6597K19"):
         choose_dampers(response(one_link(Damper(0.1))), choices(part="6597K9"), catalogue, {}, TRAVEL)
 
 
-def test_the_response_follows_the_curve_not_its_secant() -> None:
+def test_the_response_uses_the_curve_not_its_secant() -> None:
     """A curve that is a straight line acts as a linear damper of that rate."""
     straight = one_link(Damper(curve=DamperCurve((10.0,), (1.0,))))
     assert response(one_link(Damper(0.1))).errors([straight])[0, 0] < 1e-5

@@ -1,4 +1,4 @@
-"""Parts chosen for the leg as it was diagnosed, against parts chosen blind: once round the whole loop.
+"""Parts chosen for the diagnosed leg against parts chosen without the diagnosis: the whole loop once.
 
 The built-in example's robot is designed, built with a knee whose dry friction nobody knew of and with links off within
 tolerance, recorded, diagnosed, and designed again for the diagnosed leg.
@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.swung import ONE, recorded, with_effects
+from diagnosis.simulated_releases import ONE, recorded, with_effects
 from peers.mujoco_leg import simulate as simulate_mujoco
 from synth.arrays import Array
 from synth.design.leg_design import LegDesign, design_leg
@@ -113,13 +113,13 @@ def test_the_friction_is_diagnosed_from_the_built_leg(loop: Loop) -> None:
     assert loop.gap.after.value < 0.3 * loop.gap.before.value
 
 
-def test_parts_chosen_for_the_diagnosed_leg_move_it_nearer_to_the_wanted_motion(loop: Loop) -> None:
+def test_parts_chosen_for_the_diagnosed_leg_reduce_the_error(loop: Loop) -> None:
     blind, knowing = (errors(loop.blind, loop.moves(design)) for design in (loop.blind, loop.knowing))
     assert np.sqrt(np.mean(knowing**2)) < 0.85 * np.sqrt(np.mean(blind**2))
     assert knowing[1] < 0.8 * blind[1]
 
 
-def test_another_engine_says_the_same_of_both(loop: Loop) -> None:
+def test_mujoco_agrees_on_both_designs(loop: Loop) -> None:
     """The leg with either design's parts by MuJoCo, whose smoothed friction creeps where true friction holds."""
     found = []
     for design in (loop.blind, loop.knowing):
@@ -133,14 +133,14 @@ def test_another_engine_says_the_same_of_both(loop: Loop) -> None:
     assert found[1][1] < 0.8 * found[0][1]
 
 
-def test_a_design_that_knows_of_the_friction_promises_what_the_leg_then_does(loop: Loop) -> None:
+def test_the_error_predicted_with_friction_is_the_error_found(loop: Loop) -> None:
     promised = {n: float(np.degrees(d.errors[1])) for n, d in (("blind", loop.blind), ("knowing", loop.knowing))}
     moved = {n: errors(loop.blind, loop.moves(d))[1] for n, d in (("blind", loop.blind), ("knowing", loop.knowing))}
     assert moved["knowing"] == pytest.approx(promised["knowing"], rel=0.15)
     assert moved["blind"] > 2.0 * promised["blind"]
 
 
-def test_the_design_says_which_effects_it_took_over(loop: Loop, tmp_path: Path) -> None:
+def test_the_design_lists_the_effects_it_carried_over(loop: Loop, tmp_path: Path) -> None:
     content = design_json(loop.knowing, [], tmp_path, {})
     (taken,) = (item for item in content["target_effects"] if item["joint"] == "knee")
     assert taken["carried_over"]
@@ -151,7 +151,7 @@ def test_the_design_says_which_effects_it_took_over(loop: Loop, tmp_path: Path) 
     assert not any(joint.effects for joint in loop.knowing.target.leg.joints)
 
 
-def test_what_belongs_to_a_replaced_part_goes_with_it_and_nothing_goes_unsaid() -> None:
+def test_effects_of_replaced_parts_are_dropped_and_listed() -> None:
     link = Link(0.2, 0.5, 0.1, 5e-3)
     effects = {
         "coulomb_friction": {"torque": 0.05},
@@ -181,7 +181,7 @@ def test_what_belongs_to_a_replaced_part_goes_with_it_and_nothing_goes_unsaid() 
     assert len(notes(target.effects)) == 10
 
 
-def test_a_fit_too_says_what_it_does_not_reckon_with() -> None:
+def test_a_fit_warns_of_effects_it_ignores() -> None:
     effects = {"coulomb_friction": {"torque": 0.01}, "encoder_offset": {"offset": 0.02}}
     leg = replace(with_effects(ONE, {"knee": effects}), effects={"base_compliance": {"stiffness": 1e4}})
     result = fit_leg(leg, recordings(leg, recorded(ONE, held_out=0)))

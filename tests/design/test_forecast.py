@@ -52,14 +52,14 @@ def forecaster(rate: float, asked: ToleranceOptions, within: float = 0.1) -> For
 MEASURED = DamperOption(None, Damper(1.0), "curve", "measured")
 
 
-def test_without_tolerances_nothing_spreads(spring: SpringOption) -> None:
+def test_without_tolerances_the_forecast_has_no_spread(spring: SpringOption) -> None:
     found = forecaster(spring.rate, NONE).forecast([(spring, MEASURED)], 32)
     assert found.nominal < 1e-5
     assert found.expected < 1e-5
     assert found.chance == 1.0
 
 
-def test_a_shift_of_the_free_angle_is_the_error_in_closed_form(spring: SpringOption) -> None:
+def test_free_angle_tolerance_gives_the_closed_form_error(spring: SpringOption) -> None:
     """Overdamped and slow, the error of a shift s is s times the RMS of 1 - exp(-k t / b), whatever its sign.
 
     Shifts are uniform within s0, so the error is uniform from 0 to s0 g: mean a half, nine tenths from 5 % to 95 %.
@@ -82,7 +82,7 @@ def test_a_shift_of_the_free_angle_is_the_error_in_closed_form(spring: SpringOpt
     assert found.shares[0].alone == pytest.approx(limit * gain / np.sqrt(3.0), rel=1e-3)
 
 
-def test_more_tolerance_is_more_error_and_less_chance(spring: SpringOption) -> None:
+def test_a_larger_tolerance_raises_the_error_and_lowers_the_chance(spring: SpringOption) -> None:
     tight, loose = (
         forecaster(spring.rate, replace(NONE, rate=share), within=0.01).forecast([(spring, MEASURED)], 64)
         for share in (0.02, 0.2)
@@ -91,7 +91,7 @@ def test_more_tolerance_is_more_error_and_less_chance(spring: SpringOption) -> N
     assert tight.chance > loose.chance
 
 
-def test_temperature_acts_on_a_damper_as_its_coefficient_says(spring: SpringOption, catalogue: Catalogue) -> None:
+def test_temperature_changes_a_damper_by_its_coefficient(spring: SpringOption, catalogue: Catalogue) -> None:
     """A warm damper is weaker by exp(c dT): the same error as a torque that is off by as much."""
     row = replace(catalogue.find_damper("6597K19"), torque_per_kelvin=-0.02)
     option = DamperOption(row, row.damper("linear"), "linear", "secant")
@@ -118,7 +118,7 @@ def test_the_exponent_of_an_assumed_law_is_drawn_between_its_limits(catalogue: C
         assert columns[3:, lane] == pytest.approx(column(0.0, 0.0, row.damper("concave", exponent))[3:], rel=1e-6)
 
 
-def test_the_draws_fill_every_cell_once_and_are_the_seeds() -> None:
+def test_draws_are_a_seeded_latin_hypercube() -> None:
     """A Latin hypercube: of n draws each n-th of every axis holds one."""
     made = forecaster(1.0, NONE)
     drawn = made._draws(2, 16)
@@ -138,7 +138,7 @@ def test_parallel_parts_spread_less(catalogue: Catalogue, spring: SpringOption) 
     assert damper_tolerance(four, asked).torque == pytest.approx(0.5 * damper_tolerance(one, asked).torque)
 
 
-def test_what_the_row_or_the_project_says_goes_before_what_is_usual(spring: SpringOption) -> None:
+def test_tolerances_of_row_and_project_override_the_default(spring: SpringOption) -> None:
     assert spring.row is not None
     stated = replace(spring, row=replace(spring.row, rate_tolerance=0.03, free_angle_tolerance=0.02))
     found = spring_tolerance(stated, ToleranceOptions())
@@ -154,9 +154,7 @@ def test_the_same_seed_gives_the_same_forecast(spring: SpringOption) -> None:
     assert one == two
 
 
-def test_lanes_of_a_set_that_was_asked_about_are_not_run_again(
-    spring: SpringOption, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_forecasts_of_a_set_are_cached(spring: SpringOption, monkeypatch: pytest.MonkeyPatch) -> None:
     """Sets are ranked, shown and held against exchanges: each asks for the same draws, and for the nominal parts."""
     ours, ran = forecaster(spring.rate, ToleranceOptions()), []
     errors_of = ours.lanes.errors_of
@@ -170,7 +168,7 @@ def test_lanes_of_a_set_that_was_asked_about_are_not_run_again(
     assert ran == [32, 1, 32, 1]
 
 
-def test_lanes_give_the_same_however_many_threads_share_them(
+def test_forecasts_do_not_depend_on_the_number_of_threads(
     spring: SpringOption, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = []

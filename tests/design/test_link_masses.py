@@ -38,7 +38,7 @@ def leg(includes: str, mass: float = 0.08) -> Leg:
     return Leg("leg", (Joint("hip", link), Joint("knee", link)))
 
 
-def test_parts_are_added_to_links_that_hold_none_and_the_tube_is_the_link() -> None:
+def test_parts_are_added_to_links_whose_figures_include_none() -> None:
     hip, knee = built_links(leg("none"), PARTS)
     assert hip.body.mass == pytest.approx(0.08 + 0.10 + 0.02 + 0.06 + 0.01)
     assert knee.body.mass == pytest.approx(0.08 + 0.05 + 0.01)
@@ -49,7 +49,7 @@ def test_parts_are_added_to_links_that_hold_none_and_the_tube_is_the_link() -> N
     assert [name for name, _, _ in knee.parts] == ["knee_lower", "knee_spring"]
 
 
-def test_figures_that_hold_everything_stand_where_they_can() -> None:
+def test_plausible_link_figures_are_kept() -> None:
     hip, knee = built_links(leg("joint", 0.5), PARTS)
     assert hip.stands
     assert knee.stands
@@ -57,7 +57,7 @@ def test_figures_that_hold_everything_stand_where_they_can() -> None:
     assert knee.drawn.mass == pytest.approx(0.05 + 0.01 + 0.01)
 
 
-def test_figures_that_cannot_be_give_way_to_what_is_drawn() -> None:
+def test_impossible_link_figures_are_replaced_by_the_drawn_ones() -> None:
     """Drawn tube and parts of 220 g cannot be on a link of 80 g."""
     hip, knee = built_links(leg("joint"), PARTS)
     assert not hip.stands
@@ -70,7 +70,7 @@ def test_figures_that_cannot_be_give_way_to_what_is_drawn() -> None:
     assert "parts weigh 70 g" in others[0][1]
 
 
-def test_assumed_masses_are_named_with_the_key_that_takes_them() -> None:
+def test_assumed_masses_are_named_with_their_key() -> None:
     links = built_links(leg("none"), PARTS)
     said = [text for _, text in link_warnings(links, {"knee_upper": "assumed"})]
     named = [text for text in said if "60 g of its link's 270 g are assumed masses of knee_upper" in text]
@@ -78,16 +78,16 @@ def test_assumed_masses_are_named_with_the_key_that_takes_them() -> None:
     assert "cad: {masses:" in named[0]
 
 
-def test_links_are_alike_within_half_a_per_cent() -> None:
+def test_links_within_half_a_per_cent_are_equal() -> None:
     assert same_links(leg("none", 0.080), leg("none", 0.0803))
     assert not same_links(leg("none", 0.080), leg("none", 0.081))
 
 
-def test_a_weighed_part_that_is_none_is_told() -> None:
+def test_an_unknown_weighed_part_is_named() -> None:
     assert unknown_parts({"hip_lower": 0.1, "hip_lowr": 0.1}, PARTS) == ["hip_lowr"]
 
 
-def test_masses_read_back() -> None:
+def test_masses_round_trip_through_json() -> None:
     body = RigidBody(0.0123, (0.001, -0.02, 0.003), (1e-6, 2e-6, 3e-6, 1e-7, -2e-7, 3e-8))
     item = PartMass("hip_lower", "hip", "lower", "lower", body, SOLID)
     again = mass_from(mass_json(item))
@@ -97,7 +97,7 @@ def test_masses_read_back() -> None:
     assert link_body(Link(0.2, 0.1, 0.1, 1e-4)).mass == 0.1
 
 
-def test_joints_are_weighed_again_only_where_they_change_by_more_than_near() -> None:
+def test_joints_are_weighed_again_only_after_a_relevant_change() -> None:
     spring = SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0)
     hip = JointDimensions("hip", spring, 110.0, 110.0, range=(80.0, 140.0))
     assert same_but_for(hip, replace(hip, free_angle=110.0 + 0.9 * NEAR), NEAR)

@@ -57,7 +57,7 @@ def design(tmp_path_factory: pytest.TempPathFactory) -> LegDesign:
     return design_leg(read_leg_project(folder / "project.yaml"), Catalogue.load())
 
 
-def test_the_fit_is_no_worse_than_what_was_measured_before(design: LegDesign) -> None:
+def test_the_fit_is_no_worse_than_earlier_results(design: LegDesign) -> None:
     """A plain solver left 1.2/1.5/2.0 deg with one free angle for all, 0.48/0.74/0.78 with one a trial."""
     variants = {variant.free_angle: variant for variant in design.target.variants}
     common = np.degrees(list(variants["common"].rms.values()))
@@ -67,7 +67,7 @@ def test_the_fit_is_no_worse_than_what_was_measured_before(design: LegDesign) ->
     assert design.target.free_angle == "per_trial"
 
 
-def test_with_one_free_angle_the_thesis_stiffness_comes_out() -> None:
+def test_the_fit_with_one_free_angle_agrees_with_the_thesis() -> None:
     """Thesis Table 3, one free angle for all: 23.7, 1.71 and 0.454 N m/rad lie within our intervals.
 
     From the first samples on, as the thesis had them; what muscles still drive there is left out otherwise.
@@ -84,13 +84,13 @@ def test_with_one_free_angle_the_thesis_stiffness_comes_out() -> None:
         assert estimate.low < value < estimate.high
 
 
-def test_the_overdamped_hip_is_said_not_to_be_separable(design: LegDesign) -> None:
+def test_the_overdamped_hip_is_reported_as_not_separable(design: LegDesign) -> None:
     """Once the muscles' share is cut, b/k is open too, so that the rates are named one by one."""
     openings = ("hip: not separable: spring rate and damper rate", "hip: these trials determine the spring rate only")
     assert any(text.startswith(openings) for text in design.target.not_separable)
 
 
-def test_repeats_that_took_no_part_are_predicted_nearly_as_well(design: LegDesign) -> None:
+def test_held_out_repeats_are_predicted_nearly_as_well(design: LegDesign) -> None:
     for j, name in enumerate(design.target.leg.joint_names):
         held = np.sqrt(np.mean([trial.rms[j] ** 2 for trial in design.held_out]))
         assert held < 2.0 * design.target.rms[name]

@@ -9,7 +9,7 @@ from design.removal import WORSE, case
 
 
 @pytest.mark.parametrize("seed", [2, 5])
-def test_without_a_part_the_result_is_no_worse_than_the_exchange_that_was_listed(seed: int) -> None:
+def test_removing_a_part_is_no_worse_than_the_listed_exchange(seed: int) -> None:
     one = case(seed)
     assert one.outcome == "made"
     assert one.listed is not None

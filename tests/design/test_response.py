@@ -34,7 +34,7 @@ def wanted() -> WantedResponse:
     return WantedResponse.of(LEG, releases)
 
 
-def test_the_wanted_leg_itself_has_no_error(wanted: WantedResponse) -> None:
+def test_the_wanted_leg_has_no_error(wanted: WantedResponse) -> None:
     assert wanted.errors([LEG]).max() < 1e-12
 
 
@@ -45,20 +45,20 @@ def test_errors_are_the_root_mean_square_of_the_difference(wanted: WantedRespons
     assert wanted.errors([other])[0] == pytest.approx(np.sqrt(np.mean(difference**2, axis=0)), rel=1e-9)
 
 
-def test_a_locked_joint_does_not_count() -> None:
+def test_a_locked_joint_has_no_error() -> None:
     release = WantedRelease("a", TIME, np.array([0.1, 1.4]), np.zeros(2), Conditions(locked=(1,)))
     wanted = WantedResponse.of(LEG, [release])
     other = LEG.with_joints(knee={"spring": Spring(9.0, 2.0)})
     assert wanted.errors([other])[0] == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
-def test_at_rest_like_wanted_keeps_the_rest_pose_at_any_spring_rate(wanted: WantedResponse) -> None:
+def test_at_rest_like_wanted_keeps_the_rest_pose(wanted: WantedResponse) -> None:
     other = LEG.with_joints(hip={"spring": Spring(6.0, 0.0)}, knee={"spring": Spring(4.0, 0.0)})
     moved = wanted.at_rest_like_wanted(other)
     assert rest_pose(moved) == pytest.approx(rest_pose(LEG), abs=1e-9)
 
 
-def test_tuning_finds_the_spring_that_was_taken_away(wanted: WantedResponse) -> None:
+def test_tuning_recovers_the_original_springs(wanted: WantedResponse) -> None:
     off = LEG.with_joints(hip={"spring": Spring(31.0, 1.7)}, knee={"spring": Spring(1.2, 2.1)})
     tuned = wanted.tuned(off, (0, 1))
     assert wanted.overall([tuned])[0] < 0.05 * wanted.overall([off])[0]
@@ -68,20 +68,20 @@ def test_tuning_finds_the_spring_that_was_taken_away(wanted: WantedResponse) -> 
         assert joint.spring.rate == pytest.approx(true.spring.rate, rel=0.02)
 
 
-def test_a_response_can_be_kept_and_read_again(wanted: WantedResponse) -> None:
+def test_a_response_survives_pickling(wanted: WantedResponse) -> None:
     """Also after it was simulated, when its chain holds machine code."""
     wanted.errors([LEG])
     again = pickle.loads(pickle.dumps(wanted))
     assert again.errors([LEG]).tolist() == wanted.errors([LEG]).tolist()
 
 
-def test_a_leg_too_stiff_to_follow_is_the_worst_not_an_accident(wanted: WantedResponse) -> None:
+def test_a_leg_that_cannot_be_simulated_gets_the_largest_error(wanted: WantedResponse) -> None:
     stiff = replace(LEG, joints=(LEG.joints[0], replace(LEG.joints[1], damper=Damper(1e7))))
     assert wanted.errors([stiff]).max() == pytest.approx(np.pi)
 
 
 @pytest.mark.parametrize("size", [np.inf, np.nan, 1e200])
-def test_a_motion_that_tells_no_step_leaves_the_springs_as_they_are(
+def test_tuning_without_a_finite_step_keeps_the_springs(
     wanted: WantedResponse, monkeypatch: pytest.MonkeyPatch, size: float
 ) -> None:
     """Derivatives of a leg that turns over ever faster: their squares are no numbers, and no equations are solved."""

@@ -21,7 +21,7 @@ def small() -> PartLanes:
     return PartLanes(wanted(), LEG, grid(5, 2))
 
 
-def test_lanes_move_like_legs_written_one_by_one(small: PartLanes) -> None:
+def test_lanes_equal_single_simulations(small: PartLanes) -> None:
     index = np.array([[0, 0, 0], [3, 7, 1], [9, 2, 5]])
     legs = []
     for row in index:
@@ -40,14 +40,14 @@ def test_the_wanted_parts_have_no_error() -> None:
     assert lanes.errors(np.zeros((1, 3), dtype=np.int64))[0] < 1e-5
 
 
-def test_a_leg_that_cannot_be_followed_is_the_worst() -> None:
+def test_a_diverging_leg_gets_the_largest_error() -> None:
     acting = [[Acting(j.spring.rate, j.damper)] for j in LEG.joints if j.spring and j.damper]
     acting[2].append(Acting(0.5, Damper(1e7)))
     lanes = PartLanes(wanted(), LEG, acting)
     assert lanes.errors(np.array([[0, 0, 1]]))[0] == pytest.approx(np.pi)
 
 
-def test_residuals_square_to_the_error(small: PartLanes) -> None:
+def test_squared_residuals_sum_to_the_error(small: PartLanes) -> None:
     index = np.array([[1, 2, 3], [4, 5, 6]])
     squared = np.sum(small.residuals(index) ** 2, axis=0)
     assert np.sqrt(squared) == pytest.approx(small.errors(index), rel=1e-4)
@@ -60,7 +60,7 @@ def test_screening_is_exact_where_one_joint_differs_from_the_base(small: PartLan
     assert screen.errors(index) == pytest.approx(small.errors(index), rel=1e-3)
 
 
-def test_screening_finds_its_best_among_all(small: PartLanes) -> None:
+def test_screening_returns_the_best_of_all_sets(small: PartLanes) -> None:
     screen = _Screen(small, np.array([0, 0, 0]), 1)
     numbers, guess = screen.best(50)
     index = np.stack(np.unravel_index(np.arange(small.n_set), small.counts), axis=1)
@@ -70,7 +70,7 @@ def test_screening_finds_its_best_among_all(small: PartLanes) -> None:
 
 
 @pytest.mark.parametrize(("seed", "spread"), [(0, 2.5), (1, 4.0), (2, 1.5)])
-def test_what_is_screened_equals_what_is_simulated_whole(seed: int, spread: float) -> None:
+def test_screening_gives_the_same_best_sets_as_full_simulation(seed: int, spread: float) -> None:
     """The best twelve of 1000 sets, in order, from a start anywhere, for parts near each other and far apart."""
     small = PartLanes(wanted(), LEG, grid(5, 2, spread, seed))
     whole = best_sets(small, [0, 0, 0], 12)
@@ -84,14 +84,14 @@ def test_what_is_screened_equals_what_is_simulated_whole(seed: int, spread: floa
     assert screened.error == pytest.approx(whole.error, rel=1e-4)
 
 
-def test_the_bound_on_mistakes_grows_away_from_the_best() -> None:
+def test_the_screening_error_bound_grows_away_from_the_best() -> None:
     mistake = Mistake(best=1.0, slope=0.3, ratio=0.6)
     guess = np.array([1.0, 1.2, 2.0, 3.0])
     least = mistake.least(guess)
     assert least == pytest.approx([0.985, 1.2 * (1 - 0.3 * 0.25), 2.0 * (1 - 0.3 * 1.05), 3.0 * 0.6])
 
 
-def test_one_joint_is_screened_like_many() -> None:
+def test_screening_works_with_one_joint() -> None:
     """With nothing to act on each other the screen is exact."""
     options = grid(30, 10)[2]
     leg = replace(LEG, joints=LEG.joints[2:])

@@ -98,13 +98,13 @@ def springs(made: SetsMade) -> list[str]:
     return [pair.spring.label for pair in made.chosen.pairs]
 
 
-def test_the_parts_that_are_wanted_are_chosen(made: SetsMade) -> None:
+def test_the_exact_parts_are_chosen(made: SetsMade) -> None:
     assert springs(made) == ["H18", "K2", "A05"]
     assert [pair.damper.label for pair in made.chosen.pairs[1:]] == ["DK", "DA"]
     assert rest_pose(made.leg) == pytest.approx(rest_pose(LEG), abs=1e-9)
 
 
-def test_sets_come_by_their_expected_error(made: SetsMade) -> None:
+def test_sets_are_ordered_by_expected_error(made: SetsMade) -> None:
     expected = [item.ready.expected for item in made.sets[1:]]
     assert expected == sorted(expected)
     assert made.chosen.ready.expected <= expected[0] + np.radians(0.05)  # on other draws than the others
@@ -119,14 +119,14 @@ def test_measured_free_angles_leave_a_smaller_error(made: SetsMade) -> None:
     assert made.measured.chance >= made.chosen.forecast.chance
 
 
-def test_a_vendor_can_be_asked_for(catalogue: Catalogue) -> None:
+def test_vendors_can_be_restricted(catalogue: Catalogue) -> None:
     found = choose(catalogue, PartsOptions(vendors=("beta", "Gamma")))
     assert springs(found)[0] == "H20"
     assert {option.row.vendor for each in found.springs.ranked for option in each if option.row} == {"Beta"}
     assert "not of beta or Gamma" in found.springs.left_out[0]
 
 
-def test_a_part_that_cannot_be_had_is_replaced_by_what_costs_least(catalogue: Catalogue, made: SetsMade) -> None:
+def test_an_excluded_part_is_replaced_by_the_first_alternative(catalogue: Catalogue, made: SetsMade) -> None:
     """The first spring among the alternatives is what a new choice without the part takes."""
     ranked = [option for option in made.springs.ranked[2] if option.part != "A05" and not option.outside]
     found = choose(catalogue, PartsOptions(without=("a05",)))
@@ -134,7 +134,7 @@ def test_a_part_that_cannot_be_had_is_replaced_by_what_costs_least(catalogue: Ca
     assert found.chosen.error >= made.chosen.error - 1e-6
 
 
-def test_inch_or_metric_wire(catalogue: Catalogue) -> None:
+def test_wire_can_be_restricted_to_inch_or_metric(catalogue: Catalogue) -> None:
     inch = choose(catalogue, PartsOptions(system="inch"), SpringChoice(rate_tolerance=0.5, wire="music"))
     for options in inch.springs.ranked:
         for option in options:
@@ -143,7 +143,7 @@ def test_inch_or_metric_wire(catalogue: Catalogue) -> None:
     assert springs(metric) == ["H18", "K2", "A05"]
 
 
-def test_two_in_parallel_do_what_one_cannot(catalogue: Catalogue) -> None:
+def test_two_springs_in_parallel_reach_the_rate(catalogue: Catalogue) -> None:
     parts = PartsOptions(without=("K2",))
     asked = SpringChoice(make=False, rate_tolerance=0.2, parallel=2)
     with pytest.raises(UserError, match="knee: none of"):
@@ -153,7 +153,7 @@ def test_two_in_parallel_do_what_one_cannot(catalogue: Catalogue) -> None:
     assert found.springs.chosen[1].rate == pytest.approx(2.0, rel=1e-3)
 
 
-def test_dampers_behind_a_belt_are_chosen_where_they_suit_best(catalogue: Catalogue) -> None:
+def test_a_damper_behind_a_belt_is_chosen_when_it_fits_best(catalogue: Catalogue) -> None:
     """A quarter of the torque at twice the speed is the ankle's own: 2 T(2 w) = 4 T(w) where T is linear."""
     found = choose(catalogue, PartsOptions(without=("DA",)), damper=DamperChoice(ratios=(1.0, 2.0)))
     chosen = found.dampers.chosen[2]
@@ -161,7 +161,7 @@ def test_dampers_behind_a_belt_are_chosen_where_they_suit_best(catalogue: Catalo
     assert chosen.damper.rate == pytest.approx(4 * 0.0393 / (50 * np.pi / 30), rel=1e-6)
 
 
-def test_one_way_dampers_come_in_pairs_only(catalogue: Catalogue) -> None:
+def test_one_way_dampers_are_used_in_pairs_only(catalogue: Catalogue) -> None:
     parts = PartsOptions(without=("DK", "DH", "DA", "DA4"))
     with pytest.raises(UserError, match="parallel: 2 allows a pair"):
         choose(catalogue, parts)
@@ -170,7 +170,7 @@ def test_one_way_dampers_come_in_pairs_only(catalogue: Catalogue) -> None:
     assert found.dampers.chosen[1].arrangement.pieces == 2
 
 
-def test_what_stands_in_costs_what_the_leg_then_does(made: SetsMade) -> None:
+def test_errors_of_alternatives_are_those_of_the_changed_leg(made: SetsMade) -> None:
     """The alternatives' errors are those of the whole leg with that one part changed."""
     response, knee = wanted(), 1
     option = next(option for option in made.springs.ranked[knee] if option.label == "K1")
@@ -181,7 +181,7 @@ def test_what_stands_in_costs_what_the_leg_then_does(made: SetsMade) -> None:
     assert option.error == pytest.approx(response.overall([response.at_rest_like_wanted(changed)])[0], rel=1e-3)
 
 
-def test_tolerances_can_decide(catalogue: Catalogue, tmp_path: Path) -> None:
+def test_tolerances_can_change_the_choice(catalogue: Catalogue, tmp_path: Path) -> None:
     """A part that is a little off but exact comes before one that is right and may be anything."""
     mine = tmp_path / "exact.csv"
     head = HEAD.strip() + ",rate_tolerance [%],free_angle_tolerance [deg]\n"
@@ -198,13 +198,13 @@ def test_tolerances_can_decide(catalogue: Catalogue, tmp_path: Path) -> None:
     assert springs(choose(both, exact))[1] == "K2"
 
 
-def test_the_catalogue_of_this_test_is_sound(catalogue: Catalogue) -> None:
+def test_the_test_catalogue_is_complete(catalogue: Catalogue) -> None:
     for part in ("H18", "H20", "K2", "K1", "A05", "A06"):
         assert catalogue.find_spring(part).complete, catalogue.find_spring(part).status
     assert radians(90) == pytest.approx(catalogue.find_spring("K1").included_angle)
 
 
-def test_vendors_who_sell_no_dampers_do_not_keep_dampers_out(catalogue: Catalogue) -> None:
+def test_a_vendor_without_dampers_does_not_exclude_dampers(catalogue: Catalogue) -> None:
     found = choose(catalogue, PartsOptions(vendors=("Alpha",)))
     assert found.dampers.chosen[1].row is not None
     assert found.dampers.chosen[1].row.vendor == "Gamma"

@@ -78,7 +78,7 @@ def test_the_thesis_knee_gets_its_lee_spring(catalogue: Catalogue) -> None:
     assert made.left_out[0]  # every other row is counted under a reason
 
 
-def test_bought_springs_are_ranked_by_the_legs_response_not_by_the_nearest_number(catalogue: Catalogue) -> None:
+def test_bought_springs_are_ranked_by_response_error_not_by_rate(catalogue: Catalogue) -> None:
     leg = knee(1.55)
     made = choose(leg, choice(rate_tolerance=0.6), catalogue, TRAVEL)
     bought = [option for option in made.ranked[0] if option.row is not None]
@@ -89,7 +89,7 @@ def test_bought_springs_are_ranked_by_the_legs_response_not_by_the_nearest_numbe
     assert made.chosen[0].part == nearest.part  # with a single joint and the free angle made to suit
 
 
-def test_none_in_tolerance_winds_one_and_says_so(catalogue: Catalogue) -> None:
+def test_without_a_spring_in_tolerance_one_is_wound_with_a_note(catalogue: Catalogue) -> None:
     leg = knee(3.3)
     made = choose(leg, choice(), catalogue, TRAVEL)
     option = made.chosen[0]
@@ -99,7 +99,7 @@ def test_none_in_tolerance_winds_one_and_says_so(catalogue: Catalogue) -> None:
     assert "no bought spring" in made.warnings[0][0]
 
 
-def test_one_to_wind_lasts_as_often_as_is_asked(catalogue: Catalogue) -> None:
+def test_a_wound_spring_lasts_the_requested_cycles(catalogue: Catalogue) -> None:
     leg = knee(3.3)
     once, often, longest = (
         choose(leg, choice(make=True, **asked), catalogue).chosen[0].design
@@ -113,13 +113,13 @@ def test_one_to_wind_lasts_as_often_as_is_asked(catalogue: Catalogue) -> None:
     assert once.mass < often.mass < longest.mass
 
 
-def test_a_bought_spring_asked_for_and_none_there_is_a_message(catalogue: Catalogue) -> None:
+def test_a_missing_bought_spring_is_refused_with_the_nearest(catalogue: Catalogue) -> None:
     leg = knee(3.3)
     with pytest.raises(UserError, match=r"knee: none of the \d+ springs.*comes nearest.*make: true"):
         choose(leg, choice(make=False), catalogue, TRAVEL)
 
 
-def test_the_thesis_hip_cannot_be_one_spring_and_the_numbers_say_why(catalogue: Catalogue) -> None:
+def test_the_thesis_hip_spring_is_refused_with_its_stress(catalogue: Catalogue) -> None:
     """79 N m/rad over 45 deg within the thesis' outside diameter: yields; two or more in parallel can."""
     leg = knee(79.35)
     room = choice(make=True, max_outer_diameter=0.0414, max_body_length=0.05)
@@ -138,14 +138,14 @@ def test_the_thesis_hip_cannot_be_one_spring_and_the_numbers_say_why(catalogue: 
     assert option.rate == pytest.approx(79.35, rel=1e-6)
 
 
-def test_a_bought_spring_that_would_yield_is_warned_of(catalogue: Catalogue) -> None:
+def test_a_bought_spring_that_would_yield_gives_a_warning(catalogue: Catalogue) -> None:
     leg = knee(0.47269)
     far = [WantedTravel(radians(150.0), 0.0)]
     made = choose(leg, choice(part="LTR080F 10 S"), catalogue, far)
     assert "yields at" in spring_warnings("knee", made.chosen[0])[0]
 
 
-def test_travel_is_the_range_where_the_leg_has_one_else_the_motion() -> None:
+def test_travel_is_the_joint_range_or_else_the_motion() -> None:
     leg = knee(1.0)
     motion = leg.to_rotation(np.radians([[100.0], [130.0], [111.0]]))
     found = travels(leg, [motion])[0]
@@ -155,7 +155,7 @@ def test_travel_is_the_range_where_the_leg_has_one_else_the_motion() -> None:
     assert np.degrees([found.winding, found.opening]) == pytest.approx([51.0, 39.0])
 
 
-def test_a_spring_that_work_would_open_is_seated_the_other_way_round_and_that_is_said() -> None:
+def test_a_spring_that_would_open_is_reversed_with_a_warning() -> None:
     """As the thesis' the arms close towards smaller measured angles; a joint with sign -1 turns the other way in q."""
     leg = knee(1.0)
     motion = np.radians([[0.0], [40.0], [-5.0]])
@@ -170,14 +170,14 @@ def test_a_spring_that_work_would_open_is_seated_the_other_way_round_and_that_is
 
 
 @pytest.mark.parametrize("rate", [2.2922, 3.3])  # a bought one, one to wind
-def test_the_seat_is_the_choice_s(catalogue: Catalogue, rate: float) -> None:
+def test_the_closing_direction_follows_the_travel(catalogue: Catalogue, rate: float) -> None:
     for travel, closes in ((WantedTravel(0.7, 0.1, below=False), 1), (WantedTravel(0.7, 0.1), -1)):
         made = choose(knee(rate), choice(rate_tolerance=0.05), catalogue, [travel])
         assert {option.closes for option in made.ranked[0]} == {closes}
         assert any("the other way round" in text for text in made.warnings[0]) is (closes == 1)
 
 
-def test_a_spring_of_which_no_strength_is_known_is_said_to_be_unchecked(catalogue: Catalogue) -> None:
+def test_a_spring_of_unknown_strength_is_reported_unchecked(catalogue: Catalogue) -> None:
     leg = knee(0.47269)
     rows = tuple(
         replace(row, material="unobtainium") if row.part == "LTR080F 10 S" else row for row in catalogue.springs

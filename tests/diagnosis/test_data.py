@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.swung import NOISE, TIME, TWO, off, recorded, with_effects
+from diagnosis.simulated_releases import NOISE, TIME, TWO, off, recorded, with_effects
 from synth.diagnosis.angle_trials import angle_trial, copies, sensor
 from synth.diagnosis.encoder_counts import coarse_counts, rounded, usual_noise
 from synth.files.trial_list import Trial
@@ -30,12 +30,12 @@ def test_different_releases_are_no_copies() -> None:
     assert copied(TRIALS) == []
 
 
-def test_the_same_release_recorded_again_is_no_copy() -> None:
+def test_a_repeated_release_is_no_copy() -> None:
     assert copied([*TRIALS, *recorded(LEG, held_out=0, seed=9)]) == []
 
 
 @pytest.mark.parametrize("change", ["same", "cut short", "fewer digits"])
-def test_a_copy_is_known_whatever_was_done_to_it(change: str) -> None:
+def test_a_copy_is_detected_after_editing(change: str) -> None:
     copy = replace(TRIALS[1], name="copy.csv")
     if change == "cut short":
         copy = replace(copy, time=copy.time[:120], angles=copy.angles[:120])
@@ -44,7 +44,7 @@ def test_a_copy_is_known_whatever_was_done_to_it(change: str) -> None:
     assert copied([*TRIALS, copy]) == [(len(TRIALS), 1)]
 
 
-def test_what_was_learnt_from_cannot_score_whichever_stands_first() -> None:
+def test_a_held_out_copy_of_a_training_trial_is_the_copy() -> None:
     held = replace(TRIALS[2], name="unseen.csv", held_out=True)
     assert copied([held, *TRIALS]) == [(0, 3)]
 
@@ -66,7 +66,7 @@ def test_a_channel_with_more_noise_is_not_pooled_with_the_others() -> None:
     assert noise[1] == pytest.approx(np.sqrt(17.0) * NOISE, rel=0.1)
 
 
-def test_coarse_counts_are_seen_where_they_are() -> None:
+def test_coarse_counts_are_detected_at_their_joint() -> None:
     step = np.radians(1.0)
     trials = recorded(with_effects(LEG, {"knee": {"encoder_quantisation": {"step": step}}}), held_out=0)
     found = sensor(read(trials))
@@ -80,7 +80,7 @@ def test_coarse_counts_are_seen_where_they_are() -> None:
     np.testing.assert_allclose(told[:, 0], trial.measured[:, 0] + 0.3 * step)
 
 
-def test_counts_that_all_channels_share_are_no_cause() -> None:
+def test_counts_shared_by_all_channels_are_no_cause() -> None:
     step = np.radians(360 / 4096)
     counted = [replace(t, angles=step * np.round(t.angles / step)) for t in recorded(LEG, noise=0.0, held_out=0)]
     found = sensor(read(counted))

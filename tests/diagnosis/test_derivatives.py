@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.swung import AWAY, NOISE, TWO, off, read, recorded, with_effects
+from diagnosis.simulated_releases import AWAY, NOISE, TWO, off, read, recorded, with_effects
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
 from synth.diagnosis.lanes import Block
@@ -52,18 +52,18 @@ def started(hypothesis: tuple[Candidate, ...] = ()) -> EvaluatedHypothesis:
     return EvaluatedHypothesis(hypothesis, np.concatenate([tolerances, *starts]), tuple(states))
 
 
-def separately(fit: EvaluatedHypothesis, number: int, state: Array | None = None) -> Array:
+def simulated_alone(fit: EvaluatedHypothesis, number: int, state: Array | None = None) -> Array:
     """(m, n) rad: the leg that the fit stands for as a leg file would hold it, simulated on its own and read."""
     trial = TRIALS[number]
     leg = diagnosed_leg(TWO, TOLERANCES, fit, ())
     begin = fit.states[number] if state is None else state
     if any(candidate.effect.way == "structure" for candidate in fit.hypothesis):
-        return bent_at_the_start(leg, fit.hypothesis[0], begin, trial)
+        return simulate_with_initial_deflection(leg, fit.hypothesis[0], begin, trial)
     motion = simulate(leg, begin[:2], begin[2:], trial.time, trial.recording.conditions, tolerance=1e-9, rates=True)
     return read(leg, trial.time, motion[:, :2], motion[:, 2:])
 
 
-def bent_at_the_start(leg: Leg, candidate: Candidate, state: Array, trial: AngleTrial) -> Array:
+def simulate_with_initial_deflection(leg: Leg, candidate: Candidate, state: Array, trial: AngleTrial) -> Array:
     """As ``simulate``, but for the added link, which is deflected by what held the leg before its release."""
     legs = LegLanes.whole(leg)
     chain, own = compiled_chain(legs.n), list(legs.own)
@@ -82,7 +82,7 @@ def slope(fit: EvaluatedHypothesis, number: int, index: int, step: float) -> Arr
     for side in (1.0, -1.0):
         moved = fit.unknowns.copy()
         moved[index] += side * step
-        ends.append(separately(replace(fit, unknowns=moved), number))
+        ends.append(simulated_alone(replace(fit, unknowns=moved), number))
     return np.asarray((ends[0] - ends[1]) / (2.0 * step))
 
 
@@ -101,7 +101,7 @@ def close(found: Array, expected: Array, counts: Array, share: float) -> None:
 
 
 @pytest.mark.parametrize("number", range(len(CONDITIONS)))
-def test_tolerances_columns_are_finite_differences_of_simulations(number: int) -> None:
+def test_tolerance_columns_equal_finite_differences(number: int) -> None:
     fit = started()
     part = BENCH.frame(fit).trials[number]
     for index in range(TOLERANCES.size):
@@ -110,7 +110,7 @@ def test_tolerances_columns_are_finite_differences_of_simulations(number: int) -
 
 
 @pytest.mark.parametrize("number", range(len(CONDITIONS)))
-def test_states_columns_are_finite_differences_of_simulations(number: int) -> None:
+def test_state_columns_equal_finite_differences(number: int) -> None:
     fit, trial = started(), TRIALS[number]
     part = BENCH.frame(fit).trials[number]
     columns = part.q @ part.r
@@ -120,21 +120,21 @@ def test_states_columns_are_finite_differences_of_simulations(number: int) -> No
         for side in (1.0, -1.0):
             moved = fit.states[number].copy()
             moved[row] += side * 1e-4
-            ends.append(separately(fit, number, moved))
+            ends.append(simulated_alone(fit, number, moved))
         close(unwhitened(number, columns[:, column]), (ends[0] - ends[1]) / 2e-4, trial.counts, 0.02)
 
 
 @pytest.mark.parametrize("candidate", CANDIDATES, ids=lambda c: "-".join(c.key))
-def test_what_a_leg_file_would_hold_moves_as_was_predicted(candidate: Candidate) -> None:
+def test_the_written_leg_moves_as_predicted(candidate: Candidate) -> None:
     """For every effect at every place: lanes with unknowns in, and the diagnosed leg on its own."""
     fit = started((candidate,))
     block = Block(fit.hypothesis, fit.unknowns[:, None], fit.states[0][:, None])
     found = BENCH.predictor.predict(TRIALS[0], [block])[0][:, :, 0]
-    assert np.abs(found - separately(fit, 0)).max() < 0.1 * NOISE
+    assert np.abs(found - simulated_alone(fit, 0)).max() < 0.1 * NOISE
 
 
 @pytest.mark.parametrize("name", ["quadratic_damping", "hardening_spring", "link_mass", "encoder_scale", "latency"])
-def test_an_effect_s_columns_are_finite_differences_of_simulations(name: str) -> None:
+def test_effect_columns_equal_finite_differences(name: str) -> None:
     (candidate,) = (c for c in CANDIDATES if c.effect.name == name and c.joint == 1)
     (fit,) = BENCH.evaluate([started((candidate,))])
     for number in (0, 2):
@@ -143,7 +143,7 @@ def test_an_effect_s_columns_are_finite_differences_of_simulations(name: str) ->
             close(unwhitened(number, fit.columns[number][:, k]), expected, TRIALS[number].counts, 0.02)
 
 
-def test_one_block_or_many_give_the_same() -> None:
+def test_predictions_do_not_depend_on_the_grouping_into_blocks() -> None:
     """Blocks share lanes with others of their structure; whose company they keep must not matter."""
     some = [c for c in CANDIDATES if c.effect.name in ("coulomb_friction", "quadratic_damping", "base_compliance")]
     fits = [started((candidate,)) for candidate in some]
@@ -154,7 +154,7 @@ def test_one_block_or_many_give_the_same() -> None:
             np.testing.assert_allclose(one, other, atol=2e-2)  # of the noise
 
 
-def at_its_best(bench: Workbench) -> EvaluatedHypothesis:
+def fitted_nominal(bench: Workbench) -> EvaluatedHypothesis:
     """The nominal leg within its tolerances, with derivatives of its own."""
     states = tuple(np.concatenate([t.recording.smoothed.angle[0], t.recording.smoothed.rate[0]]) for t in bench.trials)
     fit = EvaluatedHypothesis((), np.zeros(bench.n_tolerance), states)
@@ -163,27 +163,27 @@ def at_its_best(bench: Workbench) -> EvaluatedHypothesis:
     return replace(fit, frame=bench.frame(fit))
 
 
-def test_a_trial_left_out_is_as_if_it_had_not_been_there() -> None:
+def test_leaving_a_trial_out_in_closed_form_equals_a_refit() -> None:
     """The closed form against a fit of the other trials."""
-    fit = at_its_best(BENCH)
+    fit = fitted_nominal(BENCH)
     assert fit.frame is not None
     step = BENCH.normal(fit).without(2)
     others = [number for number in range(len(TRIALS)) if number != 2]
     less = replace(BENCH, trials=tuple(TRIALS[number] for number in others))
-    again = at_its_best(less)
+    again = fitted_nominal(less)
     spread = np.abs(again.unknowns - fit.unknowns).max()
     assert spread > 0.02  # the trial says something
     assert np.abs(fit.unknowns + step - again.unknowns).max() < 0.05 * spread
 
 
-def test_every_effect_is_a_candidate_or_seen_in_the_readings() -> None:
+def test_every_effect_is_a_candidate_or_is_read_from_the_recordings() -> None:
     driven = {"torque", "servo", "motor", "stated supply"}  # no torque is known in these trials, and no drive is there
     of_drives = {effect.name for effect in registered() if driven & set(effect.needs)}
     expected = {effect.name for effect in registered()} - {"encoder_quantisation"} - of_drives
     assert {c.effect.name for c in CANDIDATES} == expected
 
 
-def test_an_effect_of_what_a_joint_lacks_is_no_candidate() -> None:
+def test_an_effect_that_needs_a_missing_part_is_no_candidate() -> None:
     bare = TWO.with_joints(knee={"spring": Spring(0.0, 0.0), "damper": Damper(0.0)})
     known = (TRIALS[0].recording.time[[0, -1]], np.array([[0.0, 0.1], [0.0, 0.2]]))
     trial = replace(TRIALS[0], recording=replace(TRIALS[0].recording, known_torque=known))
@@ -203,7 +203,7 @@ def test_an_effect_of_what_a_joint_lacks_is_no_candidate() -> None:
     assert not [name for name in there["hip"] if name.startswith("torque_")]
 
 
-def test_with_effects_is_what_a_file_holds() -> None:
+def test_with_effects_sets_joint_and_base_effects() -> None:
     leg = with_effects(TWO, {"knee": {"coulomb_friction": {"torque": 0.02}}, "base": {"base_tilt": {"tilt": 0.1}}})
     assert leg.joints[1].effects == {"coulomb_friction": {"torque": 0.02}}
     assert leg.effects == {"base_tilt": {"tilt": 0.1}}

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.swung import AWAY, HANGING, NOISE, TWO, causes, off, recorded, shifted, with_effects
+from diagnosis.simulated_releases import AWAY, HANGING, NOISE, TWO, causes, off, recorded, shifted, with_effects
 from synth import units
 from synth.diagnosis.diagnosis_result import PHASES, Experiment
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
@@ -62,7 +62,7 @@ def test_only_held_out_trials_are_scored_where_there_are_any() -> None:
     assert [trial.name for trial in found().trials if trial.scored] == ["3.csv"]
 
 
-def test_held_out_trials_take_no_part() -> None:
+def test_held_out_trials_do_not_influence_the_diagnosis() -> None:
     """Spoilt ones change the score and nothing that was found."""
     trials = recorded(BUILT, seed=2)
     spoilt = [replace(t, angles=t.angles + 0.2 * t.held_out) for t in trials]
@@ -115,13 +115,13 @@ def test_all_held_out_is_refused() -> None:
         diagnose(TWO, [replace(t, held_out=True) for t in recorded(BUILT)], Tolerance())
 
 
-def test_a_trial_with_a_locked_joint_tells_of_the_others() -> None:
+def test_a_trial_with_a_locked_joint_informs_about_the_others() -> None:
     locked = recorded(BUILT, AWAY[:1], conditions=Conditions((0,)), held_out=0, seed=8, first=9)
     result = diagnose(TWO, [*recorded(BUILT, seed=2), *locked], Tolerance())
     assert causes(result) == [("quadratic_damping", "knee")]
 
 
-def test_shares_sum_to_one_and_name_all_there_is() -> None:
+def test_shares_sum_to_one_over_all_joints_and_phases() -> None:
     where = found().where
     assert set(where.joint) == set(TWO.joint_names)
     assert set(where.phase) == set(PHASES)
@@ -139,7 +139,7 @@ def is_number(value: object) -> bool:
     return isinstance(value["unit"], str) and low <= value["value"] <= high
 
 
-def test_gap_json_is_to_the_letter_of_the_format(tmp_path: Path) -> None:
+def test_gap_json_follows_the_format(tmp_path: Path) -> None:
     gap: dict[str, Any] = json.loads(written(found(), tmp_path / "out")["gap.json"])
     assert gap["format"] == "synth/gap/1"
     assert gap["verdict"] == "effect"
@@ -168,7 +168,7 @@ def test_gap_json_is_to_the_letter_of_the_format(tmp_path: Path) -> None:
     assert isinstance(gap["next_experiment"]["trial"], dict)
 
 
-def test_predictions_stand_beside_what_was_measured(tmp_path: Path) -> None:
+def test_predictions_are_written_beside_the_measurement(tmp_path: Path) -> None:
     files = written(found(), tmp_path / "out")
     assert sorted(name for name in files if name.startswith("predicted/")) == ["predicted/3.csv"]
     header, *rows = files["predicted/3.csv"].decode().splitlines()
@@ -183,7 +183,7 @@ def test_predictions_stand_beside_what_was_measured(tmp_path: Path) -> None:
 # A tie and its end
 
 
-def asked_for(built: Leg, experiment: Experiment) -> Trial:
+def proposed_trial(built: Leg, experiment: Experiment) -> Trial:
     """The trial that was asked for, made with the built leg."""
     entry = experiment.trial
     conditions = Conditions(
@@ -200,7 +200,7 @@ def asked_for(built: Leg, experiment: Experiment) -> Trial:
 @pytest.mark.parametrize(
     ("truth", "joint"), [("spring_preload", "knee"), ("base_tilt", "base")], ids=["preload", "tilt"]
 )
-def test_a_tie_is_said_and_the_trial_that_is_asked_for_resolves_it(truth: str, joint: str) -> None:
+def test_the_proposed_trial_resolves_a_tie(truth: str, joint: str) -> None:
     """A pendulum that hangs askew: a preloaded spring, a base that is not level, or an encoder that is off?"""
     leg = off(HANGING, 1)
     built = shifted(leg, "knee", 0.1) if truth == "spring_preload" else replace(leg, tilt=0.1)
@@ -215,13 +215,13 @@ def test_a_tie_is_said_and_the_trial_that_is_asked_for_resolves_it(truth: str, j
     assert "tilt" in experiment.trial or "tip_mass" in experiment.trial
     assert experiment.information > 1.0
     assert list(experiment.menu) == sorted(experiment.menu, key=lambda item: -item[1])
-    after = diagnose(HANGING, [*trials, asked_for(built, experiment)], Tolerance())
+    after = diagnose(HANGING, [*trials, proposed_trial(built, experiment)], Tolerance())
     assert after.verdict == "effect"
     assert causes(after) == [(truth, joint)]
     assert after.ranked[0].probability > max(0.75, 2.0 * result.ranked[0].probability)
 
 
-def test_a_useless_trial_leaves_the_tie() -> None:
+def test_an_uninformative_trial_leaves_the_tie() -> None:
     """The information is of that trial, not of any: one more release like the others resolves nothing."""
     built = shifted(off(HANGING, 1), "knee", 0.1)
     trials = [*recorded(built, seed=2), *recorded(built, AWAY[:1], held_out=0, seed=70, first=50)]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from diagnosis.swung import TWO
+from diagnosis.simulated_releases import TWO
 from peers.mujoco_leg import simulate
 from synth.arrays import Array
 from synth.diagnosis.angle_search import search
@@ -47,7 +47,7 @@ def alike(item: FreeTorque, true: Array, where: Array) -> float:
     return float(np.corrcoef(*left)[0, 1])
 
 
-def test_cogging_of_the_knee_is_found_there_with_its_shape() -> None:
+def test_knee_cogging_is_located_with_its_shape() -> None:
     """0.02 N m with a period of 1.2 rad: six hats a period see it, no effect of the library has it."""
     first, second = found(lambda deflection, _: -0.02 * np.sin(2 * np.pi * deflection / 1.2))
     assert (first.joint, first.over) == ("knee", "deflection")
@@ -58,7 +58,7 @@ def test_cogging_of_the_knee_is_found_there_with_its_shape() -> None:
     assert alike(first, true, np.abs(first.place) < 0.7) > 0.8
 
 
-def test_a_torque_of_speed_is_found_over_speed() -> None:
+def test_a_speed_dependent_torque_is_found_over_speed() -> None:
     """Drag that sets in above 2 rad/s; the measured angle's sense is the other one, the law is odd."""
 
     def drag(_: float, rate: float) -> float:
@@ -70,7 +70,7 @@ def test_a_torque_of_speed_is_found_over_speed() -> None:
     assert alike(first, np.array([drag(0.0, place) for place in first.place]), np.abs(first.place) < 12.0) > 0.9
 
 
-def test_where_nothing_is_missing_there_is_no_free_torque() -> None:
+def test_a_complete_model_has_no_free_torque() -> None:
     assert found(None) == ()
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.swung import HANGING, NOISE, ONE, TWO, off, recorded, with_effects
+from diagnosis.simulated_releases import HANGING, NOISE, ONE, TWO, off, recorded, with_effects
 from synth.cli import main
 from synth.diagnosis.check import run
 from synth.diagnosis.check.check_result import Check
@@ -46,7 +46,7 @@ def clean() -> Check:
     return run.check(project(TWO, recorded(off(TWO, 3), seed=1)))
 
 
-def test_good_recordings_have_no_fault_and_show_what_is_there(clean: Check) -> None:
+def test_good_recordings_have_no_fault_and_correct_noise(clean: Check) -> None:
     assert clean.usable
     assert "can be used" in clean.sentence
     assert [channel.noise for channel in clean.channels] == pytest.approx([NOISE, NOISE], rel=0.1)
@@ -54,7 +54,7 @@ def test_good_recordings_have_no_fault_and_show_what_is_there(clean: Check) -> N
     assert all(lag.late.low is not None and lag.late.low < 0.0 < (lag.late.high or 0.0) for lag in clean.lags)
 
 
-def test_a_tilted_mount_and_a_shifted_reading_are_one_thing_of_a_pendulum_without_a_spring() -> None:
+def test_base_tilt_and_encoder_offset_are_inseparable_without_a_spring() -> None:
     """Closed form: gravity alone knows where down is, so to turn both base and reading changes nothing."""
     bare = HANGING.with_joints(knee={"spring": Spring(0.0, 1.8), "damper": Damper(0.004)})
     swings = [replace(trial) for trial in recorded(bare, np.array([[0.5], [-0.4], [0.7]]) - 0.0, held_out=0)]
@@ -65,7 +65,7 @@ def test_a_tilted_mount_and_a_shifted_reading_are_one_thing_of_a_pendulum_withou
     assert ("encoder_offset", "knee") in cluster.keys
 
 
-def test_a_pendulum_on_a_spring_without_gravity_tells_no_mass_from_inertia() -> None:
+def test_mass_and_inertia_are_inseparable_without_gravity() -> None:
     """Closed form: the equation has the inertia about the joint alone, to which mass, com and rotor all add."""
     weightless = replace(ONE, gravity=0.0)
     found = run.check(project(weightless, recorded(weightless, np.array([[0.5], [-0.4], [0.7]]), held_out=0)))
@@ -73,7 +73,7 @@ def test_a_pendulum_on_a_spring_without_gravity_tells_no_mass_from_inertia() -> 
     assert sine(found, ("armature", "knee"), ("link_inertia", "knee")) < 0.05
 
 
-def test_what_first_shows_leaves_three_deviations_after_a_fit_of_all_tolerances() -> None:
+def test_an_effect_at_the_visible_size_leaves_three_deviations() -> None:
     """The claim itself: friction of the size that is said to show, in recordings without noise, then fitted away."""
     from synth.diagnosis.angle_search import as_designed, fit_nominal
     from synth.diagnosis.check.cause_responses import VISIBLE
@@ -96,7 +96,7 @@ def test_what_first_shows_leaves_three_deviations_after_a_fit_of_all_tolerances(
     assert np.sqrt(left) == pytest.approx(VISIBLE, rel=0.25)
 
 
-def test_half_the_remainder_shows_half_the_size(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_halving_the_remainder_halves_the_visible_size(monkeypatch: pytest.MonkeyPatch) -> None:
     trials = recorded(ONE, np.array([[0.5], [-0.4], [0.7]]), noise=1e-6, held_out=0)
     whole = run.check(project(ONE, trials))
     monkeypatch.setattr(run, "REMAINDER", 0.5 * run.REMAINDER)
@@ -142,13 +142,13 @@ def test_a_damaged_recording_is_named(tamper: Callable[[Trial], Trial], level: s
     assert finding.remedy
 
 
-def test_columns_exchanged_in_all_recordings_show_against_the_design() -> None:
+def test_exchanged_columns_are_detected() -> None:
     trials = [replace(t, angles=t.angles[:, ::-1]) for t in recorded(off(TWO, 3), seed=1)]
     found = run.check(project(TWO, trials))
     assert "the columns of hip and knee look exchanged" in faults(found)[0].text
 
 
-def test_a_joint_measured_the_other_way_round_shows_against_the_design() -> None:
+def test_an_inverted_joint_is_detected() -> None:
     trials = recorded(off(TWO, 3), seed=1)
     turned = [replace(t, angles=np.column_stack([t.angles[:, 0], 2.0 * TWO.zero[1] - t.angles[:, 1]])) for t in trials]
     found = run.check(project(TWO, turned))
@@ -196,7 +196,7 @@ def test_the_command_answers_first_and_writes_only_where_asked(
         (["none.yaml", "--check"], "none.yaml"),
     ],
 )
-def test_what_cannot_be_checked_is_one_message(
+def test_a_project_that_cannot_be_checked_gives_one_message(
     words: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.copytree(EXAMPLE, tmp_path / "here")

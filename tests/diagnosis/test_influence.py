@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.swung import TWO, off, recorded, with_effects
+from diagnosis.simulated_releases import TWO, off, recorded, with_effects
 from synth.diagnosis import influence
 from synth.diagnosis.hypotheses import Assessed
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
@@ -18,7 +18,7 @@ from synth.files.gap_project import Tolerance
 FRICTION = {"hip": {"coulomb_friction": {"torque": 0.12}}}
 
 
-def test_a_single_recording_that_speaks_against_the_others_is_named() -> None:
+def test_a_contradicting_recording_is_named() -> None:
     """Three of a leg that lacks nothing, one of the same leg whose encoder slipped meanwhile."""
     built = off(TWO, 3, 0.5)
     trials = recorded(built, seed=2)
@@ -28,13 +28,13 @@ def test_a_single_recording_that_speaks_against_the_others_is_named() -> None:
     assert warning.startswith(trials[1].name)
 
 
-def test_where_all_recordings_say_the_same_none_is_named() -> None:
+def test_consistent_recordings_give_no_influence_warning() -> None:
     result = diagnose(TWO, recorded(with_effects(off(TWO, 4), FRICTION), seed=2), Tolerance())
     assert result.verdict == "effect"
     assert not [text for text in result.warnings if "depends on" in text or "contradicts the others" in text]
 
 
-def test_only_the_recordings_that_count_for_most_are_left_out_in_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_the_most_influential_recordings_are_refitted_without(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where each recording seems to turn the verdict, a fit without each would take hours of two hundred."""
     refits: list[int] = []
 

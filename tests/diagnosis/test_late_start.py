@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.swung import TIME, TWO, best, off, recorded, with_effects
+from diagnosis.simulated_releases import TIME, TWO, best, off, recorded, with_effects
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.lanes import Block
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
@@ -29,7 +29,7 @@ def late(trials: Sequence[Trial]) -> list[Trial]:
     return [replace(t, time=t.time[LATE:] - t.time[LATE], angles=t.angles[LATE:]) for t in trials]
 
 
-def test_a_mount_that_moves_when_the_recording_begins_is_found_and_followed() -> None:
+def test_an_initially_moving_mount_is_found_and_tracked() -> None:
     built = with_effects(off(TWO, 3), {"base": {"base_compliance": MOUNT}})
     time = np.concatenate([TIME, TIME[-1] + TIME[1 : LATE + 1]])
     result = diagnose(TWO, late(recorded(built, seed=5, time=time)), Tolerance())
@@ -38,7 +38,7 @@ def test_a_mount_that_moves_when_the_recording_begins_is_found_and_followed() ->
     assert result.after.value < 1.5 * result.noise_floor.value  # 5 if the mount is taken to start as it was held
 
 
-def test_the_state_of_a_link_that_gives_takes_part_in_prediction_and_fit() -> None:
+def test_the_state_of_a_flexible_link_is_predicted_and_fitted() -> None:
     """Its rows move the prediction, are asked for one by one, and cost what a standard normal does."""
     trials = recorded(TWO, held_out=0)[:1]
     (recording,) = recordings(TWO, trials, ())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from diagnosis.swung import AWAY, TWO, heavier, off, recorded, with_effects
+from diagnosis.simulated_releases import AWAY, TWO, heavier, off, recorded, with_effects
 from diagnosis.test_recovery import one_of
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
@@ -21,7 +21,7 @@ def keys(conditions: Conditions) -> set[tuple[str, str]]:
     return {candidate.key for candidate in candidates(TWO, given, scales(TWO, given))}
 
 
-def test_what_shows_at_a_locked_joint_is_tried_there() -> None:
+def test_effects_visible_at_a_locked_joint_are_candidates() -> None:
     hip_locked, knee_locked = keys(HIP), keys(KNEE)
     assert ("encoder_offset", "hip") in hip_locked
     assert ("encoder_offset", "knee") in knee_locked
@@ -32,7 +32,7 @@ def test_what_shows_at_a_locked_joint_is_tried_there() -> None:
         assert (effect, "knee") not in knee_locked
 
 
-def test_a_shifted_encoder_of_a_locked_joint_is_tied_with_a_tilted_base() -> None:
+def test_encoder_offset_at_a_locked_joint_ties_with_base_tilt() -> None:
     """The knee swings as it would with the base turned: only a trial with the hip free could tell."""
     built = with_effects(off(TWO, 4), {"hip": {"encoder_offset": {"offset": 0.15}}})
     result = diagnose(TWO, recorded(built, seed=2, conditions=HIP), Tolerance())

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from diagnosis.swung import TWO, recorded
+from diagnosis.simulated_releases import TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial, spread
 from synth.diagnosis.plants.swinging_chain import chain_diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
@@ -16,12 +16,12 @@ from synth.fit.recordings import recordings
 TRIALS = [angle_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
 
 
-def test_few_trials_are_all_taken() -> None:
+def test_few_trials_are_all_used_for_training() -> None:
     taken, left = spread(TRIALS, len(TRIALS))
     assert (taken, left) == (TRIALS, [])
 
 
-def test_one_of_each_kind_and_the_rest_evenly() -> None:
+def test_the_training_sample_has_each_condition_and_is_even() -> None:
     plain = [replace(TRIALS[0]) for _ in range(20)]
     conditions = replace(TRIALS[0].recording.conditions, tip_mass=0.05)
     heavy = replace(TRIALS[0], recording=replace(TRIALS[0].recording, conditions=conditions))
@@ -31,7 +31,7 @@ def test_one_of_each_kind_and_the_rest_evenly() -> None:
     assert len(left) == 16
 
 
-def test_what_is_not_learnt_from_scores_and_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_trials_outside_the_training_sample_are_scored_with_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(chain_diagnosis, "MOST_LEARNT", 2)
     trials = recorded(TWO)
     scene, warnings = scene_of(TWO, trials, Tolerance(), 0)

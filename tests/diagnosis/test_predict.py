@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.swung import TWO, recorded
+from diagnosis.simulated_releases import TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.lanes import Block
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
@@ -31,7 +31,7 @@ def block(candidate: Candidate, rate: float = 0.0) -> Block:
     return Block((candidate,), unknowns[:, None], state[:, None])
 
 
-def test_a_motion_that_diverges_does_not_take_those_beside_it_along() -> None:
+def test_a_diverging_lane_leaves_the_others_unchanged() -> None:
     spring, stop = cause("hardening_spring", "knee"), cause("encoder_scale", "hip")
     wild = block(spring)
     wild.unknowns[PREDICTOR.tolerances.size] = -400.0  # a spring that pushes away, the more the farther

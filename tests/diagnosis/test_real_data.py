@@ -1,4 +1,4 @@
-"""Recordings of built legs and of a pendulum, where nobody knows the answer: only what holds however it is asked.
+"""Recordings of built legs and of a pendulum, whose true causes are unknown: only properties that must hold.
 
 Nothing of these data is in the product; where they are absent, these tests say so and skip.
 """
@@ -70,7 +70,7 @@ def diagnosed(project: GapProject) -> GapResult:
     return diagnose(project.leg, project.trials, project.tolerance, seed=project.seed)
 
 
-def is_honest(result: GapResult) -> bool:
+def is_consistent(result: GapResult) -> bool:
     """A cause is named only if unseen trials are predicted better with it; else the verdict says that it is not."""
     if result.verdict == "none":
         return not result.explanation
@@ -82,7 +82,7 @@ def is_honest(result: GapResult) -> bool:
 # The ankle's likewise (a tie whole, an effect cut), by a run in November 2026: half a minute each.
 @pytest.mark.xfail(strict=True, reason="by trials left out: unknown whole, none cut")
 @pytest.mark.parametrize("joint", ["knee"])
-def test_the_verdict_does_not_hang_on_the_hand_that_started_the_swing(joint: str, tmp_path: Path) -> None:
+def test_the_verdict_does_not_depend_on_the_hand_driven_start(joint: str, tmp_path: Path) -> None:
     """The first 0.1 s hold the hand that let go; with and without them the answer is the same."""
     results = {}
     for name, skip in (("whole", 0.0), ("cut", 0.1)):
@@ -90,7 +90,7 @@ def test_the_verdict_does_not_hang_on_the_hand_that_started_the_swing(joint: str
         folder.mkdir()
         results[name] = diagnosed(leg_project(folder, joint, skip=skip))
     for result in results.values():
-        assert is_honest(result)
+        assert is_consistent(result)
         assert len(result.scored_on) == 6
         assert result.before.value < 0.75 * result.as_designed.value  # most of it lies within what was not measured
         assert result.before.value > np.radians(0.5)  # and the rest does not
@@ -98,7 +98,7 @@ def test_the_verdict_does_not_hang_on_the_hand_that_started_the_swing(joint: str
     assert results["cut"].verdict == results["whole"].verdict
 
 
-def test_the_pendulum_has_dry_friction_in_both_joints_and_a_torque_that_pulls_its_lower_one(tmp_path: Path) -> None:
+def test_the_pendulum_has_dry_friction_in_both_joints_and_a_constant_lower_torque(tmp_path: Path) -> None:
     """Torque that the authors' viscous model lacks, away from where a joint turns round, steps with direction.
 
     By a fit of whole swings 0.43 and 0.30 mN m of dry friction and 0.19 mN m that does not change sign.
@@ -117,15 +117,15 @@ def test_the_pendulum_has_dry_friction_in_both_joints_and_a_torque_that_pulls_it
         assert 0.5 * (back + forth) == pytest.approx(offset, abs=0.05e-3)
 
 
-def test_small_swings_of_the_pendulum_that_took_no_part_are_predicted_better(tmp_path: Path) -> None:
+def test_held_out_small_swings_of_the_pendulum_are_predicted_better(tmp_path: Path) -> None:
     result = diagnosed(pendulum_project(tmp_path))
-    assert is_honest(result)
+    assert is_consistent(result)
     assert result.verdict != "none"
     assert result.best_possible.value < 0.5 * result.before.value
     assert result.before.value < np.radians(0.2)  # the authors' model is a good one
 
 
-def test_repeats_with_samples_more_before_the_release_are_copies(tmp_path: Path) -> None:
+def test_repeats_with_extra_leading_samples_are_copies(tmp_path: Path) -> None:
     """hip_7 … hip_12 are hip_1 … hip_6 with one to six samples more: learnt from and held out, they leak."""
     project = leg_project(tmp_path, "hip")
     made = recordings(project.leg, project.trials, ())

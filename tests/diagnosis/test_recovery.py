@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.swung import ONE, TWO, best, causes, heavier, off, recorded, shifted, with_effects
+from diagnosis.simulated_releases import ONE, TWO, best, causes, heavier, off, recorded, shifted, with_effects
 from fit.simulated_legs import RELEASES, robot
 from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import angle_trial
@@ -75,7 +75,7 @@ def test_one_effect_is_found_at_its_joint_with_its_size(effect: str, joint: str,
     assert ratio == pytest.approx(1.0, abs=min(2.0 * reach, 0.15))  # three standard deviations and more
 
 
-def test_a_heavier_link() -> None:
+def test_a_heavier_link_is_found() -> None:
     result = diagnose(TWO, recorded(heavier(off(TWO, 1), "knee", 0.3), seed=2), Tolerance())
     assert result.verdict in ("effect", "tie")
     assert best(result) in (("link_mass", "knee"), ("link_inertia", "knee"))
@@ -98,7 +98,7 @@ def test_errors_within_the_tolerances_are_no_cause(seed: int) -> None:
 
 
 @pytest.mark.parametrize("leg", [ONE, TWO], ids=["one joint", "two"])
-def test_a_leg_as_designed_lacks_nothing(leg: Leg) -> None:
+def test_a_leg_as_designed_has_no_missing_effect(leg: Leg) -> None:
     result = diagnose(leg, recorded(leg), Tolerance())
     assert result.verdict == "none"
     assert result.shrink.value == 0.0
@@ -133,7 +133,7 @@ def test_the_ankle_is_not_blamed_for_following_the_knee() -> None:
     assert error["ankle"] > 1.5 * result.noise["ankle"]  # it does move wrongly
 
 
-def test_torque_is_missing_at_the_joint_that_rubs_alone() -> None:
+def test_torque_is_missing_only_at_the_joint_with_friction() -> None:
     """Along a motion without noise: the friction against the motion at the knee, next to nothing beside it."""
     nominal = robot()
     built = with_effects(nominal, {"knee": {"coulomb_friction": {"torque": 0.08}}})
@@ -149,7 +149,7 @@ def test_torque_is_missing_at_the_joint_that_rubs_alone() -> None:
         assert np.median(np.abs(found.torque[moving, other])) < 0.008
 
 
-def test_two_causes_at_two_joints() -> None:
+def test_two_causes_at_two_joints_are_found() -> None:
     effects = {
         "knee": {"coulomb_friction": {"torque": 0.04}},
         "hip": {"quadratic_damping": {"coefficient": 0.04}},
@@ -165,7 +165,7 @@ def test_two_causes_at_two_joints() -> None:
     assert not [text for text in result.warnings if "depends on" in text]
 
 
-def test_coarse_counts_are_a_cause_and_shrink_nothing_else() -> None:
+def test_coarse_counts_are_a_cause() -> None:
     step = np.radians(1.0)
     built = with_effects(off(TWO, 1), {"knee": {"encoder_quantisation": {"step": step}}})
     result = diagnose(TWO, recorded(built, seed=2), Tolerance())
@@ -184,7 +184,7 @@ def test_the_diagnosed_leg_moves_as_the_built_one_does() -> None:
     assert np.abs(nominal - true).max() > np.radians(5.0)
 
 
-def test_a_shifted_free_angle_is_a_number_of_the_diagnosed_leg() -> None:
+def test_a_shifted_free_angle_is_written_into_the_diagnosed_leg() -> None:
     built = shifted(off(TWO, 1), "hip", 0.15)
     result = diagnose(TWO, recorded(built, seed=2), Tolerance())
     assert one_of(result, "spring_preload", "hip")
@@ -196,7 +196,7 @@ def test_a_shifted_free_angle_is_a_number_of_the_diagnosed_leg() -> None:
         assert result.diagnosed.joints[0].effects == {}
 
 
-def test_a_tolerance_decides_what_is_a_cause() -> None:
+def test_a_rate_error_is_a_cause_only_outside_its_tolerance() -> None:
     """A spring's rate 10 % off: nothing where that may be, something where it is known to half a per cent."""
     spring = ONE.joints[0].spring
     assert spring is not None
@@ -206,7 +206,7 @@ def test_a_tolerance_decides_what_is_a_cause() -> None:
     assert diagnose(ONE, trials, Tolerance(0.001, 0.002, 0.002, 0.002, 0.005, 0.05, 0.002)).verdict != "none"
 
 
-def test_a_cause_that_no_fit_found_alone_is_ranked_where_it_is_one_of_two(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cause_found_only_in_a_pair_is_ranked(monkeypatch: pytest.MonkeyPatch) -> None:
     effects = {
         "knee": {"coulomb_friction": {"torque": 0.04}},
         "hip": {"quadratic_damping": {"coefficient": 0.04}},

@@ -23,7 +23,7 @@ def looked_for(supply: np.ndarray) -> set[str]:
 
 
 @pytest.mark.parametrize(("supply", "looked"), [(np.full(50, 7.4), True), (np.linspace(7.4, 7.1, 50), False)])
-def test_a_sagging_supply_is_a_cause_only_where_the_supply_was_not_measured(supply: np.ndarray, looked: bool) -> None:
+def test_source_resistance_is_a_candidate_only_for_an_unmeasured_supply(supply: np.ndarray, looked: bool) -> None:
     found = looked_for(supply)
     assert ("source_resistance" in found) is looked
     assert {"gear_load_friction", "command_delay"} <= found

@@ -19,20 +19,20 @@ def misses(before: float, after: float, floor: float, trials: int = 3) -> Predic
     return PredictionErrors(squares, counts, floor**2 * counts, seed=0)
 
 
-def test_it_is_a_ratio_of_angles_not_of_squares() -> None:
+def test_shrink_is_a_ratio_of_rms_not_of_squares() -> None:
     # floor 0.3: before sqrt(0.09 + 9) -> 3 above the floor, after sqrt(0.09 + 1) -> 1 above it
     found = misses(math.sqrt(0.09 + 9.0), math.sqrt(0.09 + 1.0), 0.3).shrink()
     assert found.value == pytest.approx(1.0 - 1.0 / 3.0)
     assert (found.low, found.high) == pytest.approx((2.0 / 3.0, 2.0 / 3.0))
 
 
-def test_an_error_at_the_floor_shrinks_wholly_and_a_larger_one_is_negative() -> None:
+def test_shrink_is_one_at_the_floor_and_negative_for_a_larger_error() -> None:
     assert misses(0.5, 0.1, 0.1).shrink().value == pytest.approx(1.0)
     assert misses(0.5, 0.05, 0.1).shrink().value == pytest.approx(1.0)  # below the floor is not more than all
     assert misses(1.0, 2.0, 0.0).shrink().value == pytest.approx(-1.0)
 
 
-def test_no_gap_shrinks_by_nothing() -> None:
+def test_shrink_is_zero_without_a_gap() -> None:
     assert misses(0.1, 0.05, 0.1).shrink().value == 0.0
 
 
@@ -51,7 +51,7 @@ def test_rms_figures_are_over_samples_not_over_blocks() -> None:
     assert uneven.value == pytest.approx(math.sqrt(150.0 / 60.0))
 
 
-def test_the_interval_is_that_of_cells_drawn_with_replacement() -> None:
+def test_the_interval_equals_the_bootstrap_over_cells() -> None:
     """Two kinds of cells, k of n large: the mean square of a resample is binomial."""
     counts = np.ones((25, BLOCKS))
     squares = np.ones_like(counts)
@@ -62,7 +62,7 @@ def test_the_interval_is_that_of_cells_drawn_with_replacement() -> None:
     assert (found.low, found.high) == pytest.approx((low, high), rel=0.03)
 
 
-def test_share_of_the_best_that_the_library_reaches() -> None:
+def test_shrink_of_best_equals_its_closed_form() -> None:
     above = [math.sqrt(0.01 + square) for square in (9.0, 4.0, 1.0)]
     assert shrink_of_best(*above, floor=0.1) == pytest.approx((3.0 - 2.0) / (3.0 - 1.0))
     assert shrink_of_best(1.0, 0.5, 1.0, floor=0.1) is None

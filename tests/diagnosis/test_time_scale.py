@@ -32,7 +32,7 @@ def leg(scale: float, sprung: bool, friction: float) -> Leg:
 
 
 @cache
-def told(scale: float, sprung: bool, friction: float) -> GapResult:
+def diagnosed(scale: float, sprung: bool, friction: float) -> GapResult:
     """The diagnosis of four recordings; a joint without a spring is driven by a known torque."""
     nominal, built = leg(scale, sprung, 0.0), leg(scale, sprung, friction)
     time, random, trials = np.linspace(0.0, 2.0, 401), np.random.default_rng(1), []
@@ -50,7 +50,7 @@ def told(scale: float, sprung: bool, friction: float) -> GapResult:
 @pytest.mark.parametrize("scale", [SCALES[0], SCALES[2]])
 @pytest.mark.parametrize("sprung", [True, False])
 def test_scaled_time_has_the_same_cause_and_figures(scale: float, sprung: bool) -> None:
-    usual, other = told(1.0, sprung, FRICTION), told(scale, sprung, FRICTION)
+    usual, other = diagnosed(1.0, sprung, FRICTION), diagnosed(scale, sprung, FRICTION)
     assert usual.verdict in ("effect", "tie")
     first, same = usual.ranked[0].cause, other.ranked[0].cause
     assert (first.effect, first.joint) == (same.effect, same.joint) == ("coulomb_friction", "hinge")
@@ -67,14 +67,14 @@ def test_scaled_time_has_the_same_cause_and_figures(scale: float, sprung: bool) 
 
 @pytest.mark.parametrize("scale", [SCALES[0], SCALES[2]])
 def test_scaled_time_without_a_cause_has_none(scale: float) -> None:
-    usual, other = told(1.0, True, 0.0), told(scale, True, 0.0)
+    usual, other = diagnosed(1.0, True, 0.0), diagnosed(scale, True, 0.0)
     assert usual.verdict == other.verdict == "none"
     assert other.probability_none == pytest.approx(usual.probability_none, abs=0.02)
     assert other.before.value == pytest.approx(usual.before.value, rel=1e-3)
 
 
-def test_no_lag_is_longer_than_a_third_of_a_period() -> None:
-    result = told(1.0, False, FRICTION)
+def test_no_estimated_delay_exceeds_a_third_of_a_period() -> None:
+    result = diagnosed(1.0, False, FRICTION)
     for ranked in result.ranked:
         if ranked.cause.effect in ("latency", "torque_delay"):
             longest = max(estimate.value for name, estimate in ranked.cause.parameters.items() if name != "joint")

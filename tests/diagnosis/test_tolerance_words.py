@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.swung import TWO, heavier, recorded
+from diagnosis.simulated_releases import TWO, heavier, recorded
 from synth.diagnosis.diagnosis_result import Cause
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.tolerance_words import in_tolerances, in_words
@@ -34,16 +34,16 @@ def cause(effect: str, parameter: str, value: float, joint: str = "knee") -> Cau
         (cause("base_tilt", "tilt", 0.01, "base"), ""),
     ],
 )
-def test_a_wrong_number_is_counted_in_tolerances(found: Cause, words: str) -> None:
+def test_a_wrong_number_is_stated_in_tolerances(found: Cause, words: str) -> None:
     assert in_tolerances(found, TWO, USUAL) == words
 
 
-def test_a_mass_is_told_as_a_share() -> None:
+def test_a_mass_error_is_stated_as_a_share() -> None:
     told = in_words(cause("link_mass", "share", 0.031), "plain", TWO, USUAL)
     assert told == "the knee's link is 3.1 % heavier than designed, three of your tolerances"
 
 
-def test_sure_to_one_per_cent_and_wrong_by_four_is_told_as_that() -> None:
+def test_a_mass_off_by_four_tolerances_is_named_with_that_figure() -> None:
     """A user who is sure to 1 % of a mass and wrong by 4 %: the mass is named, in his tolerances, and no mechanism."""
     built = heavier(TWO, "knee", 0.04)
     result = diagnose(TWO, recorded(built, noise=np.radians(0.01)), Tolerance(com=0.002, inertia=0.002, spring=0.002))

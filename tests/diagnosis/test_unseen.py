@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.swung import NOISE, TWO, off, recorded, with_effects
+from diagnosis.simulated_releases import NOISE, TWO, off, recorded, with_effects
 from synth.diagnosis.angle_search import as_designed, fit_nominal
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.hypotheses import Assessed, HeldOutError, Hypotheses
@@ -35,7 +35,7 @@ FRICTION, OFFSET = cause("coulomb_friction", "hip"), cause("encoder_offset", "kn
 DRAG = cause("quadratic_damping", "knee")
 
 
-def left(*ratios: float, independent: float = 8.0) -> HeldOutError:
+def held_out_error(*ratios: float, independent: float = 8.0) -> HeldOutError:
     """One RMS over the noise a trial."""
     squares = np.array(ratios)[:, None] ** 2
     return HeldOutError(squares, np.full(squares.shape, 100.0), np.full(len(ratios), independent))
@@ -68,7 +68,7 @@ def test_the_jackknife_of_means_is_the_standard_error() -> None:
     assert jackknife(each)[0] == pytest.approx(values.std(ddof=1) / np.sqrt(5) * 2.132 / 1.6449, rel=1e-3)
 
 
-def test_left_out_errors_are_those_of_a_refit_without_the_fold() -> None:
+def test_left_out_errors_equal_a_refit_without_the_fold() -> None:
     built = with_effects(off(TWO, 3), {"knee": {"coulomb_friction": {"torque": 0.05}}})
     scene, _ = scene_of(TWO, recorded(built, held_out=0), Tolerance(), 0)
     bench = scene.bench
@@ -83,79 +83,83 @@ def test_left_out_errors_are_those_of_a_refit_without_the_fold() -> None:
         assert np.sqrt(found.by_trial[out]) == pytest.approx(direct, rel=0.05)
 
 
-def test_at_the_noise_floor_the_odds_are_those_of_the_fits() -> None:
+def test_at_the_noise_floor_odds_come_from_the_fits() -> None:
     plain = [
         assessed(None, ratio=5.0, cost=300.0),
         assessed(None, FRICTION, cost=100.0),
         assessed(None, DRAG, cost=105),
     ]
-    known = [replace(item, unseen=left(*[ratio] * 4)) for item, ratio in zip(plain, (5.0, 1.0, 1.5), strict=True)]
+    known = [
+        replace(item, unseen=held_out_error(*[ratio] * 4)) for item, ratio in zip(plain, (5.0, 1.0, 1.5), strict=True)
+    ]
     assert far_share(known) == 0.0
     assert weigh(known, CALIBRATED) == pytest.approx(weigh(plain, CALIBRATED))
 
 
-def test_far_from_the_noise_trials_left_out_decide_and_not_the_fits() -> None:
+def test_far_above_the_noise_odds_come_from_left_out_trials() -> None:
     """Where every trial differs alike the bootstrap adds nothing: the odds are (r1/r2)^(2 sum m / 2)."""
-    none = assessed(left(200, 200, 200), cost=900.0)
-    worse = assessed(left(110, 110, 110), FRICTION, cost=100.0)  # the better of the two in sample, by far
-    better = assessed(left(100, 100, 100), DRAG, cost=400.0)
+    none = assessed(held_out_error(200, 200, 200), cost=900.0)
+    worse = assessed(held_out_error(110, 110, 110), FRICTION, cost=100.0)  # the better of the two in sample, by far
+    better = assessed(held_out_error(100, 100, 100), DRAG, cost=400.0)
     weights = weigh([none, worse, better], CALIBRATED)
     assert weights[2] / weights[1] == pytest.approx((110 / 100) ** 24, rel=1e-3)
     judged = judge(Hypotheses(none, (worse, better), ()))
     assert judged.accepted.keys == (("quadratic_damping", "knee"),)
 
 
-def test_a_difference_that_hangs_on_one_trial_is_no_certainty() -> None:
-    none = assessed(left(200, 200, 200, 200))
-    steady = assessed(left(60, 60, 60, 60), FRICTION)
-    leading = assessed(left(12, 63, 63, 63), DRAG)
+def test_a_difference_due_to_one_trial_is_not_certain() -> None:
+    none = assessed(held_out_error(200, 200, 200, 200))
+    steady = assessed(held_out_error(60, 60, 60, 60), FRICTION)
+    leading = assessed(held_out_error(12, 63, 63, 63), DRAG)
     weights = weigh([none, steady, leading], CALIBRATED)
-    alike = weigh([none, steady, assessed(left(*[leading.unseen.typical] * 4), DRAG)], CALIBRATED)  # type: ignore[union-attr]
+    alike = weigh([none, steady, assessed(held_out_error(*[leading.unseen.typical] * 4), DRAG)], CALIBRATED)  # type: ignore[union-attr]
     assert 0.02 < weights[1] / weights[2] < 0.5
     assert alike[1] / alike[2] < 1e-4
 
 
-def test_nothing_is_missing_where_causes_help_less_than_trials_differ() -> None:
+def test_the_verdict_is_none_when_causes_help_less_than_trials_differ() -> None:
     """However far above the noise: a remainder of 250 to 900 floors, of which the best cause takes 15 %."""
-    none = assessed(left(300, 1000, 500, 700))
-    little = assessed(left(255, 850, 425, 595), FRICTION)
+    none = assessed(held_out_error(300, 1000, 500, 700))
+    little = assessed(held_out_error(255, 850, 425, 595), FRICTION)
     judged = judge(Hypotheses(none, (little,), ()))
     assert judged.verdict == "none"
-    steady = judge(Hypotheses(assessed(left(*[600] * 4)), (assessed(left(*[300] * 4), FRICTION),), ()))
+    steady = judge(
+        Hypotheses(assessed(held_out_error(*[600] * 4)), (assessed(held_out_error(*[300] * 4), FRICTION),), ())
+    )
     assert steady.verdict == "effect"
 
 
-def test_unknown_is_what_a_free_torque_takes_and_no_cause_does() -> None:
-    none = assessed(left(*[500] * 4))
-    some = assessed(left(*[430] * 4), FRICTION)
+def test_the_verdict_is_unknown_when_only_a_free_torque_helps() -> None:
+    none = assessed(held_out_error(*[500] * 4))
+    some = assessed(held_out_error(*[430] * 4), FRICTION)
     found = Hypotheses(none, (some,), ())
-    assert judge(found, free=left(*[100] * 4)).verdict == "unknown"
-    assert judge(found, free=left(*[100] * 4)).accepted.keys == (("coulomb_friction", "hip"),)
-    assert judge(Hypotheses(none, (), ()), free=left(*[480] * 4)).verdict == "none"
-    assert judge(Hypotheses(none, (), ()), free=left(*[100] * 4)).verdict == "unknown"
+    assert judge(found, free=held_out_error(*[100] * 4)).verdict == "unknown"
+    assert judge(found, free=held_out_error(*[100] * 4)).accepted.keys == (("coulomb_friction", "hip"),)
+    assert judge(Hypotheses(none, (), ()), free=held_out_error(*[480] * 4)).verdict == "none"
+    assert judge(Hypotheses(none, (), ()), free=held_out_error(*[100] * 4)).verdict == "unknown"
 
 
-def test_a_further_cause_must_take_a_tenth_on_trials_left_out() -> None:
-    none, single = assessed(left(*[100] * 3)), assessed(left(*[50] * 3), FRICTION)
-    tenth = replace(assessed(left(*[39] * 3), FRICTION, OFFSET), ratio=20.0)
-    less = replace(tenth, unseen=left(*[41] * 3))
+def test_an_additional_cause_must_remove_a_tenth_on_left_out_trials() -> None:
+    none, single = assessed(held_out_error(*[100] * 3)), assessed(held_out_error(*[50] * 3), FRICTION)
+    tenth = replace(assessed(held_out_error(*[39] * 3), FRICTION, OFFSET), ratio=20.0)
+    less = replace(tenth, unseen=held_out_error(*[41] * 3))
     assert paying([none, single, tenth], 0.4) == [none, single, tenth]
     assert paying([none, single, less], 0.4) == [none, single]
     assert paying([none, single, replace(tenth, unseen=None)], 0.4) == [none, single]
 
 
-def test_a_trial_that_goes_astray_does_not_decide_what_is_taken() -> None:
-    none, found = assessed(left(100, 100, 100, 100)), assessed(left(20, 20, 20, 300), FRICTION)
+def test_one_outlying_trial_does_not_decide_the_share_removed() -> None:
+    none, found = assessed(held_out_error(100, 100, 100, 100)), assessed(held_out_error(20, 20, 20, 300), FRICTION)
     assert taken(found, none) == pytest.approx(1.0 - (0.2**3 * 3.0) ** 0.25, abs=1e-3)
 
 
-def test_a_gap_below_the_accuracy_asked_for_is_none() -> None:
-    none, single = assessed(left(*[100] * 3)), assessed(left(*[10] * 3), FRICTION)
+def test_a_gap_below_the_requested_accuracy_gives_none() -> None:
+    none, single = assessed(held_out_error(*[100] * 3)), assessed(held_out_error(*[10] * 3), FRICTION)
     judged = of_no_account(judge(Hypotheses(none, (single,), ())), none)
     assert (judged.verdict, judged.accepted, judged.none) == ("none", none, 1.0)
 
 
-def test_what_remains_is_what_the_noise_does_not_explain() -> None:
+def test_the_remainder_is_the_error_above_the_noise() -> None:
     counts = np.full((2, 4), 50.0)
     squares = {"before": counts * 26.0 * NOISE**2, "after": counts * 5.0 * NOISE**2}
     errors = PredictionErrors(squares, counts, counts * NOISE**2, 0)

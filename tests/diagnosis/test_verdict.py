@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.swung import TWO, recorded
+from diagnosis.simulated_releases import TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.hypotheses import Assessed, Hypotheses
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
@@ -43,7 +43,7 @@ def test_one_cause_that_leaves_only_noise_is_the_effect() -> None:
     assert judged.unknown == pytest.approx(CALIBRATED.doubt)
 
 
-def test_two_causes_of_which_each_is_certain() -> None:
+def test_a_pair_of_certain_causes_is_accepted() -> None:
     judged = judge(Hypotheses(NONE, SINGLES, (assessed(100.0, 1.01, FRICTION, OFFSET),)))
     assert set(judged.accepted.keys) == {("coulomb_friction", "hip"), ("encoder_offset", "knee")}
     odds = {item.keys[0]: probability for item, probability in judged.singles}
@@ -52,7 +52,7 @@ def test_two_causes_of_which_each_is_certain() -> None:
     assert odds["quadratic_damping", "knee"] < 1e-3
 
 
-def test_a_second_cause_that_takes_little_away_is_not_taken() -> None:
+def test_a_second_cause_with_little_gain_is_not_accepted() -> None:
     """However much cheaper: a form that is not quite right leaves what any other cause takes up some of."""
     little = assessed(300.0, 2.4, FRICTION, OFFSET)
     much = assessed(300.0, 1.8, FRICTION, OFFSET)
@@ -61,12 +61,12 @@ def test_a_second_cause_that_takes_little_away_is_not_taken() -> None:
     assert len(judge(Hypotheses(NONE, SINGLES, (little,))).accepted.keys) == 1
 
 
-def test_several_causes_stand_where_fewer_are_not_weighed() -> None:
+def test_several_causes_are_kept_when_fewer_are_not_evaluated() -> None:
     pair = assessed(200.0, 1.5, FRICTION, OFFSET)
     assert paying([NONE, pair], CALIBRATED.pays) == [NONE, pair]
 
 
-def test_a_third_must_pay_beside_the_best_pair() -> None:
+def test_a_third_cause_is_compared_with_the_best_pair() -> None:
     pair = assessed(200.0, 1.5, FRICTION, OFFSET)
     third = assessed(150.0, 1.45, FRICTION, OFFSET, DRAG)
     clear = assessed(100.0, 1.05, FRICTION, OFFSET, DRAG)
@@ -81,7 +81,7 @@ def test_single_causes_none_and_unknown_sum_to_one() -> None:
     assert judged.verdict == "unknown"
 
 
-def test_more_is_left_the_likelier_an_unknown() -> None:
+def test_a_larger_remainder_raises_the_probability_of_unknown() -> None:
     odds = [
         judge(Hypotheses(NONE, (assessed(400.0, r, FRICTION), *SINGLES[1:]), ())).unknown for r in (1.2, 1.6, 2.2, 3.0)
     ]
@@ -90,7 +90,7 @@ def test_more_is_left_the_likelier_an_unknown() -> None:
     assert odds[-1] > 0.7
 
 
-def test_what_several_causes_leave_is_sooner_an_unknowns() -> None:
+def test_a_remainder_after_several_causes_raises_unknown_faster() -> None:
     """Two of the library's causes imitate much; where they leave what one may, something else is at work."""
     alone = judge(Hypotheses(NONE, (assessed(300.0, 1.9, FRICTION), *SINGLES[1:]), ()))
     both = judge(Hypotheses(NONE, SINGLES, (assessed(200.0, 1.9, FRICTION, OFFSET),)))
@@ -98,7 +98,7 @@ def test_what_several_causes_leave_is_sooner_an_unknowns() -> None:
     assert (alone.verdict, both.verdict) == ("effect", "unknown")
 
 
-def test_what_a_good_sensor_still_sees_far_above_its_noise_is_sooner_an_unknowns() -> None:
+def test_a_remainder_far_above_the_noise_raises_unknown_faster() -> None:
     """The same share of a gap left: of one of five noise floors, and of one of five hundred."""
     near = judge(Hypotheses(assessed(1000.0, 5.0), (assessed(400.0, 1.9, FRICTION),), ()))
     far = judge(Hypotheses(assessed(1000.0, 500.0), (assessed(400.0, 150.0, FRICTION),), ()))
@@ -109,13 +109,13 @@ def test_what_a_good_sensor_still_sees_far_above_its_noise_is_sooner_an_unknowns
     assert little.verdict == "effect"  # a thousandth of the squared gap
 
 
-def test_explanations_as_good_are_tied() -> None:
+def test_equally_good_explanations_are_tied() -> None:
     judged = judge(Hypotheses(NONE, (assessed(100.0, 1.0, OFFSET), assessed(101.0, 1.0, SCALE), SINGLES[0]), ()))
     assert judged.verdict == "tie"
     assert [item.keys[0] for item in judged.tied] == [("encoder_scale", "knee")]
 
 
-def test_nothing_is_missing_where_no_cause_earns_its_unknowns() -> None:
+def test_the_verdict_is_none_when_no_cause_pays_for_its_parameters() -> None:
     still = assessed(100.0, 1.0)
     found = Hypotheses(still, (assessed(98.0, 1.0, FRICTION), assessed(99.5, 1.0, OFFSET)), ())
     judged = judge(found)
@@ -130,7 +130,7 @@ def test_nothing_is_missing_where_no_cause_earns_its_unknowns() -> None:
     assert weights[0] == pytest.approx(0.3 / (0.3 + sum(odds)))
 
 
-def test_weights_are_the_closed_form_of_prior_and_cost() -> None:
+def test_weights_equal_the_closed_form_of_prior_and_cost() -> None:
     """Prior times exp(-(cost + price per unknown) / temperature), the prior of singles shared among them."""
     hypotheses = [NONE, assessed(996.0, 4.9, FRICTION), assessed(999.0, 4.9, OFFSET)]
     c = CALIBRATED
@@ -144,7 +144,7 @@ def test_weights_are_the_closed_form_of_prior_and_cost() -> None:
     np.testing.assert_allclose(weigh(hypotheses, c), expected / expected.sum())
 
 
-def test_an_unknown_is_as_likely_as_not_at_its_stated_share() -> None:
+def test_unknown_has_probability_one_half_at_its_stated_share() -> None:
     """The best single cause leaves exactly ``left`` of the squared gap: even odds before the least doubt is added."""
     c = CALIBRATED
     gap = 4.5
@@ -156,7 +156,7 @@ def test_an_unknown_is_as_likely_as_not_at_its_stated_share() -> None:
 
 @pytest.mark.parametrize("ratio", [1.01, 1.5, 2.5, 4.0, 30.0])
 @pytest.mark.parametrize("second", [0.5, 3.0, 20.0])
-def test_probabilities_are_probabilities(ratio: float, second: float) -> None:
+def test_probabilities_lie_between_zero_and_one(ratio: float, second: float) -> None:
     """With ``none`` and ``unknown`` the single causes never sum to more than 1, whichever hypothesis is heaviest."""
     singles = (assessed(100.0, ratio, FRICTION), assessed(100.0 + second, ratio, OFFSET), SINGLES[2])
     judged = judge(Hypotheses(NONE, singles, (assessed(99.0, ratio, FRICTION, DRAG),)))
@@ -167,7 +167,7 @@ def test_probabilities_are_probabilities(ratio: float, second: float) -> None:
     assert sum(weight for _, weight in judged.weighed) == pytest.approx(1.0)
 
 
-def test_two_alike_are_a_tie_and_far_ones_are_not() -> None:
+def test_only_close_weights_are_a_tie() -> None:
     near = (assessed(100.0, 1.0, FRICTION), assessed(100.0 + 0.5 * CALIBRATED.temperature, 1.0, DRAG))
     far = (near[0], assessed(100.0 + 9 * CALIBRATED.temperature, 1.0, DRAG))
     assert DRAG.size == FRICTION.size

@@ -22,14 +22,14 @@ def widths(result: FitResult) -> np.ndarray:
     return np.array(found)
 
 
-def both(trials: list[Trial], seed: int = 0) -> tuple[FitResult, FitResult]:
+def both_fits(trials: list[Trial], seed: int = 0) -> tuple[FitResult, FitResult]:
     options = {"free_angle": "common", "seed": seed}
     return fitted(LEG, trials, **options), fitted(LEG, trials, intervals="bootstrap", **options)
 
 
 @pytest.mark.parametrize(("seed", "rig", "count"), [(1, Rig(noise=0.1), 7), (3, Rig(0.3, 1024, 1.0, 200.0), 3)])
 def test_both_intervals_agree_within_a_fifth(seed: int, rig: Rig, count: int) -> None:
-    sensitivities, bootstrap = both(releases(LEG, seed, rig, count))
+    sensitivities, bootstrap = both_fits(releases(LEG, seed, rig, count))
     assert bootstrap.intervals["by"] == "bootstrap"
     assert bootstrap.intervals["settled"] >= 190
     ratio = widths(bootstrap) / widths(sensitivities)
@@ -41,7 +41,7 @@ def test_both_intervals_agree_within_a_fifth(seed: int, rig: Rig, count: int) ->
         assert bootstrap.joints[name].spring_rate.value == joint.spring_rate.value
 
 
-def test_errors_that_hang_together_widen_both() -> None:
+def test_autocorrelated_residuals_widen_both_intervals() -> None:
     """Residuals that swing for many samples say less: blocks keep what single samples would lose."""
     generator = np.random.default_rng(2)
     white = releases(LEG, 2, Rig(noise=0.2, counts=0, rate=250.0), 4)
@@ -51,13 +51,13 @@ def test_errors_that_hang_together_widen_both() -> None:
         for i in range(1, len(noise)):  # a first-order process of the same variance, correlation time nine samples
             noise[i] = 0.8 * noise[i - 1] + 0.6 * noise[i]
         coloured.append(Trial(trial.name, trial.time, trial.angles + noise))
-    plain, _ = both(white)
-    sensitivities, bootstrap = both(coloured)
+    plain, _ = both_fits(white)
+    sensitivities, bootstrap = both_fits(coloured)
     assert np.median(widths(bootstrap) / widths(plain)) > 1.5
     assert np.exp(np.log(widths(bootstrap) / widths(sensitivities)).mean()) == pytest.approx(1.0, abs=0.3)
 
 
-def test_the_same_seed_draws_the_same_blocks() -> None:
+def test_the_same_seed_gives_the_same_intervals() -> None:
     trials = releases(LEG, 1, Rig(noise=0.2, rate=200.0), 2)
     first, again = (fitted(LEG, trials, intervals="bootstrap", seed=4) for _ in range(2))
     other = fitted(LEG, trials, intervals="bootstrap", seed=5)

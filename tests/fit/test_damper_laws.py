@@ -44,7 +44,7 @@ def friction(speed: float) -> float:
     return 0.05 * speed / np.hypot(speed, 0.01) + 0.05 * speed
 
 
-def crooked(speed: float) -> float:
+def piecewise_linear(speed: float) -> float:
     return float(np.interp(speed, [0, 0.2, 1, 6], [0, 0.08, 0.12, 0.5]))
 
 
@@ -68,7 +68,7 @@ def test_power_law_is_found() -> None:
     assert not any("do not tell" in text for text in found.warnings)
 
 
-def test_linear_law_is_taken_where_richer_ones_gain_nothing() -> None:
+def test_the_linear_law_is_chosen_unless_a_richer_one_predicts_better() -> None:
     found = find_damper_law(LEG, "knee", drops(linear))
     assert found.used.law.name == "linear"
     assert values(found, "linear") == pytest.approx([0.1], rel=2e-3)
@@ -77,7 +77,7 @@ def test_linear_law_is_taken_where_richer_ones_gain_nothing() -> None:
     assert any("do not distinguish linear from" in text for text in found.warnings)
 
 
-def test_dry_friction_beside_a_linear_rate_is_found() -> None:
+def test_dry_friction_and_a_linear_rate_are_found_together() -> None:
     # Friction to 8 % only: below 0.3 of the slowest speed the law is straight, where the joint in fact sticks
     found = find_damper_law(LEG, "knee", drops(friction))
     assert found.used.law.name == "coulomb_viscous"
@@ -88,15 +88,15 @@ def test_dry_friction_beside_a_linear_rate_is_found() -> None:
     assert rms(found, "power") > 3 * rms(found, "coulomb_viscous")
 
 
-def test_a_curve_of_no_other_law_becomes_a_table_that_is_drawn_on_concavely() -> None:
-    recorded = drops(crooked)
+def test_a_curve_of_no_listed_law_becomes_a_table_with_concave_extrapolation() -> None:
+    recorded = drops(piecewise_linear)
     found = find_damper_law(LEG, "knee", recorded[:3], recorded[3:])
     assert found.used.law.name == "table"
     assert found.trials[-1] == ("120", True)
     assert found.how_held_out == "the trials marked held_out"
     assert rms(found, "table") == pytest.approx(0.1, rel=0.15)
     speed = np.linspace(0.15, found.speeds.high, 30)
-    wanted = np.array([crooked(s) for s in speed])
+    wanted = np.array([piecewise_linear(s) for s in speed])
     np.testing.assert_allclose(torque_at(found.used.curve, speed), wanted, atol=0.01)
     # beyond the drops it follows the power law's exponent, not the last slope
     exponent = values(found, "power")[1]
@@ -106,7 +106,7 @@ def test_a_curve_of_no_other_law_becomes_a_table_that_is_drawn_on_concavely() ->
     assert beyond[2] / beyond[0] == pytest.approx(16**exponent, rel=1e-6)
 
 
-def test_the_speeds_that_were_seen_are_said() -> None:
+def test_the_warning_states_the_recorded_speed_range() -> None:
     found = find_damper_law(LEG, "knee", drops(linear)[::3])
     smooth = [np.abs(r.smoothed.rate[:, 1]) for r in drops(linear)[::3]]
     assert found.speeds.fastest == pytest.approx(max(s.max() for s in smooth))
@@ -117,7 +117,7 @@ def test_the_speeds_that_were_seen_are_said() -> None:
     assert written["speed_range"][1] == {"value": pytest.approx(found.speeds.high), "unit": "rad/s"}
 
 
-def test_a_leg_that_sticks_is_said_to() -> None:
+def test_stiction_gives_a_warning() -> None:
     def sticky(speed: float) -> float:
         return 0.12 * speed / np.hypot(speed, 2e-3) + 0.03 * speed
 
@@ -130,13 +130,13 @@ def test_a_leg_that_sticks_is_said_to() -> None:
     assert not any("it sticks" in text for text in find_damper_law(LEG, "knee", drops(linear)).warnings)
 
 
-def test_the_legs_own_springs_and_dampers_take_no_part() -> None:
+def test_springs_and_dampers_of_the_leg_file_are_ignored() -> None:
     recorded = drops(linear)[::2]
     with_parts = find_damper_law(robot(), "knee", recorded)
     assert values(with_parts, "linear") == values(find_damper_law(LEG, "knee", recorded), "linear")
 
 
-def test_one_drop_alone_is_said_to_have_scored_itself() -> None:
+def test_a_single_drop_warns_that_fit_and_score_share_it() -> None:
     found = find_damper_law(LEG, "knee", drops(power)[:1])
     assert "fitted and scored" in found.how_held_out
     assert any("a single drop" in text for text in found.warnings)

@@ -38,11 +38,11 @@ TRIALS = releases(LEG, 3)
 WITHIN = 3.5  # standard deviations that nine estimates of one fit stay within but once in 250 times
 
 
-def lost(angles: np.ndarray, generator: np.random.Generator) -> None:
+def lose_one_sample(angles: np.ndarray, generator: np.random.Generator) -> None:
     angles[100, 1] = np.nan
 
 
-def spiked(angles: np.ndarray, generator: np.random.Generator) -> None:
+def spike_one_sample(angles: np.ndarray, generator: np.random.Generator) -> None:
     angles[100, 1] += 1.0
 
 
@@ -57,9 +57,10 @@ def five_per_cent_spikes(angles: np.ndarray, generator: np.random.Generator) -> 
 
 
 @pytest.mark.parametrize(
-    ("spoil", "n_lost"), [(lost, 1), (spiked, 1), (five_per_cent_nan, 526), (five_per_cent_spikes, 525)]
+    ("spoil", "n_lost"),
+    [(lose_one_sample, 1), (spike_one_sample, 1), (five_per_cent_nan, 526), (five_per_cent_spikes, 525)],
 )
-def test_lost_samples_do_not_move_the_answer(
+def test_lost_samples_do_not_bias_the_estimates(
     spoil: Callable[[np.ndarray, np.random.Generator], None], n_lost: int
 ) -> None:
     generator, trials = np.random.default_rng(0), []
@@ -73,7 +74,7 @@ def test_lost_samples_do_not_move_the_answer(
     assert result.lost_samples == pytest.approx(n_lost, rel=0.15)
 
 
-def test_missing_rows_do_not_move_the_answer() -> None:
+def test_missing_rows_do_not_bias_the_estimates() -> None:
     generator, trials = np.random.default_rng(0), []
     for trial in TRIALS:
         keep = generator.random(len(trial.time)) > 0.05
@@ -81,7 +82,7 @@ def test_missing_rows_do_not_move_the_answer() -> None:
     assert np.abs(errors(fitted(LEG, trials), LEG).scores).max() < WITHIN
 
 
-def shifting(seed: int, spread: float) -> tuple[list[Trial], np.ndarray]:
+def shifted_releases(seed: int, spread: float) -> tuple[list[Trial], np.ndarray]:
     """Seven releases whose free angles shift by ``spread`` deg SD; the shifts (7, 3) deg."""
     generator = np.random.default_rng(seed)
     shifts = generator.normal(0, spread, (7, 3))
@@ -90,8 +91,8 @@ def shifting(seed: int, spread: float) -> tuple[list[Trial], np.ndarray]:
     return [release(g, a, generator, name=str(i)) for i, (g, a) in enumerate(zip(legs, aways, strict=True))], shifts
 
 
-def test_free_angles_that_shift_are_found_trial_by_trial() -> None:
-    trials, shifts = shifting(1, 2.0)
+def test_shifting_free_angles_are_estimated_per_trial() -> None:
+    trials, shifts = shifted_releases(1, 2.0)
     result = fitted(LEG, trials)
     assert result.free_angle == "per_trial"
     assert "shifts from trial to trial" in result.free_angle_why
@@ -111,14 +112,14 @@ def test_free_angles_that_shift_are_found_trial_by_trial() -> None:
     assert fitted(LEG, trials, free_angle="common").free_angle == "common"
 
 
-def test_one_free_angle_is_kept_where_none_shifts() -> None:
+def test_a_common_free_angle_is_chosen_without_shifts() -> None:
     result = fitted(LEG, TRIALS)
     assert result.free_angle == "common"
     assert {variant.free_angle for variant in result.variants} == {"common", "per_trial"}
     assert all(joint.free_angle_spread.value == 0.0 for joint in result.joints.values())
 
 
-def test_heterogeneity_of_textbook_numbers() -> None:
+def test_heterogeneity_equals_the_textbook_formula() -> None:
     """DerSimonian & Laird by hand: equal variances v, where Q = sum (x - mean)^2 / v and tau^2 = s^2 - v."""
     shift = np.radians([[-1.0], [0.5], [2.0], [-1.5], [0.0]])
     variance = np.full((5, 1), np.radians(0.4) ** 2)
@@ -130,7 +131,7 @@ def test_heterogeneity_of_textbook_numbers() -> None:
     assert found.probability[0] == pytest.approx((1 + q / 2) * np.exp(-q / 2), rel=1e-2)  # of four degrees of freedom
 
 
-def test_a_shift_is_called_one_by_chance_in_about_a_hundredth_of_cases() -> None:
+def test_false_positive_rate_of_the_shift_test_is_one_per_cent() -> None:
     generator = np.random.default_rng(9)
     variance = np.full((7, 3), np.radians(0.05) ** 2)
     called = sum(
@@ -140,7 +141,7 @@ def test_a_shift_is_called_one_by_chance_in_about_a_hundredth_of_cases() -> None
     assert 10 < called < 55
 
 
-def test_trials_that_start_moving_are_fitted_with_their_initial_rates() -> None:
+def test_initial_rates_of_moving_starts_are_estimated() -> None:
     generator = np.random.default_rng(5)
     rates = generator.uniform(-1, 1, (7, 3)) * [1, 4, 8]
     trials = [
@@ -154,7 +155,7 @@ def test_trials_that_start_moving_are_fitted_with_their_initial_rates() -> None:
 
 
 @pytest.mark.parametrize("factor", [0.5, 3.0])
-def test_without_gravity_slower_motion_means_rates_over_the_factor_and_its_square(factor: float) -> None:
+def test_without_gravity_slower_time_scales_damper_and_spring_rates(factor: float) -> None:
     # I q'' + b q' + k q = 0 (velocity terms too) in time s t: b / s and k / s^2
     leg = robot(gravity=0.0)
     recordings = recorded(leg, releases(leg, 2))
@@ -171,7 +172,7 @@ SPRING_OF_OVERDAMPED = 100.0
 OVERDAMPED = robot([SPRING_OF_OVERDAMPED, *SPRING[1:]], [15.0, *DAMPER[1:]], gravity=0.0)
 
 
-def test_an_overdamped_joint_is_said_to_show_only_its_quotient() -> None:
+def test_an_overdamped_joint_is_reported_as_b_over_k_only() -> None:
     result = fitted(OVERDAMPED, releases(OVERDAMPED, 1, Rig(noise=0.5), 3))
     said = next(text for text in result.not_separable if text.startswith("hip: not separable: spring rate and damper"))
     assert "b/k = 0.15 s" in said
@@ -197,7 +198,7 @@ def friction_at_the_ankle(rotation: np.ndarray, rate: np.ndarray) -> np.ndarray:
     return np.array([0.0, 0.0, -0.05 * rate[2] / np.hypot(rate[2], 0.02)])
 
 
-def test_the_softest_on_a_ridge_is_taken_only_where_the_model_lacks_something() -> None:
+def test_the_softest_point_of_a_ridge_is_taken_only_with_model_error() -> None:
     generator = np.random.default_rng(1)
     trials = [
         release(OVERDAMPED, RELEASES[i], generator, Rig(noise=0.3), name=str(i), extra_torque=friction_at_the_ankle)
@@ -223,7 +224,7 @@ def test_the_softest_on_a_ridge_is_taken_only_where_the_model_lacks_something() 
     assert any(member.difference == 0.0 for member in family.members)
 
 
-def test_mass_scale_is_said_to_be_open_unless_a_known_mass_tells() -> None:
+def test_mass_scale_is_reported_open_unless_a_known_tip_mass_fixes_it() -> None:
     generator = np.random.default_rng(2)
     assert any("mass scale" in text for text in fitted(LEG, TRIALS[:2]).not_separable)
     loaded = [*TRIALS[:2], release(LEG, RELEASES[2], generator, tip_mass=0.1)]
@@ -232,7 +233,7 @@ def test_mass_scale_is_said_to_be_open_unless_a_known_mass_tells() -> None:
     assert np.abs(errors(result, LEG).scores).max() < WITHIN
 
 
-def curved() -> tuple[Leg, dict[str, DamperCurve]]:
+def leg_with_curved_dampers() -> tuple[Leg, dict[str, DamperCurve]]:
     speed = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
     curves = {
         name: DamperCurve(speed, tuple(torque * s**0.45 for s in speed))
@@ -241,8 +242,8 @@ def curved() -> tuple[Leg, dict[str, DamperCurve]]:
     return LEG.with_joints(**{name: {"damper": Damper(curve=curve)} for name, curve in curves.items()}), curves
 
 
-def test_springs_are_found_beside_known_damper_curves() -> None:
-    leg, curves = curved()
+def test_springs_are_estimated_with_known_damper_curves() -> None:
+    leg, curves = leg_with_curved_dampers()
     trials = releases(leg, 4, Rig(step=2e-4))
     result = fitted(leg, trials, curves=curves)
     for j, name in enumerate(NAMES):
@@ -272,7 +273,7 @@ def test_held_out_trials_are_scored_with_the_leg_held_fixed() -> None:
     assert worse.min() > 0.2
 
 
-def test_one_trial_is_enough_and_says_that_it_shows_no_spread() -> None:
+def test_one_trial_is_fitted_and_reported_without_a_spread() -> None:
     result = fitted(LEG, TRIALS[4:5])
     assert np.abs(errors(result, LEG).scores).max() < WITHIN
     assert (result.free_angle, result.free_angle_why) == ("common", "a single trial shows no spread")
@@ -292,7 +293,7 @@ def test_trials_with_locked_joints_tilt_and_load_are_fitted_together() -> None:
     assert set(result.trials[1].characteristics) == {"hip"}
 
 
-def test_the_same_trials_give_the_same_bits() -> None:
+def test_the_fit_is_bitwise_repeatable() -> None:
     def numbers(result: FitResult) -> list[float]:
         return [joint.spring_rate.value for joint in result.joints.values()]
 

@@ -48,7 +48,7 @@ def sensitivity(leg: Leg, result: FitResult, trials: list, static: tuple[StaticP
     return found
 
 
-def test_of_a_pendulum_in_small_swings_it_is_the_closed_form() -> None:
+def test_link_sensitivity_of_a_pendulum_equals_the_closed_form() -> None:
     """(I + m c^2) q'' + b q' + (k + m g c) q = 0: the trials fix b and k + m g c over the inertia about the joint."""
     mass, com, inertia, rate = 0.5, 0.1, 2e-3, 1.2
     link = Link(0.2, mass, com, inertia)
@@ -72,7 +72,7 @@ def test_of_a_pendulum_in_small_swings_it_is_the_closed_form() -> None:
         assert moved == pytest.approx(expected[quantity], abs=0.015)
 
 
-def test_of_a_leg_it_is_what_refits_give_static_points_too() -> None:
+def test_link_sensitivity_of_a_leg_equals_refits_with_static_points() -> None:
     leg = robot()
     trials, given = releases(leg, 3)[:3], bare(leg)
     point = StaticPoint("held", np.radians([120.0, 150.0, 120.0]), np.array([2.0, 0.0, 0.0]), (0,), torque_error=0.05)
@@ -90,7 +90,7 @@ def test_of_a_leg_it_is_what_refits_give_static_points_too() -> None:
         assert moved == pytest.approx(refitted, abs=0.05 * np.abs(refitted).max() + 0.01)
 
 
-def test_exact_links_keep_the_intervals_and_open_ones_widen_them() -> None:
+def test_exact_links_keep_the_intervals_and_uncertain_ones_widen_them() -> None:
     leg = robot()
     trials, given = releases(leg, 3), bare(leg)
     made = recordings(given, trials)

@@ -33,7 +33,7 @@ def test_the_simplex_finds_rosenbrocks_valley_and_stays_within_bounds() -> None:
     assert held.point == pytest.approx([0.5, 0.25], abs=1e-3)  # the least of the valley on the edge
 
 
-def test_the_swarm_has_the_published_coefficients_and_keeps_its_seed() -> None:
+def test_the_swarm_has_the_published_coefficients_and_is_seeded() -> None:
     assert (PARTICLES, ITERATIONS, INERTIA, OWN, SOCIAL) == (20, 100, 0.8, 0.1, 0.1)
     low, high = np.zeros(2), np.full(2, 4.0)
     widths: list[int] = []
@@ -54,7 +54,7 @@ def test_the_swarm_has_the_published_coefficients_and_keeps_its_seed() -> None:
     assert rounded.point * 10 == pytest.approx(np.round(rounded.point * 10))
 
 
-def test_costs_are_least_at_the_truth_and_a_stiffer_joint_shows_in_its_own() -> None:
+def test_costs_are_minimal_at_the_truth_and_rise_at_the_changed_joint() -> None:
     for name in ("trajectory", "transient", "characteristics"):
         search = search_of(bare(LEG), RECORDINGS, Cost(name, tuple(RECORDINGS), "equal"))
         rates = np.repeat(TRUTH[:, :, None], 4, axis=2)
@@ -66,14 +66,14 @@ def test_costs_are_least_at_the_truth_and_a_stiffer_joint_shows_in_its_own() -> 
             assert costs[j + 1, j] > costs[0, j], (name, j)
 
 
-def test_transient_counts_the_first_swing_ten_times_as_much() -> None:
+def test_the_transient_cost_weighs_the_first_swing_tenfold() -> None:
     (thin, *_), (full, *_) = emphasised(RECORDINGS), RECORDINGS
     early = full.time <= 0.2
     assert np.array_equal(thin.counts[early], full.counts[early])
     assert thin.counts[~early].sum() == pytest.approx(0.1 * full.counts[~early].sum(), rel=0.02)
 
 
-def test_a_characteristic_that_only_one_shows_counts_as_one() -> None:
+def test_a_characteristic_of_only_one_curve_costs_one() -> None:
     time = np.linspace(0, 2, 400)
     ringing = characteristics(time, np.exp(-2 * time) * np.cos(12 * time))
     creeping = characteristics(time, np.exp(-5 * time))
@@ -87,7 +87,7 @@ def test_a_characteristic_that_only_one_shows_counts_as_one() -> None:
     assert apart(ringing, slower, ("rise_time", "damping_ratio")) == pytest.approx(1.0)
 
 
-def test_the_order_is_knee_hip_ankle_and_only_one_joint_moves_at_a_time() -> None:
+def test_piecewise_search_changes_one_joint_at_a_time_knee_hip_ankle() -> None:
     assert order_of(3) == (1, 0, 2)
     assert (order_of(1), order_of(2)) == ((0,), (1, 0))
     search = search_of(bare(LEG), RECORDINGS, Cost("trajectory", tuple(RECORDINGS)))
@@ -99,7 +99,7 @@ def test_the_order_is_knee_hip_ankle_and_only_one_joint_moves_at_a_time() -> Non
 
 
 @pytest.mark.parametrize(("method", "cost"), [("piecewise", "trajectory"), ("swarm", "transient")])
-def test_a_search_comes_near_the_truth_and_is_put_beside_least_squares(method: str, cost: str) -> None:
+def test_thesis_methods_approach_the_truth_and_report_least_squares_too(method: str, cost: str) -> None:
     options = LegFitOptions(free_angle="per_trial")
     result = fit_by(bare(LEG), RECORDINGS, options, Choice(method=method, cost=cost))  # type: ignore[arg-type]
     missed = errors(result, LEG)
@@ -134,7 +134,7 @@ def test_a_locked_joint_is_left_out_of_every_cost() -> None:
         assert held.by_joint(TRUTH[:, :, None])[0, 0] == 0.0
 
 
-def test_rests_hold_the_pose_in_which_a_trial_ends() -> None:
+def test_rest_angles_hold_the_final_pose_of_each_trial() -> None:
     leg = robot(SPRING * 3, DAMPER)  # has come to rest within the second
     recordings = recorded(leg, releases(leg, 2, Rig(noise=0.0, counts=0), 2))
     search = search_of(bare(leg), recordings, Cost("trajectory", tuple(recordings)))
@@ -151,7 +151,7 @@ def test_rests_hold_the_pose_in_which_a_trial_ends() -> None:
         (Choice(method="swarm", intervals="bootstrap"), {}, "not swarm", "fit.intervals"),
     ],
 )
-def test_what_does_not_go_together_is_refused(choice: Choice, beside: dict[str, bool], said: str, key: str) -> None:
+def test_conflicting_options_are_refused(choice: Choice, beside: dict[str, bool], said: str, key: str) -> None:
     with pytest.raises(UserError) as raised:
         require_method(choice, "fit.yaml", **beside)
     (problem,) = raised.value.problems

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.swung import TWO, off, recorded
+from diagnosis.simulated_releases import TWO, off, recorded
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import Tolerance
 from synth.fit.estimate import fit_leg
@@ -14,7 +14,7 @@ from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import recordings
 
 
-def test_a_trial_of_another_leg_is_named_by_the_fit_and_by_the_gap() -> None:
+def test_an_outlying_trial_is_named_by_the_fit_and_the_gap() -> None:
     """One trial's knee is read in half degrees: half as far as it went."""
     trials = recorded(off(TWO, 3, 0.5), held_out=0)
     assert not [text for text in fit_leg(TWO, recordings(TWO, trials)).warnings if "check it first" in text]
@@ -27,7 +27,7 @@ def test_a_trial_of_another_leg_is_named_by_the_fit_and_by_the_gap() -> None:
         assert named == [trials[2].name]
 
 
-def test_two_trials_do_not_show_which_is_odd_and_a_locked_joint_is_not_counted() -> None:
+def test_no_outlier_is_named_among_two_trials_or_from_a_locked_joint() -> None:
     assert odd_trials(["a", "b"], ["hip"], np.array([[0.001], [1.0]])) == []
     rms = np.array([[0.01, np.nan], [0.011, 0.3], [0.012, np.nan]])
     assert odd_trials(["a", "b", "c"], ["hip", "knee"], rms) == []

@@ -34,7 +34,7 @@ def with_link(leg: Leg, joint: int, **values: float) -> Leg:
     return changed(leg, joint, link=replace(leg.joints[joint].link, **values))
 
 
-def test_a_right_leg_is_not_doubted() -> None:
+def test_a_correct_leg_gives_no_plausibility_warning() -> None:
     leg, trials = bare(robot()), releases(robot(), 3)
     made = recordings(leg, trials)
     assert doubts(leg, made, fit_leg(leg, made)) == ()
@@ -43,7 +43,7 @@ def test_a_right_leg_is_not_doubted() -> None:
         assert recording_doubts(case.bare, recordings(case.bare, case.trials)) == []
 
 
-def test_links_that_no_body_has_are_named() -> None:
+def test_impossible_link_inertia_and_com_are_named() -> None:
     leg = robot()
     link = leg.joints[1].link
     (heavy,) = leg_doubts(with_link(leg, 1, inertia=2.0 * link.mass * link.length**2))
@@ -72,7 +72,7 @@ def test_milliseconds_labelled_as_seconds_are_named() -> None:
     assert recording_doubts(leg, fast)[0].endswith("is the clock right?")
 
 
-def test_channels_that_hang_are_named() -> None:
+def test_frozen_channels_are_named() -> None:
     leg, (trial, *_) = bare(robot()), releases(robot(), 3)
     angles = trial.angles.copy()
     first = len(angles) // 16
@@ -88,7 +88,7 @@ def test_channels_that_hang_are_named() -> None:
 
 
 @pytest.mark.parametrize("joint", [0, 1, 2])
-def test_a_wrong_sign_is_found_by_trying_the_others(joint: int) -> None:
+def test_a_wrong_joint_sign_is_detected(joint: int) -> None:
     leg, trials = robot(), releases(robot(), 3)
     right = leg.joints[joint].sign
     wrong = bare(changed(leg, joint, sign=-right))
@@ -99,7 +99,7 @@ def test_a_wrong_sign_is_found_by_trying_the_others(joint: int) -> None:
 
 
 @pytest.mark.skipif(not LAB.is_dir(), reason="the lab's recordings (../shared/aarl) are not here")
-def test_the_rats_releases_are_not_doubted() -> None:
+def test_the_rats_releases_give_no_plausibility_warning() -> None:
     data = read_lab_data(LAB)
     made = data.releases()
     for release in ("free", "recorded"):
@@ -107,7 +107,7 @@ def test_the_rats_releases_are_not_doubted() -> None:
 
 
 @pytest.mark.parametrize("joint", [1, 2])
-def test_a_wrong_zero_is_found_too(joint: int) -> None:
+def test_a_wrong_joint_zero_is_detected(joint: int) -> None:
     leg, trials = robot(), releases(robot(), 3)
     right = leg.joints[joint].zero
     wrong = bare(changed(leg, joint, zero=right - np.pi))

@@ -23,7 +23,7 @@ def only(result: FitResult) -> Proposal:
     return proposal
 
 
-def test_the_overdamped_hip_is_to_be_held_far_from_rest_by_a_named_torque() -> None:
+def test_the_proposal_holds_the_overdamped_hip_far_from_rest() -> None:
     proposal = only(ALONE)
     assert proposal.joint == "hip"
     hip = ALONE.joints["hip"]
@@ -40,7 +40,7 @@ def test_the_overdamped_hip_is_to_be_held_far_from_rest_by_a_named_torque() -> N
     assert written["spring_rate_within"]["then"]["value"] == pytest.approx(proposal.after)
 
 
-def test_what_it_promises_comes_true() -> None:
+def test_the_proposed_measurement_gives_the_promised_interval() -> None:
     """Measured as proposed, on the true leg: the interval is the promised one, and holds the truth."""
     proposal = only(ALONE)
     point = held(
@@ -62,7 +62,7 @@ def test_a_leg_whose_rates_are_fixed_gets_no_proposal() -> None:
     assert not fitted(leg, releases(leg, 3, Rig(noise=0.1), 3)).proposals
 
 
-def test_it_stays_within_the_joints_travel() -> None:
+def test_the_proposal_stays_within_the_joints_travel() -> None:
     travel = tuple(np.radians([100.0, 112.0]))
     joints = (dataclasses.replace(OVERDAMPED.joints[0], range=travel), *OVERDAMPED.joints[1:])
     leg: Leg = dataclasses.replace(OVERDAMPED, joints=joints)
@@ -70,7 +70,7 @@ def test_it_stays_within_the_joints_travel() -> None:
     assert travel[0] - 1e-9 <= proposal.angles[0] <= travel[1] + 1e-9
 
 
-def test_a_mass_at_the_tip_is_offered_where_the_joint_sags_under_it() -> None:
+def test_a_tip_mass_is_proposed_where_the_joint_sags_under_it() -> None:
     """The foot hangs under the hip, whose spring a mass there hardly turns; the knee folds, and that tells its rate."""
     leg = robot(SPRING, DAMPER * np.array([10.0, 12.0, 1.0]))
     found = {p.joint: p for p in fitted(leg, releases(leg, 5, Rig(noise=0.5), 2)).proposals}
@@ -84,7 +84,7 @@ def test_a_mass_at_the_tip_is_offered_where_the_joint_sags_under_it() -> None:
     assert found["hip"].tip_mass is None
 
 
-def test_the_mass_that_would_tell_the_scale_doubles_the_inertia_about_the_last_joint() -> None:
+def test_the_tip_mass_proposed_for_the_mass_scale_doubles_the_last_inertia() -> None:
     """(4.17e-4 + 0.09 x 0.03^2) kg m^2 over (0.16 m)^2: 19 g."""
     leg = robot()
     (said,) = (t for t in fitted(leg, releases(leg, 3, Rig(noise=0.1), 2)).not_separable if "mass scale" in t)

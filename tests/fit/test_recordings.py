@@ -24,7 +24,7 @@ def refused(trials: Sequence[Trial], sought: Sequence[str] | None = None) -> lis
     return caught.value.problems
 
 
-def test_short_trials_are_refused_all_at_once_with_their_files() -> None:
+def test_all_short_trials_are_refused_with_their_files() -> None:
     short = replace(TRIAL, name="short.csv", time=TRIAL.time[:11], angles=TRIAL.angles[:11])
     sparse = replace(TRIAL, name="sparse.csv", time=TRIAL.time[::50], angles=TRIAL.angles[::50])
     found = refused([short, TRIAL, sparse])
@@ -34,7 +34,7 @@ def test_short_trials_are_refused_all_at_once_with_their_files() -> None:
     assert "at least 12 samples" in str(found[0])
 
 
-def test_a_joint_with_hardly_a_sample_is_refused() -> None:
+def test_a_joint_with_too_few_samples_is_refused() -> None:
     angles = TRIAL.angles.copy()
     angles[10:, 1] = np.nan
     (problem,) = refused([replace(TRIAL, name="torn.csv", angles=angles)])
@@ -61,12 +61,12 @@ def test_a_joint_that_never_moves_is_refused() -> None:
     assert "`locked`" in problem.text
 
 
-def test_nothing_to_fit_is_refused() -> None:
+def test_a_fit_without_trials_is_refused() -> None:
     with pytest.raises(UserError, match="no trial remains to fit"):
         fit_leg(bare(LEG), [])
 
 
-def test_links_that_cannot_have_moved_so_are_called_into_question() -> None:
+def test_a_wrong_link_gives_a_missing_effect_warning() -> None:
     """Angles of one leg, the foot of another, a hundred times heavier and mounted the other way round."""
     joints = list(bare(LEG).joints)
     joints[2] = replace(joints[2], link=replace(LINKS[2], com=-0.15, mass=9.0), sign=1)
@@ -75,7 +75,7 @@ def test_links_that_cannot_have_moved_so_are_called_into_question() -> None:
     assert any("the model lacks an effect" in text for text in result.warnings)
 
 
-def test_rotations_samples_and_conditions_are_taken_over() -> None:
+def test_rotations_samples_and_conditions_are_copied() -> None:
     generator = np.random.default_rng(4)
     trial = release(LEG, RELEASES[1], generator, locked=("hip",), tip_mass=0.1, tilt=0.2, name="a.csv")
     angles = trial.angles.copy()
@@ -98,7 +98,7 @@ def test_rotations_samples_and_conditions_are_taken_over() -> None:
     np.testing.assert_array_equal(given.angles, angles)
 
 
-def test_stretched_and_thinned_motion_is_the_same_motion() -> None:
+def test_stretching_and_thinning_keep_the_motion() -> None:
     (made,) = recorded(LEG, [TRIAL])
     slow = made.stretched(2.5)
     np.testing.assert_allclose(slow.time, 2.5 * made.time)
@@ -110,7 +110,7 @@ def test_stretched_and_thinned_motion_is_the_same_motion() -> None:
     np.testing.assert_array_equal(few.rotation, made.rotation[kept])
 
 
-def test_a_joint_beyond_the_searched_range_is_said_to_be_at_its_edge() -> None:
+def test_a_rate_at_the_search_bound_gives_a_warning() -> None:
     # b/I of the ankle is 760 1/s here, the search ends at 500
     leg = robot(damper=[1.2903, 0.1054, 0.38])
     result = fitted(leg, releases(leg, 1))

@@ -19,7 +19,7 @@ COUNT = 2 * math.pi / 512
 
 
 @pytest.mark.parametrize("share", [0.05, 0.2, 0.55])
-def test_cost_slope_and_curvature_are_the_cells(share: float) -> None:
+def test_cost_slope_and_curvature_equal_those_of_the_rounding_cell(share: float) -> None:
     """-log(Phi(b) - Phi(a)) by scipy; its slope is the truncated normal's mean, its curvature one less its variance."""
     noise = share * COUNT
     off = np.linspace(-1.0, 1.0, 41) * (0.5 * COUNT + 1.5 * noise)
@@ -33,7 +33,7 @@ def test_cost_slope_and_curvature_are_the_cells(share: float) -> None:
     np.testing.assert_allclose(shared[0], cost / 4)
 
 
-def test_beyond_the_knee_a_reading_pulls_no_harder_and_cost_goes_on_smoothly() -> None:
+def test_beyond_the_huber_knee_the_slope_is_constant_and_the_cost_smooth() -> None:
     made = Rounding(0.1 * COUNT, COUNT)
     off = np.linspace(0.0, 40.0, 4001) * made.noise
     cost, slope, curvature = made.terms(off, HUBER)
@@ -44,7 +44,7 @@ def test_beyond_the_knee_a_reading_pulls_no_harder_and_cost_goes_on_smoothly() -
 
 
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.5])
-def test_noise_before_rounding_is_found(share: float) -> None:
+def test_noise_before_rounding_is_estimated(share: float) -> None:
     """A motion over many counts, 4 000 readings: within 6 %."""
     rng = np.random.default_rng(5)
     truth = np.linspace(0.0, 30 * COUNT, 4000)
@@ -54,7 +54,7 @@ def test_noise_before_rounding_is_found(share: float) -> None:
     assert found.noise / COUNT == pytest.approx(share, rel=0.06)
 
 
-def test_fine_counts_no_counts_and_a_model_that_does_not_hold_are_left_as_noise() -> None:
+def test_rounding_is_not_modelled_for_fine_counts_or_a_wrong_model() -> None:
     rng = np.random.default_rng(5)
     truth = np.linspace(0.0, 30 * COUNT, 4000)
     noisy = truth + 1.5 * COARSE * COUNT * rng.standard_normal(4000)
@@ -63,7 +63,7 @@ def test_fine_counts_no_counts_and_a_model_that_does_not_hold_are_left_as_noise(
     assert rounding_of(5 * COUNT * np.sin(truth), COUNT) is None
 
 
-def test_counts_are_seen_in_the_readings_and_in_nothing_else() -> None:
+def test_encoder_counts_are_detected_only_in_counted_readings() -> None:
     case = random_case(7, Recorder(noise=0.05, counts=1024, rate=200.0, trials=2, lost=0.05), links=2)
     np.testing.assert_allclose(encoder_counts(recordings(case.bare, case.trials)), 2 * math.pi / 1024, rtol=1e-3)
     smooth = random_case(7, Recorder(noise=0.05, counts=0, rate=200.0, trials=2), links=2)
@@ -73,7 +73,7 @@ def test_counts_are_seen_in_the_readings_and_in_nothing_else() -> None:
     np.testing.assert_allclose(encoder_counts(recordings(case.bare, written)), 2 * math.pi / 1024, rtol=1e-3)
 
 
-def test_a_limb_at_rest_on_one_count_does_not_pass_for_a_thousand_good_readings() -> None:
+def test_a_limb_at_rest_on_one_count_does_not_narrow_the_intervals() -> None:
     """Counts of 0.7 deg, noise of 0.1 deg: over 12 legs the errors are as large as said, where they were ten times."""
     scores = []
     for seed in range(12):

@@ -49,7 +49,7 @@ def test_one_point_separates_the_overdamped_hips_spring_from_its_damper() -> Non
     assert after.damper_sd[0] < 0.06
 
 
-def test_a_balance_knows_the_legs_weight_the_tip_mass_and_the_measured_sense() -> None:
+def test_static_balance_includes_weight_tip_mass_and_measured_sense() -> None:
     leg = robot()
     pose = leg.to_measured(rest_pose(leg, tip_mass=0.2))
     resting = StaticPoint("hung", pose, np.zeros(3), (0, 1, 2), tip_mass=0.2)
@@ -64,7 +64,7 @@ def test_a_balance_knows_the_legs_weight_the_tip_mass_and_the_measured_sense() -
     assert point.residual(np.log(0.1 / np.radians(10.0)), float(rest[2])) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_wrong_torque_pulls_the_fit_and_is_seen_in_the_residual() -> None:
+def test_a_wrong_static_torque_shows_in_its_residual() -> None:
     leg, point = robot(), held(robot(), POSE, 1)
     trials = releases(leg, 3, Rig(noise=0.1), 3)
     twice = StaticPoint("twice", point.angles, point.torques * 2, (1,))
@@ -97,7 +97,7 @@ def read(folder: Path, text: str) -> tuple[tuple[StaticPoint, ...], list[Problem
     return read_static_points(document.value["static"], bare(robot()), document, ("static",), problems), problems
 
 
-def test_a_point_is_read_in_si(tmp_path: Path) -> None:
+def test_a_static_point_is_read_in_si(tmp_path: Path) -> None:
     (point,), problems = read(tmp_path, GOOD)
     assert not problems
     assert np.degrees(point.angles) == pytest.approx(POSE)
@@ -108,7 +108,7 @@ def test_a_point_is_read_in_si(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("text", "said", "line"), BAD)
-def test_a_mistake_is_named_with_its_line(tmp_path: Path, text: str, said: str, line: int) -> None:
+def test_a_mistake_in_a_static_point_is_named_with_its_line(tmp_path: Path, text: str, said: str, line: int) -> None:
     points, problems = read(tmp_path, text)
     assert not points
     assert len(problems) == 1

@@ -28,7 +28,7 @@ def overdamped() -> Leg:
     return robot(rate, 2 * np.array([2.0, 0.4, 0.3]) * np.sqrt(rate * inertia))
 
 
-def held_then_let_go(leg: Leg, seed: int) -> Trial:
+def held_then_released(leg: Leg, seed: int) -> Trial:
     """At 250 Hz with 0.35 deg of noise, as a video of 0.6 px shows it."""
     start = rest_pose(leg) + np.radians([20.0, -25.0, 15.0])
     time = np.arange(0, 1.6, 1 / 250)
@@ -43,10 +43,10 @@ def made(trials: list[Trial]) -> list[Recording]:
     return recordings(bare(robot()), trials)
 
 
-def test_a_held_start_is_cut_late_and_the_interval_holds_the_truth() -> None:
+def test_a_start_at_rest_is_cut_and_the_interval_contains_the_truth() -> None:
     leg, held = overdamped(), 0
     for seed in range(3):
-        begun = from_release(bare(leg), made([held_then_let_go(leg, seed)]))
+        begun = from_release(bare(leg), made([held_then_released(leg, seed)]))
         assert "is at rest at first" in begun.said[0]
         length = 1.6 - float(begun.recordings[0].time[-1])
         assert RELEASED - 0.004 < length < RELEASED + 0.02
@@ -59,9 +59,9 @@ def test_a_held_start_is_cut_late_and_the_interval_holds_the_truth() -> None:
     assert held >= 7  # of nine 90 % intervals; fewer one time in twenty
 
 
-def test_too_little_after_a_release_is_left_out_unless_it_is_all() -> None:
+def test_a_recording_too_short_after_release_is_dropped_unless_it_is_the_only_one() -> None:
     leg = overdamped()
-    whole = held_then_let_go(leg, 0)
+    whole = held_then_released(leg, 0)
     short = replace(whole, name="short.csv", time=whole.time[:88], angles=whole.angles[:88])
     begun = from_release(bare(leg), made([whole, short]))
     assert [recording.name for recording in begun.recordings] == ["held.csv"]
@@ -72,7 +72,7 @@ def test_too_little_after_a_release_is_left_out_unless_it_is_all() -> None:
     assert "no other remains" in alone.said[0]
 
 
-def test_free_motion_is_let_be() -> None:
+def test_free_motion_is_not_cut() -> None:
     """Swings that die down and rise again, beats among them: none lies still at first."""
     for seed in (20, 65, 83, 121):
         case = random_case(seed)

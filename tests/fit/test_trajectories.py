@@ -36,7 +36,7 @@ def local_of(recording: Recording, shift: float = 0.0) -> Local:
 
 
 @pytest.mark.parametrize("locked", [(), ("knee",)])
-def test_prediction_and_jacobian_are_those_of_single_runs(locked: tuple[str, ...]) -> None:
+def test_prediction_and_jacobian_equal_single_simulations(locked: tuple[str, ...]) -> None:
     leg = robot()
     trial = release(leg, (9, -17, -24), np.random.default_rng(1), locked=locked, tip_mass=0.05, tilt=0.1)
     recording = recorded(leg, [trial, releases(leg, 0)[0]])[0]
@@ -65,7 +65,7 @@ def test_prediction_and_jacobian_are_those_of_single_runs(locked: tuple[str, ...
         np.testing.assert_allclose(found.local[:, :, k], (up - down) / 2e-5, atol=2e-5)
 
 
-def test_intervals_of_an_overdamped_joint_are_not_made_narrow_by_the_integrators_error() -> None:
+def test_integration_error_does_not_narrow_intervals_of_an_overdamped_joint() -> None:
     leg = robot([60.0, *SPRING[1:]], [12.0, *DAMPER[1:]])
     recordings = recorded(leg, releases(leg, 3, Rig(noise=0.3), count=4))
     weights = Weights(np.full((4, 3), np.radians(0.3)), np.zeros(3))
@@ -80,7 +80,7 @@ def test_intervals_of_an_overdamped_joint_are_not_made_narrow_by_the_integrators
     assert deviations[1][0] > 0.05  # the hip's k is hard to tell, which is what went wrong
 
 
-def test_what_cannot_be_followed_is_nan_and_not_an_error() -> None:
+def test_a_diverging_simulation_gives_nan() -> None:
     leg = robot()
     recording = recorded(leg, releases(leg, 0, count=1))[0]
     model, values = model_of(leg)
@@ -89,7 +89,7 @@ def test_what_cannot_be_followed_is_nan_and_not_an_error() -> None:
     assert np.isnan(model.evaluate(recording, stiff, local_of(recording)).prediction).any()
 
 
-def test_packing_is_undone_and_clipped_into_the_box() -> None:
+def test_packing_round_trips_and_clips_to_the_bounds() -> None:
     unknowns = all_of(CHAIN, bare(robot()))
     assert isinstance(unknowns, SpringsAndDampers)
     rest = np.array([0.2, -1.0, 0.7])
@@ -103,7 +103,7 @@ def test_packing_is_undone_and_clipped_into_the_box() -> None:
     assert without.rest_index == (3, 4, 5)
 
 
-def test_columns_of_unknowns_are_single_runs_and_one_that_diverges_spoils_no_other() -> None:
+def test_columns_equal_single_runs_and_a_diverging_one_leaves_the_others_unchanged() -> None:
     leg = robot()
     recording = recorded(leg, releases(leg, 0)[:1])[0]
     model, values = model_of(leg)

@@ -25,14 +25,14 @@ wanted:
 """
 
 
-def test_rise_time_of_a_first_order_lag_and_of_no_damping() -> None:
+def test_rise_time_equals_the_overdamped_and_undamped_limits() -> None:
     """Far overdamped, 2 zeta ln 9 natural radians; undamped, acos(0.1) - acos(0.9)."""
     assert rise_of(20.0) == pytest.approx(2 * 20 * np.log(9), rel=2e-3)
     assert rise_of(1e-9) == pytest.approx(np.arccos(0.1) - np.arccos(0.9), rel=1e-6)
     assert rise_of(1.0) == pytest.approx(3.3579, rel=1e-4)  # (1 + t) e^-t: 0.5318 to 3.8897
 
 
-def test_one_link_without_gravity_is_the_oscillator() -> None:
+def test_one_link_without_gravity_equals_the_harmonic_oscillator() -> None:
     """Spring k = I w_n^2 and b = 2 zeta w_n I, the free angle where it shall rest."""
     link = Link(0.3, 0.5, 0.1, 2e-3)
     leg = Leg("one", (Joint("hip", link, zero=radians(90)),), gravity=0.0)
@@ -52,11 +52,11 @@ def test_one_link_without_gravity_is_the_oscillator() -> None:
     assert reached == pytest.approx(-exp(-0.25 * natural * half), abs=0.01)
 
 
-def test_a_given_frequency_decides_over_the_rise_time() -> None:
+def test_a_stated_frequency_takes_precedence_over_the_rise_time() -> None:
     assert natural_frequency(WantedCharacteristics(0.0, 0.3, 0.6, 8.0, 0.5)) == pytest.approx(10.0)
 
 
-def test_what_gravity_forbids_is_refused() -> None:
+def test_characteristics_that_gravity_forbids_are_refused() -> None:
     """A heavy link that hangs swings at 1.3 Hz by itself."""
     leg = Leg("one", (Joint("hip", Link(0.3, 0.5, 0.1, 1e-3)),))
     with pytest.raises(CannotBeHad, match="Gravity alone swings it at"):
@@ -70,7 +70,7 @@ def project(tmp_path: Path, text: str = WANTED) -> Path:
     return path
 
 
-def test_a_fit_to_characteristics_finds_a_leg_that_shows_them(tmp_path: Path) -> None:
+def test_the_leg_fitted_to_characteristics_has_them(tmp_path: Path) -> None:
     """Three coupled links: what was asked comes out within the 2 % that would be said."""
     out = tmp_path / "out"
     assert main(["fit", str(project(tmp_path)), "--out", str(out), "-q"]) == 0
@@ -98,12 +98,16 @@ def test_a_fit_to_characteristics_finds_a_leg_that_shows_them(tmp_path: Path) ->
         ("wanted: [1]\n", "a mapping"),
     ],
 )
-def test_mistakes_are_told(text: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_mistakes_in_wanted_characteristics_are_reported(
+    text: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["fit", str(project(tmp_path, text)), "--out", str(tmp_path / "out")]) == 2
     assert told in capsys.readouterr().err
 
 
-def test_a_design_takes_them_in_the_place_of_recordings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_design_accepts_characteristics_instead_of_recordings(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     shutil.copy(EXAMPLES / "fit" / "robot.leg.yaml", tmp_path)
     wanted = WANTED.replace("\n", "\n  ").replace("wanted:", "  wanted:")
     path = tmp_path / "leg.yaml"

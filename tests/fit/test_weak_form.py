@@ -38,7 +38,7 @@ def exact(leg: Leg, rate: float, duration: float = 1.0) -> list[Recording]:
     return made
 
 
-def test_with_exact_angles_and_rates_only_the_quadrature_errs() -> None:
+def test_with_exact_angles_and_rates_only_quadrature_error_remains() -> None:
     # bump and slope vanish at the ends, so the trapezoid rule gains at least its second order
     leg = robot()
     coarse, fine = (misses(weak_form(bare(leg), exact(leg, rate))) for rate in (250.0, 500.0))
@@ -48,7 +48,7 @@ def test_with_exact_angles_and_rates_only_the_quadrature_errs() -> None:
 
 @pytest.mark.parametrize("per_trial", [False, True])
 @pytest.mark.parametrize("window", [0.05, 0.1, 0.2])
-def test_noise_free_recordings_give_the_leg_to_about_a_thousandth(per_trial: bool, window: float) -> None:
+def test_noise_free_recordings_recover_the_leg_to_a_thousandth(per_trial: bool, window: float) -> None:
     # what is left is the smoothing: cubics over 30 ms of a motion with a 290 1/s mode in it
     leg = robot()
     found = weak_form(bare(leg), recorded(leg, releases(leg, 0, SILENT)), window=window, per_trial_rest=per_trial)
@@ -56,14 +56,14 @@ def test_noise_free_recordings_give_the_leg_to_about_a_thousandth(per_trial: boo
     np.testing.assert_allclose(found.rest_by_trial, np.tile(REST, (7, 1)), atol=1e-3)
 
 
-def test_noisy_recordings_give_it_to_a_few_per_cent() -> None:
+def test_noisy_recordings_recover_the_leg_to_five_per_cent() -> None:
     leg = robot()
     found = misses(weak_form(bare(leg), recorded(leg, releases(leg, 1))))
     assert found[:2].max() < 0.05
     assert found[2] < np.radians(0.2)
 
 
-def test_a_known_curve_takes_the_dampers_place() -> None:
+def test_a_known_damper_curve_replaces_the_damper_rate() -> None:
     speed = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
     curve = DamperCurve(speed, tuple(0.12 * s**0.45 for s in speed))
     leg = robot().with_joints(knee={"damper": Damper(curve=curve)})
@@ -73,7 +73,7 @@ def test_a_known_curve_takes_the_dampers_place() -> None:
     assert found.damper_rate[1] == 0.0
 
 
-def test_a_known_torque_is_taken_into_account() -> None:
+def test_a_known_torque_is_included() -> None:
     leg, times = robot(), SILENT.times
     torque = 0.3 * np.sin(9 * times)[:, None] * np.array([4.0, 1.0, 0.3])
     trials = []
@@ -90,7 +90,7 @@ def test_a_known_torque_is_taken_into_account() -> None:
     ("own_tilt", "tilt", "tip_mass"),
     [(0.4, 0.0, 0.0), (0.0, -0.5, 0.0), (0.3, 0.2, 0.0), (0.0, 0.0, 0.25), (0.3, -0.6, 0.1)],
 )
-def test_a_tilted_base_and_a_tip_mass_are_taken_into_account(own_tilt: float, tilt: float, tip_mass: float) -> None:
+def test_a_tilted_base_and_a_tip_mass_are_included(own_tilt: float, tilt: float, tip_mass: float) -> None:
     """MuJoCo tilts its first body and has the mass in its last link; without them the estimate is far off."""
     leg = replace(robot(), tilt=own_tilt)
     generator = np.random.default_rng(0)
@@ -100,7 +100,7 @@ def test_a_tilted_base_and_a_tip_mass_are_taken_into_account(own_tilt: float, ti
     assert misses(weak_form(bare(replace(leg, tilt=0.0)), recorded(replace(leg, tilt=0.0), forgotten))).max() > 0.05
 
 
-def test_a_hole_in_the_recording_is_left_out_not_bridged() -> None:
+def test_a_gap_in_the_recording_is_skipped_not_interpolated() -> None:
     leg = robot()
     trials = releases(leg, 0, SILENT)
     holed = []

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hopper.recorded import jumped, pulled
-from motion.importers.swung_leg import PARTS, angles, pixels, points
+from motion.importers.simulated_leg import PARTS, angles, pixels, points
 from swing.effects.test_users_own import MAGNET
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring

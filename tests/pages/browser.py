@@ -1,4 +1,4 @@
-"""Chromium with no screen, and what is asked of every page that it opens.
+"""Chromium without a screen, and the audit of every page that it opens.
 
 Debian: ``apt-get install chromium``; ``pip install playwright`` (the extra ``pages``) drives it. Where either is
 missing the tests skip and say so.

@@ -12,7 +12,7 @@ from pages.browser import opened
 WICKED = "</script><img src=x onerror=\"document.title='caught'\">"
 
 
-def test_names_with_markup_run_nothing(browser: Any, made: ModuleType, tmp_path: Path) -> None:
+def test_names_with_markup_run_no_script(browser: Any, made: ModuleType, tmp_path: Path) -> None:
     from synth.reports import write_leg_report
 
     joints = [WICKED.replace("/", "|"), "knee", "a]b\"'c"]

@@ -90,7 +90,7 @@ def ends(path: str) -> tuple[float, float]:
     return float(x), float(y)
 
 
-def test_the_played_foot_is_where_the_file_has_it(page: Any, folder: Path) -> None:
+def test_the_played_foot_follows_the_file(page: Any, folder: Path) -> None:
     with (folder / "jump.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     slider = page.locator(".player input[type=range]")
@@ -119,7 +119,7 @@ def test_the_slider_moves_the_plots_cursor_and_back(page: Any) -> None:
     assert page.locator(".player output").text_content().startswith("100 ms")
 
 
-def test_every_design_is_told_under_the_pointer_and_by_keys(page: Any) -> None:
+def test_pointer_and_keys_describe_every_design(page: Any) -> None:
     told, chart = page.locator(".designs .told"), page.locator(".designs svg")
     assert "N20 A 100:1, 100 mm links" in told.text_content()
     assert "the chosen design" in told.text_content()
@@ -133,7 +133,7 @@ def test_every_design_is_told_under_the_pointer_and_by_keys(page: Any) -> None:
     assert "80 mm links" in told.text_content()
 
 
-def test_motors_are_choices(page: Any) -> None:
+def test_the_motor_can_be_selected(page: Any) -> None:
     motor = page.locator(".designs select").first
     assert motor.locator("option").all_text_contents() == ["N20 A", "N20 B"]
     motor.select_option("N20 B")

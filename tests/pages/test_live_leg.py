@@ -54,14 +54,14 @@ def as_acting(leg: Any) -> list[dict[str, Any]]:
     ]
 
 
-def said_number(text: str, before: str) -> float:
+def number_after(text: str, before: str) -> float:
     """The number that follows these words."""
     found = re.search(re.escape(before) + r"\s*([−-]?[\d.]+)", text)
     assert found, (before, text)
     return float(found.group(1).replace("−", "-"))
 
 
-def test_the_page_s_integrator_is_the_engine_s_within_a_tenth_of_a_degree(live: Opened) -> None:
+def test_the_pages_integrator_agrees_with_the_engine(live: Opened) -> None:
     """Linear and curved dampers, friction that slides and sticks, a locked joint, a mass at the tip, a tilted base."""
     wanted, built = responses()
     other, _ = swapped(wanted, built)
@@ -74,7 +74,7 @@ def test_the_page_s_integrator_is_the_engine_s_within_a_tenth_of_a_degree(live: 
             assert np.ptp(theirs) > 5.0  # there was something to follow
 
 
-def test_a_swapped_spring_has_the_engine_s_error_and_its_line_for_the_project(live: Opened) -> None:
+def test_a_swapped_spring_shows_the_engines_error_and_a_project_line(live: Opened) -> None:
     page = live.page
     wanted, built = responses()
     before = float(np.degrees(wanted.overall([built])[0]))
@@ -92,7 +92,7 @@ def test_a_swapped_spring_has_the_engine_s_error_and_its_line_for_the_project(li
     assert float(home.get_attribute("data-error")) == pytest.approx(before, abs=NEAR)
 
 
-def test_a_slider_tunes_by_hand_beside_the_fit_s_interval(live: Opened) -> None:
+def test_a_slider_changes_the_response_and_shows_the_interval(live: Opened) -> None:
     page, home = live.page, live.page.locator("#swap-parts")
     box = home.locator("fieldset").nth(1)
     assert box.locator(".band").count() == 2
@@ -103,7 +103,7 @@ def test_a_slider_tunes_by_hand_beside_the_fit_s_interval(live: Opened) -> None:
     assert "damper torque times 2" in home.locator("pre").text_content()
 
 
-def test_a_turned_joint_tells_its_spring_damper_and_stop(live: Opened) -> None:
+def test_a_turned_joint_shows_spring_damper_and_stop(live: Opened) -> None:
     page = live.page
     row = page.locator(".joint3d").nth(1)
     row.locator("input").fill("60")
@@ -111,15 +111,15 @@ def test_a_turned_joint_tells_its_spring_damper_and_stop(live: Opened) -> None:
     spring, joint = CURVED.joints[1].spring, CURVED.joints[1]
     assert spring is not None
     torque = -spring.rate * joint.sign * (joint.sign * (np.radians(60.0) - joint.zero) - joint.rest)
-    assert said_number(text, "spring") == pytest.approx(torque, abs=2e-3)
-    assert said_number(text, "N·m,") == pytest.approx(abs(torque) * 500.0, rel=0.01)
+    assert number_after(text, "spring") == pytest.approx(torque, abs=2e-3)
+    assert number_after(text, "N·m,") == pytest.approx(abs(torque) * 500.0, rel=0.01)
     assert "20.0° to the stop" in text
     row.locator("input").fill("40")
     assert "touches the stop" in row.locator(".readout").text_content()
     assert "touches" in row.locator(".readout").get_attribute("class")
 
 
-def test_a_response_plays_and_the_cursor_goes_with_it(live: Opened) -> None:
+def test_the_cursor_follows_a_played_response(live: Opened) -> None:
     page = live.page
     play = page.locator(".panel3d button").first
     play.click()
@@ -127,7 +127,7 @@ def test_a_response_plays_and_the_cursor_goes_with_it(live: Opened) -> None:
     page.wait_for_function(moving, arg="details#built .panels[data-trial=free_1] .plot")
     if play.text_content() != "▶ Play":  # not over yet
         play.click()
-    angle = said_number(page.locator(".joint3d .slide span").first.text_content(), "hip")
+    angle = number_after(page.locator(".joint3d .slide span").first.text_content(), "hip")
     motion = engine_angles(*responses())[0][:, 0]
     assert motion.min() - 0.5 <= angle <= motion.max() + 0.5
 
@@ -139,11 +139,11 @@ def test_the_cursor_poses_the_leg(live: Opened) -> None:
     page.keyboard.press("End")
     motion = engine_angles(*responses())[1]
     for j, name in enumerate(CURVED.joint_names):
-        angle = said_number(page.locator(".joint3d .slide span").nth(j).text_content(), name)
+        angle = number_after(page.locator(".joint3d .slide span").nth(j).text_content(), name)
         assert angle == pytest.approx(motion[-1, j], abs=0.1)
 
 
-def test_parts_are_told_and_hidden(live: Opened) -> None:
+def test_parts_are_described_and_can_be_hidden(live: Opened) -> None:
     page = live.page
     page.locator(".parts3d summary").click()
     page.get_by_role("button", name="knee lower").click()
@@ -158,7 +158,7 @@ def test_parts_are_told_and_hidden(live: Opened) -> None:
     assert canvas.screenshot() != before
 
 
-def test_the_solids_turn_with_the_slider(live: Opened) -> None:
+def test_the_slider_turns_the_solids(live: Opened) -> None:
     canvas = live.page.locator(".panel3d canvas")
     before = canvas.screenshot()
     live.page.locator(".joint3d input").first.fill("70")
@@ -166,7 +166,7 @@ def test_the_solids_turn_with_the_slider(live: Opened) -> None:
     assert canvas.screenshot() != before
 
 
-def test_what_the_page_shows_is_what_the_design_says(browser: Any, pages: dict[str, Path]) -> None:
+def test_the_page_shows_the_designs_error(browser: Any, pages: dict[str, Path]) -> None:
     """Of a real design (``make pages``): the page's own error of the chosen parts is the program's."""
     folder = pages["leg"].parent
     if not (folder / "page.json").exists():
@@ -181,5 +181,5 @@ def test_what_the_page_shows_is_what_the_design_says(browser: Any, pages: dict[s
             row = found.page.locator("table.key tbody tr").nth(j)
             assert row.locator("th").text_content().strip() == name
             made = joint["spring"].get("make") or joint["spring"]
-            shown = said_number(row.locator("td").first.locator(".interval").text_content(), "")
+            shown = number_after(row.locator("td").first.locator(".interval").text_content(), "")
             assert shown == pytest.approx(made["rate"]["value"], rel=1e-3)

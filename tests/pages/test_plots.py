@@ -44,7 +44,7 @@ def fit_page(browser: Any, pages: dict[str, Path]) -> Any:
         assert not found.said, found.said
 
 
-def test_the_cursor_reads_what_the_file_holds_in_all_plots_of_a_trial(fit_page: Any, pages: dict[str, Path]) -> None:
+def test_the_cursor_reads_the_files_values_in_all_plots(fit_page: Any, pages: dict[str, Path]) -> None:
     page = fit_page.page
     panels = first_plot(page)
     panels.scroll_into_view_if_needed()
@@ -85,7 +85,7 @@ def test_keys_move_the_cursor_and_zoom(fit_page: Any) -> None:
     assert [float(t) for t in ticks.all_text_contents()] == [float(t) for t in before]
 
 
-def test_a_drag_zooms_and_a_button_ends_it(fit_page: Any) -> None:
+def test_a_drag_zooms_and_a_button_resets(fit_page: Any) -> None:
     page = fit_page.page
     panels = first_plot(page)
     panels.scroll_into_view_if_needed()
@@ -105,7 +105,7 @@ def test_a_drag_zooms_and_a_button_ends_it(fit_page: Any) -> None:
     assert max(xs) - min(xs) > 200
 
 
-def test_the_legend_switches_curves(fit_page: Any) -> None:
+def test_the_legend_hides_and_shows_curves(fit_page: Any) -> None:
     page = fit_page.page
     section = page.locator("main details.section[open]").first
     switch = section.locator(".legend button").nth(1)

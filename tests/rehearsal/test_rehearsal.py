@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.swung import TWO, recorded
+from diagnosis.simulated_releases import TWO, recorded
 from synth.batch.folder import Kept
 from synth.batch.task_outcome import Ended
 from synth.cli import main

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from motion.importers.swung_leg import PARTS, RATE, angles, leg, points
+from motion.importers.simulated_leg import PARTS, RATE, angles, leg, points
 from synth.errors import UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers.convert import Imported, import_file

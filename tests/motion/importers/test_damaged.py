@@ -10,7 +10,7 @@ import pytest
 from scipy.io import savemat
 
 from motion.importers import test_c3d, test_deeplabcut, test_matlab, test_opensim
-from motion.importers.swung_leg import angles, leg, pixels, points
+from motion.importers.simulated_leg import angles, leg, pixels, points
 from synth.errors import UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers.convert import import_file

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from motion.importers.swung_leg import PARTS, RATE, angles, leg, pixels, points
+from motion.importers.simulated_leg import PARTS, RATE, angles, leg, pixels, points
 from synth.errors import UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers.convert import Imported, import_file

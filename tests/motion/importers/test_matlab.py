@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.io import savemat
 
-from motion.importers.swung_leg import angles, leg
+from motion.importers.simulated_leg import angles, leg
 from synth.errors import UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.motion.importers.convert import Imported, import_file

@@ -17,7 +17,7 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from motion.importers.swung_leg import NAMES, PARTS, RATE, angles, leg, pixels, points
+from motion.importers.simulated_leg import NAMES, PARTS, RATE, angles, leg, pixels, points
 from synth.cli import main
 from synth.errors import UserError
 from synth.files.import_project import Formats, Mapping

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from motion.importers.swung_leg import leg
+from motion.importers.simulated_leg import leg
 from synth.errors import UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.motion.importers.convert import Imported, import_file

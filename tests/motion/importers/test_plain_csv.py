@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from motion.importers.swung_leg import angles, leg
+from motion.importers.simulated_leg import angles, leg
 from synth.errors import UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.motion.importers.convert import Imported, import_file

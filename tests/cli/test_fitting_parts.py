@@ -40,7 +40,9 @@ def shown(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
     return capsys.readouterr().out.splitlines()
 
 
-def test_what_fits_comes_nearest_first_with_both_systems(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_fitting_parts_are_listed_nearest_first_in_both_unit_systems(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     lines = shown(capsys, "knee.yaml")
     assert lines[0] == "springs of 2.2 N*m/rad: 3 fit:"
     assert [line.split("  ")[0] for line in lines[3:6]] == ["LTR135H 10 M", "=cmd|' /C calc'!A0", "2 x H/2 ../x"]
@@ -51,7 +53,7 @@ def test_what_fits_comes_nearest_first_with_both_systems(folder: Path, capsys: p
     assert lines[dampers + 3].split()[:3] == ["6597K19", "McMaster-Carr", "0.1022"]
 
 
-def test_why_the_rest_does_not_fit(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_reasons_are_given_for_parts_that_do_not_fit(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = "\n".join(shown(capsys, "knee.yaml"))
     assert "outer diameter over 31.75 mm" in text  # Big
     assert "-31%   rate not within 10% of 2.2 N*m/rad; included angle is not 120 deg" in text  # 9271K589
@@ -76,13 +78,15 @@ def test_why_the_rest_does_not_fit(folder: Path, capsys: pytest.CaptureFixture[s
         ("kind: part-wish\nspring: {rate: 2.2 N*m/rad}\ncatalogs: [none/*.csv]\n", "none/*.csv"),
     ],
 )
-def test_what_a_wish_may_not_be(folder: Path, capsys: pytest.CaptureFixture[str], text: str, message: str) -> None:
+def test_invalid_requests_are_refused(
+    folder: Path, capsys: pytest.CaptureFixture[str], text: str, message: str
+) -> None:
     (folder / "knee.yaml").write_text(text)
     assert main(["catalog", "show", "knee.yaml"]) == 2
     assert message in capsys.readouterr().err
 
 
-def test_names_that_are_formulas_paths_or_markup_do_no_harm(folder: Path) -> None:
+def test_hostile_part_names_are_escaped(folder: Path) -> None:
     """Through the whole of a leg: defused in the list of parts, escaped on the page, no file outside the folder."""
     shutil.copytree(EXAMPLE, folder / "leg")
     (folder / "leg" / "parts").mkdir()

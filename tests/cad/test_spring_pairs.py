@@ -48,7 +48,7 @@ def test_a_pair_passes_every_gate() -> None:
     assert [str(check) for check in check_joint(joint) if not check.passed] == []
 
 
-def test_the_second_spring_is_the_first_in_a_mirror(pair: BuiltJoint) -> None:
+def test_the_second_spring_is_the_mirror_image_of_the_first(pair: BuiltJoint) -> None:
     first, second = pair.springs
     assert (first.name, second.name) == ("ankle_spring", "ankle_spring_2")
     assert [pair.seat(spring)[0].spring.hand for spring in pair.springs] == ["right", "left"]
@@ -61,7 +61,7 @@ def test_the_second_spring_is_the_first_in_a_mirror(pair: BuiltJoint) -> None:
         assert low[:, 0].max() == pytest.approx(high[:, 0].max(), abs=1e-3)
 
 
-def test_the_lower_half_is_alike_on_both_sides(pair: BuiltJoint) -> None:
+def test_the_lower_half_is_symmetric(pair: BuiltJoint) -> None:
     lower = pair.part("lower").solid
     # But for the D bore's length and the horns nothing differs.
     assert lower.intersect(lower.mirror("XY")).Volume() == pytest.approx(lower.Volume(), rel=1e-6)
@@ -69,7 +69,7 @@ def test_the_lower_half_is_alike_on_both_sides(pair: BuiltJoint) -> None:
     assert (below.zmin, below.zmax) == pytest.approx((-above.zmax, -above.zmin), abs=0.01)
 
 
-def test_gates_see_a_second_spring_without_room_and_with_a_loose_cap(pair: BuiltJoint) -> None:
+def test_gates_detect_a_second_spring_without_room_or_with_a_loose_cap(pair: BuiltJoint) -> None:
     blind = build_lower(PAIR, replace(pair.layout, mirrored=False, floor_bottom=-pair.layout.half_width))
     parts = tuple(replace(p, solid=blind, mesh=mesh_of(blind)) if p.family == "lower" else p for p in pair.parts)
     failed = [c for c in check_interference(BuiltJoint(PAIR, pair.layout, parts)) if not c.passed]
@@ -87,7 +87,7 @@ def loose(pair: BuiltJoint, name: str, way: float) -> BuiltJoint:
     return BuiltJoint(pair.dimensions, pair.layout, tuple(moved if p is cap else p for p in pair.parts))
 
 
-def test_two_share_the_torque() -> None:
+def test_two_springs_share_the_torque() -> None:
     pair, one = (replace(each, seat_length=20.0, cap=8.0) for each in (PAIR, ONE))
     for name in ("upper seat, pressure", "lower cap, bending"):
         assert stress_of(pair, name) == pytest.approx(stress_of(one, name) / 2)
@@ -95,7 +95,7 @@ def test_two_share_the_torque() -> None:
     assert stress_of(pair, name) == pytest.approx(stress_of(one, name))
 
 
-def test_the_second_seat_s_slots_keep_off_the_damper_s_screws() -> None:
+def test_the_second_seats_slots_clear_the_damper_screws() -> None:
     for circle in (30.0, 46.0, 52.0, 70.0):
         crowded = replace(PAIR, damper=DamperDimensions(circle - 8.0, 12.0, circle))
         layout = lay_out(crowded)
@@ -106,6 +106,6 @@ def test_the_second_seat_s_slots_keep_off_the_damper_s_screws() -> None:
 
 
 @pytest.mark.parametrize("springs", [0, 3, 1.5])
-def test_no_other_number_is_drawn(springs: float) -> None:
+def test_more_than_two_springs_are_refused(springs: float) -> None:
     with pytest.raises(DimensionError, match=r"ankle\.springs = .*: allowed is 1 or 2"):
         lay_out(replace(ONE, springs=springs))

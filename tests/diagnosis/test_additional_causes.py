@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.swung import TWO, causes, off, recorded, with_effects
+from diagnosis.simulated_releases import TWO, causes, off, recorded, with_effects
 from synth.diagnosis.angle_search import as_designed, search
 from synth.diagnosis.angle_trials import angle_trial, sensor
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, compatible, scales
@@ -32,11 +32,11 @@ def bench_of(built: Leg, seed: int = 3) -> tuple[Workbench, list[Candidate]]:
     return bench, candidates(TWO, trials, scales(TWO, trials))
 
 
-def of(found: list[Candidate], effect: str, joint: str) -> Candidate:
+def candidate_of(found: list[Candidate], effect: str, joint: str) -> Candidate:
     return next(candidate for candidate in found if candidate.key == (effect, joint))
 
 
-def test_friction_beside_a_shifted_encoder_is_found_with_it() -> None:
+def test_friction_and_an_encoder_offset_are_found_together() -> None:
     result = diagnose(TWO, recorded(with_effects(off(TWO, 4), FRICTION_AND_OFFSET), seed=2), Tolerance())
     assert set(causes(result)) == {("coulomb_friction", "hip"), ("encoder_offset", "knee")}
     by_name = {cause.effect: cause.parameters for cause in result.explanation}
@@ -56,24 +56,24 @@ def test_three_causes_are_tried_and_leave_only_noise() -> None:
     assert best.ratio < 1.1
 
 
-def test_nothing_further_is_sought_where_one_cause_leaves_only_noise() -> None:
+def test_no_second_cause_is_searched_when_one_leaves_only_noise() -> None:
     bench, found = bench_of(with_effects(off(TWO, 4), {"hip": FRICTION_AND_OFFSET["hip"]}))
     assert search(bench, found).several == ()
 
 
-def test_one_place_holds_one_dry_friction_and_no_cause_twice() -> None:
+def test_incompatible_causes_are_not_combined() -> None:
     _, found = bench_of(TWO)
-    coulomb = of(found, "coulomb_friction", "hip")
+    coulomb = candidate_of(found, "coulomb_friction", "hip")
     assert not compatible(coulomb, coulomb)
-    assert not compatible(coulomb, of(found, "stribeck_friction", "hip"))
-    assert compatible(coulomb, of(found, "stribeck_friction", "knee"))
-    assert compatible(of(found, "base_compliance", "base"), of(found, "link_flexibility", "hip"))
+    assert not compatible(coulomb, candidate_of(found, "stribeck_friction", "hip"))
+    assert compatible(coulomb, candidate_of(found, "stribeck_friction", "knee"))
+    assert compatible(candidate_of(found, "base_compliance", "base"), candidate_of(found, "link_flexibility", "hip"))
 
 
-def test_a_secant_asks_for_the_strength_that_is_there() -> None:
+def test_the_secant_estimates_the_effects_strength() -> None:
     bench, found = bench_of(with_effects(TWO, {"knee": {"encoder_offset": {"offset": 0.04}}}))
     designed = as_designed(bench)
-    candidate = of(found, "encoder_offset", "knee")
+    candidate = candidate_of(found, "encoder_offset", "knee")
     unknowns = np.concatenate([designed.unknowns, candidate.starts()[0]])
     start = EvaluatedHypothesis((candidate,), unknowns, designed.states)
     ((cost, times),) = leverage(bench, [start], designed)
@@ -83,15 +83,15 @@ def test_a_secant_asks_for_the_strength_that_is_there() -> None:
     assert prospects(bench, [right], designed)[0] == pytest.approx(cost, rel=0.3)
 
 
-def test_prospects_beside_a_cause_let_its_unknowns_follow() -> None:
+def test_screening_lets_the_unknowns_of_the_first_cause_follow() -> None:
     """Beside friction fitted for itself, too weak: a start with nothing further promises what a step of all gives."""
     bench, found = bench_of(with_effects(TWO, {"hip": {"coulomb_friction": {"torque": 0.2}}}))
     designed = as_designed(bench)
-    friction = of(found, "coulomb_friction", "hip")
+    friction = candidate_of(found, "coulomb_friction", "hip")
     weak = EvaluatedHypothesis((friction,), np.concatenate([designed.unknowns, friction.starts()[0]]), designed.states)
     here = bench.evaluate([weak])[0]
     here = replace(here, frame=bench.frame(here))
-    nothing = of(found, "encoder_offset", "knee")
+    nothing = candidate_of(found, "encoder_offset", "knee")
     start = EvaluatedHypothesis((friction, nothing), np.concatenate([here.unknowns, [0.0]]), here.states)
     (promised,) = prospects(bench, [start], here)
     stepped = bench.solve([here], None, 1)[0]

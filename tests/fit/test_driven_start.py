@@ -37,7 +37,7 @@ def test_the_probability_of_a_difference_is_uniform_where_there_is_none() -> Non
 
 
 @pytest.mark.parametrize("seed", [5001, 5004])
-def test_a_leg_that_a_hand_drives_at_first_is_cut_and_its_rates_come_out(seed: int) -> None:
+def test_a_hand_driven_start_is_cut_and_the_rates_are_recovered(seed: int) -> None:
     drawn = random_case(seed).recorder
     case = random_case(seed, replace(drawn, driven=0.15, trials=3))
     made = recordings(case.bare, case.trials)
@@ -58,7 +58,7 @@ def test_a_free_leg_is_fitted_from_its_first_sample() -> None:
     assert result.joints == fit_leg(bare(leg), made).joints
 
 
-def test_later_samples_are_a_recording_of_their_own() -> None:
+def test_later_samples_form_a_new_recording() -> None:
     leg = robot()
     (one, *_) = recorded(leg, releases(leg, 3, Rig()))
     cut = later([one], 0.2)
@@ -72,7 +72,7 @@ def test_later_samples_are_a_recording_of_their_own() -> None:
 
 
 @pytest.mark.skipif(not LAB.is_dir(), reason="the lab's recordings (../shared/aarl) are not here")
-def test_the_rats_releases_are_driven_at_first_and_what_follows_is_followed() -> None:
+def test_the_rats_releases_have_a_driven_start_and_the_rest_is_fitted() -> None:
     """Muscles act for the first 0.1 s and more; plain RMS and starts of what is fitted agree with the recordings."""
     data = read_lab_data(LAB)
     made = data.releases()

@@ -31,11 +31,11 @@ def with_angles(original: Trial, joint: int, angles: Array) -> Trial:
     return replace(original, angles=changed)
 
 
-def test_good_trials_need_no_word() -> None:
+def test_good_trials_give_no_warning() -> None:
     assert check_trials(LEG, [trial("a.csv", 20.0), trial("b.csv", 15.0, seed=1)]) == ()
 
 
-def test_trials_that_never_move_are_refused_one_by_one() -> None:
+def test_each_trial_that_never_moves_is_refused() -> None:
     with pytest.raises(UserError) as caught:
         check_trials(LEG, [trial("a.csv", 0.0), trial("b.csv", 0.1)])
     assert [problem.file for problem in caught.value.problems] == ["a.csv", "b.csv"]
@@ -51,31 +51,31 @@ def test_noise_larger_than_the_motion_is_refused_with_both_numbers() -> None:
     assert noise == pytest.approx(4.0, rel=0.2)
 
 
-def test_a_moving_trial_that_is_held_out_does_not_save_the_others() -> None:
+def test_motion_in_a_held_out_trial_only_is_refused() -> None:
     with pytest.raises(UserError, match="does not move"):
         check_trials(LEG, [trial("a.csv", 0.0), replace(trial("b.csv", 20.0), held_out=True)])
 
 
-def test_a_trial_at_rest_among_others_is_said() -> None:
+def test_one_trial_at_rest_gives_a_warning() -> None:
     said = check_trials(LEG, [trial("a.csv", 20.0), trial("b.csv", 20.0, seed=1), trial("rest.csv", 0.0)])
     assert len(said) == 1
     assert said[0].startswith("rest.csv: no joint moves above its noise")
 
 
-def test_a_joint_that_never_moves_is_said() -> None:
+def test_a_joint_that_never_moves_gives_a_warning() -> None:
     still = np.radians(105.0 + np.random.default_rng(3).normal(0.0, 0.05, len(TIME)))
     said = check_trials(LEG, [with_angles(trial(f"{k}.csv", 20.0, seed=k), 0, still) for k in range(2)])
     assert len(said) == 1
     assert said[0].startswith("hip: never moves above its noise")
 
 
-def test_a_joint_that_is_always_locked_is_said() -> None:
+def test_a_joint_that_is_always_locked_gives_a_warning() -> None:
     held = [with_angles(trial(f"{k}.csv", 20.0, seed=k), 2, np.full(len(TIME), 2.4)) for k in range(2)]
     said = check_trials(LEG, [replace(one, locked=("ankle",)) for one in held])
     assert said == (f"{NAMES[2]}: locked in every training trial; nothing is known about this joint",)
 
 
-def test_a_locked_joint_that_moves_is_said() -> None:
+def test_a_locked_joint_that_moves_gives_a_warning() -> None:
     loose = replace(trial("a.csv", 20.0), locked=("hip",))
     held = replace(with_angles(trial("b.csv", 20.0, seed=1), 0, np.full(len(TIME), np.radians(100.0))), locked=("hip",))
     said = check_trials(LEG, [loose, held, trial("c.csv", 20.0, seed=2)])
@@ -83,20 +83,20 @@ def test_a_locked_joint_that_moves_is_said() -> None:
     assert said[0].startswith("a.csv: hip is listed as locked but moves by ")
 
 
-def test_two_copies_are_one_trial() -> None:
+def test_copies_count_as_one_trial() -> None:
     (said,) = check_trials(LEG, [trial("a.csv", 20.0), trial("b.csv", 20.0)])
     assert "only one training trial" in said
 
 
 @pytest.mark.parametrize(("held_out", "words"), [(0, "on the trial itself"), (2, "on the held-out trials")])
-def test_one_trial_alone_is_enough_and_its_limits_are_said(held_out: int, words: str) -> None:
+def test_a_single_trial_is_accepted_with_a_warning(held_out: int, words: str) -> None:
     others = [replace(trial(f"check_{k}.csv", 20.0, seed=k + 1), held_out=True) for k in range(held_out)]
     (said,) = check_trials(LEG, [trial("a.csv", 20.0), *others])
     assert "only one training trial" in said
     assert words in said
 
 
-def test_a_known_torque_is_applied_and_that_is_said() -> None:
+def test_a_known_torque_is_applied_and_noted() -> None:
     torques = np.zeros((len(TIME), 3))
     torques[:, 1] = 0.01
     driven = replace(trial("a.csv", 20.0), torques=torques)
@@ -106,7 +106,7 @@ def test_a_known_torque_is_applied_and_that_is_said() -> None:
     assert "are all zero" in said
 
 
-def test_missing_samples_and_counts_are_no_noise() -> None:
+def test_missing_samples_and_encoder_counts_are_not_taken_for_noise() -> None:
     count = 360.0 / 1024
     coarse = trial("a.csv", 20.0, noise=0.0)
     read = np.radians(count * np.round(np.degrees(coarse.angles) / count))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.swung import TIME, TWO, off, recorded, with_effects
+from diagnosis.simulated_releases import TIME, TWO, off, recorded, with_effects
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
 from synth.diagnosis.encoder_counts import Coarse
@@ -31,7 +31,7 @@ def spread(made: AngleTrial) -> Array:
     return USUAL * np.sqrt(np.maximum(made.relative[made.counts[:, 1], 1] ** 2 - 1.0, 0.0))
 
 
-def test_a_slow_reading_is_known_at_its_edges_far_better_than_to_its_count() -> None:
+def test_a_transition_locates_a_slow_angle_better_than_one_count() -> None:
     time = np.arange(401) * 0.005
     angle = 0.3 * np.cos(2.0 * time)
     raw, made = counted(angle, time)
@@ -46,7 +46,7 @@ def test_a_slow_reading_is_known_at_its_edges_far_better_than_to_its_count() -> 
     np.testing.assert_array_equal(made.measured[:, 0], raw.measured[:, 0])
 
 
-def test_the_errors_said_are_the_errors_made() -> None:
+def test_stated_deviations_match_the_errors() -> None:
     """Root mean square of miss over deviation, over motions slow and fast; samples at rest are few and not sure."""
     ratios = []
     for speed in (0.5, 2.0, 8.0, 30.0):
@@ -61,7 +61,7 @@ def test_the_errors_said_are_the_errors_made() -> None:
     assert 0.4 < np.sqrt(np.nanmean(ratios)) < 1.2
 
 
-def test_a_reading_that_never_changes_stays_within_its_count() -> None:
+def test_a_constant_reading_informs_to_one_count_only() -> None:
     time = np.arange(301) * 0.005
     _, made = counted(np.full(301, 0.1), time)
     kept = made.counts[:, 1]
@@ -70,7 +70,7 @@ def test_a_reading_that_never_changes_stays_within_its_count() -> None:
     assert information == pytest.approx(12.0 / STEP**2, rel=0.1)  # of one sample within a count
 
 
-def test_unseen_readings_are_predicted_count_for_count() -> None:
+def test_held_out_readings_are_predicted_to_the_count() -> None:
     """Rounded predictions of a leg known to a fraction of a count differ in few samples from the readings."""
     step = 0.05
     built = with_effects(off(TWO, 1), {"knee": {"encoder_quantisation": {"step": step}}})

@@ -1,4 +1,4 @@
-"""Springs whose arms close towards larger measured angles: the same joint as one that is measured the other way."""
+"""Springs that close towards larger measured angles equal a joint with reversed angles."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def numbers(item: object) -> list[float]:
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_it_is_the_joint_that_is_measured_the_other_way(sign):
+def test_a_reversed_spring_equals_the_joint_with_reversed_angles(sign):
     turned = replace(TURNED, sign=sign)
     turned = replace(turned, upper_arm_angle=clear_upper_arm_angle(turned))
     same = other_way(turned)
@@ -50,7 +50,7 @@ def test_it_is_the_joint_that_is_measured_the_other_way(sign):
         assert wires[0].points == pytest.approx(wires[1].points, abs=1e-9)
 
 
-def test_it_passes_every_gate_and_larger_angles_close_its_arms():
+def test_a_reversed_spring_passes_every_gate_and_closes_at_larger_angles():
     dimensions = replace(TURNED, upper_arm_angle=clear_upper_arm_angle(TURNED))
     joint = build_joint(dimensions)
     assert [str(check) for check in check_joint(joint) if not check.passed] == []
@@ -61,7 +61,7 @@ def test_it_passes_every_gate_and_larger_angles_close_its_arms():
     assert joint.layout.space.drop < opened.space.drop
 
 
-def test_its_arm_offset_lies_on_the_other_side():
+def test_a_reversed_spring_has_its_arm_offset_on_the_other_side():
     assert arm_offset(100.0, 120.0, closes=1) == 220.0
     assert arm_offset(100.0, 120.0) == -20.0
 
@@ -72,7 +72,7 @@ def allowed_travel(dimensions: JointDimensions) -> list[float]:
     return [float(end) for end in re.findall(r"allowed is (\S+) to (\S+) deg", str(refused.value))[0]]
 
 
-def test_what_is_refused_is_told_in_the_angles_that_are_measured():
+def test_refusals_state_measured_angles():
     folded = replace(TURNED, range=(90.0, 340.0))
     low, high = allowed_travel(folded)
     assert low < 90.0 < high < 340.0

@@ -43,7 +43,7 @@ def _upper(found: Opened) -> dict[str, float]:
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("size", SIZES)
-def test_every_page_is_whole_and_legible(browser: Any, pages: dict[str, Path], size: str, scheme: str) -> None:
+def test_every_page_is_complete_and_legible(browser: Any, pages: dict[str, Path], size: str, scheme: str) -> None:
     assert pages
     for name, path in pages.items():
         assert path.stat().st_size <= HEAVIEST, name
@@ -61,7 +61,7 @@ def test_every_page_is_whole_and_legible(browser: Any, pages: dict[str, Path], s
             assert not [url for url in found.asked if not url.startswith(("file:", "data:"))], name
 
 
-def test_the_first_screen_answers(browser: Any, pages: dict[str, Path]) -> None:
+def test_the_first_screen_has_title_verdict_and_next_step(browser: Any, pages: dict[str, Path]) -> None:
     """Title, verdict and what to do next stand in the first window, wide and narrow."""
     for name, path in pages.items():
         for size, (_, height) in SIZES.items():
@@ -73,7 +73,7 @@ def test_the_first_screen_answers(browser: Any, pages: dict[str, Path]) -> None:
                         assert box["y"] + box["height"] <= height, (name, size, part)
 
 
-def test_a_link_opens_the_fold_that_it_leads_into(browser: Any, pages: dict[str, Path]) -> None:
+def test_a_link_opens_its_section(browser: Any, pages: dict[str, Path]) -> None:
     with opened(browser, pages["leg"]) as found:
         links = found.page.locator("nav a")
         name = links.last.get_attribute("href")
@@ -94,7 +94,7 @@ def test_nothing_is_cut_on_paper(browser: Any, pages: dict[str, Path]) -> None:
             assert found.page.evaluate(CUT) == [], name
 
 
-def test_keys_reach_and_move_everything(browser: Any, pages: dict[str, Path]) -> None:
+def test_the_keyboard_reaches_every_control(browser: Any, pages: dict[str, Path]) -> None:
     """Tab reaches each control of the first window that stands open, seen by an outline; arrows and Enter move it."""
     for name, path in pages.items():
         with opened(browser, path) as found:
@@ -123,7 +123,7 @@ def test_keys_reach_and_move_everything(browser: Any, pages: dict[str, Path]) ->
                 assert fold.evaluate("(s) => s.parentElement.open") is not before, name
 
 
-def test_a_page_prints_whole(browser: Any, pages: dict[str, Path]) -> None:
+def test_a_page_prints_completely(browser: Any, pages: dict[str, Path]) -> None:
     """Chromium's own print: every section's heading and the last equation are in the file, on several pages."""
     with opened(browser, pages["leg"]) as found:
         data = found.page.pdf(format="A4")
