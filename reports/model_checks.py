@@ -7,7 +7,7 @@ from typing import Any
 
 from synth.reports import page
 from synth.reports.opening import Cell, Figures, Opening
-from synth.reports.quantities import number, text, unit_text
+from synth.reports.quantities import number, text, with_unit
 from synth.reports.reading import Json, Result, read_result
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
@@ -47,7 +47,9 @@ def checks_opening(result: Result) -> Opening:
     steps = (
         ["Start with the first failing check: a wrong model fails for a pendulum before it fails for a jump."]
         if failed
-        else []
+        else ["Use it. That the model moves as the built leg does is shown by `synth gap` and recordings, not here."]
+        if checks
+        else ["Complete the leg file: a check needs links with mass, and springs or dampers."]
     )
     note = f"The {len(nearest)} of {len(checks)} nearest to their limits." if len(nearest) < len(checks) else ""
     figures = Figures(("Check", "Expected", "Found", "Apart"), rows, note) if rows else None
@@ -69,8 +71,7 @@ def _long(item: object) -> str:
     value = mapping(item).get("value")
     if not isinstance(value, (int, float)):
         return "not found"
-    unit = unit_text(str(mapping(item).get("unit")))
-    return f"{number(value, 7)}{unit if unit in ('°', '') else f' {unit}'}"
+    return with_unit(number(value, 7), item)
 
 
 def _off(check: Json, key: str = "off") -> str:

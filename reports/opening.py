@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup, escape
 
-from synth.reports.quantities import interval_text, text
+from synth.reports.quantities import interval_text, prose, text
 from synth.reports.severity import Group, Warned, counted, foremost
 
 NOTHING = Markup("")
@@ -47,6 +47,8 @@ class Opening:
         whether the verdict is good, bad, or neither (None). It sets the colour only.
     wide
         the figure is below the table, over the whole width.
+    beside
+        a drawing that follows the figure's cursor.
     """
 
     verdict: str
@@ -57,6 +59,7 @@ class Opening:
     figures: Figures | None = None
     good: bool | None = None
     wide: bool = False
+    beside: Markup = NOTHING
 
 
 @dataclass(frozen=True)
@@ -83,8 +86,10 @@ def marked(words: str) -> Markup:
     """The text as markup, with the parts between backticks as code."""
     pieces = str(words).split("`")
     if len(pieces) % 2 == 0:  # an unpaired backtick
-        return escape(words)
-    return Markup("").join(Markup("<code>{}</code>").format(p) if i % 2 else escape(p) for i, p in enumerate(pieces))
+        return escape(prose(words))
+    return Markup("").join(
+        Markup("<code>{}</code>").format(piece) if i % 2 else escape(prose(piece)) for i, piece in enumerate(pieces)
+    )
 
 
 def listed(names: Sequence[str], conjunction: str = "and") -> str:

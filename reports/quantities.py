@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 
 from synth.reports.reading import unit_of, value_of
 
 DIGITS = 4  # significant digits of a number without an interval
 _UNITS = {"deg": "°", "deg/s": "°/s", "1": "", "percent": "%", "degC": "°C", "ohm": "Ω"}
+_IN_PROSE = (
+    (re.compile(r"(?<=[A-Za-z])\*(?=[A-Za-z])"), "·"),  # of units; a product of numbers has spaces
+    (re.compile(r"(?<=[a-z])\^2\b"), "²"),
+    (re.compile(r"(?<=\d) deg\b"), "°"),
+    (re.compile(r"(?<=\d) degC\b"), "\u00a0°C"),
+    (re.compile(r"(?<=\d) %"), "\u00a0%"),
+)
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 # Factors to SI of the units that figures convert to a common axis.
@@ -35,6 +43,13 @@ def unit_text(unit: str) -> str:
     if unit in _UNITS:
         return _UNITS[unit]
     return unit.replace("*", "·").replace("^2", "²").replace("^3", "³")
+
+
+def prose(words: str) -> str:
+    """A sentence with units as the page's numbers have them: ``2 N*m`` as ``2 N·m``, ``3 deg`` as ``3°``, ``89 %``."""
+    for plain, set_ in _IN_PROSE:
+        words = plain.sub(set_, words)
+    return words
 
 
 def number(value: float | None, digits: int = DIGITS, bare: bool = True) -> str:
@@ -104,26 +119,28 @@ def interval_text(quantity: object) -> str:
 
 def text(quantity: object) -> str:
     """``1.71 N·m/rad`` with a no-break space, ``12°`` without a space."""
-    return _with_unit(value_text(quantity), quantity)
+    return with_unit(value_text(quantity), quantity)
 
 
 def brief(quantity: object) -> str:
     """``text`` with three digits and trailing zeros, for columns of errors and characteristics."""
-    return _with_unit(number(value_of(quantity), 3, bare=False), quantity)
+    return with_unit(number(value_of(quantity), 3, bare=False), quantity)
 
 
 def signed(quantity: object) -> str:
     """With its sign and two decimals, for costs and gains."""
     value = value_of(quantity)
     shown = with_decimals(value, 2)
-    return ("+" if value is not None and not shown.startswith("−") else "") + _with_unit(shown, quantity)
+    return ("+" if value is not None and not shown.startswith("−") else "") + with_unit(shown, quantity)
 
 
-def _with_unit(shown: str, quantity: object) -> str:
+def with_unit(shown: str, quantity: object) -> str:
+    """``shown`` with the quantity's unit."""
     if value_of(quantity) is None:
         return "–"
     unit = unit_text(unit_of(quantity))
-    return shown + (unit if unit in ("°", "") else f"\u00a0{unit}")
+    close = unit == "" or (unit == "°" and "·10" not in shown)  # a degree sign after an exponent would be read as 0
+    return shown + (unit if close else f"\u00a0{unit}")
 
 
 def percent(part: float | None, whole: float | None) -> str:
@@ -141,7 +158,7 @@ def percent(part: float | None, whole: float | None) -> str:
 def share_text(quantity: object) -> str:
     """A probability in whole per cent, ``83 %``; ``under 1 %`` or ``over 99 %`` instead of a rounded 0 or 100."""
     value = value_of(quantity) if isinstance(quantity, Mapping) else quantity
-    if isinstance(value, (int, float)) and 0.0 < value < 0.005:
+    if isinstance(value, (int, float)) and 0.0 <= value < 0.005:
         return "under 1\u00a0%"
     if isinstance(value, (int, float)) and 0.995 <= value < 1.0:
         return "over 99\u00a0%"

@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from markupsafe import Markup
+
 from synth.reports.reading import Json, Result
 
 
@@ -14,6 +16,15 @@ class AbsentResult:
     """Why a section is left out."""
 
     why: str
+
+
+@dataclass(frozen=True)
+class FirstFigure:
+    """A section's figure for the page's opening; ``pose`` : the leg that follows the figure's cursor, or nothing."""
+
+    drawing: Markup
+    caption: str
+    pose: Markup
 
 
 @dataclass(frozen=True)

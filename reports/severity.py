@@ -75,7 +75,14 @@ def foremost(warnings: Sequence[Warned]) -> list[Group]:
     ]
 
 
+ONE = {"check": "limits the trust in a number"}
+
+
 def counted(warnings: Sequence[Warned]) -> list[tuple[str, str, list[Warned]]]:
     """(level, its words, its warnings) of each level that has any."""
     rows: Mapping[str, list[Warned]] = {level: [w for w in warnings if w.level == level] for level in LEVELS}
-    return [(level, WORDS[level], found) for level, found in rows.items() if found]
+    return [
+        (level, ONE.get(level, WORDS[level]) if len(found) == 1 else WORDS[level], found)
+        for level, found in rows.items()
+        if found
+    ]

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+TESTS = ROOT / "tests"
 EXAMPLES = ROOT / "synth" / "examples"
 SLOWEST = 1500.0  # ms, aim for opening a page in a headless browser on two cores
 REHEARSED = "8"  # cases: enough for a page with every table; a minute on two cores
@@ -30,6 +31,8 @@ def commands(projects: Path, results: Path) -> dict[str, list[str]]:
         "hopper": ["hopper", str(projects / "hopper" / "hopper.yaml")],
         "jump-gap": ["gap", str(projects / "hopper" / "gap.yaml")],
         "fits": ["fit", str(projects / "many")],
+        "gaps": ["gap", str(projects / "many-gaps")],
+        "legs": ["leg", str(projects / "many-legs"), "--no-cad"],
         "spring": ["spring", *SPRING],
         "check": ["check", str(projects / "gap" / "nominal.leg.yaml")],
         "check-hopper": ["check", str(projects / "hopper" / "hopper.yaml")],
@@ -58,6 +61,8 @@ def writers() -> dict[str, Callable[[Path], Path]]:
         "hopper": hopper_pages.write_hopper_report,
         "jump-gap": hopper_pages.write_jump_gap_report,
         "fits": many_pages.write_fits_report,
+        "gaps": many_pages.write_gaps_report,
+        "legs": many_pages.write_legs_report,
         "spring": reports.write_winding_sheet,
         "check": model_checks.write_checks_report,
         "check-hopper": model_checks.write_checks_report,
@@ -78,8 +83,9 @@ def make(to: Path, only: list[str], *, fresh: bool) -> None:
     results.mkdir(parents=True, exist_ok=True)
     for example in ("leg", "fit", "gap", "hopper", "import"):
         shutil.copytree(EXAMPLES / example, projects / example, dirs_exist_ok=True)
-    for name in ("first", "second"):
-        shutil.copytree(EXAMPLES / "fit", projects / "many" / name, dirs_exist_ok=True)
+    for folder, example in (("many", "fit"), ("many-gaps", "gap"), ("many-legs", "leg")):
+        for name in ("first", "second"):
+            shutil.copytree(EXAMPLES / example, projects / folder / name, dirs_exist_ok=True)
     for name, arguments in commands(projects, results).items():
         if only and name not in only:
             continue
@@ -93,7 +99,8 @@ def make(to: Path, only: list[str], *, fresh: bool) -> None:
 
 def opening_times(results: Path) -> str:
     """A table of size and opening time of each page; the shortest of three, because the machine may be busy."""
-    sys.path.insert(0, str(ROOT / "tests"))
+    # This file's folder is on the path; the tests' folder ``pages`` would be looked for in this module.
+    sys.path[:] = [str(TESTS), *(each for each in sys.path if Path(each) != Path(__file__).parent)]
     from pages.browser import chromium, missing, opened
 
     if missing():

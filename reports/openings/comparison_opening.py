@@ -24,10 +24,11 @@ def comparison_opening(result: Result) -> Opening:
         _verdict(document),
         _trust(document),
         _steps(document),
-        figure[0] if figure else Markup(""),
-        figure[1] if figure else "",
+        figure.drawing if figure else Markup(""),
+        figure.caption if figure else "",
         _figures(document),
         wide=True,
+        beside=figure.pose if figure else Markup(""),
     )
 
 

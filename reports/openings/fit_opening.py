@@ -22,7 +22,7 @@ def fit_opening(result: Result) -> Opening:
     joints = mapping(document, "joints")
     trials = [trial for trial in sequence(document, "trials") if isinstance(trial, Mapping)]
     lacking, unsure = _lacking(document), _unsure(joints)
-    figure, caption = _picture(result)
+    figure = motion.worst_figure(result)
     what = f"Springs, dampers and free angles of {listed(list(joints))}" if joints else "Nothing"
     count = f"{len(trials)} trial{'s' if len(trials) != 1 else ''}"
     if lacking:
@@ -33,11 +33,12 @@ def fit_opening(result: Result) -> Opening:
         verdict,
         _trust(document, lacking, unsure),
         _steps(document, lacking, unsure),
-        figure,
-        caption,
+        figure.drawing if figure else Markup(""),
+        figure.caption if figure else "",
         _figures(document),
         False if lacking else True if not unsure and joints else None,
         wide=True,
+        beside=figure.pose if figure else Markup(""),
     )
 
 
@@ -90,12 +91,6 @@ def _steps(document: Json, lacking: list[str], unsure: list[tuple[float, str]]) 
     if unsure and proposals:
         return [f"To measure next: {proposals[0]}"]
     return ["Use fitted.leg.yaml, for example as the source of `synth leg`."] if mapping(document, "joints") else []
-
-
-def _picture(result: Result) -> tuple[Markup, str]:
-    """The trial that fits worst."""
-    worst = motion.worst_figure(result)
-    return (Markup(""), "") if worst is None else worst
 
 
 def _figures(document: Json) -> Figures | None:

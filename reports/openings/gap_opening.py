@@ -26,10 +26,11 @@ def gap_opening(result: Result) -> Opening:
         str(document.get("sentence") or ""),
         _trust(document, verdict),
         _steps(document),
-        figure[0] if figure else Markup(""),
-        figure[1] if figure else "",
+        figure.drawing if figure else Markup(""),
+        figure.caption if figure else "",
         _figures(document),
         {"effect": True, "none": True, "unknown": False}.get(verdict),
+        beside=figure.pose if figure else Markup(""),
     )
 
 

@@ -39,7 +39,10 @@ def import_opening(result: Result) -> Opening:
         f"{notes} note{'s' if notes != 1 else ''} on what was changed or left out, with each trial below."
         if notes
         else "No sample was changed or left out.",
-        ["Check that the leg bends as it did, which shows a wrong sign, side or zero; then run `synth fit`."],
+        [
+            "Check that the leg bends as it did, which shows a wrong sign, side or zero; then run `synth fit fit.yaml` "
+            "in this folder."
+        ],
         figure,
         "Blue: first pose; vermilion: last." if figure else "",
         Figures(("Trial", "Samples kept", "Rate"), rows, many) if rows else None,

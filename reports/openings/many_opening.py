@@ -40,7 +40,7 @@ def gaps_opening(result: Result) -> Opening:
     return Opening(
         f"{_counted(result)} diagnosed{f': {listed(verdict_counts)}' if verdict_counts else ''}.",
         _warned(legs),
-        [*steps, *_mend(result, "diagnosed")],
+        [*steps, *_mend(result, "diagnosed")] or ["Open a leg's page below; its `diagnosed.leg.yaml` has the cause."],
         figure,
         caption,
         Figures(("Cause", "Legs"), rows) if rows else None,
@@ -58,7 +58,7 @@ def legs_opening(result: Result) -> Opening:
     return Opening(
         f"{_counted(result)} designed.",
         _warned(legs),
-        [*steps, *_mend(result, "designed")],
+        [*steps, *_mend(result, "designed")] or ["Open a leg's page below: its parts to order and to print."],
         figures=Figures(("Farthest from the wanted motion", "RMS"), rows) if rows else None,
         good=not (refused or sequence(result.content, "failed")),
     )

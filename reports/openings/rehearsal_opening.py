@@ -26,7 +26,7 @@ def rehearsal_opening(result: Result) -> Opening:
 
 
 def _figures(result: Result) -> Figures | None:
-    causes = [item for item in sequence(result.content, "causes") if isinstance(item, Mapping)]
+    causes = [item for item in sequence(result.content, "causes") if isinstance(item, Mapping) and item.get("cases")]
     joints = list(dict.fromkeys(str(c.get("joint")) for c in causes if c.get("joint") != "base"))
     found = {(c.get("effect"), c.get("joint")): c for c in causes}
     rows = []

@@ -11,6 +11,8 @@ from synth.reports.quantities import text
 from synth.reports.reading import Result
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
+NEXT = "Open a leg's page below; each leg's `fitted.leg.yaml` can be the source of `synth leg`."
+
 
 def fits_opening(result: Result, across: ReportSection) -> Opening:
     """How many were fitted, how the legs differ, and what failed."""
@@ -31,7 +33,7 @@ def fits_opening(result: Result, across: ReportSection) -> Opening:
     return Opening(
         f"{len(legs)} of {total} projects were fitted.",
         f"{warned} of the fits have warnings." if warned else "No fit has a warning." if legs else "",
-        [f"Correct {listed(names)}{more}, and repeat the command: finished fits are kept."] if failed else [],
+        [f"Correct {listed(names)}{more}, and repeat the command: finished fits are kept."] if failed else [NEXT],
         figure,
         caption,
         Figures(("Rate", "Legs", "Median", "Least", "Greatest"), rows) if rows else None,

@@ -16,7 +16,7 @@ from synth.reports.figures.trials import Curve, TrialPanel, shared_limits, trial
 from synth.reports.quantities import brief, interval_of, number, text, unit_text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.response_files import Response, read_response
-from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.section import AbsentResult, FirstFigure, ReportSection, mapping, sequence
 from synth.reports.stick_figure import following
 
 FOLDER = "responses"
@@ -71,7 +71,7 @@ def responses(result: Result) -> dict[str, Any] | AbsentResult:
     }
 
 
-def telling_figure(result: Result) -> tuple[Markup, str] | None:
+def telling_figure(result: Result) -> FirstFigure | None:
     """The start from which the sides differ most, with the leg that follows the cursor."""
     read, lines = _read(result), lines_of(result.content)
     if not read:
@@ -83,7 +83,7 @@ def telling_figure(result: Result) -> tuple[Markup, str] | None:
     stick = following(result, f"first-{name}", read[name].table, reference)
     many = f"the start, of {len(read)}, from which the sides differ most" if len(read) > 1 else "the common start"
     key = legend(_drawn(lines, panels))
-    return key + drawn + stick, f"{name}: {many}."
+    return FirstFigure(key + drawn, f"{name}: {many}.", stick)
 
 
 def _read(result: Result) -> dict[str, Response]:

@@ -16,7 +16,7 @@ from synth.reports.figures.trials import Curve, TrialPanel, shared_limits, trial
 from synth.reports.quantities import brief, interval_of, number, share_text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.response_files import Response, extremes, read_response
-from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.section import AbsentResult, FirstFigure, ReportSection, mapping, sequence
 from synth.reports.stick_figure import following
 
 STEPS = (
@@ -29,7 +29,7 @@ STEPS = (
 _LINES = {"measured": RECORDED, "before": BEFORE, "after": AFTER}
 MAIN = ((RECORDED, "measured"), (BEFORE, "before: nominal at its best"), (AFTER, "after"))
 ALONE = (Line(GREEN, 1.5, "8 3"), Line(PURPLE, 1.7, "2 2.5"), Line(ORANGE, 1.7, "8 3 2 3"), Line(SKY, 1.7, "1 3"))
-WIDTH, LABEL = 640.0, 120.0  # px
+WIDTH, LABEL = 470.0, 110.0  # px
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -130,7 +130,7 @@ def _figures(result: Result, trials: list[Mapping[str, Any]]) -> list[Json]:
     ]
 
 
-def worst_figure(result: Result) -> tuple[Markup, str] | None:
+def worst_figure(result: Result) -> FirstFigure | None:
     """The scored trial and joint with the largest error before: measured, before and after, and what it is."""
     trials = [t for t in sequence(result.content, "trials") if isinstance(t, Mapping) and t.get("scored")]
     for trial in sorted(trials, key=_worst, reverse=True):
@@ -145,7 +145,7 @@ def worst_figure(result: Result) -> tuple[Markup, str] | None:
         lower = trial_figure("errors before and after", below, shared_limits(below), _name(trial))
         words = f"{trial.get('file')}, {worst.joint}: the largest error; below, what is left."
         stick = following(result, _name(trial), response.table, "measured")
-        return legend(MAIN, switched(result)) + upper + lower + stick, words
+        return FirstFigure(legend(MAIN, switched(result)) + upper + lower, words, stick)
     return None
 
 

@@ -34,14 +34,18 @@ def live_data(result: Result) -> Json | None:
     for joint in sequence(page, "leg", "joints"):
         stops = [value_of(end) for end in sequence(design, str(joint.get("name")), "stops")]
         joint["stops"] = stops if len(stops) == 2 and None not in stops else joint.get("range")
-        joint["fit"] = {
-            key: mapping(design, str(joint.get("name")), "wanted").get(key)
-            for key in ("spring_rate", "damper_rate", "free_angle")
-        }
+        joint["fit"] = _fit(mapping(design, str(joint.get("name"))))
     page["parts"] = _parts(result)
     page["within"] = value_of(mapping(result.content, "response", "forecast").get("within"))
     page["has_solids"] = _glb(result) is not None
     return page
+
+
+def _fit(joint: Json) -> Json:
+    """The fitted values that the sliders mark: with the chosen damper's law if there is such a fit."""
+    wanted, refit = mapping(joint, "wanted"), mapping(joint, "refit")
+    found = {key: refit.get(key) or wanted.get(key) for key in ("spring_rate", "free_angle")}
+    return {**found, "law": "the chosen damper's law" if refit else "a linear damper"}
 
 
 def glb_text(result: Result) -> str:

@@ -14,7 +14,7 @@ from synth.reports.figures.trials import shared_limits, trial_figure
 from synth.reports.quantities import brief, number, unit_text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.response_files import MOST_TRIALS, Response, extremes, file_of, read_response
-from synth.reports.section import AbsentResult, ReportSection, fit_key, fit_of, mapping, sequence
+from synth.reports.section import AbsentResult, FirstFigure, ReportSection, fit_key, fit_of, mapping, sequence
 from synth.reports.stick_figure import following
 
 FOLDER = "responses/source"
@@ -54,7 +54,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     }
 
 
-def worst_figure(result: Result) -> tuple[Markup, str] | None:
+def worst_figure(result: Result) -> FirstFigure | None:
     """The trial that fits worst, and what it is; None where no response is in the folder."""
     fit, files = fit_of(result), result.files(FOLDER)
     trials = [trial for trial in sequence(fit, "trials") if isinstance(trial, dict)]
@@ -69,7 +69,7 @@ def worst_figure(result: Result) -> tuple[Markup, str] | None:
             stick = (
                 following(result, stem, response.table, "measured") if "stages" not in result.content else Markup("")
             )
-            return LEGEND + Markup(found[0]["svg"]) + stick, f"{name}: the trial{many} that fits worst."
+            return FirstFigure(LEGEND + Markup(found[0]["svg"]), f"{name}: the trial{many} that fits worst.", stick)
     return None
 
 

@@ -80,12 +80,12 @@ addEventListener("load", () => setTimeout(function () {  // after the page stand
     const rate = slide("spring rate", -1, 1), marks = fit.spring_rate;
     const log = (value) => (Math.log(value / joint.rate) / Math.log(WIDE) + 1) / 2;
     if (marks && marks.interval90) band(box, log(marks.interval90[0]), log(marks.interval90[1]), log(marks.value),
-      `fit with a linear damper: ${number(marks.value)} N·m/rad, 90 % ${number(marks.interval90[0])} to ${number(marks.interval90[1])}`);
+      `fit with ${fit.law}: ${number(marks.value)} N·m/rad, 90 % ${number(marks.interval90[0])} to ${number(marks.interval90[1])}`);
     const strength = slide("damper torque", -1, 1);
     const free = slide("free angle", synthLeg.measured(joint, joint.rotation) - 25, synthLeg.measured(joint, joint.rotation) + 25);
     const angle = fit.free_angle, at = (value) => (value - parseFloat(free.input.min)) / 50;
     if (angle && angle.interval90) band(box, at(angle.interval90[0]), at(angle.interval90[1]), at(angle.value),
-      `fit with a linear damper: ${shown(angle.value, 2)}°, 90 % ${shown(angle.interval90[0], 2)} to ${shown(angle.interval90[1], 2)}`);
+      `fit with ${fit.law}: ${shown(angle.value, 2)}°, 90 % ${shown(angle.interval90[0], 2)} to ${shown(angle.interval90[1], 2)}`);
     spring.addEventListener("change", function () {
       Object.assign(states[j], { spring: +spring.value, rate: options.springs[+spring.value].rate, free: null, own: +spring.value === 0 && states[j].damper === 0 });
       solve();

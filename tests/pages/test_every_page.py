@@ -13,13 +13,17 @@ from pages.browser import SCHEMES, SIZES, Opened, opened
 
 HEAVIEST = 4_000_000  # bytes
 PICTURES = os.environ.get("PAGES_PICTURES")  # where ``make pages`` keeps what it saw
-HIGHEST = 16_000  # px of a picture
+PIECE, HIGHEST = 7_800, 31_200  # px: Chromium repeats what lies beyond its largest texture of 8192; kept of a page
 PAPER = 718  # px between the margins of A4 that Chromium prints with
 HIDDEN = "[...document.querySelectorAll('main h2')].filter((h) => !h.checkVisibility()).map((h) => h.textContent)"
 CUT = """[...document.querySelectorAll(".scroll, figure, pre, table")].filter((e) => e.checkVisibility() && (
   e.getBoundingClientRect().right > innerWidth + 2
   || (e.scrollWidth > e.clientWidth + 2 && getComputedStyle(e).overflowX !== "visible")
 )).map((e) => [e.tagName, e.className, e.textContent.trim().slice(0, 60), e.scrollWidth, e.clientWidth])"""
+PLAIN_UNITS = """[...document.querySelectorAll("p, li, td, th, figcaption, caption, dd")]
+  .filter((e) => e.checkVisibility() && !e.closest("#inputs, #inputs-read"))
+  .flatMap((e) => [...e.childNodes].filter((n) => n.nodeType === 3).map((n) => n.data))
+  .filter((words) => /[A-Za-z]\\*[A-Za-z]|\\d deg\\b|\\d degC\\b/.test(words))"""
 SETTLE = 250  # ms, for a page's scripts
 
 
@@ -30,15 +34,15 @@ def fold_open(page: Any) -> None:
 def keep(found: Opened, name: str, *, whole: bool = False) -> None:
     if PICTURES:
         Path(PICTURES).mkdir(parents=True, exist_ok=True)
-        if whole:  # drawn by software, a canvas in a picture of 13 000 lines takes a minute; the first picture has it
-            found.page.add_style_tag(content=".panel3d canvas { display: none !important; }")
-        found.page.screenshot(path=f"{PICTURES}/{name}.png", full_page=whole, clip=_upper(found) if whole else None)
-
-
-def _upper(found: Opened) -> dict[str, float]:
-    """As much of the page as a picture holds: Chromium repeats what lies beyond its largest texture."""
-    width, height = found.page.evaluate("[innerWidth, document.documentElement.scrollHeight]")
-    return {"x": 0, "y": 0, "width": width, "height": min(height, HIGHEST)}
+        if not whole:
+            found.page.screenshot(path=f"{PICTURES}/{name}.png")
+            return
+        # Drawn by software, a canvas in a picture of 8 000 lines takes a minute; the first picture has it.
+        found.page.add_style_tag(content=".panel3d canvas { display: none !important; }")
+        width, height = found.page.evaluate("[innerWidth, document.documentElement.scrollHeight]")
+        for top in range(0, min(height, HIGHEST), PIECE):
+            piece = {"x": 0, "y": top, "width": width, "height": min(PIECE, height - top)}
+            found.page.screenshot(path=f"{PICTURES}/{name}-{top // PIECE + 1}.png", full_page=True, clip=piece)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -67,10 +71,25 @@ def test_the_first_screen_has_title_verdict_and_next_step(browser: Any, pages: d
         for size, (_, height) in SIZES.items():
             with opened(browser, path, size) as found:
                 for part in ("h1", ".verdict", ".next"):
-                    place = found.page.locator(part).first
-                    if place.count():
-                        box = place.bounding_box()
-                        assert box["y"] + box["height"] <= height, (name, size, part)
+                    box = found.page.locator(part).first.bounding_box()
+                    assert box["y"] + box["height"] <= height, (name, size, part)
+
+
+def test_units_are_set_alike_in_numbers_and_sentences(browser: Any, pages: dict[str, Path]) -> None:
+    """No ``N*m`` or ``5 deg`` outside code and the project's own settings."""
+    for name, path in pages.items():
+        with opened(browser, path) as found:
+            fold_open(found.page)
+            assert found.page.evaluate(PLAIN_UNITS) == [], name
+
+
+def test_the_leg_that_follows_the_cursor_is_beside_its_plots(browser: Any, pages: dict[str, Path]) -> None:
+    for name in ("fit", "gap"):
+        with opened(browser, pages[name]) as found:
+            plot = found.page.locator("header .plot").first.bounding_box()
+            leg = found.page.locator("header [data-stick] svg").bounding_box()
+            assert leg["x"] > plot["x"] + plot["width"], name
+            assert leg["y"] + leg["height"] < SIZES["wide"][1], name
 
 
 def test_a_link_opens_its_section(browser: Any, pages: dict[str, Path]) -> None:

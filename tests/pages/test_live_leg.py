@@ -103,6 +103,26 @@ def test_a_slider_changes_the_response_and_shows_the_interval(live: Opened) -> N
     assert "damper torque times 2" in home.locator("pre").text_content()
 
 
+def test_the_sliders_mark_the_fit_with_the_chosen_damper_s_law(browser: Any, tmp_path: Path, made: ModuleType) -> None:
+    """Where the spring was fitted anew with the chosen damper's law, a mark of the linear fit would lead astray."""
+    from synth.reports import write_leg_report
+
+    page = write_leg_folder(tmp_path / "leg", made)
+    path = page.parent / "design.json"
+    design = json.loads(path.read_text())
+    anew = {"value": 16.3, "unit": "N*m/rad", "interval90": [15.0, 17.7]}
+    design["joints"]["knee"]["refit"] = {"spring_rate": anew}
+    design["joints"]["ankle"].pop("refit", None)
+    path.write_text(json.dumps(design))
+    write_leg_report(page.parent)
+    with opened(browser, page) as found:
+        home = found.page.locator("#swap-parts[data-error]")
+        home.wait_for(state="attached")
+        knee, ankle = (home.locator("fieldset").nth(j).locator(".band").first for j in (1, 2))
+        assert knee.get_attribute("aria-label") == "fit with the chosen damper's law: 16.3 N·m/rad, 90 % 15 to 17.7"
+        assert ankle.get_attribute("aria-label").startswith("fit with a linear damper: ")
+
+
 def test_a_turned_joint_shows_spring_damper_and_stop(live: Opened) -> None:
     page = live.page
     row = page.locator(".joint3d").nth(1)

@@ -19,6 +19,26 @@ from synth.reports.figures.torque_speed import RPM, law_points
 from synth.reports.reading import ReportError, ResultTable, read_table
 from synth.reports.response_files import Response, extremes, file_of
 from synth.reports.sections.spring_sheet import drawing_of
+from synth.reports.severity import counted, judged
+
+
+@pytest.mark.parametrize(
+    ("written", "shown"),
+    [
+        ("a rate of 2.5 N*m/rad and 1e-3 kg*m^2", "a rate of 2.5 N·m/rad and 1e-3 kg·m²"),
+        ("turned by -30 deg at 50 deg/s", "turned by -30° at 50°/s"),
+        ("230 degC for 30 min, 89 %", "230\u00a0°C for 30 min, 89\u00a0%"),
+        ("3 degrees, x * y, T = k*2", "3 degrees, x * y, T = k*2"),
+    ],
+)
+def test_units_in_sentences(written: str, shown: str) -> None:
+    assert quantities.prose(written) == shown
+
+
+def test_one_warning_limits_two_limit() -> None:
+    one = judged("", "it is near", "warnings[0]")
+    assert [words for _, words, _ in counted([one])] == ["limits the trust in a number"]
+    assert [words for _, words, _ in counted([one, one])] == ["limit the trust in a number"]
 
 
 def quantity(value: float, unit: str, *interval: float | None) -> dict[str, object]:
@@ -38,6 +58,7 @@ def quantity(value: float, unit: str, *interval: float | None) -> dict[str, obje
         (quantity(1234.56, "MPa"), "1235\u00a0MPa", ""),
         (quantity(2.5e-7, "kg*m^2"), "2.5·10⁻⁷\u00a0kg·m²", ""),
         (quantity(-9.0, "deg"), "−9°", ""),
+        (quantity(2.4e-6, "deg"), "2.4·10⁻⁶\u00a0°", ""),
         (quantity(0.0099999999, "1"), "0.01", ""),
         ({}, "–", ""),
         (None, "–", ""),
