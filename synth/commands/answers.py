@@ -111,10 +111,15 @@ def gap_text(content: Json) -> str:
     for entry in content["ranked"][:MOST_CAUSES]:
         shrink = entry["shrink"]["value"] if entry.get("shrink") else None
         shown = "-" if shrink is None else f"{shrink:.0%}"
-        rows.append([entry["effect"].replace("_", " "), entry["joint"], f"{entry['probability']:.0%}", shown])
-    rows.append(["no missing effect", "", f"{content['probability_none']:.0%}", "-"])
-    rows.append(["not in the library", "", f"{content['probability_unknown']:.0%}", "-"])
+        rows.append([entry["effect"].replace("_", " "), entry["joint"], _chance(entry["probability"]), shown])
+    rows.append(["no missing effect", "", _chance(content["probability_none"]), "-"])
+    rows.append(["not in the library", "", _chance(content["probability_unknown"]), "-"])
     return f"verdict: {content['verdict']}\n{table_text(rows)}{_remainder_text(content.get('remainder'))}"
+
+
+def _chance(probability: float) -> str:
+    """In whole per cent; a small one is not 0."""
+    return "under 1%" if probability < 0.005 else f"{probability:.0%}"
 
 
 def _remainder_text(left: Json | None) -> str:

@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     shown = shown_for(arguments.units, [project.path.parent / item.name for item in project.inputs])
     tell(progress, Path(arguments.out) / "fit.json", partial(fit_text, shown=shown))
     for proposal in found.result.proposals:
-        progress.say(f"worth measuring: {proposal.sentence}")
+        progress.say(f"worth measuring: {proposal.brief} (how: report.html)")
     progress.say(f"fit: {Path(arguments.out) / 'fit.json'}")
     progress.say(f"report: {Path(arguments.out) / 'report.html'}")
     return 0

@@ -91,7 +91,14 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
 def _project(arguments: argparse.Namespace) -> ImportProject:
     """The named project, or one made from a single recording and the options."""
-    from synth.files.import_project import CommandTopic, ForeignFile, ImportProject, Mapping, read_import_project
+    from synth.files.import_project import (
+        CommandTopic,
+        ForeignFile,
+        ImportProject,
+        Mapping,
+        bag_file,
+        read_import_project,
+    )
     from synth.files.leg_file import read_leg
     from synth.parts.catalogs import Catalogue
     from synth.parts.resolver import resolver
@@ -114,6 +121,7 @@ def _project(arguments: argparse.Namespace) -> ImportProject:
         quantities.problems.append(Problem(f'"{arguments.plane}": write two axes, such as x,z', key="--plane"))
     quantities.require()
     leg = read_leg(arguments.leg, resolve_part=resolve)
+    path = Path(bag_file(Path(), str(path)))
     points, both = _words(arguments.points), (plane[0], plane[1]) if plane else None
     commands = (CommandTopic(arguments.commands),) if arguments.commands else ()
     mapping = Mapping(frame_rate=rate, points=points, plane=both, topic=arguments.topic, commands=commands)

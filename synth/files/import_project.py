@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from synth import units
-from synth.errors import UserError
+from synth.errors import Problem, UserError
 from synth.files.leg_file import PartResolver
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import matching
@@ -267,6 +267,27 @@ def _check_unit(reader: ProjectReader, unit: str, canonical: str, key: tuple[str
         reader.refuse(error.problems[0].text, key)
 
 
+def bag_file(folder: Path, name: str) -> str:
+    """The recording of a ROS 2 bag that is named by its folder; any other name as it is.
+
+    Raises
+    ------
+    UserError : a bag without a recording, or with several MCAP files (several ``.db3`` are read as one).
+    """
+    bag = folder / name
+    try:
+        if not (bag / "metadata.yaml").is_file():
+            return name
+    except (OSError, ValueError):  # no name of a folder
+        return name
+    found = sorted(each.name for each in bag.iterdir() if each.suffix in (".db3", ".mcap"))
+    if not found:
+        raise UserError(Problem("is a bag without a .db3 or .mcap; one ending in .zstd is to be unpacked first", name))
+    if len(found) > 1 and found[0].endswith(".mcap"):
+        raise UserError(Problem(f"is a bag of several files; name each: {', '.join(found)}", name))
+    return f"{name}/{found[0]}"
+
+
 def _files(reader: ProjectReader, written: object) -> tuple[ForeignFile, ...]:
     """The files that the entries stand for, each once."""
     found: dict[Path, ForeignFile] = {}
@@ -283,7 +304,7 @@ def _files(reader: ProjectReader, written: object) -> tuple[ForeignFile, ...]:
         if window is not None and not window[0] < window[1]:
             reader.refuse("the window must go from the earlier time to the later: [2.7 s, 3.4 s]", (*key, "window"))
         try:
-            paths = matching(reader.folder, entry.file)
+            paths = matching(reader.folder, bag_file(reader.folder, entry.file))
         except UserError as error:
             for problem in error.problems:
                 reader.refuse(problem.text, key)

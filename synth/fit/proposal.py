@@ -84,6 +84,14 @@ class Proposal:
             )
         return f"{text}. Enter it under static: in the project"
 
+    @property
+    def brief(self) -> str:
+        """One line: what is known now, and what one pose would tell."""
+        return (
+            f"{self.joint}: its spring rate is known to {share_text(self.before)}; one pose held by "
+            f"{quantity_text(abs(self.torque), 'N*m')} would fix it to {share_text(self.after)}"
+        )
+
     def as_json(self) -> dict[str, Any]:
         """The entry under ``proposals``."""
         written: dict[str, Any] = {
@@ -212,7 +220,7 @@ def _half_width(deviation: float) -> float:
 
 def share_text(share: float) -> str:
     """A half-width in words."""
-    return "no better than a factor of four" if share > 3 else f"+-{100 * share:.2g} %"
+    return "no better than a factor of four" if share > 3 else f"+-{quantity_text(100 * share, '%')}"
 
 
 def quantity_text(value: float, unit: str) -> str:

@@ -130,7 +130,7 @@ def _left_out(mujoco: Any, model: Any) -> tuple[str, ...]:
         if count:
             names = [_name(mujoco, model, kind, index) or f"number {index + 1}" for index in range(min(count, 4))]
             more = " and others" if count > 4 else ""
-            found.append(f"left out of {count} {what}: {', '.join(names)}{more}")
+            found.append(f"{count} {what if count > 1 else what.removesuffix('s')} left out: {', '.join(names)}{more}")
     if model.opt.density or model.opt.viscosity:
         found.append("the medium's density and viscosity are left out")
     return tuple(found)

@@ -169,10 +169,11 @@ def fitted_plane(space: Array, up: str, markers: Markers, notes: list[str]) -> A
     away = centred @ ways[:, 0]
     limb = float(np.nansum(np.nanmedian(np.linalg.norm(np.diff(space, axis=1), axis=2), axis=0)))
     off = float(np.sqrt(np.mean(away**2)))
+    unit = f" {markers.unit}" if markers.unit else ""
     where = ", ".join(f"{value:+.3f} {'xyz'[index]}" for value, index in zip(right, level, strict=True))
     notes.append(
-        f"plane fitted: right is ({where}), {match[0]} up; the points lie {off:.3g} {markers.unit} RMS from it, "
-        f"{off / limb:.1%} of the limb's length, at most {np.abs(away).max():.3g}"
+        f"plane fitted: right is ({where}), {match[0]} up; the points lie {off:.3g}{unit} RMS from it, "
+        f"{off / limb:.1%} of the limb's length, at most {np.abs(away).max():.3g}{unit}"
     )
     if spread[1] < 4.0 * spread[0]:
         notes.append("the points vary hardly more along that plane than across it: is the limb's motion planar?")

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from motion.importers.simulated_leg import NAMES, PARTS, RATE, angles, leg, pixels, points
 from synth.cli import main
 from synth.errors import UserError
-from synth.files.import_project import Formats, Mapping
+from synth.files.import_project import Formats, Mapping, bag_file
 from synth.files.leg_file import write_leg
 from synth.motion.importers.convert import Imported, import_file
 from synth.motion.importers.plain_pickle import plain_values
@@ -259,6 +259,15 @@ def test_ros_bags(tmp_path: Path, version: int) -> None:
             message = joint_state(store, stamp, names, positions)
             bag.write(connection, stamp[0] * 10**9 + stamp[1], serialize(message, kind))
     as_they_went_in(imported(path, LOGGED), "rosbag")
+    if version == 2:
+        assert bag_file(tmp_path, "bag") == "bag/bag.db3"
+        assert bag_file(tmp_path, "bag/bag.db3") == "bag/bag.db3"
+        for name in ("x_0.mcap", "x_1.mcap"):
+            (tmp_path / "split").mkdir(exist_ok=True)
+            (tmp_path / "split" / name).touch()
+        (tmp_path / "split" / "metadata.yaml").touch()
+        with pytest.raises(UserError, match=r"several files; name each: x_0\.mcap, x_1\.mcap"):
+            bag_file(tmp_path, "split")
 
 
 def test_formats_are_told_by_content_and_not_by_ending(tmp_path: Path) -> None:
@@ -302,7 +311,7 @@ def test_a_pickle_that_would_run_something_is_refused() -> None:
             return print, ("run",)
 
     for data in (pickle.dumps(Call()), b"cos\nsystem\n(S'true'\ntR.", b"(lp0\n", b"\x80\x04", b"h\x00."):
-        with pytest.raises(ValueError, match=r"holds more|damaged|no end|"):
+        with pytest.raises(ValueError, match=r"holds more|damaged|no end|before seeing STOP"):
             plain_values(data)
 
 
