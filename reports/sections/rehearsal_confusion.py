@@ -19,7 +19,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     if not rows:
         return AbsentResult("no large cause was planted")
     planted = [f"{row['effect']} ({row['joint']})" for row in rows]
-    diagnosed = {name for row in rows for name in mapping(row, "said")}
+    diagnosed = {name for row in rows for name in mapping(row, "diagnoses")}
     others = sorted(diagnosed - {*planted, *VERDICTS})
     columns = [*planted, *others, *(name for name in VERDICTS if name in diagnosed)]
     columns = [name for name in columns if name in diagnosed]
@@ -30,7 +30,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
 
 
 def _cell(row: Mapping[str, Any], name: str, true: str) -> GridCell:
-    count = mapping(row, "said").get(name, 0)
+    count = mapping(row, "diagnoses").get(name, 0)
     return GridCell(count / row["cases"], str(count) if count else "", framed=name == true)
 
 

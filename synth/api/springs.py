@@ -16,8 +16,8 @@ from synth.parts.catalogs import Catalogue
 from synth.spring.design import SpringResult, design_spring
 from synth.spring.evaluate import check_spring
 from synth.spring.spring_files import write_spring
+from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import SpringDesign
-from synth.spring.spring_wish import SpringWish
 from synth.units import parse, quantity
 
 
@@ -25,12 +25,12 @@ from synth.units import parse, quantity
 class SpringAnswer(Report):
     """The designed spring, or the nearest ones that can be made.
 
-    ``wish`` : the request. ``best`` : the spring, None if there is none. ``others`` : the next best, or
-    the nearest to the wish. ``in_the_way`` : the limits that prevent it. ``content`` : ``spring.json``. ``found`` : the
-    complete search result, None if a given spring was checked.
+    ``wish`` : the requirements. ``best`` : the spring, None if there is none. ``others`` : the next best, or the
+    nearest to the requirements. ``in_the_way`` : the limits that prevent it. ``content`` : ``spring.json``.
+    ``found`` : the complete search result, None if a given spring was checked.
     """
 
-    wish: SpringWish
+    wish: SpringRequirements
     best: SpringDesign | None
     others: tuple[SpringDesign, ...]
     in_the_way: tuple[str, ...]
@@ -101,7 +101,7 @@ def spring(
     travel
         largest angle from rest that winds the coil up: text with a unit, or rad.
     wish
-        further fields of ``SpringWish``, in SI and radians: ``included_angle``, ``material``, ``limits``, ...
+        further fields of ``SpringRequirements``, in SI and radians: ``included_angle``, ``material``, ``limits``, ...
     catalogue
         of wire; default: the built-in one.
 
@@ -110,7 +110,7 @@ def spring(
     UserError
         If a quantity cannot be read or the material is unknown. That no spring can be made is a valid result.
     """
-    wanted = SpringWish(
+    wanted = SpringRequirements(
         rate=parse(rate, "N*m/rad") if isinstance(rate, str) else float(rate),
         travel=parse(travel, "rad") if isinstance(travel, str) else float(travel),
         **(wish or {}),
@@ -118,8 +118,8 @@ def spring(
     return to_wind(wanted, catalogue or Catalogue.load())
 
 
-def to_wind(wish: SpringWish, catalogue: Catalogue, shown: ShownUnits = METRIC) -> SpringAnswer:
-    """The spring for a complete wish."""
+def to_wind(wish: SpringRequirements, catalogue: Catalogue, shown: ShownUnits = METRIC) -> SpringAnswer:
+    """The spring for a complete request."""
     result = design_spring(wish, catalogue)
     content = result.as_json()
     content["wanted"] |= kept_to(wish)
@@ -128,7 +128,7 @@ def to_wind(wish: SpringWish, catalogue: Catalogue, shown: ShownUnits = METRIC) 
 
 
 def given(
-    wish: SpringWish,
+    wish: SpringRequirements,
     sizes: tuple[float, float, float],
     catalogue: Catalogue,
     *,
@@ -158,7 +158,7 @@ def given(
     return SpringAnswer(wish, made, (), broken, content, None, shown)
 
 
-def kept_to(wish: SpringWish) -> dict[str, Any]:
+def kept_to(wish: SpringRequirements) -> dict[str, Any]:
     """The given legs and limits with their units."""
     limits = wish.limits
     lengths = {name: getattr(limits, name) for name in ("arbor_diameter", "max_outer_diameter", "max_body_length")}

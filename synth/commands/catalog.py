@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "names",
         nargs="*",
         metavar="NAME",
-        help="list: a family; show: a part or a wish; check: files; alike: a part; import: a table",
+        help="list: a family; show: a part or a request; check: files; alike: a part; import: a table",
     )
     parser.add_argument(
         "--map",
@@ -97,7 +97,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
 
 def _show(name: str, extra: list[Path], progress: Progress) -> None:
-    """One part, or the parts that fit the wish in a file."""
+    """One part, or the parts that fit the request in a file."""
     from synth.parts.catalogs import Catalogue
 
     if not name.casefold().endswith((".yaml", ".yml")):
@@ -105,9 +105,9 @@ def _show(name: str, extra: list[Path], progress: Progress) -> None:
         tell_document(progress, rows_json(rows), text)
         return
     from synth.commands.fitting_parts import fitting_blocks
-    from synth.files.part_wish import read_part_wish
+    from synth.files.part_request import read_part_request
 
-    wish = read_part_wish(name)
+    wish = read_part_request(name)
     blocks = fitting_blocks(wish, Catalogue.load([*wish.catalogs, *extra]))
     content = {"format": FORMAT, "wishes": [block.as_json() for block in blocks]}
     tell_document(progress, content, "\n\n".join(block.text() for block in blocks))

@@ -1,4 +1,4 @@
-"""What ``synth catalog --json`` prints: rows with their units, substitutes, what fits a wish, what a table became."""
+"""What ``synth catalog --json`` prints: rows with units, substitutes, parts that fit a request, imported tables."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from synth.commands.table_text import table_text
-from synth.files.part_wish import DamperWished, PartWish, SpringWished
+from synth.files.part_request import DamperRequest, PartRequest, SpringRequest
 from synth.files.project_options import PartsOptions
 from synth.parts.arrangement import arrangements
 from synth.parts.catalogs import Catalogue
@@ -26,7 +26,7 @@ MOST = 30  # listed rows, of those that fit and of those that do not
 
 @dataclass(frozen=True)
 class _Line:
-    """A part, its distance from the wish (0: exact), and its cells or reasons."""
+    """A part, its distance from the request (0: exact), and its cells or reasons."""
 
     part: str
     distance: float
@@ -57,7 +57,7 @@ class FittingParts:
         }
 
 
-def fitting_blocks(wish: PartWish, catalogue: Catalogue) -> tuple[FittingParts, ...]:
+def fitting_blocks(wish: PartRequest, catalogue: Catalogue) -> tuple[FittingParts, ...]:
     """Springs and dampers that fit, and the reasons against the others."""
     blocks = []
     if wish.spring is not None:
@@ -67,7 +67,7 @@ def fitting_blocks(wish: PartWish, catalogue: Catalogue) -> tuple[FittingParts, 
     return tuple(blocks)
 
 
-def _springs(asked: SpringWished, wish: PartWish, catalogue: Catalogue) -> FittingParts:
+def _springs(asked: SpringRequest, wish: PartRequest, catalogue: Catalogue) -> FittingParts:
     parts = of_family(wish.parts, catalogue.springs)
     fitting, others, unusable = [], [], Counter[str]()
     for row in catalogue.springs:
@@ -102,7 +102,7 @@ def _spring_cells(row: TorsionSpringRow, count: int, off: float, wanted: float |
     return f"{rate:.4g}", f"{per_degree:.4g}", _off(off, wanted), *sizes, coils, angle
 
 
-def _dampers(asked: DamperWished, wish: PartWish, catalogue: Catalogue) -> FittingParts:
+def _dampers(asked: DamperRequest, wish: PartRequest, catalogue: Catalogue) -> FittingParts:
     parts = of_family(wish.parts, catalogue.dampers)
     fitting, others, unusable = [], [], Counter[str]()
     for row in catalogue.dampers:
@@ -127,11 +127,11 @@ def _dampers(asked: DamperWished, wish: PartWish, catalogue: Catalogue) -> Fitti
     return _sorted(title, heads, fitting, others, unusable)
 
 
-def _speed(asked: DamperWished) -> float:
+def _speed(asked: DamperRequest) -> float:
     return 1.0 if asked.speed is None else asked.speed
 
 
-def _arranged(row: DamperRow, asked: DamperWished, parts: PartsOptions) -> Iterator[tuple[str, float, int, list[str]]]:
+def _arranged(row: DamperRow, asked: DamperRequest, parts: PartsOptions) -> Iterator[tuple[str, float, int, list[str]]]:
     """Label, torque (N m) at the joint's speed, number of pieces and reasons against it, for every arrangement."""
     for each in arrangements(row, asked.parallel, asked.ratios, asked.direction):
         turned = replace(asked, travel=(asked.travel or 0.0) * each.ratio or None, ratios=(1.0,))

@@ -7,8 +7,8 @@ otherwise.
 
   synth spring --rate "1.7 N*m/rad" --travel "40 deg" --included-angle "120 deg" --arbor "12 mm" --out spring
 
-If no spring meets the wish, the exit status is 1 and the nearest ones are listed. Wound samples calibrate mandrel and
-rate:
+If no spring meets the request, the exit status is 1 and the nearest ones are listed. Wound samples calibrate mandrel
+and rate:
 
   synth spring calibrate SAMPLES.csv --json calibration.json
   synth spring --rate ... --calibration calibration.json
@@ -27,10 +27,10 @@ from synth.errors import Problem
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
     from synth.parts.catalogs import Catalogue
+    from synth.spring.spring_requirements import SpringRequirements
     from synth.spring.spring_result import SpringLimits
-    from synth.spring.spring_wish import SpringWish
 
-IMPOSSIBLE = 1  # exit status if no single spring meets the wish
+IMPOSSIBLE = 1  # exit status if no single spring meets the request
 GIVEN = ("--wire-diameter", "--mean-diameter", "--coils")
 
 
@@ -95,7 +95,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
-    """Read the wish, design or check, write, print."""
+    """Read the request, design or check, write, print."""
     from synth.api.springs import given, to_wind
     from synth.commands.spring_text import check_text, design_text
     from synth.files.output import output_folder
@@ -167,15 +167,15 @@ def _calibrate(arguments: argparse.Namespace, catalogue: Catalogue, progress: Pr
     return 0
 
 
-def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float, float] | None]:
-    """The wish, and wire diameter m, mean diameter m and coils of a spring to check. Raises all mistakes together."""
+def _read(arguments: argparse.Namespace) -> tuple[SpringRequirements, tuple[float, float, float] | None]:
+    """The request, and wire diameter m, mean diameter m and coils of a spring to check. Raises all mistakes at once."""
     import math
     from dataclasses import replace
 
     from synth.errors import UserError
     from synth.parts.coil_rate import RATE_FORMS
     from synth.spring.calibration import UNCALIBRATED
-    from synth.spring.spring_wish import SpringWish
+    from synth.spring.spring_requirements import SpringRequirements
     from synth.spring.wound_samples import read_calibration
 
     read = Quantities(arguments)
@@ -204,7 +204,7 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float
         except UserError as error:
             read.problems.extend(error.problems)
     read.require()
-    wish = SpringWish(
+    wish = SpringRequirements(
         rate=rate if rate is not None else 0.0,
         travel=travel or 0.0,
         opening_travel=opening or 0.0,

@@ -20,8 +20,8 @@ from synth.parts.rows import TorsionSpringRow
 from synth.remarks import about, decisive, noted
 from synth.spring.design import SpringResult, design_spring
 from synth.spring.evaluate import check_spring
+from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits, SpringTask
-from synth.spring.spring_wish import SpringWish
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
@@ -263,7 +263,7 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
     UserError : no spring can be wound.
     """
     joint, choice, travel, catalogue, cad = source.joint, source.choice, source.turned, source.catalogue, source.cad
-    wish = SpringWish(
+    wish = SpringRequirements(
         rate=rate,
         travel=travel.winding + STOP_ROOM,
         opening_travel=travel.opening + STOP_ROOM,

@@ -69,8 +69,10 @@ def as_designed(bench: Workbench) -> EvaluatedHypothesis:
 def as_recorded(bench: Workbench) -> EvaluatedHypothesis:
     """The nominal leg unchanged, from the initial states that the first samples show; with derivatives.
 
-    Candidates start here. Where a strong cause is missing, the initial states that suit the nominal leg best are far
-    from what was read (0.37 for 0.60 rad with strong dry friction), and no search from there finds the cause.
+    All candidates start here. They also start from the fitted initial states (``as_designed``) if the initial rotations
+    of the two differ by more than ``SAME_START`` of the motion. Both are needed: if a strong cause is missing, the
+    initial states that fit the nominal leg best are far from the readings (0.37 for 0.60 rad with strong dry friction),
+    and no search from there finds the cause.
     """
     states = tuple(first_state(trial) for trial in bench.trials)
     fit = bench.evaluate([EvaluatedHypothesis((), np.zeros(bench.n_tolerance), states)])[0]

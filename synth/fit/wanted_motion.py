@@ -34,10 +34,10 @@ MOST_SAMPLES = 4000  # of the motion, if one joint is far slower than another
 FINE = 1e-8  # the integrator's tolerance, far below the steps of the simplex
 HELD = 0.003  # weight of a logarithm's change that no characteristic determines (overdamped: one for two unknowns)
 CLOSE = 0.02  # relative deviation of a characteristic that is not reported
-FARTHEST = 0.25  # relative deviation above which the wish is refused
+FARTHEST = 0.25  # relative deviation above which the request is refused
 COUNTED = 0.05  # of the amplitude: smaller swings are coupled from other joints
 ABSENT = 2.0  # logarithm for a characteristic that the motion does not show: a factor of e^2
-SIZES = (0.2, -0.3, 0.4, -0.15, 0.6)  # of the first simplex in logarithms; restarted until the wish is met
+SIZES = (0.2, -0.3, 0.4, -0.15, 0.6)  # of the first simplex in logarithms; restarted until the request is met
 EVALUATIONS = 150  # simulations per unknown of one simplex; 140 were needed
 DONE = 0.01  # largest relative deviation of a characteristic for the search to end
 
@@ -53,7 +53,7 @@ class WantedMotion:
 
     @property
     def said(self) -> tuple[str, ...]:
-        """A sentence on each characteristic that differs from the wish."""
+        """A sentence on each characteristic that differs from the request."""
         found = []
         for name, key, asked, shown in _pairs(self.asked, self.shown):
             if abs(shown / asked - 1.0) > CLOSE:
@@ -148,7 +148,7 @@ def wanted_motion(leg: Leg, asked: Mapping[str, WantedCharacteristics]) -> Wante
 
 
 def _refuse_far(found: WantedMotion, task: _Task) -> None:
-    """Raise if the nearest motion differs too much from the wish."""
+    """Raise if the nearest motion differs too much from the request."""
     problems = []
     for name, joint in found.asked.items():
         shown = found.shown[name]

@@ -54,8 +54,8 @@ def perform(call: Call) -> dict[str, Any]:
         return none.as_json()
     with tempfile.TemporaryDirectory(prefix="synth-rehearsal-") as folder:
         case = write_case(project, rig, planted, Path(folder))
-        document, said = diagnosed(case, Path(folder) / "out", [Path(call.kept)], call.effects)
-    return _outcome(task, planted, document, said, time.perf_counter() - started).as_json()
+        document, message = diagnosed(case, Path(folder) / "out", [Path(call.kept)], call.effects)
+    return _outcome(task, planted, document, message, time.perf_counter() - started).as_json()
 
 
 @lru_cache(maxsize=1)
@@ -104,14 +104,14 @@ def diagnosed(
 
 
 def _outcome(
-    task: PlantingTask, planted: Planted, document: dict[str, Any] | None, said: str, seconds: float
+    task: PlantingTask, planted: Planted, document: dict[str, Any] | None, message: str, seconds: float
 ) -> CaseOutcome:
     causes = planted.answer["causes"]
     main: dict[str, Any] = causes[0] if causes else {"form": "", "gap": 0.0, "size": None}
     key = (main["effect"], main["joint"]) if causes else None
     small = tuple((effect, joint) for effect, joint in planted.answer["small"])
     if document is None:
-        return CaseOutcome(task, key, main["form"], main["gap"], main["size"], small, FAILED, (), 0.0, seconds, said)
+        return CaseOutcome(task, key, main["form"], main["gap"], main["size"], small, FAILED, (), 0.0, seconds, message)
     named = accused(document)
     first = [c["probability"] for c in document["ranked"] if named and (c["effect"], c["joint"]) == named[0]]
     probability = float(first[0]) if first else 0.0

@@ -19,7 +19,7 @@ class CaseOutcome:
     ``planted`` : the main cause, None if there was none or it was not possible; ``gap`` rad and ``size`` (SI, see
     ``sizes.MEANING``) of it; ``small`` : additional causes. ``verdict`` : of the diagnosis, ``cannot`` or ``failed``;
     ``named`` : its causes, the most probable first; ``probability`` of the first; ``shrink`` : the reduction of the
-    gap that it states for the first.
+    gap that it states for the first. ``message`` : the end of the error output if the diagnosis failed.
     """
 
     task: PlantingTask
@@ -32,7 +32,7 @@ class CaseOutcome:
     named: tuple[Key, ...]
     probability: float
     seconds: float
-    said: str = ""
+    message: str = ""
 
     @property
     def kind(self) -> str:
@@ -80,7 +80,7 @@ class CaseOutcome:
             "named": [list(key) for key in self.named],
             "probability": self.probability,
             "seconds": self.seconds,
-            "said": self.said,
+            "message": self.message,
         }
 
     @classmethod
@@ -99,7 +99,7 @@ class CaseOutcome:
             _keys(content["named"]),
             content["probability"],
             content["seconds"],
-            content["said"],
+            content["message"],
         )
 
 

@@ -105,20 +105,20 @@ class RehearsalResult:
         seen = sum(shown.rung is not None for shown in self.shown)
         gap = f"with a gap of at least {RUNGS[LARGE]:g} times the unexplained remainder"
         if large:
-            said = f"In these trials a cause {gap} is found in {_of(sum(o.right for o in large), len(large))}; "
+            text = f"In these trials a cause {gap} is found in {_of(sum(o.right for o in large), len(large))}; "
         else:
-            said = f"No cause {gap} was planted; "
-        said += (
+            text = f"No cause {gap} was planted; "
+        text += (
             f"{seen} of {len(self.shown)} causes were found at some size." if self.shown else "no smaller one either."
         )
         if nothing:
-            said += " With small causes only, an absent cause is named in "
-            said += f"{_of(sum(not o.right for o in nothing), len(nothing))}."
+            text += " With small causes only, an absent cause is named in "
+            text += f"{_of(sum(not o.right for o in nothing), len(nothing))}."
         if strange:
-            said += (
+            text += (
                 f" Causes outside the library are called unknown in {_of(sum(o.right for o in strange), len(strange))}."
             )
-        return said
+        return text
 
     def as_json(self) -> dict[str, Any]:
         """``rehearsal.json``."""
@@ -154,8 +154,10 @@ class RehearsalResult:
         rows = []
         for shown in self.shown:
             large = [o for o in shown.outcomes if o.counts and o.task.rung >= LARGE]
-            said = Counter(o.taken_for for o in large)
-            rows.append({"effect": shown.key[0], "joint": shown.key[1], "cases": len(large), "said": dict(said)})
+            diagnoses = Counter(o.taken_for for o in large)
+            rows.append(
+                {"effect": shown.key[0], "joint": shown.key[1], "cases": len(large), "diagnoses": dict(diagnoses)}
+            )
         return rows
 
 

@@ -73,7 +73,7 @@ class Rehearsal:
                 self._note(task, ended[name], clock, tell, counted=False)
             self.outcomes += [made[t] if t in made else ended[t.name] for t in tasks]
             if all(outcome.verdict == FAILED for outcome in self.outcomes):
-                raise UserError(f"every case failed: {self.outcomes[0].said.strip() or 'no message'}")
+                raise UserError(f"every case failed: {self.outcomes[0].message.strip() or 'no message'}")
 
     def _round(self, wanted: Sequence[tuple[str, int]]) -> list[PlantingTask]:
         """The next round: a case of each cause, of a cause outside the library, and without a cause."""

@@ -9,9 +9,9 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import RATE_FORMULA
 from synth.parts.wire import WireMaterial
 from synth.spring.nearest_springs import NearestSpring, limits_in_the_way, nearest_lasting, nearest_springs
+from synth.spring.spring_requirements import SpringRequirements, require_possible
 from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign
 from synth.spring.spring_search import candidates, describe, distinct_wires, lasts, ranked, worst_excess
-from synth.spring.spring_wish import SpringWish, require_possible
 from synth.units import quantity
 
 
@@ -24,7 +24,7 @@ class SpringResult:
     few coils, or does not last.
     """
 
-    wish: SpringWish
+    wish: SpringRequirements
     best: SpringDesign | None
     alternatives: tuple[SpringDesign, ...]
     binding: tuple[str, ...]
@@ -61,7 +61,7 @@ class SpringResult:
         }
 
 
-def design_spring(wish: SpringWish, catalogue: Catalogue | None = None, n_alternative: int = 4) -> SpringResult:
+def design_spring(wish: SpringRequirements, catalogue: Catalogue | None = None, n_alternative: int = 4) -> SpringResult:
     """Find the spring to wind.
 
     ``n_alternative`` is the largest number of other wires that the result lists.
@@ -87,7 +87,7 @@ def design_spring(wish: SpringWish, catalogue: Catalogue | None = None, n_altern
     return SpringResult(wish, None, (), tuple(limits_in_the_way(found, wish)), tuple(nearest))
 
 
-def _of_held_wire(wish: SpringWish, material: WireMaterial) -> SpringDesign | None:
+def _of_held_wire(wish: SpringRequirements, material: WireMaterial) -> SpringDesign | None:
     """The spring of ``wish.held_wire``, if it keeps every limit, lasts and has enough coils."""
     if wish.held_wire is None:
         return None
@@ -100,7 +100,7 @@ def _of_held_wire(wish: SpringWish, material: WireMaterial) -> SpringDesign | No
 
 
 def _preferred(
-    good: list[SpringDesign], found: list[SpringDesign], wish: SpringWish
+    good: list[SpringDesign], found: list[SpringDesign], wish: SpringRequirements
 ) -> tuple[list[SpringDesign], tuple[str, ...]]:
     """Of the springs that keep the limits, those that last; of these, those with ``FEWEST_COILS`` coils or more.
 

@@ -11,9 +11,9 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.wire import WireMaterial
 from synth.spring.codes import OPENING
 from synth.spring.evaluate import travel_limit
+from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
 from synth.spring.spring_search import candidates, describe, ranked, worst_excess
-from synth.spring.spring_wish import SpringWish
 
 ROOM = frozenset({"outer_diameter", "body_length"})  # limits that more room in the joint would lift
 OTHER_MATERIALS = ("oil tempered", "chrome vanadium", "chrome silicon")  # sold thicker or stronger than music wire
@@ -34,14 +34,14 @@ class NearestSpring:
         return {"kind": self.kind, "text": self.text, "make": self.design.as_json()}
 
 
-def nearest_lasting(wish: SpringWish, material: WireMaterial, catalogue: Catalogue) -> list[NearestSpring]:
+def nearest_lasting(wish: SpringRequirements, material: WireMaterial, catalogue: Catalogue) -> list[NearestSpring]:
     """The nearest springs that last the design life: with more room, several in parallel, or a smaller travel."""
     lasting = replace(wish, limits=replace(wish.limits, cycles=DESIGN_LIFE))
     return nearest_springs(list(candidates(lasting, material)), lasting, material, catalogue)
 
 
 def nearest_springs(
-    found: list[SpringDesign], wish: SpringWish, material: WireMaterial, catalogue: Catalogue
+    found: list[SpringDesign], wish: SpringRequirements, material: WireMaterial, catalogue: Catalogue
 ) -> list[NearestSpring]:
     """What can be made instead: with more room, in parallel, with a smaller travel, of another material.
 
@@ -59,7 +59,7 @@ def _violated(design: SpringDesign) -> frozenset[str]:
     return frozenset(violation.limit for violation in design.violations)
 
 
-def limits_in_the_way(found: list[SpringDesign], wish: SpringWish) -> Iterator[str]:
+def limits_in_the_way(found: list[SpringDesign], wish: SpringRequirements) -> Iterator[str]:
     """The smallest sets of limits that exclude a candidate, each described by the candidate that exceeds it least."""
     if not found:
         low, high = wish.limits.index_range
@@ -93,7 +93,7 @@ def _more_room(found: list[SpringDesign]) -> Iterator[NearestSpring]:
         yield NearestSpring("more_room", f"with more room: {describe(design)}; it has {needs}", design)
 
 
-def _parallel(wish: SpringWish, material: WireMaterial) -> Iterator[NearestSpring]:
+def _parallel(wish: SpringRequirements, material: WireMaterial) -> Iterator[NearestSpring]:
     """The smallest number of equal springs in parallel that share the rate and keep the limits."""
     for count in range(2, MOST_IN_PARALLEL + 1):
         shared = replace(wish, rate=wish.rate / count)
@@ -107,7 +107,9 @@ def _parallel(wish: SpringWish, material: WireMaterial) -> Iterator[NearestSprin
             return
 
 
-def _smaller_travel(found: list[SpringDesign], wish: SpringWish, material: WireMaterial) -> Iterator[NearestSpring]:
+def _smaller_travel(
+    found: list[SpringDesign], wish: SpringRequirements, material: WireMaterial
+) -> Iterator[NearestSpring]:
     """The single spring within the limits that has the largest travel."""
     liftable = {"stress", "arms", "fatigue", "arbor", "body_length"}  # the limits that a smaller travel may lift
     reach = [(travel_limit(each, wish.limits), each) for each in found if _violated(each) <= liftable]
@@ -127,7 +129,7 @@ def _smaller_travel(found: list[SpringDesign], wish: SpringWish, material: WireM
         yield NearestSpring("smaller_travel", text, good[0])
 
 
-def _other_material(wish: SpringWish, material: WireMaterial, catalogue: Catalogue) -> Iterator[NearestSpring]:
+def _other_material(wish: SpringRequirements, material: WireMaterial, catalogue: Catalogue) -> Iterator[NearestSpring]:
     """The best single spring of another wire material that keeps the limits."""
     designs: list[SpringDesign] = []
     for name in OTHER_MATERIALS:

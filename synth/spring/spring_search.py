@@ -15,8 +15,8 @@ from synth.parts.coil_angle import coil_fraction
 from synth.parts.coil_rate import coil_product, mean_diameter_for
 from synth.parts.wire import WireMaterial
 from synth.spring.evaluate import check_spring
+from synth.spring.spring_requirements import Objective, SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits
-from synth.spring.spring_wish import Objective, SpringWish
 
 # Designs up to this multiple of the least mass are ranked by size, heavier ones by mass. The lightest wire that keeps
 # the limits does so only as the widest coil with the fewest turns, where the curvature factor is lowest: a tenth more
@@ -26,7 +26,7 @@ SAME_WIRE = 1e-6  # relative: wire diameters this close are one size
 ENDLESS = 1.5  # strength over stress at 1e6 cycles; above it, more strength does not count as longer life
 
 
-def candidates(wish: SpringWish, material: WireMaterial, only: float | None = None) -> Iterator[SpringDesign]:
+def candidates(wish: SpringRequirements, material: WireMaterial, only: float | None = None) -> Iterator[SpringDesign]:
     """Every spring of stock wire with the required rate and included angle, including those that violate limits.
 
     ``only``: a wire diameter, m, to which the search is restricted. All candidates keep the limits on spring index and
@@ -57,7 +57,7 @@ def lasts(design: SpringDesign, limits: SpringLimits) -> bool:
 
 
 def ranked(designs: list[SpringDesign], objective: Objective) -> list[SpringDesign]:
-    """The springs, best first by the objective of ``SpringWish``."""
+    """The springs, best first by the objective of ``SpringRequirements``."""
     if objective == "life":
         return sorted(designs, key=lambda design: (-endurance(design), design.mass, design.volume))
     if objective == "space":

@@ -208,7 +208,7 @@ ENGINEERING = ("batch", "design", "diagnosis", "fit", "hopper", "spring", "swing
 # What the five commands may take beside the library: words for the screen, and what is kept between runs.
 ALLOWED = {
     "synth.hopper.checkpoint", "synth.batch.cluster", "synth.batch.one_fit", "synth.spring.spring_files",
-    "synth.spring.spring_result", "synth.spring.design", "synth.spring.spring_wish", "synth.spring.calibration",
+    "synth.spring.spring_result", "synth.spring.design", "synth.spring.spring_requirements", "synth.spring.calibration",
     "synth.spring.wound_samples", "synth.spring.winding", "synth.swing.effects.users_own",
     "synth.hopper.truth",  # the page of truth is a command alone
 }  # fmt: skip

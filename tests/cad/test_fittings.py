@@ -1,4 +1,4 @@
-"""Encoder seat, damper adapter and mount: they pass every gate, sit where they must, and are refused by name."""
+"""Encoder seat, damper adapter and mount: they pass every gate, fit their places, and are refused by name."""
 
 from __future__ import annotations
 

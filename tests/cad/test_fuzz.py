@@ -1,4 +1,4 @@
-"""``make fuzz``: its seeds are its designs, each outcome has its tag, and what it found once stays mended."""
+"""``make fuzz``: seeds determine designs, outcomes have tags, and earlier failures stay fixed."""
 
 from __future__ import annotations
 

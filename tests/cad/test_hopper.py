@@ -1,4 +1,4 @@
-"""The laminate leg's layers and mounts: read back, measured, and held against the dimensions that they follow from."""
+"""Layers and mounts of the laminate leg: read back, measured, and compared with the dimensions."""
 
 from __future__ import annotations
 

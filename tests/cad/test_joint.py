@@ -1,4 +1,4 @@
-"""Joints: how they turn, in every hand and sign, and that the gates see what is wrong."""
+"""Joints: how they turn for every hand and sign, and that the gates detect faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mass, centre and inertia of parts: against closed forms, and against trimesh on the meshes that are exported."""
+"""Mass, centre and inertia of parts: against closed forms, and against trimesh on the exported meshes."""
 
 from __future__ import annotations
 

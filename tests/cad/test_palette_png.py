@@ -1,4 +1,4 @@
-"""Pictures with a palette: the same picture, readable by others, the same bytes again."""
+"""Pictures with a palette: the colours, the format, and repeatable bytes."""
 
 from __future__ import annotations
 

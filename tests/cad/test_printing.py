@@ -1,4 +1,4 @@
-"""Walls, overhang, way up and bed, on bodies whose answers are known."""
+"""Walls, overhang, orientation and bed on bodies with known answers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hard stops: they touch where they are asked to, on exact solids, before the spring yields, and nothing else does."""
+"""Hard stops: they touch at their angles on exact solids, before the spring yields, and before anything else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The free travel by bisection, against exact solids, and that a part in the way is seen."""
+"""The free travel by bisection against exact solids, and the detection of obstacles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a command ends with: its table, notes of one line, and the result itself where it is asked for."""
+"""What commands print at their end: the table, notes of one line, and the result as JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``synth catalog show knee.yaml``: what fits a joint and why the rest does not; hostile names in a catalogue."""
+"""``synth catalog show knee.yaml``: parts that fit a joint, reasons why others do not, and hostile names."""
 
 from __future__ import annotations
 

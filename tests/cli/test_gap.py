@@ -1,4 +1,4 @@
-"""``synth gap`` from the command line: whole folders or nothing, bad input in one clear message."""
+"""``synth gap`` from the command line: complete folders or none, and one clear message for bad input."""
 
 from __future__ import annotations
 

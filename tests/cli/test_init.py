@@ -1,4 +1,4 @@
-"""``synth init``: a project to start from, in an empty folder and nowhere else."""
+"""``synth init``: example projects are copied into empty folders only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``synth leg`` and ``synth fit`` end to end on the built-in examples, and what bad input does to them."""
+"""``synth leg`` and ``synth fit`` end to end on the built-in examples, and their messages for bad input."""
 
 from __future__ import annotations
 

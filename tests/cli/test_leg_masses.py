@@ -1,4 +1,4 @@
-"""Masses of ``synth leg`` end to end: the exported files against ``links``, and springs in hand without other parts."""
+"""Masses of ``synth leg`` end to end: exported files against ``links``, and measured springs with the parts kept."""
 
 from __future__ import annotations
 

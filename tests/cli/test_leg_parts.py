@@ -1,4 +1,4 @@
-"""The options of ``synth leg`` that say which parts can be had, and what it says of the choice."""
+"""The options of ``synth leg`` that restrict the parts, and its report of the choice."""
 
 from __future__ import annotations
 

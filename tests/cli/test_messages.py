@@ -1,4 +1,4 @@
-"""Messages that help: no name for itself, no value that hides the message, the way to write what is meant."""
+"""Messages: suggestions, long values, and examples of the right spelling."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``synth spring`` from the command line to the files that a workshop gets."""
+"""``synth spring`` from the command line to the files for a workshop."""
 
 from __future__ import annotations
 

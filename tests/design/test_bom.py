@@ -1,4 +1,4 @@
-"""The list of parts: everything that is drawn, with masses, and no cell that a spreadsheet would run."""
+"""The list of parts: every drawn part, its mass, and no cell that a spreadsheet would evaluate."""
 
 from __future__ import annotations
 

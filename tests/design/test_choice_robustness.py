@@ -1,4 +1,4 @@
-"""The uncertainty of the fit reaches the choice of parts: drawn legs, and sets compared with them."""
+"""How the uncertainty of the fit affects the choice of parts: drawn legs, and sets compared on them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A damper as it is drawn: what is known is taken, what is not is named with its key."""
+"""The drawing of a damper: known sizes are used, unknown ones are named with their keys."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Choosing dampers, and the trap that the thesis fell into."""
+"""Choosing dampers, and the thesis' mistake of a linear secant."""
 
 from __future__ import annotations
 

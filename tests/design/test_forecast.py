@@ -1,4 +1,4 @@
-"""Tolerances carried through in lanes: against limit cases and against a simple response in closed form."""
+"""Propagation of tolerances in lanes: against limit cases and a closed form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which part goes to which link, what a link's figures hold already, and what is said of it."""
+"""Which part belongs to which link, what a link's figures include, and the warnings."""
 
 from __future__ import annotations
 

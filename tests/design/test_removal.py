@@ -1,4 +1,4 @@
-"""A choice without a part never loses to what the choice with it had listed: a small sample of ``design.removal``."""
+"""Choosing without a part is no worse than the listed exchange: a small sample of ``design.removal``."""
 
 from __future__ import annotations
 

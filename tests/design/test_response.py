@@ -1,4 +1,4 @@
-"""The whole leg's response as the yardstick of choosing."""
+"""The response of the whole leg as the measure of a choice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The search over sets of parts: lanes against the plain way, screening against simulating every set."""
+"""The search over sets of parts: lanes against single simulations, screening against simulating every set."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Springs and dampers of all joints chosen together: filters, arrangements, alternatives and what they cost."""
+"""Springs and dampers of all joints chosen together: filters, arrangements, and the errors of alternatives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Choosing springs: bought where one fits, else one to wind, else the nearest that can be."""
+"""Choosing springs: a bought one that fits, else one to wind, else the nearest feasible one."""
 
 from __future__ import annotations
 

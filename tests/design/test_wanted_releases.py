@@ -1,4 +1,4 @@
-"""What a fit hands on as wanted releases."""
+"""The wanted releases that a fit provides."""
 
 from __future__ import annotations
 

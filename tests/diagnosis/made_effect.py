@@ -1,4 +1,4 @@
-"""An effect as a user would write it into a file of their own: the documentation's; its strength in N m/(rad/s)^3."""
+"""The user-written effect of the documentation; its strength in N m/(rad/s)^3."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Releases of small legs that are off within tolerance and do something that their design does not know of."""
+"""Releases of small legs with errors within tolerance and an effect that their design lacks."""
 
 from __future__ import annotations
 

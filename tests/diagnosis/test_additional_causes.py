@@ -1,4 +1,4 @@
-"""Two causes and three: sought beside one another where fewer leave something, and not where they do not."""
+"""Two and three causes: searched only where fewer leave an error above the noise."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known of the recordings before any model: copies, noise, counts."""
+"""What the recordings show before any model: copies, noise, encoder counts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the diagnosis computes in lanes against one simulation after another: predictions, frames, columns."""
+"""Predictions, linearisations and columns computed in lanes, against single simulations."""
 
 from __future__ import annotations
 

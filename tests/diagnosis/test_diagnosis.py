@@ -1,4 +1,4 @@
-"""What a diagnosis rests on and what it says next: scoring, copies, order, ties and the trial that resolves them."""
+"""The whole diagnosis: scoring, copies, order of input, ties and the trial that resolves them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Coarse counts: what a reading says when it changes, and how well a leg is known through them."""
+"""Coarse counts: the information in a transition, and the accuracy that it allows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A torque that no effect of the library has, made by MuJoCo: its joint, its shape, and what it is worth unseen."""
+"""A torque that no listed effect has, simulated by MuJoCo: its joint, its shape, and its gain on held-out trials."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The check of recordings: tampered ones are named, and what passes for what agrees with closed forms."""
+"""The check of recordings: tampered ones are named, and separability agrees with closed forms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One recording that decides: it is named, with what would be said without it; none where all say the same."""
+"""A single influential recording is named, with the verdict without it; consistent ones give no warning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings that begin after the release: a mount, or a link, that gives moves already, and nobody measures it."""
+"""Recordings that begin after the release, while a flexible mount or link already moves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A joint that is locked in every trial: its reading places the leg, its link is carried along; both can be wrong."""
+"""A joint that is locked in every trial: its reading and its link can still be wrong."""
 
 from __future__ import annotations
 

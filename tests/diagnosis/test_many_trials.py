@@ -1,4 +1,4 @@
-"""More trials than a diagnosis needs: a stated sample is learnt from, the rest score."""
+"""Many trials: a stated sample is used for training, the others for scoring."""
 
 from __future__ import annotations
 

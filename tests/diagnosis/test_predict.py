@@ -1,4 +1,4 @@
-"""Predictions that step together: what one of them runs into is not the others' business."""
+"""Predictions that are integrated together do not influence one another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Small legs off within tolerance that do one thing more: it is found, where it is and how large; nothing is not."""
+"""Small legs within tolerance with one added effect: its place and size are found; without one, none is reported."""
 
 from __future__ import annotations
 

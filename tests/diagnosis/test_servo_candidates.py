@@ -1,4 +1,4 @@
-"""Which causes of a servo-driven joint are looked for."""
+"""Candidate causes of a servo-driven joint."""
 
 from __future__ import annotations
 

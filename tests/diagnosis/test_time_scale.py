@@ -1,4 +1,4 @@
-"""The same recordings with time scaled by 0.05, 1 and 20 say the same: from a 70 Hz oscillator to a 0.2 Hz pendulum."""
+"""Recordings with time scaled by 0.05, 1 and 20 give the same diagnosis: 70 Hz oscillator to 0.2 Hz pendulum."""
 
 from __future__ import annotations
 

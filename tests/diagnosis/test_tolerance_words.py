@@ -1,4 +1,4 @@
-"""A number that is off by some of a user's tolerances is told so, and is no mechanism."""
+"""A wrong number is stated in the user's tolerances, and is not called a mechanism."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trials that tell nothing are refused, those that tell little are said to."""
+"""Checks of trials: those without information are refused, those with little give a warning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trials left out: their errors as a refit of its own gives them, and what odds and verdicts make of them."""
+"""Trials left out: their errors against refits, and the odds and verdicts that follow from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From costs to a verdict: what fewer causes do is not given to more; odds that add up; an unknown by what is left."""
+"""From costs to a verdict: several causes against fewer, probabilities that sum to one, and unknown causes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Intervals by block bootstrap: as wide as those of the sensitivities where both hold, and drawn as described."""
+"""Intervals by block bootstrap: as wide as those by linearisation where both hold, and repeatable."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Damper laws from drops: MuJoCo drops a shank with a known damper; the right law wins and its numbers are found."""
+"""Damper laws from drops: MuJoCo drops a shank with a known damper; the right law and its numbers are found."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A hand at the release: seen, or told by a fit to later samples; cut and said. A free leg is let be."""
+"""A hand that still drives the leg after the release: detected, cut and reported. A free release is kept whole."""
 
 from __future__ import annotations
 

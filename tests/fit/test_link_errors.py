@@ -1,4 +1,4 @@
-"""Intervals carry what the leg file leaves open of its links: against a closed form and against refits."""
+"""Intervals include the tolerances of the leg file's links: against a closed form and against refits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The thesis' ways to springs and dampers: costs, simplex, swarm, and how a project asks for them."""
+"""The thesis' methods for springs and dampers: costs, simplex, swarm, and their options in a project."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Input that cannot be is refused or named, and what can be is let be."""
+"""Impossible input is refused or named, and possible input gives no warning."""
 
 from __future__ import annotations
 

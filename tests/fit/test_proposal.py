@@ -1,4 +1,4 @@
-"""The measurement that is proposed is the one that helps, and helps as much as is said."""
+"""The proposed measurement helps as much as is promised."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trials as the fit takes them, and what is refused."""
+"""Preparation of trials for the fit, and what is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Legs with known springs and dampers, simulated by another engine, are found again."""
+"""Springs and dampers of legs that MuJoCo simulated are recovered."""
 
 from __future__ import annotations
 

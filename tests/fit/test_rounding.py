@@ -1,4 +1,4 @@
-"""The likelihood of a coarse encoder's counts, against closed forms, and what it mends in a fit."""
+"""The likelihood of coarse encoder counts, against closed forms, and its gain in a fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A leg held still by a known torque: read from a project, weighed in the fit, and what it settles."""
+"""A leg held still by a known torque: read from a project, used in the fit, and what it makes separable."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings that begin before the release are cut to it or left out; free motion is let be."""
+"""Recordings that begin before the release are cut to it or left out; free motion is kept."""
 
 from __future__ import annotations
 

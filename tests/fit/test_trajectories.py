@@ -1,4 +1,4 @@
-"""Predicted trajectories and their Jacobian, from lanes, against differences of single tight runs."""
+"""Predicted trajectories and their Jacobian in lanes, against finite differences of single accurate simulations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A motion stated by characteristics: the leg that is found shows them, by closed form and as a fit reads them."""
+"""A motion stated by characteristics: the leg found has them, by closed form and as a fit reads them."""
 
 from __future__ import annotations
 

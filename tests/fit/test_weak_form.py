@@ -1,4 +1,4 @@
-"""The weak form: exact to its discretisation error, and what it does with gaps, curves, known torques."""
+"""The weak form: exact to its discretisation error; gaps, damper curves and known torques."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every page in Chromium, wide and narrow, light and dark: nothing complains, overlaps, is cut, or asks the network."""
+"""Every page in Chromium, wide and narrow, light and dark: no error, overlap, clipping or network access."""
 
 from __future__ import annotations
 

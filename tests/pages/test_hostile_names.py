@@ -1,4 +1,4 @@
-"""Names that hold markup and script: in a real browser they stay words, and nothing of them runs."""
+"""Names with markup and script stay text in a real browser."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The jumping leg's page in Chromium: the jump played against its file, every design under the pointer."""
+"""The jumping leg's page in Chromium: the played jump against its file, and the description of every design."""
 
 from __future__ import annotations
 

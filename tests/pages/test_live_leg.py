@@ -1,4 +1,4 @@
-"""The leg that moves in its page: its integrator against the engine, and every control in a real browser."""
+"""The moving leg of a page: its integrator against the engine, and every control in a real browser."""
 
 from __future__ import annotations
 

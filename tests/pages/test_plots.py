@@ -1,4 +1,4 @@
-"""The plots' cursor, zoom, switches and downloads, in Chromium, against the files that the plots are drawn from."""
+"""Cursor, zoom, legend and downloads of the plots in Chromium, against the plotted files."""
 
 from __future__ import annotations
 

@@ -16,9 +16,9 @@ from synth.parts.coil_rate import active_coils, coil_product, mean_diameter_for,
 from synth.spring import space, stress
 from synth.spring.design import design_spring
 from synth.spring.evaluate import check_spring, travel_limit
+from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import FEWEST_COILS, SpringDesign, SpringLimits, SpringTask
 from synth.spring.spring_search import NEARLY_AS_LIGHT, candidates, lasts
-from synth.spring.spring_wish import SpringWish
 
 KNEE_LIMITS = SpringLimits(max_outer_diameter=0.03175, max_body_length=0.03175)
 
@@ -59,7 +59,7 @@ def test_whatever_is_designed_has_the_rate_and_keeps_every_limit(
 ) -> None:
     catalogue = Catalogue.load()
     limits = SpringLimits(arbor_diameter=arbor, max_outer_diameter=outer, max_body_length=length)
-    wish = SpringWish(
+    wish = SpringRequirements(
         wanted,
         math.radians(travel),
         included_angle=math.radians(angle),
@@ -89,7 +89,7 @@ def test_whatever_is_designed_has_the_rate_and_keeps_every_limit(
 
 
 def test_no_much_lighter_wire_than_the_best_would_hold(catalogue: Catalogue) -> None:
-    wish = SpringWish(2.29, math.radians(60), included_angle=math.radians(120), limits=KNEE_LIMITS)
+    wish = SpringRequirements(2.29, math.radians(60), included_angle=math.radians(120), limits=KNEE_LIMITS)
     result = design_spring(wish, catalogue)
     assert result.best is not None
     light = result.best.mass / NEARLY_AS_LIGHT
@@ -106,9 +106,11 @@ def test_no_much_lighter_wire_than_the_best_would_hold(catalogue: Catalogue) -> 
 
 
 def test_space_objective_takes_the_smaller_cylinder(catalogue: Catalogue) -> None:
-    wish = SpringWish(2.29, math.radians(60), limits=KNEE_LIMITS)
+    wish = SpringRequirements(2.29, math.radians(60), limits=KNEE_LIMITS)
     light = design_spring(wish, catalogue).best
-    small = design_spring(SpringWish(2.29, math.radians(60), limits=KNEE_LIMITS, objective="space"), catalogue).best
+    small = design_spring(
+        SpringRequirements(2.29, math.radians(60), limits=KNEE_LIMITS, objective="space"), catalogue
+    ).best
     assert light is not None
     assert small is not None
     assert small.volume <= light.volume
@@ -137,7 +139,7 @@ class TestThesisHip:
     @pytest.mark.parametrize(("wanted", "count"), [(38.0, 2), (79.35, 3)])
     def test_no_single_spring_and_the_nearest_are_real(self, catalogue: Catalogue, wanted: float, count: int) -> None:
         limits = SpringLimits(max_outer_diameter=1.63 * 0.0254, max_body_length=0.05)
-        wish = SpringWish(wanted, math.radians(45), included_angle=math.radians(105), limits=limits)
+        wish = SpringRequirements(wanted, math.radians(45), included_angle=math.radians(105), limits=limits)
         result = design_spring(wish, catalogue)
         assert result.best is None
         assert result.binding
@@ -150,20 +152,20 @@ class TestThesisHip:
         assert shorter.feasible
         assert shorter.travel < wish.travel
         # A tenth of a degree more, and no candidate holds any longer.
-        longer = SpringWish(
+        longer = SpringRequirements(
             wanted, shorter.travel + math.radians(0.11), included_angle=wish.included_angle, limits=limits
         )
         assert design_spring(longer, catalogue).best is None
 
     def test_more_room_is_offered_where_room_is_what_lacks(self, catalogue: Catalogue) -> None:
         tight = SpringLimits(max_outer_diameter=0.030, max_body_length=0.030)
-        result = design_spring(SpringWish(12.0, math.radians(60), limits=tight), catalogue)
+        result = design_spring(SpringRequirements(12.0, math.radians(60), limits=tight), catalogue)
         assert result.best is None
         room = next(item.design for item in result.nearest if item.kind == "more_room")
         assert {broken.limit for broken in room.violations} <= {"outer_diameter", "body_length"}
         assert room.stress <= room.allowed_stress
         wider = SpringLimits(max_outer_diameter=room.outer_diameter, max_body_length=room.wound_body_length)
-        assert design_spring(SpringWish(12.0, math.radians(60), limits=wider), catalogue).best is not None
+        assert design_spring(SpringRequirements(12.0, math.radians(60), limits=wider), catalogue).best is not None
 
 
 def test_travel_limit_is_where_a_limit_is_reached(catalogue: Catalogue) -> None:
@@ -274,7 +276,7 @@ class TestBadInput:
 
     def test_all_impossible_wishes_at_once(self, catalogue: Catalogue) -> None:
         limits = SpringLimits(safety=0.5)
-        wish = SpringWish(-3.0, 0.0, leg_lengths=(-0.01, 0.0), convention="sideways", limits=limits)  # type: ignore[arg-type]
+        wish = SpringRequirements(-3.0, 0.0, leg_lengths=(-0.01, 0.0), convention="sideways", limits=limits)  # type: ignore[arg-type]
         with pytest.raises(UserError) as caught:
             design_spring(wish, catalogue)
         for part in ("rate", "travel", "leg", "sideways", "safety"):
@@ -289,14 +291,14 @@ class TestBadInput:
             check_spring(catalogue.find_material("music wire"), 0.003, 0.002, 3.0, SpringTask(0.1))
 
     def test_rate_out_of_reach_of_any_wire(self, catalogue: Catalogue) -> None:
-        result = design_spring(SpringWish(1e5, 0.1), catalogue)
+        result = design_spring(SpringRequirements(1e5, 0.1), catalogue)
         assert result.best is None
         assert "no stock wire of music wire gives" in result.binding[0]
 
 
 def test_json_has_every_number_beside_its_unit(catalogue: Catalogue) -> None:
     limits = SpringLimits(arbor_diameter=0.008)
-    wish = SpringWish(2.29, math.radians(60), limits=limits)
+    wish = SpringRequirements(2.29, math.radians(60), limits=limits)
     written = json.loads(json.dumps(design_spring(wish, catalogue).as_json()))
     make = written["make"]
     for key in (

@@ -14,9 +14,9 @@ from synth.parts.catalogs import Catalogue
 from synth.spring import fatigue, winding
 from synth.spring.design import design_spring
 from synth.spring.evaluate import check_spring, travel_limit
+from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import SpringLimits, SpringTask
 from synth.spring.spring_search import ENDLESS, candidates, endurance
-from synth.spring.spring_wish import SpringWish
 
 
 @pytest.fixture(scope="module")
@@ -24,8 +24,8 @@ def catalogue() -> Catalogue:
     return Catalogue.load()
 
 
-def wish(**limits: object) -> SpringWish:
-    return SpringWish(
+def wish(**limits: object) -> SpringRequirements:
+    return SpringRequirements(
         1.7,
         math.radians(60),
         included_angle=math.radians(120),
@@ -73,12 +73,14 @@ class TestFatigue:
         assert travel_limit(smaller, asked.limits) >= smaller.travel
 
     def test_longest_life_is_the_longest_of_all_that_can_be_wound(self, catalogue: Catalogue) -> None:
-        asked = SpringWish(1.7, math.radians(60), objective="life", limits=SpringLimits(0.012, max_outer_diameter=0.03))
+        asked = SpringRequirements(
+            1.7, math.radians(60), objective="life", limits=SpringLimits(0.012, max_outer_diameter=0.03)
+        )
         result = design_spring(asked, catalogue)
         assert result.best is not None
         every = [each for each in candidates(asked, catalogue.find_material("music")) if each.feasible]
         assert endurance(result.best) == max(endurance(each) for each in every)
-        lightest = design_spring(SpringWish(1.7, math.radians(60), limits=asked.limits), catalogue).best
+        lightest = design_spring(SpringRequirements(1.7, math.radians(60), limits=asked.limits), catalogue).best
         assert lightest is not None
         assert endurance(result.best) > endurance(lightest)
         assert endurance(result.best) <= ENDLESS

@@ -43,7 +43,7 @@ _JOINT = {
     "spring.make.arbor_diameter": "Shaft inside the coil.",
     "spring.make.arbor_clearance": "Room left around it at full travel.",
     "spring.binding": "What stands in the way.",
-    "spring.nearest": "What can be made and is nearest to the wish.",
+    "spring.nearest": "What can be made and is nearest to the request.",
     "spring.lasting": "What would make it last.",
     "spring.notes": "What was taken into account.",
     "damper.part": "Catalogue part.",

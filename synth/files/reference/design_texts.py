@@ -1,4 +1,4 @@
-"""Meaning of each section and key of a leg design and of a part wish."""
+"""Meaning of each section and key of a leg design and of a part request."""
 
 from __future__ import annotations
 

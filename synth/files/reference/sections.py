@@ -17,7 +17,7 @@ from synth.files import (
     leg_file,
     leg_project,
     measured_parts,
-    part_wish,
+    part_request,
     project_options,
     projects,
     static_points_file,
@@ -146,10 +146,10 @@ KINDS: dict[str, KeySection] = {
     "hopper-jumps": KeySection("plate_jumps", hopper_recordings._JumpFile),
     "part-wish": KeySection(
         "part_wish",
-        part_wish._WishFile,
+        part_request._RequestFile,
         {
-            "spring": KeySection("spring_choice", part_wish.SpringWished),
-            "damper": KeySection("damper_choice", part_wish.DamperWished),
+            "spring": KeySection("spring_choice", part_request.SpringRequest),
+            "damper": KeySection("damper_choice", part_request.DamperRequest),
         },
     ),
 }

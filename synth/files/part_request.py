@@ -25,14 +25,14 @@ Names = Annotated[list[str], Field(examples=["[Lee Spring]"])]
 
 
 @dataclass(frozen=True)
-class SpringWished(SpringChoice):
+class SpringRequest(SpringChoice):
     """A spring and its rate, N m/rad; None: any."""
 
     rate: Annotated[float | None, Quantity("N*m/rad", above=0)] = None
 
 
 @dataclass(frozen=True)
-class DamperWished(DamperChoice):
+class DamperRequest(DamperChoice):
     """A damper and its wanted torque, N m, at a speed of the joint, rad/s; None: any."""
 
     torque: Annotated[float | None, Quantity("N*m", above=0)] = None
@@ -41,18 +41,18 @@ class DamperWished(DamperChoice):
 
 
 @dataclass(frozen=True)
-class PartWish:
+class PartRequest:
     """The wish; ``spring`` or ``damper`` None: not requested."""
 
     path: Path
-    spring: SpringWished | None
-    damper: DamperWished | None
+    spring: SpringRequest | None
+    damper: DamperRequest | None
     catalogs: tuple[Path, ...]
     parts: PartsOptions
 
 
 @dataclass(frozen=True)
-class _WishFile:
+class _RequestFile:
     kind: str
     name: Title | None = None
     spring: Any = None
@@ -63,7 +63,7 @@ class _WishFile:
     system: Literal["inch", "metric"] | None = None
 
 
-def read_part_wish(path: str | Path) -> PartWish:
+def read_part_request(path: str | Path) -> PartRequest:
     """Read a file of kind ``part-wish``.
 
     Raises
@@ -73,12 +73,12 @@ def read_part_wish(path: str | Path) -> PartWish:
     """
     reader = ProjectReader.open(path, "part-wish")
     written = reader.written
-    file = reader.entry(_WishFile, (), written)
+    file = reader.entry(_RequestFile, (), written)
     spring = damper = None
     if written.get("spring") is not None:
-        spring = reader.entry(SpringWished, ("spring",), written["spring"])
+        spring = reader.entry(SpringRequest, ("spring",), written["spring"])
     if written.get("damper") is not None:
-        damper = reader.entry(DamperWished, ("damper",), written["damper"])
+        damper = reader.entry(DamperRequest, ("damper",), written["damper"])
     if "spring" not in written and "damper" not in written:
         reader.refuse('requests nothing: write "spring" or "damper", such as spring: {rate: 2.2 N*m/rad}', ("kind",))
     if damper is not None and (damper.torque is None) != (damper.speed is None):
@@ -87,4 +87,4 @@ def read_part_wish(path: str | Path) -> PartWish:
     reader.finish()
     assert file is not None
     parts = PartsOptions(tuple(file.vendors), tuple(file.without), file.system)
-    return PartWish(reader.document.path, spring, damper, catalogs, parts)
+    return PartRequest(reader.document.path, spring, damper, catalogs, parts)

@@ -16,7 +16,7 @@ Objective = Literal["mass", "space", "life"]
 
 
 @dataclass(frozen=True)
-class SpringWish:
+class SpringRequirements:
     """The requirements on a spring; SI units, angles in rad.
 
     Parameters
@@ -77,7 +77,7 @@ class SpringWish:
         )
 
 
-def require_possible(wish: SpringWish) -> None:
+def require_possible(wish: SpringRequirements) -> None:
     """Refuse requirements that no spring can have.
 
     Raises
