@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from synth.commands.table_text import table_text
-from synth.files.part_request import DamperRequest, PartRequest, SpringRequest
+from synth.files.part_request import PartRequest, RequestedDamper, RequestedSpring
 from synth.files.project_options import PartsOptions
 from synth.parts.arrangement import arrangements
 from synth.parts.catalogs import Catalogue
@@ -67,7 +67,7 @@ def fitting_blocks(wish: PartRequest, catalogue: Catalogue) -> tuple[FittingPart
     return tuple(blocks)
 
 
-def _springs(asked: SpringRequest, wish: PartRequest, catalogue: Catalogue) -> FittingParts:
+def _springs(asked: RequestedSpring, wish: PartRequest, catalogue: Catalogue) -> FittingParts:
     parts = of_family(wish.parts, catalogue.springs)
     fitting, others, unusable = [], [], Counter[str]()
     for row in catalogue.springs:
@@ -102,7 +102,7 @@ def _spring_cells(row: TorsionSpringRow, count: int, off: float, wanted: float |
     return f"{rate:.4g}", f"{per_degree:.4g}", _off(off, wanted), *sizes, coils, angle
 
 
-def _dampers(asked: DamperRequest, wish: PartRequest, catalogue: Catalogue) -> FittingParts:
+def _dampers(asked: RequestedDamper, wish: PartRequest, catalogue: Catalogue) -> FittingParts:
     parts = of_family(wish.parts, catalogue.dampers)
     fitting, others, unusable = [], [], Counter[str]()
     for row in catalogue.dampers:
@@ -127,11 +127,13 @@ def _dampers(asked: DamperRequest, wish: PartRequest, catalogue: Catalogue) -> F
     return _sorted(title, heads, fitting, others, unusable)
 
 
-def _speed(asked: DamperRequest) -> float:
+def _speed(asked: RequestedDamper) -> float:
     return 1.0 if asked.speed is None else asked.speed
 
 
-def _arranged(row: DamperRow, asked: DamperRequest, parts: PartsOptions) -> Iterator[tuple[str, float, int, list[str]]]:
+def _arranged(
+    row: DamperRow, asked: RequestedDamper, parts: PartsOptions
+) -> Iterator[tuple[str, float, int, list[str]]]:
     """Label, torque (N m) at the joint's speed, number of pieces and reasons against it, for every arrangement."""
     for each in arrangements(row, asked.parallel, asked.ratios, asked.direction):
         turned = replace(asked, travel=(asked.travel or 0.0) * each.ratio or None, ratios=(1.0,))

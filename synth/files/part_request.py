@@ -25,14 +25,14 @@ Names = Annotated[list[str], Field(examples=["[Lee Spring]"])]
 
 
 @dataclass(frozen=True)
-class SpringRequest(SpringChoice):
+class RequestedSpring(SpringChoice):
     """A spring and its rate, N m/rad; None: any."""
 
     rate: Annotated[float | None, Quantity("N*m/rad", above=0)] = None
 
 
 @dataclass(frozen=True)
-class DamperRequest(DamperChoice):
+class RequestedDamper(DamperChoice):
     """A damper and its wanted torque, N m, at a speed of the joint, rad/s; None: any."""
 
     torque: Annotated[float | None, Quantity("N*m", above=0)] = None
@@ -45,8 +45,8 @@ class PartRequest:
     """The wish; ``spring`` or ``damper`` None: not requested."""
 
     path: Path
-    spring: SpringRequest | None
-    damper: DamperRequest | None
+    spring: RequestedSpring | None
+    damper: RequestedDamper | None
     catalogs: tuple[Path, ...]
     parts: PartsOptions
 
@@ -76,9 +76,9 @@ def read_part_request(path: str | Path) -> PartRequest:
     file = reader.entry(_RequestFile, (), written)
     spring = damper = None
     if written.get("spring") is not None:
-        spring = reader.entry(SpringRequest, ("spring",), written["spring"])
+        spring = reader.entry(RequestedSpring, ("spring",), written["spring"])
     if written.get("damper") is not None:
-        damper = reader.entry(DamperRequest, ("damper",), written["damper"])
+        damper = reader.entry(RequestedDamper, ("damper",), written["damper"])
     if "spring" not in written and "damper" not in written:
         reader.refuse('requests nothing: write "spring" or "damper", such as spring: {rate: 2.2 N*m/rad}', ("kind",))
     if damper is not None and (damper.torque is None) != (damper.speed is None):

@@ -4,9 +4,8 @@ If a joint is overdamped, trials determine b/k and little else, and a model with
 the ridge for a hundredth of a degree. The other end is more useful: the softest spring and damper with the same
 motion can be wound or bought. The damper rate is therefore reduced, with everything else refitted, while the
 overall RMS stays within ``ALLOWANCE`` of the best (the idea of the one-standard-error rule, Hastie, Tibshirani &
-Friedman,
-*The Elements of Statistical Learning*, 2nd ed., section 7.10, with a fixed share because model error is not sampling
-error). If the model explains the trials down to their noise, nothing is moved.
+Friedman, *The Elements of Statistical Learning*, 2nd ed., section 7.10, with a fixed share because model error is not
+sampling error). If the model explains the trials down to their noise, nothing is moved.
 """
 
 from __future__ import annotations
@@ -28,7 +27,8 @@ ALLOWANCE = 0.05  # of the best overall RMS, for all joints together
 BISECTIONS = 5  # of the logarithm of a rate: to a 32nd of the range
 POINTS = 0.5  # allowed increase of the static points' cost: one standard deviation of one of them
 SAME = np.log(1.2)  # allowed change of b/k: beyond it is another minimum, not this ridge
-HELD = 1e8  # precision of a fixed log rate
+HELD = 1e8  # precision of a fixed log rate: a standard deviation of 1e-4, far below any interval
+SETTLED = 0.05  # decrease of the cost, a log-likelihood, below which a refit along a ridge has converged
 SOFTEST = "of equally good springs and dampers the softest is given"  # by which `synth reproduce` finds the sentence
 
 
@@ -44,7 +44,7 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
     """Move every joint whose spring and damper rate are not separable to the softest values that fit equally well."""
     unknowns = sought_by(model)
     loose = [(j, unknowns.rate_at(j), unknowns.damper_at(j)) for j in loose_joints(model, solution)]
-    best, points = overall_rms(recordings, solution), _beside(unknowns, solution.values)
+    best, points = overall_rms(recordings, solution), static_cost(unknowns, solution.values)
     sentences: list[str] = []
     pinned = unknowns.beliefs
     for count, (j, k, place) in enumerate(loose):
@@ -52,16 +52,13 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
         high, low = float(solution.values[place]), float(unknowns.lower[place]) + np.log(500.0)
         before = np.exp(solution.values[[k, place]])
         ratio = float(solution.values[place] - solution.values[k])
+        search = RidgeSearch(with_beliefs(model, pinned), recordings, weights, max_iterations=12)
         for _ in range(BISECTIONS):
             middle = 0.5 * (high + low)
-            at = TrajectoryModel(model.chain, model.leg, replace(unknowns, beliefs=(*pinned, (place, middle, HELD))))
-            values = solution.values.copy()
-            values[k] += middle - values[place]
-            values[place] = middle
-            found = solve(at, recordings, FitStart(values, solution.locals), weights, max_iterations=12, tolerance=0.05)
+            found = search.refit(j, solution, middle)
             along = abs(float(found.values[place] - found.values[k]) - ratio) <= SAME
-            beside = _beside(unknowns, found.values) <= points + POINTS
-            if along and beside and overall_rms(recordings, found) <= limit:
+            points_fit = static_cost(unknowns, found.values) <= points + POINTS
+            if along and points_fit and overall_rms(recordings, found) <= limit:
                 high, solution = middle, found
             else:
                 low = middle
@@ -75,6 +72,35 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
                 f"{before[1]:.3g} (overall RMS {_degrees(recordings, solution)} instead of {np.degrees(best):.3g} deg)."
             )
     return Softened(_without_pins(model, recordings, solution, weights), tuple(sentences))
+
+
+@dataclass(frozen=True)
+class RidgeSearch:
+    """Refits with the damper rate of one joint fixed. ``clipped`` : the start is clipped to the search bounds."""
+
+    model: TrajectoryModel
+    recordings: Sequence[Recording]
+    weights: Weights
+    max_iterations: int
+    clipped: bool = False
+
+    def refit(self, joint: int, near: Solution, log_rate: float) -> Solution:
+        """The fit with this log damper rate, started from a solution moved along the ridge: b/k stays the same."""
+        unknowns = sought_by(self.model)
+        k, place = unknowns.rate_at(joint), unknowns.damper_at(joint)
+        values = near.values.copy()
+        values[k] += log_rate - values[place]
+        values[place] = log_rate
+        if self.clipped:
+            values = np.clip(values, unknowns.lower, unknowns.upper)
+        model = with_beliefs(self.model, (*unknowns.beliefs, (place, log_rate, HELD)))
+        start = FitStart(values, near.locals)
+        return solve(model, self.recordings, start, self.weights, max_iterations=self.max_iterations, tolerance=SETTLED)
+
+
+def with_beliefs(model: TrajectoryModel, beliefs: tuple[tuple[int, float, float], ...]) -> TrajectoryModel:
+    """The model with other priors."""
+    return TrajectoryModel(model.chain, model.leg, replace(sought_by(model), beliefs=beliefs))
 
 
 def loose_joints(model: TrajectoryModel, solution: Solution) -> list[int]:
@@ -91,8 +117,8 @@ def _is_ridge(cov: Array, k: int, place: int) -> bool:
     return bool(np.sqrt(cov[k, k]) > LOOSE and ratio < 0.4 * np.sqrt(cov[k, k]))
 
 
-def _beside(unknowns: SpringsAndDampers, values: Array) -> float:
-    """The cost of the static points, which limits the move."""
+def static_cost(unknowns: SpringsAndDampers, values: Array) -> float:
+    """The cost of the static points, which limits a move along a ridge."""
     measured = unknowns.measured(values)
     return 0.0 if measured is None else measured[0]
 

@@ -16,10 +16,11 @@ import numpy as np
 from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90
 from synth.fit.fit_problem import sought_by
-from synth.fit.least_squares import FitStart, Solution, Stage, solve
+from synth.fit.least_squares import Solution, Stage
 from synth.fit.recordings import Recording
-from synth.fit.ridge import ALLOWANCE, HELD, SAME, loose_joints, overall_rms
+from synth.fit.ridge import ALLOWANCE, POINTS, SAME, RidgeSearch, loose_joints, overall_rms, static_cost
 from synth.fit.trajectories import TrajectoryModel
+from synth.fit.unknowns import SpringsAndDampers
 from synth.units import quantity
 
 FACTOR = np.log(2.0)  # between neighbouring members: five span a factor of sixteen
@@ -28,7 +29,6 @@ BISECTIONS = 3  # of the last step: an end is known to a factor of 2^(1/8), 9 %
 # RMS off the reported motion, over its RMS error: an independent error of this size adds ALLOWANCE to the RMS.
 MOST_APART = np.sqrt((1.0 + ALLOWANCE) ** 2 - 1.0)
 ITERATIONS = 6  # along a ridge two or three suffice; what fits well enough need not be the optimum
-SETTLED = 0.05  # decrease of the cost, a log-likelihood, below which a fit has converged
 COST_RISE = 0.5 * NORMAL90**2  # of the negative log-likelihood within a 90 % interval of one parameter
 
 
@@ -70,7 +70,8 @@ class RidgeFamily:
         """The range of the family, and how little its members differ."""
         soft, stiff = self.members[0], self.members[-1]
         further = " and beyond" if self.open_end else ""
-        low, high = (f"{np.degrees(value):.2g}" for value in _ends([member.rms for member in self.members]))
+        errors = np.degrees([member.rms for member in self.members])
+        low, high = f"{errors.min():.2g}", f"{errors.max():.2g}"
         rms = f"{low} deg" if low == high else f"{low} to {high} deg"
         difference = np.degrees(max(member.difference for member in self.members))
         return (
@@ -99,7 +100,13 @@ def families(
     members may then have ``ALLOWANCE`` more than its overall RMS. Else their cost stays within a 90 % interval.
     """
     reported = stage.solution
-    limits = _Limits(recordings, reported.predictions, MOST_APART * overall_rms(recordings, reported))
+    limits = _Limits(
+        recordings,
+        reported.predictions,
+        sought_by(model),
+        difference=MOST_APART * overall_rms(recordings, reported),
+        points=static_cost(sought_by(model), reported.values) + POINTS,
+    )
     if least is None:
         limits = replace(limits, cost=reported.cost + COST_RISE)
     else:
@@ -111,17 +118,21 @@ def families(
 
 @dataclass(frozen=True)
 class _Limits:
-    """What a member may have at most: cost, overall RMS (rad), and RMS (rad) off the reported fit's motion."""
+    """Upper limits of a member: cost, overall RMS (rad), RMS (rad) off the reported motion, cost of static points."""
 
     recordings: Sequence[Recording]
     reported: Sequence[Array]
+    unknowns: SpringsAndDampers
     difference: float
+    points: float
     cost: float = np.inf
     rms: float = np.inf
 
     def allow(self, found: Solution) -> bool:
-        """Whether a solution is as good as the reported one, and moves alike."""
+        """Whether a solution fits trials and static points as well as the reported one, and moves alike."""
         if not (found.cost <= self.cost and overall_rms(self.recordings, found) <= self.rms):
+            return False
+        if static_cost(self.unknowns, found.values) > self.points:
             return False
         return rms_difference(self.recordings, found.predictions, self.reported) <= self.difference
 
@@ -180,14 +191,8 @@ class _FamilySearch:
         """The fit with a fixed damper rate, or None if it is not as good or leaves the ridge."""
         unknowns = sought_by(self.model)
         k, place = unknowns.rate_at(joint), unknowns.damper_at(joint)
-        beliefs = (*unknowns.beliefs, (place, log_rate, HELD))
-        model = TrajectoryModel(self.model.chain, self.model.leg, replace(unknowns, beliefs=beliefs))
-        values = near.values.copy()
-        values[k] += log_rate - values[place]
-        values[place] = log_rate
-        values = np.clip(values, unknowns.lower, unknowns.upper)
-        start = FitStart(values, near.locals)
-        found = solve(model, self.recordings, start, self.stage.weights, max_iterations=ITERATIONS, tolerance=SETTLED)
+        refits = RidgeSearch(self.model, self.recordings, self.stage.weights, ITERATIONS, clipped=True)
+        found = refits.refit(joint, near, log_rate)
         if not np.isfinite(found.cost):
             return None
         along = float(found.values[place] - found.values[k]) - float(near.values[place] - near.values[k])
@@ -210,7 +215,3 @@ def rms_difference(recordings: Sequence[Recording], one: Sequence[Array], other:
     """RMS over the counted samples between two predictions, rad."""
     apart = [(a - b)[recording.counts] for recording, a, b in zip(recordings, one, other, strict=True)]
     return float(np.sqrt(np.mean(np.concatenate(apart) ** 2)))
-
-
-def _ends(values: Sequence[float]) -> tuple[float, float]:
-    return min(values), max(values)

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fit.simulated_legs import DAMPER, SPRING, Rig, bare, errors, fitted, releases, robot
+from fit.simulated_legs import DAMPER, RELEASES, SPRING, Rig, bare, errors, fitted, release, releases, robot
 from synth.errors import Problem
 from synth.files.static_points_file import StaticPoint, read_static_points
 from synth.files.yaml_lines import load
+from synth.fit.ridge import POINTS
 from synth.fit.static_points import balances
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
@@ -47,6 +48,28 @@ def test_one_point_separates_the_overdamped_hips_spring_from_its_damper() -> Non
     assert abs(after.spring[0]) < 2.5 * after.spring_sd[0]
     assert abs(after.damper[0]) < 2.5 * after.damper_sd[0]
     assert after.damper_sd[0] < 0.06
+
+
+def friction_at_the_ankle(rotation: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    return np.array([0.0, 0.0, -0.05 * rate[2] / np.hypot(rate[2], 0.02)])
+
+
+def test_every_member_of_a_ridge_family_keeps_to_an_inaccurate_static_point() -> None:
+    """The model lacks the ankle's friction, so that only the RMS limits the family; the point is known to 8 N m."""
+    generator, options = np.random.default_rng(1), {"rig": Rig(noise=0.3), "extra_torque": friction_at_the_ankle}
+    trials = [release(OVERDAMPED, RELEASES[i], generator, name=str(i), **options) for i in range(3)]  # type: ignore[arg-type]
+    point = held(OVERDAMPED, POSE, 0, torque_error=8.0)
+    result = fitted(OVERDAMPED, trials, free_angle="common", static=(point,))
+    (balance,), joint = balances(bare(OVERDAMPED), (point,)), OVERDAMPED.joints[0]
+
+    def cost(rate: float, free_angle: float) -> float:
+        return 0.5 * balance.residual(np.log(rate), joint.sign * (free_angle - joint.zero)) ** 2
+
+    reported = cost(result.joints["hip"].spring_rate.value, result.joints["hip"].free_angle.value)
+    family = next(family for family in result.families if family.joint == "hip")
+    assert len(family.members) > 2
+    assert not family.open_end
+    assert max(cost(each.spring_rate, each.free_angle) for each in family.members) <= reported + POINTS + 1e-9
 
 
 def test_static_balance_includes_weight_tip_mass_and_measured_sense() -> None:

@@ -148,8 +148,8 @@ KINDS: dict[str, KeySection] = {
         "part_wish",
         part_request._RequestFile,
         {
-            "spring": KeySection("spring_choice", part_request.SpringRequest),
-            "damper": KeySection("damper_choice", part_request.DamperRequest),
+            "spring": KeySection("spring_choice", part_request.RequestedSpring),
+            "damper": KeySection("damper_choice", part_request.RequestedDamper),
         },
     ),
 }
