@@ -64,7 +64,9 @@ class Servo:
     duty, at most
     ``duty_limit``, of ``supply`` V whose source has ``source_resistance`` ohm; ``current_limit`` A in the winding.
     Without one the torque is immediate: ``gain`` N m/rad, ``damping_gain`` N m s/rad, at most ``torque_limit`` N m.
-    ``dead_band`` rad to either side in which the error counts as zero; ``delay`` s of a command.
+    ``dead_band`` rad to either side in which the error counts as zero; ``delay`` s of a command. With a
+    ``control_period`` s it looks at command and angle only at each multiple of that time and holds the duty, or the
+    torque, between; 0: all the time. ``duty_steps`` : number of steps of its duty from 0 to 1; 0: none.
 
     A winding with inductance: its torque of now is that of ``lag`` s ago. To first order the command comes later by
     it, the angle's part of the duty loses gain times lag of its damping, and the rotor part of its inertia.
@@ -81,25 +83,32 @@ class Servo:
     source_resistance: float = 0.0
     motor: GearedMotor | None = None
     open_duty: float = 0.0  # 1 if the motor's voltage is known and nothing is controlled
+    control_period: float = 0.0
+    duty_steps: float = 0.0
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """The servo in the order of ``servo_torque``'s arguments from ``gain`` on, then its delay; all finite."""
+        """The servo in the order of ``servo_torque``'s arguments from ``gain`` on, then its delay and its control steps.
+
+        These are their period, the first of them, and the steps of its duty. All numbers are finite.
+        """
         motor = self.motor
         if motor is None:
             limit = min(self.torque_limit, UNLIMITED)
             # An unlimited duty at one volt and one newton metre per volt.
-            return self.gain, self.damping_gain, self.dead_band, UNLIMITED, 0.0, 1.0, 0.0, limit, 0.0, self.delay
+            controller = self.gain, self.damping_gain, self.dead_band, UNLIMITED, 0.0
+            return *controller, 1.0, 0.0, limit, 0.0, self.delay, self.control_period, 0.0, 0.0
         limit = min(self.torque_limit, self.current_limit * motor.torque_a_current, UNLIMITED)
         sag = self.source_resistance / motor.resistance
         strength, back_emf = motor.strength, motor.back_emf
         damping = self.damping_gain - motor.lag * self.gain
         controller = self.gain, damping, self.dead_band, self.duty_limit, self.open_duty
-        return *controller, strength, back_emf, limit, sag, self.delay + motor.lag
+        control = self.control_period, motor.lag, self.duty_steps
+        return *controller, strength, back_emf, limit, sag, self.delay + motor.lag, *control
 
     def torque(self, error: Array, rate: Array, supply: Array | float, enabled: Array | float = 1.0) -> Array:
-        """(m,) N m along a motion: the result of ``servo_torque`` without the delay."""
-        return np.asarray(_along(error, rate, supply, enabled, *self.numbers[:-1]))
+        """(m,) N m along a motion: the result of ``servo_torque``, without the delay and without control steps."""
+        return np.asarray(_along(error, rate, supply, enabled, *self.numbers[:OF_THE_LAW]))
 
 
 @dataclass(frozen=True)
@@ -109,6 +118,7 @@ class TorqueDrive:
     motor: GearedMotor
 
 
+OF_THE_LAW = 9  # arguments of ``servo_torque`` among a servo's numbers
 UNLIMITED = 1e12  # N m or duty: above any real limit, and still finite
 _along = np.vectorize(servo_torque.py_func, otypes=[float])
 
@@ -117,7 +127,8 @@ _along = np.vectorize(servo_torque.py_func, otypes=[float])
 class ServoSignals:
     """The inputs of a trial's servos, in the sense of q.
 
-    ``time`` (m,) s; ``command`` (m, n) rad; ``supply`` (m, n) V; ``enabled`` (m, n) 1 or 0.
+    ``time`` (m,) s; ``command`` (m, n) rad; ``supply`` (m, n) V; ``enabled`` (m, n) 1 or 0. All are linear between, but
+    a servo with control steps sees its command as held from each time to the next.
     """
 
     time: Array

@@ -6,6 +6,31 @@ from synth.compiling.inlining import inlined
 
 
 @inlined
+def servo_duty(error, rate, gain, damping_gain, dead_band, duty_limit):  # type: ignore[no-untyped-def]
+    """Duty that a proportional controller sets, branch-free.
+
+    ``error`` rad, command minus angle; ``rate`` rad/s of the joint; ``gain`` duty/rad outside the ``dead_band`` rad,
+    ``damping_gain`` duty s/rad; at most ``duty_limit``.
+    """
+    beyond = error - max(-dead_band, min(dead_band, error))
+    return max(-duty_limit, min(duty_limit, gain * beyond - damping_gain * rate))
+
+
+@inlined
+def torque_at_duty(duty, rate, supply, enabled, strength, back_emf, torque_limit, sag):  # type: ignore[no-untyped-def]
+    """Torque on the joint, N m, branch-free.
+
+    ``supply`` V; ``enabled`` 1, or 0 with the winding open. The winding gives ``strength`` N m/V less ``back_emf``
+    N m s/rad (direct-current motor at steady current, Hughes & Drury, *Electric Motors and Drives*, 4th ed.,
+    section 3.4). ``sag`` is the source's resistance over the winding's: with the duty d the source carries d times the
+    winding's current, so the winding sees d V less d^2 times the source's drop. The current limit limits the torque to
+    ``torque_limit`` N m.
+    """
+    torque = (strength * duty * supply - back_emf * rate) / (1.0 + sag * duty * duty)
+    return enabled * max(-torque_limit, min(torque_limit, torque))
+
+
+@inlined
 def servo_torque(  # type: ignore[no-untyped-def]
     error,
     rate,
@@ -21,18 +46,6 @@ def servo_torque(  # type: ignore[no-untyped-def]
     torque_limit,
     sag,
 ):
-    """Torque on the joint, N m, branch-free.
-
-    ``error`` rad, command minus angle; ``rate`` rad/s of the joint; ``supply`` V; ``enabled`` 1, or 0 with the
-    winding open. A proportional controller with ``gain`` duty/rad outside its ``dead_band`` rad and ``damping_gain``
-    duty s/rad sets the duty of a half bridge, limited to ``duty_limit``; ``open_duty`` is added without control.
-
-    The winding gives ``strength`` N m/V less ``back_emf`` N m s/rad (direct-current motor at steady current, Hughes &
-    Drury, *Electric Motors and Drives*, 4th ed., section 3.4). ``sag`` is the source's resistance over the winding's:
-    with the duty d the source carries d times the winding's current, so the winding sees d V less d^2 times the
-    source's drop. The current limit limits the torque to ``torque_limit`` N m.
-    """
-    beyond = error - max(-dead_band, min(dead_band, error))
-    duty = max(-duty_limit, min(duty_limit, gain * beyond - damping_gain * rate)) + open_duty
-    torque = (strength * duty * supply - back_emf * rate) / (1.0 + sag * duty * duty)
-    return enabled * max(-torque_limit, min(torque_limit, torque))
+    """Torque on the joint, N m, of a controller that looks all the time; ``open_duty`` is added without control."""
+    duty = servo_duty(error, rate, gain, damping_gain, dead_band, duty_limit) + open_duty
+    return torque_at_duty(duty, rate, supply, enabled, strength, back_emf, torque_limit, sag)

@@ -52,6 +52,8 @@ class DriveKeys(FileModel):
     current_limit: Annotated[float, Quantity("A", above=0)] | None = None
     supply: Annotated[float, Quantity("V", above=0)] | None = None
     source_resistance: Annotated[float, Quantity("ohm", least=0)] = 0.0
+    control_period: Annotated[float, Quantity("s", above=0, most=0.1)] | None = None
+    duty_steps: Annotated[int, Field(ge=1)] | None = None
     motor: MotorKeys | None = None
 
     @model_validator(mode="after")
@@ -60,7 +62,7 @@ class DriveKeys(FileModel):
         foreign = (
             given
             - {
-                "servo": given if self.motor else {"gain", "damping_gain", "delay", "dead_band", "torque_limit"},
+                "servo": given if self.motor else set(WITHOUT_MOTOR),
                 "voltage": {"motor", "source_resistance", "torque_limit", "current_limit"},
                 "torque": {"motor"},
             }[self.kind]
@@ -72,6 +74,8 @@ class DriveKeys(FileModel):
             raise refusal('"motor" is missing: write motor: {torque_constant: 0.02 N*m/A, resistance: 2 ohm}')
         if self.kind == "servo" and self.gain is None:
             raise refusal(f'"gain" is missing: write it, for example gain: {"2 1/rad" if self.motor else "20 N*m/rad"}')
+        if self.duty_steps is not None and self.control_period is None:
+            raise refusal('"duty_steps" needs the time between two duties: write it, for example control_period: 1 ms')
         if self.kind != "torque" and self.motor is not None and self.motor.resistance is None:
             raise refusal('"resistance" of the motor is missing: write it, for example resistance: 2 ohm')
         if self.kind == "servo" and self.motor is not None and self.supply is None:
@@ -107,9 +111,12 @@ class DriveKeys(FileModel):
             source_resistance=self.source_resistance,
             motor=motor,
             open_duty=1.0 if self.kind == "voltage" else 0.0,
+            control_period=self.control_period or 0.0,
+            duty_steps=float(self.duty_steps or 0),
         )
 
 
+WITHOUT_MOTOR = ("gain", "damping_gain", "delay", "dead_band", "torque_limit", "control_period")
 GAIN_UNITS = {True: ("1/rad", "s/rad"), False: ("N*m/rad", "N*m*s/rad")}  # with a motor, without
 
 
@@ -137,6 +144,7 @@ def drive_text(drive: Drive) -> dict[str, Any]:
             "duty_limit": (drive.duty_limit, 1.0, ""), "torque_limit": (drive.torque_limit, np.inf, "N*m"),
             "current_limit": (drive.current_limit, np.inf, "A"), "supply": (drive.supply, 1.0, "V"),
             "source_resistance": (drive.source_resistance, 0.0, "ohm"),
+            "control_period": (drive.control_period, 0.0, "s"),
         }  # fmt: skip
         bare = {"supply"} if motor is None or drive.open_duty else set()
         made |= {
@@ -144,6 +152,7 @@ def drive_text(drive: Drive) -> dict[str, Any]:
             for key, (value, absent, unit) in numbers.items()
             if key not in bare and (value != absent or (key == "supply") or (key == "gain" and not drive.open_duty))
         }
+        made |= {"duty_steps": round(drive.duty_steps)} if drive.duty_steps else {}
     if motor is not None:
         made["motor"] = {"torque_constant": units.write(motor.torque_constant, "N*m/A")}
         if np.isfinite(motor.resistance):

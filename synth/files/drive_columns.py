@@ -79,7 +79,7 @@ def signals(leg: Leg, values: Mapping[str, Array], recorded: Array) -> ServoSign
         if joint.drive.open_duty:
             supply[:, index] = joint.sign * column(joint.name + " voltage", 0.0 if motor is None else motor.lag)
         else:
-            command[:, index] = _held(*commands[index], time)
+            command[:, index] = _held(*commands[index], time, joint.drive.control_period > 0.0)
             measured = SUPPLY in values and motor is not None
             supply[:, index] = column(SUPPLY) if measured else joint.drive.supply
         if joint.name + " enabled" in values:
@@ -108,21 +108,20 @@ def _step(time: Array) -> float:
     return float(np.median(np.diff(time))) if len(time) > 1 else 0.0
 
 
-def _held(recorded: Array, command: Array, time: Array) -> Array:
+def _held(recorded: Array, command: Array, time: Array, exactly: bool) -> Array:
     """A command held from each of its samples to the next, at ``time`` (k,) s of ``_knots``.
 
     A staircase of small steps equals its samples' polygon delayed by half a step, apart from a ripple at the
     sampling frequency,
     which no joint follows (a zero-order hold delays by half its period: Franklin, Powell & Workman, *Digital Control of
     Dynamic Systems*, 3rd ed., section 5.3). A jump remains a jump: if the controller saturates, a ramp with the
-    same centre
-    would act earlier.
+    same centre would act earlier. ``exactly`` : for a servo with control steps, which reads its samples.
     """
     half = 0.5 * _step(recorded)
     smooth = np.interp(time, recorded + half, command)
     last = np.clip(np.searchsorted(recorded, time, side="right") - 1, 0, len(recorded) - 1)
     jumps = _jumps(command)
-    near = jumps[last] | jumps[np.minimum(last + 1, len(recorded) - 1)]
+    near = exactly | jumps[last] | jumps[np.minimum(last + 1, len(recorded) - 1)]
     return np.where(near, command[last], smooth)
 
 

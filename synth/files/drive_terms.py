@@ -1,6 +1,7 @@
 """A joint's drive as a simulator's servo has it: a controller linear in angle and speed, a limit, a brake, a delay.
 
-With the sources of ``drives.servo_law``: outside its dead band and without a sagging supply the law is
+With the sources of ``drives.servo_law``: outside its dead band, without a sagging supply and looking all the time, the
+law is
 
     torque = cut(limit(stiffness (command - angle) - damping rate) - braking rate)
 
@@ -78,14 +79,19 @@ def _terms(drive: Servo, found: dict[str, float]) -> DriveTerms:
         lost.append("the sag of its supply; the supply is constant here")
     if cut < AS_GOOD_AS_UNLIMITED and found["servo_back_emf"] > 0.0:
         lost.append("the torque limit on the braking of its winding; here it limits the torque of the controller alone")
+    # A held duty is that of half a period ago on average, as a winding's is that of its lag ago.
+    hold = 0.5 * found["servo_period"]
+    if hold > 0.0:
+        steps = f" and the {found['servo_duty_steps']:.0f} steps of its duty" if found["servo_duty_steps"] else ""
+        lost.append(f"its control steps of {2e3 * hold:.3g} ms{steps}; here it acts all the time, half a step later")
     return DriveTerms(
         control="voltage, V" if volts else "rotation that is commanded, rad",
         stiffness=0.0 if volts else found["servo_gain"] * strength * supply,
         volt=strength if volts else 0.0,
-        damping=found["servo_damping_gain"] * strength * supply,
+        damping=(found["servo_damping_gain"] - hold * found["servo_gain"]) * strength * supply,
         limit=limit if limit < AS_GOOD_AS_UNLIMITED else inf,
         braking=found["servo_back_emf"],
         cut=cut if cut < AS_GOOD_AS_UNLIMITED else inf,
-        delay=found["servo_delay"],
+        delay=found["servo_delay"] + hold,
         lost=tuple(lost),
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.swing.effects import Effect, effect_named
-from synth.swing.lane_layout import FIRST_LAW, MOST_MEMORIES, Layout
+from synth.swing.lane_layout import FIRST_LAW, HOLDING, MOST_MEMORIES, SERVOS, Layout
 
 BEND_TOLERANCE = 1e3  # factor on the tolerance for a bristle's bend, which is 1 at most, against that of an angle
 
@@ -50,6 +50,8 @@ class ActiveEffects:
         rows, starts = self._switches
         switches = np.logical_or.reduceat(np.any(lanes[rows] != 0.0, axis=1), starts)
         both = np.array([switches, switches], dtype=np.int64)
+        if switches[SERVOS] and np.any(lanes[self.layout.rows("servo_period")]):
+            both[:, SERVOS] = HOLDING
         for index, rows in self._needs_load.items():
             if both[1, FIRST_LAW + index] and np.any(lanes[rows]):
                 both[0, FIRST_LAW + index] = 0

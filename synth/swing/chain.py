@@ -6,6 +6,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,8 @@ FIRST_STEP = 1e-3  # s
 IN_TIME = {
     "rate": -1, "spring_rate": -2, "damper_rate": -1, "gravity": -2, "weight": -2, "curve_speed": -1,
     "curve_slope": -1, "torque_offset": -2, "torque_delay": 1, "servo_damping_gain": 1, "servo_strength": -2,
-    "servo_back_emf": -1, "servo_torque_limit": -2, "servo_delay": 1, "drive_torque": -2,
+    "servo_back_emf": -1, "servo_torque_limit": -2, "servo_delay": 1, "servo_period": 1, "servo_phase": 1,
+    "drive_torque": -2,
 }  # fmt: skip
 
 
@@ -226,9 +228,13 @@ class Chain:
                 found[:, n:] /= unit
             return found
         wrong = known_torque is not None and bool(np.any(lanes[self._drive_rows]))
-        known = for_integrator(known_torque, n, signals)
+        periods = lanes[self.layout.rows("servo_period")].max(axis=1)
+        held = np.flatnonzero(periods).tolist()
+        known = for_integrator(known_torque, n, signals, held)
         times = np.ascontiguousarray(times, dtype=float)
-        limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * len(known[0])  # steps may end at knots
+        looks = sum(float(times[-1] - times[0]) / periods[j] for j in held)
+        # Steps may end at knots and do end at control steps.
+        limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * (len(known[0]) + ceil(looks))
         shown, width = 2 * n if rates else n, -(-n_lane // LANES) * LANES
         result = np.empty((len(times), shown, width))
         out = result.reshape(-1)
@@ -241,7 +247,7 @@ class Chain:
             workspace[:, : group.shape[1]] = group
             workspace[:, group.shape[1] :] = group[:, :1]
             if wrong and known_torque is not None:
-                known = for_integrator(self._late(known_torque, workspace), n, signals)
+                known = for_integrator(self._late(known_torque, workspace), n, signals, held)
             states = self.acting.states(active, workspace)
             integrate(
                 *functions, workspace, flat, n, states, active, known, times, limits, steps, out,

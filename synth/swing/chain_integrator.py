@@ -17,7 +17,7 @@ from numba import float64, int64, njit, types, uint64
 from synth.compiling.compiled import compiled
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing import driven_steps, turning_events
-from synth.swing.lane_layout import LANES, MOST_LINKS, MOST_MEMORIES, ROOMS, Layout
+from synth.swing.lane_layout import HOLDING, LANES, MOST_LINKS, MOST_MEMORIES, ROOMS, SERVOS, Layout
 
 # Tableau and dense output of Dormand & Prince 5(4): Hairer, Norsett & Wanner, Solving ODEs I, table II.5.2 and
 # section II.6.
@@ -268,6 +268,9 @@ def integrate(  # type: ignore[no-untyped-def]
     reason = REACHED_END
     given = (derivative, active, modes, known)
     cursor, k1 = int64(0), int64(_K1)  # typed values, because numba would recompile for each literal
+    holds, wanted = WHOLE and active[0, SERVOS] == HOLDING, 0.0  # control steps; the step size before a cut at one
+    if WHOLE and holds:
+        driven_steps.look(flat, n, known, t, True, cursor)
     cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, k1)
     if WHOLE and any_bristle:
         turning_events.slide_from_start(n, bends, Z, x, K)
@@ -277,6 +280,10 @@ def integrate(  # type: ignore[no-untyped-def]
     most, patience, passed, nearest = MANY, 0, 0, 0.0  # number of knots of the known torque that a step may pass
     fresh, uncut = any_event, 0.0  # at a new state; the step size before it was cut at an event
     while i < len(times):
+        if WHOLE and holds and driven_steps.next_look(flat, n) <= t + driven_steps.SAME_TIME:
+            _put(S, int64(_X), n, state, Z, flat)
+            driven_steps.look(flat, n, known, t, False, cursor)
+            cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, k1)
         if WHOLE and fresh:
             fresh = False
             for j in range(2 * n, size):
@@ -299,6 +306,8 @@ def integrate(  # type: ignore[no-untyped-def]
             turning_events.keep_sliding(n, slides, K[0])
         if t + h > end:
             h = end - t + 1e-15
+        if WHOLE and holds:
+            wanted, h = h, min(h, driven_steps.next_look(flat, n) - t)
         if WHOLE and len(known[0]) > 1:
             h, passed, nearest = driven_steps.within_torque(known, cursor, t, h, most)
         for s in range(1, 7):
@@ -343,6 +352,8 @@ def integrate(  # type: ignore[no-untyped-def]
                 coming = turning_events.next_reversal(due, t)
                 factor = min(coming - t, uncut) / h
                 uncut = uncut if coming < t + uncut else 0.0
+            if WHOLE and holds:
+                factor = max(factor, wanted / h)
             previous = max(error, 1e-4)
             if WHOLE and most < MANY:
                 patience -= 1

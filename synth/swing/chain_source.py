@@ -6,8 +6,10 @@ unrolled when the text is written. ``synth.compiling.code_cache`` makes a module
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from synth.compiling.elimination import factorise, substitute
-from synth.swing.lane_layout import CURVE_POINTS, FIRST_LAW, LANES, MOST_LINKS, SERVO, Layout
+from synth.swing.lane_layout import CURVE_POINTS, DUTY, FIRST_LAW, LANES, MOST_LINKS, WINDING, Layout
 
 HEADER = '''"""Written by synth.swing.chain_source."""
 from math import sqrt
@@ -107,7 +109,7 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
 
     header = (
         HEADER
-        + "from synth.drives.servo_law import servo_torque\n"
+        + "from synth.drives.servo_law import servo_duty, servo_torque, torque_at_duty\n"
         + "".join(f"from {module} import torque as {name}\n" for name, module in imports.items())
     )
     each = f"for e in range((n & {MOST_LINKS}) * {LANES}):"  # the mask excludes negative indices
@@ -129,15 +131,7 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
         f"                {at('extra_torque')} -= resisting",
         f"                {at('damper_torque')} += resisting",
     ]
-    servo = ", ".join(at(name) for name in SERVO[:-1])
-    lines += [
-        "if active[1] != 0:",
-        f"    {each}",
-        f"        error = {at('command')} - {at('rotation')}",
-        f"        value = servo_torque(error, {at('rate')}, {at('supply')}, {at('enabled')}, {servo})",
-        f"        {at('drive_torque')} = value",
-        f"        {at('extra_torque')} += value",
-    ]
+    lines += ["if active[1] != 0:", *_servos(at, each)]
     for index, law in enumerate(layout.laws):
         given = [at("rotation"), at("rate"), f"{at('rotation')} - {at('rest')}"]
         force = "drive_torque" if law.uses_drive else "bearing_force"
@@ -155,6 +149,28 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
     decorator = DECORATOR.format(signature="void(float64[::1], int64, int64[::1])")
     body = "\n".join(f"    {line}" for line in lines)
     return f"{header}\n\n{decorator}\ndef extra_torques(Z, n, active):\n{body}\n"
+
+
+def _servos(at: Callable[[str], str], each: str) -> list[str]:
+    """Lines of ``extra_torques`` for servos; with a switch of 2 some joint's duty is held between control steps."""
+    error = f"error = {at('command')} - {at('rotation')}"
+    signals = ", ".join(at(name) for name in ("supply", "enabled"))
+    duty, winding = (", ".join(at(name) for name in names) for names in (DUTY, WINDING))
+    put = [f"            {at('drive_torque')} = value", f"            {at('extra_torque')} += value"]
+    return [
+        "    if active[1] == 1:",
+        f"        {each}",
+        f"            {error}",
+        f"            value = servo_torque(error, {at('rate')}, {signals}, {duty}, {at('servo_open_duty')}, {winding})",
+        *put,
+        "    else:",
+        f"        {each}",
+        f"            {error}",
+        f"            seen = servo_duty(error, {at('rate')}, {duty}) + {at('servo_open_duty')}",
+        f"            duty = {at('held_duty')} if {at('servo_period')} > 0.0 else seen",
+        f"            value = torque_at_duty(duty, {at('rate')}, {signals}, {winding})",
+        *put,
+    ]
 
 
 def bearing_forces(layout: Layout) -> str:

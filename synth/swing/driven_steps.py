@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from numba import njit
 
 from synth.compiling.numba_internals import UNCOUNTED
+from synth.drives.servo_law import servo_duty
 from synth.swing.lane_layout import LANES, MOST_LINKS, Layout
 
 # First indices of these blocks in the workspace, the same for every number of links.
@@ -14,6 +16,15 @@ TORQUE, GAIN, OFFSET, DELAY, LATE, SIGNALS = (
     Layout(1).row(block) * LANES
     for block in ("extra_torque", "torque_gain", "torque_offset", "torque_delay", "servo_delay", "command")
 )
+ROTATION, RATE, DUTY_GAIN, DAMPING, DEAD, MOST_DUTY, PERIOD, PHASE, STEPS, HELD, NEXT = (
+    Layout(1).row(block) * LANES
+    for block in (
+        "rotation", "rate", "servo_gain", "servo_damping_gain", "servo_dead_band", "servo_duty_limit", "servo_period",
+        "servo_phase", "servo_duty_steps", "held_duty", "next_control",
+    )
+)  # fmt: skip
+SHARE = 1e-6  # of a control period, rounding of a delay in periods
+JITTER = 0.01  # of a control period: a command that comes so little after a look counts for it (rounded times of a log)
 SAME_TIME = 1e-11  # s, difference by rounding between the end of a step and the knot at which it ends
 _called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
 
@@ -53,7 +64,7 @@ def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
             late = 0.0
             for lane in range(LANES):
                 late = max(late, Z[LATE + j * LANES + lane])
-            if late > 0.0:
+            if late > 0.0 and Z[PERIOD + j * LANES] == 0.0:  # control steps count the delay themselves
                 for lane in range(LANES):
                     e = j * LANES + lane
                     Z[SIGNALS + e] = _torque_at(times, values, n + j, t - Z[LATE + e], cursor)
@@ -128,3 +139,62 @@ def within_torque(known, cursor, t, h, most):  # type: ignore[no-untyped-def]
             passed //= 2
             end = times[first + passed]
     return end - t, passed, nearest
+
+
+@njit(inline="never", **_called)
+def _told_at(times, values, column, t, k):  # type: ignore[no-untyped-def]
+    """A value held from each knot to the next, at a time near knot ``k``; the first one before the first knot."""
+    while k < len(times) - 1 and times[k + 1] <= t + SAME_TIME:
+        k += 1
+    while k > 0 and times[k] > t + SAME_TIME:
+        k -= 1
+    return values[k, column]
+
+
+@njit(**_called)
+def look(Z, n, known, t, start, cursor):  # type: ignore[no-untyped-def]
+    """Set the duty of each servo whose control step is now, and the time of its next; at the ``start`` of all.
+
+    Rotations and rates are those in the workspace. A lane's delay counts in control steps; a fraction of one is
+    linear between the two commands, so that a motion is continuous in the delay. Period and phase are those of the
+    first lane.
+    """
+    times, values, _ = known
+    for j in range(n):
+        period, phase = Z[PERIOD + j * LANES], Z[PHASE + j * LANES]
+        if period > 0.0 and (start or Z[NEXT + j * LANES] <= t + SAME_TIME):
+            following = phase + (math.floor((t - phase) / period + SHARE) + 1.0) * period
+            for lane in range(LANES):
+                e = j * LANES + lane
+                late = max((Z[LATE + e] - phase) / period, 0.0)
+                whole = math.floor(late + SHARE)
+                share = max(late - whole, 0.0)
+                moment = t - phase - (whole - JITTER) * period
+                command = _told_at(times, values, n + j, moment, cursor)
+                if share > SHARE:
+                    earlier = _told_at(times, values, n + j, moment - period, cursor)
+                    command += share * (earlier - command)
+                duty = servo_duty(
+                    command - Z[ROTATION + e],
+                    Z[RATE + e],
+                    Z[DUTY_GAIN + e],
+                    Z[DAMPING + e],
+                    Z[DEAD + e],
+                    Z[MOST_DUTY + e],
+                )
+                steps = Z[STEPS + e]
+                if steps > 0.0:
+                    duty = math.floor(duty * steps + 0.5) / steps
+                    duty = max(-Z[MOST_DUTY + e], min(Z[MOST_DUTY + e], duty))
+                Z[HELD + e] = duty
+                Z[NEXT + e] = following
+
+
+@njit(**_called)
+def next_look(Z, n):  # type: ignore[no-untyped-def]
+    """S, time of the next control step of any servo; 1e300 without."""
+    soonest = 1e300
+    for j in range(n):
+        if Z[PERIOD + j * LANES] > 0.0:
+            soonest = min(soonest, Z[NEXT + j * LANES])
+    return soonest

@@ -5,6 +5,8 @@ Servo signals are passed to the integrator together with it, on the union of bot
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from synth.arrays import Array
@@ -18,27 +20,34 @@ KnownTorque = tuple[Array, Array]  # times (m,) s and torques on q (m, n) N m
 
 
 def for_integrator(
-    known: KnownTorque | None, n: int, signals: ServoSignals | None = None
+    known: KnownTorque | None, n: int, signals: ServoSignals | None = None, held: Sequence[int] = ()
 ) -> tuple[Array, Array, Array]:
     """Times (m,) s, torques (m, n) N m, and tolerated deviations (n,) N m from a straight line; m = 0 for no torque.
 
-    With ``signals`` the columns of torques are followed by n columns each of commands, supplies and switches. The times
-    must cover the samples of the motion, because a torque is extrapolated linearly beyond its ends.
+    With ``signals`` the columns of torques are followed by n columns each of commands, supplies and switches; the
+    commands of the joints ``held`` are held between their samples, and no step needs to end there. The times must cover
+    the samples of the motion, because a torque is extrapolated linearly beyond its ends.
     """
     if signals is not None:
-        return _with_signals(known, n, signals)
+        return _with_signals(known, n, signals, list(held))
     if known is None:
         return np.zeros(0), np.zeros((0, n)), np.zeros(n)
     times, torques = (np.ascontiguousarray(array, dtype=float) for array in known)
     return times, torques, STRAIGHT * np.abs(torques).max(axis=0, initial=0.0) + 1e-300
 
 
-def _with_signals(known: KnownTorque | None, n: int, signals: ServoSignals) -> tuple[Array, Array, Array]:
+def _with_signals(
+    known: KnownTorque | None, n: int, signals: ServoSignals, held: list[int]
+) -> tuple[Array, Array, Array]:
     """The result of ``for_integrator`` for torques and signals, on the union of their times."""
     times = signals.time if known is None else np.union1d(signals.time, known[0])
     torque = np.zeros((len(times), n)) if known is None else _at(times, known[0], known[1])
     told = [_at(times, signals.time, values) for values in (signals.command, signals.supply, signals.enabled)]
-    bend = [STRAIGHT * np.abs(torque).max(axis=0, initial=0.0), np.full(n, COMMAND_STRAIGHT)]
+    last = np.clip(np.searchsorted(signals.time, times, side="right") - 1, 0, None)
+    told[0][:, held] = signals.command[last][:, held]
+    bent = np.full(n, COMMAND_STRAIGHT)
+    bent[held] = np.inf
+    bend = [STRAIGHT * np.abs(torque).max(axis=0, initial=0.0), bent]
     bend += [SUPPLY_STRAIGHT * np.abs(told[1]).max(axis=0, initial=0.0), np.full(n, STRAIGHT)]
     return np.ascontiguousarray(times), np.ascontiguousarray(np.hstack([torque, *told])), np.concatenate(bend) + 1e-300
 

@@ -21,12 +21,15 @@ WORKING = ROOMS * (2 * MOST_LINKS + MOST_MEMORIES) * LANES
 
 # Errors of a known torque: gain (share), offset N m, delay s (in the workspace: minus the first lane's delay).
 DRIVE = ("torque_gain", "torque_offset", "torque_delay")
-# Parameters of a servo in the order of the arguments of ``drives.servo_law``, then the delay of its command.
-SERVO = (
-    "servo_gain", "servo_damping_gain", "servo_dead_band", "servo_duty_limit", "servo_open_duty", "servo_strength",
-    "servo_back_emf", "servo_torque_limit", "servo_sag", "servo_delay",
-)  # fmt: skip
+# Parameters of a servo: those of its duty and of its winding in the order of ``drives.servo_law``'s arguments, the delay
+# of its command, and its control steps: period and first of them (s; period 0: it looks all the time), steps of its
+# duty (0: none).
+DUTY = ("servo_gain", "servo_damping_gain", "servo_dead_band", "servo_duty_limit")
+WINDING = ("servo_strength", "servo_back_emf", "servo_torque_limit", "servo_sag")
+CONTROL = ("servo_period", "servo_phase", "servo_duty_steps")
+SERVO = (*DUTY, "servo_open_duty", *WINDING, "servo_delay", *CONTROL)
 SIGNALS = ("command", "supply", "enabled")  # of a servo at the current time: rad on q, V, 1 or 0
+SERVOS, HOLDING = 1, 2  # index of the servos' switch; its value where some duty is held between control steps, else 1
 FIRST_LAW = 2  # index of the first effect's switch, after those of damper curves and servos
 _ONE_A_JOINT = (
     "rotation", "rate", "acceleration", "extra_torque", "spring_rate", "rest", "damper_rate",
@@ -36,6 +39,7 @@ _ONE_A_JOINT = (
     *SERVO,
     *SIGNALS,
     "drive_torque",  # of the servo, on q
+    "held_duty", "next_control",  # of a servo with control steps: its duty, and the time of its next look, s
 )  # fmt: skip
 _FOR_EFFECTS = (
     "damper_torque",  # resisting torque of rate and curve

@@ -62,9 +62,10 @@ def chirp(size: float) -> Array:
         (leg(replace(POSITION, delay=0.0)), 0.8),
         (leg(POSITION), 0.4),
         (leg(PLAIN, PLAIN), 0.5),
+        (leg(replace(POSITION, control_period=4e-3, duty_steps=885.0)), 0.4),
         (leg(POSITION, command_delay={"delay": 0.01}, servo_gain={"share": -0.2}), 0.4),
     ],
-    ids=["duty cut off", "delayed", "two joints", "with what was diagnosed"],
+    ids=["duty cut off", "delayed", "two joints", "control steps", "with what was diagnosed"],
 )
 def test_mujoco_follows_the_command_within_a_tenth_of_a_degree(built: Leg, size: float) -> None:
     ours, theirs = both(built, chirp(size))

@@ -197,12 +197,14 @@ QUANTITIES = {
     ("inertia", "kg*m^2"): "1.2e-3 kg*m^2",
     ("delay", "s"): "4 ms", ("dead_band", "rad"): "0.5 deg", ("duty_limit", "1"): "0.85", ("efficiency", "1"): "0.8",
     ("gear_ratio", "1"): "150", ("torque_limit", "N*m"): "2.5 N*m", ("source_resistance", "ohm"): "0.1 ohm",
-    ("lean", "rad"): "5 deg", ("frame_rate", "Hz"): "250 Hz", ("likelihood", "1"): "0.9",
+    ("control_period", "s"): "1 ms", ("lean", "rad"): "5 deg", ("frame_rate", "Hz"): "250 Hz",
+    ("likelihood", "1"): "0.9",
     ("cycles", "1"): "100000", ("roll", "rad"): "3 deg", ("travel", "rad"): "40 deg",
     ("included_angle", "rad"): "120 deg", ("torque", "1"): "10 %", ("motor", "1"): "5 %",
 }  # fmt: skip
 EXAMPLES = {
-    "name": "dog hind leg", "seed": "1", "part": "6597K21", "curve": "damper.csv", "held_out": "true",
+    "name": "dog hind leg", "seed": "1", "duty_steps": "885", "part": "6597K21",
+    "curve": "damper.csv", "held_out": "true",
     "locked": "[hip]", "mirror": "true", "individual": "rat1", "topic": "/joint_states", "format": "deeplabcut",
     "catalogs": "[my_parts/*.csv]", "make": "true", "wire": "music", "parallel": "2", "encoder": "false",
     "mount": "false", "supported": "true", "file": "a.csv", "design": "hopper.yaml", "motor": "N20 HP 210:1",

@@ -51,6 +51,9 @@ KEYS: dict[str, str] = {
     "drive.current_limit": "Current limit of the driver.",
     "drive.supply": "Supply voltage, if recordings have no `supply [V]`.",
     "drive.source_resistance": "Resistance of battery and leads, which causes voltage sag.",
+    "drive.control_period": "Time between two looks of the controller at command and angle, at its multiples from the "
+    "trial's start; the duty (without a motor: the torque) is held between.",
+    "drive.duty_steps": "Steps of the duty from 0 to 1, to which it is rounded at each look.",
     "drive.motor": "The motor, if its physics are modelled.",
     "motor.torque_constant": "Rotor's torque per current, and its back-EMF per speed.",
     "motor.resistance": "Resistance of the winding with brushes and leads.",
