@@ -88,7 +88,7 @@ class Servo:
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """The servo in the order of ``servo_torque``'s arguments from ``gain`` on, then its delay and its control steps.
+        """The servo in the order of ``servo_torque``'s arguments from ``gain`` on, its delay and its control steps.
 
         These are their period, the first of them, and the steps of its duty. All numbers are finite.
         """
