@@ -294,9 +294,10 @@ def _near_units(name: str) -> str:
 
 
 def _near_dimension(written: str, wanted: _Unit) -> str:
-    """The two most frequent mistakes: ``N*m`` for ``N*m/rad``, and ``oz*in`` for ``ozf*in``."""
+    """The two most frequent mistakes: ``N*m`` for ``N*m/rad``, and ``oz*in`` for ``ozf*in``, written with ``*``."""
     if not wanted.dimension:
         return ""
+    written = re.sub(r"(?<=\w) (?=\w)", "*", plain_unit(written).replace(" per ", "/"))
     forces = re.sub(r"\b(oz|lb|kg|g)s?\b", r"\1f", written)
     for candidate in (f"{written}/rad", forces, f"{forces}/rad"):
         try:

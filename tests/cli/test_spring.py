@@ -276,7 +276,7 @@ def test_the_winding_sheet_is_complete(capsys: pytest.CaptureFixture[str]) -> No
     text = " ".join(re.sub(r"<[^>]+>", " ", page).split()).replace("\xa0", " ")
     assert "Let the load turn the far arm counter-clockwise against the near one" in text
     assert f"on a mandrel of {made['mandrel']['diameter']['value']:.4g} mm" in text
-    assert "230 degC for 30 min" in text
+    assert "230 °C for 30 min" in text
     assert "seen along the axis, left-hand" in text
     torque = made["rate"]["value"] * math.radians(40.0)
     assert f"{torque:.4g} N·m" in text

@@ -20,6 +20,7 @@ CUT = """[...document.querySelectorAll(".scroll, figure, pre, table")].filter((e
   e.getBoundingClientRect().right > innerWidth + 2
   || (e.scrollWidth > e.clientWidth + 2 && getComputedStyle(e).overflowX !== "visible")
 )).map((e) => [e.tagName, e.className, e.textContent.trim().slice(0, 60), e.scrollWidth, e.clientWidth])"""
+PATIENCE = 180_000  # ms: such a picture takes half a minute on a busy machine
 PLAIN_UNITS = """[...document.querySelectorAll("p, li, td, th, figcaption, caption, dd")]
   .filter((e) => e.checkVisibility() && !e.closest("#inputs, #inputs-read"))
   .flatMap((e) => [...e.childNodes].filter((n) => n.nodeType === 3).map((n) => n.data))
@@ -42,7 +43,8 @@ def keep(found: Opened, name: str, *, whole: bool = False) -> None:
         width, height = found.page.evaluate("[innerWidth, document.documentElement.scrollHeight]")
         for top in range(0, min(height, HIGHEST), PIECE):
             piece = {"x": 0, "y": top, "width": width, "height": min(PIECE, height - top)}
-            found.page.screenshot(path=f"{PICTURES}/{name}-{top // PIECE + 1}.png", full_page=True, clip=piece)
+            path = f"{PICTURES}/{name}-{top // PIECE + 1}.png"
+            found.page.screenshot(path=path, full_page=True, clip=piece, timeout=PATIENCE)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
