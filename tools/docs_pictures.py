@@ -3,7 +3,7 @@
     make pages                           # results of every command in build/pages/results
     python tools/docs_pictures.py        # needs playwright, pillow, and Chromium; --from FOLDER, --only NAME
 
-A picture shows part of a page at a width of 1180 px, with 64 colours and at most 120 kB.
+A picture shows part of a page at a width of 1180 px, with 160 colours and at most 120 kB.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 PICTURES = ROOT / "docs" / "pictures"
-WIDTH, COLOURS, MOST = 1180, 64, 120_000  # px, 1, bytes
+WIDTH, COLOURS, MOST = 1180, 160, 120_000  # px, 1, bytes
 # Opens a section and returns its position.
 OPEN = """id => {
   const at = document.getElementById(id);
@@ -40,15 +40,15 @@ class Picture:
 
 
 SHOWN = {
-    "leg": Picture("leg", 660),
-    "fit": Picture("fit", 640),
-    "gap": Picture("gap", 700),
+    "leg": Picture("leg", 890),
+    "fit": Picture("fit", 680),
+    "gap": Picture("gap", 860),
     "gap-where": Picture("gap", 900, "where"),
     "gap-which": Picture("gap", 520, "which"),
     "check": Picture("gap-check", 640),
     "check-apart": Picture("gap-check", 900, "apart"),
     "import": Picture("import", 640),
-    "compare": Picture("compare", 640),
+    "compare": Picture("compare", 830),
     "hopper": Picture("hopper", 640),
     "jump-gap": Picture("jump-gap", 600),
     "model-check": Picture("check", 520),
