@@ -38,7 +38,7 @@ def _trust(document: Json, verdict: str) -> str:
     trials = [trial for trial in sequence(document, "trials") if isinstance(trial, Mapping)]
     scored = [trial for trial in trials if trial.get("scored")]
     means = VERDICTS.get(verdict, "")
-    words = f"Verdict {verdict}{': ' if means else ''}{means}."
+    words = f"{means[:1].upper()}{means[1:]}." if means else f"Verdict {verdict}."
     if not scored:
         return words
     count = f"{len(scored)} trial{'s' if len(scored) != 1 else ''}"

@@ -44,7 +44,8 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
 
 def name_of(cause: Mapping[str, Any]) -> str:
     """``coulomb friction, knee``."""
-    return f"{str(cause.get('effect')).replace('_', ' ')}, {cause.get('joint')}"
+    where = "all joints" if cause.get("joint") == "all" else cause.get("joint")
+    return f"{str(cause.get('effect')).replace('_', ' ')}, {where}"
 
 
 def _cause(entry: Mapping[str, Any], effects: Json) -> Json:
