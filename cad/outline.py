@@ -9,6 +9,7 @@ from typing import Any
 
 Point = tuple[float, float]
 _TINY = 1e-9  # mm, below the modeller's own tolerance of 1e-7
+_SHORTEST = 2e-7  # mm: twice the modeller's tolerance, below which it builds no edge
 
 
 def unit(angle: float) -> Point:
@@ -161,10 +162,10 @@ def hull_of(discs: list[Disc]) -> Hull:
 
 
 def _outermost(discs: list[Disc]) -> list[Disc]:
-    """The discs without duplicates and without those inside another one."""
+    """The discs without duplicates and without those inside another one, by as much as an edge must have."""
     kept: list[Disc] = []
     for disc in sorted(discs, key=lambda item: -item.radius):
-        inside = any(math.hypot(disc.x - o.x, disc.y - o.y) <= o.radius - disc.radius + _TINY for o in kept)
+        inside = any(math.hypot(disc.x - o.x, disc.y - o.y) <= o.radius - disc.radius + _SHORTEST for o in kept)
         if not inside:
             kept.append(disc)
     return kept
