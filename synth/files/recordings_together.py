@@ -5,7 +5,7 @@ Each such file is well-formed, but a common fit would have a large error that it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from itertools import combinations
 from math import degrees, radians
 
@@ -30,15 +30,27 @@ def clock_problem(time: Array, name: str, title: str = "time [s]") -> Problem | 
 
 
 def check_together(
-    names: Sequence[str], times: Sequence[Array], angles: Sequence[Array], joints: Sequence[str]
+    names: Sequence[str],
+    times: Sequence[Array],
+    angles: Sequence[Array],
+    joints: Sequence[str],
+    conditions: Sequence[Hashable] = (),
 ) -> list[Problem]:
     """Recordings whose clock or columns do not match the others of the project.
 
     Parameters
     ----------
     times : (n,) s of each; angles : (n, n_joint) rad of each, nan where missing.
+    conditions : of each; a tilted or loaded leg rests elsewhere, so columns are compared under the same conditions
+        only. Empty: all are alike.
     """
-    return [*clocks_together(names, times), *_exchanged(names, angles, joints)]
+    groups: dict[Hashable, list[int]] = {}
+    for index in range(len(names)):
+        groups.setdefault(conditions[index] if conditions else None, []).append(index)
+    problems = clocks_together(names, times)
+    for group in groups.values():
+        problems += _exchanged([names[i] for i in group], [angles[i] for i in group], joints)
+    return problems
 
 
 def clocks_together(names: Sequence[str], times: Sequence[Array]) -> list[Problem]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import radians
 from pathlib import Path
@@ -174,9 +174,17 @@ def read_trials(
     if not problems:
         given = [trial.name for trial in trials]
         times, angles = [trial.time for trial in trials], [trial.angles for trial in trials]
-        problems += check_together(given, times, angles, leg.joint_names)
+        alike = [_rests_as(trial) for trial in trials]
+        problems += check_together(given, times, angles, leg.joint_names, alike)
     raise_if_any(problems)
     return trials
+
+
+def _rests_as(trial: Trial) -> Hashable:
+    """Equal for trials whose angles may be compared; a driven one compares with none."""
+    if trial.torques is not None or trial.signals is not None:
+        return trial.name
+    return trial.locked, trial.tip_mass, trial.tip_at, trial.tilt, id(trial.leg) if trial.leg else None
 
 
 def _other_legs(

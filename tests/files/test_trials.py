@@ -405,3 +405,16 @@ def test_a_clock_that_no_recorder_has_is_refused(tmp_path: Path, factor: float) 
     (problem,) = refused(tmp_path, csv_text(rows=rows))
     assert "Is the time in another unit?" in problem.text
     assert problem.key == "time [s]"
+
+
+def test_a_tilted_leg_that_rests_elsewhere_has_its_columns_in_order(tmp_path: Path) -> None:
+    """Three alike at (90, 78) deg; one tilted rests at (79, 95), which is nearer to them with the columns exchanged."""
+    for k in range(4):
+        rest = (79.0, 95.0) if k == 3 else (90.0 + 0.1 * k, 78.0)
+        values = np.column_stack([np.arange(60) * 1e-3, *[angle + np.linspace(-2, 2, 60) for angle in rest]])
+        put(tmp_path, csv_text(rows=[",".join(f"{cell:.6g}" for cell in row) for row in values]), f"{k}.csv")
+    listed: list[dict[str, object]] = [{"file": f"{k}.csv"} for k in range(4)]
+    with pytest.raises(UserError, match="look exchanged"):
+        read_trials(listed, tmp_path, LEG)
+    listed[3]["tilt"] = "40 deg"
+    assert len(read_trials(listed, tmp_path, LEG)) == 4
