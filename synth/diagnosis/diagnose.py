@@ -65,7 +65,7 @@ class Findings(Generic[F, S]):
 def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S]:
     """Find what distinguishes the built leg from the nominal one; ``say`` receives the current stage."""
     found = plant.search(say)
-    weighed = judge(found, plant.calibration, free=plant.freely(found))
+    weighed = judge(found, plant.calibration, free=plant.freely(found), motion=plant.motion)
     doubts = plant.doubts(found, weighed)
     judged = plant.with_direct_causes(weighed)
     say("reduction of the gap")

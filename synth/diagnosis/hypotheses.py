@@ -37,8 +37,8 @@ F = TypeVar("F", bound=FittedHypothesis)
 
 
 @dataclass(frozen=True)
-class HeldOutError:
-    """The error of a hypothesis on trials that it was not fitted to.
+class TrialErrors:
+    """The error of a hypothesis trial by trial: on trials that it was fitted to, or that were left out of its fit.
 
     ``squares`` (n_trial, n_block) mean squared error of the counted samples, in squared noise floors; ``counts``
     (n_trial, n_block) their number; ``independent`` (n_trial,) number of independent errors of a trial.
@@ -51,12 +51,12 @@ class HeldOutError:
     independent: Array
     spread: Array = field(default_factory=lambda: np.zeros(0))
 
-    def without(self, trial: int) -> HeldOutError:
+    def without(self, trial: int) -> TrialErrors:
         """Of all trials but one."""
         squares, counts, independent = (
             np.delete(each, trial, axis=0) for each in (self.squares, self.counts, self.independent)
         )
-        return HeldOutError(squares, counts, independent, self.spread)
+        return TrialErrors(squares, counts, independent, self.spread)
 
     @property
     def ratio(self) -> float:
@@ -68,7 +68,7 @@ class HeldOutError:
         """RMS above the noise, in floors, by quadratic subtraction."""
         return float(np.sqrt(max(self.ratio**2 - 1.0, 0.0)))
 
-    def taken_of(self, before: HeldOutError) -> float:
+    def taken_of(self, before: TrialErrors) -> float:
         """Share by which another's RMS above the noise is reduced; 0 if that is zero."""
         return 1.0 - self.above / before.above if before.above > 0.0 else 0.0
 
@@ -90,13 +90,20 @@ class HeldOutError:
 class Assessed(Generic[F]):
     """A fitted hypothesis: ``cost`` of its trials, ``ratio`` of their RMS to the noise floor.
 
-    ``unseen`` : its error on held-out trials; None if not computed.
+    ``unseen`` : its error on each trial when that is left out of the fit; ``seen`` : on each trial of the fit itself;
+    None if not computed.
     """
 
     fit: F
     cost: float
     ratio: float
-    unseen: HeldOutError | None = None
+    unseen: TrialErrors | None = None
+    seen: TrialErrors | None = None
+
+    @property
+    def above(self) -> float:
+        """RMS of the fitted trials above the noise, in floors, by quadratic subtraction."""
+        return float(np.sqrt(max(self.ratio**2 - 1.0, 0.0)))
 
     @property
     def keys(self) -> tuple[Key, ...]:

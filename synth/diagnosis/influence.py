@@ -14,8 +14,9 @@ from typing import TypeVar
 import numpy as np
 
 from synth.diagnosis.angle_search import ratio
-from synth.diagnosis.hypotheses import Assessed, HeldOutError, Hypotheses
+from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.score import fresh
+from synth.diagnosis.unseen import by_trial
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.remarks import decisive
@@ -73,9 +74,10 @@ def hangs_on(
     found: Hypotheses[EvaluatedHypothesis],
     judged: Judged[EvaluatedHypothesis],
     calibration: Calibration = CALIBRATED,
-    free: HeldOutError | None = None,
+    free: TrialErrors | None = None,
+    motion: float = np.inf,
 ) -> Hangs:
-    """The recordings that the verdict depends on.
+    """The recordings that the verdict depends on; ``free`` and ``motion`` as in ``judge``.
 
     A cause that fewer recordings cannot separate from another is no change; another cause, none or unknown is.
     """
@@ -87,14 +89,14 @@ def hangs_on(
     doubtful: list[tuple[float, int]] = []
     for i in range(len(bench.trials)):
         freely = free.without(i) if free is not None else None
-        again = _again(found, {key: made[i] for key, made in steps.items()}, calibration, freely)
+        again = _again(found, {key: made[i] for key, made in steps.items()}, calibration, freely, motion)
         if _differs(judged, again):
             doubtful.append((_weight(judged, again), i))
     doubtful.sort()
     turned = []
     for _, i in sorted(doubtful[:MOST_REFITTED], key=lambda item: item[1]):
         near, freely = [made[i] for made in steps.values()], free.without(i) if free is not None else None
-        again = _again(found, dict(zip(steps, _refitted(bench, near, i), strict=True)), calibration, freely)
+        again = _again(found, dict(zip(steps, _refitted(bench, near, i), strict=True)), calibration, freely, motion)
         said = _said(again)
         if said and _differs(judged, again):
             turned.append((bench.trials[i].recording.name, said))
@@ -134,12 +136,13 @@ def _again(
     found: Hypotheses[EvaluatedHypothesis],
     here: dict[int, Assessed[EvaluatedHypothesis]],
     calibration: Calibration,
-    free: HeldOutError | None,
+    free: TrialErrors | None,
+    motion: float,
 ) -> Judged[EvaluatedHypothesis]:
     """Odds of the given hypotheses under the keys of those they stand for."""
     singles = tuple(here[id(item)] for item in found.singles if id(item) in here)
     several = tuple(here[id(item)] for item in found.several if id(item) in here)
-    return judge(Hypotheses(here[id(found.none)], singles, several), calibration, len(found.singles), free)
+    return judge(Hypotheses(here[id(found.none)], singles, several), calibration, len(found.singles), free, motion)
 
 
 def _refitted(
@@ -161,7 +164,10 @@ def _refitted(
         for i, fit in zip(going, better, strict=True):
             fits[i] = fit
         going = [i for i, gain in zip(going, gained, strict=True) if gain > SETTLED]
-    return [Assessed(fit, fit.cost, ratio(rest, fit), item.unseen) for fit, item in zip(fits, found, strict=True)]
+    return [
+        Assessed(fit, fit.cost, ratio(rest, fit), item.unseen, by_trial(rest, fit.residuals) if item.seen else None)
+        for fit, item in zip(fits, found, strict=True)
+    ]
 
 
 def _without_each(bench: Workbench, found: Assessed[EvaluatedHypothesis]) -> list[Assessed[EvaluatedHypothesis]]:
@@ -176,8 +182,8 @@ def _without_each(bench: Workbench, found: Assessed[EvaluatedHypothesis]) -> lis
         rest = bench.total - float(np.minimum(trial.counted, bench.effective).sum())
         unknowns = fit.unknowns + step
         cost = rest * float(np.log1p(squares / rest)) + 0.5 * float(unknowns @ unknowns)
-        left = found.unseen.without(out) if found.unseen is not None else None
-        made.append(Assessed(replace(fit, unknowns=unknowns), cost, float(np.sqrt(squares / rest)), left))
+        left, seen = (each.without(out) if each is not None else None for each in (found.unseen, found.seen))
+        made.append(Assessed(replace(fit, unknowns=unknowns), cost, float(np.sqrt(squares / rest)), left, seen))
     return made
 
 

@@ -11,10 +11,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, Self, TypeVar
 
+import numpy as np
+
 from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.effect_shape import ShapedEffect
-from synth.diagnosis.hypotheses import HeldOutError, Hypotheses
+from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.sentences import ErrorWording
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged
@@ -98,6 +100,7 @@ class Plant(ABC, Generic[F, T, S]):
     n_tolerance: int
     calibration: Calibration = CALIBRATED
     accuracy: float = 0.0  # rad: a smaller gap does not matter to the user
+    motion: float = np.inf  # RMS of the motion over the noise; infinite: a gap's share of it tells nothing
     direct_causes: tuple[Cause, ...] = ()  # found directly in the readings, without a fit
 
     @abstractmethod
@@ -136,7 +139,7 @@ class Plant(ABC, Generic[F, T, S]):
     def left_where(self, predicted: Sequence[S]) -> tuple[Mapping[str, float], Mapping[str, float]]:
         """Shares of the joints and of the phases in the errors of the scored trials above the noise."""
 
-    def freely(self, found: Hypotheses[F]) -> HeldOutError | None:
+    def freely(self, found: Hypotheses[F]) -> TrialErrors | None:
         """The error of a free-form torque on unseen trials; None if none was fitted."""
         return None
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.hypotheses import HeldOutError, Hypotheses
+from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
 from synth.diagnosis.prediction_error import BLOCKS
 from synth.diagnosis.workbench import RULE, EvaluatedHypothesis, HypothesisFits, Workbench
 from synth.estimation.intervals import NORMAL90
@@ -47,7 +47,7 @@ def folds(bench: Workbench) -> list[tuple[int, ...]]:
     return [tuple(sorted(dealt[k::count])) for k in range(count)]
 
 
-def unseen(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[HeldOutError]:
+def unseen(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[TrialErrors]:
     """The error of each fit, refitted without each fold, on the trials of that fold.
 
     Raises
@@ -66,21 +66,29 @@ def unseen(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[HeldOu
     for place in range(len(fits)):
         own = ends[place * len(parts) : (place + 1) * len(parts)]
         left = {index: fit for fit in own for index in _out(fit)}
-        each = in_parallel(lambda i, left=left: cells(bench, i, left[i].residuals[i]), len(bench.trials))  # type: ignore[misc]
-        squares, counts, independents = (np.array(column) for column in zip(*each, strict=True))
-        made.append(HeldOutError(squares, counts, independents, jackknife(np.array([fit.unknowns for fit in own]))))
+        errors = by_trial(bench, [left[i].residuals[i] for i in range(len(bench.trials))])
+        made.append(replace(errors, spread=jackknife(np.array([fit.unknowns for fit in own]))))
     return made
 
 
+def by_trial(bench: Workbench, residuals: Sequence[Array]) -> TrialErrors:
+    """Errors trial by trial from whitened residuals, one array per trial."""
+    each = in_parallel(lambda i: cells(bench, i, residuals[i]), len(bench.trials))
+    return TrialErrors(*(np.array(column) for column in zip(*each, strict=True)))
+
+
 def with_unseen(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) -> Hypotheses[EvaluatedHypothesis]:
-    """The hypotheses, with unseen errors of the leading ones; unchanged if there is only one trial."""
+    """The hypotheses, with the errors by trial of the leading ones; unchanged if there is only one trial."""
     if len(bench.trials) < 2:
         return found
     sizes = {len(item.keys) for item in found.several}
     several = [item for size in sizes for item in [s for s in found.several if len(s.keys) == size][:SEVERAL]]
     items = [found.none, *found.singles[:SINGLES], *several]
     left = unseen(bench, [item.fit for item in items])
-    known = {id(item): replace(item, unseen=each) for item, each in zip(items, left, strict=True)}
+    known = {
+        id(item): replace(item, unseen=each, seen=by_trial(bench, item.fit.residuals))
+        for item, each in zip(items, left, strict=True)
+    }
     return Hypotheses(
         known[id(found.none)],
         tuple(known.get(id(item), item) for item in found.singles),

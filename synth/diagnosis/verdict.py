@@ -10,13 +10,15 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Verdict
-from synth.diagnosis.hypotheses import Assessed, F, HeldOutError, Hypotheses, Key
+from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, Key, TrialErrors
 from synth.diagnosis.odds import CALIBRATED as CALIBRATED
 from synth.diagnosis.odds import Calibration as Calibration
-from synth.diagnosis.odds import far_share, taken, taken_of
+from synth.diagnosis.odds import far_share, taken, taken_from_fitted, taken_of
 from synth.diagnosis.odds import weigh as weigh
 
 LEAST_SHARE = 0.1  # least share of the whole gap (RMS) of a further cause; less does not matter to a user
+# Share of its weight that a cause keeps which removes too little: on those dirty rigs 5 of 16 such causes were there.
+WORTH_OF_LITTLE = 0.2
 MOST_SCATTER = 1 / 3  # of the gap, largest tolerance for the remainder's scatter between trials
 COUNTS = 0.95  # probability of visible coarse counts; not tuned
 
@@ -55,14 +57,14 @@ def paying(hypotheses: Sequence[Assessed[F]], share: float, least: float = LEAST
     gap, on unseen trials if available: near the noise a share of the remainder is negligible.
     """
     none = next((h for h in hypotheses if not h.keys), None)
-    gap = _above(none) if none is not None else 0.0
+    gap = none.above if none is not None else 0.0
     kept = []
     for hypothesis in hypotheses:
         fewer = [h for h in hypotheses if 0 < len(h.keys) < len(hypothesis.keys)]
         if len(hypothesis.keys) < 2 or not fewer:
             kept.append(hypothesis)
             continue
-        left, before = _above(hypothesis), min(map(_above, fewer))
+        left, before = hypothesis.above, min(h.above for h in fewer)
         known = [h for h in fewer if h.unseen is not None]
         takes = (before - left) / gap if gap > 0.0 else 1.0
         if none is not None and none.unseen is not None and known:
@@ -74,32 +76,33 @@ def paying(hypotheses: Sequence[Assessed[F]], share: float, least: float = LEAST
     return kept
 
 
-def _above(found: Assessed[F]) -> float:
-    """RMS error above the noise, in noise floors."""
-    return float(np.sqrt(max(found.ratio**2 - 1.0, 0.0)))
-
-
 def judge(
-    found: Hypotheses[F], calibration: Calibration = CALIBRATED, singles: int = 0, free: HeldOutError | None = None
+    found: Hypotheses[F],
+    calibration: Calibration = CALIBRATED,
+    singles: int = 0,
+    free: TrialErrors | None = None,
+    motion: float = np.inf,
 ) -> Judged[F]:
-    """Weigh all hypotheses; ``singles`` as in ``weigh``; ``free`` : the error of a free-form torque on unseen trials.
+    """Weigh all hypotheses; ``singles`` as in ``weigh``.
+
+    ``free`` : the error of a free-form torque on unseen trials; ``motion`` : RMS of the motion, in noise floors.
 
     If one cause explains the trials, a cause's probability is its own weight plus its share of every set
     that contains it, by its contribution there: they sum to at most 1. If several are needed, it is the weight of all
     sets that contain it: each of two may have all that the doubt of several leaves.
     """
     hypotheses = paying([found.none, *found.singles, *found.several], calibration.pays)
-    raw = weigh(hypotheses, calibration, singles)
-    weights = _worth(hypotheses, raw)
+    weights = _worth(hypotheses, weigh(hypotheses, calibration, singles))
     heaviest = int(np.argmax(weights))
     best = hypotheses[heaviest]
     unknown = _unknown(found.none, best, calibration)
     doubt = calibration.doubt if len(best.keys) < 2 else calibration.doubt_of_several
     far = far_share(hypotheses)
     if far > 0.0:
-        missing = _unknown_far(hypotheses, weights, free, calibration)
+        unexplained = max(1.0 - float(weights[0]), _beyond_accuracy(found.none.above / motion, calibration))
+        missing, doubt_far = _unknown_far(hypotheses, heaviest, unexplained, free, calibration)
         unknown = (1.0 - far) * unknown + far * missing
-        doubt = (1.0 - far) * doubt + far * max(doubt, calibration.doubt_far)
+        doubt = (1.0 - far) * doubt + far * doubt_far
     if best.keys:
         unknown = 1.0 - (1.0 - unknown) * (1.0 - doubt)
     by_key: dict[Key, float] = {}
@@ -114,22 +117,30 @@ def judge(
     )
     none = float(weights[0]) * (1.0 - unknown)
     verdict, tied = _verdict(hypotheses, weights, heaviest, unknown, calibration)
+    shared = _shared_by_all(hypotheses, best, tied, calibration) if len(best.keys) > 1 else None
+    if shared is not None:
+        verdict, best, tied = "effect", shared, ()
     if verdict == "unknown" and not best.keys and len(hypotheses) > 1:  # the nearest explanation is shown
-        best = hypotheses[1 + int(np.argmax(raw[1:]))]
+        best = max(hypotheses[1:], key=lambda h: _mean_share(h, found.none))
     weighed = sorted(zip(hypotheses, weights.tolist(), strict=True), key=lambda item: -item[1])
     return Judged(verdict, best, tied, tuple(ranked), none, unknown, tuple(weighed))
 
 
 def _worth(hypotheses: Sequence[Assessed[F]], weights: Array) -> Array:
-    """The weights; far from the noise, a hypothesis that removes too little of the unseen gap supports none."""
-    far = far_share(hypotheses)
-    if far == 0.0 or hypotheses[0].keys:
+    """The weights; far from the noise, a hypothesis that removes too little of the gap mostly supports none."""
+    far, none = far_share(hypotheses), hypotheses[0]
+    if far == 0.0 or none.keys:
         return weights
     least = _least(hypotheses)
-    little = np.array([bool(h.keys) and taken(h, hypotheses[0]) < least for h in hypotheses])
-    kept = weights * np.where(little, 1.0 - far, 1.0)
+    little = np.array([bool(h.keys) and _mean_share(h, none) < least for h in hypotheses])
+    kept = weights * np.where(little, 1.0 - far * (1.0 - WORTH_OF_LITTLE), 1.0)
     kept[0] += weights.sum() - kept.sum()
     return np.asarray(kept)
+
+
+def _mean_share(item: Assessed[F], none: Assessed[F]) -> float:
+    """Share of the gap that a hypothesis removes, the mean of those of fitted and of unseen trials."""
+    return 0.5 * (taken(item, none) + taken_from_fitted(item, none))
 
 
 def _least(hypotheses: Sequence[Assessed[F]]) -> float:
@@ -143,22 +154,42 @@ def _least(hypotheses: Sequence[Assessed[F]]) -> float:
     return float(np.clip(scatter, LEAST_SHARE, MOST_SCATTER))
 
 
-def _unknown_far(
-    hypotheses: Sequence[Assessed[F]], weights: Array, free: HeldOutError | None, calibration: Calibration
-) -> float:
-    """Probability of an unknown cause, if the remainder is far above the noise.
+def _beyond_accuracy(share: float, calibration: Calibration) -> float:
+    """Probability that a gap of this share of the motion is more than a model's accuracy."""
+    return float(1.0 / (1.0 + (calibration.accuracy / max(share, 1e-12)) ** calibration.accuracy_steep))
 
-    High if the best explanation removes too little of the gap, or a free-form torque removes much more. If
-    neither removes more than the scatter between trials, no effect is known to be missing: the model is at its limit.
+
+def _unknown_far(
+    hypotheses: Sequence[Assessed[F]],
+    heaviest: int,
+    missing: float,
+    free: TrialErrors | None,
+    calibration: Calibration,
+) -> tuple[float, float]:
+    """Probability of an unknown cause, and its least value, if the remainder is far above the noise.
+
+    High if no cause alone removes most of the gap and several do not either, or if a free-form torque removes much
+    more; ``missing`` : probability that any effect is missing at all, see ``judge``, and more if a free-form torque
+    removes more than the scatter between trials. Several causes imitate an unknown one more easily, so they leave more
+    doubt where no single one suffices.
     """
-    none, best = hypotheses[0], hypotheses[int(np.argmax(weights))]
-    takes = taken(best, none) if best.keys else 0.0
+    none, best = hypotheses[0], hypotheses[heaviest]
     freely = taken_of(free, none.unseen) if free is not None and none.unseen is not None else 0.0
-    leads = max(freely - takes - calibration.free_leads, 0.0)
+    leads = max(freely - (taken(best, none) if best.keys else 0.0) - calibration.free_leads, 0.0)
     telling = float(np.clip((freely - _least(hypotheses)) / calibration.free_leads, 0.0, 1.0))
-    missing = max(1.0 - float(weights[0]), telling)
-    short = calibration.steep * (calibration.most - takes + leads)
-    return missing / (1.0 + float(np.exp(-short)))
+    missing = max(missing, telling)
+
+    def short(items: Sequence[Assessed[F]], most: float) -> float:
+        """Probability that an unknown cause is in what the best of these leaves."""
+        share = max((taken_from_fitted(h, none) for h in items), default=0.0)
+        return float(1.0 / (1.0 + np.exp(-calibration.steep * (most - share + leads))))
+
+    alone = short([h for h in hypotheses if len(h.keys) == 1], calibration.most)
+    if len(best.keys) < 2:
+        return calibration.most_unknown * missing * alone, calibration.doubt_far
+    together = short([h for h in hypotheses if len(h.keys) > 1], calibration.most_of_several)
+    doubt = calibration.doubt_far + (calibration.doubt_of_several - calibration.doubt_far) * alone
+    return calibration.most_unknown * missing * min(alone, together), doubt
 
 
 def _credit(found: Assessed[F], costs: Mapping[frozenset[Key], float]) -> dict[Key, float]:
@@ -222,3 +253,17 @@ def _verdict(
     rivals = [(h, w) for h, w in zip(hypotheses, weights, strict=True) if h is not best and len(h.keys) == size]
     tied = tuple(h for h, w in rivals if w * calibration.tie_odds > weights[heaviest])
     return ("tie" if tied else "effect"), tied
+
+
+def _shared_by_all(
+    hypotheses: Sequence[Assessed[F]], best: Assessed[F], tied: Sequence[Assessed[F]], calibration: Calibration
+) -> Assessed[F] | None:
+    """The single cause that all tied sets have in common, if it removes most of the gap far above the noise.
+
+    What differs between the sets is small and cannot be determined; it belongs to the remainder.
+    """
+    common = set(best.keys).intersection(*(rival.keys for rival in tied))
+    alone = next((h for h in hypotheses if len(h.keys) == 1 and set(h.keys) <= common), None)
+    if not tied or alone is None or len(common) > 1 or far_share(hypotheses) < 1.0:
+        return None
+    return alone if taken_from_fitted(alone, hypotheses[0]) >= calibration.most else None

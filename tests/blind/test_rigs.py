@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from blind import rigs
 from blind.cases import Case
-from blind.rig_cases import FINE, LIBRARY, MAIN, SMALL, make_rig
+from blind.rig_cases import DOMINATES, FINE, LIBRARY, MAIN, SMALL, make_rig
 from blind.rig_score import right, scores
 from blind.views import View
 from blind.writing import write_case
@@ -72,6 +72,7 @@ def test_a_rig_has_the_stated_imperfections(rig: Case, tmp_path: Path) -> None:
     assert FINE[0] <= rig.setup.noise <= FINE[1]
     assert answer["noise_floor_deg"] <= 0.01
     assert answer["effects"][0]["reached"] == pytest.approx(level, rel=0.06)
+    assert answer["best_possible_deg"] < (1.0 - DOMINATES) * answer["before_deg"] + answer["noise_floor_deg"]
     assert 3 <= len(answer["small"]) <= 5
     for small in answer["small"]:
         assert SMALL[0] * 0.94 * level < small["reached"] < SMALL[1] * 1.06 * level

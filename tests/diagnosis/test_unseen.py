@@ -10,7 +10,7 @@ import pytest
 from diagnosis.simulated_releases import NOISE, TWO, off, recorded, with_effects
 from synth.diagnosis.angle_search import as_designed, fit_nominal
 from synth.diagnosis.angle_trials import angle_trial
-from synth.diagnosis.hypotheses import Assessed, HeldOutError, Hypotheses
+from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.odds import CALIBRATED, far_share, taken, weigh
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
@@ -35,14 +35,14 @@ FRICTION, OFFSET = cause("coulomb_friction", "hip"), cause("encoder_offset", "kn
 DRAG = cause("quadratic_damping", "knee")
 
 
-def held_out_error(*ratios: float, independent: float = 8.0) -> HeldOutError:
+def held_out_error(*ratios: float, independent: float = 8.0) -> TrialErrors:
     """One RMS over the noise a trial."""
     squares = np.array(ratios)[:, None] ** 2
-    return HeldOutError(squares, np.full(squares.shape, 100.0), np.full(len(ratios), independent))
+    return TrialErrors(squares, np.full(squares.shape, 100.0), np.full(len(ratios), independent))
 
 
 def assessed(
-    unseen: HeldOutError | None, *causes: Candidate, cost: float = 100.0, ratio: float | None = None
+    unseen: TrialErrors | None, *causes: Candidate, cost: float = 100.0, ratio: float | None = None
 ) -> Assessed:
     fit = EvaluatedHypothesis(tuple(causes), np.zeros(sum(c.size for c in causes)), ())
     return Assessed(fit, cost, ratio if ratio is not None else unseen.ratio if unseen else 1.0, unseen)
@@ -124,7 +124,7 @@ def test_the_verdict_is_none_when_causes_help_less_than_trials_differ() -> None:
     judged = judge(Hypotheses(none, (little,), ()))
     assert judged.verdict == "none"
     steady = judge(
-        Hypotheses(assessed(held_out_error(*[600] * 4)), (assessed(held_out_error(*[300] * 4), FRICTION),), ())
+        Hypotheses(assessed(held_out_error(*[600] * 4)), (assessed(held_out_error(*[200] * 4), FRICTION),), ())
     )
     assert steady.verdict == "effect"
 

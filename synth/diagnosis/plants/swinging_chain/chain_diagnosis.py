@@ -15,7 +15,7 @@ from synth.diagnosis.angle_trials import AngleTrial, angle_trial, copies, sensor
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
-from synth.diagnosis.hypotheses import HeldOutError, Hypotheses
+from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
 from synth.diagnosis.influence import hangs_on
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
@@ -71,6 +71,12 @@ class Scene:
         """The trials used for the figures of the gap."""
         return self.held or self.given
 
+    @property
+    def motion(self) -> float:
+        """RMS of the motion about its mean over the noise, of all joints that are free."""
+        squares = [np.nanvar(t.measured[:, t.free], axis=0) / self.usual[t.free] ** 2 for t in self.given]
+        return float(np.sqrt(np.mean(np.concatenate(squares))))
+
 
 class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     """A leg of links that swings from releases, or is driven by known torques."""
@@ -78,7 +84,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def __init__(self, scene: Scene, warnings: tuple[str, ...]) -> None:
         self.scene, self.bench, self.warnings, self.seed = scene, scene.bench, warnings, scene.seed
         self.scored, self.held_out, self.n_tolerance = scene.scored, bool(scene.held), scene.bench.n_tolerance
-        self.accuracy = scene.accuracy
+        self.accuracy, self.motion = scene.accuracy, scene.motion
         self._free: tuple[FreeTorque, ...] | None = None
         names = scene.leg.joint_names
         self.direct_causes = tuple(
@@ -119,7 +125,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         """By joint and phase, in squared degrees above the noise."""
         return left_where(self.scene.leg, self.scored, predicted, self.scene.usual)
 
-    def freely(self, found: Hypotheses[EvaluatedHypothesis]) -> HeldOutError | None:
+    def freely(self, found: Hypotheses[EvaluatedHypothesis]) -> TrialErrors | None:
         """The remainder with the most effective free torque."""
         torques = self.free_torques(found.none.fit)
         return torques[0].unseen if torques else None
@@ -148,7 +154,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def doubts(self, found: Hypotheses[EvaluatedHypothesis], judged: Judged[EvaluatedHypothesis]) -> tuple[str, ...]:
         """Recordings that the verdict depends on."""
-        return hangs_on(self.bench, found, judged, self.calibration, self.freely(found)).warnings()
+        return hangs_on(self.bench, found, judged, self.calibration, self.freely(found), self.motion).warnings()
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
         """The words of the sentence for the errors."""

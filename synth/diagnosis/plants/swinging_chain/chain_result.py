@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Diagnosis
-from synth.diagnosis.hypotheses import HeldOutError
+from synth.diagnosis.hypotheses import TrialErrors
 from synth.estimation.intervals import Estimate
 from synth.remarks import remarks_json
 from synth.swing.leg_model import Leg
@@ -69,7 +69,7 @@ class FreeTorque:
     low: Array
     high: Array
     taken: float
-    unseen: HeldOutError
+    unseen: TrialErrors
 
     def as_json(self) -> dict[str, Any]:
         """One entry of ``free_torque`` in ``gap.json``."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_search import few_trials
-from synth.diagnosis.hypotheses import HeldOutError
+from synth.diagnosis.hypotheses import TrialErrors
 from synth.diagnosis.plants.swinging_chain.chain_candidates import NaturalSizes
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, Over
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, missing_torque
@@ -199,7 +199,7 @@ def _begun(problem: _TorqueFits, base: EvaluatedHypothesis, heights: Array) -> _
     return min(problem.evaluate(starts), key=lambda fit: fit.cost)
 
 
-def _left_out(problem: _TorqueFits, fit: _TorqueFit) -> tuple[HeldOutError, Array]:
+def _left_out(problem: _TorqueFits, fit: _TorqueFit) -> tuple[TrialErrors, Array]:
     """The error of the shape on unseen trials, and its heights (n_fold, k) without each fold."""
     for _ in range(FRAMES - 1):
         before = fit.cost
@@ -211,7 +211,7 @@ def _left_out(problem: _TorqueFits, fit: _TorqueFit) -> tuple[HeldOutError, Arra
     ends = problem.improved(starts, FOLD_STEPS)
     left = {index: end for end in ends for index in end.out}
     made = [cells(problem.bench, i, left[i].residuals[i]) for i in range(len(problem.bench.trials))]
-    found = HeldOutError(*(np.array(column) for column in zip(*made, strict=True)))
+    found = TrialErrors(*(np.array(column) for column in zip(*made, strict=True)))
     return found, np.array([problem.heights(end) for end in ends])
 
 
@@ -227,7 +227,7 @@ def described(found: Sequence[FreeTorque]) -> str:
     )
 
 
-def _result(leg: Leg, problem: _TorqueFits, left: HeldOutError, each: Array, before: HeldOutError) -> FreeTorque:
+def _result(leg: Leg, problem: _TorqueFits, left: TrialErrors, each: Array, before: TrialErrors) -> FreeTorque:
     """From the heights (n_fold, k), each without one fold, to a curve in the measured angle's sense."""
     hats = problem.hats
     sign, count = leg.joints[hats.joint].sign, len(each)
