@@ -32,7 +32,7 @@ def cause(effect: str, joint: str) -> Candidate:
 
 
 FRICTION, OFFSET = cause("coulomb_friction", "hip"), cause("encoder_offset", "knee")
-DRAG = cause("quadratic_damping", "knee")
+DRAG, SCALE = cause("quadratic_damping", "knee"), cause("encoder_scale", "knee")
 
 
 def held_out_error(*ratios: float, independent: float = 8.0) -> TrialErrors:
@@ -46,6 +46,12 @@ def assessed(
 ) -> Assessed:
     fit = EvaluatedHypothesis(tuple(causes), np.zeros(sum(c.size for c in causes)), ())
     return Assessed(fit, cost, ratio if ratio is not None else unseen.ratio if unseen else 1.0, unseen)
+
+
+def with_fitted(item: Assessed, ratio: float) -> Assessed:
+    """With errors of the fitted trials, the same RMS over the noise in each."""
+    assert item.unseen is not None
+    return replace(item, ratio=ratio, seen=held_out_error(*[ratio] * len(item.unseen.by_trial)))
 
 
 def test_white_errors_are_independent_and_slow_ones_are_not() -> None:
@@ -96,7 +102,7 @@ def test_at_the_noise_floor_odds_come_from_the_fits() -> None:
     assert weigh(known, CALIBRATED) == pytest.approx(weigh(plain, CALIBRATED))
 
 
-def test_far_above_the_noise_odds_come_from_left_out_trials() -> None:
+def test_far_above_the_noise_odds_come_from_the_errors_by_trial() -> None:
     """Where every trial differs alike the bootstrap adds nothing: the odds are (r1/r2)^(2 sum m / 2)."""
     none = assessed(held_out_error(200, 200, 200), cost=900.0)
     worse = assessed(held_out_error(110, 110, 110), FRICTION, cost=100.0)  # the better of the two in sample, by far
@@ -105,6 +111,46 @@ def test_far_above_the_noise_odds_come_from_left_out_trials() -> None:
     assert weights[2] / weights[1] == pytest.approx((110 / 100) ** 24, rel=1e-3)
     judged = judge(Hypotheses(none, (worse, better), ()))
     assert judged.accepted.keys == (("quadratic_damping", "knee"),)
+
+
+def test_fitted_trials_decide_between_causes_where_they_are_known() -> None:
+    """The same odds from them, whatever the left-out trials say; the penalty of an unknown cancels."""
+    none = with_fitted(assessed(held_out_error(200, 200, 200), cost=900.0), 200.0)
+    first = with_fitted(assessed(held_out_error(90, 90, 90), FRICTION), 50.0)
+    second = with_fitted(assessed(held_out_error(60, 60, 60), DRAG), 55.0)
+    assert FRICTION.size == DRAG.size
+    weights = weigh([none, first, second], CALIBRATED)
+    assert weights[1] / weights[2] == pytest.approx((55 / 50) ** 24, rel=1e-2)
+
+
+def test_a_cause_must_remove_most_of_the_gap_or_an_unknown_one_is_more_probable() -> None:
+    """Even odds at the stated share, before the least doubt: of four trials 1/6 (rule of succession)."""
+    none = with_fitted(assessed(held_out_error(*[1000] * 4)), 1000.0)
+    verdicts = []
+    for left in (1000 * (1.0 - CALIBRATED.most), 200.0, 700.0):
+        found = with_fitted(assessed(held_out_error(*[left] * 4), FRICTION), left)
+        verdicts.append(judge(Hypotheses(none, (found,), ()), motion=5000.0))
+    expected = 1.0 - (1.0 - 0.5 * CALIBRATED.most_unknown) * (1.0 - 1.0 / 6.0)
+    assert verdicts[0].unknown == pytest.approx(expected, abs=0.01)
+    assert [judged.verdict for judged in verdicts[1:]] == ["effect", "unknown"]
+
+
+@pytest.mark.parametrize(("motion", "verdict"), [(10_000.0, "unknown"), (200_000.0, "none"), (np.inf, "none")])
+def test_a_gap_that_nothing_explains_is_unknown_if_it_exceeds_a_models_accuracy(motion: float, verdict: str) -> None:
+    """Five per cent of the motion, a quarter of a per cent, and where no motion is known."""
+    none = with_fitted(assessed(held_out_error(*[500] * 4)), 500.0)
+    little = with_fitted(assessed(held_out_error(*[490] * 4), FRICTION), 490.0)
+    assert judge(Hypotheses(none, (little,), ()), motion=motion).verdict == verdict
+
+
+def test_pairs_that_differ_in_their_small_cause_give_the_common_cause() -> None:
+    none = with_fitted(assessed(held_out_error(*[1000] * 4)), 1000.0)
+    alone = with_fitted(assessed(held_out_error(*[250] * 4), FRICTION), 250.0)
+    pairs = tuple(with_fitted(assessed(held_out_error(*[100] * 4), FRICTION, item), 100.0) for item in (OFFSET, SCALE))
+    judged = judge(Hypotheses(none, (alone,), pairs), motion=5000.0)
+    assert (judged.verdict, judged.accepted.keys, judged.tied) == ("effect", alone.keys, ())
+    weak = with_fitted(assessed(held_out_error(*[600] * 4), FRICTION), 600.0)
+    assert judge(Hypotheses(none, (weak,), pairs), motion=5000.0).verdict == "tie"
 
 
 def test_a_difference_due_to_one_trial_is_not_certain() -> None:
