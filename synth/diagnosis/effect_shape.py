@@ -84,6 +84,9 @@ class ShapedEffect(ABC):
                 held = self.shape.held.get(parameter.name)
                 default = self.effect.defaults[parameter.name]
                 found[p] = default if held is None else held * self.natural_size(parameter)
+        for p, parameter in enumerate(self.effect.parameters):
+            if parameter.of and {parameter.name, parameter.of} <= {*self.shape.free}:
+                found[p] *= found[self.effect.index(parameter.of)]
         return found
 
     def named(self, x: Array) -> dict[str, float]:

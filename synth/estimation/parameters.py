@@ -91,7 +91,8 @@ class Parameter:
     ``default``: the value if a file gives none; None: required. ``off``: the value that represents a joint without the
     effect. ``prior`` None: never estimated. A parameter with ``natural`` False has its prior in its own SI
     unit, otherwise in the joint's natural size (see ``diagnosis.candidates``). ``anchor`` "middle": its prior is
-    relative to the middle of the joint's motion, in half its range.
+    relative to the middle of the joint's motion, in half its range. ``of`` : another free parameter by whose value the
+    prior's is multiplied: a part that is smaller than another one, or belongs to another effect.
     """
 
     name: str
@@ -101,6 +102,7 @@ class Parameter:
     off: float = 0.0
     natural: bool = True
     anchor: Literal["", "middle"] = ""
+    of: str = ""
     meaning: str = ""
 
 

@@ -38,6 +38,9 @@ IMPEDANCE = 1e-4  # the smallest value MuJoCo accepts (mjMINIMP): the friction's
 SHARP = {"solreffriction": "0.002 1", "solimpfriction": "0.99 0.99 1"}  # dry friction almost as stiff as ours
 LARGEST_STEP = 5e-4  # s
 STABLE = 1.0  # step times the fastest damping rate; Runge-Kutta is stable to 2.8
+# MuJoCo takes a positive third biasprm for a damping ratio where gain and stiffness are equal (dampratio of a position
+# actuator); a late winding's damping is to be a damping.
+UNEQUAL = 1.0 + 1e-9
 HELD = ("coulomb_friction", *IN_DAMPING, *IN_SPRING, *IN_SERVO)
 
 
@@ -93,8 +96,9 @@ def _actuators(root: Element, leg: Leg, drives: Sequence[DriveTerms | None], ste
         if drive is None:
             continue
         actuator.append(Comment(f" control of {joint.name}: {drive.control} "))
+        gain = (drive.stiffness + drive.volt) * (UNEQUAL if drive.damping < 0.0 else 1.0)
         attributes = {
-            "name": f"{joint.name} drive", "joint": joint.name, "gainprm": f"{drive.stiffness + drive.volt:.10g}",
+            "name": f"{joint.name} drive", "joint": joint.name, "gainprm": f"{gain:.12g}",
             "biastype": "affine", "biasprm": f"0 {-drive.stiffness:.10g} {-drive.damping:.10g}",
         }  # fmt: skip
         if drive.limit < inf and drive.stiffness:
@@ -161,7 +165,10 @@ def _body(
         found = spring_terms(joint, _reach(joint))
         attributes |= {"stiffness": _polynomial(found.polynomial), "springref": f"{joint.rest:.10g}"}
         notes += _off("spring", found.error)
-    if joint.with_rotor:
+    if joint.with_rotor < 0.0:
+        lack = f"{-joint.with_rotor:.3g} kg*m^2 by which its winding's lag lightens the joint"
+        notes.append(f"not in this model, of the drive: {lack}")
+    elif joint.with_rotor:
         attributes["armature"] = f"{joint.with_rotor:.10g}"
     if any(terms.polynomial):
         attributes["damping"] = _polynomial(terms.polynomial)

@@ -80,6 +80,8 @@ def _joint(joint: Joint, fastest: float, drive: DriveTerms | None) -> tuple[list
         most = min(drive.limit, drive.cut)
         limit = [f"float drive:angular:physics:maxForce = {most:.9g}"] if most < inf else []
         said += [f"not held, of the drive: {text}" for text in drive.lost]
+        if rate < 0.0:
+            said.append(f"not held, of the drive: {-rate:.3g} N*m*s/rad by which it is late, more than all its damping")
         said += ["maxForce cuts the damping with the servo's torque"] if limit else []
         said += [f"the command comes {drive.delay:.3g} s late: send it so"] if drive.delay else []
         said += ["the voltage that turns it"] if drive.volt else []
@@ -88,10 +90,10 @@ def _joint(joint: Joint, fastest: float, drive: DriveTerms | None) -> tuple[list
     lines = [
         'uniform token drive:angular:physics:type = "force"',
         f"float drive:angular:physics:stiffness = {stiffness * radians(1.0):.9g}",
-        f"float drive:angular:physics:damping = {rate * radians(1.0):.9g}",
+        f"float drive:angular:physics:damping = {max(rate, 0.0) * radians(1.0):.9g}",
         f"float drive:angular:physics:targetPosition = {degrees(target):.9g}",
         *limit,
-        f"float physxJoint:armature = {joint.with_rotor:.9g}",
+        f"float physxJoint:armature = {max(joint.with_rotor, 0.0):.9g}",
     ]
     if joint.ends is not None:
         lines += [f"float physics:{end}Limit = {degrees(value):.9g}" for end, value in _ends(joint.ends)]

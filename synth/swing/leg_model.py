@@ -16,6 +16,10 @@ import numpy as np
 from synth.arrays import Array
 from synth.drives.servo import Servo, TorqueDrive
 
+# Of the link's own inertia about its joint, the most that a winding's lag takes: more would leave the first order, in
+# which a torque of a little earlier is an inertia.
+MOST_LAGGED = 0.5
+
 
 @dataclass(frozen=True)
 class Link:
@@ -101,9 +105,13 @@ class Joint:
 
     @property
     def with_rotor(self) -> float:
-        """Inertia that turns with the joint, kg m^2: its armature and the rotor of its drive."""
+        """Inertia that turns with the joint, kg m^2: its armature and the rotor of its drive.
+
+        Less than 0 where a winding's lag takes more than these have, see ``GearedMotor.armature``.
+        """
         rotor = self.drive.motor.armature if self.drive is not None and self.drive.motor is not None else 0.0
-        return max(self.armature + rotor, 0.0)  # a winding's lag may take more than an unstated rotor has
+        # A winding's lag may take more than an unstated rotor has: then the link's own inertia is the less.
+        return max(self.armature + rotor, -MOST_LAGGED * (self.link.inertia + self.link.mass * self.link.com**2))
 
     @property
     def ends(self) -> tuple[float, float] | None:

@@ -31,6 +31,7 @@ from blind.servos import (
     MASS_TOLERANCE,
     RATE,
     SMALL,
+    Absorbed,
     NotApplicable,
     Setup,
     _alike,
@@ -92,15 +93,16 @@ def _attempt(rng: np.random.Generator, name: str, effect: str) -> Case:
     rich = _setup(rng)
     n, floor = len(rich.design.joints), math.exp(rng.uniform(*np.log(FLOOR)))
     level, still = floor * math.exp(rng.uniform(*np.log(MAIN))), rich.moved(rich.design)
-    j, change = int(rng.integers(0, n)), LIBRARY[effect]
-    rig = change(rich.design, j, _sized(rich, rich.design, still, change, j, level))
+    j, change, absorbed = int(rng.integers(0, n)), LIBRARY[effect], Absorbed.of(rich, still)
+    rig = change(rich.design, j, _sized(rich, still, change, j, level, absorbed))
     main = [(effect, j)]
     varied = Setup(rich.design, rich.supply, rich.commands[:VARIED])
-    alike = _alike(varied, varied.moved(rich.design), varied.moved(rig), main)
+    at_rest = varied.moved(rich.design)
+    alike = _alike(varied, at_rest, varied.moved(rig), main, Absorbed.of(varied, at_rest))
     for small in rng.permutation(sorted(set(LIBRARY) - {effect})).tolist()[:SMALL_ONES]:
         k, part = int(rng.integers(0, n)), level * math.exp(rng.uniform(*np.log(SMALL)))
         try:
-            rig = LIBRARY[small](rig, k, _sized(rich, rich.design, still, LIBRARY[small], k, part))
+            rig = LIBRARY[small](rig, k, _sized(rich, still, LIBRARY[small], k, part))
         except NotApplicable:
             continue
     k = int(rng.integers(0, n))

@@ -67,6 +67,21 @@ def test_to_first_order_the_winding_is_late(lag: float, within: float) -> None:
     assert off(simulated(0.0)) > 10.0 * within
 
 
+def test_without_a_stated_rotor_the_lag_lightens_the_link() -> None:
+    """The same total inertia stated as the link's or as the rotor's moves alike."""
+    motor = replace(MOTOR, inductance=1e-3 * MOTOR.resistance)
+    wave = np.sin(9.0 * TIMES)[:, None]
+    signals = ServoSignals(TIMES, wave, 7.4 + 0.0 * wave, 1.0 + 0.0 * wave)
+
+    def moved(link: float, rotor: float) -> np.ndarray:
+        servo = replace(SERVO, motor=replace(motor, rotor_inertia=rotor))
+        leg = Leg("arm", (Joint("arm", Link(LENGTH, MASS, LENGTH, link), drive=servo),))
+        return np.asarray(simulate(leg, [0.0], [0.0], TIMES, signals=signals, tolerance=1e-8))
+
+    assert motor.lag * motor.back_emf > 3e-5
+    np.testing.assert_allclose(moved(3e-4, 0.0), moved(1e-4, 2e-4), atol=5e-6)
+
+
 def test_it_is_read_written_and_limited(tmp_path: Path) -> None:
     text = "kind: leg\nname: arm\njoints:\n  - name: arm\n    zero: 0 deg\n    sign: +1\n"
     text += "    link: {length: 0.1 m, mass: 0.5 kg, com: 0.05 m, inertia: 1e-3 kg*m^2}\n"

@@ -19,6 +19,7 @@ from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 MOTOR = GearedMotor(3.5, 0.37 / 200.0, 200.0, 0.9, 4e-8)
 POSITION = Servo(gain=2.0, damping_gain=0.05, delay=0.02, duty_limit=0.8, supply=7.4, motor=MOTOR)
+UNDAMPED = replace(POSITION, damping_gain=0.0)  # with inductance its controller's damping is negative
 PLAIN = Servo(gain=6.0, damping_gain=0.2, torque_limit=1.2)
 LINKS = Link(0.12, 0.49, 0.1, 1e-3), Link(0.1, 0.2, 0.05, 3e-4)
 TIMES = np.arange(0.0, 2.0 + 1e-9, 5e-4)
@@ -63,9 +64,10 @@ def chirp(size: float) -> Array:
         (leg(POSITION), 0.4),
         (leg(PLAIN, PLAIN), 0.5),
         (leg(replace(POSITION, control_period=4e-3, duty_steps=885.0)), 0.4),
+        (leg(replace(UNDAMPED, motor=replace(MOTOR, inductance=3.5e-3))), 0.4),
         (leg(POSITION, command_delay={"delay": 0.01}, servo_gain={"share": -0.2}), 0.4),
     ],
-    ids=["duty cut off", "delayed", "two joints", "control steps", "with what was diagnosed"],
+    ids=["duty cut off", "delayed", "two joints", "control steps", "inductance", "with what was diagnosed"],
 )
 def test_mujoco_follows_the_command_within_a_tenth_of_a_degree(built: Leg, size: float) -> None:
     ours, theirs = both(built, chirp(size))

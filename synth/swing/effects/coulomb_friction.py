@@ -45,5 +45,8 @@ EFFECT = Effect(
         ),
     ),
     strengths=("torque",),
-    shapes=(Shape(("torque", "presliding"), {}, ({}, {"presliding": 2e-3})),),
+    shapes=(
+        Shape(("torque", "presliding"), {}, ({}, {"presliding": 2e-3})),
+        Shape(("torque",), {}, ({},), ("servo", "motor")),  # gears of servos stick without any elastic deflection
+    ),
 )

@@ -50,7 +50,11 @@ EFFECT = Effect(
     uses_drive=True,
     needs=("servo", "motor"),
     parameters=(
-        Parameter("torque", "N*m", 0.0, size(0.1), meaning="friction without load"),
+        # At the natural torque no larger than the part that grows with it: else it is plain dry friction with a load's
+        # part, which plain dry friction explains as well.
+        Parameter(
+            "torque", "N*m", 0.0, Prior(0.0, 0.5, lower=0.0, upper=1.0), of="share", meaning="friction without load"
+        ),
         Parameter("share", "1", 0.0, size(0.3), natural=False, meaning="friction per unit of the drive's torque"),
         Parameter(
             "backdriven",
@@ -77,8 +81,8 @@ EFFECT = Effect(
     strengths=("torque", "share", "backdriven"),
     shapes=(
         Shape(("share",), {}, ({"share": 0.1}, {"share": 0.3})),
-        Shape(("share", "torque"), {}, ({"share": 0.2, "torque": 0.03},)),
-        Shape(("share", "torque", "fall", "speed"), {}, ({"share": 0.2, "torque": 0.03, "fall": 0.5, "speed": 0.3},)),
-        Shape(("share", "torque", "backdriven"), {}, ({"share": 0.2, "torque": 0.03, "backdriven": 0.05},)),
+        Shape(("share", "torque"), {}, ({"share": 0.2, "torque": 0.2},)),
+        Shape(("share", "torque", "fall", "speed"), {}, ({"share": 0.2, "torque": 0.2, "fall": 0.5, "speed": 0.3},)),
+        Shape(("share", "torque", "backdriven"), {}, ({"share": 0.2, "torque": 0.2, "backdriven": 0.05},)),
     ),
 )

@@ -67,5 +67,6 @@ EFFECT = Effect(
             {},
             ({"fall": 0.6, "speed": 0.05, "presliding": 2e-3}, {"fall": 0.6, "speed": 0.25}),
         ),
+        Shape(("torque", "fall", "speed"), {}, ({"fall": 0.6, "speed": 0.15},), ("servo", "motor")),
     ),
 )
