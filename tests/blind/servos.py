@@ -1,9 +1,9 @@
 """Servo-driven legs, the causes withheld: ``python -m blind.servos --seed 5000 --count 40 --to build/blind-servos``.
 
 As ``python -m blind.rigs``, with legs of one and two links that follow commands: a fine encoder, one main cause (or
-two, or none, or one outside the library) that leaves 40 to 250 floors after the tolerances took what they can, three small
-ones of 3 to 12 % of it, a mass two or three tolerances off. A cause within the tolerances, as a motor constant 4 % off
-where 3 % are stated, is none by the rules of ``gap``.
+two, or none, or one outside the library) that leaves 40 to 250 floors after the tolerances took what they can, three
+small ones of 3 to 12 % of it, a mass two or three tolerances off. A cause within the tolerances, as a motor constant
+4 % off where 3 % are stated, is none by the rules of ``gap``.
 """
 
 from __future__ import annotations
