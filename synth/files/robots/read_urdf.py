@@ -56,7 +56,7 @@ def read_urdf(path: Path) -> Robot:
             found.append(reader.joint(joint, places[name], turn, place))
     reader.finish()
     transmissions = len(root.findall("transmission"))
-    left_out = (f"{transmissions} transmissions are left out",) if transmissions else ()
+    left_out = (f"{transmissions} transmission{'s' if transmissions > 1 else ''} left out",) if transmissions else ()
     said = ("URDF has no springs, and gravity is taken as 9.81 m/s^2 downward",)
     gravity = np.array([0.0, 0.0, -GRAVITY])
     return Robot(root.get("name") or path.stem, tuple(bodies), tuple(found), gravity, said + left_out)
