@@ -215,6 +215,9 @@ def _sentence(
     probability = 1.0 - judged.none - judged.unknown if several else judged.probability
     leading = [(plant.short_text(entry.cause), entry.shrink.value) for entry in ranked]
     told = plant.wording(stages.errors)
-    told = replace(told, takes=stages.errors.shrink().value, left=left, accuracy=plant.accuracy, leading=leading)
+    nearest = " + ".join(plant.short_text(cause) for cause in explanations[0])
+    told = replace(
+        told, nearest=nearest, takes=stages.errors.shrink().value, left=left, accuracy=plant.accuracy, leading=leading
+    )
     text = sentence(judged.verdict, texts[0], texts[1:], probability, told)
     return text + plant.addendum(judged.verdict, stages)

@@ -22,7 +22,8 @@ class ErrorWording:
     ``nominal`` : the compared model, "the nominal leg"; ``error`` : "the error"; ``on`` : the
     trials, see ``scored_on``; ``falls_from`` : the error that a cause reduces, "2.1°". ``takes`` : share of the
     gap that the explanation removes there; ``left`` : the remainder; ``accuracy`` rad, below which a gap does
-    not matter, 0 if not given; ``leading`` : single causes in a few words, with the share that each removes.
+    not matter, 0 if not given; ``leading`` : single causes in a few words, with the share that each removes;
+    ``nearest`` : the explanation that comes nearest, in a few words.
     """
 
     nominal: str
@@ -36,6 +37,7 @@ class ErrorWording:
     left: Remainder | None = None
     accuracy: float = 0.0
     leading: Sequence[tuple[str, float]] = ()
+    nearest: str = ""
 
 
 def scored_on(held_out: bool, trials: str) -> str:
@@ -71,7 +73,7 @@ def sentence(
         return _nothing(told, error, floor) + rest
     if verdict == "unknown":
         return (
-            f"No effect in the library explains the gap: {error} is {angle(told.before)}, "
+            f"No effect in the library explains most of the gap: {error} is {angle(told.before)}, "
             f"{_nearest(told)}, the noise is {floor}.{rest}"
         )
     text = " and ".join(causes)
@@ -112,7 +114,8 @@ def _nearest(told: ErrorWording) -> str:
     best = sorted(helps, key=lambda item: -item[1])[:LEADING]
     listed = ", ".join(f"{text} {100 * share:.0f} %" for text, share in best)
     if told.after.value < told.before.value:
-        nearest = f"the best explanation leaves {angle(told.after)}"
+        named = f"the nearest explanation, {told.nearest}," if told.nearest else "the nearest explanation"
+        nearest = f"{named} leaves {angle(told.after)}"
         return f"{nearest} (alone {listed})" if listed else nearest
     return f"single causes remove {listed}" if listed else "no explanation helps"
 
