@@ -65,6 +65,11 @@ tune: SEED = 1000
 tune: $(READY)  ## what the odds of the diagnosis rest on: its numbers varied one by one on COUNT cases of seed SEED
 	PYTHONPATH=tests $(BIN)/python -m blind.tune --seed $(SEED) --count $(COUNT) --to build/blind --workers $(WORKERS)
 
+tune-rigs: SEED = 4200
+tune-rigs: COUNT = 80
+tune-rigs: $(READY)  ## the same far above the noise, on COUNT (80) dirty rigs of seed SEED
+	PYTHONPATH=tests $(BIN)/python -m blind.tune_rigs --seed $(SEED) --count $(COUNT) --to build/blind-rigs --workers $(WORKERS)
+
 bench: $(READY)  ## speed, beside other engines in the same run: build/bench/bench.html (BENCH=--hopper: the jumping leg too)
 	PYTHONPATH=tests $(BIN)/python -m bench.report --to build/bench $(BENCH)
 
