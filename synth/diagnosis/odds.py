@@ -59,7 +59,8 @@ class Calibration:
     advantage allowed to a free torque on unseen trials; ``per_unknown_far`` : penalty per unknown. ``accuracy`` : gap
     as a share of the motion (RMS) at which a missing effect is as probable as not if no cause of the library removes
     any of it: models of rigs without faults follow them to 0.05 to 0.5 deg of swings of some 30 deg;
-    ``accuracy_steep`` : slope over the share's logarithm. Tuned on dirty rigs of seeds 1500 and 4200 (``make tune-rigs``).
+    ``accuracy_steep`` : slope over the share's logarithm. Tuned on dirty rigs of seeds 1500 and 4200, see
+    ``make tune-rigs``.
     """
 
     temperature: float = 3.0
