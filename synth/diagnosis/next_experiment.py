@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 
 from synth.diagnosis.diagnosis_result import Experiment
 from synth.diagnosis.plant import F, Plant, S, T
@@ -29,7 +30,8 @@ def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], wh
         found = [forecast for forecast in made if forecast is not None]
         if len(found) < len(kept):
             return 0.0
-        return expected_information(weights, lambda a, b, at: found[a].distance(found[b], found[at]))
+        told = expected_information(weights, lambda a, b, at: found[a].distance(found[b], found[at]))
+        return told if isfinite(told) else 0.0  # derivatives of a motion that is about to diverge may overflow
 
     bits = in_parallel(information, len(menu))
     order = sorted(range(len(menu)), key=lambda i: -bits[i])

@@ -194,9 +194,8 @@ class Absorbed:
     def rest(self, gap: Array, places: Sequence[int] | None = None) -> float:
         """Rad RMS left of a ``gap`` (k, m, n), of all logs or of those at ``places``, learnt from the others."""
         learnt = range(len(gap)) if places is None else [k for k in range(len(gap)) if k not in places]
-        p = self.columns.shape[-1]
-        found = lsq_linear(self.columns[learnt].reshape(-1, p), gap[learnt].reshape(-1), (-MOST_OFF, MOST_OFF))
-        left = gap - self.columns @ found.x
+        q, r = np.linalg.qr(self.columns[learnt].reshape(-1, self.columns.shape[-1]))
+        left = gap - self.columns @ lsq_linear(r, q.T @ gap[learnt].reshape(-1), (-MOST_OFF, MOST_OFF)).x
         return _rms(left if places is None else left[places])
 
 
