@@ -15,10 +15,11 @@ SERVO = Servo(gain=1.0, supply=7.4, motor=GearedMotor(3.5, 0.37 / 200.0, 200.0, 
 LEG = Leg("arm", (Joint("arm", Link(0.12, 0.49, 0.1, 1e-4), drive=SERVO),))
 
 
-def looked_for(supply: np.ndarray) -> set[str]:
+def looked_for(supply: np.ndarray, length: float = 5.0) -> set[str]:
     ones = np.ones((len(supply), 1))
     signals = ServoSignals(np.arange(len(supply)) * 0.01, 0.0 * ones, supply[:, None], ones)
-    trial = SimpleNamespace(recording=SimpleNamespace(known_torque=None, signals=signals), free=(0,))
+    recording = SimpleNamespace(known_torque=None, signals=signals)
+    trial = SimpleNamespace(recording=recording, free=(0,), time=np.array([0.0, length]))
     return {candidate.effect.name for candidate in candidates(LEG, [trial], SimpleNamespace())}  # type: ignore[list-item, arg-type]
 
 
@@ -27,3 +28,8 @@ def test_source_resistance_is_a_candidate_only_for_an_unmeasured_supply(supply: 
     found = looked_for(supply)
     assert ("source_resistance" in found) is looked
     assert {"gear_load_friction", "command_delay"} <= found
+
+
+@pytest.mark.parametrize(("length", "looked"), [(5.0, False), (60.0, True)])
+def test_a_warming_winding_is_a_candidate_only_in_logs_long_enough(length: float, looked: bool) -> None:
+    assert ("winding_heating" in looked_for(np.full(50, 7.4), length)) is looked

@@ -30,7 +30,7 @@ from synth.estimation.parameters import Parameter, PlantEffect, Prior, Shape, po
 __all__ = ["Effect", "Parameter", "Prior", "Shape", "positive", "signed", "size", "stiff"]
 
 Way = Literal["torque", "leg", "drive", "reading", "structure"]
-Need = Literal["spring", "no spring", "damper", "torque", "servo", "motor", "stated supply"]
+Need = Literal["spring", "no spring", "damper", "torque", "servo", "motor", "stated supply", "time to warm"]
 FUNCTIONS: dict[str, str] = {
     "torque": "torque",
     "leg": "change",

@@ -25,6 +25,7 @@ GIVEN: dict[str, dict[str, float]] = {
     "stribeck_friction": {"torque": 0.06, "fall": 0.5, "speed": 0.5},
 }
 TORQUES = [effect for effect in registered() if effect.way == "torque" and effect.module.startswith("synth.")]
+TORQUES = [effect for effect in TORQUES if effect.name != "winding_heating"]  # of a drive, which these legs have not
 
 
 def legs(effect: Effect | None) -> tuple[Leg, Leg]:

@@ -24,6 +24,7 @@ from synth.swing.leg_model import Damper, Leg
 from synth.swing.mechanics import coefficients, outboard_inertia
 
 LEAST_ANGLE = 0.02  # rad, about a degree: natural size of a joint that hardly moves
+WARMING = 15.0  # s, least length of a log that shows a winding warm: a fifth of its rise at the usual 60 s
 RECIPROCAL = 2.0  # times the pace: the reciprocal of a sinusoid's angular frequency, see ``motion.pace``
 
 
@@ -216,6 +217,8 @@ def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[
     if isinstance(drive, Servo):
         found |= {"servo"} if drive.gain else set()
         found |= {"motor"} if drive.motor is not None else set()
+        longest = max((float(trial.time[-1]) for trial in trials if joint in trial.free), default=0.0)
+        found |= {"time to warm"} if drive.motor is not None and longest >= WARMING else set()
         signals = [trial.recording.signals for trial in trials if joint in trial.free]
         measured = any(told is not None and np.ptp(told.supply[:, joint]) > 0.0 for told in signals)
         found |= {"stated supply"} if drive.motor is not None and not measured else set()

@@ -1,0 +1,54 @@
+"""A motor whose winding warms under load: its resistance grows, and with it the drive weakens."""
+
+from __future__ import annotations
+
+from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, positive
+from synth.swing.effects.inlined import inlined
+
+USUAL, SPREAD = 60.0, 1.0  # s and natural logarithm: windings of small motors warm within 20 s to 3 min
+MOST = 1.5  # a copper winding's resistance has grown by half at 150 K; twice as much burns it
+
+
+@inlined
+def torque(  # type: ignore[no-untyped-def]
+    rotation, rate, deflection, spring_rate, damper_rate, damper_torque, drive, memory, rise, reference, time
+):
+    """What the drive's torque loses to the memory, the relative growth of the resistance, which its square heats.
+
+    A winding under voltage gives torque and braking in inverse proportion to its resistance.
+    """
+    warm = 1.0 + max(memory, 0.0)
+    share = drive / reference
+    return -drive * (1.0 - 1.0 / warm), (rise * share * share / warm - memory) / time
+
+
+def start(deflection, rise, reference, time):  # type: ignore[no-untyped-def]
+    """Each trial begins as warm as the leg file's resistance is."""
+    return 0.0 * deflection
+
+
+EFFECT = Effect(
+    name="winding_heating",
+    meaning="a motor's winding warms under load, and its resistance grows",
+    phrase="has a motor that warms and weakens",
+    formula="drive's torque T / (1 + z), time dz/dt = rise (T / reference)^2 / (1 + z) - z, z the growth of resistance",
+    source="one thermal mass: Hughes & Drury, Electric Motors and Drives, 4th ed., section 11.3; copper 0.39 %/K",
+    way="torque",
+    memory=True,
+    uses_drive=True,
+    needs=("time to warm",),  # a motor, in logs of ``chain_candidates.WARMING`` s
+    parameters=(
+        Parameter(
+            "rise",
+            "1",
+            prior=Prior(0.0, 0.3, lower=0.0, upper=MOST),
+            natural=False,
+            meaning="growth of the resistance in the end if the reference torque is held",
+        ),
+        Parameter("reference", "N*m", off=1.0, meaning="torque of the drive for which the rise is stated"),
+        Parameter("time", "s", USUAL, positive(USUAL, SPREAD, 5.0, 600.0), off=USUAL, natural=False,
+                  meaning="time constant of warming"),
+    ),
+    strengths=("rise",),
+    shapes=(Shape(("rise", "time"), {"reference": 1.0}, ({"rise": 0.2, "time": 30.0}, {"rise": 0.3, "time": 120.0})),),
+)  # fmt: skip

@@ -1,0 +1,58 @@
+"""A warming winding against its closed form and scipy, and told from logs that are long enough."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from synth.arrays import Array
+from synth.drives.servo import GearedMotor, Servo, ServoSignals
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Joint, Leg, Link
+
+LINK = Link(0.12, 0.49, 0.1, 1e-4)
+WEIGHT = 0.49 * 9.81 * 0.1  # N m, of the link held level
+MOTOR = GearedMotor(3.5, 0.37 / 200.0, 200.0, 0.9, 4e-8)
+SERVO = Servo(gain=1.15, supply=7.4, motor=MOTOR)
+HEAT = {"rise": 0.4, "reference": 0.3, "time": 12.0}
+TIMES = np.arange(0.0, 60.0, 0.02)
+
+
+def leg(**effects: dict[str, float]) -> Leg:
+    return Leg("arm", (Joint("arm", LINK, drive=SERVO, effects=effects),))
+
+
+def signals(command: Array) -> ServoSignals:
+    wide = np.ones((len(TIMES), 1))
+    return ServoSignals(TIMES, command[:, None], 7.4 * wide, wide)
+
+
+def test_a_held_load_lets_the_joint_sag_as_the_winding_warms() -> None:
+    """In the end the growth z of the resistance solves z (1 + z) = rise (T / reference)^2, T of a cold winding."""
+    command = np.full(len(TIMES), 1.2)
+    found = simulate(leg(winding_heating=HEAT), [1.0], [0.0], TIMES, signals=signals(command))[:, 0]
+    q = found[-1]
+    load = WEIGHT * np.sin(q)
+    cold = MOTOR.strength * 7.4 * SERVO.gain * (1.2 - q)  # torque of the same duty from a cold winding
+    growth = cold / load - 1.0
+    assert growth == pytest.approx(HEAT["rise"] * (cold / HEAT["reference"]) ** 2 / (1.0 + growth), rel=0.02)
+    assert growth > 0.3
+    assert found[100] - q > 0.05
+
+
+def test_a_moving_joint_against_scipy() -> None:
+    command = 0.7 + 0.4 * np.sin(2.0 * TIMES)
+    found = simulate(leg(winding_heating=HEAT), [0.5], [0.0], TIMES[:1001], signals=signals(command), tolerance=1e-9)
+    inertia = LINK.inertia + LINK.mass * LINK.com**2 + MOTOR.armature
+
+    def slope(t: float, x: Array) -> list[float]:
+        cold = SERVO.torque(np.interp(t, TIMES, command) - x[0], x[1], 7.4)
+        drive = float(cold) / (1.0 + x[2])
+        heat = HEAT["rise"] * (float(cold) / HEAT["reference"]) ** 2 / (1.0 + x[2])
+        return [x[1], (drive - WEIGHT * np.sin(x[0])) / inertia, (heat - x[2]) / HEAT["time"]]
+
+    told = solve_ivp(slope, (0.0, 20.0), [0.5, 0.0, 0.0], "RK45", TIMES[:1001], rtol=1e-7, atol=1e-9, max_step=0.02)
+    np.testing.assert_allclose(found[:, 0], told.y[0], atol=2e-5)
+    without = simulate(leg(), [0.5], [0.0], TIMES[:1001], signals=signals(command))[:, 0]
+    assert np.abs(found[:, 0] - without).max() > 0.04
