@@ -17,6 +17,7 @@ from synth.reports.quantities import brief, interval_of, number, share_text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.response_files import Response, extremes, read_response
 from synth.reports.section import AbsentResult, FirstFigure, ReportSection, mapping, sequence
+from synth.reports.sections.gap_which import name_of
 from synth.reports.stick_figure import following
 
 STEPS = (
@@ -182,9 +183,14 @@ def switched(result: Result) -> list[tuple[Line, str, str]]:
         if isinstance(entry, Mapping)
     }
     return [
-        (line, name, f"{name.replace('_', ' ').replace(' @ ', ', ')} alone ({odds.get(name, '–')})")
-        for line, name in zip(ALONE, names, strict=False)
+        (line, name, f"{_words(name)} alone ({odds.get(name, '–')})") for line, name in zip(ALONE, names, strict=False)
     ]
+
+
+def _words(name: str) -> str:
+    """``coulomb friction, knee`` of ``coulomb_friction @ knee``."""
+    effect, _, joint = name.partition(" @ ")
+    return name_of({"effect": effect, "joint": joint})
 
 
 def _alone(result: Result, trial: Mapping[str, Any], joint: str) -> list[tuple[str, Line, Sequence[float]]]:
