@@ -78,16 +78,16 @@ def assemble(dimensions: JointDimensions, layout: JointLayout) -> BuiltJoint:
     """Build the parts of a joint with a given layout."""
     name = file_name(dimensions.name)
     parts = [
-        _printed(f"{name}_upper", "upper", "upper", dimensions, layout),
-        _printed(f"{name}_lower", "lower", "lower", dimensions, layout),
-        _printed(f"{name}_damper_bracket", "damper_bracket", "upper", dimensions, layout),
-        _damper(f"{name}_damper", dimensions, layout),
+        _printed(name, "upper", "upper", dimensions, layout),
+        _printed(name, "lower", "lower", dimensions, layout),
+        _printed(name, "damper_bracket", "upper", dimensions, layout),
+        _damper(name, dimensions, layout),
         *_encoder(name, dimensions, layout),
         *_seats(name, dimensions, layout),
         *_springs(name, dimensions, layout),
     ]
     for drawn in (*damper_side(dimensions, layout), *bought_parts(dimensions, layout)):
-        parts.append(_finished(f"{name}_{drawn.suffix}", drawn, layout))
+        parts.append(_finished(name, drawn, layout))
     return BuiltJoint(dimensions, layout, tuple(parts))
 
 
@@ -100,7 +100,7 @@ def orient(shape: Any, flips: tuple[int, int]) -> Any:
     return shape.mirror("XY") if flips == (1, -1) else shape
 
 
-def _printed(name: str, family: str, group: Group, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
+def _printed(joint: str, family: str, group: Group, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
     exact: float | None = None
     if family == "upper":
         solid, exact = hinge.build_upper(dimensions, layout), hinge.upper_volume(dimensions, layout)
@@ -110,34 +110,18 @@ def _printed(name: str, family: str, group: Group, dimensions: JointDimensions, 
         sleeve = sleeve_of(dimensions, layout)
         solid = damper_bracket.build_bracket(sleeve, layout.screws).translate((0, 0, -layout.gap_a - layout.ear))
         exact = damper_bracket.bracket_volume(sleeve, layout.screws)
-    return _part(name, family, group, solid, layout, exact, printed=True, made="print")
+    return _finished(joint, Drawn(family, family, group, solid, exact, True, "print"), layout)
 
 
-def _part(
-    name: str,
-    family: str,
-    group: Group,
-    canonical: Any,
-    layout: JointLayout,
-    exact: float | None,
-    *,
-    printed: bool,
-    made: str,
-    mass: float | None = None,
-) -> BuiltPart:
+def _finished(joint: str, drawn: Drawn, layout: JointLayout) -> BuiltPart:
+    """The part mirrored to its joint, its name beginning with the joint's."""
     flips = layout.flips
-    mesh = mesh_of(canonical, (flips[0], 1, flips[1]))
-    return BuiltPart(name, family, group, orient(canonical, flips), mesh, printed, exact, made, mass)
+    mesh = mesh_of(drawn.solid, (flips[0], 1, flips[1]))
+    name, solid = f"{joint}_{drawn.suffix}", orient(drawn.solid, flips)
+    return BuiltPart(name, drawn.family, drawn.group, solid, mesh, drawn.printed, drawn.exact, drawn.made, drawn.mass)
 
 
-def _finished(name: str, drawn: Drawn, layout: JointLayout) -> BuiltPart:
-    return _part(
-        name, drawn.family, drawn.group, drawn.solid, layout, drawn.exact, printed=drawn.printed, made=drawn.made,
-        mass=drawn.mass,
-    )  # fmt: skip
-
-
-def _damper(name: str, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
+def _damper(joint: str, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
     damper, bore = dimensions.damper, shaft_end(dimensions, layout).damper_bore
     solid = damper_bracket.build_damper(damper, layout.screws, layout.bracket_radius, layout.bracket_height, bore)
     solid = solid.translate((0, 0, -layout.gap_a - layout.ear))
@@ -145,10 +129,10 @@ def _damper(name: str, dimensions: JointDimensions, layout: JointLayout) -> Buil
     made = "buy (envelope only)"
     if damper.unknown:
         made += "; not known, drawn by assumption: " + ", ".join(damper.unknown)
-    return _part(name, "damper", "upper", solid, layout, exact, printed=False, made=made)
+    return _finished(joint, Drawn("damper", "damper", "upper", solid, exact, False, made), layout)
 
 
-def _encoder(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
+def _encoder(joint: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
     """The encoder's seat on ear B with the encoder, if any."""
     encoder = dimensions.encoder
     if encoder is None:
@@ -158,44 +142,45 @@ def _encoder(name: str, dimensions: JointDimensions, layout: JointLayout) -> lis
     body = encoder_seat.build_encoder(dimensions, encoder).translate(shift)
     exact, envelope = encoder_seat.seat_volume(dimensions, layout), encoder_seat.encoder_volume(encoder)
     bought = "buy (envelope only)"
-    return [
-        _part(f"{name}_encoder_seat", "encoder_seat", "upper", seat, layout, exact, printed=True, made="print"),
-        _part(f"{name}_encoder", "encoder", "upper", body, layout, envelope, printed=False, made=bought),
-    ]
+    drawn = (
+        Drawn("encoder_seat", "encoder_seat", "upper", seat, exact, True, "print"),
+        Drawn("encoder", "encoder", "upper", body, envelope, False, bought),
+    )
+    return [_finished(joint, each, layout) for each in drawn]
 
 
-def _seats(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
+def _seats(joint: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
     """Seat plates, caps and screws; for a pair of springs the second one's too, mirrored in z."""
-    found = _seat_parts(name, "", dimensions, layout)
+    drawn = [(layout, each) for each in _seat_parts("", dimensions, layout)]
     if layout.mirrored:
         below = replace(layout, flips=(layout.flips[0], -layout.flips[1]))
-        found += _seat_parts(name, "_2", dimensions, below)
-    return found
+        drawn += [(below, each) for each in _seat_parts("_2", dimensions, below)]
+    return [_finished(joint, each, placed) for placed, each in drawn]
 
 
-def _seat_parts(name: str, which: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
+def _seat_parts(which: str, dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
     plate, seat = layout.plate, layout.seat
     solid = spring_seat.build_plate(dimensions, layout)
-    parts = [_part(f"{name}_seat{which}", "seat", "upper", solid, layout, None, printed=True, made="print")]
+    parts = [Drawn(f"seat{which}", "seat", "upper", solid, None, True, "print")]
     arms: list[tuple[Group, ArmLayout, int]] = [("upper", layout.upper, -1), ("lower", layout.lower, 1)]
     for group, arm, way in arms:
         cap, exact = spring_seat.build_cap(dimensions, arm, way), spring_seat.cap_volume(dimensions, arm)
-        parts.append(_part(f"{name}_{group}_cap{which}", "cap", group, cap, layout, exact, printed=True, made="print"))
+        parts.append(Drawn(f"{group}_cap{which}", "cap", group, cap, exact, True, "print"))
         face = spring_seat.cap_face(arm, way)
         for index, at in enumerate(arm.screws, start=1):
-            title = f"{name}_{group}_screw{which}_{index}"
-            parts.append(_screw(title, group, layout, seat.screw_length, face, way, at))
+            suffix = f"{group}_screw{which}_{index}"
+            parts.append(_screw(suffix, group, layout, seat.screw_length, face, way, at))
     top, length = layout.gap_b + layout.ear, plate.screw_length
     if which:
         top, length = top - sunk_depth(screw_of(seat.screw)), plate.sunk_length
     for index, at in enumerate(plate.screws, start=1):
-        title = f"{name}_seat_screw{which}_{index}"
-        parts.append(_screw(title, "upper", layout, length, top, 1, at, washer=True))
+        suffix = f"seat_screw{which}_{index}"
+        parts.append(_screw(suffix, "upper", layout, length, top, 1, at, washer=True))
     return parts
 
 
 def _screw(
-    title: str,
+    suffix: str,
     group: Group,
     layout: JointLayout,
     length: float,
@@ -204,13 +189,13 @@ def _screw(
     at: Point,
     *,
     washer: bool = False,
-) -> BuiltPart:
+) -> Drawn:
     screw = screw_of(layout.seat.screw)
     solid = spring_seat.build_screw(screw, length, face, way, at, washer=washer)
     exact = spring_seat.screw_volume(screw, length, washer=washer)
     made = f"buy: {screw.standard} - M{screw.size:g} x {length:g}, steel"
     made += f", with washer ISO 7089 - {screw.size:g}" * washer
-    return _part(title, "screw", group, solid, layout, exact, printed=False, made=made)
+    return Drawn(suffix, "screw", group, solid, exact, False, made)
 
 
 def spring_seats(dimensions: JointDimensions, layout: JointLayout) -> list[tuple[JointDimensions, JointLayout]]:

@@ -101,15 +101,12 @@ LONG = {
     "synth.jump.planar_engine._accelerations": "compiled: one system of equations, filled row by row",
     "synth.jump.jump_integrator.jump": "compiled: one loop over steps",
     "synth.jump.recorder.record": "compiled: one loop over steps",
-    "synth.planting.torque_laws.torque": "the laws of torque, one a branch",
-    "synth.spring.evaluate.check_spring": "fills a record of fifty numbers, one a line",
 }
 # What takes more arguments all the same, and why.
 MANY = {
-    "synth.swing.chain.simulate": "a leg, its state, times and conditions; tests and notebooks call it by keyword",
+    "synth.swing.chain.simulate": "a documented call of notebooks and users' scripts: state and conditions by keyword",
     "synth.jump.jump_step._try_step": "compiled by its caller",
-    "synth.motion.importers.registry.loader": "a decorator: what a format says of itself, by keyword",
-    "synth.cad.joint._part": "what a part is called, made of and drawn with; its solid is one of them",
+    "synth.motion.importers.registry.loader": "a decorator whose keywords describe a format, each in one word",
 }
 
 

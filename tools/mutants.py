@@ -122,11 +122,14 @@ MUTANTS = (
     Mutant("tolerances enter twice", "values *= np.exp(shift[q])", "values *= np.exp(2.0 * shift[q])",
            "diagnosis/test_derivatives.py diagnosis/test_predict.py diagnosis/test_recovery.py"),
     # The jumping leg.
-    Mutant("height by v^2 / g", '"clearance": v**2 / (2.0 * leg.gravity)', '"clearance": v**2 / leg.gravity', "hopper"),
+    Mutant("height by v^2 / g", '"clearance": v**2 / (2.0 * leg.gravity)', '"clearance": v**2 / leg.gravity',
+           "hopper/test_sweep.py"),
     Mutant("only one side's tolerances", "up = np.sqrt((np.maximum(change, 0.0).max(axis=0) ** 2).sum(axis=1))",
-           "up = np.sqrt((np.minimum(change, 0.0).max(axis=0) ** 2).sum(axis=1))", "hopper"),
+           "up = np.sqrt((np.minimum(change, 0.0).max(axis=0) ** 2).sum(axis=1))",
+           "hopper/test_sweep.py"),
     Mutant("a cantilever twice as stiff", "PRB_GAMMA * PRB_STIFFNESS * self.bending_stiffness / length",
-           "2.0 * PRB_GAMMA * PRB_STIFFNESS * self.bending_stiffness / length", "hopper cad/test_hopper.py"),
+           "2.0 * PRB_GAMMA * PRB_STIFFNESS * self.bending_stiffness / length",
+           "hopper/test_jump_gap.py hopper/test_sweep.py"),
     # Files.
     Mutant("measured angles mirrored", "return self.zero + self.sign * rotation",
            "return self.zero - self.sign * rotation", "swing/test_leg_model.py"),

@@ -65,6 +65,35 @@ def stribeck_torque(w, weak, strong, speed, shape):
 
 
 @njit
+def spring_torque(law, p, u):
+    """Torque of a nonlinear spring, from ``TANH_SPRING`` to ``SHIFTED_ONE_SIDED``, at a deflection ``u`` (rad)."""
+    if law == TANH_SPRING:
+        return -p[0] * (p[2] * math.tanh(u / p[2]) - u)
+    if law == QUINTIC_SPRING:
+        return -p[0] * u**5
+    if law == SINH_SPRING:
+        return -p[0] * (p[2] * math.sinh(u / p[2]) - u)
+    if law == PIECEWISE_SPRING:
+        over = abs(u) - p[2]
+        return -p[0] * math.copysign(over, u) if over > 0.0 else 0.0
+    if law == SOFT_ONE_SIDED:
+        return -0.5 * p[0] * (u + math.sqrt(u * u + p[2] * p[2]) - p[2])
+    return -p[0] * (u - p[2]) if u > p[2] else 0.0
+
+
+@njit
+def stop_torque(law, p, q, w):
+    """Torque of a stop, ``HUNT_CROSSLEY`` or ``RUBBER_STOP``; zero before contact."""
+    depth = p[2] * (q - p[1])
+    if depth <= 0.0:
+        return 0.0
+    if law == HUNT_CROSSLEY:
+        return -p[2] * max(p[0] * depth ** p[3] * (1.0 + p[4] * p[2] * w), 0.0)
+    press = p[0] * p[3] * (math.exp(min(depth / p[3], 30.0)) - 1.0) + p[4] * max(p[2] * w, 0.0)
+    return -p[2] * press
+
+
+@njit
 def torque(law, p, table, t, q, w, qj, wj, z0, z1):
     """Torques on the law's coordinate and on its second one, and rates of change of its two memories."""
     if law == CROSS:
@@ -77,25 +106,8 @@ def torque(law, p, table, t, q, w, qj, wj, z0, z1):
     if law == EYRING:
         r = w / p[1]
         return -p[0] * p[1] * (math.sinh(r) - r), 0.0, 0.0, 0.0
-    if law == TANH_SPRING:
-        u = q - p[1]
-        return -p[0] * (p[2] * math.tanh(u / p[2]) - u), 0.0, 0.0, 0.0
-    if law == QUINTIC_SPRING:
-        u = q - p[1]
-        return -p[0] * u**5, 0.0, 0.0, 0.0
-    if law == SINH_SPRING:
-        u = q - p[1]
-        return -p[0] * (p[2] * math.sinh(u / p[2]) - u), 0.0, 0.0, 0.0
-    if law == PIECEWISE_SPRING:
-        u = q - p[1]
-        over = abs(u) - p[2]
-        return (-p[0] * math.copysign(over, u) if over > 0.0 else 0.0), 0.0, 0.0, 0.0
-    if law == SOFT_ONE_SIDED:
-        u = q - p[1]
-        return -0.5 * p[0] * (u + math.sqrt(u * u + p[2] * p[2]) - p[2]), 0.0, 0.0, 0.0
-    if law == SHIFTED_ONE_SIDED:
-        u = q - p[1] - p[2]
-        return (-p[0] * u if u > 0.0 else 0.0), 0.0, 0.0, 0.0
+    if TANH_SPRING <= law <= SHIFTED_ONE_SIDED:
+        return spring_torque(law, p, q - p[1]), 0.0, 0.0, 0.0
     if law == BOUC_WEN:
         r = z0 / p[1]
         size = abs(r) ** (p[2] - 1.0)
@@ -110,17 +122,8 @@ def torque(law, p, table, t, q, w, qj, wj, z0, z1):
         if depth > 0.0:
             push = math.copysign(max(p[5] * depth**1.5 * (1.0 + p[6] * closing), 0.0), over)
         return -push, 0.0, v, (push - p[0] * y - p[3] * v) / p[4]
-    if law == HUNT_CROSSLEY:
-        depth = p[2] * (q - p[1])
-        if depth <= 0.0:
-            return 0.0, 0.0, 0.0, 0.0
-        return -p[2] * max(p[0] * depth ** p[3] * (1.0 + p[4] * p[2] * w), 0.0), 0.0, 0.0, 0.0
-    if law == RUBBER_STOP:
-        depth = p[2] * (q - p[1])
-        if depth <= 0.0:
-            return 0.0, 0.0, 0.0, 0.0
-        press = p[0] * p[3] * (math.exp(min(depth / p[3], 30.0)) - 1.0) + p[4] * max(p[2] * w, 0.0)
-        return -p[2] * press, 0.0, 0.0, 0.0
+    if law in (HUNT_CROSSLEY, RUBBER_STOP):
+        return stop_torque(law, p, q, w), 0.0, 0.0, 0.0
     if law == DRIVE:
         late = t - p[7]
         return p[0] * math.sin(p[1] * late + p[2]) + p[3] * math.sin(p[4] * late + p[5]) + p[6], 0.0, 0.0, 0.0

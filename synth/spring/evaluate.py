@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from synth.errors import UserError
 from synth.parts import coil_angle
@@ -56,25 +56,44 @@ def check_spring(
             f"no coil can have wire {wire_diameter * 1e3:.4g} mm, mean diameter {mean_diameter * 1e3:.4g} mm and "
             f"{body_coils:.4g} coils: the mean diameter must be above the wire's and the coils above 0"
         )
-    wire = material.properties(wire_diameter)
-    d, mean, travel = wire_diameter, mean_diameter, task.travel
+    angle = coil_angle.included_angle(body_coils, task.convention) if included_angle is None else included_angle
+    coil = _Coil(wire_diameter, mean_diameter, body_coils, angle, count)
+    design = _evaluated(material, coil, task, stated_rate)
+    violations = tuple(broken_limits(design, task.limits))
+    return replace(design, violations=violations) if violations else design
+
+
+@dataclass(frozen=True)
+class _Coil:
+    """The sizes of a spring, as in ``check_spring``."""
+
+    wire_diameter: float
+    mean_diameter: float
+    body_coils: float
+    included_angle: float
+    count: int
+
+
+def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rate: float | None) -> SpringDesign:
+    """Rate, stress, room and life of a coil, without the comparison with its limits."""
+    wire = material.properties(coil.wire_diameter)
+    d, mean, body_coils, travel = coil.wire_diameter, coil.mean_diameter, coil.body_coils, task.travel
     active = active_coils(body_coils, mean, task.leg_lengths)
-    modulus = wire.elastic_modulus * task.calibration.rate
-    forms = {form: rate(modulus, d, mean, active, form) for form in RATE_FORMULA}
+    forms = {form: rate(wire.elastic_modulus * task.calibration.rate, d, mean, active, form) for form in RATE_FORMULA}
     used = forms[task.rate_form] if stated_rate is None else stated_rate
     moment = used * max(travel, task.opening_travel)
+    winding_stress, opening_stress = (stress.bending_stress(used * t, d, mean) for t in (travel, task.opening_travel))
     yield_stress = wire.static_limit * wire.strength.value
     length = space.wire_length(d, mean, body_coils, task.leg_lengths)
-    angle = coil_angle.included_angle(body_coils, task.convention) if included_angle is None else included_angle
     opened = space.wound_mean_diameter(mean, body_coils, -min(task.opening_travel, 0.9 * math.tau * body_coils))
     bent = None if task.convention == "tangent" else (task.limits.bend_radius or d)
-    design = SpringDesign(
+    return SpringDesign(
         material=material.name,
         wire_diameter=d,
         mean_diameter=mean,
         body_coils=body_coils,
         active_coils=active,
-        included_angle=angle,
+        included_angle=coil.included_angle,
         convention=task.convention,
         leg_lengths=task.leg_lengths,
         elastic_modulus=wire.elastic_modulus,
@@ -104,25 +123,18 @@ def check_spring(
         mass=space.wire_mass(wire.density, d, length),
         energy=energy(moment, used),
         tolerance=winding.winding_tolerance(d, mean, body_coils, wire.diameter_tolerance),
-        life=fatigue.life(
-            wire.fatigue,
-            wire.strength.value,
-            -stress.bending_stress(used * task.opening_travel, d, mean),
-            stress.bending_stress(used * travel, d, mean),
-        ),
+        life=fatigue.life(wire.fatigue, wire.strength.value, -opening_stress, winding_stress),
         arm_stress=arms.arm_stress(moment, d, task.convention, bent or d),
         bend_radius=bent,
-        opening_stress=stress.bending_stress(used * task.opening_travel, d, mean),
+        opening_stress=opening_stress,
         allowed_opening_stress=codes.OPENING * yield_stress / task.limits.safety,
         surge_frequency=codes.surge_frequency(d, mean, body_coils, wire.elastic_modulus, wire.density),
         codes=codes.code_checks(wire.allowables, moment, d, mean),
         rate_form=task.rate_form,
         spring_back=task.calibration.spring_back,
-        count=count,
+        count=coil.count,
         hand=task.hand,
     )
-    violations = tuple(broken_limits(design, task.limits))
-    return replace(design, violations=violations) if violations else design
 
 
 def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violation]:

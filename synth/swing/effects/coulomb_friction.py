@@ -5,8 +5,17 @@ from __future__ import annotations
 from synth.swing.effects.definition import Effect, Parameter, Shape, positive, size
 from synth.swing.effects.inlined import bristle, held, inlined
 
-PRESLIDING = 0.0  # rad
+PRESLIDING = 0.0  # rad: friction sets in at once unless a recording shows the deflection
 PRESLIDING_PRIOR = positive(6e-4, 0.8, 1e-4, 1e-2)  # rad, of real bearings and gears
+PRESLIDING_PARAMETER = Parameter(  # of every effect with a bristle
+    "presliding",
+    "rad",
+    PRESLIDING,
+    PRESLIDING_PRIOR,
+    off=PRESLIDING,
+    natural=False,
+    meaning="elastic deflection before it slides",
+)
 
 
 @inlined
@@ -34,15 +43,7 @@ EFFECT = Effect(
     bristle="presliding",
     parameters=(
         Parameter("torque", "N*m", prior=size(0.1), meaning="friction torque while sliding"),
-        Parameter(
-            "presliding",
-            "rad",
-            PRESLIDING,
-            PRESLIDING_PRIOR,
-            off=PRESLIDING,
-            natural=False,
-            meaning="elastic deflection before it slides",
-        ),
+        PRESLIDING_PARAMETER,
     ),
     strengths=("torque",),
     shapes=(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from synth.swing.effects.coulomb_friction import PRESLIDING, PRESLIDING_PRIOR
+from synth.swing.effects.coulomb_friction import PRESLIDING_PARAMETER
 from synth.swing.effects.definition import Effect, Parameter, Shape, size
 from synth.swing.effects.inlined import bristle, held, inlined
 
@@ -39,15 +39,7 @@ EFFECT = Effect(
     parameters=(
         Parameter("radius", "m", 0.0, size(0.03), meaning="coefficient of friction times bearing radius"),
         Parameter("share", "1", 0.0, size(0.15), natural=False, meaning="friction per unit of the spring's torque"),
-        Parameter(
-            "presliding",
-            "rad",
-            PRESLIDING,
-            PRESLIDING_PRIOR,
-            off=PRESLIDING,
-            natural=False,
-            meaning="elastic deflection before it slides",
-        ),
+        PRESLIDING_PARAMETER,
     ),
     strengths=("radius", "share"),
     shapes=(

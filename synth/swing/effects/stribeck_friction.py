@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from synth.swing.effects.coulomb_friction import PRESLIDING, PRESLIDING_PRIOR
+from synth.swing.effects.coulomb_friction import PRESLIDING_PARAMETER
 from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, positive, size
 from synth.swing.effects.inlined import bristle, held, inlined, stribeck_share
 
@@ -50,15 +50,7 @@ EFFECT = Effect(
             "fall", "1", 0.5, Prior(0.6, 0.25, lower=0.25, upper=1.0), natural=False, meaning="share lost at speed"
         ),
         Parameter("speed", "rad/s", prior=positive(0.15, 1.0), off=1.0, meaning="speed over which it falls"),
-        Parameter(
-            "presliding",
-            "rad",
-            PRESLIDING,
-            PRESLIDING_PRIOR,
-            off=PRESLIDING,
-            natural=False,
-            meaning="elastic deflection before it slides",
-        ),
+        PRESLIDING_PARAMETER,
     ),
     strengths=("torque",),
     shapes=(
