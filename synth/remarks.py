@@ -1,6 +1,6 @@
-"""Sentences about a result that know how much they matter: said by who raises them, not read out of their words.
+"""Sentences about a result with a severity, which the code that raises them states; it is not guessed from the words.
 
-A remark is a ``str``, so it joins, prints and compares as one. Whatever is said without a severity is ``check``.
+A remark is a ``str``, so it joins, prints and compares as one. A sentence without a severity is ``check``.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def like(remark: str, text: str) -> str:
 
 
 def severity_of(text: str) -> Severity:
-    """What it was said with; ``check`` where nothing was."""
+    """The stated severity; ``check`` if none was stated."""
     return text.severity if isinstance(text, Remark) else "check"
 
 

@@ -31,12 +31,12 @@ TESTS = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result in one environment; ``said`` : pytest's last line, or why nothing ran; ``held`` None: skipped."""
+    """Result in one environment; ``message`` : pytest's last line, or why nothing ran; ``held`` None: skipped."""
 
     python: str
     kind: str
     held: bool | None
-    said: str
+    message: str
     seconds: float = 0.0
 
 
@@ -114,8 +114,8 @@ def tried(folder: Path, version: str, kind: str, tests: Sequence[str], workers: 
     done = subprocess.run(command, cwd=ROOT, env=variables, capture_output=True, text=True, check=False)
     (folder / f"{version}-{kind}.log").write_text(done.stdout + done.stderr, encoding="utf-8")
     counts = re.findall(r"^=*\s?(\d+ .* in [\d.]+s.*?)\s?=*$", done.stdout, re.MULTILINE)
-    said = counts[-1] if counts else done.stderr.strip()[-200:]
-    return Outcome(version, kind, done.returncode == 0, said, time.perf_counter() - begun)
+    message = counts[-1] if counts else done.stderr.strip()[-200:]
+    return Outcome(version, kind, done.returncode == 0, message, time.perf_counter() - begun)
 
 
 def main() -> int:
@@ -134,7 +134,7 @@ def main() -> int:
         for kind in chosen.kind or KINDS:
             outcome = tried(folder, version, kind, chosen.tests, chosen.workers)
             word = {True: "holds", False: "FAILS", None: "skipped"}[outcome.held]
-            print(f"{version:5} {kind:7} {word:8} {outcome.seconds:6.0f} s  {outcome.said}", flush=True)
+            print(f"{version:5} {kind:7} {word:8} {outcome.seconds:6.0f} s  {outcome.message}", flush=True)
             outcomes.append(outcome)
     print(f"output of the tests: {folder}/*.log")
     return 1 if any(outcome.held is False for outcome in outcomes) else 0

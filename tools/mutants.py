@@ -138,13 +138,13 @@ MUTANTS = (
 
 @dataclass(frozen=True)
 class Verdict:
-    """Result of the tests on one mutant; ``said`` : the first failure."""
+    """Result of the tests on one mutant; ``message`` : the first failure."""
 
     mutant: Mutant
     file: str
     caught: bool
     seconds: float
-    said: str
+    message: str
 
 
 def file_of(mutant: Mutant, root: Path = ROOT) -> Path:
@@ -189,11 +189,11 @@ def judge(mutant: Mutant, folder: Path) -> Verdict:
         if ended.returncode not in (0, 1):
             raise RuntimeError(f"{mutant.name}: pytest ended with {ended.returncode}\n{ended.stdout[-2000:]}")
         caught = ended.returncode == 1
-        said = next((line for line in ended.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))), "")
+        message = next((line for line in ended.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))), "")
     except subprocess.TimeoutExpired:
-        caught, said = True, f"longer than {LONGEST:g} s"
+        caught, message = True, f"longer than {LONGEST:g} s"
     shutil.rmtree(copy)
-    return Verdict(mutant, str(target.relative_to(copy)), caught, time.perf_counter() - begun, said)
+    return Verdict(mutant, str(target.relative_to(copy)), caught, time.perf_counter() - begun, message)
 
 
 def main(words: list[str] | None = None) -> int:
@@ -215,7 +215,7 @@ def main(words: list[str] | None = None) -> int:
         table = csv.writer(stream)
         table.writerow(["mutant", "file", "caught", "test run time [s]", "first failure"])
         for v in verdicts:
-            table.writerow([v.mutant.name, v.file, v.caught, round(v.seconds, 1), v.said])
+            table.writerow([v.mutant.name, v.file, v.caught, round(v.seconds, 1), v.message])
     share = sum(v.caught for v in verdicts) / len(verdicts)
     print(f"{sum(v.caught for v in verdicts)} of {len(verdicts)} mutants are caught ({share:.0%}; wanted {WANTED:.0%})")
     return 0 if share >= WANTED else 1

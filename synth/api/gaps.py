@@ -240,8 +240,8 @@ def gap(
             accuracy=project.accuracy,
             progress=say,
         )
-    said = tuple(dict.fromkeys((*checked.warnings, *result.warnings)))
-    return Gap(project, replace(result, warnings=said, inputs=_inputs(checked)))
+    messages = tuple(dict.fromkeys((*checked.warnings, *result.warnings)))
+    return Gap(project, replace(result, warnings=messages, inputs=_inputs(checked)))
 
 
 def read_jump_gap(path: str | Path) -> tuple[HopperGapProject, Catalogue, tuple[str, ...]]:

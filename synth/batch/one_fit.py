@@ -27,12 +27,12 @@ from synth.fit.wanted_motion import WantedMotion, with_wanted_fit
 
 @dataclass(frozen=True, eq=False)
 class Ready:
-    """A project with its checked recordings; ``said`` : notes on what was cut or left out."""
+    """A project with its checked recordings; ``messages`` : notes on what was cut or left out."""
 
     project: FitProject
     fitted: list[Recording]
     held_out: list[Recording]
-    said: tuple[str, ...] = ()
+    messages: tuple[str, ...] = ()
     wanted: WantedMotion | None = None
 
     @property
@@ -61,9 +61,9 @@ def ready(project: FitProject) -> Ready:
     held_out = [trial for trial in project.trials if trial.held_out]
     leg, both = project.leg, (recordings(project.leg, fitted), recordings(project.leg, held_out, ()))
     if project.release == "recorded":
-        return Ready(project, *both, () if wanted is None else wanted.said, wanted)
+        return Ready(project, *both, () if wanted is None else wanted.messages, wanted)
     begun = [from_release(leg, some) for some in both]
-    return Ready(project, begun[0].recordings, begun[1].recordings, (*begun[0].said, *begun[1].said))
+    return Ready(project, begun[0].recordings, begun[1].recordings, (*begun[0].messages, *begun[1].messages))
 
 
 def fit_project(given: Ready) -> FitResult:
@@ -90,8 +90,8 @@ def fit_project(given: Ready) -> FitResult:
         from synth.design.stages import with_held_out  # a local import, because it loads the whole design package
 
         result = with_held_out(result, later(given.held_out, result.cut) or given.held_out)
-    said = (*given.said, *doubts(project.leg, given.fitted, result))
-    result = replace(result, warnings=(*said, *result.warnings))
+    messages = (*given.messages, *doubts(project.leg, given.fitted, result))
+    result = replace(result, warnings=(*messages, *result.warnings))
     inputs = {item.name: item.sha256 for item in project.inputs}
     inputs |= {trial.name: trial.sha256 for trial in project.trials}
     defaults = [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults]

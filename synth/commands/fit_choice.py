@@ -25,8 +25,8 @@ def add_fit_arguments(parser: argparse.ArgumentParser) -> None:
 
     for name, text in _CHOICES.items():
         allowed = allowed_values(name)
-        said = f"{text}: {', '.join(allowed)} (default: the project's fit:)"
-        parser.add_argument(f"--{name}", type=one_of(allowed), metavar="NAME", help=said)
+        messages = f"{text}: {', '.join(allowed)} (default: the project's fit:)"
+        parser.add_argument(f"--{name}", type=one_of(allowed), metavar="NAME", help=messages)
 
 
 def fit_choice(written: FitOptions, arguments: argparse.Namespace) -> FitOptions:

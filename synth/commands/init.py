@@ -91,11 +91,11 @@ def _from_robot(arguments: argparse.Namespace, target: Path, progress: Progress)
     with TemporaryDirectory(prefix="synth-init-") as made:
         write_robot_project(arguments.kind, picked, Path(arguments.robot).name, Path(made))
         copy_example(Path(made), target, prepare=with_schemas)
-    for text in picked.said:
+    for text in picked.messages:
         progress.say(f"note: {text}")
     progress.say(f"{target} holds the leg; {target / 'README.md'} describes the recordings to add. Then:")
     project = target / f"{PROJECT_NAMES[arguments.kind]}.yaml"
-    _tell(progress, target, project, arguments.kind, picked.said)
+    _tell(progress, target, project, arguments.kind, picked.messages)
     return 0
 
 

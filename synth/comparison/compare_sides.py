@@ -167,7 +167,7 @@ def compare(
 
 def warnings(found: Comparison) -> list[str]:
     """Limits of the comparison."""
-    said = []
+    messages = []
     for place, side in enumerate(found.sides):
         off = found.off_reference(place)
         if off is not None and off.starts < len(found.overlays):
@@ -175,14 +175,14 @@ def warnings(found: Comparison) -> list[str]:
             reasons = {o.why[place] or o.why[found.reference] for o in found.overlays}
             why = next((reason for reason in sorted(reasons) if reason), "")
             text = f"{side.name} and {found.sides[found.reference].name} share {off.starts} of {len(found.overlays)} "
-            said.append(f"{text}starts; {missing} are left out: {why}")
+            messages.append(f"{text}starts; {missing} are left out: {why}")
         away = [m.away for o in found.overlays if (m := o.motions[place]) is not None and m.recording]
         if away and max(away) > np.radians(1.0):
             text = f"{side.name}: its recordings start up to {np.degrees(max(away)):.1f} deg from the common start; "
-            said.append(f"{text}this is part of their difference")
+            messages.append(f"{text}this is part of their difference")
         if side.leg.effects and side.kind == MODEL:
-            said.append(f"{side.name}: includes effects of its base: {', '.join(side.leg.effects)}")
-    return said
+            messages.append(f"{side.name}: includes effects of its base: {', '.join(side.leg.effects)}")
+    return messages
 
 
 def _first_recorded(sides: Sequence[Side]) -> int:

@@ -73,9 +73,9 @@ def read_motion(project: LegProject) -> SourceMotion:
         raise UserError(driven)
     both = recordings(project.source, fitted), recordings(project.source, held_out, ())
     if project.release == "recorded":
-        return SourceMotion(tuple(both[0]), tuple(both[1]), project.time_scale, project.said)
+        return SourceMotion(tuple(both[0]), tuple(both[1]), project.time_scale, project.messages)
     begun = [from_release(project.source, some) for some in both]
-    notes = (*begun[0].said, *begun[1].said)
+    notes = (*begun[0].messages, *begun[1].messages)
     return SourceMotion(tuple(begun[0].recordings), tuple(begun[1].recordings), project.time_scale, notes)
 
 

@@ -68,7 +68,7 @@ class LegProject:
         uncertainty of the links in the source's and target's leg files, joint by joint.
     wanted
         characteristics of the source's motion instead of trials; ``wanted_shown`` the characteristics achieved, and
-        ``said`` a sentence on each that differs, once ``fit.wanted_motion`` has made the trial.
+        ``messages`` a sentence on each that differs, once ``fit.wanted_motion`` has made the trial.
     release
         ``free``: the driven beginning of the source's recordings is cut; ``recorded``: all samples are fitted.
     """
@@ -94,7 +94,7 @@ class LegProject:
     release: Release = "free"
     wanted: Mapping[str, WantedCharacteristics] = field(default_factory=dict)
     wanted_shown: Mapping[str, Any] = field(default_factory=dict)
-    said: tuple[str, ...] = ()
+    messages: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -23,20 +23,20 @@ IN_RATE = ("shear_thinning_damping", "quadratic_damping")  # parts of the damper
 
 def usd_file(leg: Leg, fastest: Array) -> RobotFile:
     """The layer; ``fastest`` (n,) rad/s is the speed up to which each damper is represented."""
-    said = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
+    texts = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
     links, joints = [], []
     for joint, speed, drive in zip(leg.joints, fastest, drive_terms(leg), strict=True):
         lines, lost = _joint(joint, float(speed), drive)
-        said += [f"{joint.name}: {text}" for text in lost]
+        texts += [f"{joint.name}: {text}" for text in lost]
         joints += lines
         links += _link(joint)
-    notes = ["written by synth; lies over leg.urdf as Isaac Sim imports it: link NAME_link, joint NAME", *said]
+    notes = ["written by synth; lies over leg.urdf as Isaac Sim imports it: link NAME_link, joint NAME", *texts]
     head = "\\n".join(_quoted(note) for note in notes)
     body = "\n".join(['    over "joints"', "    {", *joints, "    }"])
     text = f'#usda 1.0\n(\n    defaultPrim = "{identifier(leg.name)}"\n    doc = "{head}"\n    kilogramsPerUnit = 1\n'
     text += '    metersPerUnit = 1\n    upAxis = "Z"\n)\n\n'
     text += f'over "{identifier(leg.name)}"\n{{\n' + "\n".join(links) + f"\n{body}\n}}\n"
-    return RobotFile(text, tuple(said))
+    return RobotFile(text, tuple(texts))
 
 
 def identifier(name: str) -> str:
@@ -66,27 +66,31 @@ def _link(joint: Joint) -> list[str]:
 def _joint(joint: Joint, fastest: float, drive: DriveTerms | None) -> tuple[list[str], list[str]]:
     """The joint's lines, and what they omit."""
     rate, error = linear_damping(joint, fastest)
-    said = []
+    texts = []
     if error > WORTH_SAYING:
-        said.append(f"the damper's torque-speed curve is a straight line here, error at most {error:.0%} of its torque")
+        texts.append(
+            f"the damper's torque-speed curve is a straight line here, error at most {error:.0%} of its torque"
+        )
     stiffness, target = (0.0, 0.0) if joint.spring is None else (joint.spring.rate, joint.rest)
     held = drive is not None and not stiffness
     lost = without_held(joint, (*IN_RATE, *IN_SERVO) if held else IN_RATE)
     if lost:
-        said.append(f"not held: {', '.join(lost)}")
+        texts.append(f"not held: {', '.join(lost)}")
     limit = []
     if drive is not None and held:  # the angular drive is free for the servo; its target is the command
         stiffness, target, rate = drive.stiffness, 0.0, rate + drive.damping + drive.braking
         most = min(drive.limit, drive.cut)
         limit = [f"float drive:angular:physics:maxForce = {most:.9g}"] if most < inf else []
-        said += [f"not held, of the drive: {text}" for text in drive.lost]
+        texts += [f"not held, of the drive: {text}" for text in drive.lost]
         if rate < 0.0:
-            said.append(f"not held, of the drive: {-rate:.3g} N*m*s/rad by which it is late, more than all its damping")
-        said += ["maxForce cuts the damping with the servo's torque"] if limit else []
-        said += [f"the command comes {drive.delay:.3g} s late: send it so"] if drive.delay else []
-        said += ["the voltage that turns it"] if drive.volt else []
+            texts.append(
+                f"not held, of the drive: {-rate:.3g} N*m*s/rad by which it is late, more than all its damping"
+            )
+        texts += ["maxForce cuts the damping with the servo's torque"] if limit else []
+        texts += [f"the command comes {drive.delay:.3g} s late: send it so"] if drive.delay else []
+        texts += ["the voltage that turns it"] if drive.volt else []
     elif drive is not None:
-        said.append(f"not held: the drive ({drive.in_words}); the angular drive is the joint's spring")
+        texts.append(f"not held: the drive ({drive.in_words}); the angular drive is the joint's spring")
     lines = [
         'uniform token drive:angular:physics:type = "force"',
         f"float drive:angular:physics:stiffness = {stiffness * radians(1.0):.9g}",
@@ -103,7 +107,7 @@ def _joint(joint: Joint, fastest: float, drive: DriveTerms | None) -> tuple[list
         "        {",
         *(f"            {line}" for line in lines),
         "        }",
-    ], said
+    ], texts
 
 
 def _ends(ends: Sequence[float]) -> list[tuple[str, float]]:

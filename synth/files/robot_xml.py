@@ -42,7 +42,7 @@ def urdf_file(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Se
     ``base`` and ``links``: whole bodies and drawn parts; without them a link is a rod.
     URDF knows no gravity either: the simulator has its own.
     """
-    said = [f"gravity of {leg.gravity:g} m/s^2 must be set in the simulator"] if leg.gravity != 9.81 else []
+    messages = [f"gravity of {leg.gravity:g} m/s^2 must be set in the simulator"] if leg.gravity != 9.81 else []
     root = Element("robot", name=leg.name)
     first, shown = nested(root, "link", name="base"), list(links) or [RobotLink()] * len(leg.joints)
     for item in (base or RobotLink()).visuals:
@@ -50,9 +50,9 @@ def urdf_file(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Se
     parent, height = "base", 0.0
     for index, joint in enumerate(leg.joints):
         rate, friction, found = _dynamics(joint, float(fastest[index]))
-        said += [f"{joint.name}: {text}" for text in found]
+        messages += [f"{joint.name}: {text}" for text in found]
         if joint.spring is not None:
-            said.append(f"{joint.name}: URDF has no springs: {joint.spring.rate:.4g} N*m/rad is left out")
+            messages.append(f"{joint.name}: URDF has no springs: {joint.spring.rate:.4g} N*m/rad is left out")
         child = joint.name + _LINK_END
         _urdf_link(root, child, joint, shown[index])
         kind = "continuous" if joint.range is None else "revolute"
@@ -68,7 +68,7 @@ def urdf_file(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Se
             most = f"{UNLIMITED:g}"
             nested(made, "limit", lower=f"{low:.10g}", upper=f"{high:.10g}", effort=most, velocity=most)
         parent, height = child, joint.link.length
-    return _finished(root, [*said, *_base(leg)])
+    return _finished(root, [*messages, *_base(leg)])
 
 
 def _urdf_link(root: Element, name: str, joint: Joint, drawn: RobotLink) -> None:
@@ -99,7 +99,7 @@ def _urdf_mesh(link: Element, item: Visual) -> None:
 
 def sdf_file(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Sequence[RobotLink] = ()) -> RobotFile:
     """The leg as an SDF model fixed to the world; see ``urdf_file``."""
-    said: list[str] = []
+    messages: list[str] = []
     shown = list(links) or [RobotLink()] * len(leg.joints)
     root = Element("sdf", version=SDF_VERSION)
     world = nested(root, "world", name="default")
@@ -115,12 +115,12 @@ def sdf_file(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Seq
     parent, height = "base", 0.0
     for index, joint in enumerate(leg.joints):
         rate, friction, found = _dynamics(joint, float(fastest[index]))
-        said += [f"{joint.name}: {text}" for text in found]
+        messages += [f"{joint.name}: {text}" for text in found]
         child = joint.name + _LINK_END
         _sdf_link(model, child, joint, shown[index], (parent, height))
         _sdf_joint(model, joint, parent, child, rate, friction)
         parent, height = child, joint.link.length
-    return _finished(root, [*said, *_base(leg)])
+    return _finished(root, [*messages, *_base(leg)])
 
 
 def _sdf_link(model: Element, name: str, joint: Joint, drawn: RobotLink, hangs: tuple[str, float]) -> None:
@@ -177,44 +177,44 @@ def _sdf_joint(model: Element, joint: Joint, parent: str, child: str, rate: floa
 def _dynamics(joint: Joint, fastest: float) -> tuple[float, float, list[str]]:
     """Linear damping (N m s/rad), dry friction (N m), and what these two leave out."""
     rate, error = linear_damping(joint, fastest)
-    said = []
+    messages = []
     if error > WORTH_SAYING:
-        said.append(
+        messages.append(
             f"the damper's torque-speed curve is a straight line here, error at most {error:.0%} of its torque up to "
             f"{fastest * 30 / pi:.3g} rpm"
         )
     if joint.with_rotor:
-        said.append(f"not held: {joint.with_rotor:.4g} kg*m^2 that turn with the joint itself (armature, rotor)")
+        messages.append(f"not held: {joint.with_rotor:.4g} kg*m^2 that turn with the joint itself (armature, rotor)")
     friction = joint.effects.get("coulomb_friction", {}).get("torque", 0.0)
     lost = without_held(joint, ("coulomb_friction", "shear_thinning_damping", "quadratic_damping"))
     if lost:
-        said.append(f"not held: {', '.join(lost)}")
-    return rate, friction, said
+        messages.append(f"not held: {', '.join(lost)}")
+    return rate, friction, messages
 
 
 def _base(leg: Leg) -> list[str]:
-    said = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
+    messages = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
     drives = zip(leg.joints, drive_terms(leg), strict=True)
-    return [*said, *(f"{joint.name}: not held: the drive ({drive.in_words})" for joint, drive in drives if drive)]
+    return [*messages, *(f"{joint.name}: not held: the drive ({drive.in_words})" for joint, drive in drives if drive)]
 
 
-def _finished(root: Element, said: list[str]) -> RobotFile:
-    notes = ["written by synth; joint angles are rotations q = sign * (measured - zero)", *said]
+def _finished(root: Element, messages: list[str]) -> RobotFile:
+    notes = ["written by synth; joint angles are rotations q = sign * (measured - zero)", *messages]
     for index, text in enumerate(notes):
         root.insert(index, Comment(f" {text} "))
-    return RobotFile(xml_text(root, declared=True), tuple(said))
+    return RobotFile(xml_text(root, declared=True), tuple(messages))
 
 
 def write_robot_files(
     leg: Leg, fastest: Array, folder: Path, base: RobotLink | None = None, links: Sequence[RobotLink] = ()
 ) -> list[str]:
     """Write ``leg.urdf`` and ``leg.sdf`` into ``folder``; return a warning for each file with omissions."""
-    said = []
+    messages = []
     for name, made in (
         ("leg.urdf", urdf_file(leg, fastest, base, links)),
         ("leg.sdf", sdf_file(leg, fastest, base, links)),
     ):
         write_text(folder / name, made.text)
         if made.warnings:
-            said.append(noted(f"{name} does not represent all of the leg: {'; '.join(made.warnings)}"))
-    return said
+            messages.append(noted(f"{name} does not represent all of the leg: {'; '.join(made.warnings)}"))
+    return messages

@@ -35,22 +35,22 @@ def write_simulator_files(leg: Leg, fastest: Array, folder: Path) -> dict[str, t
 
 def _mjcf_lost(leg: Leg, fastest: Array) -> list[str]:
     """Features that MuJoCo's joints lack; the file lists them in comments too."""
-    said = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
+    notes = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
     for joint, speed, drive in zip(leg.joints, fastest, drive_terms(leg), strict=True):
-        said += [f"{joint.name}: not held, of the drive: {text}" for text in (drive.lost if drive is not None else ())]
+        notes += [f"{joint.name}: not held, of the drive: {text}" for text in (drive.lost if drive is not None else ())]
         lost = without_held(joint, HELD)
         if lost:
-            said.append(f"{joint.name}: not held: {', '.join(lost)}")
+            notes.append(f"{joint.name}: not held: {', '.join(lost)}")
         error = damping_terms(joint, float(speed)).error
         if error > 1e-3:
-            said.append(f"{joint.name}: the damper's curve has an error of at most {error:.1%} of its torque")
-    return said
+            notes.append(f"{joint.name}: the damper's curve has an error of at most {error:.1%} of its torque")
+    return notes
 
 
 def _readme(leg: Leg, lost: dict[str, tuple[str, ...]]) -> str:
     lines = [f"# {leg.name}", "", "The same leg for several simulators. Omissions of each file:", ""]
-    for name, said in lost.items():
-        lines += [f"- `{name}`: {'nothing is lost' if not said else ''}", *(f"  - {text}" for text in said)]
+    for name, notes in lost.items():
+        lines += [f"- `{name}`: {'nothing is lost' if not notes else ''}", *(f"  - {text}" for text in notes)]
     lines += [
         "",
         "`leg.usda` is a layer of joint and mass parameters: import `leg.urdf` into Isaac Sim and add it on top.",

@@ -228,15 +228,15 @@ def _warnings(
     index: int,
     leg: Leg,
 ) -> list[str]:
-    said = [
+    messages = [
         f"{joint}: the damper was measured between {speeds.low:.3g} and {speeds.high:.3g} rad/s "
         f"({speeds.low * 30 / np.pi:.2g} to {speeds.high * 30 / np.pi:.2g} rpm); beyond that its law is extrapolated"
     ]
     if len(drops) == 1:
-        said.append(f"{joint}: the damper's law was chosen from a single drop; a second one would test it")
+        messages.append(f"{joint}: the damper's law was chosen from a single drop; a second one would test it")
     alike = [f.law.name for f in fits if f is not used and f.rms_held_out <= used.rms_held_out * 1.1]
     if alike:
-        said.append(f"{joint}: these drops do not distinguish {used.law.name} from {' or '.join(alike)}")
+        messages.append(f"{joint}: these drops do not distinguish {used.law.name} from {' or '.join(alike)}")
     ends, creeps = [], []
     for recording in drops:
         found = coefficients(leg, recording.conditions.tip)
@@ -248,5 +248,5 @@ def _warnings(
         creeps.append(abs(end - before)[index] / (last * (time[1] - time[0])))
     held = float(np.median(ends))
     if held > 0.02 and float(np.median(creeps)) < 0.2 * speeds.low:
-        said.append(f"{joint}: the leg stops although gravity still exerts {held:.2g} N*m: it sticks")
-    return said
+        messages.append(f"{joint}: the leg stops although gravity still exerts {held:.2g} N*m: it sticks")
+    return messages

@@ -62,12 +62,12 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions | 
     return result_of(model, recordings, fitted, scatter, options)
 
 
-def _fit_later(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, start: float, said: str) -> FitResult:
+def _fit_later(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, start: float, note: str) -> FitResult:
     """The fit to the samples from ``start`` s after each recording's first one."""
     cut = later(recordings, start)
     assert cut is not None
     result = fit_leg(leg, cut, replace(options, release="recorded"))
-    return replace(result, cut=start, warnings=(said, *result.warnings))
+    return replace(result, cut=start, warnings=(note, *result.warnings))
 
 
 @dataclass(frozen=True)
@@ -177,5 +177,5 @@ def _choose(
         least = float(np.min(probability))
         return "common", f"the {n_trial} trials show no shift of any free angle (least p = {least:.2g})"
     spread = treatments["per_trial"].spread
-    said = ", ".join(f"{leg.joint_names[j]} by {np.degrees(spread[j]):.2g} deg" for j in shifted)
-    return "per_trial", f"the free angle shifts from trial to trial ({said}, one standard deviation)"
+    note = ", ".join(f"{leg.joint_names[j]} by {np.degrees(spread[j]):.2g} deg" for j in shifted)
+    return "per_trial", f"the free angle shifts from trial to trial ({note}, one standard deviation)"

@@ -44,12 +44,12 @@ class IntervalSource:
             return None
         wide = f"{np.degrees(self.half):.2g} deg" if self.quantity == "free_angle" else f"{100 * self.half:.2g} %"
         ranked = sorted(((s, n) for n, s in self.shares.items() if n != TRIALS), reverse=True)
-        told: list[tuple[float, str]] = []
+        largest: list[tuple[float, str]] = []
         for item in ranked[:NAMED]:
-            told.append(item)
-            if sum(share for share, _ in told) >= 0.9 * self.of_links:
+            largest.append(item)
+            if sum(share for share, _ in largest) >= 0.9 * self.of_links:
                 break
-        named = ", ".join(f"{name} ({100 * share:.0f} %)" for share, name in told)
+        named = ", ".join(f"{name} ({100 * share:.0f} %)" for share, name in largest)
         return (
             f"{self.joint}: {100 * self.of_links:.0f} % of the variance in the {self.quantity.replace('_', ' ')}'s "
             f"+-{wide} comes from the leg file's tolerances: {named}. More trials would not reduce it; better "

@@ -157,19 +157,19 @@ def _beside(result: FitResult, best: FitResult, choice: Choice) -> list[str]:
     """Sentences that compare a search's result with least squares."""
     here, there = (np.array([r.rms[name] for name in r.leg.joint_names]) for r in (result, best))
     overall = [float(np.degrees(np.sqrt(np.nanmean(rms**2)))) for rms in (here, there)]
-    said = [
+    messages = [
         f"{choice.method} with the cost {choice.cost} leaves {overall[0]:.3g} deg (RMS), least squares on the same "
         f"recordings {overall[1]:.3g} deg"
     ]
     if overall[0] > WORSE * overall[1]:
-        said[0] += "; the intervals describe the recordings, not the distance of this search from the optimum"
+        messages[0] += "; the intervals describe the recordings, not the distance of this search from the optimum"
     for name, joint in result.joints.items():
         other = best.joints[name]
         parts = [f"k {100 * (joint.spring_rate.value / other.spring_rate.value - 1):+.0f} %"]
         if joint.damper_rate is not None and other.damper_rate is not None:
             parts.append(f"b {100 * (joint.damper_rate.value / other.damper_rate.value - 1):+.0f} %")
-        said.append(f"{name}: compared with least squares {', '.join(parts)}")
-    return said
+        messages.append(f"{name}: compared with least squares {', '.join(parts)}")
+    return messages
 
 
 def _over_all_samples(result: FitResult, recordings: Sequence[Recording]) -> FitResult:

@@ -24,14 +24,14 @@ def odd_trials(names: Sequence[str], joints: Sequence[str], rms: Array, free_ang
     """
     if len(names) < LEAST:
         return []
-    said = []
+    messages = []
     for i, name in enumerate(names):
         others = [k for k in range(len(names)) if k != i]
         for j, joint in enumerate(joints):
             usual = _median(rms[others, j])
             if rms[i, j] > max(TIMES * usual, LEAST_RMS):
                 off, rest = np.degrees(rms[i, j]), np.degrees(usual)
-                said.append(f"{name}: {joint} is {off:.2g} deg RMS there and {rest:.2g} deg in the others; {LOOK}")
+                messages.append(f"{name}: {joint} is {off:.2g} deg RMS there and {rest:.2g} deg in the others; {LOOK}")
                 break
             if free_angle is None:
                 continue
@@ -40,9 +40,9 @@ def odd_trials(names: Sequence[str], joints: Sequence[str], rms: Array, free_ang
             if abs(free_angle[i, j] - middle) > max(TIMES * 1.4826 * spread, LEAST_SHIFT):
                 there, rest = np.degrees(free_angle[i, j]), np.degrees(middle)
                 away = f"would have its free angle at {there:.3g} deg there and at {rest:.3g} deg in the others"
-                said.append(f"{name}: {joint} {away}; {LOOK}")
+                messages.append(f"{name}: {joint} {away}; {LOOK}")
                 break
-    return said
+    return messages
 
 
 def _median(values: Array) -> float:

@@ -40,13 +40,13 @@ ZEROS = (np.pi, 0.5 * np.pi, -0.5 * np.pi)  # rad, usual offsets of the zero bet
 
 def doubts(leg: Leg, recordings: Sequence[Recording], result: FitResult) -> tuple[str, ...]:
     """All warnings about a fit's input."""
-    said = [*leg_doubts(leg), *recording_doubts(leg, recordings), *convention_doubts(leg, recordings, result)]
-    return tuple(said)
+    messages = [*leg_doubts(leg), *recording_doubts(leg, recordings), *convention_doubts(leg, recordings, result)]
+    return tuple(messages)
 
 
 def leg_doubts(leg: Leg) -> list[str]:
     """Sentences on links that are impossible for a rigid body or a limb."""
-    said = []
+    messages = []
     for joint in leg.joints:
         link, name = joint.link, joint.name
         reach = max(link.length, 2.0 * abs(link.com))
@@ -56,9 +56,9 @@ def leg_doubts(leg: Leg) -> list[str]:
                 f"{name}: the link's inertia is {times:.2g} times its mass by its length squared, more than any "
                 "distribution of that mass along it has; check the units of inertia, mass and length"
             )
-            said.append(decisive(text))
+            messages.append(decisive(text))
         if not 0.0 <= link.com <= link.length:
-            said.append(
+            messages.append(
                 f"{name}: the link's centre of mass lies {1e3 * link.com:.4g} mm from its joint, outside the link's "
                 f"{1e3 * link.length:.4g} mm; correct only with a counterweight"
             )
@@ -69,18 +69,18 @@ def leg_doubts(leg: Leg) -> list[str]:
             f"{heavy.name} and {light.name}: link masses of {heavy.link.mass:.3g} and {light.link.mass:.3g} kg, more "
             f"than {MASS_RATIO:.0f} to one; check their units (g, kg)"
         )
-        said.append(decisive(text))
-    return said
+        messages.append(decisive(text))
+    return messages
 
 
 def recording_doubts(leg: Leg, recordings: Sequence[Recording]) -> list[str]:
     """Sentences on frozen channels, and on motion far too slow or fast for a limb of this size."""
-    said = []
+    messages = []
     for recording in recordings:
         for j in recording.free:
             text = _frozen(recording, j)
             if text:
-                said.append(decisive(f"{recording.name}: {leg.joints[j].name} {text}"))
+                messages.append(decisive(f"{recording.name}: {leg.joints[j].name} {text}"))
     length = sum(joint.link.length for joint in leg.joints)
     if leg.gravity > 0.0 and recordings:
         natural = float(np.sqrt(leg.gravity / length))
@@ -92,8 +92,8 @@ def recording_doubts(leg: Leg, recordings: Sequence[Recording]) -> list[str]:
                 f"hangs and swings at {natural / (2 * np.pi):.2g} Hz, and limbs of this size lie between "
                 f"{SLOWEST:g} and {FASTEST:g} times that; {hint}"
             )
-            said.append(decisive(text))
-    return said
+            messages.append(decisive(text))
+    return messages
 
 
 def _frozen(recording: Recording, joint: int) -> str:
@@ -199,5 +199,7 @@ def _motion(recordings: Sequence[Recording]) -> Array:
     """(n,) rad, RMS deviation of each joint from the end of its recordings."""
     stacked = [np.where(r.counts, r.rotation - r.smoothed.angle[-1], np.nan) for r in recordings]
     square = np.concatenate(stacked) ** 2
-    told = np.isfinite(square).any(axis=0)
-    return np.sqrt(np.where(told, np.nansum(square, axis=0) / np.maximum(np.isfinite(square).sum(axis=0), 1), np.inf))
+    observed = np.isfinite(square).any(axis=0)
+    return np.sqrt(
+        np.where(observed, np.nansum(square, axis=0) / np.maximum(np.isfinite(square).sum(axis=0), 1), np.inf)
+    )

@@ -119,9 +119,15 @@ class Recording:
         known = self.known_torque
         if known is not None:
             known = (known[0] - start, known[1])
-        told = None if self.signals is None else self.signals.later(start)
+        drive_signals = None if self.signals is None else self.signals.later(start)
         return replace(
-            self, time=time, rotation=rotation, counts=counts, smoothed=smoothed, known_torque=known, signals=told
+            self,
+            time=time,
+            rotation=rotation,
+            counts=counts,
+            smoothed=smoothed,
+            known_torque=known,
+            signals=drive_signals,
         )
 
     def stretched(self, factor: float) -> Recording:
@@ -194,8 +200,8 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
         )
     signals = None
     if trial.signals is not None:
-        told = trial.signals.later(float(trial.time[read][0] + thin.time[0]))
-        signals = replace(told, command=leg.to_rotation(told.command), supply=told.supply)
+        drive_signals = trial.signals.later(float(trial.time[read][0] + thin.time[0]))
+        signals = replace(drive_signals, command=leg.to_rotation(drive_signals.command), supply=drive_signals.supply)
     conditions = Conditions(locked, trial.tip_mass, trial.tilt, trial.tip_inertia, trial.tip_at)
     return Recording(
         trial.name, time, rotation, counts, conditions, smoothed, known, n_lost, trial.leg, thin.sentence, signals

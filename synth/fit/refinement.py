@@ -84,12 +84,12 @@ def _noise(
     rounding: list[Rounding | None] = [None] * len(counts)
     if weight == "noise":
         rounding = [rounding_of(np.concatenate([each[:, j] for each in off]), w) for j, w in enumerate(counts)]
-    told = [each.copy() for each in off]
+    whitened = [each.copy() for each in off]
     for j, item in enumerate(rounding):
         if item is not None:
-            for each in told:
+            for each in whitened:
                 each[:, j] = item.surprise(each[:, j], HUBER)
-    times = correlation_times(recordings, [r.rotation + t for r, t in zip(recordings, told, strict=True)])
+    times = correlation_times(recordings, [r.rotation + t for r, t in zip(recordings, whitened, strict=True)])
     found = clipped_rms(recordings, predictions) * np.sqrt(times)
     found = np.where(np.isfinite(found), found, 1.0) + 1e-7
     if weight == "equal":

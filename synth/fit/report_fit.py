@@ -203,10 +203,10 @@ def _open(
 ) -> tuple[str, ...]:
     """Sentences on what the trials leave open: each joint, moves along a ridge, and the mass scale."""
     unknowns = sought_by(model)
-    said = not_separable(unknowns, covariance(model, solution, with_prior=False), solution.values)
+    messages = not_separable(unknowns, covariance(model, solution, with_prior=False), solution.values)
     told = any(balance.weighed for balance in unknowns.balances)
     scale = mass_scale_sentence(model.leg, recordings, weighed=told)
-    return (*said, *softened, *([scale] if scale else []))
+    return (*messages, *softened, *([scale] if scale else []))
 
 
 def _misfits(rms: Mapping[str, float], clipped: Mapping[str, float], scatter: Mapping[str, float]) -> list[str]:

@@ -24,10 +24,10 @@ STILL, FIRST = (
 
 @dataclass(frozen=True)
 class Begun:
-    """``recordings`` from their release, without those with too few samples after it, and ``said`` the messages."""
+    """``recordings`` from their release, without those with too few samples after it; ``messages`` : what was cut."""
 
     recordings: list[Recording]
-    said: tuple[str, ...] = ()
+    messages: tuple[str, ...] = ()
 
 
 def from_release(leg: Leg, recordings: Sequence[Recording]) -> Begun:
@@ -37,7 +37,7 @@ def from_release(leg: Leg, recordings: Sequence[Recording]) -> Begun:
     messages state this.
     """
     kept: list[Recording] = []
-    said: list[str] = []
+    messages: list[str] = []
     for recording in recordings:
         found = release_in(leg, recording) if _may_lie_still(recording) else None
         if found is None or not found.still_first or found.released_by is None:
@@ -48,12 +48,14 @@ def from_release(leg: Leg, recordings: Sequence[Recording]) -> Begun:
         text = f"{recording.name}: the limb is at rest at first and is {found.sentence.split(';')[0]}"
         if left >= LEAST_SAMPLES:
             kept.append(recording.later(first))
-            said.append(f"{text}; fitted from {recording.time[first]:.3f} s after its first sample")
+            messages.append(f"{text}; fitted from {recording.time[first]:.3f} s after its first sample")
         else:
-            said.append(f"{text}; only {left} samples follow, so it is left out. Does its window contain a release?")
+            messages.append(
+                f"{text}; only {left} samples follow, so it is left out. Does its window contain a release?"
+            )
     if not kept:
-        return Begun(list(recordings), tuple(f"{text} (used nevertheless: no other remains)" for text in said))
-    return Begun(kept, tuple(said))
+        return Begun(list(recordings), tuple(f"{text} (used nevertheless: no other remains)" for text in messages))
+    return Begun(kept, tuple(messages))
 
 
 def release_in(leg: Leg, recording: Recording) -> Release | None:

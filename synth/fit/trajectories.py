@@ -1,6 +1,6 @@
 """Residuals of whole trajectories and their Jacobian: the nominal lane and its perturbations step together.
 
-Internal numerical differentiation (Bock 1983, as told in Hairer et al., *Solving ODEs I*, section II.6 and Nocedal &
+Internal numerical differentiation (Bock 1983; Hairer et al., *Solving ODEs I*, section II.6 and Nocedal &
 Wright, *Numerical Optimization*, section 8.1): perturbed trajectories that share the nominal's steps differ from it
 smoothly, so forward differences at rtol 1e-5 are good to 3e-5 of the largest. That is too little for an overdamped
 joint, whose steps are at the limit of stability: the dependence of its error of 1e-5 rad on b then looks like

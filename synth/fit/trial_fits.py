@@ -70,16 +70,16 @@ def _start(leg: Leg, recording: Recording, local: Local) -> StartFit:
     held = ~recording.counts.any(axis=0)
     seen = recording.start
 
-    def told(values: Array) -> Array:
+    def if_free(values: Array) -> Array:
         return np.where(held, np.nan, values)
 
     recorded = FirstState(
-        told(leg.to_measured(seen.angle)),
-        told(leg.sign * seen.rate),
-        told(seen.angle_deviation),
-        told(seen.rate_deviation),
+        if_free(leg.to_measured(seen.angle)),
+        if_free(leg.sign * seen.rate),
+        if_free(seen.angle_deviation),
+        if_free(seen.rate_deviation),
     )
-    return StartFit(told(leg.to_measured(local.rotation)), told(leg.sign * local.rate), recorded)
+    return StartFit(if_free(leg.to_measured(local.rotation)), if_free(leg.sign * local.rate), recorded)
 
 
 def away_from_their_starts(names: Sequence[str], trials: Sequence[TrialFit]) -> list[str]:

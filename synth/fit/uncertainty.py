@@ -153,9 +153,9 @@ def mass_scale_sentence(leg: Leg, recordings: Sequence[Recording], *, weighed: b
 
     ``weighed``: a static point with a known torque or mass is given.
     """
-    told = weighed or any(r.driven for r in recordings)
-    told = told or len({r.conditions.tip_mass for r in recordings}) > 1
-    if told:
+    scale_known = weighed or any(r.driven for r in recordings)
+    scale_known = scale_known or len({r.conditions.tip_mass for r in recordings}) > 1
+    if scale_known:
         return None
     last = leg.joints[-1]
     mass = 1e3 * float(outboard_inertia(leg)[-1]) / last.link.length**2

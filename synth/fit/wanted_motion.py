@@ -52,7 +52,7 @@ class WantedMotion:
     shown: Mapping[str, Mapping[str, float]]
 
     @property
-    def said(self) -> tuple[str, ...]:
+    def messages(self) -> tuple[str, ...]:
         """A sentence on each characteristic that differs from the request."""
         found = []
         for name, key, asked, shown in _pairs(self.asked, self.shown):
@@ -101,7 +101,7 @@ def _text(value: float, key: str) -> str:
 
 
 def rise_of(ratio: float) -> float:
-    """10-90 % rise time of an oscillator let go at rest, times its natural frequency."""
+    """10-90 % rise time of an oscillator released at rest, times its natural frequency."""
     # Before the first half period ends: later the motion returns through the level.
     last = min(10.0, np.pi / np.sqrt(1 - ratio**2)) if ratio < 1 else 10.0 * (1 + ratio)
     ends = [brentq(lambda t, level=level: _fall(ratio, t) - level, 0.0, last) for level in (0.9, 0.1)]
@@ -292,5 +292,10 @@ def with_wanted_leg(project: LegProject) -> LegProject:
         return project
     found = wanted_motion(project.source, project.wanted)
     return replace(
-        project, trials=(found.trial,), release="recorded", wanted_shown=found.as_json(), said=found.said, wanted={}
+        project,
+        trials=(found.trial,),
+        release="recorded",
+        wanted_shown=found.as_json(),
+        messages=found.messages,
+        wanted={},
     )

@@ -112,9 +112,11 @@ def _refuse_no_motor(names: Sequence[str], found: MotorEstimate) -> None:
         if estimate.value < -SURE * estimate.deviation:
             wrong[key] = unit
     if wrong:
-        said = ", ".join(f"{key.replace('_', ' ')} {getattr(found, key).value:.3g} {u}" for key, u in wrong.items())
+        messages = ", ".join(f"{key.replace('_', ' ')} {getattr(found, key).value:.3g} {u}" for key, u in wrong.items())
         shown = ", ".join(names[:5]) + (" and others" if len(names) > 5 else "")
-        text = f"{shown}: no motor has {said}. Are columns exchanged, or of the wrong sign? Voltage and current are "
+        text = (
+            f"{shown}: no motor has {messages}. Are columns exchanged, or of the wrong sign? Voltage and current are "
+        )
         raise UserError(Problem(f"{text}positive where they drive the motor forward, speed is the gear's output"))
 
 

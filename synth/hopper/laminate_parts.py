@@ -15,7 +15,7 @@ FOLDER = "parts"
 
 
 def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
-    """Write the parts of the chosen leg into ``folder/parts``; what cannot be drawn is said in ``notes``."""
+    """Write the parts of the chosen leg into ``folder/parts``; ``notes`` states what cannot be drawn."""
     from synth.cad.hopper_joint import export_hopper
     from synth.cad.limits import DimensionError
     from synth.hopper.drawn_flexures import JOINTS, drawn_flexures

@@ -269,10 +269,10 @@ def _with_drive(begun: _Break | None, time: Array, rotation: Array, lost: Mask, 
     released, by = (None, None) if begun is None else (begun.at, begun.by)
     start = float(time[0]) if released is None else released
     free_at = start if by is None else by
-    said = "it moves from the first sample"
+    reason = "it moves from the first sample"
     if begun is not None:
-        said = f"released at {released:.3f} s"
-        said += f" ({begun.by:.3f} s at the latest)"
+        reason = f"released at {released:.3f} s"
+        reason += f" ({begun.by:.3f} s at the latest)"
     after = time >= start
     free = [j for j in range(rotation.shape[1]) if j not in view.locked]
     drive = None
@@ -283,14 +283,16 @@ def _with_drive(begun: _Break | None, time: Array, rotation: Array, lost: Mask, 
         drive = drive_after(view.leg, smoothed, points, free, view.tip_mass)
     if drive is None:
         return Release(
-            released, start if by is None else by, None, None, 0.0, f"{said}; no external torque after that", by
+            released, start if by is None else by, None, None, 0.0, f"{reason}; no external torque after that", by
         )
     name = view.leg.joint_names[drive.joint]
-    said += f"; until {drive.until:.3f} s a torque acts on the {name} that its spring and damper do not produce "
-    said += f"(up to {drive.share:.0%} of its torque range)"
+    reason += f"; until {drive.until:.3f} s a torque acts on the {name} that its spring and damper do not produce "
+    reason += f"(up to {drive.share:.0%} of its torque range)"
     grid = view.smoothed.time
     greatest = view.speed[grid >= start].max()
     if view.speed[grid >= drive.until].max() < LEFT_OVER * greatest:
-        said += ", but by then the limb is almost at rest, so an external torque and another law of the leg look alike"
-        return Release(released, free_at, drive.until, drive.joint, drive.share, said, by)
-    return Release(released, max(free_at, drive.until), drive.until, drive.joint, drive.share, said, by)
+        reason += (
+            ", but by then the limb is almost at rest, so an external torque and another law of the leg look alike"
+        )
+        return Release(released, free_at, drive.until, drive.joint, drive.share, reason, by)
+    return Release(released, max(free_at, drive.until), drive.until, drive.joint, drive.share, reason, by)

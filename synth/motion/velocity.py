@@ -54,10 +54,10 @@ def with_velocities(smoothed: Smoothed, time: Array, velocities: Array) -> Smoot
         good = np.isfinite(velocities[:, j])
         if good.sum() < FEWEST:
             continue
-        told = np.interp(smoothed.time, time[good], velocities[good, j])
+        interpolated = np.interp(smoothed.time, time[good], velocities[good, j])
         inside = (smoothed.time >= time[good][0]) & (smoothed.time <= time[good][-1])
         if of_value * _noise(velocities[good, j]) < of_slope * smoothed.noise[j]:
-            rate[inside, j] = savitzky_golay(told[:, None], points, 3, step)[0][inside, 0]
+            rate[inside, j] = savitzky_golay(interpolated[:, None], points, 3, step)[0][inside, 0]
     return replace(smoothed, rate=rate)
 
 

@@ -98,14 +98,14 @@ def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = No
 
 def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tuple[str, list[_SheetColumn], list[str]]:
     """The family that most columns fit, these columns, and the other titles."""
-    told = {theirs.casefold(): ours for theirs, ours in mapping.items()}
+    mapped = {theirs.casefold(): ours for theirs, ours in mapping.items()}
     missing = [theirs for theirs in mapping if theirs.casefold() not in {title.casefold() for title in titles}]
     if missing:
         text = f"no column is called {' or '.join(missing)}; there are {', '.join(titles)}"
         raise UserError(Problem(text, name, line=1, key="--map"))
     best: tuple[str, list[_SheetColumn], list[str]] | None = None
     for family in IMPORTED:
-        columns, unused = _columns(titles, told, FAMILIES[family])
+        columns, unused = _columns(titles, mapped, FAMILIES[family])
         names = {column.field.name for column in columns}
         if "part" in names and (best is None or len(columns) > len(best[1])):
             best = family, columns, unused
@@ -119,13 +119,13 @@ def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tu
 
 
 def _columns(
-    titles: Sequence[str], told: Mapping[str, str], row: type[CatalogueRow]
+    titles: Sequence[str], mapped: Mapping[str, str], row: type[CatalogueRow]
 ) -> tuple[list[_SheetColumn], list[str]]:
     known = {item.name: item for item in row.columns()}
     columns: list[_SheetColumn] = []
     unused = []
     for index, title in enumerate(titles):
-        ours = told.get(title.casefold()) or standard(title, frozenset(known))
+        ours = mapped.get(title.casefold()) or standard(title, frozenset(known))
         bare, _, unit = ours.partition("[")
         bare = bare.strip().casefold().replace(" ", "_")
         bare = "max_torque" if bare == "torque" and "max_torque" in known else bare

@@ -13,7 +13,7 @@ from synth.planting.effect_size import PlantedCause
 from synth.planting.forms import Scale
 from synth.planting.setup import Setup
 
-Told = Mapping[str, Any]
+Numbers = Mapping[str, Any]
 MEANING = {
     "coulomb_friction": ("friction torque", "N*m"),
     "stribeck_friction": ("break-away torque", "N*m"),
@@ -45,21 +45,21 @@ MEANING = {
 
 def size_of(cause: PlantedCause, setup: Setup, scale: Scale) -> float | None:
     """SI value of the quantity in ``MEANING``; None if the cause has none."""
-    told = cause.form.tell(cause.size)
+    numbers = cause.form.tell(cause.size)
     known = _BY_EFFECT.get(cause.effect)
-    return None if known is None else abs(float(known(told, cause, setup, scale)))
+    return None if known is None else abs(float(known(numbers, cause, setup, scale)))
 
 
 def _first(name: str) -> Callable[..., float]:
-    return lambda told, cause, setup, scale: told[name]
+    return lambda numbers, cause, setup, scale: numbers[name]
 
 
 def _ratio(*names: str) -> Callable[..., float]:
     """The largest relative change among those given."""
-    return lambda told, cause, setup, scale: max(abs(float(told[n]) - 1.0) for n in names if n in told)
+    return lambda numbers, cause, setup, scale: max(abs(float(numbers[n]) - 1.0) for n in names if n in numbers)
 
 
-def _at_load(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
+def _at_load(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     j = cause.joint
     if cause.form.name.startswith("bearing"):
         return cause.size * setup.true.gravity * float(setup.true.of("mass")[j:].sum())
@@ -73,16 +73,16 @@ def _law_torque(cause: PlantedCause, q: float, w: float) -> float:
     return float(torque_laws.torque(law.law, par, np.zeros((1, 2)), 0.0, q, w, q, w, 0.0, 0.0)[0])
 
 
-def _thinning(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
+def _thinning(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     top = float(scale.speed[cause.joint])
     return _law_torque(cause, 0.0, top) / (float(setup.true.of("damper")[cause.joint]) * top)
 
 
-def _drag(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
+def _drag(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     return _law_torque(cause, 0.0, float(scale.speed[cause.joint]))
 
 
-def _hardening(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
+def _hardening(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     j = cause.joint
     k, free = float(setup.true.of("spring")[j]), float(setup.true.of("free_angle")[j])
     end = max((float(scale.low[j]), float(scale.high[j])), key=lambda q: abs(q - free))
@@ -90,22 +90,22 @@ def _hardening(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> f
 
 
 def _per_spring(name: str) -> Callable[..., float]:
-    return lambda told, cause, setup, scale: float(told[name]) / float(setup.true.of("spring")[cause.joint])
+    return lambda numbers, cause, setup, scale: float(numbers[name]) / float(setup.true.of("spring")[cause.joint])
 
 
-def _more_damping(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
-    return float(told["rate"]) - float(setup.true.of("damper")[cause.joint])
+def _more_damping(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
+    return float(numbers["rate"]) - float(setup.true.of("damper")[cause.joint])
 
 
-def _late(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
-    return float(told.get("delay_s", told.get("lag_s", math.nan)))
+def _late(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
+    return float(numbers.get("delay_s", numbers.get("lag_s", math.nan)))
 
 
 def _radians(name: str) -> Callable[..., float]:
-    return lambda told, cause, setup, scale: math.radians(float(told[name]))
+    return lambda numbers, cause, setup, scale: math.radians(float(numbers[name]))
 
 
-_BY_EFFECT: dict[str, Callable[[Told, PlantedCause, Setup, Scale], float]] = {
+_BY_EFFECT: dict[str, Callable[[Numbers, PlantedCause, Setup, Scale], float]] = {
     "coulomb_friction": _first("p0"),
     "stribeck_friction": _first("p1"),
     "load_friction": _at_load,
@@ -114,14 +114,14 @@ _BY_EFFECT: dict[str, Callable[[Told, PlantedCause, Setup, Scale], float]] = {
     "hardening_spring": _hardening,
     "one_sided_spring": _per_spring("rate_change"),
     "spring_hysteresis": _per_spring("p0"),
-    "backlash": lambda told, cause, setup, scale: 2.0 * math.radians(float(told["half_gap_deg"])),
+    "backlash": lambda numbers, cause, setup, scale: 2.0 * math.radians(float(numbers["half_gap_deg"])),
     "spring_preload": _radians("shift_deg"),
     "link_mass": _ratio("ratio"),
     "link_inertia": _ratio("com_ratio", "inertia_ratio"),
     "encoder_offset": _first("offset_rad"),
     "encoder_scale": _first("scale_error"),
     "latency": _late,
-    "joint_stop": lambda told, cause, setup, scale: cause.size,
+    "joint_stop": lambda numbers, cause, setup, scale: cause.size,
     "base_compliance": _first("natural_hz"),
     "base_tilt": _radians("tilt_deg"),
     "link_flexibility": _first("rate"),

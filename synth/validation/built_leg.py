@@ -61,7 +61,7 @@ def table_8(data: LabData) -> ComparisonTable:
             rows.append(
                 ComparisonRow(f"{name} {symbol}", (cell(published[row, j], unit), ends, *(cell(e) for e in estimates)))
             )
-    said = [
+    messages = [
         *on_bounds(published, lower, upper, "the published pair"),
         *_outside(found, lower, upper),
         *_by_joint(published, found),
@@ -76,7 +76,7 @@ def table_8(data: LabData) -> ComparisonTable:
         f"First the ankle (hip and knee held), then the knee with the ankle's values fixed, then the hip with both "
         f"fixed; the first {USED} releases of each joint, as in the thesis. Least squares; no bound is active. Initial "
         "states are estimated. At the end of a release, spring and weight balance within 3 deg.",
-        tuple(said),
+        tuple(messages),
     )
 
 
@@ -147,29 +147,29 @@ def _all(data: LabData) -> list[Recording]:
 
 def _outside(found: Mapping[str, Isolated], lower: Array, upper: Array) -> list[str]:
     """Sentences on bounds of the thesis that exclude our estimate or the theoretical rate of the spring."""
-    said = []
+    messages = []
     for j, name in enumerate(JOINTS):
         joint, soft = found[name].found, ridge_sentence(found[name].fit, name)
         assert joint.damper_rate is not None
         if soft is not None:
-            said.append(soft)
+            messages.append(soft)
             continue
         for row, (symbol, estimate) in enumerate((("k", joint.spring_rate), ("b", joint.damper_rate))):
             if not lower[row, j] <= estimate.value <= upper[row, j]:
-                said.append(
+                messages.append(
                     f"{name}: our {symbol}, {estimate.value:.3g}, lies outside the bounds of the thesis' search "
                     f"({lower[row, j]:.3g} to {upper[row, j]:.3g}), which could not find it."
                 )
     if lower[0, 0] > WIRE_THEORY:
-        said.append(
+        messages.append(
             f"hip: the spring's theoretical {WIRE_THEORY:.0f} N*m/rad lies below the lower bound of the search, "
             f'{lower[0, 0]:.1f}: "twice the theory" describes the bound, not the spring.'
         )
-    return said
+    return messages
 
 
 def _by_joint(published: Array, found: Mapping[str, Isolated]) -> list[str]:
-    said = []
+    messages = []
     for j, name in enumerate(JOINTS):
         item = found[name]
         joint = item.found
@@ -179,12 +179,12 @@ def _by_joint(published: Array, found: Mapping[str, Isolated]) -> list[str]:
         both = inside(joint.spring_rate, published[0, j]), inside(joint.damper_rate, published[1, j])
         words = [f"{s} {'inside' if held else 'outside'}" for s, held in zip("kb", both, strict=True)]
         where = f" ({listed(words)} our 90 % intervals)" if ridge_sentence(item.fit, name) is None else ""
-        said.append(
+        messages.append(
             f"{name}: k {percent(rates[0] / published[0, j])}, b {percent(rates[1] / published[1, j])} against the "
             f"published values{where}; b/k {quotients[0]:.3g} s against {quotients[1]:.3g} s. The RMS residual of our "
             f"fit is {np.degrees(item.fit.rms[name]):.2f} deg."
         )
-    return said
+    return messages
 
 
 def _ridge(hip: Isolated) -> list[str]:

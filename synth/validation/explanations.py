@@ -39,7 +39,7 @@ def difference_sentences(published: Array, ours: FitResult, rms: Array, best: Ar
 
     ``rms`` : (3,) rad, residual of the published rates. ``best`` : (3,) rad, of ours, from the same initial states.
     """
-    said = []
+    messages = []
     for j, (name, joint) in enumerate(ours.joints.items()):
         assert joint.damper_rate is not None
         k, b = published[:, j]
@@ -51,44 +51,44 @@ def difference_sentences(published: Array, ours: FitResult, rms: Array, best: Ar
         same = all(abs(np.log(e / p)) < NEAR for e, p in ((joint.spring_rate.value, k), (joint.damper_rate.value, b)))
         soft = ridge_sentence(ours, name)
         if soft is not None:
-            said.append(f"{name}: {change}, but {soft.removeprefix(f'{name}: ')} {left[0].upper()}{left[1:]}.")
+            messages.append(f"{name}: {change}, but {soft.removeprefix(f'{name}: ')} {left[0].upper()}{left[1:]}.")
         elif same:
-            said.append(f"{name}: the same within {100 * NEAR:.0f} % ({change}); {left}.")
+            messages.append(f"{name}: the same within {100 * NEAR:.0f} % ({change}); {left}.")
         elif both:
-            said.append(
+            messages.append(
                 f"{name}: {change}; both published rates lie inside our 90 % intervals, so these recordings do not "
                 f"distinguish them from ours ({left})."
             )
         elif abs(np.log(times[1] / times[0])) < 1.5 * NEAR:
-            said.append(
+            messages.append(
                 f"{name}: {change}, but b/k is {times[1]:.3g} s against the published {times[0]:.3g} s: the recordings "
                 f"determine the quotient, not the two rates; {left}."
             )
         elif rms[j] > (1 + NEAR) * best[j]:
-            said.append(
+            messages.append(
                 f"{name}: {change}; b/k {times[1]:.3g} s against {times[0]:.3g} s; {left}: the published pair fits "
                 "worse."
             )
         else:
-            said.append(
+            messages.append(
                 f"{name}: {change}; b/k {times[1]:.3g} s against {times[0]:.3g} s; {left}: both fit the angles equally "
                 "well, but not the characteristics that the thesis compared."
             )
-    return said
+    return messages
 
 
 def on_bounds(rates: Array, lower: Array, upper: Array, whose: str) -> list[str]:
     """Sentences on rates (2, 3) that lie on a bound ``lower`` or ``upper`` (2, 3) of their search."""
-    said = []
+    messages = []
     for row, symbol in enumerate("kb"):
         for j, name in enumerate(JOINTS):
             for end, word in ((lower[row, j], "lower"), (upper[row, j], "upper")):
                 if abs(rates[row, j] / end - 1) < ON_BOUND:
-                    said.append(
+                    messages.append(
                         f"{name}: {symbol} of {whose} lies on its {word} bound, {end:.4g}: the bound stopped the "
                         "search before its minimum."
                     )
-    return said
+    return messages
 
 
 def median_text(values: Sequence[float]) -> str:

@@ -97,7 +97,7 @@ def _claims(case: Case, cases: list[Case]) -> ComparisonTable:
     low, high = full.low or 0.0, full.high or 0.0
     wide = 0.5 * (high - low) / full.value
     inside = "contains" if low <= MEASURED <= high else "does not contain"
-    said = (
+    messages = (
         f"Calibration: {description(given)}. Only the crouch is calibrated to a published height (22 cm of D). Supply "
         "and joint damping are not published either; they are chosen so that D's best design is the study's.",
         f"Point mass: the printed F = T cos(theta)/l does {100 * share:.0f} % of the motors' work on the mass; with a "
@@ -123,7 +123,7 @@ def _claims(case: Case, cases: list[Case]) -> ComparisonTable:
         "Heights are clearances: the greatest height of the foot. Masses, springs, ground and motor constants are the "
         "laboratory's; gears are lossless, as in its simulation; ratios are the maker's, from 30:1 to 380:1; legs are "
         "6 cm and longer.",
-        said,
+        messages,
     )  # fmt: skip
 
 
@@ -131,14 +131,14 @@ def _heights(case: Case) -> ComparisonTable:
     given = case.given
     total = {model: given.height(model, row=APEX) for model in LADDER}
     rows = tuple(ComparisonRow(name, (cell(given.height(name), "cm"), cell(total[name], "cm"))) for name in LADDER)
-    said = (
+    messages = (
         f"Total height includes the body's rise while the leg extends: D reaches {_cm(total['D'])} with the leg whose "
         f"clearance is {_cm(case.heights['D'])}. {_as_total(given)}",
         "B has no joint damping and D no motor dynamics; full has both, and a ground that never pulls.",
     )
     return ComparisonTable(
         "Heights", "The 12 cm leg with 210:1 by each model", ("model", "clearance", "total height"), rows,
-        f"{description(given)}. Total height: the greatest rise of the centre of mass above the crouch.", said,
+        f"{description(given)}. Total height: the greatest rise of the centre of mass above the crouch.", messages,
     )  # fmt: skip
 
 
@@ -152,18 +152,18 @@ def _configurations(cases: list[Case]) -> ComparisonTable:
         label = f"{given.supply:g} V, {given.damping:.2g} N*m*s/rad"
         rows.append(ComparisonRow(label, (f"{degrees(given.crouch):.1f} deg", *cells, note, needed)))
     short = [case for case in cases if not case.reached]
-    said = [
+    messages = [
         f"{description(case.given)}: the lower links lock before D reaches 22 cm; it clears {_cm(case.heights['D'])}."
         for case in short
     ]
-    told = [case for case in cases if case.reached]
-    spread = [case.heights["full"] for case in told]
-    said.append(
+    complete = [case for case in cases if case.reached]
+    spread = [case.heights["full"] for case in complete]
+    messages.append(
         f"With D at 22 cm, full clears {_cm(min(spread))} to {_cm(max(spread))} for all supplies and dampings: the "
         "energy that the rotor takes depends only on its inertia."
     )
-    right = [case for case in told if 180.0 <= case.best.ratio <= 240.0 and 0.11 <= case.best.length <= 0.15]
-    said.append(
+    right = [case for case in complete if 180.0 <= case.best.ratio <= 240.0 and 0.11 <= case.best.length <= 0.15]
+    messages.append(
         "D's best design lies at 180 to 240:1 and 11 to 15 cm for "
         + "; ".join(description(case.given) for case in right)
         + ": a supply of two cells, and more damping than in the laboratory's code."
@@ -174,7 +174,7 @@ def _configurations(cases: list[Case]) -> ComparisonTable:
         tuple(rows),
         f"The 12 cm leg with 210:1; best design among legs up to {100 * SUITABLE:.0f} cm. The first row has the "
         "supply and damping of the laboratory's code. Full has a rotor inertia of 1.5e-8 kg*m^2, a public estimate.",
-        tuple(said),
+        tuple(messages),
     )  # fmt: skip
 
 

@@ -80,19 +80,19 @@ def table_1(data: LabData, rat: RatFits) -> ComparisonTable:
             rows.append(
                 ComparisonRow(f"{name} {symbol}", (*cells, cell(rat.with_mistakes[row, j], unit), cell(estimate)))
             )
-    said = []
+    notes = []
     for pair, rates in published.items():
         cost = rat.method.total(rates), rat.method.total(ours[pair])
         verdict = "lower" if cost[1] < cost[0] else "higher, because it minimises each joint's cost on its own releases"
-        said.append(
+        notes.append(
             f"{pair}: the thesis' swarm cost, without its mistakes, is {cost[0]:.1f} for the published rates and "
             f"{cost[1]:.1f} for ours by the same method, {verdict}."
         )
-    said += on_bounds(rat.swarm, START / BELOW, START * ABOVE, "our swarm")
-    said += on_bounds(published["swarm"], START / BELOW, START * ABOVE, "the published swarm")
+    notes += on_bounds(rat.swarm, START / BELOW, START * ABOVE, "our swarm")
+    notes += on_bounds(published["swarm"], START / BELOW, START * ABOVE, "the published swarm")
     best = found_rates(rat.fit)
-    said += difference_sentences(published["swarm"], rat.fit, rat.method.rms(published["swarm"]), rat.method.rms(best))
-    said += _foot(data, rat, published["swarm"])
+    notes += difference_sentences(published["swarm"], rat.fit, rat.method.rms(published["swarm"]), rat.method.rms(best))
+    notes += _foot(data, rat, published["swarm"])
     return ComparisonTable(
         "Table 1",
         "The rat's hind limb: spring and damper rates",
@@ -103,7 +103,7 @@ def table_1(data: LabData, rat: RatFits) -> ComparisonTable:
         "particles starts from the piecewise result. The thesis prints the column labels k and b the wrong way round; "
         "here they are as in its files. The cost omits heights and times of the knee's peak, which compare different "
         "peaks. Least squares also estimates each trial's initial state and free angle; intervals are 90 %.",
-        tuple(said),
+        tuple(notes),
     )  # fmt: skip
 
 
@@ -132,7 +132,7 @@ def table_2(data: LabData, rat: RatFits) -> ComparisonTable:
     order = ("piecewise, published rates", right, wrong, "swarm, ours", "least squares")
     rows = tuple(ComparisonRow(what, (TABLE_2[what], *(medians[name][what] for name in order))) for what in TABLE_2)
     own = np.degrees(np.median([np.nanmean(np.abs(t.measured - t.fitted)[:, ANKLE]) for t in rat.fit.trials]))
-    said = (
+    notes = (
         f"Angle: with the published rates the ankle's error is {medians[right]['angle']} in a correct model and "
         f"{medians[wrong]['angle']} with the thesis' mistakes, mainly the sign of the foot's weight; least squares "
         f"with estimated initial states and free angles gives {own:.2f} deg.",
@@ -151,7 +151,7 @@ def table_2(data: LabData, rat: RatFits) -> ComparisonTable:
         rows,
         "Frequency and damping ratio of the knee, rise time of the hip, mean absolute angle error of the ankle: "
         "medians over the releases of the relative (angle: absolute) difference between model and recording.",
-        said,
+        notes,
     )
 
 

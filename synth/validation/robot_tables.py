@@ -77,7 +77,7 @@ def table_3(data: LabData, target: RobotTarget) -> ComparisonTable:
             )
     costs = [target.method.total(rates) for rates in (published, target.swarm)]
     best = found_rates(target.fit)
-    said = [
+    messages = [
         f"The thesis' cost, without its mistakes, is {costs[0]:.0f} for the published rates and {costs[1]:.0f} for "
         "those of our swarm with the same start and bounds: "
         + ("the published search missed the minimum." if costs[1] < costs[0] else "the published rates are better."),
@@ -94,7 +94,7 @@ def table_3(data: LabData, target: RobotTarget) -> ComparisonTable:
         tuple(rows),
         "The seven releases at half speed on the robot's links, with the thesis' start values, bounds, weights and "
         "cost, 20 particles and 100 iterations. Least squares as in Table 1.",
-        tuple(said),
+        tuple(messages),
     )  # fmt: skip
 
 
@@ -146,7 +146,7 @@ def table_4(data: LabData, target: RobotTarget) -> ComparisonTable:
         )
         for j, name in enumerate(JOINTS)
     )
-    said = [
+    messages = [
         f"{name}: {np.degrees(found[0][j]):.1f} deg from the published spring rate, "
         f"{np.degrees(found[1][j]):.1f} deg with the wrong sign of the foot's weight, {published[j]:.0f} deg "
         f"published. The free angle varies by {np.degrees(spreads[j]):.1f} deg (standard deviation) over releases; "
@@ -164,7 +164,7 @@ def table_4(data: LabData, target: RobotTarget) -> ComparisonTable:
          "its spread over releases"),
         rows,
         "The free angle with which spring and weight balance in the final pose of a release: median over the seven.",
-        tuple(said),
+        tuple(messages),
     )  # fmt: skip
 
 
@@ -208,7 +208,7 @@ def table_a1(data: LabData, target: RobotTarget) -> ComparisonTable:
 def _differences(published: Mapping[str, Any], found: Sequence[Features], means: Sequence[Array]) -> list[str]:
     """Sentences on the median differences; ``found`` : of the recordings, of the model, of the model with mistakes."""
     given, reached = published["data"], published["achieved"]
-    said = []
+    messages = []
     for label, joint, term, keys in (
         ("hip rise time", HIP, "rise_time", ("hip_rise_s_HEAD", "hip_rise_s")),
         ("knee frequency", KNEE, "damped_frequency", ("knee_omega_rad_s", "knee_omega")),
@@ -218,7 +218,7 @@ def _differences(published: Mapping[str, Any], found: Sequence[Features], means:
         gaps += [_gap(reached[keys[1]], model, joint, term) for model in found[1:]]
         words = [f"{100 * gap:.0f} %" if gap is not None else "not comparable" for gap in gaps]
         closer = gaps[1] is not None and gaps[2] is not None and gaps[2] < gaps[1]
-        said.append(
+        messages.append(
             f"{label}: our value for the recordings differs from the published one by {words[0]} (median of the seven; "
             "depends on the curve through 10 ms samples, on the rest pose and on the definition of a peak), for the "
             f"robot by {words[1]}, with the thesis' mistakes by {words[2]}"
@@ -227,12 +227,12 @@ def _differences(published: Mapping[str, Any], found: Sequence[Features], means:
     ankle = np.degrees(np.mean(reached["ankle_mean_signed_diff_rad"]))
     negative = sum(value < 0 for value in reached["ankle_mean_signed_diff_rad"])
     ours = [float(np.degrees(mean.mean())) for mean in means]
-    said.append(
+    messages.append(
         f"ankle: the published errors are {ankle:+.2f} deg on average, {negative} of {len(SEVEN)} negative. Ours are "
         f"{ours[0]:+.2f} deg, {sum(means[0] < 0)} negative, with the right sign of the foot's weight, and "
         f"{ours[1]:+.2f} deg, {sum(means[1] < 0)} negative, with the thesis' mistakes."
     )
-    return said
+    return messages
 
 
 def _gap(published: Sequence[float], found: Features, joint: int, term: str) -> float | None:

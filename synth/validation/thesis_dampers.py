@@ -46,9 +46,9 @@ def table_6(data: LabData, slow: Sequence[Recording]) -> ComparisonTable:
     for j, name in enumerate(JOINTS):
         cells: tuple[Cell, ...] = (cell(float(published["k_manufacturer"][j]), "N*m/rad"), cell(makers[j], "N*m/rad"))
         rows.append(ComparisonRow(f"{name} k, by its maker", cells))
-    said = [_of_law(law, float(rates[j])) for j, law in enumerate(laws)]
-    said += _of_springs(np.array(published["k_given_dampers"], dtype=float), fit)
-    said.append(
+    messages = [_of_law(law, float(rates[j])) for j, law in enumerate(laws)]
+    messages += _of_springs(np.array(published["k_given_dampers"], dtype=float), fit)
+    messages.append(
         f"hip, by its maker: k = E d^4/(64 D N) with the outside diameter as D gives {_bending(OUTSIDE):.1f} N*m/rad, "
         f"the published number. The formula needs the mean diameter, which gives {_bending(OUTSIDE - WIRE):.1f} "
         "N*m/rad for the same spring."
@@ -61,7 +61,7 @@ def table_6(data: LabData, slow: Sequence[Recording]) -> ComparisonTable:
         "Damper rates: a linear law fitted to whole drops of the leg with only that damper; the initial state of every "
         "drop is estimated. Springs: least squares on the releases at half speed with the published damper rates "
         "fixed. By its maker: the row of the built-in catalogue; for the hand-wound hip spring the bending formula.",
-        tuple(said),
+        tuple(messages),
     )
 
 
@@ -92,18 +92,18 @@ def _of_law(law: DamperLaw, published: float) -> str:
 
 def _of_springs(published: Array, fit: FitResult) -> list[str]:
     """Sentences on the spring rates that suit the dampers, one per joint."""
-    said = []
+    messages = []
     for j, (name, joint) in enumerate(fit.joints.items()):
         found = joint.spring_rate
         change = f"{percent(found.value / published[j])} against the published rate"
         if inside(found, float(published[j])):
-            said.append(f"{name}, spring wanted with that damper: {change}, which lies within our 90 % interval.")
+            messages.append(f"{name}, spring wanted with that damper: {change}, which lies within our 90 % interval.")
         else:
-            said.append(
+            messages.append(
                 f"{name}, spring wanted with that damper: {change}, which lies outside our 90 % interval. With b "
                 "fixed, our fit determines k from angles, the thesis' cost from rise times, decrements and frequencies."
             )
-    return said
+    return messages
 
 
 def _makers() -> list[float | None]:

@@ -80,7 +80,7 @@ def unseen_table(data: LabData) -> ComparisonTable | None:
         f"{len(first.others)} unseen releases. The leg is fitted to the thesis' seven; of each unseen release the "
         "initial state and the free angles are estimated. After muscle activity: from "
         f"{1e3 * start:.0f} ms after the first sample on.",
-        (*begun.said, *_said(columns, first, start)),
+        (*begun.messages, *_said(columns, first, start)),
     )
 
 
@@ -134,24 +134,24 @@ def _repeats(releases: _Releases) -> Errors:
 
 def _said(columns: dict[str, Errors], first: _Releases, start: float) -> list[str]:
     whole, free, own, repeats = columns.values()
-    said = []
+    messages = []
     for name in ("frequency", "damping ratio"):
         theirs, bound, scatter = (float(np.median(errors[name])) for errors in (free, own, repeats))
         within = "within 1.2 times" if theirs <= 1.2 * bound else f"{theirs / bound:.1f} times"
-        said.append(
+        messages.append(
             f"{name}: the error of the leg of the seven is {100 * theirs:.0f} %, {within} the {100 * bound:.0f} % of a "
             f"leg fitted to the release itself; repeats scatter by {100 * scatter:.0f} %. The remaining error comes "
             "from the linear laws of springs and dampers, not from the animal's variation."
         )
     ends = [_risen(recording) for recording in (*first.seven, *first.others)]
     inside = sum(end is not None and end <= start for end in ends)
-    said.append(
+    messages.append(
         f"rise time: {inside} of {len(ends)} hips complete {100 * (1 - RISEN):.0f} % of their motion within "
         f"{1e3 * start:.0f} ms, while muscles are active. The recorded rise is therefore the relaxation of a muscle, "
         "which no passive leg predicts, and the remaining motion is too small for a rise time. From the first sample "
         f"the error is {median_text(whole['rise time'])}."
     )
-    return said
+    return messages
 
 
 def _risen(recording: Recording) -> float | None:

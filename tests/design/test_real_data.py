@@ -118,7 +118,7 @@ def test_the_other_releases_agree_with_the_seven(design: LegDesign) -> None:
     assert len(trials) == 30
     begun = from_release(rat, recordings(rat, trials))
     assert len(begun.recordings) == 29
-    assert "ST2_4" in begun.said[0]
+    assert "ST2_4" in begun.messages[0]
     free = later(begun.recordings, design.source.cut)
     assert free is not None
     result = fit_leg(leg, [recording.stretched(2.0) for recording in free], LegFitOptions())

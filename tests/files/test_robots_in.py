@@ -83,7 +83,7 @@ def test_the_picked_leg_moves_as_the_whole_robot_with_the_rest_locked(tmp_path: 
     assert picked.leg.joints[0].link.length == pytest.approx(0.213)
     assert picked.leg.joints[1].link.length == pytest.approx(0.213)
     assert picked.leg.joints[0].range == (-0.7, 4.5)
-    said = " ".join(picked.said)
+    said = " ".join(picked.messages)
     for part in ("wheel is locked", "abduction", "the body is held", "1 actuator left out: "):
         assert part in said
 
@@ -110,14 +110,14 @@ def test_an_axis_more_than_five_degrees_off_the_plane_is_refused(angle: float, r
         with pytest.raises(UserError, match=r"the axis of calf is 5\.7 deg off .* at most 5 deg are"):
             robot_leg(path, ["thigh", "calf"], "xz")
     else:
-        assert "the axis of calf is 4 deg off" in " ".join(robot_leg(path, ["thigh", "calf"], "xz").said)
+        assert "the axis of calf is 4 deg off" in " ".join(robot_leg(path, ["thigh", "calf"], "xz").messages)
 
 
 def test_a_centre_of_mass_beside_the_line_is_said_and_its_inertia_kept(tmp_path: Path) -> None:
     text = ROBOT.format(**LOCKED).replace('pos="0 .02 -.06" mass="1"', 'pos=".01 .02 -.06" mass="1"')
     picked = robot_leg(written(tmp_path / "a.xml", text), ["thigh", "calf"])
     thigh = picked.leg.joints[0].link
-    (said,) = [item for item in picked.said if "beside the line" in item]
+    (said,) = [item for item in picked.messages if "beside the line" in item]
     assert "thigh lies 8.33 mm beside" in said  # 10 mm of 1 kg, with the wheel's 0.2 kg on the line
     about_joint = 4.6e-3 + 1.0 * (0.06**2 + 0.01**2) + 1e-4 + 0.2 * 0.1**2
     assert thigh.inertia + thigh.mass * thigh.com**2 == pytest.approx(about_joint, rel=1e-9)
@@ -169,7 +169,7 @@ def test_what_is_written_as_urdf_is_read_again(tmp_path: Path) -> None:
     # A URDF turns its base in the first joint's origin: the absolute rotation at a reading is the same.
     turned = again.tilt + again.to_rotation(np.zeros(3))
     np.testing.assert_allclose(turned[0], leg.tilt, atol=1e-9)
-    assert "URDF has no springs" in " ".join(picked.said)
+    assert "URDF has no springs" in " ".join(picked.messages)
 
 
 def test_urdf_frames_are_mujoco_s(tmp_path: Path) -> None:
@@ -275,8 +275,8 @@ def test_a_guessed_length_of_the_last_link_is_told(tmp_path: Path) -> None:
     )
     guessed, given = pick_leg(read_robot(path), ["j"]), pick_leg(read_robot(path), ["j"], tip=0.3)
     assert guessed.leg.joints[0].link.length == pytest.approx(0.2)
-    assert any("no end of the last link: 200 mm" in text for text in guessed.said)
-    assert not any("no end" in text for text in given.said)
+    assert any("no end of the last link: 200 mm" in text for text in guessed.messages)
+    assert not any("no end" in text for text in given.messages)
 
 
 def test_pick_leg_needs_a_mass_below_each_joint(tmp_path: Path) -> None:

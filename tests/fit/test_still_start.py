@@ -47,7 +47,7 @@ def test_a_start_at_rest_is_cut_and_the_interval_contains_the_truth() -> None:
     leg, held = overdamped(), 0
     for seed in range(3):
         begun = from_release(bare(leg), made([held_then_released(leg, seed)]))
-        assert "is at rest at first" in begun.said[0]
+        assert "is at rest at first" in begun.messages[0]
         length = 1.6 - float(begun.recordings[0].time[-1])
         assert RELEASED - 0.004 < length < RELEASED + 0.02
         fitted = fit_leg(bare(leg), begun.recordings)
@@ -65,11 +65,11 @@ def test_a_recording_too_short_after_release_is_dropped_unless_it_is_the_only_on
     short = replace(whole, name="short.csv", time=whole.time[:88], angles=whole.angles[:88])
     begun = from_release(bare(leg), made([whole, short]))
     assert [recording.name for recording in begun.recordings] == ["held.csv"]
-    assert "short.csv" in begun.said[1]
-    assert "is left out" in begun.said[1]
+    assert "short.csv" in begun.messages[1]
+    assert "is left out" in begun.messages[1]
     alone = from_release(bare(leg), made([short]))
     assert len(alone.recordings) == 1
-    assert "no other remains" in alone.said[0]
+    assert "no other remains" in alone.messages[0]
 
 
 def test_free_motion_is_not_cut() -> None:
@@ -78,5 +78,5 @@ def test_free_motion_is_not_cut() -> None:
         case = random_case(seed)
         free = recordings(case.bare, case.trials)
         begun = from_release(case.bare, free)
-        assert begun.said == ()
+        assert begun.messages == ()
         assert begun.recordings == free

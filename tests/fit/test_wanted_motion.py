@@ -45,7 +45,7 @@ def test_one_link_without_gravity_equals_the_harmonic_oscillator() -> None:
     assert joint.spring.rate == pytest.approx(inertia * natural**2, rel=2e-3)
     assert joint.damper.rate == pytest.approx(2 * 0.25 * natural * inertia, rel=5e-3)
     assert joint.spring.free_angle == pytest.approx(radians(100))
-    assert found.said == ()
+    assert found.messages == ()
     half = pi / asked.damped_frequency if asked.damped_frequency else 0.0
     at = int(np.argmin(np.abs(found.trial.time - half)))
     reached = (found.trial.angles[at, 0] - asked.rest) / asked.amplitude

@@ -124,17 +124,17 @@ def _type(name: str, item: FieldInfo, section: KeySection) -> str:
 def _allowed(item: FieldInfo, quantity: Quantity | None) -> str:
     if values := choices(item):
         return ", ".join(str(value) for value in values)
-    said = []
+    messages = []
     if quantity is not None:
         for limit, word in ((quantity.above, "more than"), (quantity.least, "at least"), (quantity.most, "at most")):
             if limit is not None:
                 shown = units.write(limit, quantity.shown) if quantity.unit != "1" else f"{limit:g}"
-                said.append(f"{word} {_short(shown)}")
-    said += [f"at least {found.ge}" for found in marks(item, Ge)]
-    said += [f"at most {found.le}" for found in marks(item, Le)]
-    said += [f"at least {found.min_length} items" for found in marks(item, MinLen)][:1]
-    said += [f"at most {found.max_length} items" for found in marks(item, MaxLen)][:1]
-    return ", ".join(dict.fromkeys(said))
+                messages.append(f"{word} {_short(shown)}")
+    messages += [f"at least {found.ge}" for found in marks(item, Ge)]
+    messages += [f"at most {found.le}" for found in marks(item, Le)]
+    messages += [f"at least {found.min_length} items" for found in marks(item, MinLen)][:1]
+    messages += [f"at most {found.max_length} items" for found in marks(item, MaxLen)][:1]
+    return ", ".join(dict.fromkeys(messages))
 
 
 def _short(quantity: str) -> str:

@@ -26,7 +26,7 @@ class PickedLeg:
     """The leg, and a sentence for each feature of the robot that it omits."""
 
     leg: Leg
-    said: tuple[str, ...]
+    messages: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +71,8 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
     """
     joints = _chain(robot, chain)
     seen = _plane(robot, joints, plane)
-    said = [*robot.left_out, *_tilted(joints, seen)]
-    groups = _groups(robot, joints, said)
+    messages = [*robot.left_out, *_tilted(joints, seen)]
+    groups = _groups(robot, joints, messages)
     anchors = seen.flat(np.stack([joint.anchor for joint in joints]))
     base = robot.bodies[joints[0].body].parent
     tilt = _turn(robot.bodies[base].rotation, seen) if base >= 0 else 0.0
@@ -88,13 +88,13 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
                 text = f"{joint.name} and {joints[index + 1].name} turn about the same place: one link would have no "
                 raise UserError(f"{text}length; leave one of them out of the chain")
         else:
-            along, length = _last(robot, groups[index], anchors[index], lumped, seen, tip, said)
+            along, length = _last(robot, groups[index], anchors[index], lumped, seen, tip, messages)
         direction = atan2(along[0], -along[1])  # counter-clockwise from straight down
-        made.append(_joint(joint, seen, anchors[index], lumped, length, (direction, before), said))
+        made.append(_joint(joint, seen, anchors[index], lumped, length, (direction, before), messages))
         before = direction
     gravity = -float(robot.gravity @ seen.up)
     name = robot.name if robot.name else "robot"
-    return PickedLeg(Leg(name, tuple(made), gravity, tilt), tuple(dict.fromkeys(said)))
+    return PickedLeg(Leg(name, tuple(made), gravity, tilt), tuple(dict.fromkeys(messages)))
 
 
 def _chain(robot: Robot, chain: Sequence[str]) -> list[RobotJoint]:
@@ -144,7 +144,7 @@ def _plane(robot: Robot, joints: Sequence[RobotJoint], plane: str | None) -> _Pl
 
 def _tilted(joints: Sequence[RobotJoint], seen: _Plane) -> list[str]:
     """Refuse axes that leave the plane; report small deviations."""
-    problems, said = [], []
+    problems, messages = [], []
     for joint in joints:
         off = float(np.arccos(np.clip(abs(joint.axis @ seen.normal), 0.0, 1.0)))
         if off > MOST_OFF_PLANE:
@@ -152,13 +152,15 @@ def _tilted(joints: Sequence[RobotJoint], seen: _Plane) -> list[str]:
             text += f"most {degrees(MOST_OFF_PLANE):.0f} deg are allowed: choose other joints, or another --plane"
             problems.append(Problem(text))
         elif degrees(off) > 0.01:
-            said.append(f"the axis of {joint.name} is {degrees(off):.2g} deg off the plane's normal; taken as normal")
+            messages.append(
+                f"the axis of {joint.name} is {degrees(off):.2g} deg off the plane's normal; taken as normal"
+            )
     if problems:
         raise UserError(problems)
-    return said
+    return messages
 
 
-def _groups(robot: Robot, joints: Sequence[RobotJoint], said: list[str]) -> list[list[int]]:
+def _groups(robot: Robot, joints: Sequence[RobotJoint], messages: list[str]) -> list[list[int]]:
     """The bodies of each link: all below its joint and above the next; every other joint is locked."""
     owner = {joint.body: index for index, joint in enumerate(joints)}
     groups: list[list[int]] = [[] for _ in joints]
@@ -174,10 +176,10 @@ def _groups(robot: Robot, joints: Sequence[RobotJoint], said: list[str]) -> list
     ]
     for joint in locked:
         where = f"at {degrees(joint.reading):.4g} deg" if joint.kind == "hinge" else "where it stands"
-        said.append(f"{joint.name or 'a joint without a name'} is locked {where}, and its bodies are lumped")
+        messages.append(f"{joint.name or 'a joint without a name'} is locked {where}, and its bodies are lumped")
     above = [joint.name or "the free joint" for joint in robot.joints if joint.body in base and joint.kind != "fixed"]
     if above:
-        said.append(f"the body is held: {', '.join(above)} above the chain cannot move")
+        messages.append(f"the body is held: {', '.join(above)} above the chain cannot move")
     return groups
 
 
@@ -210,7 +212,7 @@ def _last(
     lumped: _Lumped,
     seen: _Plane,
     tip: float | None,
-    said: list[str],
+    messages: list[str],
 ) -> tuple[Array, float]:
     """Direction and length of the last link: through its centre of mass, as far as its farthest point along that.
 
@@ -230,7 +232,7 @@ def _last(
     if length <= NOTHING:
         length = 2.0 * distance  # that of a rod, if the file has no shape
         if length > NOTHING:
-            said.append(
+            messages.append(
                 f"the file shows no end of the last link: {1e3 * length:.0f} mm is that of a rod with this centre of "
                 "mass; --tip gives another"
             )
@@ -246,7 +248,7 @@ def _joint(
     lumped: _Lumped,
     length: float,
     turned: tuple[float, float],
-    said: list[str],
+    messages: list[str],
 ) -> Joint:
     """The joint with its link; ``turned`` : absolute rotation of this link and of the one above, rad."""
     direction, above = turned
@@ -254,7 +256,7 @@ def _joint(
     across = np.array([-along[1], along[0]])
     com, beside = float((lumped.com - anchor) @ along), float((lumped.com - anchor) @ across)
     if abs(beside) > WORTH_SAYING * length:
-        said.append(
+        messages.append(
             f"the centre of mass below {joint.name} lies {abs(beside) * 1e3:.3g} mm beside the line to the next joint; "
             f"a link's lies on it: its weight's torque is off by at most {lumped.mass * 9.81 * abs(beside):.2g} N*m, "
             "the inertia about the joint is kept"
@@ -263,7 +265,7 @@ def _joint(
     link = Link(length, lumped.mass, com, lumped.inertia + lumped.mass * beside**2)
     sign = 1 if float(joint.axis @ seen.normal) > 0.0 else -1
     rotation = (direction - above + np.pi) % (2.0 * np.pi) - np.pi
-    said += [f"{joint.name}: {text}" for text in joint.left_out]
+    messages += [f"{joint.name}: {text}" for text in joint.left_out]
     span = joint.range if joint.range is not None and joint.range[0] < joint.range[1] else None
     return Joint(
         joint.name,

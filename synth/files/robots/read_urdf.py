@@ -57,9 +57,9 @@ def read_urdf(path: Path) -> Robot:
     reader.finish()
     transmissions = len(root.findall("transmission"))
     left_out = (f"{transmissions} transmission{'s' if transmissions > 1 else ''} left out",) if transmissions else ()
-    said = ("URDF has no springs, and gravity is taken as 9.81 m/s^2 downward",)
+    messages = ("URDF has no springs, and gravity is taken as 9.81 m/s^2 downward",)
     gravity = np.array([0.0, 0.0, -GRAVITY])
-    return Robot(root.get("name") or path.stem, tuple(bodies), tuple(found), gravity, said + left_out)
+    return Robot(root.get("name") or path.stem, tuple(bodies), tuple(found), gravity, messages + left_out)
 
 
 def _root(path: Path) -> Element:

@@ -57,7 +57,7 @@ def write_robot_project(kind: str, picked: PickedLeg, source: str, folder: Path)
     write_leg(picked.leg, folder / LEG_FILE)
     header = ",".join(["time [s]", *(f"{name} [rad]" for name in picked.leg.joint_names)])
     write_text(place(folder, f"{PROJECT_NAMES[kind]}.yaml"), _PROJECTS[kind](picked.leg, source))
-    lost = "".join(f"- {text}\n" for text in picked.said) or "- nothing\n"
+    lost = "".join(f"- {text}\n" for text in picked.messages) or "- nothing\n"
     write_text(
         folder / "README.md",
         f"# {picked.leg.name}\n\n"

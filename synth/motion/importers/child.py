@@ -38,8 +38,8 @@ def read_in_child(code: str, path: Path, name: str, kind: str) -> dict[str, Any]
     except subprocess.TimeoutExpired:
         raise UserError(Problem(f"was not read within {TIME_LIMIT:.0f} s: it is damaged", name)) from None
     if done.returncode:
-        said = done.stderr.decode("utf-8", errors="replace").strip().splitlines()
-        why = said[-1][:200] if done.returncode > 0 and said else "its reader crashed"
+        messages = done.stderr.decode("utf-8", errors="replace").strip().splitlines()
+        why = messages[-1][:200] if done.returncode > 0 and messages else "its reader crashed"
         raise UserError(Problem(f"is damaged or not a {kind} file ({why}); export it again", name))
     with np.load(io.BytesIO(done.stdout), allow_pickle=False) as arrays:
         return dict(arrays)

@@ -207,14 +207,14 @@ def _angle(source: Channels, joint: Joint, column: JointColumn, notes: list[str]
     return np.asarray(joint.zero + joint.sign * sign * (angle - zero))
 
 
-def _unit(source: Channels, index: int, told: str | None, what: str, example: str) -> str:
+def _unit(source: Channels, index: int, stated: str | None, what: str, example: str) -> str:
     """The unit of a column: the file's own, or the project's if the file states none."""
     own, title = source.units[index], source.names[index]
-    if told is not None and own and abs(factor(told, own) - 1.0) > 1e-12:
+    if stated is not None and own and abs(factor(stated, own) - 1.0) > 1e-12:
         place = "the header's inDegrees" if source.units_fixed else "the file"
-        text = f'{what}: {place} says that "{title}" is in {own}, the project says {told}; leave `unit` out'
+        text = f'{what}: {place} says that "{title}" is in {own}, the project says {stated}; leave `unit` out'
         raise UserError(Problem(text, source.name))
-    unit = own or told
+    unit = own or stated
     if not unit:
         text = f'{what}: the file does not state the unit of "{title}"; write {{column: {title}, unit: {example}}}'
         raise UserError(Problem(text, source.name))

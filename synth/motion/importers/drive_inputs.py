@@ -131,8 +131,8 @@ def _converted(
     source: Channels, own: Channels, k: int, word: str, joint: Joint, column: JointColumn, time: Array
 ) -> DriveInput:
     """An input with the sign of the measured angle and in the table's unit; ``own`` : the channels that contain it."""
-    told = column.inputs.get(word)
-    unit = _unit(own, k, told, column.unit if word == "command" else None, f"{joint.name} {word}", word)
+    stated = column.inputs.get(word)
+    unit = _unit(own, k, stated, column.unit if word == "command" else None, f"{joint.name} {word}", word)
     value = own.values[:, k] * factor(unit, DRIVEN[word])
     sense = joint.sign * (joint.sign if column.sign is None else column.sign)
     if word == "command":
@@ -148,9 +148,11 @@ def _converted(
     return DriveInput(title, own.time[known], value[known])
 
 
-def _unit(own: Channels, k: int, told: InputColumn | None, angle: str | None, what: str, word: str) -> str:
+def _unit(own: Channels, k: int, stated: InputColumn | None, angle: str | None, what: str, word: str) -> str:
     """The unit of an input: the file's own, the project's, or for a command that of the angle."""
-    unit = own.units[k] or (told.unit if told is not None else None) or angle or ("1" if word == "enabled" else None)
+    unit = (
+        own.units[k] or (stated.unit if stated is not None else None) or angle or ("1" if word == "enabled" else None)
+    )
     if unit is None:
         title, example = own.names[k], TABLE_UNITS[word]
         text = f'{what}: the file does not state the unit of "{title}"; write {{column: {title}, unit: {example}}}'

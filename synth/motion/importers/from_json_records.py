@@ -89,9 +89,9 @@ def _within(content: dict[str, Any], notes: list[str], name: str) -> list[Any]:
     if len(of_records) > 1:
         text = f"has several lists of records: {listed(of_records)}; keep one in a file"
         raise UserError(Problem(text, name))
-    told = {key: value for key, value in content.items() if isinstance(value, (str, int, float))}
-    if told:
-        shown = ", ".join(f"{key} {str(value)[:40]}" for key, value in list(told.items())[:SHOWN])
+    attributes = {key: value for key, value in content.items() if isinstance(value, (str, int, float))}
+    if attributes:
+        shown = ", ".join(f"{key} {str(value)[:40]}" for key, value in list(attributes.items())[:SHOWN])
         notes.append(f"the file states {shown}; add values that concern the leg to the leg file")
     if of_records:
         return lists[of_records[0]]

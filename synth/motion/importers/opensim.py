@@ -53,9 +53,9 @@ def read_opensim(path: Path, mapping: Mapping, name: str) -> Channels:
         raise UserError(Problem(f'column "{repeated}" is given twice', name, first + 1))
     values = _table(lines, first + 1, labels, name)
     for key, found, what in (("nrows", len(values), "rows"), ("ncolumns", len(labels), "columns")):
-        said = header.get(key, header.get(key.replace("n", "data", 1)))
-        if said is not None and said.isdigit() and int(said) != found:
-            text = f"its header says {said} {what} and there are {found}: the file is cut off or was edited"
+        messages = header.get(key, header.get(key.replace("n", "data", 1)))
+        if messages is not None and messages.isdigit() and int(messages) != found:
+            text = f"its header says {messages} {what} and there are {found}: the file is cut off or was edited"
             raise UserError(Problem(text, name))
     unit = "deg" if in_degrees else "rad"
     note = f"inDegrees={'yes' if in_degrees else 'no'}: angles are read in {unit}"
@@ -79,14 +79,14 @@ def _header(lines: list[str], name: str) -> tuple[dict[str, str], int]:
 
 
 def _in_degrees(header: dict[str, str], name: str) -> bool:
-    said = header.get("indegrees")
-    if said is None:
+    messages = header.get("indegrees")
+    if messages is None:
         text = "its header does not state inDegrees, so its angles may be degrees or radians; write the line "
         text += '"inDegrees=yes" or "inDegrees=no" before "endheader"'
         raise UserError(Problem(text, name, key="inDegrees"))
-    if said.casefold() not in ("yes", "no"):
-        raise UserError(Problem(f'"{said}" is not allowed: write yes or no', name, key="inDegrees"))
-    return said.casefold() == "yes"
+    if messages.casefold() not in ("yes", "no"):
+        raise UserError(Problem(f'"{messages}" is not allowed: write yes or no', name, key="inDegrees"))
+    return messages.casefold() == "yes"
 
 
 def _cells(line: str) -> list[str]:

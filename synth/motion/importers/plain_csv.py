@@ -45,9 +45,9 @@ def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
     while above < len(lines) and (not lines[above].strip() or lines[above].lstrip().startswith(COMMENTS)):
         above += 1
     separator = max(",;\t", key=lines[above].count) if above < len(lines) else ","
-    told = [(above + line, row) for line, row in csv_rows("".join(lines[above:]), name, separator=separator)
+    numbered = [(above + line, row) for line, row in csv_rows("".join(lines[above:]), name, separator=separator)
             if len(row) > 1 or any(cell.strip() for cell in row)]  # fmt: skip
-    rows, numbers = [row for _, row in told], [line for line, _ in told]
+    rows, numbers = [row for _, row in numbered], [line for line, _ in numbered]
     if len(rows) < 2:
         raise UserError(Problem("has no rows below its header", name))
     titles = [cell.strip() for cell in rows[0]]

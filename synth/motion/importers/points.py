@@ -72,11 +72,11 @@ def track(markers: Markers, leg: Leg, mapping: Mapping) -> Tracked:
 
 def _clock(markers: Markers, mapping: Mapping) -> Array:
     """(n,) s."""
-    own, told = markers.frame_rate, mapping.frame_rate
-    if own is not None and told is not None and abs(own / told - 1.0) > 1e-6:
-        text = f"the file says {own:g} Hz and the project {told:g} Hz; leave it out"
+    own, stated = markers.frame_rate, mapping.frame_rate
+    if own is not None and stated is not None and abs(own / stated - 1.0) > 1e-6:
+        text = f"the file says {own:g} Hz and the project {stated:g} Hz; leave it out"
         raise UserError(Problem(text, markers.name, key="frame_rate"))
-    rate = own or told
+    rate = own or stated
     if rate is None:
         text = "has no clock: state the camera's frame rate, frame_rate: 250 Hz (--frame-rate '250 Hz'). "
         text += "For slow-motion video this is the rate of filming, not of playback"

@@ -31,36 +31,38 @@ def short(kind: str) -> str:
     return JOINT_STATE if plain == "JointState" else plain
 
 
-def part(said: Any, *names: str) -> Any:
+def part(content: Any, *names: str) -> Any:
     """The first of some fields that exists and is not empty, of a message or of a JSON object; None if none is."""
     for name in names:
-        value = said.get(name) if isinstance(said, dict) else getattr(said, name, None)
+        value = content.get(name) if isinstance(content, dict) else getattr(content, name, None)
         if value is not None and (not hasattr(value, "__len__") or len(value)):
             return value
     return None
 
 
-def stamp_of(said: Any) -> float:
+def stamp_of(content: Any) -> float:
     """The time stamp of the message, s; nan if it has none."""
-    stamp = part(part(said, "header") or {}, "stamp") or {}
+    stamp = part(part(content, "header") or {}, "stamp") or {}
     found = float(part(stamp, "sec") or 0) + 1e-9 * float(part(stamp, "nanosec", "nsec") or 0)
     return found or numpy.nan
 
 
-def numbers(kind: str, said: Any) -> tuple[list[str], dict[str, list[float]]]:
+def numbers(kind: str, content: Any) -> tuple[list[str], dict[str, list[float]]]:
     """Names of the joints, and the values of each quantity in the same order."""
     if kind == JOINT_STATE:
-        return list(part(said, "name") or []), _filled(position=part(said, "position"), effort=part(said, "effort"))
-    names = list(part(said, "joint_names") or [])
+        return list(part(content, "name") or []), _filled(
+            position=part(content, "position"), effort=part(content, "effort")
+        )
+    names = list(part(content, "joint_names") or [])
     if kind.endswith("ControllerState"):
-        measured, wanted = part(said, "feedback", "actual"), part(said, "reference", "desired")
+        measured, wanted = part(content, "feedback", "actual"), part(content, "reference", "desired")
         if part(measured, "positions") is None:  # newer fields exist in addition to the older ones and may be empty
-            measured, wanted = part(said, "actual") or measured, part(said, "desired") or wanted
+            measured, wanted = part(content, "actual") or measured, part(content, "desired") or wanted
         position, effort = part(measured, "positions"), part(measured, "effort")
         return names, _filled(position=position, effort=effort, command=part(wanted, "positions"))
     if kind.endswith("DynamicJointState"):
         found: dict[str, list[float]] = {}
-        for k, own in enumerate(part(said, "interface_values") or []):
+        for k, own in enumerate(part(content, "interface_values") or []):
             values = part(own, "values")
             for quantity, value in zip(
                 part(own, "interface_names") or [], [] if values is None else values, strict=False
@@ -68,7 +70,7 @@ def numbers(kind: str, said: Any) -> tuple[list[str], dict[str, list[float]]]:
                 if quantity in INTERFACES:
                     found.setdefault(quantity, [numpy.nan] * len(names))[k] = float(value)
         return names, found
-    data = part(said, "data")
+    data = part(content, "data")
     return [], {} if data is None else _filled(command=data if hasattr(data, "__len__") else [data])
 
 
@@ -134,11 +136,11 @@ def bag_messages(path: str, unread: dict[str, str]) -> Iterator[Message]:
                 continue
             kind = short(connection.msgtype)
             try:
-                said = reader.deserialize(data, connection.msgtype)
+                content = reader.deserialize(data, connection.msgtype)
             except KeyError:
                 unread[connection.topic] = f"{kind}: the bag does not define this type (bags from ROS 2 Iron on do)"
                 continue
-            yield connection.topic, kind, time * 1e-9, said
+            yield connection.topic, kind, time * 1e-9, content
 
 
 def joint_arrays(path: str, mcap: bool) -> dict[str, Any]:
@@ -152,9 +154,9 @@ def joint_arrays(path: str, mcap: bool) -> dict[str, Any]:
     unread: dict[str, str] = {}
     rows: dict[str, list[Any]] = {}
     kinds: dict[str, str] = {}
-    for topic, kind, time, said in (mcap_messages if mcap else bag_messages)(path, unread):
+    for topic, kind, time, content in (mcap_messages if mcap else bag_messages)(path, unread):
         kinds[topic] = kind
-        rows.setdefault(topic, []).append((time, stamp_of(said), *numbers(kind, said)))
+        rows.setdefault(topic, []).append((time, stamp_of(content), *numbers(kind, content)))
     topics = sorted(rows)
     arrays = {"topics": numpy.array(topics, dtype=str), "kinds": numpy.array([kinds[t] for t in topics], dtype=str)}
     arrays |= {"unread": numpy.array(list(unread), dtype=str), "why": numpy.array(list(unread.values()), dtype=str)}

@@ -81,8 +81,8 @@ def load_file(path: str | Path) -> Effect:
     except UserError:
         raise
     except Exception as error:
-        said = f"cannot be run: {said_by(error)}"
-        raise UserError(Problem(said, file=str(given), line=line_of(error, path))) from error
+        messages = f"cannot be run: {said_by(error)}"
+        raise UserError(Problem(messages, file=str(given), line=line_of(error, path))) from error
     effects.from_files[effect.name] = replace(effect, module=name)
     return effects.from_files[effect.name]
 
