@@ -171,8 +171,8 @@ def _unknown_far(
     High if no cause alone removes most of the gap and several do not either, or if a free-form torque removes much
     more; ``missing`` : probability that any effect is missing at all, see ``judge``, and more if a free-form torque
     removes more than the scatter between trials. The least value is the probability that a further trial contradicts
-    the ones that agree (Laplace's rule of succession). Several causes imitate an unknown one more easily, so they leave
-    more doubt where no single one suffices.
+    the ones that agree, with Jeffreys' prior (Krichevsky & Trofimov, IEEE Trans. Inf. Theory 27 (1981) 199). Several
+    causes imitate an unknown one more easily, so they leave more doubt where no single one suffices.
     """
     none, best = hypotheses[0], hypotheses[heaviest]
     freely = taken_of(free, none.unseen) if free is not None and none.unseen is not None else 0.0
@@ -186,7 +186,7 @@ def _unknown_far(
         return float(1.0 / (1.0 + np.exp(-calibration.steep * (most - share + leads))))
 
     trials = max((len(h.unseen.by_trial) for h in hypotheses if h.unseen is not None), default=0)
-    doubt = 1.0 / (trials + 2.0)
+    doubt = 0.5 / (trials + 1.0)
     alone = short([h for h in hypotheses if len(h.keys) == 1], calibration.most)
     if len(best.keys) < 2:
         return calibration.most_unknown * missing * alone, doubt

@@ -124,13 +124,13 @@ def test_fitted_trials_decide_between_causes_where_they_are_known() -> None:
 
 
 def test_a_cause_must_remove_most_of_the_gap_or_an_unknown_one_is_more_probable() -> None:
-    """Even odds at the stated share, before the least doubt: of four trials 1/6 (rule of succession)."""
+    """Even odds at the stated share, before the least doubt: of four trials 1/10."""
     none = with_fitted(assessed(held_out_error(*[1000] * 4)), 1000.0)
     verdicts = []
     for left in (1000 * (1.0 - CALIBRATED.most), 200.0, 700.0):
         found = with_fitted(assessed(held_out_error(*[left] * 4), FRICTION), left)
         verdicts.append(judge(Hypotheses(none, (found,), ()), motion=5000.0))
-    expected = 1.0 - (1.0 - 0.5 * CALIBRATED.most_unknown) * (1.0 - 1.0 / 6.0)
+    expected = 1.0 - (1.0 - 0.5 * CALIBRATED.most_unknown) * (1.0 - 1.0 / 10.0)
     assert verdicts[0].unknown == pytest.approx(expected, abs=0.01)
     assert [judged.verdict for judged in verdicts[1:]] == ["effect", "unknown"]
 
