@@ -27,7 +27,7 @@ SOLID_VOLUME_LIMIT = 1e-5  # relative, of parts with a closed form
 VOLUME_ERROR = 1e-3  # relative, bound on the kernel's error; the actual error is 3e-8
 MESH_VOLUME_LIMIT = 5e-3  # relative, mesh against solid
 LEVERS_LIMIT = 5e-3  # relative, of the drawn spring's rate against the designed one's
-ANGLE_TOLERANCE = 1e-3  # deg
+ANGLE_TOLERANCE = 1e-3  # deg, for rounding in the solids; windings are off by degrees (synth/parts/part_tolerance.py)
 
 
 def check_part(part: BuiltPart) -> list[CheckResult]:

@@ -20,7 +20,7 @@ from synth.cad.limits import DimensionError, DimensionProblem
 
 TAB = 14.0  # length of a hip tab
 HOLE = HOLE_DIAMETER
-WALL = 2.0  # of the mount
+WALL = 2.0  # mm, of the mount: a choice, five lines of a 0.4 mm nozzle
 MOUNT_DEPTH = 12.0  # mm
 PLAY = 0.2  # between motor and mount
 # Polyester film: the maker states the strength at 5 % strain (F-5, 10 kg/mm^2, with a modulus of 490), where the film

@@ -19,7 +19,7 @@ Group = Literal["upper", "lower", "spring"]
 LINEAR_TOLERANCE = 0.05  # mm
 ANGULAR_TOLERANCE = 0.15  # rad
 
-# RGB; told apart without colour vision.
+# RGB; distinguishable without colour vision.
 COLOURS: dict[str, tuple[float, float, float]] = {
     "upper": (0.30, 0.47, 0.66),
     "lower": (0.95, 0.56, 0.17),

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 AHEAD = 2  # tasks per thread that are sent in advance
-CONNECT = 10.0  # s
-FIRST_WORKER = 30.0  # s
+CONNECT = 10.0  # s to reach the scheduler: a choice; a wrong address is reported while the user still watches
+FIRST_WORKER = 30.0  # s until a worker must have appeared: a choice; a starting worker first imports numpy and numba
 OPTION = "--scheduler"
 
 
