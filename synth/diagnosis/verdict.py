@@ -144,8 +144,7 @@ def _mean_share(item: Assessed[F], none: Assessed[F]) -> float:
 
 
 def _least(hypotheses: Sequence[Assessed[F]]) -> float:
-    """Least share of the gap that a cause must remove on unseen trials: more than the remainder's scatter between
-    trials.
+    """Least share of the gap that a cause must remove: more than the remainder's scatter between trials.
 
     A smaller reduction is variation between trials, not a missing effect; a third of the gap always suffices.
     """
@@ -169,8 +168,8 @@ def _unknown_far(
     """Probability of an unknown cause, and its least value, if the remainder is far above the noise.
 
     High if no cause alone removes most of the gap and several do not either, or if a free-form torque removes much
-    more; ``missing`` : probability that any effect is missing at all, see ``judge``, and more if a free-form torque
-    removes more than the scatter between trials. The least value is the probability that a further trial contradicts
+    more than they. ``missing`` : probability that an effect is missing at all; it rises if a free-form torque removes
+    more than the scatter between trials. The least value is the probability that a further trial contradicts
     the ones that agree, with Jeffreys' prior (Krichevsky & Trofimov, IEEE Trans. Inf. Theory 27 (1981) 199). Several
     causes imitate an unknown one more easily, so they leave more doubt where no single one suffices.
     """
