@@ -31,6 +31,7 @@ from blind.servos import (
     MASS_TOLERANCE,
     RATE,
     SMALL,
+    VARIED,
     Absorbed,
     NotApplicable,
     Setup,
@@ -45,7 +46,6 @@ from synth.diagnosis.plants.swinging_chain import command_menu
 LOGS = 3  # of slow sines, the last of which only scores
 SLOW = (0.3, 0.8)  # Hz
 SWING = (0.3, 0.6)  # rad
-VARIED = 3  # logs of ``blind.servos`` on which another single cause is as right: sines, ramps, steps
 SMALL_ONES = 3  # beside the main cause, as in ``blind.servos``
 AWAY = "log_next.csv"
 WAYS = ("chirp", "suggested")

@@ -87,7 +87,9 @@ def _torques(joints, source, supply, duty, q, w, motor, load):  # type: ignore[n
         p = joints[j]
         current = (duty[j] * supply - p[7] * w[j]) / (p[8] + source * duty[j] * duty[j])
         current = min(max(current, -p[9]), p[9])
-        motor[j] = p[7] * current + p[21] * math.sin(p[22] * q[j])
+        motor[j] = p[7] * current
+        if p[21] != 0.0:
+            motor[j] += p[21] * math.sin(p[22] * q[j])
     g = 9.81
     if len(q) == 1:
         load[0] = -joints[0, 1] * g * joints[0, 2] * math.sin(q[0])
@@ -136,6 +138,8 @@ def _step(joints, h, q, w, motor, load, free):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def _friction(p, acting, inertia, motor, load, w, h):  # type: ignore[no-untyped-def]
     """Torque of friction: what would stop the joint within the step, cut off at its budget."""
-    budget = p[13] + p[14] * math.exp(-((abs(w) / p[15]) ** p[16])) + abs(p[17] * motor - p[18] * load) + p[19] * abs(w)
+    budget = p[13] + abs(p[17] * motor - p[18] * load) + p[19] * abs(w)
+    if p[14] != 0.0:  # the power takes half of a step's time
+        budget += p[14] * math.exp(-((abs(w) / p[15]) ** p[16]))
     stopping = inertia / h * w + acting
     return -math.copysign(min(abs(stopping), budget), stopping)
