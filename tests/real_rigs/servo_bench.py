@@ -24,6 +24,7 @@ from synth.files.gap_project import read_gap_project
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 BENCH = SHARED / "rigs" / "servo_bench"
 MODELS = ("m1", "m2", "m3", "m4", "m5", "m6")
+COPPER = 0.0039  # growth of copper's resistance a kelvin, at 20 C (IEC 60028)
 SUBSTEPS = 4  # of a log's sample; one, as the owners take, makes their errors larger by 2 %, eight smaller by .4 %
 # Duty a radian and unit of the firmware's gain as in the owners' code. Nominal motors: torque a current and winding
 # near what the data sheets' stall torque, stall current and free speed give; inertia of rotor and gear by the owners.
@@ -162,6 +163,18 @@ def scored(servo: str) -> set[str]:
     return {log.name for log in found if (log.kp == 400.0 if several else log.trajectory == "sin_sin")}
 
 
+def warming(servo: str) -> dict[str, float]:
+    """K by which a log warms at most, and C of the coldest and the warmest, by the servo's own thermometer.
+
+    Of each log the medians of its first and its last tenth: single readings of the STS3250 are tens of kelvins off.
+    """
+    tenths = [np.array_split(log.columns["temp"], 10) for log in logs(servo)]
+    ends = np.array([[np.median(each[0]), np.median(each[-1])] for each in tenths])
+    rise = float((ends[:, 1] - ends[:, 0]).max())
+    found = {"most_in_a_log": rise, "resistance_share": COPPER * rise}
+    return {**found, "coldest": float(ends.min()), "warmest": float(ends.max())}
+
+
 def line(servo: str, folder: Path) -> dict[str, object]:
     """What ``synth gap`` finds in a servo's logs, and mean absolute errors, mrad, on those that took no part."""
     found = read_gap_project(project(folder, servo, scored(servo)))
@@ -189,7 +202,9 @@ def line(servo: str, folder: Path) -> dict[str, object]:
         "as_designed": error("as_designed"),
         "within_tolerances": error("before"),
         "explained": error("after"),
+        "remainder": document["remainder"],
         "owners": owners,
+        "warming": warming(servo),
     }
 
 
