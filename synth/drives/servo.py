@@ -8,52 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
+from synth.drives.motor import GearedMotor
 from synth.drives.servo_law import servo_torque
-
-
-@dataclass(frozen=True)
-class GearedMotor:
-    """A brushed or equivalent direct-current motor behind a gear.
-
-    All on the rotor's side: ``resistance`` ohm of the winding, ``torque_constant`` N m/A (in SI also V s/rad),
-    ``rotor_inertia`` kg m^2. ``gear_ratio`` rotor turns per joint turn; ``efficiency`` of the gear when the motor
-    drives. ``inductance`` H: the current follows its steady value by ``lag`` s, to first order in it (``Servo``).
-    """
-
-    resistance: float
-    torque_constant: float
-    gear_ratio: float = 1.0
-    efficiency: float = 1.0
-    rotor_inertia: float = 0.0
-    inductance: float = 0.0
-
-    @property
-    def lag(self) -> float:
-        """S, the winding's electrical time constant."""
-        return self.inductance / self.resistance
-
-    @property
-    def armature(self) -> float:
-        """Kg m^2 of the rotor, reflected to the joint; less by what the late braking of the winding adds to it.
-
-        Torque -b w(t - lag) is -b w + b lag dw/dt to first order.
-        """
-        return self.rotor_inertia * self.gear_ratio**2 - self.lag * self.back_emf
-
-    @property
-    def torque_a_current(self) -> float:
-        """N m at the joint per ampere."""
-        return self.torque_constant * self.gear_ratio * self.efficiency
-
-    @property
-    def strength(self) -> float:
-        """N m at the joint per volt at standstill."""
-        return self.torque_a_current / self.resistance
-
-    @property
-    def back_emf(self) -> float:
-        """N m s/rad, damping at the joint with a short-circuited winding."""
-        return self.strength * self.torque_constant * self.gear_ratio
 
 
 @dataclass(frozen=True)
@@ -100,7 +56,7 @@ class Servo:
             return *controller, 1.0, 0.0, limit, 0.0, self.delay, self.control_period, 0.0, 0.0
         limit = min(self.torque_limit, self.current_limit * motor.torque_a_current, UNLIMITED)
         sag = self.source_resistance / motor.resistance
-        strength, back_emf = motor.strength, motor.back_emf
+        strength, back_emf = motor.strength, motor.short_circuit_damping
         damping = self.damping_gain - motor.lag * self.gain
         controller = self.gain, damping, self.dead_band, self.duty_limit, self.open_duty
         control = self.control_period, motor.lag, self.duty_steps

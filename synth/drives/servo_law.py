@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from synth.compiling.inlining import inlined
+from synth.drives.motor_law import steady_line
 
 
 @inlined
@@ -26,7 +27,7 @@ def torque_at_duty(duty, rate, supply, enabled, strength, back_emf, torque_limit
     winding's current, so the winding sees d V less d^2 times the source's drop. The current limit limits the torque to
     ``torque_limit`` N m.
     """
-    torque = (strength * duty * supply - back_emf * rate) / (1.0 + sag * duty * duty)
+    torque = steady_line(strength * duty * supply, back_emf, rate) / (1.0 + sag * duty * duty)
     return enabled * max(-torque_limit, min(torque_limit, torque))
 
 

@@ -8,7 +8,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from synth import units
-from synth.drives.servo import GearedMotor, Servo, TorqueDrive
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo, TorqueDrive
 from synth.errors import UserError
 from synth.files.validate import FileModel, Quantity, refusal
 

@@ -52,7 +52,7 @@ def motor_of(row: GearMotorRow, options: MotorOptions | None = None) -> Motor:
     share = options.friction_share
     return Motor(
         name=row.part,
-        ratio=ratio,
+        gear_ratio=ratio,
         voltage=supply,
         stall_torque=constant * ratio * (stalled - free) if given or scale != 1.0 else torque,
         no_load_speed=no_load,
@@ -63,7 +63,7 @@ def motor_of(row: GearMotorRow, options: MotorOptions | None = None) -> Motor:
         rotor_inertia=inertia,
         friction=no_load_torque * share,
         viscous=no_load_torque * (1.0 - share) / (no_load * ratio),
-        back_emf=back_emf,
+        back_emf_constant=back_emf,
         torque_constant=constant,
         resistance=resistance,
         torque_limit=row.torque_limit,
@@ -111,7 +111,7 @@ def with_speed(motor: Motor, factor: float) -> Motor:
     return replace(
         motor,
         no_load_speed=motor.no_load_speed * factor,
-        back_emf=motor.back_emf / factor,
+        back_emf_constant=motor.back_emf_constant / factor,
         friction=motor.friction / factor,
         viscous=motor.viscous / factor**2,
     )

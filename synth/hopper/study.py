@@ -209,7 +209,7 @@ def _neighbours(problem: SweepProblem, rows: tuple[GearMotorRow, ...], best: int
             cases.append((change, problem.motors[m], other))
     own = (rows[m].vendor, rows[m].product_line, rows[m].variant)
     same = [i for i, row in enumerate(rows) if (row.vendor, row.product_line, row.variant) == own]
-    same.sort(key=lambda i: problem.motors[i].ratio)
+    same.sort(key=lambda i: problem.motors[i].gear_ratio)
     place = same.index(m)
     if place > 0:
         cases.append(("one ratio less", problem.motors[same[place - 1]], length))

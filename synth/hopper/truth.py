@@ -58,7 +58,7 @@ class Grid:
 
     def at(self, measure: str, ratio: float, length: float) -> float:
         """The value of one design, m."""
-        m = next(i for i, motor in enumerate(self.motors) if abs(motor.ratio - ratio) < 0.01)
+        m = next(i for i, motor in enumerate(self.motors) if abs(motor.gear_ratio - ratio) < 0.01)
         k = int(np.argmin(np.abs(self.lengths - length)))
         return float(self.values[measure][m, k])
 
@@ -67,7 +67,7 @@ def family(catalogue: Catalogue, variant: str) -> tuple[Motor, ...]:
     """Micro metal motors of one winding at the lab's supply, by ratio, within ``RATIOS``."""
     rows = chosen_rows(catalogue.motors, [f"N20 {variant} 6V *"])
     motors = [motor_of(row, MotorOptions(supply=SUPPLY)) for row in rows]
-    return tuple(sorted((m for m in motors if RATIOS[0] < m.ratio < RATIOS[1]), key=lambda m: m.ratio))
+    return tuple(sorted((m for m in motors if RATIOS[0] < m.gear_ratio < RATIOS[1]), key=lambda m: m.gear_ratio))
 
 
 def grid(leg: HopperLeg, motors: Sequence[Motor], model: str, lengths: Sequence[float] = LENGTHS) -> Grid:
@@ -123,12 +123,12 @@ def model_c(leg: HopperLeg, motors: Sequence[Motor], lengths: Sequence[float]) -
     from synth.errors import UserError
     from synth.jump.mujoco_model import mujoco_jump
 
-    built = next(motor for motor in motors if abs(motor.ratio - BUILT_RATIO) < 0.01)
+    built = next(motor for motor in motors if abs(motor.gear_ratio - BUILT_RATIO) < 0.01)
     try:
         same = mujoco_jump(leg.with_length(BUILT_LENGTH), built, Contact(), MODELS["C"]).outcome
         own = mujoco_jump(leg.with_length(BUILT_LENGTH), built, Contact(), MODELS["C"], ground="own").outcome
         few = [(motor, length) for motor in motors for length in lengths
-               if in_reach(leg, np.array([length]))[0] and 70.0 < motor.ratio < 220.0]  # fmt: skip
+               if in_reach(leg, np.array([length]))[0] and 70.0 < motor.gear_ratio < 220.0]  # fmt: skip
         jumps = [(mujoco_jump(leg.with_length(length), motor, Contact(), MODELS["C"], ground="own").outcome,
                   motor, length) for motor, length in few]  # fmt: skip
     except UserError as error:
@@ -148,12 +148,12 @@ def _heights(clearance: float, rise: float) -> dict[str, Any]:
 
 def _optimum(motor: Motor, length: float, height: float, relative: bool = False) -> dict[str, Any]:
     value = quantity(height, "1" if relative else "m")
-    return {"motor": motor.name, "gear_ratio": motor.ratio, "leg_length": quantity(length, "m"), "height": value}
+    return {"motor": motor.name, "gear_ratio": motor.gear_ratio, "leg_length": quantity(length, "m"), "height": value}
 
 
 def pose_json(leg: HopperLeg, motors: Sequence[Motor], with_c: bool) -> tuple[dict[str, Any], dict[str, Grid]]:
     """All results of one pose and one family of motors."""
-    built = next(motor for motor in motors if abs(motor.ratio - BUILT_RATIO) < 0.01)
+    built = next(motor for motor in motors if abs(motor.gear_ratio - BUILT_RATIO) < 0.01)
     grids = {name: grid(leg, motors, name) for name in SWEPT}
     models: dict[str, Any] = {}
     for name, found in grids.items():
@@ -180,7 +180,7 @@ def pose_json(leg: HopperLeg, motors: Sequence[Motor], with_c: bool) -> tuple[di
         "models": models,
         "C": model_c(leg, motors, (0.06, 0.1, 0.14)) if with_c else {},
         "maps": {
-            name: {"gear_ratio": [m.ratio for m in found.motors], "leg_length_m": found.lengths.tolist(),
+            name: {"gear_ratio": [m.gear_ratio for m in found.motors], "leg_length_m": found.lengths.tolist(),
                    **{f"{k}_m": [[None if np.isnan(x) else float(x) for x in row] for row in v.tolist()]
                       for k, v in found.values.items()}}
             for name, found in grids.items()
@@ -221,20 +221,20 @@ def claims(grids: dict[str, Grid], poses: dict[str, Any], pose: str, measure: st
 
     def design(name: str) -> str:
         motor, length, height = best[name]
-        return f"{motor.ratio:.0f}:1, {length * 100:.0f} cm, {height * 100:.1f} cm"
+        return f"{motor.gear_ratio:.0f}:1, {length * 100:.0f} cm, {height * 100:.1f} cm"
 
     full = poses["models"]["full"]["at_the_built"][measure]
     low, high = full["interval90"]
     relative = grids["D"].best(measure, relative=True)
-    as_built = abs(best["D"][0].ratio - BUILT_RATIO) < 1 and 0.119 < best["D"][1] < 0.141
-    eight = abs(relative[0].ratio - 150.58) < 1 and 0.075 < relative[1] < 0.085
+    as_built = abs(best["D"][0].gear_ratio - BUILT_RATIO) < 1 and 0.119 < best["D"][1] < 0.141
+    eight = abs(relative[0].gear_ratio - 150.58) < 1 and 0.075 < relative[1] < 0.085
     height_d = best["D"][2]
     over = built["D"] / built["full"] - 1.0
     shorter = best["A"][1] < best["point_mass"][1]
-    faster = best["A"][0].ratio < best["point_mass"][0].ratio
+    faster = best["A"][0].gear_ratio < best["point_mass"][0].gear_ratio
 
     def distance(name: str) -> float:
-        return float(abs(np.log(best[name][0].ratio / BUILT_RATIO)) + abs(np.log(best[name][1] / 0.13)))
+        return float(abs(np.log(best[name][0].gear_ratio / BUILT_RATIO)) + abs(np.log(best[name][1] / 0.13)))
 
     own = poses["C"].get("own_contact", {}).get(measure, {}).get("value")
     c_text = "" if own is None else f"; C {own * 100:.1f} cm on its own contact"
@@ -247,7 +247,7 @@ def claims(grids: dict[str, Grid], poses: dict[str, Any], pose: str, measure: st
         ("model D over-predicts the built leg by a fifth (22 / 18.3)", 0.1 < over < 0.35,
          f"D is {over * 100:+.0f} % above full"),
         ("8 cm with 150:1 is the best relative height", eight,
-         f"D: {relative[0].ratio:.0f}:1, {relative[1] * 100:.0f} cm, {relative[2]:.2f}"),
+         f"D: {relative[0].gear_ratio:.0f}:1, {relative[1] * 100:.0f} cm, {relative[2]:.2f}"),
         ("A and C predict too much (more than 18.3 cm)", built["A"] > MEASURED and (own is None or own > MEASURED),
          f"A {built['A'] * 100:.1f} cm{c_text}"),
         ("and more than D", built["A"] > built["D"] and (own is None or own > built["D"]),
@@ -255,7 +255,7 @@ def claims(grids: dict[str, Grid], poses: dict[str, Any], pose: str, measure: st
         ("multibody (A) favours shorter legs than the point mass", shorter,
          "; ".join(f"{name.replace('_', ' ')} {best[name][1] * 100:.0f} cm" for name in SWEPT)),
         ("and faster gears", faster,
-         "; ".join(f"{name.replace('_', ' ')} {best[name][0].ratio:.0f}:1" for name in SWEPT)),
+         "; ".join(f"{name.replace('_', ' ')} {best[name][0].gear_ratio:.0f}:1" for name in SWEPT)),
         ("B fixes the scale", abs(built["B"] - MEASURED) < abs(built["A"] - MEASURED),
          f"of 18.3 cm: A {built['A'] * 100:.1f} cm, B {built['B'] * 100:.1f} cm"),
         ("but not the trend, which D fixes", distance("D") < min(distance("A"), distance("B")),
@@ -272,7 +272,7 @@ def truth_json(catalogue: Catalogue) -> dict[str, Any]:
     varied: dict[str, Any] = {}
     for variant in ("HP", "HPCB"):
         motors = family(catalogue, variant)
-        built = next(motor for motor in motors if abs(motor.ratio - BUILT_RATIO) < 0.01)
+        built = next(motor for motor in motors if abs(motor.gear_ratio - BUILT_RATIO) < 0.01)
         for pose in POSES:
             leg = HopperLeg(length=BUILT_LENGTH) if pose == "lab" else matched_pose(built)
             name = f"{variant}, {pose}"

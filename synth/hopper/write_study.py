@@ -33,7 +33,7 @@ MOST_ROWS = 100_000  # of a block that is written at once
 
 def write_designs(found: Study, path: Path) -> None:
     """A row a design, motor by motor, lengths rising; empty intervals where none was asked for."""
-    names = [(csv_text(motor.name), f"{motor.ratio:.10g}") for motor in found.sweep.problem.motors]
+    names = [(csv_text(motor.name), f"{motor.gear_ratio:.10g}") for motor in found.sweep.problem.motors]
     with path.open("w", encoding="utf-8", newline="") as stream:
         stream.write(HEADER + "\n")
         for first in range(0, len(found.sweep.motor), MOST_ROWS):
@@ -110,7 +110,7 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path) -> dict[str, 
         "pareto": [_design(found, index) for index in found.front],
         "models": _ladder(found),
         "neighbours": [
-            {"change": item.change, "motor": item.motor.name, "gear_ratio": item.motor.ratio,
+            {"change": item.change, "motor": item.motor.name, "gear_ratio": item.motor.gear_ratio,
              "leg_length": quantity(item.length, "m"), **outcome_json(item.outcome, item.length, found.project.height)}
             for item in found.neighbours
         ],
@@ -154,9 +154,9 @@ def motor_json(motor: Motor) -> dict[str, Any]:
         "no_load_speed": quantity(motor.no_load_speed, "rad/s"),
         "resistance": quantity(motor.resistance, "ohm"),
         "inductance": quantity(motor.inductance, "mH"),
-        "back_emf_constant": quantity(motor.back_emf, "V/(rad/s)"),
+        "back_emf_constant": quantity(motor.back_emf_constant, "V/(rad/s)"),
         "torque_constant_through_the_gear": quantity(motor.torque_constant, "N*m/A"),
-        "gear_efficiency": quantity(motor.efficiency, "1"),
+        "gear_efficiency": quantity(motor.driving_efficiency, "1"),
         "gear_efficiency_backwards": quantity(motor.back_efficiency, "1"),
         "rotor_inertia": quantity(motor.rotor_inertia, "kg*m^2"),
         "reflected_inertia": quantity(motor.reflected_inertia, "kg*m^2"),
@@ -174,7 +174,7 @@ def _design(found: Study, index: int) -> dict[str, Any]:
     values = {name: float(value[index]) for name, value in sweep.values.items()}
     return {
         "motor": motor.name,
-        "gear_ratio": motor.ratio,
+        "gear_ratio": motor.gear_ratio,
         "leg_length": quantity(float(sweep.length[index]), "m"),
         "clearance": quantity(values["clearance"], "m", interval),
         "relative_height": quantity(values["relative_height"], "1"),
@@ -230,14 +230,14 @@ def _map(found: Study) -> dict[str, Any]:
     rows = found.rows
     own = rows[sweep.motor[found.best]]
     family = [i for i, row in enumerate(rows) if (row.product_line, row.variant) == (own.product_line, own.variant)]
-    family.sort(key=lambda i: sweep.problem.motors[i].ratio)
+    family.sort(key=lambda i: sweep.problem.motors[i].gear_ratio)
     n = len(sweep.problem.lengths)
     every = max(1, -(-n // 60))
     lengths = list(range(0, n, every))
     clearance = sweep.values["clearance"].reshape(-1, n)
     return {
         "family": f"{own.vendor} {own.product_line} {own.variant}",
-        "gear_ratio": [sweep.problem.motors[i].ratio for i in family],
+        "gear_ratio": [sweep.problem.motors[i].gear_ratio for i in family],
         "leg_length_m": [sweep.problem.lengths[k] for k in lengths],
         "clearance_m": [[float(clearance[i, k]) for k in lengths] for i in family],
     }

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
+from synth.drives.motor import GearedMotor
 
 Bending = Literal["none", "upper", "all"]
 
@@ -87,50 +88,26 @@ class Contact:
     slip_speed: float = 0.01  # m/s, over which Coulomb's law is smoothed
 
 
-@dataclass(frozen=True)
-class Motor:
-    """A gear motor at its supply voltage; values at the output unless at the rotor.
+@dataclass(frozen=True, kw_only=True)
+class Motor(GearedMotor):
+    """A gear motor at its supply voltage, as in a catalogue: the maker's line at the output, ``mass`` kg.
 
-    ``torque_constant`` and ``back_emf`` belong to the rotor. ``torque_constant`` gives the maker's stall
-    torque through a lossless gear, ``back_emf`` the maker's free speed: their ratio is the gear's
-    efficiency at stall.
+    ``torque_constant`` gives the maker's stall torque through a lossless gear, ``back_emf_constant`` the maker's free
+    speed: their ratio is the gear's efficiency at stall. ``friction`` N m of the rotor, constant in speed; ``viscous``
+    N m s/rad of the rotor.
     """
 
     name: str
-    ratio: float
     voltage: float
     stall_torque: float
     no_load_speed: float
     stall_current: float
     no_load_current: float
     mass: float
-    inductance: float
-    rotor_inertia: float
-    friction: float  # N m, rotor, constant in speed
-    viscous: float  # N m s/rad, rotor
-    back_emf: float
-    torque_constant: float
-    resistance: float
+    friction: float
+    viscous: float
+    back_emf_constant: float
     torque_limit: float | None = None
-
-    @property
-    def efficiency(self) -> float:
-        """Of the gear when the motor drives: effective torque constant over the back-EMF constant, at most 1."""
-        return min(1.0, self.torque_constant / self.back_emf)
-
-    @property
-    def back_efficiency(self) -> float:
-        """Of the gear when the load drives it: 2 - 1/efficiency, at least 0.1.
-
-        For friction that is the same either way (Shigley, Mechanical Engineering Design, eq. 8-4 with 8-1: lowering
-        torque turns zero where efficiency is one half); 0.1 keeps a self-locking gear finite.
-        """
-        return max(0.1, 2.0 - 1.0 / self.efficiency)
-
-    @property
-    def reflected_inertia(self) -> float:
-        """Rotor inertia times the ratio squared, kg m^2."""
-        return self.rotor_inertia * self.ratio**2
 
 
 @dataclass(frozen=True)

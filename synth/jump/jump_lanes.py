@@ -210,8 +210,8 @@ def jump_lanes(
     ``electric`` : winding, rotor and friction, else the maker's line; ``damped`` : joints; ``lossy`` : the gear;
     ``bouncy`` : ground by Hunt and Crossley's law, else the linear one, which may pull.
     """
-    constant = motor.back_emf if lossy else motor.torque_constant
-    loss = constant / motor.back_emf  # a gear loss in the torque constant also applies to friction
+    constant = motor.back_emf_constant if lossy else motor.torque_constant
+    loss = constant / motor.back_emf_constant  # a gear loss in the torque constant also applies to friction
     laminate, flexures = leg.laminate, leg.flexures
     values = {
         "hip_spacing": leg.hip_spacing, "body_mass": leg.structure_mass + 2 * motor.mass, "foot_mass": leg.foot_mass,
@@ -219,11 +219,11 @@ def jump_lanes(
         "flexure_rate": flexures.rate, "joint_damping": flexures.damping if damped else 0.0,
         "hip_rest": flexures.hip_rest, "knee_rest": flexures.knee_rest, "foot_rest": flexures.foot_rest,
         "extended": leg.extended, "stop_rate": leg.stop_rate, "stop_dissipation": leg.stop_dissipation,
-        "gravity": leg.gravity, "ratio": motor.ratio, "voltage": motor.voltage, "supply_resistance": 0.0,
+        "gravity": leg.gravity, "ratio": motor.gear_ratio, "voltage": motor.voltage, "supply_resistance": 0.0,
         "resistance": motor.resistance, "inductance": motor.inductance if electric else 0.0,
-        "back_emf": motor.back_emf, "torque_constant": constant, "rotor_inertia": motor.rotor_inertia,
+        "back_emf": motor.back_emf_constant, "torque_constant": constant, "rotor_inertia": motor.rotor_inertia,
         "friction": motor.friction * loss, "viscous": motor.viscous * loss, "gear_friction": 0.0,
-        "driving": motor.efficiency if lossy else 1.0, "braking": 1.0 / motor.back_efficiency if lossy else 1.0,
+        "driving": motor.driving_efficiency if lossy else 1.0, "braking": 1.0 / motor.back_efficiency if lossy else 1.0,
         "stall_torque": motor.stall_torque, "no_load_speed": motor.no_load_speed,
         "stall_current": motor.stall_current, "no_load_current": motor.no_load_current,
         "contact_stiffness": contact.stiffness, "contact_damping": 0.0 if bouncy else contact.damping,

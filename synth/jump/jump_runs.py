@@ -70,7 +70,7 @@ class Jumper:
 def compiled_jump(bending: str) -> Jumper:
     """The compiled jump; the first call on a machine compiles for some seconds, later ones load it from disk."""
     layout = LAYOUTS[bending]
-    made = load(f"hopper{layout.n}", jump_source.right_hand_side(layout), (jump_source.TRIGONOMETRY,))
+    made = load(f"hopper{layout.n}", jump_source.right_hand_side(layout), jump_source.INLINED)
     return Jumper(layout, made.right_hand_side, jump_integrator.jump)
 
 

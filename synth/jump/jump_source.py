@@ -12,8 +12,9 @@ with the closure h + sum_i l_i sin phi_i = 0, h half the hips' distance, by whic
 phi_n'' = sum_i r_i phi_i'' + gamma, r_i = -l_i cos phi_i / (l_n cos phi_n), gamma = sum l_i sin phi_i phi_i'^2 / (l_n
 cos phi_n). Q_i: flexures k (deflection) and b (rate), link bending k_beam (phi_{i+1} - phi_i), the stop, the motor.
 
-Motor, gear and ground are those of ``synth.jump.jump_models``. The gear's torque T acts on phi_0 alone, so the
-accelerations are linear in it, phi_0'' = alpha + d T, and rotor inertia with a lossy gear is one scalar equation.
+Motor and gear are ``synth.drives.motor_law``, the ground that of ``synth.jump.jump_models``. The gear's torque T acts
+on phi_0 alone, so the accelerations are linear in it, phi_0'' = alpha + d T, and rotor inertia with a lossy gear is one
+scalar equation.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from math import sqrt
 
 from synth.compiling.compiled import compiled
 from synth.compiling.trigonometry import sine_cosine
+from synth.drives.motor_law import after_friction, current_change, direction, steady_line, transmitted_share
 
 
 @compiled('void(float64[:, ::1])', fastmath=True, error_model='numpy', nogil=True)
@@ -38,7 +40,8 @@ def right_hand_side(Z):
 {body}
 '''
 _PLACE = re.compile(r"Z\[(\d+), l\]")
-TRIGONOMETRY = Path(__file__).resolve().parent.parent / "compiling" / "trigonometry.py"
+_SYNTH = Path(__file__).resolve().parent.parent
+INLINED = (_SYNTH / "compiling" / "trigonometry.py", _SYNTH / "drives" / "motor_law.py")  # a change of one recompiles
 
 
 def right_hand_side(layout: JumpLayout) -> str:
@@ -167,18 +170,18 @@ def _motor(layout: JumpLayout) -> list[str]:
     def z(block: str) -> str:
         return f"Z[{layout.row(block)}, l]"
 
+    winding = f"{z('voltage')}, current, omega, {z('resistance')}, {z('back_emf')}, {z('inverse_inductance')}"
     return [
         "omega = -w0",
-        f"sign = omega / sqrt(omega * omega + {z('reverse_speed')} * {z('reverse_speed')})",
+        f"sign = direction(omega, {z('reverse_speed')})",
         f"current = {z('current')}",
-        f"slope = {z('inverse_inductance')} * ({z('voltage')} - {z('resistance')} * current - {z('back_emf')} * omega)",
-        f"drawn = {z('linear_current')} - {z('current_slope')} * omega + current",
-        f"torque = {z('linear_torque')} - {z('torque_slope')} * omega + {z('torque_constant')} * current",
-        f"torque = torque - {z('friction')} * sign - {z('viscous')} * omega",
+        f"slope = current_change({winding})",
+        f"drawn = steady_line({z('linear_current')}, {z('current_slope')}, omega) + current",
+        f"torque = steady_line({z('linear_torque')}, {z('torque_slope')}, omega) + {z('torque_constant')} * current",
+        f"torque = after_friction(torque, sign, omega, {z('friction')}, {z('viscous')})",
         f"rotor = {z('rotor_inertia')}",
         "push = torque + rotor * free1",  # what would reach the gear if the link moved on without it
-        "along = sign if push >= 0.0 else -sign",
-        f"factor = 0.5 * ({z('driving')} + {z('braking')}) + 0.5 * along * ({z('driving')} - {z('braking')})",
+        f"factor = transmitted_share(push, sign, {z('driving')}, {z('braking')})",
         "gear = factor * push / (1.0 + factor * rotor * column1)",
     ]
 

@@ -10,7 +10,8 @@ With J the constraints' Jacobian (foot right - foot left = 0),
 
 (Featherstone, Rigid Body Dynamics Algorithms, 2008, section 3.2; the last two terms are Baumgarte's, Computer Methods
 in Applied Mechanics and Engineering 1 (1972) 1-16, with alpha = 300/s). The gears' torques enter linearly and are
-solved for as in the lanes. Steps are those of the same Bogacki-Shampine pair.
+solved for as in the lanes. Motor and gear are ``synth.drives.motor_law``, inlined: after a change there, touch this
+file, whose cached code is recompiled only when it changes. Steps are those of the same Bogacki-Shampine pair.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from synth.compiling.compiled import compiled_when_called
+from synth.drives.motor_law import after_friction, current_change, direction, steady_line, transmitted_share
 from synth.jump.outcomes import COLLAPSED, LANDED_AGAIN, LIFTED, TOO_STIFF, TOO_WEAK
 
 BAUMGARTE = 300.0  # 1/s
@@ -173,13 +175,12 @@ def _accelerations(q, v, current, on, lengths, masses, beams, body, ground, p, f
         out = 1.0 if side == 0 else -1.0
         h = 3 + side * m_side
         omega = -out * (v[h] - v[2])
-        sign = omega / math.sqrt(omega * omega + p[24] * p[24])
-        slope[side] = on * p[16] * (p[14] - p[15] * current[side] - p[17] * omega)
-        drawn[side] = p[12] - p[13] * omega + current[side]
-        motor = p[10] - p[11] * omega + p[18] * current[side] - p[20] * sign - p[21] * omega
-        push[side] = motor + p[19] * out * (solved[h, 0] - solved[2, 0])
-        along = sign if push[side] >= 0.0 else -sign
-        factor[side] = 0.5 * (p[22] + p[23]) + 0.5 * along * (p[22] - p[23])
+        sign = direction(omega, p[24])
+        slope[side] = on * current_change(p[14], current[side], omega, p[15], p[17], p[16])
+        drawn[side] = steady_line(p[12], p[13], omega) + current[side]
+        torque = steady_line(p[10], p[11], omega) + p[18] * current[side]
+        push[side] = after_friction(torque, sign, omega, p[20], p[21]) + p[19] * out * (solved[h, 0] - solved[2, 0])
+        factor[side] = transmitted_share(push[side], sign, p[22], p[23])
         for other in range(2):
             A[side, other] -= factor[side] * p[19] * out * (solved[h, 1 + other] - solved[2, 1 + other])
     torques = factor * push

@@ -13,9 +13,11 @@ from synth.swing.effects import Effect
 from synth.swing.lane_layout import Layout
 
 PLAIN = ("chain", "plain")  # the modules that springs, linear dampers and gravity need
+DRIVES = ("synth.drives.motor_law", "synth.drives.servo_law")
 # Modules that the compiled integrator inlines; a change of one recompiles it.
 CALLED = (
-    "synth.swing.lane_layout", "synth.swing.driven_steps", "synth.swing.turning_events", "synth.swing.effects.inlined"
+    "synth.swing.lane_layout", "synth.swing.driven_steps", "synth.swing.turning_events", "synth.swing.effects.inlined",
+    *DRIVES,
 )  # fmt: skip
 
 
@@ -47,7 +49,7 @@ def chain_modules(layout: Layout, effects: tuple[Effect, ...]) -> dict[str, Modu
     imports = {effect.name: effect.module for effect in effects}
     modules = (
         "synth.compiling.trigonometry",
-        "synth.drives.servo_law",
+        *DRIVES,
         "synth.swing.effects.inlined",
         *imports.values(),
     )

@@ -67,7 +67,7 @@ class Configuration:
         stall = self.supply / RESISTANCE
         return Motor(
             name=f"{ratio:.0f}:1",
-            ratio=ratio,
+            gear_ratio=ratio,
             voltage=self.supply,
             stall_torque=TORQUE_CONSTANT * stall * ratio,
             no_load_speed=(self.supply - FREE_CURRENT * RESISTANCE) / (ratio * TORQUE_CONSTANT),
@@ -78,7 +78,7 @@ class Configuration:
             rotor_inertia=self.inertia,
             friction=FREE_CURRENT * TORQUE_CONSTANT,
             viscous=0.0,
-            back_emf=TORQUE_CONSTANT,
+            back_emf_constant=TORQUE_CONSTANT,
             torque_constant=TORQUE_CONSTANT,
             resistance=RESISTANCE,
         )

@@ -109,7 +109,7 @@ def built(asked: Asked, errors: Errors, effects: dict[str, float], catalogue: Ca
     )  # fmt: skip
     motor = replace(
         motor,
-        back_emf=motor.back_emf * m["motor"],
+        back_emf_constant=motor.back_emf_constant * m["motor"],
         torque_constant=motor.torque_constant * m["motor"] * m["efficiency"],
         resistance=motor.resistance * m["resistance"],
         inductance=motor.inductance * max(m["inductance"], 0.3),

@@ -87,8 +87,8 @@ class _Rig:
             text = text.replace("<worldbody>", '<worldbody><site name="overhead" pos="0 0 0"/>')
             pin = '<connect site1="foot_r" site2="overhead" solref="1e-4 1" solimp="0.9999 0.9999 0.001 0.5 2"/>'
             return text.replace("</equality>", f"{pin}</equality>")
-        rub = motor.ratio * (motor.friction + self.truth.get("gear_friction.torque")) * motor.efficiency
-        own = motor.reflected_inertia * motor.efficiency
+        rub = motor.gear_ratio * (motor.friction + self.truth.get("gear_friction.torque")) * motor.driving_efficiency
+        own = motor.reflected_inertia * motor.driving_efficiency
         for side in "rl":
             text = text.replace(f'name="{side}0" type="hinge"',
                                 f'name="{side}0" type="hinge" armature="{own!r}" frictionloss="{rub!r}"')  # fmt: skip
@@ -220,15 +220,19 @@ class _Drive:
         for current, rate in zip(self.current, rates, strict=True):
             share = get("torque_constant.share") * (0.7 + 0.6 * abs(current) / motor.stall_current)
             before = current
-            steady = (self.terminal - motor.back_emf * (1.0 + share) * motor.ratio * rate) / motor.resistance
+            steady = (
+                self.terminal - motor.back_emf_constant * (1.0 + share) * motor.gear_ratio * rate
+            ) / motor.resistance
             current = steady + (current - steady) * math.exp(-STEP * motor.resistance / inductance)
             if limit:
                 current = min(current, limit)
             currents.append(current)
             loss = get("gear_friction.loss") * (0.85 + 0.3 * math.tanh(abs(rate) / (0.5 * motor.no_load_speed)))
-            efficiency = motor.efficiency * (1.0 - loss)
+            efficiency = motor.driving_efficiency * (1.0 - loss)
             middle = 0.5 * (before + current)  # of the step, through which the torque is kept
-            drive = motor.ratio * (motor.back_emf * (1.0 + share) * middle - motor.viscous * motor.ratio * rate)
+            drive = motor.gear_ratio * (
+                motor.back_emf_constant * (1.0 + share) * middle - motor.viscous * motor.gear_ratio * rate
+            )
             torques.append(drive * (efficiency if drive * rate >= 0.0 else 1.0 / motor.back_efficiency))
         self.current = currents[0], currents[1]
         resistance = get("voltage_sag.resistance")

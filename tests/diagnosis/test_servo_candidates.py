@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates
-from synth.drives.servo import GearedMotor, Servo, ServoSignals
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo, ServoSignals
 from synth.swing.leg_model import Joint, Leg, Link
 
 SERVO = Servo(gain=1.0, supply=7.4, motor=GearedMotor(3.5, 0.37 / 200.0, 200.0, 0.9, 4e-8))

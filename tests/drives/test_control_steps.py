@@ -11,7 +11,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from synth.arrays import Array
-from synth.drives.servo import GearedMotor, Servo, ServoSignals
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo, ServoSignals
 from synth.files.leg_file import write_leg
 from synth.files.recording import read_recording
 from synth.swing.chain import compiled_chain, simulate
@@ -140,7 +141,7 @@ def test_a_winding_with_inductance_takes_up_each_duty_later() -> None:
         if k % 800 == 0:
             sample = max((k - 1600) // 500, 0)
             duty = min(max(servo.gain * (COMMAND[sample] - q) - servo.damping_gain * w, -1.0), 1.0)
-        torque += step / lag * (MOTOR.strength * duty * 7.4 - MOTOR.back_emf * w - torque)
+        torque += step / lag * (MOTOR.strength * duty * 7.4 - MOTOR.short_circuit_damping * w - torque)
         w += step * (torque - LINK.mass * 9.81 * LINK.com * math.sin(q)) / mass
         q += step * w
     assert np.degrees(np.sqrt(np.mean((found - np.array(expected)) ** 2))) < 0.02

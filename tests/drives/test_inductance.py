@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from synth.drives.servo import GearedMotor, Servo, ServoSignals
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo, ServoSignals
 from synth.errors import UserError
 from synth.files.leg_file import read_leg, write_leg
 from synth.swing.chain import simulate
@@ -78,7 +79,7 @@ def test_without_a_stated_rotor_the_lag_lightens_the_link() -> None:
         leg = Leg("arm", (Joint("arm", Link(LENGTH, MASS, LENGTH, link), drive=servo),))
         return np.asarray(simulate(leg, [0.0], [0.0], TIMES, signals=signals, tolerance=1e-8))
 
-    assert motor.lag * motor.back_emf > 3e-5
+    assert motor.lag * motor.short_circuit_damping > 3e-5
     np.testing.assert_allclose(moved(3e-4, 0.0), moved(1e-4, 2e-4), atol=5e-6)
 
 

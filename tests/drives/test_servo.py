@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from synth.drives.servo import GearedMotor, Servo, ServoSignals
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo, ServoSignals
 from synth.swing.chain import compiled_chain, simulate
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
@@ -73,7 +74,7 @@ def test_free_speed_of_a_motor_under_a_known_voltage() -> None:
     signals = ServoSignals(TIMES, np.zeros((401, 1)), np.full((401, 1), 3.0), np.ones((401, 1)))
     motion = simulate(arm, [0.0], [0.0], TIMES, signals=signals, rates=True, tolerance=1e-8)
     inertia = LINK.inertia + LINK.mass * LINK.com**2 + motor.armature
-    expected = 3.0 / 0.37 * (1.0 - np.exp(-TIMES * motor.back_emf / inertia))
+    expected = 3.0 / 0.37 * (1.0 - np.exp(-TIMES * motor.short_circuit_damping / inertia))
     np.testing.assert_allclose(motion[:, 1], expected, atol=2e-5)
 
 

@@ -7,7 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from synth.arrays import Array
-from synth.drives.servo import GearedMotor, Servo, ServoSignals
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo, ServoSignals
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Joint, Leg, Link
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from synth.drives.servo import GearedMotor, Servo, TorqueDrive
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo, TorqueDrive
 from synth.errors import UserError
 from synth.files.leg_file import read_leg, write_leg
 from synth.files.recording import read_recording

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array
-from synth.drives.servo import GearedMotor, Servo, ServoSignals
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo, ServoSignals
 from synth.files.mjcf import mjcf_text
 from synth.files.robot_usd import usd_file
 from synth.files.robot_xml import urdf_file

@@ -117,7 +117,7 @@ def test_torque_and_back_emf_change_together() -> None:
 
 
 def test_friction_of_the_stall_torque_holds_the_leg() -> None:
-    at_rotor = motor().stall_torque / motor().ratio
+    at_rotor = motor().stall_torque / motor().gear_ratio
     stuck = trace(made("A", gear_friction={"torque": 1.001 * at_rotor}))
     assert np.ptp(stuck["angle"]) < np.radians(3.0)  # it creeps at the speed over which friction turns over
 

@@ -95,12 +95,12 @@ def test_every_complete_row_makes_a_motor_that_has_the_makers_line() -> None:
     assert len(rows) == 103
     for row in rows:
         made = motor_of(row)
-        stall = made.ratio * made.torque_constant * (made.voltage / made.resistance)
-        friction = made.ratio * made.friction * made.torque_constant / made.back_emf
+        stall = made.gear_ratio * made.torque_constant * (made.voltage / made.resistance)
+        friction = made.gear_ratio * made.friction * made.torque_constant / made.back_emf_constant
         assert stall - friction == pytest.approx(row.stall_torque, rel=1e-9)
-        back = made.back_emf * made.ratio * made.no_load_speed
+        back = made.back_emf_constant * made.gear_ratio * made.no_load_speed
         current = (made.voltage - back) / made.resistance
-        assert made.ratio * made.torque_constant * current == pytest.approx(friction, rel=1e-9)
+        assert made.gear_ratio * made.torque_constant * current == pytest.approx(friction, rel=1e-9)
         assert 0.1 <= made.efficiency <= 1.0
 
 
@@ -109,7 +109,7 @@ def test_at_another_supply_speed_and_torque_follow_the_winding() -> None:
     rated, less = motor_of(row), motor_of(row, MotorOptions(supply=3.0))
     assert less.stall_current == pytest.approx(rated.stall_current / 2)
     slope = (rated.no_load_speed - less.no_load_speed) / 3.0
-    assert slope * row.gear_ratio * rated.back_emf == pytest.approx(1.0)
+    assert slope * row.gear_ratio * rated.back_emf_constant == pytest.approx(1.0)
     assert less.stall_torque == pytest.approx(row.gear_ratio * less.torque_constant * (less.stall_current - 0.1))
 
 

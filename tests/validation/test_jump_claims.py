@@ -31,7 +31,7 @@ def test_the_stall_torque_is_the_one_in_the_laboratorys_code() -> None:
     """Its code: 0.00016 * 5.7 / 4.3586, in kgf m, is one motor's stall torque."""
     motor = Configuration().motor(1.0)
     assert motor.stall_torque == pytest.approx(0.00016 * 5.7 / 4.3586 * 9.80665)
-    assert motor.efficiency == 1.0
+    assert motor.driving_efficiency == 1.0
     assert Configuration().motor(RATIO).stall_torque == pytest.approx(RATIO * motor.stall_torque)
 
 

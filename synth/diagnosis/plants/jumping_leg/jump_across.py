@@ -103,7 +103,9 @@ def across(gaps: JumpGaps) -> Across:
         if rise.measured is None or rise.measured <= 0.0 or None in rises.values():
             continue
         designs.append(
-            JumpAcrossDesigns(trial.name, trial.motor.name, trial.leg.length, trial.motor.ratio, rise.measured, rises)
+            JumpAcrossDesigns(
+                trial.name, trial.motor.name, trial.leg.length, trial.motor.gear_ratio, rise.measured, rises
+            )
         )
     columns = {by: np.array([getattr(d, by) for d in designs]) for by in UNITS}
     varied = [by for by, values in columns.items() if len(values) > 2 and np.std(values) > SPREAD * np.mean(values)]
