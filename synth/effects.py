@@ -1,4 +1,4 @@
-"""What a user's own effect file imports: the definition of an effect and the compiled building blocks.
+"""Imports for a user's own effect file: the definition of an effect and the compiled building blocks.
 
 A stable name for files outside this package (``synth gap --effect mine.py`` and the entry point group
 ``synth.effects``); the effects themselves live with their plant, in ``synth.swing.effects`` and ``synth.jump.effects``.

@@ -9,14 +9,14 @@ from collections.abc import Iterable
 from typing import Any, Literal
 
 Severity = Literal["decide", "check", "note"]
-SEVERITIES: tuple[Severity, ...] = ("decide", "check", "note")  # what matters most first
+SEVERITIES: tuple[Severity, ...] = ("decide", "check", "note")  # the most important first
 
 
 class Remark(str):
     """A sentence.
 
-    ``severity`` : ``decide``, it could change a decision; ``check``, it bears on what a number is worth; ``note``, good
-    to know. ``remedy`` : what to do about it, a sentence; may be empty.
+    ``severity`` : ``decide``, it could change a decision; ``check``, it affects the reliability of a number; ``note``,
+    for information only. ``remedy`` : what to do, a sentence; may be empty.
     """
 
     __slots__ = ("remedy", "severity")
@@ -30,7 +30,7 @@ class Remark(str):
         return made
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """What makes it anew in another process."""
+        """The call that restores it in another process."""
         return Remark, (str(self), self.severity, self.remedy)
 
 
@@ -40,7 +40,7 @@ def decisive(text: str, remedy: str = "") -> str:
 
 
 def noted(text: str) -> str:
-    """A sentence that is good to know, no more."""
+    """A sentence for information only."""
     return Remark(text, "note")
 
 
@@ -60,13 +60,13 @@ def severity_of(text: str) -> Severity:
 
 
 def remarks_json(remarks: Iterable[str]) -> dict[str, list[Any]]:
-    """As result files hold them: the bare texts under ``warnings``, and in the same order ``remarks``."""
+    """In the form of result files: the plain texts under ``warnings``, and in the same order ``remarks``."""
     listed = list(remarks)
     return {"warnings": [str(remark) for remark in listed], "remarks": [remark_json(remark) for remark in listed]}
 
 
 def remark_json(remark: str) -> dict[str, Any]:
-    """``text``, ``severity``, and ``remedy`` where there is one."""
+    """``text``, ``severity``, and ``remedy`` if there is one."""
     found = {"text": str(remark), "severity": severity_of(remark)}
     if isinstance(remark, Remark) and remark.remedy:
         found["remedy"] = remark.remedy
@@ -74,7 +74,7 @@ def remark_json(remark: str) -> dict[str, Any]:
 
 
 def read_remark(item: Any) -> Remark:
-    """What ``remark_json`` wrote; a bare text too."""
+    """A remark from the form of ``remark_json``, or from a plain text."""
     if isinstance(item, dict):
         severity = item.get("severity")
         return Remark(

@@ -235,7 +235,7 @@ def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[s
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     content = design_json(design, files, folder, extra)
     messages = {str(note): note for note in design.drawn.notes} if design.drawn is not None else {}
-    notes = [messages.get(note, note) for note in extra["solids"]["notes"]]  # kept solids hold texts, without severity
+    notes = [messages.get(note, note) for note in extra["solids"]["notes"]]  # stored solids hold texts without severity
     content["warnings"] += [{"joint": None, **remark_json(note)} for note in (*notes, *lost)]
     write_json(folder / "design.json", content)
     write_leg_report(folder)

@@ -17,13 +17,13 @@ from synth.reports.many_pages import write_gaps_report
 from synth.units import factor
 
 JumpTask = tuple[HopperGapProject, Catalogue]
-LIKELIEST = 3  # causes of each leg in the summary; its own gap.json has all
+LIKELIEST = 3  # causes of each leg in the summary; its own gap.json lists all
 EXPLAINED = ("effect", "joint", "parameters")
 STAGES = ("as_designed", "before", "after", "noise_floor")
 
 
 def gaps() -> FolderTask:
-    """The task; its projects are looked at here and diagnosed by the workers."""
+    """The task; its projects are checked here and diagnosed by the workers."""
     return FolderTask(
         kind="gap",
         made="gaps",
@@ -39,7 +39,7 @@ def gaps() -> FolderTask:
 
 
 def gap_files(given: CheckedGap | JumpTask) -> dict[str, bytes]:
-    """A diagnosis's files, content by relative name: what a worker sends home, wherever it runs."""
+    """A diagnosis's files, content by relative name: a worker's result on any machine."""
     return files_of((gap(given) if isinstance(given, CheckedGap) else jump_gap(*given)).write)
 
 
@@ -84,7 +84,7 @@ def _entry(name: str, folder: Path) -> dict[str, Any]:
 
 
 def _columns(content: Mapping[str, Any]) -> dict[str, list[Any]]:
-    """``gaps.csv``: a row a leg with its explanation and its likeliest single cause; then what failed."""
+    """``gaps.csv``: one row per leg with its explanation and most probable single cause; then the failed ones."""
     heads = ["leg", "state", "trials", "verdict", "explanation", "likeliest", "joint", "probability [1]", "shrink [1]"]
     heads += ["shrink low [1]", "shrink high [1]", "none [1]", "unknown [1]"]
     heads += [f"{stage.replace('_', ' ')} [deg]" for stage in STAGES]

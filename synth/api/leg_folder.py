@@ -22,7 +22,7 @@ UNITS = {"spring_rate": "N*m/rad", "damper_rate": "N*m*s/rad", "free_angle": "de
 
 @dataclass(frozen=True, eq=False)
 class LegTask:
-    """A design to make: its project, what to choose from, and what to draw."""
+    """A design to make: its project, the parts to choose from, and the solids to draw."""
 
     project: LegProject
     catalogue: Catalogue
@@ -33,7 +33,7 @@ class LegTask:
 def legs(
     with_options: Callable[[LegProject, Catalogue], LegProject], *, solids: bool = True, pictures: bool = True
 ) -> FolderTask:
-    """The task; ``with_options`` puts the command line's wishes on each project."""
+    """The task; ``with_options`` applies the command line's options to each project."""
 
     def read(path: Path) -> LegTask:
         project, catalogue = read_design(path)
@@ -59,7 +59,7 @@ def legs(
 
 
 def leg_files(task: LegTask) -> dict[str, bytes]:
-    """A design's files, content by relative name; where solids fail a check, ``design.json`` says which."""
+    """A design's files, content by relative name; ``design.json`` names checks that the solids failed."""
     made = design(task.project, task.catalogue, solids=task.solids)
     return files_of(lambda folder: made.write_with(folder, pictures=task.pictures))
 
@@ -85,7 +85,7 @@ def _entry(name: str, folder: Path) -> dict[str, Any]:
 
 
 def _part(about: Mapping[str, Any] | None) -> str | None:
-    """What a joint has there, in words: a catalogue's part, or a spring to make; None for nothing."""
+    """A joint's part in words: of a catalogue, or a spring to make; None if there is none."""
     if not about:
         return None
     if about.get("make"):
@@ -94,7 +94,7 @@ def _part(about: Mapping[str, Any] | None) -> str | None:
 
 
 def _columns(content: Mapping[str, Any]) -> dict[str, list[Any]]:
-    """``legs.csv``: a row a joint of each leg, and a row for each project that failed."""
+    """``legs.csv``: one row per joint of each leg, and one per failed project."""
     columns: dict[str, list[Any]] = {"leg": [], "state": [], "joint": []}
     columns |= {f"wanted {key.replace('_', ' ')} [{UNITS[key]}]": [] for key in WANTED}
     columns |= {"spring": [], "damper": [], "rms [deg]": [], "leg rms [deg]": [], "warnings": [], "message": []}

@@ -19,7 +19,7 @@ from synth.files.yaml_lines import load
 SUFFIXES = (".yaml", ".yml")
 LEG_FILES = (".leg.yaml", ".leg.yml")
 PROJECT_LIMIT = 20_000  # projects in a folder; more is probably the wrong folder
-WORDS = "what an interrupted run on a folder has finished; repeat the command to resume\n"
+WORDS = "finished results of an interrupted run on a folder; repeat the command to resume\n"
 IDENTITY = "identity.json"
 
 
@@ -35,7 +35,7 @@ class FolderProjects:
 def find_projects(folder: Path, kind: str = "fit", done: str = "fitted") -> list[FolderProjects]:
     """Every project of a kind below the folder, by name; ``case/KIND.yaml`` is called ``case``.
 
-    A file that does not name its kind is meant to be fitted. ``done`` : what is to be done with them, for messages.
+    A file without a kind counts as a fit. ``done`` : the work in messages, such as "fitted".
 
     A YAML file or folder that cannot be read counts as a project, because it may be meant as one.
     Hidden folders and files of other kinds are skipped.
@@ -149,7 +149,7 @@ class Kept:
             raise UserError(Problem(f"cannot be written: {error.strerror}", str(self.folder))) from None
 
     def place(self, name: str) -> Path:
-        """Where what was made of this project is kept."""
+        """The folder of this project's results."""
         return self.folder / f"{self._one}-{sha256(name.encode()).hexdigest()[:24]}"
 
     def has(self, name: str, identity: Mapping[str, str]) -> bool:

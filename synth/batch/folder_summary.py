@@ -16,7 +16,7 @@ UNITS = {"spring_rate": "N*m/rad", "damper_rate": "N*m*s/rad", "free_angle": "de
 
 @dataclass(frozen=True)
 class Failed:
-    """A project that nothing could be made of, and why; ``crash`` True after an internal error."""
+    """A project that failed, with messages; ``crash`` True after an internal error."""
 
     name: str
     messages: tuple[str, ...]

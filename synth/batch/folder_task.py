@@ -1,4 +1,4 @@
-"""What is done with each project of a folder: how one is read, performed and summed up with the others."""
+"""A kind of work on the projects of a folder: how to read, perform and summarise them."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ Content = dict[str, Any]
 class FolderTask:
     """One kind of work on many projects.
 
-    ``read`` gives a project in the form that travels to a worker; ``files`` is what the worker makes of it, content by
-    relative name, and reads no file of the user's: on a cluster there is none. Both raise ``UserError``. ``performed``
-    must be a function of a module, for it travels too.
+    ``read`` gives a project in a form that can be sent to a worker; ``files`` gives the worker's result, content by
+    relative name, and reads none of the user's files, because a cluster's workers do not have them. Both raise
+    ``UserError``. ``files`` must be a function of a module, because it is sent too.
     """
 
     kind: str  # of the project files
     made: str  # "fits": the summary is fits.json and fits.csv, the unfinished run .NAME.fits
     done: str  # "fitted"
     read: Callable[[Path], Any]
-    identity: Callable[[Any], dict[str, str]]  # what the numbers rest on: files with their SHA-256, versions
-    checked: Callable[[Any], int]  # all that can be checked before the work; the number of trials
+    identity: Callable[[Any], dict[str, str]]  # inputs that determine the numbers: files with their SHA-256, versions
+    checked: Callable[[Any], int]  # checks that need no work; the number of trials
     files: Callable[[Any], dict[str, bytes]]
     entry: Callable[[str, Path], Content]  # of a project's name and its finished folder, for the summary
     columns: Callable[[Mapping[str, Any]], dict[str, list[Any]]]  # the summary as a table
     page: Callable[[Path], object]  # writes the page over all
-    effects: bool = True  # whether the equations with every effect are needed
-    refused: Callable[[Content], tuple[str, ...]] = lambda entry: ()  # what an entry says against its own result
+    effects: bool = True  # whether the equations with all effects are needed
+    refused: Callable[[Content], tuple[str, ...]] = lambda entry: ()  # faults that an entry reports of its own result
 
 
 def files_of(write: Callable[[Path], object]) -> dict[str, bytes]:
-    """What ``write`` puts into a folder, content by relative name."""
+    """The files that ``write`` creates in a folder, content by relative name."""
     with tempfile.TemporaryDirectory(prefix="synth-one-") as name:
         folder = Path(name)
         write(folder)
@@ -48,7 +48,7 @@ def files_of(write: Callable[[Path], object]) -> dict[str, bytes]:
 def summary_json(
     task: FolderTask, folder: Path, finished: Sequence[str], failed: Sequence[Failed], version: str
 ) -> Content:
-    """The content of the summary, from what each of ``finished`` wrote below ``folder``/legs."""
+    """The content of the summary, from the results of ``finished`` below ``folder``/legs."""
     return {
         "format": f"synth/{task.made}/1",
         "versions": {"synth": version},

@@ -118,7 +118,7 @@ def fit_files(project: FitProject) -> dict[str, bytes]:
 
 
 def identity_of(project: FitProject) -> dict[str, str]:
-    """What a fit's numbers rest on: its files by their SHA-256, and versions."""
+    """Inputs that determine a fit's numbers: its files by their SHA-256, and versions."""
     files = {item.name: item.sha256 for item in project.inputs}
     return files | {trial.name: trial.sha256 for trial in project.trials} | versions()
 

@@ -49,7 +49,7 @@ def tell(progress: Progress, result: Path, text: Callable[[Json], str], notes: S
 
 
 def tell_document(progress: Progress, content: Json, text: str) -> None:
-    """Print a result that no file holds: its table, or with ``--json`` its content; ``text`` may be empty."""
+    """Print a result without a file: its table, or with ``--json`` its content; ``text`` may be empty."""
     from synth.files.text_forms import json_text, plain
 
     if progress.as_json:
@@ -89,7 +89,7 @@ def fit_text(content: Json, shown: ShownUnits = METRIC) -> str:
 
 
 def folder_text(columns: Mapping[str, Sequence[Any]]) -> str:
-    """A folder's summary table for the screen: without ends of intervals, messages and columns that hold nothing."""
+    """A folder's summary table for the screen: without interval ends, messages and empty columns."""
     shown = {
         head: column
         for head, column in columns.items()
@@ -118,7 +118,7 @@ def gap_text(content: Json) -> str:
 
 
 def _chance(probability: float) -> str:
-    """In whole per cent; a small one is not 0."""
+    """In whole per cent; a small value is not shown as 0."""
     return "under 1%" if probability < 0.005 else f"{probability:.0%}"
 
 

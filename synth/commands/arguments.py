@@ -16,7 +16,7 @@ def near_miss(name: str, known: Iterable[str], most: int = 1) -> str:
 
 
 def one_of(known: Iterable[str]) -> Callable[[str], str]:
-    """An argument type: one of the given names; a misspelt one is answered with a suggestion."""
+    """An argument type: one of the given names; a misspelt one gets a suggestion."""
     names = list(known)
 
     def check(text: str) -> str:

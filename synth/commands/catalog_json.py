@@ -1,4 +1,4 @@
-"""What ``synth catalog --json`` prints: rows with units, substitutes, parts that fit a request, imported tables."""
+"""Output of ``synth catalog --json``: rows with units, substitutes, parts that fit a request, imported tables."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STATUSES = ("complete", "usable", "incomplete", "contradiction")
 
 
 def families_json(catalogue: Catalogue) -> dict[str, Any]:
-    """How many rows each family has, by status."""
+    """Number of rows of each family, by status."""
     from synth.parts.rows import FAMILIES
 
     return {"format": FORMAT, "families": [family_counts(family, catalogue) for family in FAMILIES]}
@@ -36,7 +36,7 @@ def rows_json(rows: Iterable[CatalogueRow]) -> dict[str, Any]:
 
 
 def row_json(row: CatalogueRow) -> dict[str, Any]:
-    """One row; cells that are empty are left out."""
+    """One row without empty cells."""
     found: dict[str, Any] = {"family": row.family}
     for item in type(row).columns():
         value, unit = getattr(row, item.name), item.metadata["unit"]
@@ -62,6 +62,6 @@ def alike_json(part: str, found: Sequence[Alike]) -> dict[str, Any]:
 def imported_json(
     files: Sequence[str], used: Sequence[tuple[str, str]], unused: Sequence[str], counts: Mapping[str, int]
 ) -> dict[str, Any]:
-    """What a vendor's table became; ``counts`` has ``rows`` and ``choosable``."""
+    """Result of importing a vendor's table; ``counts`` has ``rows`` and ``choosable``."""
     columns = [{"theirs": theirs, "ours": ours} for theirs, ours in used]
     return {"format": FORMAT, "files": list(files), "columns": columns, "not_used": list(unused), **counts}

@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
 
 def _tell(progress: Progress, target: Path, project: Path, kind: str, notes: Sequence[str] = ()) -> None:
-    """What to run next; with ``--json`` also where everything lies."""
+    """Print the next command; with ``--json`` also all paths."""
     from synth.commands.answers import tell_document
 
     words = ["synth", kind, str(project), "--out", str(target / "result")]

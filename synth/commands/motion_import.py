@@ -129,7 +129,7 @@ def _project(arguments: argparse.Namespace) -> ImportProject:
 
 
 def _tell_read(trials: Sequence[ImportedTrial], progress: Progress) -> None:
-    """A row a recording, then what was found, mended and cut in each."""
+    """One row per recording, then what was detected, repaired and cut in each."""
     from synth.commands.table_text import table_text
 
     rows = [["recording", "samples", "time [s]", "notes", "format"]]
@@ -145,7 +145,7 @@ def _tell_read(trials: Sequence[ImportedTrial], progress: Progress) -> None:
 
 
 def _formats_json() -> dict[str, Any]:
-    """The formats with what each needs."""
+    """The formats with the needs of each."""
     from synth.motion.importers.registry import formats
 
     keys = ("name", "title", "gives", "package", "extra", "installed")

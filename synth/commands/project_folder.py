@@ -1,7 +1,7 @@
 """A command on a folder: every project of its kind in it, on all cores or on a Dask cluster.
 
-What cannot be done is told at the end and stops no other. A run that was interrupted, even killed, goes on where it
-stopped when the same command is given again: what is finished lies beside the result, and stays until all is whole.
+Projects that fail are listed at the end and do not stop the others. An interrupted or killed run resumes if the
+command is repeated: finished projects are stored beside the result until all are complete.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Runner = Callable[[Callable[[Any], Any], Iterator[tuple[str, Any]]], Iterator[tu
 
 
 def refuse_options(arguments: argparse.Namespace, names: tuple[str, ...], why: str) -> None:
-    """Refuse options that were given where they mean nothing.
+    """Refuse options that do not apply.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def refuse_options(arguments: argparse.Namespace, names: tuple[str, ...], why: s
 
 
 def run_folder(arguments: argparse.Namespace, progress: Progress, task: FolderTask) -> int:
-    """Do the task with every project of a folder; 2 where one could not be, 1 where the fault is this program's."""
+    """Perform the task on every project of a folder; exit status 2 if one failed, 1 after an internal error in one."""
     _require_outside(Path(arguments.file), Path(arguments.out))
     with progress.stage("looking for projects"):
         found = find_projects(Path(arguments.file), task.kind, task.done)
@@ -58,7 +58,7 @@ def run_folder(arguments: argparse.Namespace, progress: Progress, task: FolderTa
         runner = _runner(arguments, stack, progress, found, task)
         kept = Kept(Path(arguments.out), task.made)
         if kept.was_there:
-            progress.say("going on with an interrupted run: what is done and has not changed is kept")
+            progress.say("resuming an interrupted run: finished, unchanged projects are kept")
         run = _FolderRun(task, found, kept, progress)
         with progress.stage(f"{len(found)} projects to be {task.done}"):
             failed = run.perform(runner)
@@ -69,7 +69,7 @@ def run_folder(arguments: argparse.Namespace, progress: Progress, task: FolderTa
     if failed or refused:
         _tell_failed(failed, refused, len(found), task, progress)
     if failed:
-        progress.say(f"mend them and give the same command again: the others are kept in {kept.folder}")
+        progress.say(f"correct them and repeat the command: the others are kept in {kept.folder}")
     else:
         kept.remove()
     progress.say(f"{task.made}: {Path(arguments.out) / f'{task.made}.csv'}")
@@ -78,7 +78,7 @@ def run_folder(arguments: argparse.Namespace, progress: Progress, task: FolderTa
 
 
 def _require_outside(folder: Path, out: Path) -> None:
-    """The results of one run must not be the next one's projects, nor lie where they overwrite them."""
+    """Refuse an output folder whose results would be the next run's projects, or overwrite them."""
     if Path(os.path.realpath(out)) == Path(os.path.realpath(folder)):
         raise UserError(Problem("is the folder of the projects; name another", str(out), key="--out"))
 
@@ -111,14 +111,14 @@ def _runner(
         progress.say(f"{cluster.threads} projects at once on the cluster")
         return cluster.run
     workers = min(arguments.workers or os.cpu_count() or 1, len(found))
-    # Here, so that not every worker compiles the same; three links are what most legs have.
+    # Compiled here, so that not every worker compiles the same; most legs have three links.
     progress.compiling(3, effects=task.effects)
     return lambda function, calls: run_here(function, calls, workers)
 
 
 @dataclass
 class _FolderRun:
-    """The work on a folder's projects; what is finished is kept one by one."""
+    """The work on a folder's projects; each finished one is stored at once."""
 
     task: FolderTask
     found: list[FolderProjects]
@@ -129,7 +129,7 @@ class _FolderRun:
     done: int = 0
 
     def perform(self, runner: Runner) -> list[Failed]:
-        """Do what is left to do; those that could not be done, by name."""
+        """Perform the remaining projects; return those that failed, by name."""
         for name, ended in runner(self.task.files, self._waiting()):
             if ended.value is not None:
                 self.kept.save(name, self.identities.pop(name), ended.value)
@@ -141,7 +141,7 @@ class _FolderRun:
         return sorted(self.failed, key=lambda item: item.name)
 
     def _waiting(self) -> Iterator[tuple[str, Any]]:
-        """Every project that is not kept, as it is asked for: a few are held at a time."""
+        """Every project that is not stored, read on demand, so that few are in memory."""
         for item in self.found:
             if item.problems:
                 self._refuse(item.name, item.problems)
@@ -155,7 +155,7 @@ class _FolderRun:
             except UserError as error:
                 self._refuse(item.name, tuple(error.problems))
                 continue
-            except Exception:  # a fault of ours in one project is no reason to lose the others
+            except Exception:  # an internal error in one project must not lose the others
                 self._fault(item.name, traceback.format_exc())
                 continue
             self.identities[item.name] = identity
@@ -172,7 +172,7 @@ class _FolderRun:
     def _fault(self, name: str, crash: str) -> None:
         write_message(crash)
         self.failed.append(Failed(name, (crash.strip().splitlines()[-1],), crash=True))
-        self._tell(name, "a fault of this program's")
+        self._tell(name, "internal error")
 
 
 def _write(folder: Path, names: list[str], kept: Kept, failed: list[Failed], task: FolderTask) -> dict[str, Any]:
@@ -188,8 +188,8 @@ def _write(folder: Path, names: list[str], kept: Kept, failed: list[Failed], tas
 
 
 def _tell_failed(failed: list[Failed], refused: list[Failed], count: int, task: FolderTask, progress: Progress) -> None:
-    """On stderr, last, so that nobody overlooks it; also when quiet."""
-    for items, what in ((refused, "end with a check that failed"), (failed, f"could not be {task.done}")):
+    """Report them last and on stderr, also when quiet."""
+    for items, what in ((refused, "have failed checks"), (failed, f"could not be {task.done}")):
         lines = [f"synth: {item.name}: {message}\n" for item in items for message in item.messages]
         if items:
             write_message(f"synth: {len(items)} of {count} projects {what}:\n{''.join(lines)}")

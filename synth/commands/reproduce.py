@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
 
 def reproduced_text(content: Mapping[str, Any]) -> str:
-    """A row a table: how many rows it holds and how many differences are explained."""
+    """One row per table: its number of rows, and of explained differences."""
     from synth.commands.table_text import table_text
 
     rows = [["table", "rows", "differences explained"]]

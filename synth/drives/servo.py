@@ -17,15 +17,15 @@ class Servo:
     """A controller that holds a joint at a commanded angle.
 
     With a ``motor`` it sets the duty cycle of a half bridge: ``gain`` 1/rad and ``damping_gain`` s/rad give the
-    duty, at most
-    ``duty_limit``, of ``supply`` V whose source has ``source_resistance`` ohm; ``current_limit`` A in the winding.
-    Without one the torque is immediate: ``gain`` N m/rad, ``damping_gain`` N m s/rad, at most ``torque_limit`` N m.
-    ``dead_band`` rad to either side in which the error counts as zero; ``delay`` s of a command. With a
-    ``control_period`` s it looks at command and angle only at each multiple of that time and holds the duty, or the
-    torque, between; 0: all the time. ``duty_steps`` : number of steps of its duty from 0 to 1; 0: none.
+    duty, at most ``duty_limit``, of ``supply`` V whose source has ``source_resistance`` ohm; ``current_limit`` A in
+    the winding. Without one the torque is immediate: ``gain`` N m/rad, ``damping_gain`` N m s/rad, at most
+    ``torque_limit`` N m. ``dead_band`` rad to either side, in which the error counts as zero; ``delay`` s of a
+    command. With a ``control_period`` s it samples command and angle only at each multiple of that time and holds
+    the duty, or the torque, in between; 0: continuous control. ``duty_steps`` : number of steps of its duty from 0
+    to 1; 0: none.
 
-    A winding with inductance: its torque of now is that of ``lag`` s ago. To first order the command comes later by
-    it, the angle's part of the duty loses gain times lag of its damping, and the rotor part of its inertia.
+    In a winding with inductance the torque is delayed by ``lag`` s. To first order this delays the command by the
+    same time, reduces the damping gain by gain times lag, and reduces the apparent inertia of the rotor.
     """
 
     gain: float

@@ -47,6 +47,6 @@ def servo_torque(  # type: ignore[no-untyped-def]
     torque_limit,
     sag,
 ):
-    """Torque on the joint, N m, of a controller that looks all the time; ``open_duty`` is added without control."""
+    """Torque on the joint, N m, of a continuous controller; ``open_duty`` is added without control."""
     duty = servo_duty(error, rate, gain, damping_gain, dead_band, duty_limit) + open_duty
     return torque_at_duty(duty, rate, supply, enabled, strength, back_emf, torque_limit, sag)

@@ -37,7 +37,7 @@ class MotorKeys(FileModel):
 
 
 class DriveKeys(FileModel):
-    """What holds or turns a joint: a position servo, a motor under a known voltage, or one under a known current.
+    """A joint's drive: a position servo, or a motor with known voltage or known current.
 
     ``gain`` and ``damping_gain`` are duty per angle and per speed with a ``motor`` (1/rad, s/rad), otherwise
     torques (N m/rad, N m s/rad).

@@ -1,7 +1,6 @@
-"""A joint's drive as a simulator's servo has it: a controller linear in angle and speed, a limit, a brake, a delay.
+"""A joint's drive as a simulator's servo: a controller linear in angle and speed, a limit, a brake, a delay.
 
-With the sources of ``drives.servo_law``: outside its dead band, without a sagging supply and looking all the time, the
-law is
+By the sources of ``drives.servo_law`` the law outside its dead band, with a constant supply and continuous control, is
 
     torque = cut(limit(stiffness (command - angle) - damping rate) - braking rate)
 
@@ -20,18 +19,18 @@ from synth.swing.lane_layout import SERVO
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 
-# Effects that are in a servo's numbers, and so in every file that holds these.
+# Effects that are in a servo's numbers, and therefore in every file with these numbers.
 IN_SERVO = ("command_delay", "drive_torque_limit", "motor_constant", "servo_gain", "winding_resistance")
 AS_GOOD_AS_UNLIMITED = 1e-3 * UNLIMITED  # N m
 
 
 @dataclass(frozen=True)
 class DriveTerms:
-    """A joint's drive: ``control`` says what its input is, in the sense of q.
+    """A joint's drive: ``control`` : its input, in the sense of q.
 
     ``stiffness`` N m/rad of a position servo (0 where a voltage is the input), ``volt`` N m/V of that input,
     ``damping`` N m s/rad of the controller, at most ``limit`` N m; ``braking`` N m s/rad of the winding; both together
-    at most ``cut`` N m; ``delay`` s of the input. ``lost`` : what is not in these numbers.
+    at most ``cut`` N m; ``delay`` s of the input. ``lost`` : features that these numbers lack.
     """
 
     control: str
@@ -46,7 +45,7 @@ class DriveTerms:
 
     @property
     def in_words(self) -> str:
-        """Its numbers, for what has no servo."""
+        """Its numbers, for formats without a servo."""
         way = f"{self.volt:.4g} N*m/V" if self.volt else f"{self.stiffness:.4g} N*m/rad"
         limit = f", at most {min(self.limit, self.cut):.4g} N*m" if min(self.limit, self.cut) < inf else ""
         slow = f"damping {self.damping:.4g} and braking {self.braking:.4g} N*m*s/rad"
@@ -54,7 +53,7 @@ class DriveTerms:
 
 
 def drive_terms(leg: Leg) -> list[DriveTerms | None]:
-    """Of each joint; None where no servo and no known voltage acts. The supply is the stated one."""
+    """The drive of each joint; None without a servo or a known voltage. The supply is the stated one."""
     held = [{name: x for name, x in joint.effects.items() if effect_named(name).way == "drive"} for joint in leg.joints]
     joints = [replace(joint, effects=effects) for joint, effects in zip(leg.joints, held, strict=True)]
     servo = LegLanes.of(replace(leg, joints=tuple(joints), effects={})).servo[:, :, 0]
@@ -79,7 +78,7 @@ def _terms(drive: Servo, found: dict[str, float]) -> DriveTerms:
         lost.append("the sag of its supply; the supply is constant here")
     if cut < AS_GOOD_AS_UNLIMITED and found["servo_back_emf"] > 0.0:
         lost.append("the torque limit on the braking of its winding; here it limits the torque of the controller alone")
-    # A held duty is that of half a period ago on average, as a winding's is that of its lag ago.
+    # A held duty is half a period late on average, as a winding's current is late by its lag.
     hold = 0.5 * found["servo_period"]
     if hold > 0.0:
         steps = f" and the {found['servo_duty_steps']:.0f} steps of its duty" if found["servo_duty_steps"] else ""

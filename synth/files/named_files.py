@@ -65,7 +65,7 @@ class ProjectReader:
 
     @property
     def written(self) -> dict[str, Any]:
-        """The file's own mapping, nothing of it checked."""
+        """The file's own mapping, unchecked."""
         value: dict[str, Any] = self.document.value
         return value
 

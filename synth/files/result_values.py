@@ -50,7 +50,7 @@ def read_result(path: str | Path, kind: str, keys: tuple[str, ...] = ()) -> dict
     data = read_bytes(Path(path), SIZE_LIMIT, "no result is so large")
 
     def constant(text: str) -> float:
-        raise UserError(Problem(f"holds {text}, which is no number of JSON", name))
+        raise UserError(Problem(f"contains {text}, which is not a JSON number", name))
 
     try:
         result = json.loads(data.decode("utf-8-sig"), parse_constant=constant)

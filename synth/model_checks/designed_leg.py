@@ -77,7 +77,7 @@ def predicted(folder: Path, design: dict[str, Any], leg: Leg) -> list[Predicted]
         table = read_table(folder / "responses" / "target" / f"{stem}.csv")
         shown = [f"{name} {what}" for name in leg.joint_names for what in ("animal", "wanted", "built")]
         wanted = {"time": "s"} | dict.fromkeys(shown, "rad")
-        columns, problems = in_si(table, wanted, "is none of a response")
+        columns, problems = in_si(table, wanted, "is not a response table")
         if problems:
             raise UserError(problems)
         angles = np.stack([columns[f"{name} built"] for name in leg.joint_names], axis=1)

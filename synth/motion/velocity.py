@@ -12,7 +12,7 @@ from synth.motion.smoothing import Smoothed, odd_points, savitzky_golay
 
 AGREES = 0.15  # largest scale error of a velocity that is accepted as the angle's
 FOLLOWS = 0.9  # least correlation of a velocity with the slope; deg/s labelled rad/s, or another joint's, has less
-ORDER = 4  # of the differences that leave noise alone
+ORDER = 4  # order of the differences that isolate noise
 FEWEST = 20  # samples with a velocity for a comparison
 
 

@@ -15,8 +15,8 @@ from synth.swing.damper_curves import torque_at
 SAME = 0.02  # relative: makers round sizes to two or three digits
 # Weights of differences: a spring's rate and a damper's torque determine the motion, sizes the fit in the joint.
 WEIGHTS = {"rate": 3.0, "torque": 3.0, "outer diameter": 1.0, "inside diameter": 1.0, "body length": 0.5, "wire": 0.5}
-UNKNOWN = 0.5  # of a dimension that one of the two does not state
-ANOTHER = 0.5  # of another hand, direction, material or travel
+UNKNOWN = 0.5  # of a dimension that one of the two rows does not state
+ANOTHER = 0.5  # of another winding hand, direction, material or travel
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ class Catalogue:
 
     @cached_property
     def _found(self) -> dict[str, WireMaterial]:
-        """Wire materials by the names that were asked for: each keeps what it knows of its sizes."""
+        """Wire materials by requested name; each stores the properties of its sizes."""
         return {}
 
     def _material(self, name: str) -> WireMaterial:

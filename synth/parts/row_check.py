@@ -1,4 +1,4 @@
-"""What a catalogue row lacks to be chosen, and its contradictions."""
+"""Missing values and contradictions of catalogue rows."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def completed(row: TorsionSpringRow) -> TorsionSpringRow:
 
 
 def missing(row: CatalogueRow) -> list[str]:
-    """What a row lacks, in words."""
+    """The missing values of a row, in words."""
     needed = getattr(row, "needed", ())
     lacking = [f"no {name.replace('_', ' ')}" for name in needed if getattr(row, name) in (None, "")]
     if isinstance(row, TorsionSpringRow) and row.part.startswith("("):

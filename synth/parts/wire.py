@@ -158,7 +158,7 @@ class WireMaterial:
 
     @cached_property
     def _properties(self) -> dict[float, WireProperties]:
-        """What was asked for already, by diameter: a search asks a thousand times for each stock size."""
+        """Earlier results by diameter: a search needs each stock size a thousand times."""
         return {}
 
     def _gathered(self, diameter: float) -> WireProperties:
@@ -238,7 +238,7 @@ class WireMaterial:
 
     @cached_property
     def _stocks(self) -> dict[str | None, tuple[WireRow, ...]]:
-        """What was asked for already, by system."""
+        """Earlier results by system."""
         return {}
 
     def _stock_of(self, system: str | None) -> tuple[WireRow, ...]:

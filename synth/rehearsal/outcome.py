@@ -36,7 +36,7 @@ class CaseOutcome:
 
     @property
     def kind(self) -> str:
-        """``cause`` of the library, ``stranger`` to it, or ``nothing``."""
+        """``cause`` of the library, ``stranger`` (outside the library), or ``nothing``."""
         if not self.task.effect:
             return "nothing"
         return "cause" if self.task.effect in LIBRARY else "stranger"
@@ -48,7 +48,7 @@ class CaseOutcome:
 
     @property
     def right(self) -> bool:
-        """Right if the main cause is named; for a stranger if unknown; for nothing if no absent cause is named."""
+        """Right if the main cause is named; if unlisted, for unknown; if there is none, for no absent cause named."""
         if self.kind == "cause":
             return self.planted in self.named
         if self.kind == "stranger":

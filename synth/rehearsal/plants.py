@@ -26,7 +26,7 @@ RUNGS = (1.0, 3.0, 10.0, 30.0)
 SMALL = 3  # additional causes; each has the share of the background that adds up to it in squares
 POOL = 9  # pool of additional causes from which each case draws
 NEAR = 0.12  # relative tolerance of a gap around its rung, well below a step
-ATTEMPTS = 4  # draws of a form before a joint counts as unable to show it
+ATTEMPTS = 4  # draws of a form after which a joint counts as unable to have the cause
 UNSEEN = ("joint_stop", "base_compliance", "dropped_samples")  # never as small causes: they change the whole motion
 
 

@@ -20,9 +20,9 @@ from synth.rehearsal.plants import RUNGS, PlantingTask, places, strangers
 from synth.rehearsal.users_rig import Rig
 
 # Cases without a main cause, and with a cause outside the library, per number of causes: a default rehearsal then
-# estimates the rates of false alarms and of missed strangers to a tenth or two.
+# estimates the rates of false alarms and of missed unlisted causes to a tenth or two.
 OTHERS = 8
-CASES_A_CAUSE = 2  # default; the least that bisects for a rung
+CASES_A_CAUSE = 2  # default; fewer do not bisect for a rung
 STRANGE_RUNG = 2  # rung of causes outside the library: large enough to matter
 FEWEST = 1  # cases, and
 MOST = 20_000  # beyond any practical waiting time

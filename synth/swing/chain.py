@@ -232,9 +232,9 @@ class Chain:
         held = np.flatnonzero(periods).tolist()
         known = for_integrator(known_torque, n, signals, held)
         times = np.ascontiguousarray(times, dtype=float)
-        looks = sum(float(times[-1] - times[0]) / periods[j] for j in held)
+        samples = sum(float(times[-1] - times[0]) / periods[j] for j in held)
         # Steps may end at knots and do end at control steps.
-        limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * (len(known[0]) + ceil(looks))
+        limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * (len(known[0]) + ceil(samples))
         shown, width = 2 * n if rates else n, -(-n_lane // LANES) * LANES
         result = np.empty((len(times), shown, width))
         out = result.reshape(-1)

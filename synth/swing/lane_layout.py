@@ -22,7 +22,7 @@ WORKING = ROOMS * (2 * MOST_LINKS + MOST_MEMORIES) * LANES
 # Errors of a known torque: gain (share), offset N m, delay s (in the workspace: minus the first lane's delay).
 DRIVE = ("torque_gain", "torque_offset", "torque_delay")
 # Parameters of a servo: of its duty and of its winding in the order of ``drives.servo_law``'s arguments, the delay of
-# its command, and its control steps: period and first of them (s; period 0: it looks all the time), steps of its duty
+# its command, and its control steps: period and first of them (s; period 0: continuous), steps of its duty
 # (0: none).
 DUTY = ("servo_gain", "servo_damping_gain", "servo_dead_band", "servo_duty_limit")
 WINDING = ("servo_strength", "servo_back_emf", "servo_torque_limit", "servo_sag")

@@ -133,7 +133,7 @@ def test_a_folder_of_designs_tells_which_cannot_be_had(
     words = ["-q", "leg", str(projects), "--system", "inch", "--out", str(tmp_path / "out")]
     assert main(words) == 2
     said = capsys.readouterr().err
-    assert "1 of 2 projects end with a check that failed:\nsynth: first: knee: the pin is weak\n" in said
+    assert "1 of 2 projects have failed checks:\nsynth: first: knee: the pin is weak\n" in said
     assert "1 of 2 projects could not be designed:\nsynth: second: no damper is strong enough" in said
     rows = rows_of(tmp_path / "out" / "legs.csv")
     assert [(row["leg"], row["state"], row["spring"], row["damper"]) for row in rows] == [

@@ -277,7 +277,7 @@ def test_results_read_back(tmp_path: Path) -> None:
         ('{"format": "synth/fit/2"}', "update it"),
         ('{"format": "other/1"}', "not a result"),
         ('{"format": "synth/fit/1"}', "joints: is missing"),
-        ('{"format": "synth/fit/1", "x": NaN}', "no number of JSON"),
+        ('{"format": "synth/fit/1", "x": NaN}', "not a JSON number"),
         ("[" * 100_000, "not a result"),
         ("\ufffe", "not valid JSON"),
         ('{"format": "synth/fit/1", "x": ' + "9" * 10_000 + "}", "too long"),

@@ -5,10 +5,10 @@ from __future__ import annotations
 _PART = {"part": "As the vendor writes it.", "vendor": "Who sells it."}
 _STATUS = {
     "price": "Of one, in your words and currency; the built-in tables state none.",
-    "status": "`complete`, or what is missing or wrong; left out of your own table, it is worked out.",
+    "status": "`complete`, or what is missing or wrong; if your own table omits it, it is determined.",
     "source": "Where the row comes from.",
     "as_published": "The original figures and units.",
-    "note": "What to be careful about.",
+    "note": "Points to note.",
 }
 _STANDARD = {
     "standard": "The standard of its sizes.",
@@ -20,7 +20,7 @@ _BODY = {
     "width": "Along the shaft.",
     "thickness": "Along the shaft or screw.",
     "size": "Nominal diameter.",
-    "lengths": "Lengths that are sold, with semicolons between.",
+    "lengths": "Sold lengths, separated by semicolons.",
     "hole": "Hole that it goes through or into.",
     "head_diameter": "Of the head.",
     "head_height": "Of the head.",
@@ -33,7 +33,7 @@ def _standard(*names: str, **others: str) -> dict[str, str]:
 
 
 _BEARING = {"designation": "The maker's number.", "sold_as": "As shops write it."}
-_BEARING |= {"static_load": "Load that it bears at rest.", "mass": "Of one."}
+_BEARING |= {"static_load": "Static load rating.", "mass": "Of one."}
 _NUT = {"across_flats": "Width over two flats.", "height": "Along the screw."}
 _INSERT = {"maker": "Whose insert.", "length": "Along the screw."}
 
@@ -48,7 +48,7 @@ CATALOGUES: dict[str, dict[str, str]] = {
         "rate": "Torque per angle.",
         "rate_basis": "`published`, by whom, or how it was derived (maximum torque over the deflection at it).",
         "wire_diameter": "Of the wire.",
-        "outer_diameter": "Of the coil: inner diameter and two wires, within 3 %.",
+        "outer_diameter": "Of the coil: inner diameter plus two wire diameters, within 3 %.",
         "inner_diameter": "Of the coil.",
         "body_coils": "Coils of the body.",
         "leg_length": "Of each leg, from the coil's axis.",
@@ -65,7 +65,7 @@ CATALOGUES: dict[str, dict[str, str]] = {
         **_PART,
         "product_line": "As the vendor writes it.",
         "direction": "`both`, `clockwise`, `counter-clockwise`, or `one-way` where it is not known which.",
-        "continuous": "`yes`: turns without end; `no`: stops inside.",
+        "continuous": "`yes`: unlimited rotation; `no`: internal stops.",
         "travel": "Largest angle where it is not continuous.",
         "min_torque": "Differs from the greatest where the vendor gives a range over variants.",
         "max_torque": "Torque at the speed; a complete row has one torque.",
@@ -94,8 +94,8 @@ CATALOGUES: dict[str, dict[str, str]] = {
         **_STATUS,
     },
     "wire_diameters.csv": {
-        "series": "The list that the size stands in.",
-        "material": "Of a list for one material; empty: sizes for any.",
+        "series": "The list that contains the size.",
+        "material": "Material of the list; empty: sizes for any material.",
         "grade": "Of the material.",
         "system": "`inch` or `metric`.",
         "gauge": "The trade's number.",
@@ -107,12 +107,12 @@ CATALOGUES: dict[str, dict[str, str]] = {
         **_STATUS,
     },
     "wire_materials.csv": {
-        "material": "What the record is of.",
+        "material": "Material of the record.",
         "record": "`strength power law`: S = strength_at_1_mm / d^strength_exponent; `strength logarithmic law`: "
         "S = log_law_strength_at_1_mm - log_law_drop_per_decade log10(d/mm), at most strength_cap; `modulus`; "
         "`static bending limit`; `repeated bending limit`.",
-        "name_as_published": "The source's words.",
-        "standard": "That the source names.",
+        "name_as_published": "Name in the source.",
+        "standard": "Standard named by the source.",
         "min_diameter": "Of wire for which it holds.",
         "max_diameter": "Of wire for which it holds.",
         "strength_at_1_mm": "Of the power law.",
@@ -123,15 +123,15 @@ CATALOGUES: dict[str, dict[str, str]] = {
         "elastic_modulus": "In tension.",
         "shear_modulus": "In torsion.",
         "density": "Of the material.",
-        "elastic_limit_tension_low": "Least elastic limit in tension, of the tensile strength.",
-        "elastic_limit_tension_high": "Greatest elastic limit in tension, of the tensile strength.",
-        "elastic_limit_torsion_low": "Least elastic limit in torsion, of the tensile strength.",
-        "elastic_limit_torsion_high": "Greatest elastic limit in torsion, of the tensile strength.",
-        "static_bending_limit": "Bending stress at yield, of the tensile strength, stress relieved after winding.",
+        "elastic_limit_tension_low": "Least elastic limit in tension, as a share of the tensile strength.",
+        "elastic_limit_tension_high": "Greatest elastic limit in tension, as a share of the tensile strength.",
+        "elastic_limit_torsion_low": "Least elastic limit in torsion, as a share of the tensile strength.",
+        "elastic_limit_torsion_high": "Greatest elastic limit in torsion, as a share of the tensile strength.",
+        "static_bending_limit": "Bending stress at yield as a share of the tensile strength, when stress relieved.",
         "static_bending_limit_not_relieved": "The same without stress relief.",
-        "repeated_bending_limit_1e5": "From zero to that stress a hundred thousand times, of the tensile strength.",
-        "repeated_bending_limit_1e6": "The same a million times.",
-        "relative_cost": "Hard drawn wire is 1.",
+        "repeated_bending_limit_1e5": "Stress range from zero for 100 000 cycles, as a share of the tensile strength.",
+        "repeated_bending_limit_1e6": "The same for a million cycles.",
+        "relative_cost": "Relative to hard drawn wire.",
         **_STATUS,
     },
     "gearmotors.csv": {
@@ -141,18 +141,18 @@ CATALOGUES: dict[str, dict[str, str]] = {
         "variant": "Winding.",
         "items": "The maker's numbers, where they are known.",
         "gear_ratio": "Exact.",
-        "voltage": "At which all the rest holds; speed and torque go with it.",
+        "voltage": "Voltage of all other values; speed and torque are proportional to it.",
         "no_load_speed": "At the output shaft.",
         "stall_torque": "At the output shaft; the maker extrapolates it from lighter loads.",
         "stall_current": "Of the motor.",
         "no_load_current": "Of the motor.",
-        "mass": "Of motor and gearbox; the middle where the maker gives a range.",
-        "torque_limit": "What the gearbox bears for an instant.",
+        "mass": "Of motor and gearbox; the mean if the maker gives a range.",
+        "torque_limit": "Permissible momentary torque of the gearbox.",
         "speed_tolerance": "Plus or minus, of the no-load speed.",
         "current_tolerance": "Plus or minus, of the no-load current.",
-        "resistance": "Of the winding, in your own rows where you know it.",
-        "inductance": "Of the winding, in your own rows where you know it.",
-        "rotor_inertia": "Of the rotor, in your own rows where you know it.",
+        "resistance": "Of the winding; only in your own rows, if known.",
+        "inductance": "Of the winding; only in your own rows, if known.",
+        "rotor_inertia": "Of the rotor; only in your own rows, if known.",
         "speed_at_best_efficiency": "The maker's point of best efficiency.",
         "torque_at_best_efficiency": "The maker's point of best efficiency.",
         "current_at_best_efficiency": "The maker's point of best efficiency.",

@@ -21,7 +21,7 @@ SECTIONS: dict[str, str] = {
 KEYS: dict[str, str] = {
     "leg_design.kind": KIND,
     "leg_design.source": "The animal's leg and recordings.",
-    "leg_design.target": "The robot's leg file; its springs and dampers are to be found.",
+    "leg_design.target": "The robot's leg file; its springs and dampers are chosen.",
     "leg_design.release": "As for `fit`, for the animal's recordings.",
     "leg_design.name": NAME,
     "leg_design.scale": "How much slower the robot moves.",

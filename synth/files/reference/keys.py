@@ -105,7 +105,7 @@ def choices(item: FieldInfo) -> tuple[Any, ...]:
 def _type(name: str, item: FieldInfo, section: KeySection) -> str:
     inner = section.inner.get(name)
     if inner is not None:
-        what = {"mapping": "mapping", "list": "list of mappings", "by name": "mapping, a joint each"}[inner.how]
+        what = {"mapping": "mapping", "list": "list of mappings", "by name": "mapping, one key per joint"}[inner.how]
         return f"{what}: {inner.name.replace('_', ' ')}"
     if choices(item):
         return "one of the listed values"

@@ -67,7 +67,7 @@ def _results() -> str:
     lines += [
         "interval) where it is an estimate. `NAME` stands for a name, `[]` for the items of a list, `WHY` for any text."
     ]
-    lines += ["`gap.result.schema.json` and its like beside this page say the same to programs.", ""]
+    lines += ["`gap.result.schema.json` and similar files beside this page contain the same for programs.", ""]
     for head, texts in {**RESULTS, **COLUMNS}.items():
         what = "column" if head in COLUMNS else "field"
         lines += [f"## {head}", "", f"| {what} | meaning |", "|---|---|"]
@@ -78,7 +78,7 @@ def _results() -> str:
 
 def _catalogues() -> str:
     """Columns of the tables in ``catalogs``."""
-    lines = [NOTE, "", "# Catalogues", "", "`catalogs/README.md` says how the tables are to be written and read.", ""]
+    lines = [NOTE, "", "# Catalogues", "", "`catalogs/README.md` describes the tables.", ""]
     for file, texts in CATALOGUES.items():
         lines += [f"## {file}", "", "| column | meaning |", "|---|---|"]
         lines += [f"| `{column}` | {text} |" for column, text in texts.items()]

@@ -15,7 +15,7 @@ from synth.files.reference.hopper_result_texts import COMPARE, HOPPER
 _SHA = "SHA-256 of each input file."
 
 IMPORT = {
-    "format": "Name and version of the form.",
+    "format": "Name and version of the format.",
     "name": "Of the project, or the leg.",
     "leg.name": "The leg.",
     "leg.tilt": "Its base's tilt.",
@@ -24,31 +24,31 @@ IMPORT = {
     "leg.joints[].sign": "As in the leg file.",
     "leg.joints[].length": "Of the joint's link.",
     "leg.joints[].range": "As in the leg file.",
-    "trials[].file": "The trial that was written.",
+    "trials[].file": "The written trial.",
     "trials[].sha256": "Of that file.",
-    "trials[].source": "The recording that it was made from.",
+    "trials[].source": "The recording from which it was made.",
     "trials[].source_sha256": "Of that file.",
     "trials[].source_format": "The detected format.",
     "trials[].samples": "Samples in the trial.",
     "trials[].samples_in_source": "Samples in the recording.",
     "trials[].rate": "Samples per second.",
-    "trials[].notes": "What was detected, repaired or cut.",
+    "trials[].notes": "Notes on detected, repaired or cut parts.",
     "trials[].release.released": "Time of the release on the recording's clock.",
     "trials[].release.driven_until": "End of the driven part.",
-    "trials[].points[].time": "Of a frame of the stick figure.",
-    "trials[].points[].unit": "Of its places.",
-    "trials[].points[].places[]": "Right and up of each point.",
+    "trials[].points[].time": "Time of a frame of the stick figure.",
+    "trials[].points[].unit": "Unit of its coordinates.",
+    "trials[].points[].places[]": "Coordinates of each point, to the right and up.",
     "inputs.NAME": _SHA,
     "versions.NAME": "Of the program and its libraries.",
 }
 
 SPRING = {
-    "format": "Name and version of the form.",
+    "format": "Name and version of the format.",
     "wanted.NAME": "The request.",
     "wanted.leg_lengths[]": "Of each leg, to where the load acts.",
     **{f"make.{key}": text for key, text in SPRING_TO_MAKE.items()},
     **{f"alternatives[].{key}": text for key, text in SPRING_TO_MAKE.items()},
-    "binding": "Limits that prevent it.",
+    "binding": "Limits that prevent a spring.",
     "nearest": "The nearest springs that can be made.",
     "lasting": "Changes that would reach the design life.",
     "design_life": "Full turns that a spring should last.",
@@ -73,7 +73,7 @@ COLUMNS = {
     "trials: *.csv": {
         "time [s]": "Time, rising; it need not be uniform.",
         "NAME [deg]": "Measured angle; `[rad]` too. An empty cell is a missing sample.",
-        "NAME velocity [deg/s]": "Its speed, where it was recorded.",
+        "NAME velocity [deg/s]": "Its speed, if recorded.",
         "NAME torque [N*m]": "Known torque in the measured angle's positive sense, linear between its samples.",
         "NAME command [deg]": "Commanded angle.",
         "NAME voltage [V]": "At the motor.",
@@ -82,11 +82,11 @@ COLUMNS = {
     },
     "damper curve: *.csv": {
         "speed [rpm]": "Speeds above 0, rising; (0, 0) is implied.",
-        "torque [N*m]": "Torque at each.",
+        "torque [N*m]": "Torque at each speed.",
     },
     "responses/source/*.csv of synth fit": {
         "time [s]": "As in the recording.",
-        "NAME measured [deg]": "As recorded; empty where no sample counted.",
+        "NAME measured [deg]": "As recorded; empty where no sample was used.",
         "NAME fitted [deg]": "Of the fitted leg.",
     },
 }

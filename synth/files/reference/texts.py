@@ -8,7 +8,7 @@ KIND_TEXTS: dict[str, tuple[str, str]] = {
     "leg": ("a planar leg: links, joints, springs and dampers", "every project that names it"),
     "fit": ("springs, dampers and free angles from recordings", "`synth fit`"),
     "gap": ("why a built leg swings differently from its design", "`synth gap`"),
-    "leg-design": ("a leg of parts that moves as an animal's does", "`synth leg`"),
+    "leg-design": ("a leg of parts that moves like an animal's", "`synth leg`"),
     "import": ("recordings of other programs as trials of a leg", "`synth import`"),
     "hopper-design": ("motor, ratio and link length of a jumping leg", "`synth hopper`"),
     "gap-of-jumps": ("why a built leg jumps differently from its design", "`synth gap`"),

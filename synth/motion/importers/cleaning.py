@@ -58,7 +58,7 @@ def clean(time: Array, angles: Array, leg: Leg, name: str, *, arbitrary_turns: b
 
 
 def remarks(time: Array, angles: Array, leg: Leg) -> list[str]:
-    """What a trial (n,) s, (n, n_joint) rad lacks: missing samples, spikes, angles outside the joints' ranges."""
+    """Faults of a trial (n,) s, (n, n_joint) rad: missing samples, spikes, angles outside the joints' ranges."""
     return _gap_notes(time, angles, leg) + _range_notes(angles, leg)
 
 

@@ -1,6 +1,6 @@
-"""Robot logs: joints by name, from MCAP files and ROS bags: their angles, commands, efforts, voltages and currents.
+"""Robot logs: joints by name, from MCAP files and ROS bags: angles, commands, efforts, voltages and currents.
 
-States are ``sensor_msgs/JointState``, ``control_msgs/JointTrajectoryControllerState`` (which has the commands too) or
+States are ``sensor_msgs/JointState``, ``control_msgs/JointTrajectoryControllerState`` (which also has the commands) or
 ``control_msgs/DynamicJointState``. Commands may also come on a topic of their own: joint states, or numbers without
 names (``std_msgs/Float64MultiArray``, ``Float64``), whose joints the project names.
 
@@ -32,7 +32,7 @@ ROS1 = b"#ROSBAG V2.0"
 SQLITE = b"SQLite format 3\x00"
 READER = Path(__file__).with_name("ros_messages.py")
 KEYS = frozenset({"topic", "commands"})
-COMMANDING = re.compile(r"command|cmd|desired|target|goal|reference", re.IGNORECASE)  # in the name of a topic
+COMMANDING = re.compile(r"command|cmd|desired|target|goal|reference", re.IGNORECASE)  # topics of commands
 UNITS = {"position": "rad", "command": "rad", "effort": "N*m", "voltage": "V", "current": "A"}
 PATHS = "trajectory_msgs/JointTrajectory"
 
@@ -80,13 +80,13 @@ def is_bag(start: bytes, path: Path) -> bool:
 
 @loader("mcap", "MCAP", is_mcap, "channels", keys=KEYS, needs=("mcap", "robot-logs"), own_clock=True)
 def read_mcap(path: Path, mapping: Mapping, name: str) -> Channels:
-    """Joint positions by name, rad, with what else the log has of them."""
+    """Joint positions by name, rad, with the log's other quantities of them."""
     return _channels(_content(path, name, "MCAP", mcap=True), mapping, name)
 
 
 @loader("rosbag", "ROS bag", is_bag, "channels", keys=KEYS, needs=("rosbags", "robot-logs"), own_clock=True)
 def read_bag(path: Path, mapping: Mapping, name: str) -> Channels:
-    """Joint positions by name, rad, with what else the log has of them."""
+    """Joint positions by name, rad, with the log's other quantities of them."""
     return _channels(_content(path, name, "ROS bag", mcap=False), mapping, name)
 
 

@@ -105,7 +105,7 @@ def recognise(path: Path, name: str) -> ForeignFormat:
     Raises
     ------
     UserError
-        If there is none, with the known ones; if there are several, with how to choose.
+        If there is none, with the known ones; or if there are several, with how to choose.
     """
     try:
         size_of_regular(path, name)
