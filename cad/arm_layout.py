@@ -52,6 +52,7 @@ def seat_size(dimensions: JointDimensions) -> SeatSize:
     length = dimensions.seat_length if dimensions.seat_length is not None else math.ceil(max(2.5 * wire, least, asked))
     length = max(length, least)
     gap = wire / 2
+    # Thread engagement of 1.5 diameters, or all of the insert but a lead-in of 1 mm.
     engaged = max(1.5 * screw.size, insert.length - 1.0)
     cap = max(dimensions.cap, 3.0 / length * math.sqrt(moment * at / CAP_STRESS))
     wanted = cap + gap + engaged
@@ -59,7 +60,7 @@ def seat_size(dimensions: JointDimensions) -> SeatSize:
     return SeatSize(
         screw=screw.size,
         length=length,
-        half_width=at + max(insert.hole / 2 + RIM, screw.head_diameter / 2 + 0.3),
+        half_width=at + max(insert.hole / 2 + RIM, screw.head_diameter / 2 + 0.3),  # mm, clearance of the head
         screw_at=at,
         gap=gap,
         cap=stock - gap - engaged,

@@ -79,7 +79,7 @@ class SpringDimensions:
         if found:
             return found
         index = self.mean_diameter / self.wire_diameter
-        if not 3.0 <= index <= 25.0:
+        if not 3.0 <= index <= 25.0:  # wider than Shigley's 4 to 12 (section 10-2): low indices crack, high ones tangle
             found.append(
                 DimensionProblem(
                     prefix + "mean_diameter",
@@ -247,6 +247,7 @@ class JointDimensions:
         found += self.encoder.problems(prefix + "encoder.") if self.encoder is not None else []
         found += self.mount.problems(prefix + "mount.") if self.mount is not None else []
         low, high = self.range
+        # 300 deg: the stops and their lever take the rest of a turn.
         if not (math.isfinite(low) and math.isfinite(high) and low < high <= low + 300.0 - 2 * STOP_MARGIN):
             found.append(
                 DimensionProblem(

@@ -41,6 +41,7 @@ class PrintDimensions:
         """Every number that is out of range."""
         found = range_problems(self, prefix)
         sizes = self.bed if isinstance(self.bed, tuple) else ()
+        # From 10 mm, a coin, to the largest printers.
         if len(sizes) != 3 or not all(isinstance(size, (int, float)) and 10.0 <= size <= 2000.0 for size in sizes):
             found.append(DimensionProblem(prefix + "bed", self.bed, "three lengths of 10 to 2000 mm", "the bed's room"))
         return found

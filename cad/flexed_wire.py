@@ -130,7 +130,7 @@ def _solved(
     scale = np.array([1.0, 1.0 / radius, 1.0 / radius]) / float(np.sum(steps))
     for _ in range(ROUNDS):
         points, residual = shape(load, points)
-        if not np.isfinite(residual).all() or np.abs(points).max() > 1e4:
+        if not np.isfinite(residual).all() or np.abs(points).max() > 1e4:  # mm: diverged
             return None
         if np.abs(residual).max() < 1e3 * SETTLED:
             return points, load

@@ -280,7 +280,7 @@ def screw_of(size: float) -> Screw:
 
 
 def screw_through(hole: float) -> Screw | None:
-    """The largest screw for a hole of ``hole`` mm with a tenth of clearance on either side; None if there is none."""
+    """The largest screw for a hole of ``hole`` mm with a clearance of 0.2 mm; None if there is none."""
     found = [screw for screw in screws() if screw.size + 0.2 <= hole + ROUNDING]
     return found[-1] if found else None
 

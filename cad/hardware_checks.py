@@ -100,7 +100,7 @@ def _engagement(joint: BuiltJoint, screw: BuiltPart, size: float) -> tuple[float
     """
     mesh = screw.mesh.vertices
     radial = np.hypot(*(mesh[:, :2] - mesh[:, :2].mean(axis=0)).T)
-    shank = mesh[radial < size / 2 + 0.1]
+    shank = mesh[radial < size / 2 + 0.1]  # mm, for the mesh's chords
     ends = (float(shank[:, 2].min()), float(shank[:, 2].max()))
     head = float(mesh[radial > size / 2 + 0.1][:, 2].mean())
     tip, under = (ends[0], ends[1]) if head > sum(ends) / 2 else (ends[1], ends[0])

@@ -23,7 +23,7 @@ Pixels = NDArray[np.uint8]
 def palette_of(pixels: Pixels) -> tuple[Pixels, Pixels]:
     """Palette (n, 3) and indices (height, width) of pixels (height, width, 3)."""
     height, width, _ = pixels.shape
-    coarse = np.minimum(255, (pixels.reshape(-1, 3).astype(np.int64) + STEP // 2) // STEP * STEP)
+    coarse = np.minimum(255, (pixels.reshape(-1, 3).astype(np.int64) + STEP // 2) // STEP * STEP)  # the largest byte
     code = coarse @ np.array([65536, 256, 1])
     codes, inverse, counts = np.unique(code, return_inverse=True, return_counts=True)
     colours = np.stack([codes >> 16, (codes >> 8) & 255, codes & 255], axis=1)

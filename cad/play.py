@@ -19,7 +19,7 @@ from synth.cad.joint import BuiltJoint
 from synth.cad.parts import Array, BuiltPart
 from synth.cad.results import CheckResult, at_most
 from synth.cad.spring_solid import measured_arms
-from synth.cad.torsion_spring import SIDES
+from synth.cad.torsion_spring import SIDES, STEPS_PER_TURN
 from synth.cad.travel import Bodies, turned
 
 PLAY_LIMIT = 0.3  # deg, to either side
@@ -56,7 +56,7 @@ def wire_points(joint: BuiltJoint, spring: BuiltPart) -> tuple[Array, Array]:
         ways.append(np.repeat(along[None], len(steps), axis=0))
     rings = spring.mesh.vertices[:-2].reshape(-1, SIDES, 3).mean(axis=1)
     tangents = np.gradient(rings, axis=0)
-    chosen = slice(2, -2, max(1, 48 // COIL_POINTS))
+    chosen = slice(2, -2, max(1, STEPS_PER_TURN // COIL_POINTS))
     places.append(rings[chosen])
     ways.append(tangents[chosen] / np.linalg.norm(tangents[chosen], axis=1, keepdims=True))
     return np.vstack(places), np.vstack(ways)

@@ -94,6 +94,7 @@ class Camera:
         grab.ShouldRerenderOff()
         grab.Update()
         pixels = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars())
+        # 0.2 % of the pixels darker than almost white (250 of 255): less is a blank picture.
         if np.mean(np.any(pixels < 250, axis=1)) < 0.002:
             raise PreviewError("no pictures: the off-screen window stays blank on this machine")
         width, height, _ = grab.GetOutput().GetDimensions()

@@ -65,6 +65,7 @@ def _cost(now: JointDimensions, tried: JointDimensions, printing: PrintDimension
             (1.0, now.shaft_diameter, tried.shaft_diameter),
         )
     )
+    # At least half a millimetre counts, so that a step without growth does not win at any gain.
     return max(added, 0.5) / max(_excess(now, printing) - _excess(tried, printing), 1e-6)
 
 

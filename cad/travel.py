@@ -87,7 +87,7 @@ class Bodies:
         """Common volume (mm^3) of the upper half with the shaft, and what is keyed on it, turned in eight ways."""
         names = [part.name for part in self.parts["lower"] if is_round(part)]
         return max(
-            float((self.halves["upper"] ^ turned(self.solids[name], 45.0 * step)).volume())
+            float((self.halves["upper"] ^ turned(self.solids[name], 45.0 * step)).volume())  # an eighth of a turn
             for name in names
             for step in range(8)
         )

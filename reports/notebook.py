@@ -72,7 +72,7 @@ def _figure(panel: Mapping[str, Any]) -> str:
     place, row = 52.0, 0
     for name, colour in entries:
         wide = LETTER * len(name) + 14.0
-        if place + wide > WIDTH and place > 52.0:
+        if place + wide > WIDTH and place > 52.0:  # the left margin
             place, row = 52.0, row + 1
         svg.text((place, HEIGHT - 30.0 + 15.0 * row), name, f'font-size="11" fill="{colour}"', most=70)
         place += wide

@@ -158,9 +158,9 @@ def percent(part: float | None, whole: float | None) -> str:
 def share_text(quantity: object) -> str:
     """A probability in whole per cent, ``83 %``; ``under 1 %`` or ``over 99 %`` instead of a rounded 0 or 100."""
     value = value_of(quantity) if isinstance(quantity, Mapping) else quantity
-    if isinstance(value, (int, float)) and 0.0 <= value < 0.005:
+    if isinstance(value, (int, float)) and 0.0 <= value < 0.005:  # would round to 0 %
         return "under 1\u00a0%"
-    if isinstance(value, (int, float)) and 0.995 <= value < 1.0:
+    if isinstance(value, (int, float)) and 0.995 <= value < 1.0:  # would round to 100 %
         return "over 99\u00a0%"
     return whole_percent(value)
 

@@ -125,6 +125,7 @@ def stick_figure(title: str, stick: Stick, motion: FigureMotion, tracked: Sequen
         left = _words_left(x, beside)
         most, anchor = int((x if left else SIZE - x) / 7.3) - 2, ' text-anchor="end"' if left else ""
         for style in (halo, f'font-size="12" fill="{BLACK}"'):
+            # Letters: longer names would cross the figure.
             svg.text((x - 10 if left else x + 10, y - 7), words, style + anchor, most=min(28, most))
     return svg.markup
 

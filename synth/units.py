@@ -332,5 +332,5 @@ def _article(words: str) -> str:
 def _shown(value: object) -> str:
     """A value as the user wrote it, shortened if long."""
     text = value if isinstance(value, str) else repr(value)
-    text = text if len(text) <= 40 else text[:37] + "..."
+    text = text if len(text) <= 40 else text[:37] + "..."  # letters: the message stays on one line
     return f'"{text}"' if isinstance(value, str) else text

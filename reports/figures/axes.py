@@ -108,6 +108,7 @@ def padded(values: Iterable[float], share: float = 0.06, least: float = 0.0) -> 
     finite = [value for value in values if math.isfinite(value)]
     low, high = (min(finite), max(finite)) if finite else (0.0, 1.0)
     if high - low < least or high == low:
+        # A span of 5 % to either side for a constant curve.
         middle, half = (low + high) / 2, max(least / 2, abs(low) * 0.05, 1e-9)
         low, high = middle - half, middle + half
     margin = share * (high - low)

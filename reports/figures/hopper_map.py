@@ -36,7 +36,7 @@ def map_figure(
     """Cells by (ratio, length in m); ``front`` as dots, ``picked`` as a ring, ``other`` as a diamond."""
     rows, columns = len(data.ratios), len(data.lengths)
     cell = (WIDTH - LEFT - KEY) / columns
-    high = 22.0 if rows < 20 else 14.0
+    high = 22.0 if rows < 20 else 14.0  # so that up to 40 motors fit on a screen
     height = TOP + rows * high + BOTTOM
     svg = Svg(WIDTH, height, title)
     values = [value for row in data.heights for value in row if value is not None]
@@ -59,7 +59,7 @@ def map_figure(
         ratio, length = design
         i = min(range(rows), key=lambda m: abs(data.ratios[m] - ratio))
         k = min(range(columns), key=lambda m: abs(data.lengths[m] - length))
-        if abs(data.ratios[i] - ratio) > 0.01 * ratio:
+        if abs(data.ratios[i] - ratio) > 0.01 * ratio:  # the same nominal ratio
             return None  # of another family
         return LEFT + (k + 0.5) * cell, TOP + (rows - 0.5 - i) * high
 

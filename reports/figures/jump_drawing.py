@@ -38,7 +38,7 @@ class Pose:
 def strip_figure(geometry: Geometry, poses: Sequence[Pose]) -> Markup:
     """The leg at several instants side by side over the ground."""
     reach = geometry.upper + geometry.lower
-    highest = max([pose.height for pose in poses] + [reach]) * 1.08
+    highest = max([pose.height for pose in poses] + [reach]) * 1.08  # 8 % of space above
     scale = min((STRIP_HEIGHT - 46) / highest, 1000.0 / (len(poses) * 2.1 * (geometry.spacing / 2 + geometry.upper)))
     step = 1000.0 / len(poses)
     ground = STRIP_HEIGHT - 26

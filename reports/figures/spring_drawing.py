@@ -146,6 +146,7 @@ def _closing(svg: Svg, spring: DrawnSpring, centre: Point, radius: float) -> Non
     sense = 1.0 if spring.hand == "right" else -1.0
     closes = spring.arms == "tangent"
     start = (-sense if closes else sense) * spring.included_angle / 2
+    # So that the arrow stays clear of the other arm.
     turned = min(spring.travel, 0.75 * (spring.included_angle if closes else math.tau - spring.included_angle))
     first, last = _unit(start), _unit(start + sense * turned)
     ends = [(centre[0] + d[0] * radius, centre[1] - d[1] * radius) for d in (first, last)]

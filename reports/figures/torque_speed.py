@@ -55,9 +55,10 @@ def law_points(law: str, parameters: Mapping[str, float], fastest: float) -> lis
 
 def torque_speed_figure(title: str, laws: Sequence[DrawnLaw], vendor: Vendor | None, measured: Point | None) -> Markup:
     """One damper. ``measured``: range of speeds (rpm) in the data, shaded."""
+    # 6 % beyond the vendor's point.
     fastest = max([x for law in laws for x, _ in law.points] + ([vendor.speed * 1.06] if vendor else []), default=1.0)
     torques = [y for law in laws for x, y in law.points if x <= fastest and math.isfinite(y)]
-    highest = max([*torques, *([vendor.torque * 1.06] if vendor else [])], default=1.0)
+    highest = max([*torques, *([vendor.torque * 1.06] if vendor else [])], default=1.0)  # as above
     svg = Svg(WIDTH, HEIGHT, title)
     axes = Axes(
         AxisScale(0.0, fastest, LEFT, WIDTH - RIGHT), AxisScale(0.0, highest * 1.05 or 1.0, HEIGHT - BOTTOM, TOP)

@@ -40,7 +40,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
 def _times(sine: object) -> str:
     """Factor over the smallest visible size from which a cause differs from the most similar one."""
     value = float(sine) if isinstance(sine, (int, float)) else 0.0
-    return f"{number(1.0 / value, 2)}" if value > 0.02 else "more than 50"
+    return f"{number(1.0 / value, 2)}" if value > 0.02 else "more than 50"  # 1 / 50
 
 
 SECTION = ReportSection("apart", "Inseparable causes", content, "check-apart")

@@ -76,6 +76,7 @@ def _joint(result: Result, name: str, damper: Json, measured: Json) -> Json | No
 
 def _insert(name: str, drawn: list[DrawnLaw], span: Point | None, vendor: Vendor | None) -> Markup | None:
     """The same laws over the measured speeds alone, where the vendor's point lies far beyond them."""
+    # Nearer, the main drawing shows it well.
     if span is None or vendor is None or not drawn or vendor.speed < 1.8 * span[1]:
         return None
     end = 1.15 * span[1]

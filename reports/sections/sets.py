@@ -72,7 +72,7 @@ def _causes(forecast: Json) -> list[Json]:
         for cause in causes[:SHOWN]
         if "joint" in cause and "cause" in cause
     ]
-    return [cause for cause in shown if (value_of(cause.get("share")) or 0.0) >= 0.005]
+    return [cause for cause in shown if (value_of(cause.get("share")) or 0.0) >= 0.005]  # rounds to 1 % at least
 
 
 def _figure(sets: list[Json]) -> Markup | None:

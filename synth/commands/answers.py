@@ -119,7 +119,7 @@ def gap_text(content: Json) -> str:
 
 def _chance(probability: float) -> str:
     """In whole per cent; a small value is not shown as 0."""
-    return "under 1%" if probability < 0.005 else f"{probability:.0%}"
+    return "under 1%" if probability < 0.005 else f"{probability:.0%}"  # below it would round to 0 %
 
 
 def _remainder_text(left: Json | None) -> str:

@@ -102,6 +102,7 @@ def _tenths(progress: Progress) -> Callable[[int, int], None]:
     """Report every tenth of a sweep with many chunks."""
 
     def told(done: int, count: int) -> None:
+        # A tenth of fewer chunks is less than two.
         if count >= 20 and done * 10 // count > (done - 1) * 10 // count and done < count:
             progress.say(f"  {done * 10 // count * 10} % of the designs done")
 

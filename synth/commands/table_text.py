@@ -18,5 +18,5 @@ def table_text(rows: Sequence[Sequence[str]], *, numbers_right: bool = True) -> 
             for index, (cell, width) in enumerate(zip(row, widths, strict=True))
         ]
         lines.append("  ".join(shown).rstrip())
-    lines.insert(1, "-" * min(max(map(len, lines)), 160))
+    lines.insert(1, "-" * min(max(map(len, lines)), 160))  # a rule of the widest usual terminal
     return "\n".join(lines)

@@ -48,7 +48,7 @@ class ChoiceRobustness:
 
     def as_json(self) -> dict[str, Any]:
         """The entry ``response.fit_uncertainty``."""
-        low, high = np.degrees(np.quantile(self.errors[0], [0.05, 0.95]))
+        low, high = np.degrees(np.quantile(self.errors[0], [0.05, 0.95]))  # 90 % interval
         return {
             "legs_drawn": self.errors.shape[1],
             "wanted_motion_moves_by": quantity(float(np.median(self.wanted)), "deg"),

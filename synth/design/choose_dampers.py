@@ -233,12 +233,13 @@ def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float]
     if option.law == "concave":
         text = f"{joint}: the torque-speed law of {option.part} is {option.why}: its rate at low speed may be off by a "
         warnings.append(decisive(f"{text}factor of two", DROPS))
-    if option.law == "curve" and fastest > 1.1 * speeds[1]:
+    if option.law == "curve" and fastest > 1.1 * speeds[1]:  # a tenth beyond the data: little extrapolation
         warnings.append(
             f"{joint}: the wanted motion reaches {fastest:.2g} rad/s; the damper was measured up to {speeds[1]:.2g} "
             "rad/s, and its law is extrapolated beyond"
         )
     reached = fastest * option.arrangement.ratio
+    # A tenth beyond the vendor's point: little extrapolation.
     if option.row is not None and option.row.speed is not None and reached > 1.1 * option.row.speed:
         warnings.append(
             f"{joint}: {option.part} is turned at up to {reached * 30 / np.pi:.0f} rpm; its vendor states torque at "
@@ -246,7 +247,7 @@ def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float]
         )
     if option.damper.curve is not None:
         error = thinning_error(option.damper.curve)
-        if error > 0.005:
+        if error > 0.005:  # a smaller one is far below a damper's tolerance of 15 %
             warnings.append(
                 noted(f"{joint}: the damper's table was reduced to 12 points; the error is at most {error:.1%}")
             )

@@ -43,4 +43,5 @@ def leg_that_bends_as_much(wire: float, mean: float, coils: float, opening: floa
     Each leg of length l adds l/(3 pi D) active coils (Shigley eq. 10-48). Arguments as in ``free_arm``.
     """
     body = pi * mean * coils
+    # Two legs of length l: 2 l / (3 pi D) of the body's coils, solved for l.
     return max(0.0, 1.5 * body * (1.0 / softening(wire, mean, coils, opening, cad) - 1.0))

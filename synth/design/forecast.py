@@ -119,7 +119,7 @@ class Forecaster:
         """The error of one set over ``n_sample`` draws."""
         errors = self._errors(parts, self._draws(len(parts), n_sample))
         nominal = float(self._errors(parts, np.zeros((4 * len(parts) + 1, 1)))[0])
-        low, high = np.quantile(errors, [0.05, 0.95])
+        low, high = np.quantile(errors, [0.05, 0.95])  # 90 % interval
         return Forecast(
             nominal,
             float(np.mean(errors)),

@@ -264,7 +264,7 @@ def fastest_rates(motions: Sequence[Array], times: Sequence[Array]) -> Array:
 def _rate_warning(joint: str, target: FitResult, refit: FitResult) -> list[str]:
     """A warning if the real damper's curve changes the wanted spring rate by more than a quarter."""
     linear, curved = (result.joints[joint].spring_rate.value for result in (target, refit))
-    if 0.8 < curved / linear < 1.25:
+    if 0.8 < curved / linear < 1.25:  # a quarter either way: more than two springs' tolerances
         return []
     text = (
         f"{joint}: with the chosen damper's curve the fitted spring rate is {curved:.3g} N*m/rad, with a linear damper "

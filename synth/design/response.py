@@ -141,6 +141,7 @@ def _step(jacobian: Array, residual: Array) -> Array | None:
         return None
     damped = normal + np.diag(1e-4 * np.diag(normal) + 1e-12)
     try:
+        # A logarithm of at most 0.7, a factor of two: beyond it the linearisation is invalid.
         return np.asarray(np.clip(-np.linalg.solve(damped, side), -0.7, 0.7))
     except np.linalg.LinAlgError:
         return None

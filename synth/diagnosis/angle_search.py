@@ -86,7 +86,7 @@ def fit_nominal(bench: Workbench, designed: EvaluatedHypothesis) -> EvaluatedHyp
         before = fit.cost
         fit = bench.solve([fresh(fit)], None, 2)[0]
         fit = replace(fit, frame=bench.frame(fit))
-        if before - fit.cost < 0.1:
+        if before - fit.cost < 0.1:  # log-likelihood: moves no unknown by a half of its deviation
             break
     return fit
 

@@ -169,6 +169,7 @@ def _same(a: Recording, b: Recording) -> bool:
                 break
             shifted = second.time[offset : offset + count] - second.time[offset]
             apart = np.abs(first.rotation[:count] - second.rotation[offset : offset + count])
+            # Identical but for rounding: a thousandth of the motion, and a tenth of a millisecond.
             if apart.max() <= 1e-3 * reach and np.allclose(first.time[:count], shifted, atol=1e-4):
                 return True
     return False
@@ -201,7 +202,7 @@ def sensor(recordings: Sequence[Recording]) -> AngleSensor:
             value = recording.rotation[:, j]
             good = recording.counts[:, j]
             difference = np.diff(value, ORDER)[np.lib.stride_tricks.sliding_window_view(good, ORDER + 1).all(axis=1)]
-            if len(difference) < 20:
+            if len(difference) < 20:  # a median of fewer is no noise
                 continue
             robust = 1.4826 * float(np.median(np.abs(difference))) + 1e-12
             kept = difference[np.abs(difference) < 3.0 * robust]
@@ -231,5 +232,6 @@ def _on_grid(recordings: Sequence[Recording], step: Array) -> Mask:
             continue
         values = np.concatenate([r.rotation[r.counts[:, j], j] for r in recordings if j in r.free])
         rest = (values - values[0]) / width
+        # As in ``fit.rounding``: 2 % of a count, 1e-5 per count; 2 % of the readings may be outliers.
         found[j] = bool(np.mean(np.abs(rest - np.round(rest)) < 0.02 + 1e-5 * np.abs(rest)) > 0.98)
     return found

@@ -68,14 +68,14 @@ class PredictionErrors:
         floor = _rms(self.noise, self.counts, pick) ** 2
         before = _rms(self.squares["before"], self.counts, pick) ** 2 - floor
         after = _rms(self.squares[label], self.counts, pick) ** 2 - floor
-        some = before > 0.05 * floor
+        some = before > 0.05 * floor  # a smaller gap has no meaningful share
         return np.where(some, 1.0 - np.sqrt(np.maximum(after, 0.0) / np.where(some, before, 1.0)), 0.0)
 
     def _estimate(self, figure: Callable[[Picks | None], Array], unit: str) -> Estimate:
         generator = np.random.default_rng(self.seed)
         cells = self.counts.size
         picks = generator.integers(0, cells, (RESAMPLES, cells))
-        low, high = np.percentile(figure(picks), [5.0, 95.0])
+        low, high = np.percentile(figure(picks), [5.0, 95.0])  # 90 % interval
         value = float(figure(None))
         return Estimate(value, unit, min(float(low), value), max(float(high), value))
 

@@ -30,7 +30,7 @@ class GearedMotor:
 
     @property
     def lag(self) -> float:
-        """S, the winding's electrical time constant."""
+        """Electrical time constant of the winding, s."""
         return self.inductance / self.resistance
 
     @property
@@ -40,7 +40,7 @@ class GearedMotor:
 
     @property
     def armature(self) -> float:
-        """Kg m^2 of the rotor, reflected to the joint; less by what the late braking of the winding adds to it.
+        """Kg m^2 of the rotor, reflected to the joint, less the apparent inertia of the delayed braking of the winding.
 
         Torque -b w(t - lag) is -b w + b lag dw/dt to first order.
         """

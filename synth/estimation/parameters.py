@@ -39,6 +39,7 @@ class Prior:
         if self.inverse:
             value = 1.0 / np.maximum(1.0 / self.centre + scaled, 1.0 / self.upper)
         elif self.log:
+            # Within a double's range, beyond any prior's.
             value = self.centre * np.exp(np.minimum(np.maximum(scaled, -40.0), 40.0))
         else:
             value = self.centre + scaled

@@ -202,7 +202,7 @@ def _row(
             numbers.append(number)
         else:
             text = cell.strip()
-            shown = text if len(text) <= 40 else text[:37] + "..."
+            shown = text if len(text) <= 40 else text[:37] + "..."  # so that the message stays on one line
             found = f'"{shown}" is not a number; leave the cell empty where a sample is missing'
             problems.append(Problem(found, name, line, column.title))
     return problems, numbers

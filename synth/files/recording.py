@@ -135,6 +135,7 @@ def _angle_problems(table: CsvTable, leg: Leg, angles: Array) -> list[Problem]:
     problems: list[Problem] = []
     for index, joint in enumerate(leg.joints):
         size = np.abs(angles[:, index])
+        # Stops yield and zeros are off by some degrees.
         limit = max([WIDEST, *(abs(end) + radians(30) for end in joint.range or ())])
         if np.nanmax(size) > limit:
             row = int(np.nanargmax(size > limit))

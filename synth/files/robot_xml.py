@@ -42,6 +42,7 @@ def urdf_file(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Se
     ``base`` and ``links``: whole bodies and drawn parts; without them a link is a rod.
     URDF knows no gravity either: the simulator has its own.
     """
+    # The default of leg files and of MuJoCo.
     messages = [f"gravity of {leg.gravity:g} m/s^2 must be set in the simulator"] if leg.gravity != 9.81 else []
     root = Element("robot", name=leg.name)
     first, shown = nested(root, "link", name="base"), list(links) or [RobotLink()] * len(leg.joints)

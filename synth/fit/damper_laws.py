@@ -152,7 +152,8 @@ def _drawn_on(curve: DamperCurve, exponent: float) -> DamperCurve:
 def _speed_range(drops: Sequence[Recording], joint: int) -> SpeedRange:
     speed = np.concatenate([np.abs(r.smoothed.rate[:, joint]) for r in drops])
     fastest = float(speed.max())
-    moving = speed[speed > 0.02 * fastest]
+    moving = speed[speed > 0.02 * fastest]  # at rest before the drop and after it
+    # Outer 2 % left out: single noisy rates.
     return SpeedRange(float(np.quantile(moving, 0.02)), float(np.quantile(moving, 0.98)), fastest)
 
 
@@ -163,7 +164,7 @@ def _first_rate(leg: Leg, drops: Sequence[Recording], joint: int) -> float:
         found = coefficients(leg, recording.conditions.tip)
         angle, rate = recording.smoothed.angle, recording.smoothed.rate[:, joint]
         torque = -static_torque(found, angle, leg.tilt + recording.conditions.tilt)[:, joint]
-        moving = np.abs(rate) > 0.1 * np.abs(rate).max()
+        moving = np.abs(rate) > 0.1 * np.abs(rate).max()  # slower, the quotient is mostly noise
         ratios.append(torque[moving] / rate[moving])
     ratio = float(np.median(np.concatenate(ratios)))
     return ratio if ratio > 0 else float(outboard_inertia(leg)[joint]) * 5.0
@@ -187,7 +188,7 @@ def _fit(
             break
         values, locals_ = solution.values, solution.locals
         found = float(clipped_rms(drops, solution.predictions)[joint]) + 1e-6
-        done = abs(np.log(found / noise)) < 0.05
+        done = abs(np.log(found / noise)) < 0.05  # 5 % of noise changes no estimate noticeably
         noise = found
         if done:
             break
@@ -234,6 +235,7 @@ def _warnings(
     ]
     if len(drops) == 1:
         messages.append(f"{joint}: the damper's law was chosen from a single drop; a second one would test it")
+    # A tenth: within the scatter of drops.
     alike = [f.law.name for f in fits if f is not used and f.rms_held_out <= used.rms_held_out * 1.1]
     if alike:
         messages.append(f"{joint}: these drops do not distinguish {used.law.name} from {' or '.join(alike)}")
@@ -241,12 +243,13 @@ def _warnings(
     for recording in drops:
         found = coefficients(leg, recording.conditions.tip)
         time, angle = recording.smoothed.time, recording.smoothed.angle
-        last = max(2, len(angle) // 20)
+        last = max(2, len(angle) // 20)  # the last twentieth
         end, before = angle[-last:].mean(axis=0), angle[-2 * last : -last].mean(axis=0)
         ends.append(abs(static_torque(found, end, leg.tilt + recording.conditions.tilt)[index]))
         # From means, because single rates are mostly noise when the leg stands still.
         creeps.append(abs(end - before)[index] / (last * (time[1] - time[0])))
     held = float(np.median(ends))
+    # 0.02 N m: a choice, less is near equilibrium; a fifth of the slowest measured speed counts as standing.
     if held > 0.02 and float(np.median(creeps)) < 0.2 * speeds.low:
         messages.append(f"{joint}: the leg stops although gravity still exerts {held:.2g} N*m: it sticks")
     return messages

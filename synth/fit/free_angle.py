@@ -35,7 +35,7 @@ def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
         known = np.isfinite(variance[:, j])
         # The shrinkage towards zero by the wide prior is undone, so that estimate and variance match.
         shrink = 1.0 - variance[known, j] / WIDE**2
-        usable = shrink > 0.05
+        usable = shrink > 0.05  # a trial that the prior determines to 95 % tells nothing
         value = shift[known, j][usable] / shrink[usable]
         weight = shrink[usable] / variance[known, j][usable]
         m = len(value)

@@ -47,7 +47,7 @@ class IntervalSource:
         largest: list[tuple[float, str]] = []
         for item in ranked[:NAMED]:
             largest.append(item)
-            if sum(share for share, _ in largest) >= 0.9 * self.of_links:
+            if sum(share for share, _ in largest) >= 0.9 * self.of_links:  # the rest is not worth a name
                 break
         named = ", ".join(f"{name} ({100 * share:.0f} %)" for share, name in largest)
         return (
@@ -64,6 +64,7 @@ class IntervalSource:
             "joint": self.joint,
             "quantity": self.quantity,
             "half_width90": quantity(self.half, unit),
+            # Rounded to four decimals it would be 0.
             "shares": {name: round(share, 4) for name, share in ranked if share >= 5e-5 or name == TRIALS},
             "text": self.sentence,
         }
@@ -80,7 +81,7 @@ def sources_of(unknowns: SpringsAndDampers, covariance: Array, links: LinkErrors
     for joint, kind, place in _places(unknowns):
         half = float(NORMAL90 * total[place])
         if kind != "free_angle":
-            half = float(np.expm1(min(half, 20.0)))
+            half = float(np.expm1(min(half, 20.0)))  # e^20: open in any case, but finite
         by_name = dict(zip(names, shares[place].tolist(), strict=True))
         found.append(IntervalSource(joint, kind, half, {TRIALS: 1.0 - sum(by_name.values()), **by_name}))
     return tuple(found)

@@ -119,6 +119,7 @@ def _searched(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions,
         f"{bounds.lower[row, j]:.3g} to {bounds.upper[row, j]:.3g} {unit}"
         for row, (what, unit) in enumerate((("spring rate", "N*m/rad"), ("damper rate", "N*m*s/rad")))
         for j in range(len(names))
+        # Within 0.1 %: a search stops short of a bound.
         if not 1.001 * bounds.lower[row, j] < rates[row, j] < 0.999 * bounds.upper[row, j]
     ]
     beside = _beside(result, fit_leg(leg, recordings, options), choice)

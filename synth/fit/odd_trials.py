@@ -37,6 +37,7 @@ def odd_trials(names: Sequence[str], joints: Sequence[str], rms: Array, free_ang
                 continue
             middle = _median(free_angle[others, j])
             spread = _median(np.abs(free_angle[others, j] - middle))
+            # 1.4826: median deviation to standard deviation.
             if abs(free_angle[i, j] - middle) > max(TIMES * 1.4826 * spread, LEAST_SHIFT):
                 there, rest = np.degrees(free_angle[i, j]), np.degrees(middle)
                 away = f"would have its free angle at {there:.3g} deg there and at {rest:.3g} deg in the others"

@@ -215,7 +215,7 @@ def _travel(leg: Leg, recordings: Sequence[Recording], j: int) -> Array:
 
 
 def _half_width(deviation: float) -> float:
-    return float(np.exp(min(NORMAL90 * deviation, 20.0)) - 1)
+    return float(np.exp(min(NORMAL90 * deviation, 20.0)) - 1)  # e^20: open in any case, but finite
 
 
 def share_text(share: float) -> str:

@@ -108,6 +108,7 @@ class Search:
         natural = np.array([inertia * (2 * np.pi * START[0]) ** 2, inertia * START[1]])
         found = weak_form(self.model.leg, self.recordings, curves)
         rates = np.array([found.spring_rate, found.damper_rate])
+        # A hundred times either way of a limb's rates: beyond it the weak form failed.
         within = (rates > 0.01 * natural) & (rates < 100 * natural)
         return np.where(within.all(axis=0), rates, natural)
 

@@ -275,4 +275,5 @@ def thinned_sentences(recordings: Sequence[Recording]) -> tuple[str, ...]:
 def relative_amplitudes(recordings: Sequence[Recording]) -> Array:
     """(n_trial, n) each joint's amplitude in a trial over its mean; at least 0.2."""
     amplitude = np.array([np.ptp(r.smoothed.angle, axis=0) for r in recordings])
+    # A fifth: a joint that hardly moves would otherwise have an unlimited weight.
     return np.asarray(np.maximum(amplitude / np.maximum(amplitude.mean(axis=0), 1e-6), 0.2))

@@ -282,7 +282,7 @@ def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
         for j in joints:
             value = values[at(j)]
             for name, side in sides:
-                if abs(value - side[at(j)]) < 1e-6:
+                if abs(value - side[at(j)]) < 1e-6:  # of a logarithm: at the bound
                     text = (
                         f"{unknowns.leg.joint_names[j]}: the {what} is at a bound of the search, "
                         f"{np.exp(value):.3g} {unit} is the {name}: the true value is beyond, or the model does not "
@@ -300,7 +300,9 @@ def _joints(
 
     def rate(place: int, unit: str) -> Estimate:
         value = solution.values[place]
+        # exp(300) is finite, and open in any case.
         low, high = (value + np.clip(offset[place], -300.0, 300.0) for offset in offsets)
+        # exp(709) is the largest double.
         return Estimate(float(np.exp(value)), unit, float(np.exp(low)), float(np.exp(min(high, 700.0))))
 
     found = {}

@@ -64,7 +64,7 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
                 low = middle
         pinned = (*pinned, (place, high, HELD))
         after = np.exp(solution.values[[k, place]])
-        if after[1] < 0.9 * before[1]:
+        if after[1] < 0.9 * before[1]:  # a smaller move is not worth a sentence
             name = model.leg.joint_names[j]
             sentences.append(
                 f"{name}: {SOFTEST}: {after[0]:.3g} N*m/rad and "
@@ -114,6 +114,7 @@ def loose_joints(model: TrajectoryModel, solution: Solution) -> list[int]:
 
 def _is_ridge(cov: Array, k: int, place: int) -> bool:
     ratio = np.sqrt(max(0.0, cov[k, k] + cov[place, place] - 2 * cov[k, place]))
+    # The quotient b/k at least 2.5 times as well known as k: a ridge, not two poorly known rates.
     return bool(np.sqrt(cov[k, k]) > LOOSE and ratio < 0.4 * np.sqrt(cov[k, k]))
 
 

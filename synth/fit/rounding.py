@@ -99,6 +99,7 @@ def encoder_counts(recordings: Sequence[Recording]) -> Array:
         values = np.concatenate(parts)
         rest = (values - values[0]) / width
         off = np.abs(rest - np.round(rest))
+        # 2 % of a count, and 1e-5 per count for a width that is known to five digits.
         found[j] = width if np.mean(off < 0.02 + 1e-5 * np.abs(rest)) > ON_GRID else 0.0
     return found
 

@@ -128,6 +128,7 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
         other = unknowns.damper_at(j)
         ratio = np.sqrt(max(0.0, cov[position, position] + cov[other, other] - 2 * cov[position, other]))
         seconds = float(np.exp(values[other] - values[position]))
+        # 0.4 as in ``ridge``: b/k at least 2.5 times as well known as the rates.
         if (loose_k or deviation[other] > LOOSE) and ratio < 0.4 * max(deviation[position], deviation[other]):
             sentences.append(
                 f"{joints[j]}: not separable: spring rate and damper rate. The trials give b/k = {seconds:.3g} s to "
@@ -143,7 +144,7 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
                     )
     for j in unknowns.rests:
         sd = deviation[unknowns.rest_at(j)]
-        if sd > np.radians(1.5):
+        if sd > np.radians(1.5):  # +-2.5 deg at 90 %: a quarter of a bought spring's tolerance
             sentences.append(f"{joints[j]}: the free angle is known only to +-{np.degrees(NORMAL90 * sd):.1f} deg.")
     return sentences
 
@@ -169,7 +170,7 @@ def mass_scale_sentence(leg: Leg, recordings: Sequence[Recording], *, weighed: b
 
 
 def _percent(deviation: float) -> str:
-    high = 100 * (np.exp(min(NORMAL90 * deviation, 20.0)) - 1)
-    if high > 300:
+    high = 100 * (np.exp(min(NORMAL90 * deviation, 20.0)) - 1)  # e^20: open in any case, but finite
+    if high > 300:  # per cent: a factor of four
         return "no better than a factor of four"
     return f"+-{high:.0f} %" if high >= 10 else f"+-{high:.2g} %"

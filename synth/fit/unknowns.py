@@ -159,6 +159,7 @@ class SpringsAndDampers:
 
     def write(self, lanes: Array, values: Array) -> None:
         """Write values into lanes, exponentials of those that are logarithms."""
+        # exp(80) is beyond any rate, and its products are still finite.
         lanes[self._rows] = np.where(self.logarithmic[:, None], np.exp(np.minimum(values, 80.0)), values)
 
     def pack(self, spring_rate: Array, rest: Array, damper_rate: Array) -> Array:

@@ -110,7 +110,7 @@ def rise_of(ratio: float) -> float:
 
 def _fall(ratio: float, time: float | Array) -> Any:
     """From 1 at rest to 0, of an oscillator of natural frequency 1."""
-    if abs(ratio - 1.0) < 1e-6:
+    if abs(ratio - 1.0) < 1e-6:  # critical damping: the general formula divides by zero
         return (1.0 + time) * np.exp(-time)
     root = np.sqrt(complex(ratio**2 - 1.0))
     slow, fast = -ratio + root, -ratio - root
@@ -200,6 +200,7 @@ class _Task:
         weight = coefficient.gravity * np.cos(leg.tilt + np.cumsum(pose))
         gravity = np.cumsum(weight[::-1])[::-1]
         whole = inertia * natural**2
+        # A fiftieth: a start needs a positive rate where gravity alone is stiffer than wanted.
         spring = np.maximum(whole - gravity, 0.02 * whole)
         return cls(leg, asked, compiled_chain(len(joints)), time, spring, 2 * ratio * natural * inertia, gravity)
 

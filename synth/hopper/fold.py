@@ -30,6 +30,7 @@ _options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 def _acceleration(a, w, tau, p):  # type: ignore[no-untyped-def]
     length, lower, spacing, body, density, rate, damping = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
     s, c = math.sin(a), math.cos(a)
+    # The lower link nearly level, where it locks.
     sine = min(0.9999, max(-0.9999, (0.5 * spacing + length * s) / lower))
     b, cb = math.asin(sine), math.sqrt(1.0 - sine * sine)
     db = length * c / (lower * cb)
@@ -46,7 +47,7 @@ def _acceleration(a, w, tau, p):  # type: ignore[no-untyped-def]
     force = -p[10] * (body * dy + 2.0 * upper_mass * uy - lower_mass * lower * sine * db)
     force += 2.0 * rate * (a - p[7] + (a + b - p[8]) * (1.0 + db)) + rate * (2.0 * b - p[9]) * 2.0 * db
     joints = 2.0 + 2.0 * (1.0 + db) ** 2 + 4.0 * db * db
-    past = max(0.0, p[11] - a)
+    past = max(0.0, p[11] - a)  # the leg's stop, as in ``jump_source``
     force -= 2.0 * p[12] * past * max(0.0, 1.0 - p[13] * w)
     return (2.0 * tau - force - damping * joints * w - slope * w * w) / inertia
 

@@ -154,6 +154,7 @@ def _table(project: PullUps, trial: HopperRecording) -> Folding:
     assert trial.length is not None
     leg = project.design.leg.with_length(trial.length)
     angle = trial["upper link"]
+    # 0.02 rad (1.2 deg) to 99 % of the locking angle: within the tables of ``folding``.
     if angle.min() < 0.02 or angle.max() > 0.99 * leg.largest_crouch:
         text = (
             f"the angle runs from {np.degrees(angle.min()):.1f} to {np.degrees(angle.max()):.1f} deg; links of "

@@ -38,7 +38,7 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
     drawn = drawn_flexures(found, hinges, dimensions.gap)
     if drawn is not None:
         notes.append(drawn.note)
-    if not 0.8 < laminate.bending_stiffness / strip < 1.25:
+    if not 0.8 < laminate.bending_stiffness / strip < 1.25:  # a quarter: more than a laminate's scatter
         notes.append(
             f"the links as simulated bend like E I = {laminate.bending_stiffness:.3g} N*m^2, a flat strip of this "
             f"laminate like {strip:.3g} N*m^2: flat links as drawn are not those; fold or double "

@@ -119,10 +119,10 @@ def pushed(
     ------
     UserError : there is no push.
     """
-    idle = float(np.median(current[: max(3, len(current) // 20)]))
+    idle = float(np.median(current[: max(3, len(current) // 20)]))  # the first twentieth of the log
     drawn = current - idle
     peak = float(drawn.max())
-    if peak <= 0 or peak < 3 * float(np.std(drawn[: max(3, len(drawn) // 20)])):
+    if peak <= 0 or peak < 3 * float(np.std(drawn[: max(3, len(drawn) // 20)])):  # three deviations of the idle current
         raise UserError(Problem("shows no push; is the current's sign right?", name, key="current"))
     on = np.flatnonzero(drawn > IDLE * peak)
     push = slice(int(on[0]), int(on[-1]) + 1)

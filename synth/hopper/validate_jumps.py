@@ -133,10 +133,11 @@ def measure(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump:
     """Takeoff, speed and rise of one recording that starts at rest in the crouch when the motors are switched on."""
     time, force = jump["time"], jump["ground force"]
     weight = mass * gravity
-    noise = 1.4826 * float(np.median(np.abs(np.diff(force)))) / np.sqrt(2)
+    noise = 1.4826 * float(np.median(np.abs(np.diff(force)))) / np.sqrt(2)  # 1.4826: median to standard deviation
+    # Nothing stands on the plate: within five deviations of zero, or a twentieth of the weight.
     quiet = np.abs(force) < max(5.0 * noise, 0.05 * weight)
     takeoff = _first_quiet(time, quiet, float(np.argmax(force)))
-    if takeoff is None or force.max() < 1.2 * weight:
+    if takeoff is None or force.max() < 1.2 * weight:  # a push needs more than the weight
         peak = f"weight {weight:.3g} N, peak {force.max():.3g} N"
         text = f"contains no jump: the plate's force never returns to zero after a push ({peak})"
         raise UserError(Problem(text, jump.name, key="ground force"))

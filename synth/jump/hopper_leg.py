@@ -216,7 +216,7 @@ class HopperLeg:
         if not start < self.largest_crouch:
             text = f"the crouch of {start * degrees:.1f} deg cannot be reached: the lower links are level,"
             found.append(f"{text} and lock, at {self.largest_crouch * degrees:.1f} deg")
-        elif self.lower_angle(start) > 80.0 / degrees:
+        elif self.lower_angle(start) > LOCKED:
             angle = self.lower_angle(start) * degrees
             found.append(
                 f"in the crouch the lower links lie {angle:.1f} deg from straight down: above 80 deg they lock"

@@ -134,7 +134,7 @@ def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcom
                 ended = RUNNING
                 if outcome[CLEARANCE, lane] > LIFTED and speed < -fall and (Z[foot_speed, lane] < 0.0 or at <= 0.0):
                     ended = LANDED_AGAIN
-                elif x[height, lane] <= 0.0 or abs(Z[bend, lane]) > 0.999:
+                elif x[height, lane] <= 0.0 or abs(Z[bend, lane]) > 0.999:  # sine of the last piece at its limit
                     ended = COLLAPSED
                 elif t >= duration or (
                     t > SETTLED and at <= 0.0 and abs(speed) < CREEP and abs(K[0, 1 + n_angle, lane]) < 0.5
@@ -154,6 +154,7 @@ def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcom
                 traced += 1
             factor = 0.9 * error ** (-1.0 / 3.0)
         else:
+            # Safety 0.9 and at most a fifth: Hairer et al., Solving ODEs I, section II.4.
             factor = max(0.2, 0.9 * error ** (-1.0 / 3.0))
         if not (factor > 0.2):  # also if the error is nan
             factor = 0.2

@@ -40,12 +40,12 @@ def characteristics(time: Array, angle: Array, noise: float = 0.0) -> Characteri
     rest = float(np.mean(angle[-max(2, len(angle) // 10) :]))
     away = angle - rest
     amplitude = float(away[0])
-    if abs(amplitude) < max(3 * noise, 1e-6):
+    if abs(amplitude) < max(3 * noise, 1e-6):  # rad: a microradian is no motion
         return Characteristics(amplitude, None, None, None, None, None, "starts at rest")
     level = away / amplitude
     rise = _rise_time(time, level)
     outside = np.flatnonzero(np.abs(level) > SETTLE_BAND)
-    settled = outside[-1] + 1 < len(time) * 0.9
+    settled = outside[-1] + 1 < len(time) * 0.9  # not seen to settle if outside until the last tenth
     settling = float(time[outside[-1] + 1] - time[0]) if settled else None
     overshoot = float(max(0.0, -level.min()))
     times, peaks = _peaks(time, level, max(3 * noise / abs(amplitude), 0.02))

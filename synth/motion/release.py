@@ -210,6 +210,7 @@ def _refined(time: Array, rotation: Array, lost: Mask, view: _View, first: int) 
     coarse = float(view.smoothed.time[first])
     falls = np.flatnonzero(np.diff(speed[first:]) < 0)
     peak = float(view.smoothed.time[first + int(falls[0])] if len(falls) else view.smoothed.time[-1])
+    # In s: three terms describe 50 ms of a release, and 30 ms are the error of a coarse start.
     end = min(coarse + 0.05, max(peak, coarse + 3 * step))
     inside = (time >= coarse - LEAD - 1e-9) & (time <= end + 1e-9)
     earliest = max(coarse - max(0.03, 0.2 * (peak - coarse)), float(time[0]) + 2 * step)
@@ -247,7 +248,7 @@ def _still_first(time: Array, rotation: Array, lost: Mask, view: _View, last: _B
 
 def _hold_noise(since: Array, angle: Array, noise: float) -> float:
     """The scatter about a line while held, rad, or the recording's noise where that is larger."""
-    held = since < -0.03
+    held = since < -0.03  # s, the error of a coarse start
     if held.sum() < 5:
         return noise
     line = np.stack([np.ones(int(held.sum())), since[held]], axis=1)

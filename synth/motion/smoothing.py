@@ -58,10 +58,12 @@ def lost_samples(angle: Array, limit: float = 8.0) -> Mask:
         floor = 1e-9 + 1e-6 * float(np.ptp(value))
         counts = np.diff(np.unique(value))
         rounding = np.sqrt(1.5 / 12.0) * float(counts.min(initial=COARSEST_COUNT, where=counts > 1e-12))
+        # 1.4826: median to standard deviation.
         scale = max(1.4826 * float(np.median(np.abs(middle - np.median(middle)))) + floor, rounding)
         spike = np.abs(middle) > limit * scale
         # A lone spike of height h shows as h in its own difference and -h/2 in both neighbours'; a fast swing does not.
         before, after = np.r_[0.0, middle[:-1]], np.r_[middle[1:], 0.0]
+        # A fifth leaves room for noise.
         alone = (before * middle < -0.2 * middle**2) & (after * middle < -0.2 * middle**2)
         lost[good[1:-1][spike & alone], j] = True
     return lost
@@ -91,6 +93,7 @@ def smooth(time: Array, angle: Array, lost: Mask, width: float | None = None) ->
             raise ValueError(f"joint {j}: {int(good.sum())} good samples, at least 7 are needed")
         even[:, j] = np.interp(grid, time[good], angle[good, j])
         position = np.searchsorted(time[good], grid).clip(1, int(good.sum()) - 1)
+        # Four lost samples or more; fewer are bridged by the polynomials.
         gap |= (time[good][position] - time[good][position - 1]) > 4.5 * step
     own = pace(step, even)
     width = SUPPORT * own if width is None else width

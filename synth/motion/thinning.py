@@ -97,6 +97,7 @@ def _coarse_count(reading: Array, noise: float) -> float:
         return 0.0
     count = float(gaps.min())
     apart = (reading - reading[0]) / count
+    # 2 % of a count, and 1e-5 per count for a width that is known to five digits.
     on_grid = np.mean(np.abs(apart - np.round(apart)) < 0.02 + 1e-5 * np.abs(apart)) > ON_GRID
     return count if on_grid and noise < COARSE * count else 0.0
 
@@ -109,7 +110,7 @@ def _straight(angle: Array, noise: Array, counts: Array, group: int) -> bool:
     """
     means = _means(angle, group)
     bend = _hardest(np.diff(means, 2, axis=0)) / 24.0 <= BENT * noise / sqrt(group) + 1e-9
-    turn = _hardest(np.diff(angle[group // 2 :: group], axis=0)) <= 1.001 * counts
+    turn = _hardest(np.diff(angle[group // 2 :: group], axis=0)) <= 1.001 * counts  # one count, and its rounding
     return bool(np.all(np.where(counts > 0.0, turn, bend)))
 
 

@@ -23,7 +23,7 @@ def unlike(smoothed: Smoothed, time: Array, velocity: Array, joint: int) -> str:
     """
     good = np.isfinite(velocity)
     slope = np.interp(time[good], smoothed.time, smoothed.rate[:, joint])
-    fast = np.abs(slope) > 0.1 * np.abs(slope).max(initial=0.0)
+    fast = np.abs(slope) > 0.1 * np.abs(slope).max(initial=0.0)  # a tenth of the greatest speed
     if fast.sum() < FEWEST or np.abs(slope).max() < 10.0 * _noise(slope):
         return ""
     seen, slope = velocity[good][fast], slope[fast]

@@ -97,6 +97,7 @@ def spring_reasons(
     assert row.included_angle is not None
     if rate is not None and abs(row.rate / rate - 1.0) > choice.rate_tolerance:
         yield f"rate not within {choice.rate_tolerance:.0%} of {rate:.4g} N*m/rad"
+    # Deg: far below the free angle's tolerance of 10 deg.
     if choice.included_angle is not None and abs(degrees(row.included_angle - choice.included_angle)) > 1.5:
         yield f"included angle is not {degrees(choice.included_angle):g} deg"
     body = row.body_length if row.body_length is not None else row.close_wound_length
@@ -107,9 +108,9 @@ def spring_reasons(
         ("body length", body, choice.min_body_length, choice.max_body_length),
         ("wire diameter", row.wire_diameter, choice.min_wire_diameter, choice.max_wire_diameter),
     ):
-        if value is not None and most is not None and value > most * (1 + 1e-6):
+        if value is not None and most is not None and value > most * (1 + 1e-6):  # 1e-6: rounding of converted units
             yield f"{what} over {most * 1e3:.4g} mm"
-        if value is not None and least is not None and value < least * (1 - 1e-6):
+        if value is not None and least is not None and value < least * (1 - 1e-6):  # as above
             yield f"{what} under {least * 1e3:.4g} mm"
 
 
@@ -160,6 +161,7 @@ def damper_reasons(row: DamperRow, choice: DamperChoice, travel: float, parts: P
     if row.allows_travel(wanted) is False:
         yield f"turns less than {degrees(wanted):.0f} deg"
     most = choice.max_outer_diameter
+    # Rounding of converted units.
     if most is not None and row.outer_diameter is not None and row.outer_diameter > most * (1 + 1e-6):
         yield f"outer diameter over {most * 1e3:.4g} mm"
 

@@ -64,6 +64,7 @@ def contradictions(row: CatalogueRow, modulus_of: ModulusOf) -> list[str]:
         if low is not None and high is not None and low > high:
             found.append(f"least strength {low / 1e6:.4g} MPa above the greatest {high / 1e6:.4g} MPa")
         size, named = row.diameter, row.nominal_size
+        # Twice the diameter's tolerance of wire.
         if size is not None and named is not None and abs(size / named - 1.0) > 0.01:
             found.append(f"diameter {size * 1e3:.4g} mm but nominal size {named / 0.0254:.4g} in")
     elif isinstance(row, GearMotorRow):
@@ -79,7 +80,7 @@ def _motor(row: GearMotorRow) -> list[str]:
     if stall is not None and free is not None and stall <= free:
         return [f"stall current {stall:.4g} A not above the no-load current {free:.4g} A"]
     gain = row.torque_gain
-    if gain is None or gain <= 1.05:
+    if gain is None or gain <= 1.05:  # 5 %: rounding of published torque and current
         return []
     return [f"stall torque and current with the no-load speed give a gear efficiency of {gain:.3g}"]
 

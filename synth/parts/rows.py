@@ -295,7 +295,7 @@ class MaterialRow(CatalogueRow):
         """Whether the record applies to wire of this diameter, m; a missing bound is no limit."""
         low = self.min_diameter if self.min_diameter is not None else 0.0
         high = self.max_diameter if self.max_diameter is not None else math.inf
-        return low * (1.0 - 1e-6) <= diameter <= high * (1.0 + 1e-6)
+        return low * (1.0 - 1e-6) <= diameter <= high * (1.0 + 1e-6)  # 1e-6: rounding of converted units
 
     def strength(self, diameter: float) -> float | None:
         """Tensile strength by the record's law, Pa; None if it has none.

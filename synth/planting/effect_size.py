@@ -57,7 +57,7 @@ class PlainMotion:
         NotApplicable : too stiff to simulate.
         """
         quick = max(fastest(truth, t) for t in self.setup.trials)
-        if quick > 2.5e4:
+        if quick > 2.5e4:  # 1/s: beyond it the engine's steps take minutes
             raise NotApplicable("too stiff to simulate")
         return float(np.clip(0.7 / quick, 2.5e-5, 2.5e-4))  # the modes of a stiff link need only stability
 
@@ -160,6 +160,7 @@ class PlainMotion:
         NotApplicable : the largest size leaves a smaller gap, or the search does not converge.
         """
         top = math.log(form.largest)
+        # A start only: 3 % of the largest size for each floor wanted.
         x = top + math.log(min(0.5, 0.03 * strength))
         low: tuple[float, float] | None = None  # (log size, log gap / strength), below
         high: tuple[float, float] | None = None
@@ -179,8 +180,10 @@ class PlainMotion:
             else:
                 high = (x, miss)
             if low is None or high is None:
+                # Logarithms: at most a factor of 4.5 up and 12 down in a step.
                 x = min(x - float(np.clip(miss, -1.5, 2.5)), top)
             else:
+                # Regula falsi, kept off the ends.
                 share = float(np.clip(-low[1] / (high[1] - low[1]), 0.15, 0.85))
                 x = low[0] + share * (high[0] - low[0])
         raise NotApplicable(f"{effect}: no size found")
@@ -204,8 +207,9 @@ class PlainMotion:
                     for _ in range(2):
                         seen = self.targets(self.run(*(built := form.build(size)), False), built[1])[0]
                         reached = self.model.fit(seen, states).rms / self.floor
+                        # At most a factor of 20 in a step.
                         size, last = min(size * float(np.clip(gap / max(reached, 1e-6), 0.05, 20)), form.largest), size
-                        if abs(size / last - 1) < 0.4:
+                        if abs(size / last - 1) < 0.4:  # a rough size is enough to begin with
                             break
                     share = self.model.explained(targets, seen, states) / gap
                 except (NotApplicable, ArithmeticError, np.linalg.LinAlgError):

@@ -61,6 +61,7 @@ class PlainModel:
     def __init__(self, case: Setup, floor: float, states: Sequence[Array]) -> None:
         self.case, self.floor, self.trials = case, floor, case.trials
         n = case.true.n
+        # Half of the fastest time constant, within what the engine takes.
         self.step = float(np.clip(0.5 / case.settle, 1e-4, 2.5e-3))
         self.names = [(name, j) for name in PARAMETERS for j in range(n)]
         self.common_count = len(self.names)
@@ -197,7 +198,7 @@ class PlainModel:
                 share *= 0.3
                 continue
             best, state = found, ahead
-            if found[0].cost > 0.998 * fitted.cost and share == 1.0:
+            if found[0].cost > 0.998 * fitted.cost and share == 1.0:  # a gain of 0.2 % ends the search
                 break
         return best[0]
 
@@ -264,7 +265,7 @@ class PlainModel:
             for _ in range(6):
                 rest = self._residuals(i, targets[i], change, state)
                 square = float(rest @ rest)
-                if square > 0.999 * last:
+                if square > 0.999 * last:  # a gain of 0.1 % ends the search
                     break
                 last = square
                 left[i] = rest

@@ -48,6 +48,7 @@ def load_friction(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) 
     """A plain bearing that sticks rigidly, or a gear mesh with bristle friction on the spring's torque."""
     if rng.random() < 0.5:
         weight = 9.81 * float(setup.true.of("mass")[j:].sum())
+        # A journal's radius: at most a quarter of a link's length.
         most = min(0.5 * spring_torque(setup, scale, j) / weight, 0.25 * float(setup.true.of("length").mean()))
         return law_form(setup, "bearing, sticking", most, lambda s: Law(torque_laws.BEARING, j, (s, 0.0)))
     k, free = sprung(setup, j), float(setup.true.of("free_angle")[j])
@@ -117,7 +118,7 @@ def one_sided(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> F
     """A spring that is weaker or stiffer on one side, with a smooth changeover or one beside the free angle."""
     k, free = sprung(setup, j), float(setup.true.of("free_angle")[j])
     low, high = float(scale.low[j]) - free, float(scale.high[j]) - free
-    if low > -0.2 * (high - low) or high < 0.2 * (high - low):
+    if low > -0.2 * (high - low) or high < 0.2 * (high - low):  # a fifth of the motion on either side, to see both
         raise NotApplicable("the joint stays on one side of its spring")
     sign = float(rng.choice([-1.0, -1.0, 1.0]))
     most = 0.98 if sign < 0 else 1.5
@@ -170,6 +171,7 @@ def backlash(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
     if min(k, b) <= 0.0 or any(joint == j for joint, _ in setup.true.curves):
         raise NotApplicable("backlash needs a spring and a linear damper behind it")
     good = PlantedSensor.good(setup.true.n)
+    # 4 deg: the play of a worn gear; and within the motion.
     most = min(math.radians(4.0), 0.4 * float(scale.travel[j]))
     if rng.random() < 0.6:
         name = "contact lost"

@@ -115,7 +115,7 @@ def latency(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> For
     n = setup.true.n
     if n == 1:
         raise NotApplicable("a single channel has no other to be late against")
-    if rng.random() < 0.6:
+    if rng.random() < 0.6:  # delays are the more frequent of the two
         return _sensor(setup, "delay", setup.longest_lag, lambda s: {"latency": _one(n, j, s)}, "delay_s")
     return _sensor(setup, "first-order lag", 0.75 * setup.longest_lag, lambda s: {"lag": _one(n, j, s)}, "lag_s")
 
@@ -126,6 +126,7 @@ def joint_stop(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> 
     side = 1.0 if np.mean(inside) < scale.rest[j] else -1.0
     nearest = max(side * x for x in inside)  # all releases are on the free side
     end = float(scale.high[j]) if side > 0 else -float(scale.low[j])
+    # The stop acts in at most 30 % of the travel; half a degree clear of every release.
     room = end - max(nearest, side * float(scale.rest[j]) - 0.3 * float(scale.travel[j])) - math.radians(0.5)
     if room < math.radians(0.5):
         raise NotApplicable("the joint does not swing beyond its release")

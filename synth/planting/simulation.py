@@ -107,6 +107,7 @@ def _segments(whole: list[float], bend: Bend) -> list[list[float]]:
     own = max(inertia - spread, 0.0)  # shared by length^3, like the inertia of uniform rods
     cubes = sum(p**3 for p in pieces)
     for k, (share, middle) in enumerate(zip(pieces, middles, strict=True)):
+        # At least a ten-thousandth: positive for any link.
         row = [share * length, share * mass, middle - cuts[k] * length, max(own * share**3 / cubes, 1e-4 * inertia)]
         if k == 0:
             row += whole[4:]
@@ -173,7 +174,7 @@ def _equilibrium(a: Assembly, q: Array, free: NDArray[np.bool_]) -> Array:
             slope[:, c] = (acceleration(x) - f) / 1e-6
         step = np.linalg.solve(slope, f)
         q = q.copy()
-        q[index] -= np.clip(step, -0.3, 0.3)
+        q[index] -= np.clip(step, -0.3, 0.3)  # rad, where sines are nearly linear
         if np.abs(step).max() < 1e-10:
             return q
     raise ArithmeticError("no static equilibrium found")
@@ -237,7 +238,7 @@ def _run(
     angle, speed = engine.simulate(
         a.body, a.gravity, a.fixed, a.law, a.at, a.par, a.table, mode, z, q, w, begin, step, count
     )
-    if not np.isfinite(angle).all() or np.abs(angle).max() > 50.0:
+    if not np.isfinite(angle).all() or np.abs(angle).max() > 50.0:  # rad: eight turns
         raise ArithmeticError("the motion diverges")
     return Motion(step, angle[:, a.joint], speed[:, a.joint])
 

@@ -89,6 +89,7 @@ def stop_torque(law, p, q, w):
         return 0.0
     if law == HUNT_CROSSLEY:
         return -p[2] * max(p[0] * depth ** p[3] * (1.0 + p[4] * p[2] * w), 0.0)
+    # exp(30): beyond any depth that is reached.
     press = p[0] * p[3] * (math.exp(min(depth / p[3], 30.0)) - 1.0) + p[4] * max(p[2] * w, 0.0)
     return -p[2] * press
 
@@ -120,7 +121,7 @@ def torque(law, p, table, t, q, w, qj, wj, z0, z1):
         over = (q - p[1]) - y
         push, depth, closing = 0.0, abs(over) - p[2], math.copysign(1.0, over) * (w - v)
         if depth > 0.0:
-            push = math.copysign(max(p[5] * depth**1.5 * (1.0 + p[6] * closing), 0.0), over)
+            push = math.copysign(max(p[5] * depth**1.5 * (1.0 + p[6] * closing), 0.0), over)  # Hertz: exponent 1.5
         return -push, 0.0, v, (push - p[0] * y - p[3] * v) / p[4]
     if law in (HUNT_CROSSLEY, RUBBER_STOP):
         return stop_torque(law, p, q, w), 0.0, 0.0, 0.0

@@ -135,6 +135,7 @@ class _TimeBudget:
         if not self.made:
             return ""
         seconds = (time.monotonic() - self.begun) / self.made * (self.count - self.done)
+        # Up to 90 s in seconds, else in minutes.
         return f"; {seconds / 60:.0f} min left" if seconds >= 90 else f"; {seconds:.0f} s left"
 
 

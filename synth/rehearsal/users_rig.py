@@ -105,6 +105,7 @@ def users_rig(project: GapProject) -> Rig:
         tuple(r.time for r in made),
         tuple(np.logical_not(r.counts) for r in made),
         project.tolerance.widths(leg),
+        # Noise beside the rounding: at least a twentieth of both, which the rounding hides.
         np.sqrt(np.maximum(found.noise**2 - rounding**2, (0.05 * found.noise) ** 2)),
         counts,
         BACKGROUND * float(np.sqrt(np.mean(np.concatenate(motion) ** 2))),
@@ -156,7 +157,7 @@ def _damper(joint: Joint, speed: float) -> tuple[float, Array | None]:
     if damper.curve is None:
         return damper.rate or 0.0, None
     rows = np.vstack([[0.0, 0.0], np.column_stack([damper.curve.speed, damper.curve.torque])])
-    speed = max(speed, 1e-6)
+    speed = max(speed, 1e-6)  # rad/s: no motion
     return float(torque_at(damper.curve, np.array([speed]))[0]) / speed, rows
 
 

@@ -85,6 +85,7 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
     winding_stress, opening_stress = (stress.bending_stress(used * t, d, mean) for t in (travel, task.opening_travel))
     yield_stress = wire.static_limit * wire.strength.value
     length = space.wire_length(d, mean, body_coils, task.leg_lengths)
+    # At most 90 % of the coils unwound: the formula diverges when none is left.
     opened = space.wound_mean_diameter(mean, body_coils, -min(task.opening_travel, 0.9 * math.tau * body_coils))
     bent = None if task.convention == "tangent" else (task.limits.bend_radius or d)
     return SpringDesign(

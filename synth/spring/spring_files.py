@@ -124,4 +124,4 @@ def write_solid(spring: SpringDesign, folder: Path) -> None:
 
 def _is_result(path: Path) -> bool:
     with path.open(encoding="utf-8", errors="replace") as stream:
-        return FORMAT in stream.read(200)
+        return FORMAT in stream.read(200)  # characters: the format is the first key

@@ -346,6 +346,7 @@ def integrate(  # type: ignore[no-untyped-def]
                 S[_X + e] = S[_Y + e]
                 S[_K1 + e] = S[_K7 + e]
             fresh = any_event
+            # Proportional-integral step control with the constants of Hairer & Wanner, Solving ODEs II, section IV.2.
             factor = min(5.0, 0.9 * error**-0.17 * previous**0.04)
             if WHOLE and uncut > 0.0:
                 # Continue to the next expected turn of a lane, otherwise with the step size before the cut.
@@ -354,13 +355,13 @@ def integrate(  # type: ignore[no-untyped-def]
                 uncut = uncut if coming < t + uncut else 0.0
             if WHOLE and holds:
                 factor = max(factor, wanted / h)
-            previous = max(error, 1e-4)
+            previous = max(error, 1e-4)  # ibid.
             if WHOLE and most < MANY:
                 patience -= 1
                 if patience < 0:
                     most *= 2
         else:
-            factor = max(0.2, 0.9 * error**-0.2)
+            factor = max(0.2, 0.9 * error**-0.2)  # safety 0.9, at most a fifth (ibid.)
             if WHOLE and passed > 0:  # the torque is smooth between knots, so the knots probably caused the error
                 most, patience = max((passed + 1) // 2, 1), PATIENCE
                 factor = max(factor, nearest / h)

@@ -140,5 +140,5 @@ def rest_pose(leg: Leg, tip_mass: float | Tip = 0.0, start: Array | None = None)
             step = np.linalg.solve(stiffness, residual)
         except np.linalg.LinAlgError:
             raise ArithmeticError(f"no rest pose of {leg.name!r}: it has no stiffness in some direction") from None
-        rotation = rotation - np.clip(step, -0.3, 0.3)
+        rotation = rotation - np.clip(step, -0.3, 0.3)  # rad, where sines are nearly linear
     raise ArithmeticError(f"no rest pose found for {leg.name!r}: the last torque imbalance was {residual} N m")

@@ -198,6 +198,7 @@ def first_reversal(n, bends, slides, Z, x, y, K, t, h, due):  # type: ignore[no-
             slid = sense != 0.0
             if not slid:  # it bends, but may start to slide within the step and reverse after that
                 sense = 1.0 if before > 0.0 else -1.0
+                # 0.7: with a reserve, so that no start of sliding is missed.
                 slid = 0.7 * abs(K[0, d]) * h * abs(before) > (1.0 - x[d] * sense) * abs(before - after)
             if abs(after) <= EVENT_WINDOW * abs(K[6, e]):
                 if y[d] * sense > 0.999:  # reverses at the end of the step; undo what it has bent back by then
@@ -263,6 +264,7 @@ def first_contact(n, plays, Z, x, y, K, h):  # type: ignore[no-untyped-def]
                 bend = after - before - closing * h  # quadratic coefficient of the parabola, times h^2
                 root = math.sqrt(max((closing * h) ** 2 - 4.0 * bend * before, 0.0))
                 where = -2.0 * before / (closing * h + root) if closing * h + root > 0.0 else 0.5
+                # A third of the window before the event, so that its error stays inside.
                 first = min(first, max(min(where, 1.0) * h - 0.3 * EVENT_WINDOW, 1e-3 * EVENT_WINDOW))
     return first
 

@@ -59,6 +59,7 @@ def difference_sentences(published: Array, ours: FitResult, rms: Array, best: Ar
                 f"{name}: {change}; both published rates lie inside our 90 % intervals, so these recordings do not "
                 f"distinguish them from ours ({left})."
             )
+        # B/k is a quotient of two rates: root of 2 times NEAR, rounded up.
         elif abs(np.log(times[1] / times[0])) < 1.5 * NEAR:
             messages.append(
                 f"{name}: {change}, but b/k is {times[1]:.3g} s against the published {times[0]:.3g} s: the recordings "

@@ -162,6 +162,7 @@ def _configurations(cases: list[Case]) -> ComparisonTable:
         f"With D at 22 cm, full clears {_cm(min(spread))} to {_cm(max(spread))} for all supplies and dampings: the "
         "energy that the rotor takes depends only on its inertia."
     )
+    # Neighbouring ratios and lengths of the published 210:1 and 12 to 14 cm.
     right = [case for case in complete if 180.0 <= case.best.ratio <= 240.0 and 0.11 <= case.best.length <= 0.15]
     messages.append(
         "D's best design lies at 180 to 240:1 and 11 to 15 cm for "

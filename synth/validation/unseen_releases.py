@@ -137,6 +137,7 @@ def _said(columns: dict[str, Errors], first: _Releases, start: float) -> list[st
     messages = []
     for name in ("frequency", "damping ratio"):
         theirs, bound, scatter = (float(np.median(errors[name])) for errors in (free, own, repeats))
+        # A fifth: below the scatter between releases.
         within = "within 1.2 times" if theirs <= 1.2 * bound else f"{theirs / bound:.1f} times"
         messages.append(
             f"{name}: the error of the leg of the seven is {100 * theirs:.0f} %, {within} the {100 * bound:.0f} % of a "

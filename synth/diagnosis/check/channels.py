@@ -103,7 +103,7 @@ def _runs(value: Array, good: Mask) -> list[tuple[int, int]]:
 def _stops_short(recording: Recording, j: int, first: int, last: int, step: float) -> bool:
     """Whether the joint was moving at the start of a run, or has moved by its end."""
     time, value = recording.time, recording.rotation[:, j]
-    fastest = float(np.percentile(np.abs(recording.smoothed.rate[:, j]), 98))
+    fastest = float(np.percentile(np.abs(recording.smoothed.rate[:, j]), 98))  # not a single outlier
     back = max(first - LONG_RUN, 0)
     before = abs(value[first] - value[back]) / (time[first] - time[back]) if first > back else 0.0
     went = before * (time[min(last, first + 3 * LONG_RUN)] - time[first])  # any swing slows down later

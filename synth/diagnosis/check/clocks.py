@@ -124,10 +124,10 @@ def _holes(recording: Recording, one: Sampling) -> list[Finding]:
         at = float(recording.time[long[0]])
         text = f"{len(long)} gap{'s' if len(long) > 1 else ''} in its samples, the longest {one.hole:.3g} s, the first "
         text += f"at {at:.3g} s"
-        serious = one.hole * one.frequency > 0.25
+        serious = one.hole * one.frequency > 0.25  # a quarter of a period hides a turn
         remedy = "gaps are not interpolated; find out why the recorder lost samples, since its time may be wrong too"
         found.append(Finding("doubt" if serious else "note", text, remedy, one.name))
-    if share > 0.1:
+    if share > 0.1:  # more than cables and marks usually lose
         text = f"{share:.0%} of its readings are missing or are isolated outliers"
         found.append(Finding("doubt", text, "check the cable and how lost readings are marked", one.name))
     return found
@@ -139,12 +139,14 @@ def _jitter(recording: Recording, one: Sampling) -> list[Finding]:
     scatter = float(np.std(usual)) / one.step
     if scatter < JITTER:
         return []
+    # 98 %: not a single outlier.
     moves = scatter * one.step * float(np.percentile(np.abs(recording.smoothed.rate), 98))
     text = (
         f"its time steps scatter by {scatter:.0%}; if only the stamps do, readings are {np.degrees(moves):.2g} deg off "
     )
     text += "where the leg is fastest"
     remedy = "use the clock that triggers the readings for the time stamps"
+    # About the noise of a good encoder.
     return [Finding("doubt" if moves > np.radians(0.05) else "note", text, remedy, one.name)]
 
 

@@ -63,6 +63,7 @@ def coverage(leg: Leg, recordings: Sequence[Recording]) -> tuple[Coverage, ...]:
         angle = np.concatenate([r.smoothed.angle[:, j] for r, _ in free])
         sprung = joint.spring is not None and joint.spring.rate > 0.0
         zero = joint.rest if sprung else 0.5 * float(angle.min() + angle.max())
+        # 98 %: not a single outlier.
         fastest = [float(np.percentile(np.abs(r.smoothed.rate[:, j]), 98)) for r, _ in free]
         force = np.concatenate([load for _, load in free])
         low, high = np.percentile(force, MIDDLE)

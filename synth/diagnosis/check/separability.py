@@ -220,6 +220,7 @@ def _clusters(
         told = [float(np.mean(np.minimum(sines[m][places], ALIKE))) for m in range(len(menu))]
         best = int(np.argmax(told)) if told else -1
         after = float(sines[best][places].min()) if told else least
+        # Half more, or the trial is not worth naming.
         better = bool(told) and told[best] > 1.5 * float(np.mean([pair.sine for pair in members]))
         keys = tuple(dict.fromkeys(key for pair in members for key in (pair.true.key, pair.other.key)))
         made.append(InseparableCauses(keys, least, menu[best].what if better else "", after if better else least))

@@ -151,7 +151,7 @@ def _tilted(joints: Sequence[RobotJoint], seen: _Plane) -> list[str]:
             text = f"the axis of {joint.name} is {degrees(off):.1f} deg off the normal of the plane {seen.name}; at "
             text += f"most {degrees(MOST_OFF_PLANE):.0f} deg are allowed: choose other joints, or another --plane"
             problems.append(Problem(text))
-        elif degrees(off) > 0.01:
+        elif degrees(off) > 0.01:  # below the rounding of axes in robot files
             messages.append(
                 f"the axis of {joint.name} is {degrees(off):.2g} deg off the plane's normal; taken as normal"
             )
@@ -224,6 +224,7 @@ def _last(
     to_com = lumped.com - anchor
     distance = float(np.hypot(*to_com))
     farthest = offsets[int(np.argmax(np.hypot(*offsets.T)))]
+    # Nearer than a micrometre has no direction.
     along = to_com / distance if distance > 1e-6 else farthest / max(float(np.hypot(*farthest)), NOTHING)
     if float(farthest @ along) < 0.0:  # a counterweight: the centre of mass lies beyond the joint
         along = -along

@@ -43,7 +43,7 @@ _LONGER = [f"LABELS{number}" for number in range(2, 10)]
 
 def is_c3d(start: bytes, path: Path) -> bool:
     """Whether the second byte is C3D's mark and the first points into the file (C3D file format, user guide)."""
-    return len(start) > 512 and start[1:2] == b"\x50" and 2 <= start[0] <= 10
+    return len(start) > 512 and start[1:2] == b"\x50" and 2 <= start[0] <= 10  # bytes of a block, the smallest file
 
 
 @loader("c3d", "C3D", is_c3d, "points", space=True)

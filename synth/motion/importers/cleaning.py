@@ -46,6 +46,7 @@ def clean(time: Array, angles: Array, leg: Leg, name: str, *, arbitrary_turns: b
             text = f"{len(known)} of {len(time)} samples remain for the {joint.name}; at least {SHORTEST} are needed"
             raise UserError(Problem(text, name))
         whole = np.unwrap(angles[known, j])
+        # A microradian: above rounding, far below a turn.
         jumps = int((np.abs(np.diff(whole) - np.diff(angles[known, j])) > 1e-6).sum())
         middle = (joint.range[0] + joint.range[1]) / 2 if joint.range else joint.zero
         turns = round((middle - float(np.median(whole))) / TURN)
@@ -120,6 +121,7 @@ def _range_notes(angles: Array, leg: Leg) -> list[str]:
         text = f"{joint.name}: {outside:.0%} of the samples lie outside its range [{low:g}, {high:g}] deg"
         mirrored = 2.0 * joint.zero - known
         mirrored += TURN * np.round((sum(joint.range) / 2 - float(np.median(mirrored))) / TURN)
+        # Most samples outside, and nearly all inside with the other sign.
         if outside > 0.5 and _share_outside(mirrored, joint.range) < 0.1:
             text += "; with the other sign they would be inside: is the sign (or the camera's side) wrong?"
         notes.append(text)

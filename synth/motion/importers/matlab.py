@@ -53,6 +53,7 @@ WAY_OUT = "in MATLAB: s = load('{name}'); save('{stem}_v7.mat', '-struct', 's', 
 def is_matlab(start: bytes, path: Path) -> bool:
     """Whether a file begins like MATLAB's of version 5 to 7.3; older ones have no mark and are known by extension."""
     marked = start.startswith((b"MATLAB 5.0", b"MATLAB 7.3")) or start[512:].startswith(b"\x89HDF")
+    # Version 4 begins with five binary integers of four bytes, whose upper bytes are zero.
     return marked or (path.suffix.casefold() == ".mat" and b"\0" in start[:20])
 
 

@@ -73,7 +73,7 @@ def track(markers: Markers, leg: Leg, mapping: Mapping) -> Tracked:
 def _clock(markers: Markers, mapping: Mapping) -> Array:
     """(n,) s."""
     own, stated = markers.frame_rate, mapping.frame_rate
-    if own is not None and stated is not None and abs(own / stated - 1.0) > 1e-6:
+    if own is not None and stated is not None and abs(own / stated - 1.0) > 1e-6:  # as written to six digits
         text = f"the file says {own:g} Hz and the project {stated:g} Hz; leave it out"
         raise UserError(Problem(text, markers.name, key="frame_rate"))
     rate = own or stated
@@ -191,7 +191,7 @@ def _misplaced(length: Array, middle: Array, leg: Leg, notes: list[str]) -> Mask
             limit = max(STRETCH, SPREADS * spread[i] / middle[i])
             text = f"the link below the {name} is more than {limit:.0%} too long or short in {int(wrong[:, i].sum())} "
             notes.append(f"{text}frames: a point is misplaced; these angles are left empty")
-        if spread[i] > 0.05 * middle[i]:
+        if spread[i] > 0.05 * middle[i]:  # a marker on skin moves by some per cent of a link
             text = f"the link below the {name} changes its length by {spread[i] / middle[i]:.0%} (SD): it leaves the "
             notes.append(f"{text}plane, or a point slides on the skin")
     return np.asarray(wrong)

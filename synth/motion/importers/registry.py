@@ -137,6 +137,6 @@ def _stranger(start: bytes) -> str:
 
 def text_start(start: bytes) -> str:
     """The first bytes as text; empty if they are not text."""
-    if b"\0" in start[:4000] or start.startswith(HDF5):
+    if b"\0" in start[:4000] or start.startswith(HDF5):  # a text has no zero byte, a binary file has one soon
         return ""
     return start.decode("utf-8-sig", errors="replace")

@@ -26,7 +26,7 @@ def torque(  # type: ignore[no-untyped-def]
     """
     lag = deflection - memory
     side = 1.0 if lag > 0.0 else -1.0
-    secant = damper_torque / rate if abs(rate) > 1e-6 else damper_rate
+    secant = damper_torque / rate if abs(rate) > 1e-6 else damper_rate  # rad/s: at rest
     viscous = max(max(secant, damper_rate), spring_rate / FASTEST) + 1e-12
     alone = -spring_rate * memory / viscous
     driven = side * (rate - side * (SEATING * abs(rate) + 1e-9))

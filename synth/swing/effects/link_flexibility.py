@@ -31,7 +31,7 @@ def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array) -> LegLan
     far_mass = mass - near_mass
     far_com = (mass * com - near_mass * near_com) / far_mass  # from the joint
     far_inertia = about_joint - near_inertia - near_mass * near_com**2 - far_mass * far_com**2
-    far_inertia = np.maximum(far_inertia, 0.01 * about_joint)
+    far_inertia = np.maximum(far_inertia, 0.01 * about_joint)  # a hundredth: positive for any link
     moving = far_inertia + far_mass * (far_com - share * length) ** 2
     made = legs.with_link(
         joint + 1,

@@ -130,7 +130,7 @@ def said_by(error: BaseException) -> str:
     """An error in one short line."""
     text = str(error.args[0] if error.args else "").strip()
     first = text.splitlines()[0] if text else ""
-    first = first if len(first) <= 200 else first[:197] + "..."
+    first = first if len(first) <= 200 else first[:197] + "..."  # characters: one or two lines of a terminal
     return f"{type(error).__name__}: {first}" if first else type(error).__name__
 
 

@@ -166,6 +166,7 @@ def _off_the_stop(trial: JumpTrial, leg: HopperLeg) -> dict[str, Array]:
 def _refuse_out_of_reach(trial: JumpTrial, leg: HopperLeg) -> None:
     most = np.degrees(0.99 * leg.largest_crouch)
     low, high = np.degrees(trial.columns[ANGLE].min()), np.degrees(trial.columns[ANGLE].max())
+    # Deg; nearly straight and nearly locked, as in ``identify_damping``.
     if low < 1.2 or high > most:
         text = f"the angle runs from {low:.1f} to {high:.1f} deg; links of {leg.length * 1e3:g} mm fold from 1.2 to "
         raise UserError(Problem(f"{text}{most:.1f} deg", trial.name, key=ANGLE))
@@ -187,7 +188,7 @@ def _end_of_push(trial: JumpTrial) -> float:
     Later motion is sensitive to small errors: whether a weak jump lifts off, how a landing oscillates.
     """
     time, angle = trial.columns["time"], trial.columns[ANGLE]
-    width = max(1, round(0.004 / float(np.median(np.diff(time)))))
+    width = max(1, round(0.004 / float(np.median(np.diff(time)))))  # 4 ms: above the noise of an encoder, below a push
     rate = (angle[2 * width :] - angle[: -2 * width]) / (time[2 * width :] - time[: -2 * width])
     return float(time[width + int(np.argmin(rate))]) + AFTER
 

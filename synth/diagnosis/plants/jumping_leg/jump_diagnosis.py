@@ -123,6 +123,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
     def worse(self, errors: PredictionErrors) -> tuple[str, ...]:
         """A warning if the explanation predicts trials no better, and worse than their noise allows."""
         before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
+        # In squares: 5 % worse, and 20 % above the noise.
         poor = (after > 1.1 * before) & (after > 1.5 * errors.noise.sum(axis=1))
         names = [trial.name for trial, worse in zip(self.scored, poor, strict=True) if worse]
         if not names:

@@ -44,6 +44,7 @@ class JumpPredictor:
             candidate.apply(made, x[first : first + candidate.size])
             first += candidate.size
         if jump.torque is None:
+            # Just short of the angle where the lower links lock.
             made.start[:] = np.minimum(made.start + self.tolerances.tolerance.crouch * own[0], 0.999 * _locks(made))
         return made
 
@@ -115,7 +116,7 @@ def _locks(jumps: JumpLanes) -> Array:
 def _pull_up(jump: Jump, made: JumpLanes, own: Array) -> Array:
     """Rigid links; the hip encoder's share of their bending is added afterwards: a quarter of torque over rate."""
     assert jump.torque is not None
-    head = slice(0, max(4, int(np.searchsorted(jump.time, jump.time[0] + 0.02))))
+    head = slice(0, max(4, int(np.searchsorted(jump.time, jump.time[0] + 0.02))))  # the first 20 ms
     slope, level = np.polyfit(jump.time[head] - jump.time[0], jump.measured[ANGLE][head], 1)
     angle = fold(made, jump.time, jump.torque, level + START_ANGLE * own[0], slope + START_RATE * own[1])
     if jump.leg.bending == "none":

@@ -38,7 +38,7 @@ def missing(trial: Jump, before: ScoredJump) -> MissingHipTorque:
     torque = np.full(len(angle), np.nan)
     if FORCE in trial.measured and not trial.leaning:
         share = (0.5 * trial.leg.hip_spacing + trial.leg.length * np.sin(angle)) / trial.leg.lower_length
-        slope = np.tan(np.arcsin(np.clip(share, -0.99, 0.99)))
+        slope = np.tan(np.arcsin(np.clip(share, -0.99, 0.99)))  # the lower link nearly level
         leverage = trial.leg.length * (np.sin(angle) + np.cos(angle) * slope)
         torque = 0.5 * leverage * (trial.measured[FORCE] - before.channels[FORCE])
     return MissingHipTorque(torque, speed, angle - angle[0], _phases(trial, speed))

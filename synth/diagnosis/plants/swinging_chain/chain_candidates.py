@@ -81,12 +81,14 @@ def scales(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
         for j in trial.free:
             low[j] = min(low[j], float(smoothed.angle[:, j].min()))
             high[j] = max(high[j], float(smoothed.angle[:, j].max()))
+            # 98 %: not a single outlier.
             speed[j] = max(speed[j], float(np.percentile(np.abs(smoothed.rate[:, j]), 98)))
             known[j] = max(known[j], 0.0 if driven is None else float(np.percentile(np.abs(driven[:, j]), 98)))
     moved = np.isfinite(low)
     low, high = np.where(moved, low, -0.1), np.where(moved, high, 0.1)
     longest = max(float(trial.time[-1]) for trial in trials)
     speed = np.maximum(speed, LEAST_ANGLE / longest)
+    # Rad: a joint that hardly moves.
     rest, half = leg.rest, np.maximum(0.5 * (high - low), 0.01)
     angle = np.maximum(np.maximum(np.abs(low - rest), np.abs(high - rest)), LEAST_ANGLE)
     free = {j for trial in trials for j in trial.free}

@@ -204,6 +204,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def worse(self, errors: PredictionErrors) -> tuple[str, ...]:
         """A warning if the explanation fits its own trials but predicts scored ones no better."""
         before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
+        # In squares: 5 % worse.
         names = [trial.recording.name for trial, b, a in zip(self.scored, before, after, strict=True) if a > 1.1 * b]
         if not names:
             return ()

@@ -93,7 +93,7 @@ def phases(trial: AngleTrial, noise: Array) -> Phases:
     smoothed = trial.recording.smoothed
     free, time = trial.free, smoothed.time
     count = len(time)
-    end = smoothed.angle[-max(3, count // 20) :].mean(axis=0)
+    end = smoothed.angle[-max(3, count // 20) :].mean(axis=0)  # the last twentieth
     away = np.abs(smoothed.angle - end)[:, free]
     reach = np.maximum(away.max(axis=0), 1e-9)
     envelope = np.maximum.accumulate((away / reach)[::-1], axis=0)[::-1].max(axis=1)

@@ -54,7 +54,7 @@ class CommandLimits:
 def _fastest(signals: ServoSignals) -> Array:
     """(n,) rad/s, the largest rate of change of a command apart from jumps."""
     rate = np.abs(np.diff(signals.command, axis=0)) / np.diff(signals.time)[:, None]
-    return np.asarray(np.percentile(rate, 98, axis=0))
+    return np.asarray(np.percentile(rate, 98, axis=0))  # not a single outlier
 
 
 def has_servo(leg: Leg, trials: Sequence[AngleTrial]) -> bool:
@@ -107,6 +107,7 @@ def _staircase(time: Array, crossing: float) -> Array:
     places = np.r_[np.linspace(0.0, 1.0, LEVELS), np.linspace(1.0, -1.0, 2 * LEVELS - 1)[1:], 0.0]
     hold = LENGTH / len(places)
     starts = hold * np.arange(len(places))
+    # A pause of at least a tenth of each level's time.
     knots = np.column_stack([starts, starts + hold - np.minimum(0.9 * hold, 0.5 * crossing / LEVELS)])
     return np.asarray(np.interp(time, knots.ravel(), np.repeat(places, 2)))
 
@@ -155,7 +156,7 @@ def _then(first: Shape, second: Shape) -> Shape:
     def shape(time: Array, crossing: float) -> Array:
         half = 0.5 * LENGTH
         start, end = first(time, crossing), second(np.maximum(time - half, 0.0), crossing)
-        blend = np.clip((time - half) / max(crossing, 0.1), 0.0, 1.0)
+        blend = np.clip((time - half) / max(crossing, 0.1), 0.0, 1.0)  # s: no jump
         return np.asarray((1.0 - blend) * start + blend * end)
 
     return shape
