@@ -14,6 +14,7 @@ from synth.spring import arms, codes, fatigue, space, stress, winding
 from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask, Violation
 
 SLACK = 1e-9  # relative: a limit that is reached exactly counts as kept despite rounding
+MOST_UNWOUND = 0.9 * math.tau  # rad per coil: the formula of the opened coil diverges when none is left
 
 
 def check_spring(
@@ -85,8 +86,7 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
     winding_stress, opening_stress = (stress.bending_stress(used * t, d, mean) for t in (travel, task.opening_travel))
     yield_stress = wire.static_limit * wire.strength.value
     length = space.wire_length(d, mean, body_coils, task.leg_lengths)
-    # At most 90 % of the coils unwound: the formula diverges when none is left.
-    opened = space.wound_mean_diameter(mean, body_coils, -min(task.opening_travel, 0.9 * math.tau * body_coils))
+    opened = space.wound_mean_diameter(mean, body_coils, -min(task.opening_travel, MOST_UNWOUND * body_coils))
     bent = None if task.convention == "tangent" else (task.limits.bend_radius or d)
     return SpringDesign(
         material=material.name,
