@@ -18,16 +18,20 @@ def servo_duty(error, rate, gain, damping_gain, dead_band, duty_limit):  # type:
 
 
 @inlined
-def torque_at_duty(duty, rate, supply, enabled, strength, back_emf, torque_limit, sag):  # type: ignore[no-untyped-def]
-    """Torque on the joint, N m, branch-free.
+def unlimited_torque(duty, rate, supply, strength, back_emf, sag):  # type: ignore[no-untyped-def]
+    """Torque on the joint, N m, of a winding whose current nothing limits; ``supply`` V.
 
-    ``supply`` V; ``enabled`` 1, or 0 with the winding open. The winding gives ``strength`` N m/V less ``back_emf``
+    The winding gives ``strength`` N m/V less ``back_emf``
     N m s/rad (direct-current motor at steady current, Hughes & Drury, *Electric Motors and Drives*, 4th ed.,
     section 3.4). ``sag`` is the source's resistance over the winding's: with the duty d the source carries d times the
-    winding's current, so the winding sees d V less d^2 times the source's drop. The current limit limits the torque to
-    ``torque_limit`` N m.
+    winding's current, so the winding sees d V less d^2 times the source's drop.
     """
-    torque = steady_line(strength * duty * supply, back_emf, rate) / (1.0 + sag * duty * duty)
+    return steady_line(strength * duty * supply, back_emf, rate) / (1.0 + sag * duty * duty)
+
+
+@inlined
+def limited(torque, enabled, torque_limit):  # type: ignore[no-untyped-def]
+    """Torque on the joint, N m: at most ``torque_limit`` N m, by the current limit; ``enabled`` 0 opens the winding."""
     return enabled * max(-torque_limit, min(torque_limit, torque))
 
 
@@ -49,4 +53,4 @@ def servo_torque(  # type: ignore[no-untyped-def]
 ):
     """Torque on the joint, N m, of a continuous controller; ``open_duty`` is added without control."""
     duty = servo_duty(error, rate, gain, damping_gain, dead_band, duty_limit) + open_duty
-    return torque_at_duty(duty, rate, supply, enabled, strength, back_emf, torque_limit, sag)
+    return limited(unlimited_torque(duty, rate, supply, strength, back_emf, sag), enabled, torque_limit)

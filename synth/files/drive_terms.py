@@ -17,7 +17,7 @@ from synth.drives.servo import UNLIMITED, Servo
 from synth.swing.effects import effect_named
 from synth.swing.lane_layout import SERVO
 from synth.swing.leg_lanes import LegLanes
-from synth.swing.leg_model import Leg
+from synth.swing.leg_model import Joint, Leg
 
 # Effects that are in a servo's numbers, and therefore in every file with these numbers.
 IN_SERVO = ("command_delay", "drive_torque_limit", "motor_constant", "servo_gain", "winding_resistance")
@@ -50,6 +50,13 @@ class DriveTerms:
         limit = f", at most {min(self.limit, self.cut):.4g} N*m" if min(self.limit, self.cut) < inf else ""
         slow = f"damping {self.damping:.4g} and braking {self.braking:.4g} N*m*s/rad"
         return f"{way}, {slow}{limit}, {self.delay:.3g} s late"
+
+
+def lightened(joint: Joint) -> str:
+    """What no simulator holds of a late winding whose joint has no rotor to take it from; empty without."""
+    if joint.with_rotor >= 0.0:
+        return ""
+    return f"of the drive: {-joint.with_rotor:.3g} kg*m^2 by which its winding's lag lightens the joint"
 
 
 def drive_terms(leg: Leg) -> list[DriveTerms | None]:

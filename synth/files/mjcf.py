@@ -19,7 +19,7 @@ from xml.etree.ElementTree import Comment, Element, SubElement
 import numpy as np
 
 from synth.arrays import Array
-from synth.files.drive_terms import IN_SERVO, DriveTerms, drive_terms
+from synth.files.drive_terms import IN_SERVO, DriveTerms, drive_terms, lightened
 from synth.files.joint_curves import (
     IN_DAMPING,
     IN_SPRING,
@@ -165,9 +165,8 @@ def _body(
         found = spring_terms(joint, _reach(joint))
         attributes |= {"stiffness": _polynomial(found.polynomial), "springref": f"{joint.rest:.10g}"}
         notes += _off("spring", found.error)
-    if joint.with_rotor < 0.0:
-        lack = f"{-joint.with_rotor:.3g} kg*m^2 by which its winding's lag lightens the joint"
-        notes.append(f"not in this model, of the drive: {lack}")
+    if lightened(joint):
+        notes.append(f"not in this model, {lightened(joint)}")
     elif joint.with_rotor:
         attributes["armature"] = f"{joint.with_rotor:.10g}"
     if any(terms.polynomial):

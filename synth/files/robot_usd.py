@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from math import degrees, inf, radians
 
 from synth.arrays import Array
-from synth.files.drive_terms import IN_SERVO, DriveTerms, drive_terms
+from synth.files.drive_terms import IN_SERVO, DriveTerms, drive_terms, lightened
 from synth.files.joint_curves import linear_damping, without_held
 from synth.files.robot_bodies import RobotLink, inertial_of
 from synth.files.robot_xml import WORTH_SAYING, RobotFile
@@ -71,6 +71,8 @@ def _joint(joint: Joint, fastest: float, drive: DriveTerms | None) -> tuple[list
         texts.append(
             f"the damper's torque-speed curve is a straight line here, error at most {error:.0%} of its torque"
         )
+    if lightened(joint):
+        texts.append(f"not held, {lightened(joint)}")
     stiffness, target = (0.0, 0.0) if joint.spring is None else (joint.spring.rate, joint.rest)
     held = drive is not None and not stiffness
     lost = without_held(joint, (*IN_RATE, *IN_SERVO) if held else IN_RATE)

@@ -14,7 +14,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Comment, Element
 
 from synth.arrays import Array
-from synth.files.drive_terms import drive_terms
+from synth.files.drive_terms import drive_terms, lightened
 from synth.files.joint_curves import linear_damping, without_held
 from synth.files.output import write_text
 from synth.files.robot_bodies import SCALE, Inertial, RobotLink, Visual, inertial_of, numbers
@@ -184,7 +184,9 @@ def _dynamics(joint: Joint, fastest: float) -> tuple[float, float, list[str]]:
             f"the damper's torque-speed curve is a straight line here, error at most {error:.0%} of its torque up to "
             f"{fastest * 30 / pi:.3g} rpm"
         )
-    if joint.with_rotor:
+    if lightened(joint):
+        messages.append(f"not held, {lightened(joint)}")
+    elif joint.with_rotor:
         messages.append(f"not held: {joint.with_rotor:.4g} kg*m^2 that turn with the joint itself (armature, rotor)")
     friction = joint.effects.get("coulomb_friction", {}).get("torque", 0.0)
     lost = without_held(joint, ("coulomb_friction", "shear_thinning_damping", "quadratic_damping"))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from synth.compiling.elimination import factorise, substitute
-from synth.swing.lane_layout import CURVE_POINTS, DUTY, FIRST_LAW, LANES, MOST_LINKS, WINDING, Layout
+from synth.swing.lane_layout import CURVE_POINTS, DUTY, FIRST_LAW, LANES, MOST_LINKS, WINDING, LaneLaw, Layout
 
 HEADER = '''"""Written by synth.swing.chain_source."""
 from math import sqrt
@@ -109,7 +109,7 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
 
     header = (
         HEADER
-        + "from synth.drives.servo_law import servo_duty, servo_torque, torque_at_duty\n"
+        + "from synth.drives.servo_law import limited, servo_duty, unlimited_torque\n"
         + "".join(f"from {module} import torque as {name}\n" for name, module in imports.items())
     )
     each = f"for e in range((n & {MOST_LINKS}) * {LANES}):"  # the mask excludes negative indices
@@ -134,8 +134,7 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
     lines += ["if active[1] != 0:", *_servos(at, each)]
     for index, law in enumerate(layout.laws):
         given = [at("rotation"), at("rate"), f"{at('rotation')} - {at('rest')}"]
-        force = "drive_torque" if law.uses_drive else "bearing_force"
-        given += [at(block) for block in ("spring_rate", "damper_rate", "damper_torque", force)]
+        given += [at(block) for block in ("spring_rate", "damper_rate", *forces_of(law))]
         given += [at(f"{law.name} memory") if law.memory else "0.0"]
         given += [at(law.name, p) for p in range(law.n_parameter)]
         lines += [
@@ -151,26 +150,29 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
     return f"{header}\n\n{decorator}\ndef extra_torques(Z, n, active):\n{body}\n"
 
 
+def forces_of(law: LaneLaw) -> tuple[str, str]:
+    """Blocks of the two forces that a law is told of, see ``effects.definition.Effect``."""
+    if law.uses_drive == "before its limit":
+        return "servo_torque_limit", "unlimited_drive"
+    return "damper_torque", "drive_torque" if law.uses_drive else "bearing_force"
+
+
 def _servos(at: Callable[[str], str], each: str) -> list[str]:
     """Lines of ``extra_torques`` for servos; with a switch of 2 some joint's duty is held between control steps."""
-    error = f"error = {at('command')} - {at('rotation')}"
-    signals = ", ".join(at(name) for name in ("supply", "enabled"))
     duty, winding = (", ".join(at(name) for name in names) for names in (DUTY, WINDING))
-    put = [f"            {at('drive_torque')} = value", f"            {at('extra_torque')} += value"]
-    return [
-        "    if active[1] == 1:",
-        f"        {each}",
-        f"            {error}",
-        f"            value = servo_torque(error, {at('rate')}, {signals}, {duty}, {at('servo_open_duty')}, {winding})",
-        *put,
-        "    else:",
-        f"        {each}",
-        f"            {error}",
-        f"            seen = servo_duty(error, {at('rate')}, {duty}) + {at('servo_open_duty')}",
-        f"            duty = {at('held_duty')} if {at('servo_period')} > 0.0 else seen",
-        f"            value = torque_at_duty(duty, {at('rate')}, {signals}, {winding})",
-        *put,
+    seen = [
+        f"            error = {at('command')} - {at('rotation')}",
+        f"            duty = servo_duty(error, {at('rate')}, {duty}) + {at('servo_open_duty')}",
     ]
+    put = [
+        f"            free = unlimited_torque(duty, {at('rate')}, {at('supply')}, {winding})",
+        f"            value = limited(free, {at('enabled')}, {at('servo_torque_limit')})",
+        f"            {at('unlimited_drive')} = {at('enabled')} * free",
+        f"            {at('drive_torque')} = value",
+        f"            {at('extra_torque')} += value",
+    ]
+    held = f"            duty = {at('held_duty')} if {at('servo_period')} > 0.0 else duty"
+    return ["    if active[1] == 1:", f"        {each}", *seen, *put, "    else:", f"        {each}", *seen, held, *put]
 
 
 def bearing_forces(layout: Layout) -> str:

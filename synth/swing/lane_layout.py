@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 LANES = 16  # trajectories with common steps; LLVM unrolls 8 into scalar code, 32 is not faster
 CURVE_POINTS = 12  # points of a damper's torque-speed curve
@@ -25,9 +26,12 @@ DRIVE = ("torque_gain", "torque_offset", "torque_delay")
 # its command, and its control steps: period and first of them (s; period 0: continuous), steps of its duty
 # (0: none).
 DUTY = ("servo_gain", "servo_damping_gain", "servo_dead_band", "servo_duty_limit")
-WINDING = ("servo_strength", "servo_back_emf", "servo_torque_limit", "servo_sag")
+WINDING = ("servo_strength", "servo_back_emf", "servo_sag")
 CONTROL = ("servo_period", "servo_phase", "servo_duty_steps")
-SERVO = (*DUTY, "servo_open_duty", *WINDING, "servo_delay", *CONTROL)
+SERVO = (
+    *DUTY, "servo_open_duty", "servo_strength", "servo_back_emf", "servo_torque_limit", "servo_sag", "servo_delay",
+    *CONTROL,
+)  # fmt: skip
 SIGNALS = ("command", "supply", "enabled")  # of a servo at the current time: rad on q, V, 1 or 0
 SERVOS, HOLDING = 1, 2  # index of the servos' switch; its value where some duty is held between control steps, else 1
 FIRST_LAW = 2  # index of the first effect's switch, after those of damper curves and servos
@@ -38,7 +42,7 @@ _ONE_A_JOINT = (
     *DRIVE,
     *SERVO,
     *SIGNALS,
-    "drive_torque",  # of the servo, on q
+    "drive_torque", "unlimited_drive",  # of the servo, on q; the same if nothing limited its current
     "held_duty", "next_control",  # of a servo with control steps: its duty, and the time of its next look, s
 )  # fmt: skip
 _FOR_EFFECTS = (
@@ -47,6 +51,7 @@ _FOR_EFFECTS = (
     "first_moment",  # of the link and of all links outboard of it, about the joint
     "bearing_force",
 )  # fmt: skip
+UsesDrive = Literal["", "as it is", "before its limit"]
 
 
 @dataclass(frozen=True)
@@ -56,7 +61,7 @@ class LaneLaw:
     name: str
     n_parameter: int
     memory: bool = False
-    uses_drive: bool = False  # its argument is the servo's torque instead of the bearing force
+    uses_drive: UsesDrive = ""  # its argument is the servo's torque instead of the bearing force
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -57,3 +59,28 @@ def test_a_moving_joint_against_scipy() -> None:
     np.testing.assert_allclose(found[:, 0], told.y[0], atol=2e-5)
     without = simulate(leg(), [0.5], [0.0], TIMES[:1001], signals=signals(command))[:, 0]
     assert np.abs(found[:, 0] - without).max() > 0.04
+
+
+def test_a_limited_current_is_held_until_the_warm_winding_no_longer_reaches_it() -> None:
+    """Pressed against its limit with twice the voltage that the cold winding needs: a growth of 0.4 takes nothing."""
+    servo = replace(SERVO, current_limit=0.45 * 7.4 * SERVO.gain * 1.0 / MOTOR.resistance)
+    limit = servo.numbers[7]
+    assert 0.2 < limit < WEIGHT  # it cannot lift the link level
+    heat = {"rise": 0.4, "reference": limit, "time": 12.0}
+    command = np.full(len(TIMES), 1.8)
+    start = [float(np.arcsin(limit / WEIGHT))]  # at rest on its limit
+    cool, warm = (
+        simulate(
+            Leg("arm", (Joint("arm", LINK, drive=servo, effects=effects),)),
+            start, [0.0], TIMES, signals=signals(command),
+        )[:, 0]
+        for effects in ({}, {"winding_heating": heat})
+    )  # fmt: skip
+    reached = float(SERVO.torque(np.array(1.8 - start[0]), np.array(0.0), 7.4))
+    assert reached > 1.5 * limit
+    np.testing.assert_allclose(warm, cool, atol=1e-4)
+    weak = simulate(
+        Leg("arm", (Joint("arm", LINK, drive=servo, effects={"winding_heating": {**heat, "rise": 1.2}}),)),
+        start, [0.0], TIMES, signals=signals(command),
+    )[:, 0]  # fmt: skip
+    assert weak[-1] < cool[-1] - 0.05

@@ -91,3 +91,17 @@ def test_usd_gives_the_servo_its_drive_and_urdf_names_it() -> None:
     assert f"physics:maxForce = {0.8 * MOTOR.strength * 7.4:.9g}" in found.text
     assert any("0.02 s late" in text for text in found.warnings)
     assert any("not held: the drive" in text for text in urdf_file(free, np.full(1, 20.0)).warnings)
+
+
+def test_a_lag_that_no_rotor_takes_is_said_in_every_format() -> None:
+    """A stated inductance without a rotor inertia: the late braking of the winding is as an inertia less than none."""
+    built = leg(replace(UNDAMPED, motor=replace(MOTOR, rotor_inertia=0.0, inductance=3.5e-3)))
+    bare = replace(built, joints=(replace(built.joints[0], armature=0.0), built.joints[1]))
+    lack = f"{-bare.joints[0].with_rotor:.3g} kg*m^2 by which its winding's lag lightens the joint"
+    for text in (
+        mjcf_text(bare, np.full(2, 20.0)),
+        usd_file(bare, np.full(2, 20.0))[0],
+        urdf_file(bare, np.full(2, 20.0))[0],
+    ):
+        assert lack in text
+    assert "lightens" not in mjcf_text(built, np.full(2, 20.0))

@@ -26,6 +26,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from synth.estimation.parameters import Parameter, PlantEffect, Prior, Shape, positive, signed, size, stiff
+from synth.swing.lane_layout import UsesDrive
 
 __all__ = ["Effect", "Parameter", "Prior", "Shape", "positive", "signed", "size", "stiff"]
 
@@ -46,7 +47,8 @@ class Effect(PlantEffect):
     """An effect of the swinging chain: how it acts, and the information that the engine needs.
 
     ``where`` : it acts at a joint or at the base.
-    ``uses_drive`` : the argument ``bearing_force`` of its function is the drive's torque on q, N m.
+    ``uses_drive`` : the argument ``bearing_force`` of its function is the drive's torque on q, N m; "before its limit"
+    that of a drive without a limit, and ``damper_torque`` is the limit.
     ``uses_load`` : it needs the bearing force; ``by_load`` : only if one of these strengths is on (empty: any).
     ``bristle`` : the parameter that is the presliding of ``inlined.bristle``; the memory is the bend of the bristle,
     which the integrator keeps in -1..1 and reverses with the joint.
@@ -66,7 +68,7 @@ class Effect(PlantEffect):
     memory: bool = False
     bristle: str = ""
     play: str = ""
-    uses_drive: bool = False
+    uses_drive: UsesDrive = ""
     uses_load: bool = False
     by_load: tuple[str, ...] = ()
     linear: bool = False

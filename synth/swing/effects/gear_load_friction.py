@@ -47,7 +47,7 @@ EFFECT = Effect(
     memory=True,
     kin="bristle",
     bristle="presliding",
-    uses_drive=True,
+    uses_drive="as it is",
     needs=("servo", "motor"),
     parameters=(
         # At the natural torque no larger than the part that grows with it: else it is plain dry friction with a load's

@@ -11,15 +11,17 @@ MOST = 1.5  # a copper winding's resistance has grown by half at 150 K; twice as
 
 @inlined
 def torque(  # type: ignore[no-untyped-def]
-    rotation, rate, deflection, spring_rate, damper_rate, damper_torque, drive, memory, rise, reference, time
+    rotation, rate, deflection, spring_rate, damper_rate, limit, drive, memory, rise, reference, time
 ):
-    """What the drive's torque loses to the memory, the relative growth of the resistance, which its square heats.
+    """What the torque loses to the memory, the relative growth of the resistance, which the current's square heats.
 
-    A winding under voltage gives torque and braking in inverse proportion to its resistance.
+    A winding under voltage gives torque and braking in inverse proportion to its resistance. Where its controller
+    limits the current to a torque of ``limit`` N m, nothing is lost until the warm winding no longer reaches that.
     """
     warm = 1.0 + max(memory, 0.0)
-    share = drive / reference
-    return -drive * (1.0 - 1.0 / warm), (rise * share * share / warm - memory) / time
+    cold, left = max(-limit, min(limit, drive)), max(-limit, min(limit, drive / warm))
+    share = left / reference
+    return left - cold, (rise * share * share * warm - memory) / time
 
 
 def start(deflection, rise, reference, time):  # type: ignore[no-untyped-def]
@@ -31,11 +33,11 @@ EFFECT = Effect(
     name="winding_heating",
     meaning="a motor's winding warms under load, and its resistance grows",
     phrase="has a motor that warms and weakens",
-    formula="drive's torque T / (1 + z), time dz/dt = rise (T / reference)^2 / (1 + z) - z, z the growth of resistance",
+    formula="winding's resistance R (1 + z), time dz/dt = rise (T / reference)^2 (1 + z) - z, T the drive's torque",
     source="one thermal mass: Hughes & Drury, Electric Motors and Drives, 4th ed., section 11.3; copper 0.39 %/K",
     way="torque",
     memory=True,
-    uses_drive=True,
+    uses_drive="before its limit",
     needs=("time to warm",),  # a motor, in logs of ``chain_candidates.WARMING`` s
     parameters=(
         Parameter(
