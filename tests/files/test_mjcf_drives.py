@@ -98,10 +98,8 @@ def test_a_lag_that_no_rotor_takes_is_said_in_every_format() -> None:
     built = leg(replace(UNDAMPED, motor=replace(MOTOR, rotor_inertia=0.0, inductance=3.5e-3)))
     bare = replace(built, joints=(replace(built.joints[0], armature=0.0), built.joints[1]))
     lack = f"{-bare.joints[0].with_rotor:.3g} kg*m^2 by which its winding's lag lightens the joint"
-    for text in (
-        mjcf_text(bare, np.full(2, 20.0)),
-        usd_file(bare, np.full(2, 20.0))[0],
-        urdf_file(bare, np.full(2, 20.0))[0],
-    ):
-        assert lack in text
+    fast = np.full(2, 20.0)
+    assert lack in mjcf_text(bare, fast)
+    for found in (usd_file(bare, fast), urdf_file(bare, fast)):
+        assert any(lack in text for text in found.warnings)
     assert "lightens" not in mjcf_text(built, np.full(2, 20.0))
