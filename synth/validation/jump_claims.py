@@ -40,7 +40,17 @@ LENGTHS = np.round(np.arange(0.06, 0.2001, 0.01), 3)  # m
 SUITABLE = 0.14  # m, the longest leg that the study mentions
 BISECTIONS = 24  # of an angle or a logarithm: to a ten-millionth of the range
 LIGHTEST, HEAVIEST = 1e-10, 4e-8  # kg m^2, search range of the rotor inertia
+SHALLOWEST, LEAST_STROKE = radians(20.0), radians(3.0)  # crouch and stroke from which the search for a crouch starts
+ROTOR_DENSITY, ROTOR_LENGTH = 8000.0, 0.008  # kg/m^3 of iron and copper; m, half of the motor's can of 15 mm
+# N m of one gear at any instant: these gears' ``torque_limit`` in gearmotors.csv, the maker's 2.0 kgf cm. A motor that
+# stalls at 7.4 V gives 2.9 times that through a lossless gear, so the study's legs exceed it; blows go far beyond.
+GEAR_LIMIT, MOST_OVER = 0.196, 3.0
 TOLERANCES = HopperTolerances()
+# What the built leg and its motor give when measured: a run-up of the motor (``hopper-motor``: constants within 2 %,
+# rotor inertia within 5 %), a pull-up (joint damping within 10 %), scales (1 %), an angle read to 1 deg.
+MEASURED_TOLERANCES = HopperTolerances(
+    speed=0.02, current=0.05, torque=0.02, rotor_inertia=0.05, mass=0.01, joint_damping=0.1, crouch=radians(1.0)
+)
 HALF_WIDTH = 0.1  # of the height: a prediction with a wider 90 % interval tests nothing
 
 
@@ -48,19 +58,21 @@ HALF_WIDTH = 0.1  # of the height: a prediction with a wider 90 % interval tests
 class Configuration:
     """Supply voltage and leg.
 
-    ``supply`` : V. ``damping`` : N m s/rad per joint. ``crouch`` : rad, the upper link from straight down.
-    ``inertia`` : of the rotor, kg m^2.
+    ``supply`` : V. ``damping`` : N m s/rad per joint. ``crouch`` and ``extended`` : rad, the upper link from straight
+    down at the start and at the stop. ``inertia`` : of the rotor, kg m^2.
     """
 
     supply: float = SUPPLY
     damping: float = Flexures.damping
     crouch: float = HopperLeg.crouch
     inertia: float = ROTOR_INERTIA
+    extended: float = HopperLeg.extended
 
     @property
     def leg(self) -> HopperLeg:
         """The leg with upper links of 12 cm; a sweep replaces the length."""
-        return HopperLeg(length=LENGTH, crouch=self.crouch, flexures=Flexures(damping=self.damping))
+        flexures = Flexures(damping=self.damping)
+        return HopperLeg(length=LENGTH, crouch=self.crouch, extended=self.extended, flexures=flexures)
 
     def motor(self, ratio: float) -> Motor:
         """The laboratory's motor with a lossless gear of this ratio, as in its simulation."""
@@ -105,9 +117,9 @@ class Configuration:
         i, j = np.unravel_index(int(np.argmax(found)), found.shape)
         return Best(float(found[i, j]), RATIOS[i], float(length[j]))
 
-    def interval(self, model: str) -> tuple[float, float, float]:
+    def interval(self, model: str, tolerances: HopperTolerances = TOLERANCES) -> tuple[float, float, float]:
         """Nominal value and both ends of the 90 % interval of the 12 cm leg's clearance, m."""
-        made = groups(self.leg, self.motor(RATIO), GROUND, MODELS[model], TOLERANCES, np.array([LENGTH]))
+        made = groups(self.leg, self.motor(RATIO), GROUND, MODELS[model], tolerances, np.array([LENGTH]))
         found = heights(compiled_jump(self.leg.bending).run(made[0]))
         nominal, low, high = intervals(found[None, :])
         return float(nominal[0]), float(low[0]), float(high[0])
@@ -145,10 +157,10 @@ def calibrated(given: Configuration, row: int = CLEARANCE) -> Configuration | No
     def at(crouch: float) -> Configuration:
         return replace(given, crouch=crouch)
 
-    high = deepest()
+    low, high = max(SHALLOWEST, given.extended + LEAST_STROKE), deepest()
     if at(high).height("D", row=row) < PREDICTED:
         return None
-    return at(_crossing(lambda crouch: at(crouch).height("D", row=row) - PREDICTED, radians(20.0), high))
+    return at(_crossing(lambda crouch: at(crouch).height("D", row=row) - PREDICTED, low, high))
 
 
 def inertia_for(given: Configuration, target: float = MEASURED) -> float | None:
@@ -159,6 +171,16 @@ def inertia_for(given: Configuration, target: float = MEASURED) -> float | None:
 
     low, high = float(np.log(LIGHTEST)), float(np.log(HEAVIEST))
     return None if excess(low) > 0.0 or excess(high) < 0.0 else float(np.exp(_crossing(excess, low, high)))
+
+
+def rotor_diameter(inertia: float) -> float:
+    """Diameter (m) of a solid rotor of iron and copper with this inertia (kg m^2): J = pi rho L d^4 / 32."""
+    return float((32.0 * inertia / (np.pi * ROTOR_DENSITY * ROTOR_LENGTH)) ** 0.25)
+
+
+def is_the_studys(best: Best) -> bool:
+    """Whether a best design is 210:1 with 12 to 14 cm, the published one, or a neighbour: 180 to 240:1, 11 to 15 cm."""
+    return 180.0 <= best.ratio <= 240.0 and 0.11 <= best.length <= 0.15
 
 
 def _crossing(rising: Callable[[float], float], low: float, high: float) -> float:

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import degrees
+from math import degrees, radians
 
 import numpy as np
 
 from synth.estimation.intervals import Estimate
-from synth.jump.outcomes import APEX
+from synth.jump.hopper_leg import HopperTolerances
+from synth.jump.outcomes import APEX, PEAK_GEAR_TORQUE
 from synth.validation.comparison_table import ComparisonRow, ComparisonTable, cell
 from synth.validation.jump_claims import (
     BEST_LENGTHS,
+    GEAR_LIMIT,
     HALF_WIDTH,
     LENGTH,
     MEASURED,
+    MEASURED_TOLERANCES,
+    MOST_OVER,
     PREDICTED,
     ROTOR_INERTIA,
+    ROTOR_LENGTH,
     SHORT_LENGTH,
     SHORT_RATIO,
     SUITABLE,
+    TOLERANCES,
     Best,
     Configuration,
     calibrated,
@@ -27,7 +33,9 @@ from synth.validation.jump_claims import (
     deepest,
     description,
     inertia_for,
+    is_the_studys,
     printed_work_share,
+    rotor_diameter,
     spreads,
 )
 
@@ -35,6 +43,9 @@ LADDER = ("point_mass", "A", "B", "D", "full")
 # The text gives neither the supply (V) nor the joint damping (a multiple of the value in the laboratory's code). The
 # first pair is the code's own; the others range from the motor's rated 6 V to a battery of three cells.
 OPEN = ((5.7, 1.0), (6.0, 1.0), (7.4, 1.0), (7.4, 2.0), (7.4, 4.0), (9.0, 4.0), (9.0, 8.0), (11.1, 8.0))
+# A leg's stop is not published either: deg of the upper link and V, from a nearly stretched leg to one that stops
+# halfway, at the motor's rated voltage and at those of batteries of two and three cells. The damping is the code's.
+STOPS = ((25.0, 6.0), (25.0, 7.4), (35.0, 6.0), (35.0, 11.1), (40.0, 7.4), (40.0, 11.1))
 FOLLOWED = (7.4, 2.0)  # the configuration whose best design is the study's; see ``_configurations``
 
 
@@ -47,11 +58,14 @@ class Case:
     heights: dict[str, float]
     best: Best
     inertia: float | None
+    gear_torque: float  # N m, largest of one gear in the full model
 
     @classmethod
-    def of(cls, supply: float, damping: float) -> Case:
-        """The case with the crouch that gives model D's published height, or the deepest."""
+    def of(cls, supply: float, damping: float, stop: float | None = None) -> Case:
+        """The case with the crouch that gives model D's published height, or the deepest; ``stop`` in deg."""
         open_ = Configuration(supply=supply, damping=damping * Configuration.damping)
+        if stop is not None:
+            open_ = replace(open_, extended=radians(stop))
         found = calibrated(open_)
         given = found or replace(open_, crouch=deepest())
         return cls(
@@ -60,6 +74,7 @@ class Case:
             {model: given.height(model) for model in LADDER},
             given.best("D", SUITABLE),
             inertia_for(given),
+            given.height("full", row=PEAK_GEAR_TORQUE),
         )
 
 
@@ -67,7 +82,8 @@ def jump_tables() -> tuple[ComparisonTable, ...]:
     """The tables of claims, of heights by model, and of configurations."""
     cases = [Case.of(*item) for item in OPEN]
     followed = cases[OPEN.index(FOLLOWED)]
-    return _claims(followed, cases), _heights(followed), _configurations(cases)
+    stopped = [Case.of(volts, 1.0, stop) for stop, volts in STOPS]
+    return _claims(followed, cases), _heights(followed), _configurations(cases), _stops(stopped)
 
 
 def _claims(case: Case, cases: list[Case]) -> ComparisonTable:
@@ -95,7 +111,7 @@ def _claims(case: Case, cases: list[Case]) -> ComparisonTable:
     share = printed_work_share(given.crouch, given.leg.extended)
     ends = [case.inertia for case in cases if case.reached and case.inertia is not None]
     low, high = full.low or 0.0, full.high or 0.0
-    wide = 0.5 * (high - low) / full.value
+    wide = _half_width(given, TOLERANCES)
     inside = "contains" if low <= MEASURED <= high else "does not contain"
     messages = (
         f"Calibration: {description(given)}. Only the crouch is calibrated to a published height (22 cm of D). Supply "
@@ -111,8 +127,8 @@ def _claims(case: Case, cases: list[Case]) -> ComparisonTable:
         f"{min(ends):.1e} to {max(ends):.1e} kg*m^2, at most {100 * max(ends) / ROTOR_INERTIA:.0f} % of the estimate. "
         "A spin-down of the bare motor, or its run from stall to free speed, would determine the inertia.",
         f"The 90 % interval is +-{100 * wide:.0f} %; to test the model it must be +-{100 * HALF_WIDTH:.0f} %. The "
-        f"largest contributions, each alone: {_largest(given)}. Measurements of these on the built leg would narrow "
-        "the interval.",
+        f"largest contributions, each alone: {_largest(given)}. With motor, joints and masses measured on the built "
+        f"leg it would be +-{100 * _half_width(given, MEASURED_TOLERANCES):.0f} %.",
         f"Best leg: D's clearance rises slowly with length, to {_cm(top.clearance)} at {100 * top.length:.0f} cm with "
         f"{top.ratio:.0f}:1, so the best length is the longest one allowed. The longest length that the study calls "
         f"suitable is {100 * SUITABLE:.0f} cm.",
@@ -162,8 +178,7 @@ def _configurations(cases: list[Case]) -> ComparisonTable:
         f"With D at 22 cm, full clears {_cm(min(spread))} to {_cm(max(spread))} for all supplies and dampings: the "
         "energy that the rotor takes depends only on its inertia."
     )
-    # Neighbouring ratios and lengths of the published 210:1 and 12 to 14 cm.
-    right = [case for case in complete if 180.0 <= case.best.ratio <= 240.0 and 0.11 <= case.best.length <= 0.15]
+    right = [case for case in complete if is_the_studys(case.best)]
     messages.append(
         "D's best design lies at 180 to 240:1 and 11 to 15 cm for "
         + "; ".join(description(case.given) for case in right)
@@ -177,6 +192,52 @@ def _configurations(cases: list[Case]) -> ComparisonTable:
         "supply and damping of the laboratory's code. Full has a rotor inertia of 1.5e-8 kg*m^2, a public estimate.",
         tuple(messages),
     )  # fmt: skip
+
+
+def _stops(cases: list[Case]) -> ComparisonTable:
+    """Legs that stop before they are stretched: the foot leaves the ground while the rotors still turn slowly."""
+    rows, complete = [], [case for case in cases if case.reached]
+    for case in cases:
+        given, needed = case.given, case.inertia
+        cells = [cell(case.heights[model], "cm") for model in ("D", "full")]
+        share = "-" if needed is None else f"{100 * needed / ROTOR_INERTIA:.0f} %"
+        best = f"{case.best.ratio:.0f}:1, {100 * case.best.length:.0f} cm"
+        label = f"{degrees(given.extended):.0f} deg, {given.supply:g} V"
+        torque = cell(case.gear_torque, "N*m")
+        rows.append(ComparisonRow(label, (f"{degrees(given.crouch):.1f} deg", *cells, best, share, torque)))
+    messages = _what_a_stop_costs(complete)
+    return ComparisonTable(
+        "Stops", "The same where the leg stops before it is stretched",
+        ("stop, supply", "crouch", "D", "full", "D's best design", "rotor inertia for 18.3 cm, of the estimate",
+         "full's largest gear torque"),
+        tuple(rows),
+        "Stop: the upper link from straight down, 10 deg in the tables above. Joint damping as in the laboratory's "
+        "code; the crouch gives D the published 22 cm where it can.",
+        messages,
+    )  # fmt: skip
+
+
+def _what_a_stop_costs(cases: list[Case]) -> tuple[str, ...]:
+    """Why a stop explains no height: the rotors hit it, and the gear carries that blow."""
+    high = max(cases, key=lambda case: case.heights["full"])
+    borne = [case for case in cases if case.gear_torque <= MOST_OVER * GEAR_LIMIT]
+    sentences = [
+        f"The higher the stop, the less the rotors take: full clears up to {_cm(high.heights['full'])} "
+        f"({degrees(high.given.extended):.0f} deg, {high.given.supply:g} V; D's best gear there is "
+        f"{high.best.ratio:.0f}:1). But the rotors hit the stop at speed, and a gear carries {high.gear_torque:.1f} "
+        f"N*m, {high.gear_torque / GEAR_LIMIT:.0f} times the {GEAR_LIMIT:g} N*m that its maker allows.",
+    ]
+    needed = [case.inertia for case in borne if case.inertia is not None]
+    if needed:
+        tall = max(case.heights["full"] for case in borne)
+        sentences.append(
+            f"Where a gear carries at most {MOST_OVER:g} times the maker's limit, full clears at most {_cm(tall)}. It "
+            f"would clear 18.3 cm with a rotor of {1e3 * rotor_diameter(max(needed)):.1f} mm instead of "
+            f"{1e3 * rotor_diameter(ROTOR_INERTIA):.1f} mm (solid, {1e3 * ROTOR_LENGTH:g} mm long, in a can of 10 by "
+            "12 mm). So no number that the study leaves open gives the measured height, unless the rotor is that "
+            "light."
+        )
+    return tuple(sentences)
 
 
 def _as_total(given: Configuration) -> str:
@@ -195,6 +256,12 @@ def _as_total(given: Configuration) -> str:
 def _interval(given: Configuration, model: str) -> Estimate:
     value, low, high = given.interval(model)
     return Estimate(value, "cm", low, high)
+
+
+def _half_width(given: Configuration, tolerances: HopperTolerances) -> float:
+    """Half of the 90 % interval of the full model's clearance, over the clearance."""
+    value, low, high = given.interval("full", tolerances)
+    return 0.5 * (high - low) / value
 
 
 def _largest(given: Configuration) -> str:

@@ -11,17 +11,23 @@ import numpy as np
 import pytest
 
 from synth.cli import main
+from synth.jump.outcomes import PEAK_GEAR_TORQUE
 from synth.validation.jump_claims import (
+    GEAR_LIMIT,
     LENGTH,
     MEASURED,
+    MOST_OVER,
     PREDICTED,
     RATIO,
+    ROTOR_DENSITY,
     ROTOR_INERTIA,
+    ROTOR_LENGTH,
     Configuration,
     calibrated,
     deepest,
     inertia_for,
     printed_work_share,
+    rotor_diameter,
 )
 
 TWO_CELLS = Configuration(supply=7.4, damping=0.0005)
@@ -70,10 +76,31 @@ def test_the_measured_height_needs_a_lighter_rotor() -> None:
     assert found.by_length("D", RATIO, np.array([LENGTH, 0.02]))[1] == 0.0  # the crouch is out of its reach
 
 
-def test_the_command_writes_three_tables(tmp_path: Path) -> None:
+def test_the_rotor_of_an_inertia_by_thin_discs() -> None:
+    """J is the sum of m r^2 / 2 over discs of iron and copper; the estimate's rotor fits the motor's can of 10 mm."""
+    diameter = rotor_diameter(ROTOR_INERTIA)
+    mass = ROTOR_DENSITY * pi * diameter**2 / 4.0 * ROTOR_LENGTH
+    assert mass * diameter**2 / 8.0 == pytest.approx(ROTOR_INERTIA)
+    assert 0.006 < diameter < 0.009
+
+
+def test_a_high_stop_clears_more_and_breaks_the_gear() -> None:
+    stopped = calibrated(Configuration(supply=11.1, extended=radians(40.0)))
+    stretched = calibrated(Configuration(supply=7.4))
+    assert stopped is not None
+    assert stretched is not None
+    assert stopped.height("full") > MEASURED > 1.5 * stretched.height("full")
+    assert stopped.height("full", row=PEAK_GEAR_TORQUE) > 10.0 * GEAR_LIMIT
+    assert stretched.height("full", row=PEAK_GEAR_TORQUE) < MOST_OVER * GEAR_LIMIT
+
+
+def test_the_command_writes_four_tables(tmp_path: Path) -> None:
     assert main(["--quiet", "reproduce", "jump", "--out", str(tmp_path / "out")]) == 0
     found = json.loads((tmp_path / "out" / "reproduction.json").read_text())
-    assert [table["name"] for table in found["tables"]] == ["Claims", "Heights", "Configurations"]
+    assert [table["name"] for table in found["tables"]] == ["Claims", "Heights", "Configurations", "Stops"]
     assert all(table["differences"] for table in found["tables"])
+    stops = found["tables"][-1]["differences"]
+    assert "times the 0.196 N*m that its maker allows" in stops[0]
+    assert "unless the rotor is that light" in stops[1]
     page = (tmp_path / "out" / "report.html").read_text()
     assert "clearance over leg length, measured" in page
