@@ -120,16 +120,7 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
         f"    {each}",
         f"        {at('damper_torque')} = {at('damper_rate')} * {at('rate')}",
         "if active[0] > 0:",
-        f"    for j in range(n & {MOST_LINKS}):",
-        f"        for m in range({CURVE_POINTS}):",
-        f"            for l in range({LANES}):",
-        f"                e = j * {LANES} + l",
-        f"                c = (j * {CURVE_POINTS} + m) * {LANES} + l",
-        f"                most = Z[{layout.row('curve_speed') * LANES} + c]",
-        f"                slope = Z[{layout.row('curve_slope') * LANES} + c]",
-        f"                resisting = slope * max(-most, min(most, {at('rate')}))",
-        f"                {at('extra_torque')} -= resisting",
-        f"                {at('damper_torque')} += resisting",
+        *_curves(layout, at),
     ]
     lines += ["if active[1] != 0:", *_servos(at, each)]
     for index, law in enumerate(layout.laws):
@@ -155,6 +146,29 @@ def forces_of(law: LaneLaw) -> tuple[str, str]:
     if law.uses_drive == "before its limit":
         return "servo_torque_limit", "unlimited_drive"
     return "damper_torque", "drive_torque" if law.uses_drive else "bearing_force"
+
+
+def _curves(layout: Layout, at: Callable[[str], str]) -> list[str]:
+    """Lines of ``extra_torques`` for torque-speed curves, with the sum over the points written out.
+
+    A loop over points outside that over lanes would load and store both torques at each point.
+    """
+
+    def point(block: str, m: int) -> str:
+        return f"Z[{(layout.row(block) + m) * LANES} + c]"
+
+    terms = [f"{point('curve_slope', m)} * min({point('curve_speed', m)}, speed)" for m in range(CURVE_POINTS)]
+    return [
+        f"    for j in range(n & {MOST_LINKS}):",
+        f"        for l in range({LANES}):",
+        f"            e = j * {LANES} + l",
+        f"            c = j * {CURVE_POINTS * LANES} + l",
+        f"            speed = abs({at('rate')})",
+        f"            size = {' + '.join(terms)}",
+        f"            resisting = size if {at('rate')} > 0.0 else -size",
+        f"            {at('extra_torque')} -= resisting",
+        f"            {at('damper_torque')} += resisting",
+    ]
 
 
 def _servos(at: Callable[[str], str], each: str) -> list[str]:
