@@ -190,16 +190,9 @@ def _ranked(plant: Plant[F, T, S], judged: Judged[F], errors: PredictionErrors) 
     for cause, key in zip(causes_of(plant, judged.accepted), judged.accepted.keys, strict=True):
         if key not in listed:
             made.append(Ranked(cause, judged.share(key), errors.shrink()))
-    # Each of several accepted causes has the probability of the set; the most effective one comes first.
-    cost = {item.keys[0]: item.cost for item, _ in judged.singles}
-    together = {*judged.accepted.keys} if len(judged.accepted.keys) > 1 else set()
-    highest = max((e.probability for e in made if (e.cause.effect, e.cause.joint) in together), default=0.0)
-
-    def place(entry: Ranked) -> tuple[float, float]:
-        key = entry.cause.effect, entry.cause.joint
-        return (-highest, cost.get(key, np.inf)) if key in together else (-entry.probability, 0.0)
-
-    return tuple(sorted(made, key=place))
+    by_key = {(entry.cause.effect, entry.cause.joint): entry for entry in made}
+    order = judged.in_order({key: entry.probability for key, entry in by_key.items()})
+    return tuple(by_key[key] for key in order)
 
 
 def _sentence(

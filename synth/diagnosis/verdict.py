@@ -44,6 +44,20 @@ class Judged(Generic[F]):
         """Probability that a cause is present, alone or among several."""
         return (1.0 - self.unknown) * sum(weight for item, weight in self.weighed if key in item.keys)
 
+    def in_order(self, probability: Mapping[Key, float]) -> list[Key]:
+        """Causes with these probabilities, most probable first.
+
+        Each of several accepted causes has the probability of the set; the most effective one comes first.
+        """
+        cost = {item.keys[0]: item.cost for item, _ in self.singles}
+        together = {*self.accepted.keys} if len(self.accepted.keys) > 1 else set()
+        highest = max((probability[key] for key in together if key in probability), default=0.0)
+
+        def place(key: Key) -> tuple[float, float]:
+            return (-highest, cost.get(key, np.inf)) if key in together else (-probability[key], 0.0)
+
+        return sorted(probability, key=place)
+
     @property
     def probability(self) -> float:
         """Of the first cause."""
