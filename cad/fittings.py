@@ -55,7 +55,7 @@ class EncoderDimensions:
     body_depth: float = dimension(5.0, 1.0, 40.0, "mm", "of the recess that it lies in")
     bolt_circle: float = dimension(27.0, 8.0, 100.0, "mm", "screw centres, outside the body")
     bolt_count: int = dimension(2, 2, 8, "", "two screws at least hold it from turning")
-    bolt_diameter: float = dimension(2.4, 2.2, 6.0, "mm", "clearance hole, M2 unless told")
+    bolt_diameter: float = dimension(2.4, 2.2, 6.0, "mm", "clearance hole, M2 by default")
     magnet_diameter: float = dimension(
         4.0, 1.0, 20.0, "mm", "diametric magnet in the shaft's end; 4 x 4 and 6 x 2.5 are sold"
     )
@@ -118,7 +118,7 @@ class DamperDimensions:
     body_length: float = dimension(16.0, 3.0, 100.0, "mm", "from its flange to its end")
     bolt_circle: float = dimension(50.0, 9.0, 200.0, "mm", "screw centres, outside the body")
     bolt_count: int = dimension(4, 2, 12, "", "two screws at least hold a torque")
-    bolt_diameter: float = dimension(3.4, 2.2, 9.0, "mm", "clearance hole, M3 unless told")
+    bolt_diameter: float = dimension(3.4, 2.2, 9.0, "mm", "clearance hole, M3 by default")
     adapter: AdapterDimensions | None = None
     bore: BoreDimensions = field(default_factory=BoreDimensions)
     unknown: tuple[str, ...] = ()
@@ -135,7 +135,7 @@ class MountDimensions:
     """A flange instead of the upper half's tube socket, by which the first joint is attached to the body."""
 
     thickness: float = dimension(8.0, 3.0, 30.0, "mm", "of the flange; twice a screw's diameter holds its head")
-    bolt_diameter: float = dimension(4.5, 2.0, 13.0, "mm", "clearance hole, M4 unless told")
+    bolt_diameter: float = dimension(4.5, 2.0, 13.0, "mm", "clearance hole, M4 by default")
     spacing_along: float = dimension(24.0, 6.0, 200.0, "mm", "of the four screws, along the hinge axis")
     spacing_across: float | None = dimension(
         None, 10.0, 400.0, "mm", "of the four screws, across it; left out their heads just pass the ears"

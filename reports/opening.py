@@ -63,7 +63,7 @@ class Opening:
 
 
 @dataclass(frozen=True)
-class OpeningText:
+class OpeningWarnings:
     """The warnings in the opening."""
 
     foremost: list[Group]
@@ -71,10 +71,10 @@ class OpeningText:
     total: int
 
 
-def told(warnings: Sequence[Warned]) -> OpeningText:
+def opening_warnings(warnings: Sequence[Warned]) -> OpeningWarnings:
     """At most three that could change a decision, and all of them by level."""
     groups = foremost(warnings)
-    return OpeningText(groups, counted(warnings), len(warnings))
+    return OpeningWarnings(groups, counted(warnings), len(warnings))
 
 
 def estimate(quantity: object) -> Cell:

@@ -13,7 +13,7 @@ from jinja2 import Environment, PackageLoader
 from markupsafe import Markup
 
 from synth.reports import quantities, stick_figure
-from synth.reports.opening import Opening, marked, shortly, told
+from synth.reports.opening import Opening, marked, opening_warnings, shortly
 from synth.reports.openings.check_opening import check_opening
 from synth.reports.openings.fit_opening import fit_opening
 from synth.reports.openings.gap_opening import gap_opening
@@ -186,7 +186,7 @@ def write_page(
         kind=kind,
         name=result.content.get("name") or "",
         opening=opening,
-        told=told(warnings_of(result)),
+        warnings=opening_warnings(warnings_of(result)),
         file=result.name,
         versions=result.content.get("versions") or {},
         sections=shown,

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from synth.reports.opening import Cell, Figures, Opening
-from synth.reports.opening import told as told_of
+from synth.reports.opening import Cell, Figures, Opening, opening_warnings
 from synth.reports.page import environment
 from synth.reports.quantities import in_si, number, text
 from synth.reports.reading import Json, read_result
@@ -32,7 +31,7 @@ def write_winding_sheet(folder: Path) -> Path:
     make = mapping(content, "make") or mapping(content, "checked")
     shown = sheet_content(content, drawing_of("the spring to wind", make), groups_of(make))
     warned = sequence(make, "remarks") or sequence(make, "warnings")
-    told = told_of([
+    warnings = opening_warnings([
         *(judged("", str(text), "violations", {"severity": "decide"}) for text in sequence(make, "violations")),
         *(judged("", text_of(item), "warnings", item) for item in warned),
     ])  # fmt: skip
@@ -43,7 +42,7 @@ def write_winding_sheet(folder: Path) -> Path:
         .render(
             **shown,
             opening=_opening(make, shown),
-            told=told,
+            warnings=warnings,
             style=Markup(resources.files("synth.reports").joinpath("templates/style.css").read_text(encoding="utf-8")),
             scripts=scripts,
             policy=Markup(policy(scripts)),

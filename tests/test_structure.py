@@ -93,8 +93,8 @@ def test_no_floor_imports_a_higher_one() -> None:
     assert upward == []
 
 
-# What stands in these modules only: fragile tricks with their fallback, the thread pool, readers and writers of CSV. cad
-# and reports import nothing of synth, so each reads its own tables: standard parts, and the program's results.
+# Texts that occur in these modules only: fragile tricks with their fallback, the thread pool, readers and writers of
+# CSV. cad and reports import nothing of synth, so each reads its own tables: standard parts, and the program's results.
 ONLY_IN = {
     r"numba\.core|numba\.np": ("synth.compiling.numba_internals",),
     r"sys\.modules": ("synth.compiling.modules",),

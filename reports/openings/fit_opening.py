@@ -73,9 +73,9 @@ def _unsure(joints: Json) -> list[tuple[float, str]]:
 def _trust(document: Json, lacking: list[str], unsure: list[tuple[float, str]]) -> str:
     left, noise = mapping(document, "rms"), mapping(document, "noise")
     names = lacking or list(mapping(document, "joints"))
-    told = [f"{name} {brief(left.get(name))} (samples' scatter {brief(noise.get(name))})"
+    residuals = [f"{name} {brief(left.get(name))} (samples' scatter {brief(noise.get(name))})"
             for name in names if left.get(name) and noise.get(name)]  # fmt: skip
-    words = f"Residual (RMS): {'; '.join(told)}." if told else ""
+    words = f"Residual (RMS): {'; '.join(residuals)}." if residuals else ""
     if unsure:
         share, name = unsure[0]
         words += f" Least certain: the {name}, known to ±{whole_percent(share)}."

@@ -77,6 +77,6 @@ def _figures(document: Json) -> Figures | None:
         return None
     gap = mapping(document, "gap")
     steps = (("as_designed", "as designed"), ("before", "at its best within tolerances"), ("after", "explained"))
-    told = [f"{words} {brief(gap.get(key))}" for key, words in steps if gap.get(key)]
-    note = f"RMS angle error on unseen trials: {', '.join(told)}; noise {brief(gap.get('noise_floor'))}."
-    return Figures(("Cause", "Probability", "Alone reduces the gap by"), rows, note if told else "")
+    errors = [f"{words} {brief(gap.get(key))}" for key, words in steps if gap.get(key)]
+    note = f"RMS angle error on unseen trials: {', '.join(errors)}; noise {brief(gap.get('noise_floor'))}."
+    return Figures(("Cause", "Probability", "Alone reduces the gap by"), rows, note if errors else "")

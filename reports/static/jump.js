@@ -95,15 +95,15 @@
     const shownLabel = make("label", { textContent: "show " }, tools), kind = make("select", {}, shownLabel);
     const kinds = [["clearance", 3, "cm", 100], ["relative height", 6, "", 1], ["total height", 7, "cm", 100], ["energy", 8, "J", 1], ["peak gear torque", 9, "N·m", 1], ["peak current", 10, "A", 1]];
     kinds.forEach(([words], i) => make("option", { value: i, textContent: words }, kind));
-    const figure = make("div", { className: "map" }, panel), told = make("p", { className: "told" }, panel);
-    told.setAttribute("aria-live", "polite");
+    const figure = make("div", { className: "map" }, panel), summary = make("p", { className: "summary" }, panel);
+    summary.setAttribute("aria-live", "polite");
     function tell(d) {
       const cm = (v) => (v === null ? "–" : (100 * v).toFixed(1));
       let words = `${d[0]}, ${(1000 * d[2]).toFixed(0)} mm links: clearance ${cm(d[3])} cm`;
       if (d[4] !== null) words += ` (90 %: ${cm(d[4])} to ${cm(d[5])})`;
       words += `, relative height ${d[6] === null ? "–" : d[6].toFixed(3)}, energy ${d[8] === null ? "–" : d[8].toFixed(2)} J, gear torque ${d[9] === null ? "–" : d[9].toFixed(3)} N·m, current ${d[10] === null ? "–" : d[10].toFixed(2)} A`;
       if (d[12]) words += `. ${d[12]}`;
-      told.textContent = words + (isChosen(d) ? " — the chosen design." : ".");
+      summary.textContent = words + (isChosen(d) ? " — the chosen design." : ".");
     }
     const isChosen = (d) => d[0] === data.chosen[0] && Math.abs(d[2] - data.chosen[1]) < 1e-6;
     function paint() {

@@ -20,7 +20,7 @@ from synth.parts.catalogs import Catalogue
 if TYPE_CHECKING:
     from synth.batch.cluster import Cluster
 
-Told = Callable[[int, int], None]  # finished chunks, total
+Chunks = Callable[[int, int], None]  # finished chunks, total
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +115,7 @@ def hopper(
     checkpoint: Checkpoint | None = None,
     cluster: Cluster | None = None,
     stage: Stage = silent,
-    told: Told | None = None,
+    progress: Chunks | None = None,
 ) -> Hopper:
     """Sweep motors, ratios and lengths, and choose a design.
 
@@ -125,7 +125,7 @@ def hopper(
         a project file, or a project that was read.
     checkpoint, cluster
         folder of finished chunks, and remote workers; both optional.
-    stage, told
+    stage, progress
         called with the current stage, and with the number of finished chunks.
 
     Raises
@@ -136,4 +136,4 @@ def hopper(
     project = what if isinstance(what, HopperProject) else _read_hopper_project(what)
     with stage("loading the compiled jump (compiled once on this machine, some 15 s)"):
         compiled_jump(project.leg.bending)
-    return Hopper(study(project, catalogue or Catalogue.load(project.catalogs), checkpoint, stage, told, cluster))
+    return Hopper(study(project, catalogue or Catalogue.load(project.catalogs), checkpoint, stage, progress, cluster))

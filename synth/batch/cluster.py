@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from synth.batch.task_outcome import Ended, differences, performed, versions
+from synth.batch.task_outcome import TaskOutcome, differences, performed, versions
 from synth.errors import Problem, UserError
 
 if TYPE_CHECKING:
@@ -48,7 +48,9 @@ class Cluster:
         text = "the scheduler is gone. Finished results are kept: repeat the command later, or without --scheduler"
         return UserError(Problem(text, self._address))
 
-    def run(self, function: Callable[[Any], Any], calls: Iterable[tuple[str, Any]]) -> Iterator[tuple[str, Ended]]:
+    def run(
+        self, function: Callable[[Any], Any], calls: Iterable[tuple[str, Any]]
+    ) -> Iterator[tuple[str, TaskOutcome]]:
         """Run ``function(argument)`` for each ``(key, argument)``; yields results as they finish.
 
         Raises
@@ -81,12 +83,12 @@ class Cluster:
             with suppress(Exception):
                 self._client.cancel(list(keys), force=True)
 
-    def _ended(self, future: Future) -> Ended:
+    def _ended(self, future: Future) -> TaskOutcome:
         from distributed import KilledWorker
 
         if future.status == "finished":
             ended = future.result()
-            assert isinstance(ended, Ended)
+            assert isinstance(ended, TaskOutcome)
             if ended.other:
                 raise UserError(Problem(f"a worker has {ended.other}; {SAME}", self._address))
             return ended
@@ -95,7 +97,7 @@ class Cluster:
         error = future.exception()
         if isinstance(error, KilledWorker):
             text = "every worker that ran it died, probably for lack of memory; try it alone"
-            return Ended(problems=(Problem(text),))
+            return TaskOutcome(problems=(Problem(text),))
         raise UserError(Problem(f"a worker cannot run this program's tasks ({error}); {SAME}", self._address))
 
 

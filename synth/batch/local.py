@@ -13,7 +13,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any
 
-from synth.batch.task_outcome import Ended, performed
+from synth.batch.task_outcome import TaskOutcome, performed
 from synth.errors import Problem
 from synth.threads import children_of_one_thread
 
@@ -51,7 +51,7 @@ def _begin(watched: Connection) -> None:
 
 def run_here(
     function: Callable[[Any], Any], calls: Iterable[tuple[str, Any]], workers: int
-) -> Iterator[tuple[str, Ended]]:
+) -> Iterator[tuple[str, TaskOutcome]]:
     """Run ``function(argument)`` for each ``(key, argument)``; yields results as they finish.
 
     Tasks that were running when a process died are repeated one at a time, so that none affects another.
@@ -59,7 +59,7 @@ def run_here(
     rest = iter(calls)
     with children_of_one_thread():
         pool, finished = _Pool(workers), False
-        waiting: dict[Future[Ended], tuple[str, Any]] = {}
+        waiting: dict[Future[TaskOutcome], tuple[str, Any]] = {}
         try:
             while True:
                 while len(waiting) < AHEAD * workers and (call := next(rest, None)) is not None:
@@ -87,7 +87,7 @@ def run_here(
             pool.close(finished)
 
 
-def _alone(function: Callable[[Any], Any], argument: Any) -> Ended:
+def _alone(function: Callable[[Any], Any], argument: Any) -> TaskOutcome:
     """Run in a separate process; try twice, because the first attempt may have been the task's first start."""
     for _ in range(2):
         pool, finished = _Pool(1), False
@@ -99,4 +99,4 @@ def _alone(function: Callable[[Any], Any], argument: Any) -> Ended:
             continue
         finally:
             pool.close(finished)
-    return Ended(problems=(Problem(DIED),))
+    return TaskOutcome(problems=(Problem(DIED),))

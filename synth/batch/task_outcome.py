@@ -18,7 +18,7 @@ PACKAGES = ("numpy", "numba", "scipy")  # packages whose version can change resu
 
 
 @dataclass(frozen=True, eq=False)
-class Ended:
+class TaskOutcome:
     """``value``, or the ``problems`` for the user, or the traceback of an internal ``crash``.
 
     ``other`` : the worker's versions, if they differ and nothing was run.
@@ -45,14 +45,14 @@ def differences(wanted: Mapping[str, str], found: Mapping[str, str | None]) -> s
     )
 
 
-def performed(function: Callable[[Any], Any], argument: Any, wanted: Mapping[str, str] | None = None) -> Ended:
+def performed(function: Callable[[Any], Any], argument: Any, wanted: Mapping[str, str] | None = None) -> TaskOutcome:
     """Call the function in a process that only runs such tasks."""
     os.environ.setdefault(VARIABLE, "1")  # the other cores run other tasks
     if wanted is not None and (other := differences(wanted, versions())):
-        return Ended(other=other)
+        return TaskOutcome(other=other)
     try:
-        return Ended(value=function(argument))
+        return TaskOutcome(value=function(argument))
     except UserError as error:
-        return Ended(problems=tuple(error.problems))
+        return TaskOutcome(problems=tuple(error.problems))
     except Exception:
-        return Ended(crash=traceback.format_exc())
+        return TaskOutcome(crash=traceback.format_exc())

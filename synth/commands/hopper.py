@@ -88,7 +88,7 @@ def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Na
         if checkpoint.finished:
             progress.say(f"resuming an interrupted sweep: {checkpoint.finished} chunks are done")
         found = hopper(
-            project, catalogue, checkpoint=checkpoint, cluster=cluster, stage=progress.stage, told=_tenths(progress)
+            project, catalogue, checkpoint=checkpoint, cluster=cluster, stage=progress.stage, progress=_tenths(progress)
         )
         found.write_with(folder, parts=not arguments.no_cad, stage=progress.stage)
     checkpoint.remove()
@@ -101,12 +101,12 @@ def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Na
 def _tenths(progress: Progress) -> Callable[[int, int], None]:
     """Report every tenth of a sweep with many chunks."""
 
-    def told(done: int, count: int) -> None:
+    def report(done: int, count: int) -> None:
         # A tenth of fewer chunks is less than two.
         if count >= 20 and done * 10 // count > (done - 1) * 10 // count and done < count:
             progress.say(f"  {done * 10 // count * 10} % of the designs done")
 
-    return told
+    return report
 
 
 def _identity(project: HopperProject, catalogue: Catalogue) -> dict[str, str]:

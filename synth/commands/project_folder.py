@@ -21,7 +21,7 @@ from synth.batch.folder import FolderProjects, Kept, find_projects
 from synth.batch.folder_summary import Failed, messages
 from synth.batch.folder_task import FolderTask, summary_json
 from synth.batch.local import run_here
-from synth.batch.task_outcome import Ended
+from synth.batch.task_outcome import TaskOutcome
 from synth.commands.answers import folder_text, tell_document
 from synth.commands.streams import write_message
 from synth.errors import Problem, UserError
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from synth.commands.progress import Progress
 
-Runner = Callable[[Callable[[Any], Any], Iterator[tuple[str, Any]]], Iterator[tuple[str, Ended]]]
+Runner = Callable[[Callable[[Any], Any], Iterator[tuple[str, Any]]], Iterator[tuple[str, TaskOutcome]]]
 
 
 def refuse_options(arguments: argparse.Namespace, names: tuple[str, ...], why: str) -> None:

@@ -53,7 +53,7 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
     name = str(path)
     made: list[Path] = []
     try:
-        with _told_as(name):
+        with _disk_errors_as(name):
             if target.is_symlink():  # what the real path still has is a link that leads back to itself
                 raise UserError(Problem("is a link that leads to itself; name another folder", name))
             put_back(target)
@@ -66,9 +66,9 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
     finished = False
     _written.append(temporary)
     try:
-        with _terminated_as_exception(), _told_as(name, temporary):
+        with _terminated_as_exception(), _disk_errors_as(name, temporary):
             yield temporary
-            with _told_as(name):
+            with _disk_errors_as(name):
                 _complete(temporary)
                 _check_target(target, name, overwrite)  # the run was long: the target may have changed meanwhile
                 _move(temporary, target)
@@ -83,7 +83,7 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
 
 
 @contextmanager
-def _told_as(name: str, folder: Path | None = None) -> Iterator[None]:
+def _disk_errors_as(name: str, folder: Path | None = None) -> Iterator[None]:
     """Report disk errors as the user's, under the result's name.
 
     With a ``folder`` that a run is filling, only a full or read-only disk is the user's concern, and a file elsewhere

@@ -13,7 +13,7 @@ from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of, sought_by
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
-from synth.fit.free_motion_start import cut_of, later, look, said_of, unseen
+from synth.fit.free_motion_start import cut_of, later, look, start_sentence, unseen
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.recordings import Recording
 from synth.fit.refinement import or_another_start, refine
@@ -45,7 +45,7 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions | 
         return _fit_near(model, recordings, options, options.near)
     seen = look(leg, recordings) if options.release == "free" else None
     if seen is not None and seen.plain and later(recordings, cut_of(seen)) is not None:
-        return _fit_later(leg, recordings, options, cut_of(seen), said_of(seen, cut_of(seen), None))
+        return _fit_later(leg, recordings, options, cut_of(seen), start_sentence(seen, cut_of(seen), None))
     scatter = sample_scatter(recordings)
     treatments, probability = _treatments(model, recordings, options, scatter)
     mode, why = _choose(leg, treatments, probability, options, len(recordings))
@@ -55,7 +55,7 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions | 
     if seen is not None:
         hidden = unseen(model, recordings, chosen.stage, options.weight, cut_of(seen) if seen.known else 0.0)
         if hidden is not None:
-            return _fit_later(leg, recordings, options, hidden.cut, said_of(seen, hidden.cut, hidden))
+            return _fit_later(leg, recordings, options, hidden.cut, start_sentence(seen, hidden.cut, hidden))
     softened = _softened(model, recordings, chosen.stage, scatter)
     treatments[mode] = Treatment(softened.stage, chosen.spread)
     fitted = FittedTreatments(treatments, mode, why, softened=softened.sentences, least=softened.least)

@@ -153,7 +153,7 @@ def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array) -
     return float(chdtrc(tells.sum(), np.sum(off[tells] ** 2 / (1.0 - share[tells]))))
 
 
-def said_of(seen: Seen, cut: float, hidden: LateFreeMotion | None) -> str:
+def start_sentence(seen: Seen, cut: float, hidden: LateFreeMotion | None) -> str:
     """The finding and the action in a sentence."""
     if hidden is not None:
         few = f" (an external torque is detected in {len(seen.known)} of {len(seen.until)})" if seen.known else ""

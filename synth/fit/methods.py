@@ -20,7 +20,7 @@ from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of
 from synth.fit.fit_result import FitResult
-from synth.fit.free_motion_start import cut_of, later, look, said_of
+from synth.fit.free_motion_start import cut_of, later, look, start_sentence
 from synth.fit.least_squares import FitStart, Stage, Weights, solve
 from synth.fit.rate_search import Bounds, CostByJoint, Search
 from synth.fit.recordings import Recording
@@ -86,7 +86,7 @@ def _after_hands(leg: Leg, recordings: Sequence[Recording], options: LegFitOptio
     if cut is None:
         return fit_by(leg, recordings, free, choice)
     result = fit_by(leg, cut, free, choice)
-    return replace(result, cut=cut_of(seen), warnings=(said_of(seen, cut_of(seen), None), *result.warnings))
+    return replace(result, cut=cut_of(seen), warnings=(start_sentence(seen, cut_of(seen), None), *result.warnings))
 
 
 def search_of(

@@ -204,8 +204,8 @@ def _open(
     """Sentences on what the trials leave open: each joint, moves along a ridge, and the mass scale."""
     unknowns = sought_by(model)
     messages = not_separable(unknowns, covariance(model, solution, with_prior=False), solution.values)
-    told = any(balance.weighed for balance in unknowns.balances)
-    scale = mass_scale_sentence(model.leg, recordings, weighed=told)
+    weighed = any(balance.weighed for balance in unknowns.balances)
+    scale = mass_scale_sentence(model.leg, recordings, weighed=weighed)
     return (*messages, *softened, *([scale] if scale else []))
 
 

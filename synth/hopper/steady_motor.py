@@ -25,11 +25,11 @@ LEFT_SHARE = 0.02  # of a value: least deviation assumed for a few readings
 class SteadyMotor:
     """Constants at the rotor, except ``torque_constant``, the effective one at the output over ratio and current.
 
-    ``not_told``: constants that these tests leave open, and why.
+    ``not_determined``: constants that these tests leave open, and why.
     """
 
     constants: Mapping[str, IdentifiedConstant]
-    not_told: tuple[str, ...]
+    not_determined: tuple[str, ...]
     points: int
 
 
@@ -41,7 +41,7 @@ def steady_motor(stall: Sequence[HopperRecording], free: Sequence[HopperRecordin
     UserError : impossible points: a current against its voltage, a free speed of zero.
     """
     found: dict[str, IdentifiedConstant] = {}
-    not_told = ["inductance and rotor inertia: give run-ups under runs"]
+    not_determined = ["inductance and rotor inertia: give run-ups under runs"]
     held, running = _joined(stall), _joined(free)
     for name, columns in (("stall", held), ("free_speed", running)):
         if columns and min(np.min(columns["voltage"] * columns["current"]), np.min(np.abs(columns["voltage"]))) <= 0:
@@ -58,16 +58,16 @@ def steady_motor(stall: Sequence[HopperRecording], free: Sequence[HopperRecordin
             (resistance, back_emf), spread = _solve(np.concatenate(rows), volts)
             found["resistance"] = IdentifiedConstant(resistance, spread[0])
             found["back_emf"] = IdentifiedConstant(back_emf, spread[1])
-            found |= _friction(running, ratio, found["back_emf"], not_told)
+            found |= _friction(running, ratio, found["back_emf"], not_determined)
         else:
-            not_told.append("resistance and back-EMF constant apart: give a stall test")
+            not_determined.append("resistance and back-EMF constant apart: give a stall test")
     else:
         (resistance,), spread = _solve(rows[0][:, :1], volts)
         found["resistance"] = IdentifiedConstant(resistance, spread[0])
-        not_told.append("back-EMF constant and friction: give a free-speed test")
+        not_determined.append("back-EMF constant and friction: give a free-speed test")
     if held and "torque" in held:
         found["torque_constant"] = _torque_constant(held, ratio)
-    return SteadyMotor(found, tuple(not_told), len(volts))
+    return SteadyMotor(found, tuple(not_determined), len(volts))
 
 
 def _torque_constant(held: Mapping[str, Array], ratio: float) -> IdentifiedConstant:
@@ -77,13 +77,13 @@ def _torque_constant(held: Mapping[str, Array], ratio: float) -> IdentifiedConst
 
 
 def _friction(
-    running: Mapping[str, Array], ratio: float, back_emf: IdentifiedConstant, not_told: list[str]
+    running: Mapping[str, Array], ratio: float, back_emf: IdentifiedConstant, not_determined: list[str]
 ) -> dict[str, IdentifiedConstant]:
     """Friction at the rotor, and its viscous part if the free runs differ enough in voltage."""
     speed, torque = running["speed"] * ratio, back_emf.value * running["current"]
     share = back_emf.deviation / back_emf.value
     if running["voltage"].max() < SAME * running["voltage"].min() or len(speed) < 3:
-        not_told.append("friction's viscous part: give free speeds at two or more voltages; all is assumed constant")
+        not_determined.append("friction's viscous part: give free speeds at two or more voltages; it is assumed zero")
         level = float(np.mean(torque))
         spread = float(np.std(torque) / np.sqrt(max(1, len(torque) - 1)))
         return {"friction": IdentifiedConstant(level, float(np.hypot(max(spread, LEFT_SHARE * level), share * level)))}

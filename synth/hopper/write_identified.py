@@ -50,7 +50,7 @@ def steady_json(found: SteadyMotor) -> dict[str, Any]:
              "torque_constant": "N*m/A"}  # fmt: skip
     names = {"back_emf": "back_emf_constant"}
     constants = {names.get(key, key): _estimate(value, units[key]) for key, value in found.constants.items()}
-    return {"steady": {"motor": constants, "points": found.points, "not_told": list(found.not_told)}}
+    return {"steady": {"motor": constants, "points": found.points, "not_determined": list(found.not_determined)}}
 
 
 def damping_json(found: DampingEstimate) -> dict[str, Any]:
@@ -103,7 +103,7 @@ def lines(result: dict[str, Any]) -> list[str]:
         shown = [_line(name, value) for name, value in result.get("motor", {}).items()]
         steady = result.get("steady", {})
         shown += [_line(f"steady {name}", value) for name, value in steady.get("motor", {}).items()]
-        return [*shown, *(f"not told: {text}" for text in steady.get("not_told", []))]
+        return [*shown, *(f"not determined: {text}" for text in steady.get("not_determined", []))]
     if "joint_damping" in result:
         each = [_line(f"  {item['length']['value'] * 100:g} cm", item["joint_damping"]) for item in result["by_length"]]
         return [_line("joint_damping", result["joint_damping"]), *each]

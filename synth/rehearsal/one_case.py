@@ -19,7 +19,7 @@ import numpy as np
 import synth
 from synth.planting.forms import NotApplicable
 from synth.rehearsal.case_files import write_case
-from synth.rehearsal.outcome import CANNOT, FAILED, CaseOutcome, accused
+from synth.rehearsal.outcome import CANNOT, FAILED, CaseOutcome, named_causes
 from synth.rehearsal.plants import Field, Planted, PlantingTask
 from synth.rehearsal.users_rig import Rig, users_rig
 
@@ -112,7 +112,7 @@ def _outcome(
     small = tuple((effect, joint) for effect, joint in planted.answer["small"])
     if document is None:
         return CaseOutcome(task, key, main["form"], main["gap"], main["size"], small, FAILED, (), 0.0, seconds, message)
-    named = accused(document)
+    named = named_causes(document)
     first = [c["probability"] for c in document["ranked"] if named and (c["effect"], c["joint"]) == named[0]]
     probability = float(first[0]) if first else 0.0
     return CaseOutcome(

@@ -36,10 +36,10 @@ class CaseOutcome:
 
     @property
     def kind(self) -> str:
-        """``cause`` of the library, ``stranger`` (outside the library), or ``nothing``."""
+        """``cause`` of the library, ``unlisted`` (outside the library), or ``nothing``."""
         if not self.task.effect:
             return "nothing"
-        return "cause" if self.task.effect in LIBRARY else "stranger"
+        return "cause" if self.task.effect in LIBRARY else "unlisted"
 
     @property
     def counts(self) -> bool:
@@ -51,7 +51,7 @@ class CaseOutcome:
         """Right if the main cause is named; if unlisted, for unknown; if there is none, for no absent cause named."""
         if self.kind == "cause":
             return self.planted in self.named
-        if self.kind == "stranger":
+        if self.kind == "unlisted":
             return self.verdict == "unknown"
         return not set(self.named) - set(self.small)
 
@@ -103,7 +103,7 @@ class CaseOutcome:
         )
 
 
-def accused(document: Mapping[str, Any]) -> tuple[Key, ...]:
+def named_causes(document: Mapping[str, Any]) -> tuple[Key, ...]:
     """Causes named by a ``gap.json``: those of the explanation first, the most probable first, then tied ones."""
     if document["verdict"] not in ("effect", "tie"):
         return ()

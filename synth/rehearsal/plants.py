@@ -163,7 +163,7 @@ def places(rig: Rig, seed: int) -> list[tuple[str, int]]:
     return [found[i] for i in order]
 
 
-def strangers(rig: Rig, rng: np.random.Generator, count: int) -> list[tuple[str, int]]:
+def unlisted_causes(rig: Rig, rng: np.random.Generator, count: int) -> list[tuple[str, int]]:
     """``count`` causes outside every library, each at a random joint."""
     free = sorted({j for t in rig.trials if not t.held_out for j in range(rig.nominal.n) if j not in t.locked})
     names = [name for name in UNLISTED_EFFECTS if rig.nominal.n > 1 or name not in ("cable_coupling", "cross_talk")]

@@ -101,7 +101,7 @@ class RehearsalResult:
     def sentence(self) -> str:
         """The answer."""
         large = [o for o in self.of_kind("cause") if o.task.rung >= LARGE]
-        nothing, strange = self.of_kind("nothing"), self.of_kind("stranger")
+        nothing, others = self.of_kind("nothing"), self.of_kind("unlisted")
         seen = sum(shown.rung is not None for shown in self.shown)
         gap = f"with a gap of at least {RUNGS[LARGE]:g} times the unexplained remainder"
         if large:
@@ -114,9 +114,9 @@ class RehearsalResult:
         if nothing:
             text += " With small causes only, an absent cause is named in "
             text += f"{_of(sum(not o.right for o in nothing), len(nothing))}."
-        if strange:
+        if others:
             text += (
-                f" Causes outside the library are called unknown in {_of(sum(o.right for o in strange), len(strange))}."
+                f" Causes outside the library are called unknown in {_of(sum(o.right for o in others), len(others))}."
             )
         return text
 
@@ -135,7 +135,7 @@ class RehearsalResult:
             "rungs": list(RUNGS),
             "causes": [shown.as_json() for shown in self.shown],
             "nothing_planted": self._tally("nothing"),
-            "not_in_the_library": self._tally("stranger"),
+            "not_in_the_library": self._tally("unlisted"),
             "confusion": self._confusion(names),
             "left_out": list(self.rig.left_out),
             "plants": [outcome.as_json() for outcome in self.outcomes],

@@ -16,14 +16,14 @@ from synth.errors import UserError
 from synth.rehearsal.ladder import round_of
 from synth.rehearsal.one_case import Call, perform
 from synth.rehearsal.outcome import FAILED, CaseOutcome
-from synth.rehearsal.plants import RUNGS, PlantingTask, places, strangers
+from synth.rehearsal.plants import RUNGS, PlantingTask, places, unlisted_causes
 from synth.rehearsal.users_rig import Rig
 
 # Cases without a main cause, and with a cause outside the library, per number of causes: a default rehearsal then
 # estimates the rates of false alarms and of missed unlisted causes to a tenth or two.
 OTHERS = 8
 CASES_A_CAUSE = 2  # default; fewer do not bisect for a rung
-STRANGE_RUNG = 2  # rung of causes outside the library: large enough to matter
+UNLISTED_RUNG = 2  # rung of causes outside the library: large enough to matter
 FEWEST = 1  # cases, and
 MOST = 20_000  # beyond any practical waiting time
 FILE = "outcome.json"
@@ -86,7 +86,8 @@ class Rehearsal:
         rng = np.random.default_rng([self.seed, number, 0x57A])
         made = [PlantingTask("", 0, 0, number + i) for i in range(others)]
         made += [
-            PlantingTask(e, j, STRANGE_RUNG, number + i) for i, (e, j) in enumerate(strangers(self.rig, rng, others))
+            PlantingTask(e, j, UNLISTED_RUNG, number + i)
+            for i, (e, j) in enumerate(unlisted_causes(self.rig, rng, others))
         ]
         made = list({task.name: task for task in made}.values())
         return made + round_of(wanted, done, room - len(made))

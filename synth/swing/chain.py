@@ -220,9 +220,9 @@ class Chain:
         if unit != 1.0 and not self._own_effect(lanes):
             slow = lanes * unit ** -self._time_exponents[:, None]
             driven = None if known_torque is None else (known_torque[0] / unit, known_torque[1] * unit**2)
-            told = None if signals is None else replace(signals, time=signals.time / unit)
+            scaled = None if signals is None else replace(signals, time=signals.time / unit)
             found = self.run(
-                slow, times / unit, tolerance, rates=rates, known_torque=driven, signals=told, max_steps=max_steps
+                slow, times / unit, tolerance, rates=rates, known_torque=driven, signals=scaled, max_steps=max_steps
             )
             if rates:
                 found[:, n:] /= unit
@@ -315,8 +315,8 @@ def simulate(
         wide = np.zeros((len(known_torque[0]), legs.n))
         wide[:, own] = known_torque[1]
         known_torque = (known_torque[0], wide)
-    told = signals if signals is None or legs.n == n else signals.widened(legs.n, own)
-    motion = chain.run(lanes, times, tolerance, rates=rates, known_torque=known_torque, signals=told)[:, :, 0]
+    inputs = signals if signals is None or legs.n == n else signals.widened(legs.n, own)
+    motion = chain.run(lanes, times, tolerance, rates=rates, known_torque=known_torque, signals=inputs)[:, :, 0]
     motion = motion[:, [*own, *[legs.n + j for j in own]] if rates else own]
     if not np.all(np.isfinite(motion)):
         raise ArithmeticError(f"the motion of {leg.name!r} diverged or is too stiff to follow")

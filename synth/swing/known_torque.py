@@ -42,14 +42,18 @@ def _with_signals(
     """The result of ``for_integrator`` for torques and signals, on the union of their times."""
     times = signals.time if known is None else np.union1d(signals.time, known[0])
     torque = np.zeros((len(times), n)) if known is None else _at(times, known[0], known[1])
-    told = [_at(times, signals.time, values) for values in (signals.command, signals.supply, signals.enabled)]
+    inputs = [_at(times, signals.time, values) for values in (signals.command, signals.supply, signals.enabled)]
     last = np.clip(np.searchsorted(signals.time, times, side="right") - 1, 0, None)
-    told[0][:, held] = signals.command[last][:, held]
+    inputs[0][:, held] = signals.command[last][:, held]
     bent = np.full(n, COMMAND_STRAIGHT)
     bent[held] = np.inf
     bend = [STRAIGHT * np.abs(torque).max(axis=0, initial=0.0), bent]
-    bend += [SUPPLY_STRAIGHT * np.abs(told[1]).max(axis=0, initial=0.0), np.full(n, STRAIGHT)]
-    return np.ascontiguousarray(times), np.ascontiguousarray(np.hstack([torque, *told])), np.concatenate(bend) + 1e-300
+    bend += [SUPPLY_STRAIGHT * np.abs(inputs[1]).max(axis=0, initial=0.0), np.full(n, STRAIGHT)]
+    return (
+        np.ascontiguousarray(times),
+        np.ascontiguousarray(np.hstack([torque, *inputs])),
+        np.concatenate(bend) + 1e-300,
+    )
 
 
 def _at(times: Array, known: Array, values: Array) -> Array:

@@ -14,7 +14,7 @@ import pytest
 from diagnosis.made_result import made_result
 from page_reader import check_words, drawings, page_of
 from synth.api import leg_folder
-from synth.batch.task_outcome import Ended, performed
+from synth.batch.task_outcome import TaskOutcome, performed
 from synth.cli import main
 from synth.errors import Problem, UserError
 from synth.files import output
@@ -30,7 +30,7 @@ def _in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
         for name, argument in calls:
             with monkeypatch.context() as worker:
                 worker.setattr(output, "_written", [])  # a worker writes no folder
-                ended: Ended = performed(function, argument)
+                ended: TaskOutcome = performed(function, argument)
             yield name, ended
 
     monkeypatch.setattr("synth.commands.project_folder.run_here", run)

@@ -44,7 +44,7 @@ def there(answer: Answer) -> set[Key]:
     return as_right(answer) | small | {(effect, joint) for effect, joint in answer["numbers_called"]}
 
 
-def accused(view: View) -> set[Key]:
+def named_causes(view: View) -> set[Key]:
     """Causes that the verdict names."""
     if view.verdict not in ("effect", "tie"):
         return set()
@@ -59,12 +59,12 @@ def right_first(answer: Answer, view: View) -> bool:
 def right(answer: Answer, view: View) -> bool:
     """Whether the verdict as a whole is right: for the list of failures."""
     if answer["kind"] == "none":
-        return accused(view) <= there(answer) and view.verdict != "failed"
+        return named_causes(view) <= there(answer) and view.verdict != "failed"
     if answer["kind"] == "unknown":
         return view.verdict == "unknown"
     if answer["kind"] == "two":
-        return set(main_keys(answer)) <= accused(view) <= there(answer)
-    named = accused(view)
+        return set(main_keys(answer)) <= named_causes(view) <= there(answer)
+    named = named_causes(view)
     return view.verdict in ("effect", "tie") and view.first[0] in as_right(answer) and named <= there(answer)
 
 
@@ -87,15 +87,15 @@ def scores(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list[Sco
                (views[n].verdict in ("effect", "tie") and views[n].first[0] in as_right(answers[n])
                 for n in of["single"])),
         _share("false_alarm", "no main cause: one named that is not there",
-               (not accused(views[n]) <= there(answers[n]) for n in of["none"])),
+               (not named_causes(views[n]) <= there(answers[n]) for n in of["none"])),
         _share("invented", "any rig: a cause named that is not there",
-               (not accused(views[n]) <= there(answers[n]) for n in answers if answers[n]["kind"] != "unknown")),
+               (not named_causes(views[n]) <= there(answers[n]) for n in answers if answers[n]["kind"] != "unknown")),
         _share("unknown_flagged", "main cause outside the list: flagged",
                (views[n].verdict == "unknown" for n in of["unknown"])),
         _share("unknown_wrong", f"main cause outside the list: another name with more than {CONFIDENT:.0%}",
                (views[n].first[1] > CONFIDENT and views[n].first[0] not in there(answers[n]) for n in of["unknown"])),
         _share("two_named", "two main causes, both named",
-               ({e for e, _ in main_keys(answers[n])} <= {e for e, _ in accused(views[n])} for n in of["two"])),
+               ({e for e, _ in main_keys(answers[n])} <= {e for e, _ in named_causes(views[n])} for n in of["two"])),
         *_calibration(answers, views),
         *_shrink(answers, views),
     ]  # fmt: skip

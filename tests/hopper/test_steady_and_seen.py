@@ -75,7 +75,7 @@ def test_what_one_test_cannot_determine_is_reported(tmp_path: Path) -> None:
     motor_tests(tmp_path)
     alone = motor_result(tmp_path, "stall: [stall.csv]\n")
     assert set(alone["motor"]) == {"resistance", "torque_constant"}
-    assert any("free-speed test" in text for text in alone["not_told"])
+    assert any("free-speed test" in text for text in alone["not_determined"])
     one = np.loadtxt(tmp_path / "free.csv", delimiter=",", skiprows=1)[:1]
     write(tmp_path / "free.csv", "voltage [V],current [A],speed [rad/s]", one)
     both = motor_result(tmp_path, "stall: [stall.csv]\nfree_speed: [free.csv]\n", "both")

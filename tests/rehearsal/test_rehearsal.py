@@ -13,7 +13,7 @@ import pytest
 
 from diagnosis.simulated_releases import TWO, recorded
 from synth.batch.folder import Kept
-from synth.batch.task_outcome import Ended
+from synth.batch.task_outcome import TaskOutcome
 from synth.cli import main
 from synth.errors import UserError
 from synth.files.gap_project import GapProject, Tolerance, read_gap_project
@@ -25,7 +25,7 @@ from synth.rehearsal import rehearse
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.ladder import next_rung, visible_from
 from synth.rehearsal.one_case import Call, diagnosed, perform
-from synth.rehearsal.outcome import CANNOT, CaseOutcome, accused
+from synth.rehearsal.outcome import CANNOT, CaseOutcome, named_causes
 from synth.rehearsal.plants import RUNGS, Field, Planted, PlantingTask, places
 from synth.rehearsal.rehearsal_result import RehearsalResult
 from synth.rehearsal.rehearse import Rehearsal
@@ -192,8 +192,8 @@ def test_the_causes_named_by_a_gap_file() -> None:
     cause = {"effect": "backlash", "joint": "knee"}
     other = {"effect": "latency", "joint": "hip"}
     document = {"verdict": "tie", "ranked": [other, cause], "explanation": [cause], "tied": [[other]]}
-    assert accused(document) == (("latency", "hip"), ("backlash", "knee"))
-    assert accused(document | {"verdict": "unknown"}) == ()
+    assert named_causes(document) == (("latency", "hip"), ("backlash", "knee"))
+    assert named_causes(document | {"verdict": "unknown"}) == ()
 
 
 def test_a_diagnosis_can_open_neither_answers_nor_generator(tmp_path: Path) -> None:
@@ -209,7 +209,9 @@ class Fake:
     def __init__(self, until: int) -> None:
         self.until, self.made = until, 0
 
-    def __call__(self, function: Any, calls: Iterable[tuple[str, Call]], workers: int) -> Iterator[tuple[str, Ended]]:
+    def __call__(
+        self, function: Any, calls: Iterable[tuple[str, Call]], workers: int
+    ) -> Iterator[tuple[str, TaskOutcome]]:
         assert function is perform
         for name, call in calls:
             if self.made == self.until:
@@ -221,7 +223,7 @@ class Fake:
             made = CaseOutcome(
                 task, key, "", 0.01, 0.1, (), "effect" if right else "none", (key,) if right and key else (), 0.9, 2.0
             )
-            yield name, Ended(value=made.as_json())
+            yield name, TaskOutcome(value=made.as_json())
 
 
 def rehearsal(rig: Rig, folder: Path, count: int = 40) -> Rehearsal:

@@ -48,7 +48,7 @@ def headline(record: Record) -> Record:
 
 
 def succeeded(fit: Record) -> bool:
-    """Ended, and in the right valley."""
+    """TaskOutcome, and in the right valley."""
     return bool(fit["done"]) and fit["over"] < NEAR
 
 

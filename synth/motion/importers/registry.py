@@ -123,10 +123,10 @@ def recognise(path: Path, name: str) -> ForeignFormat:
     if found:
         several = " and ".join(item.name for item in found)
         raise UserError(Problem(f"may be {several}; choose one in a project: format: {found[0].name}", name))
-    raise UserError(Problem(f"{_stranger(start)}; known formats: {', '.join(known)} (synth import --list)", name))
+    raise UserError(Problem(f"{_unknown_format(start)}; known formats: {', '.join(known)} (synth import --list)", name))
 
 
-def _stranger(start: bytes) -> str:
+def _unknown_format(start: bytes) -> str:
     """A description of an unknown file, from its first bytes."""
     if start.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
         return "is a spreadsheet or an archive; export it as CSV"

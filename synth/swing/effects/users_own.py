@@ -81,7 +81,7 @@ def load_file(path: str | Path) -> Effect:
     except UserError:
         raise
     except Exception as error:
-        messages = f"cannot be run: {said_by(error)}"
+        messages = f"cannot be run: {one_line(error)}"
         raise UserError(Problem(messages, file=str(given), line=line_of(error, path))) from error
     effects.from_files[effect.name] = replace(effect, module=name)
     return effects.from_files[effect.name]
@@ -126,7 +126,7 @@ def line_of(error: BaseException, path: str | Path) -> int | None:
     return frames[-1].lineno if frames else None
 
 
-def said_by(error: BaseException) -> str:
+def one_line(error: BaseException) -> str:
     """An error in one short line."""
     text = str(error.args[0] if error.args else "").strip()
     first = text.splitlines()[0] if text else ""
@@ -150,7 +150,7 @@ def blamed_on(files: Mapping[str, str]) -> Iterator[None]:
         for path, name in files.items():
             line = line_of(error, path)
             if line is not None and not isinstance(error, SyntaxError):
-                raise UserError(Problem(f"stopped while it was used: {said_by(error)}", name, line)) from error
+                raise UserError(Problem(f"stopped while it was used: {one_line(error)}", name, line)) from error
         raise
 
 
@@ -258,7 +258,7 @@ def _called(name: str, path: str) -> Iterator[None]:
     except Exception as error:
         line = line_of(error, path)
         place = "" if line is None else f" in line {line}"
-        raise WrongEffect(f"{name} fails{place} when it is called: {said_by(error)}") from error
+        raise WrongEffect(f"{name} fails{place} when it is called: {one_line(error)}") from error
 
 
 def _off(effect: Effect) -> list[float]:
