@@ -5,7 +5,8 @@ tendons with ``frictionloss``). Below its torque limit such a friction is a cons
 ``-b w`` and regularisation R = (1 - d)/d A, A being the joint's inverse inertia in the straight pose
 (MuJoCo, Computation: Constraint model); its force is then ``-(b/R) w`` but for a share d of what accelerates the joint,
 and d is the smallest that MuJoCo allows. What else a curve holds is MuJoCo's own polynomial damping
-``-(a w + b w|w| + c w^3)``. Effects that MuJoCo's joints do not have are named in a comment.
+``-(a w + b w|w| + c w^3)``. Backlash is a second hinge (``mjcf_backlash``). Effects that MuJoCo's joints lack are named
+in a comment.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from synth.files.joint_curves import (
     spring_terms,
     without_held,
 )
+from synth.files.mjcf_backlash import add_arm, add_limit, arm_name, arm_weight, play_of
 from synth.files.output import write_text
 from synth.files.robot_bodies import SCALE, RobotLink, inertial_of, numbers
 from synth.files.xml_text import xml_text
@@ -41,7 +43,7 @@ STABLE = 1.0  # step times the fastest damping rate; Runge-Kutta is stable to 2.
 # MuJoCo takes a positive third biasprm for a damping ratio where gain and stiffness are equal (dampratio of a position
 # actuator); a late winding's damping is to be a damping.
 UNEQUAL = 1.0 + 1e-9
-HELD = ("coulomb_friction", *IN_DAMPING, *IN_SPRING, *IN_SERVO)
+HELD = ("backlash", "coulomb_friction", *IN_DAMPING, *IN_SPRING, *IN_SERVO)
 
 
 def mjcf_text(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Sequence[RobotLink] = ()) -> str:
@@ -55,12 +57,19 @@ def mjcf_text(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Se
     terms = [damping_terms(joint, float(speed)) for joint, speed in zip(leg.joints, fastest, strict=True)]
     weights, drives = inverse_inertia(leg), drive_terms(leg)
     terms = [item if drive is None else _braked(item, drive) for item, drive in zip(terms, drives, strict=True)]
+    plays = [play_of(joint, drive is not None) for joint, drive in zip(leg.joints, drives, strict=True)]
+    borne = np.array(  # of the hinges with the dampers
+        [
+            arm_weight(stiffest(item), float(weight)) if play else weight
+            for item, weight, play in zip(terms, weights, plays, strict=True)
+        ]
+    )
     root = Element("mujoco", model=leg.name)
     root.append(Comment(" written by synth; joint angles are rotations q = sign * (measured - zero) "))
     if leg.effects:
         root.append(Comment(f" not in this model: {', '.join(sorted(leg.effects))} of the base "))
     SubElement(root, "compiler", angle="radian", autolimits="true")
-    step = time_step(terms, weights, drives)
+    step = time_step(terms, borne, drives)
     SubElement(root, "option", gravity=f"0 0 {-leg.gravity:.10g}", integrator="RK4", timestep=f"{step:.10g}")
     visuals = [item for link in (base or RobotLink(), *shown) for item in link.visuals]
     if visuals:
@@ -71,12 +80,10 @@ def mjcf_text(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Se
     _geoms(body, base or RobotLink())
     for index, joint in enumerate(leg.joints):
         height = 0.0 if index == 0 else leg.joints[index - 1].link.length
+        if plays[index]:
+            add_arm(body, joint.name, height, float(borne[index]), _laws(joint, terms[index]))
         body = _body(body, joint, height, terms[index], shown[index], drives[index])
-    if any(item.slope for item in terms):
-        root.append(Comment(" each friction is one straight piece of a damper's torque-speed curve "))
-        tendon = SubElement(root, "tendon")
-        for joint, item, weight in zip(leg.joints, terms, weights, strict=True):
-            _tendons(tendon, joint.name, item, weight)
+    _tendons(root, leg, terms, borne, plays)
     _actuators(root, leg, drives, step)
     return xml_text(root)
 
@@ -118,21 +125,40 @@ def inverse_inertia(leg: Leg) -> Array:
     return np.asarray(np.diag(np.linalg.inv(straight)))
 
 
+def stiffest(terms: DampingTerms) -> float:
+    """A damper's largest rate, N m s/rad: at rest."""
+    return sum(terms.slope) + terms.polynomial[0]
+
+
 def time_step(terms: list[DampingTerms], weights: Array, drives: Sequence[DriveTerms | None] = ()) -> float:
     """A step (s) at which the stiffest damper and servo are stable, in round numbers."""
-    slopes = np.array([sum(item.slope) + item.polynomial[0] for item in terms])
+    slopes = np.array([stiffest(item) for item in terms])
     servos = np.array([(drive.damping, drive.stiffness) if drive else (0.0, 0.0) for drive in drives]).reshape(-1, 2).T
     if drives:
         slopes = slopes + servos[0]
-    stiffest = float(np.max(slopes * weights, initial=0.0))
+    fastest = float(np.max(slopes * weights, initial=0.0))
     if drives:
-        stiffest = max(stiffest, float(np.sqrt(np.max(servos[1] * weights))))
-    step = min(LARGEST_STEP, STABLE / stiffest) if stiffest > 0.0 else LARGEST_STEP
+        fastest = max(fastest, float(np.sqrt(np.max(servos[1] * weights))))
+    step = min(LARGEST_STEP, STABLE / fastest) if fastest > 0.0 else LARGEST_STEP
     power = 10.0 ** floor(log10(step))
     return next(factor * power for factor in (5.0, 2.0, 1.0) if factor * power <= step * (1.0 + 1e-9))
 
 
-def _tendons(parent: Element, joint: str, terms: DampingTerms, weight: float) -> None:
+def _tendons(root: Element, leg: Leg, terms: Sequence[DampingTerms], weights: Array, plays: Sequence[float]) -> None:
+    """The dampers' frictions and the limits of the backlashes, where there are any."""
+    sloped = any(item.slope for item in terms)
+    if not sloped and not any(plays):
+        return
+    if sloped:
+        root.append(Comment(" each friction is one straight piece of a damper's torque-speed curve "))
+    tendon = SubElement(root, "tendon")
+    for joint, item, weight, play in zip(leg.joints, terms, weights, plays, strict=True):
+        _frictions(tendon, arm_name(joint.name) if play else joint.name, item, float(weight))
+        if play:
+            add_limit(tendon, joint.name, play)
+
+
+def _frictions(parent: Element, joint: str, terms: DampingTerms, weight: float) -> None:
     """One fixed tendon per clamp: a friction whose slope below its limit is the clamp's."""
     regularisation = (1.0 - IMPEDANCE) / IMPEDANCE * weight
     for index, (speed, slope) in enumerate(zip(terms.speed, terms.slope, strict=True)):
@@ -159,23 +185,18 @@ def _body(
     parent: Element, joint: Joint, height: float, terms: DampingTerms, drawn: RobotLink, drive: DriveTerms | None
 ) -> Element:
     """The body of a joint's link, which the next one's hangs from."""
-    link, notes, inertial = joint.link, [], inertial_of(joint, drawn)
-    attributes = {"name": joint.name, "axis": "0 -1 0"}
-    if joint.spring is not None:
-        found = spring_terms(joint, _reach(joint))
-        attributes |= {"stiffness": _polynomial(found.polynomial), "springref": f"{joint.rest:.10g}"}
-        notes += _off("spring", found.error)
+    link, inertial = joint.link, inertial_of(joint, drawn)
+    attributes, notes = {"name": joint.name, "axis": "0 -1 0"}, _errors(joint, terms)
+    if not play_of(joint, drive is not None):
+        attributes |= _laws(joint, terms)
     if lightened(joint):
         notes.append(f"not in this model, {lightened(joint)}")
     elif joint.with_rotor:
         attributes["armature"] = f"{joint.with_rotor:.10g}"
-    if any(terms.polynomial):
-        attributes["damping"] = _polynomial(terms.polynomial)
-    notes += _off("damper", terms.error)
     friction = joint.effects.get("coulomb_friction")
     if friction is not None:
         attributes |= {"frictionloss": f"{friction['torque']:.10g}", **SHARP}
-    lost = without_held(joint, HELD)
+    lost = without_held(joint, held_effects(drive is not None))
     if lost:
         notes.append(f"not in this model: {', '.join(lost)}")
     if drive is not None and drive.cut < inf:
@@ -198,6 +219,27 @@ def _body(
         SubElement(body, "geom", type="capsule", fromto=f"0 0 0 0 0 {-link.length:.10g}", size="0.008", contype="0",
                    conaffinity="0")  # fmt: skip
     return body
+
+
+def held_effects(driven: bool) -> tuple[str, ...]:
+    """The effects of a joint that the file has; backlash only where no drive acts."""
+    return tuple(name for name in HELD if not (driven and name == "backlash"))
+
+
+def _laws(joint: Joint, terms: DampingTerms) -> dict[str, str]:
+    """Spring and polynomial damping as attributes of a hinge."""
+    laws = {}
+    if joint.spring is not None:
+        polynomial = spring_terms(joint, _reach(joint)).polynomial
+        laws = {"stiffness": _polynomial(polynomial), "springref": f"{joint.rest:.10g}"}
+    if any(terms.polynomial):
+        laws["damping"] = _polynomial(terms.polynomial)
+    return laws
+
+
+def _errors(joint: Joint, terms: DampingTerms) -> list[str]:
+    spring = [] if joint.spring is None else _off("spring", spring_terms(joint, _reach(joint)).error)
+    return spring + _off("damper", terms.error)
 
 
 def _reach(joint: Joint) -> float:

@@ -7,7 +7,7 @@ from pathlib import Path
 from synth.arrays import Array
 from synth.files.drive_terms import drive_terms
 from synth.files.joint_curves import damping_terms, without_held
-from synth.files.mjcf import HELD, mjcf_text
+from synth.files.mjcf import held_effects, mjcf_text
 from synth.files.output import write_text
 from synth.files.robot_usd import usd_file
 from synth.files.robot_xml import sdf_file, urdf_file
@@ -38,7 +38,7 @@ def _mjcf_lost(leg: Leg, fastest: Array) -> list[str]:
     notes = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
     for joint, speed, drive in zip(leg.joints, fastest, drive_terms(leg), strict=True):
         notes += [f"{joint.name}: not held, of the drive: {text}" for text in (drive.lost if drive is not None else ())]
-        lost = without_held(joint, HELD)
+        lost = without_held(joint, held_effects(drive is not None))
         if lost:
             notes.append(f"{joint.name}: not held: {', '.join(lost)}")
         error = damping_terms(joint, float(speed)).error

@@ -18,10 +18,12 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.csv_table import in_si, read_table
 from synth.files.leg_file import read_leg
+from synth.files.mjcf_backlash import arm_name, play_of
 from synth.files.output import sha256_file, stems
 from synth.model_checks.checked import ModelCheck, ModelChecks
 from synth.model_checks.other_engine import HOW
 from synth.parts.resolver import resolver
+from synth.swing.effects import backlash
 from synth.swing.leg_model import Leg
 
 LIMIT = radians(0.3)  # issue 14, point 13: the exported model follows the report's prediction
@@ -94,6 +96,7 @@ def move(mujoco: Any, model: Any, leg: Leg, release: Predicted) -> Array:
     place = [int(joint.qposadr[0]) for joint in joints]
     data.qpos[place] = release.rotation[0]
     data.qvel[[int(joint.dofadr[0]) for joint in joints]] = release.rate
+    _set_arms(data, leg, release)
     out, step = np.empty_like(release.rotation), float(model.opt.timestep)
     for sample in range(len(release.time)):
         if sample > 0:
@@ -104,6 +107,16 @@ def move(mujoco: Any, model: Any, leg: Leg, release: Predicted) -> Array:
         out[sample] = data.qpos[place]
     model.opt.timestep = step
     return out
+
+
+def _set_arms(data: Any, leg: Leg, release: Predicted) -> None:
+    """Springs behind a backlash start where the effect's model has them: held against their flank."""
+    for joint, rotation, rate in zip(leg.joints, release.rotation[0], release.rate, strict=True):
+        gap = play_of(joint, joint.drive is not None)
+        if gap:
+            arm = data.joint(arm_name(joint.name))
+            arm.qpos[0] = joint.rest + backlash.start(rotation - joint.rest, gap)
+            arm.qvel[0] = rate
 
 
 def _left_out(path: Path) -> list[str]:

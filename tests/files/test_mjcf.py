@@ -10,6 +10,7 @@ from fit.simulated_legs import robot
 from synth.files.joint_curves import damping_terms
 from synth.files.mjcf import inverse_inertia, mjcf_text
 from synth.swing.chain import simulate
+from synth.swing.effects import backlash
 from synth.swing.leg_model import Damper, DamperCurve, Leg
 
 FASTEST = np.full(3, 10.0)
@@ -54,6 +55,31 @@ def test_mujoco_follows_what_is_not_linear_within_a_tenth_of_a_degree(case: str)
     plain = simulate(robot(), start, rate, times, tolerance=1e-8)
     assert np.degrees(np.abs(ours - plain).max()) > 0.5  # the case matters
     assert np.degrees(np.abs(theirs - ours).max()) < 0.1
+
+
+def test_backlash_is_an_arm_within_its_play() -> None:
+    leg = robot().with_joints(**{name: {"effects": {"backlash": {"gap": 0.035}}} for name in ("hip", "knee", "ankle")})
+    model = mujoco.MjModel.from_xml_string(mjcf_text(leg, FASTEST))
+    data = mujoco.MjData(model)
+    start, rate = np.array([0.5, -1.8, 1.2]), np.array([2.0, -3.0, 4.0])
+    for joint, angle, speed in zip(leg.joints, start, rate, strict=True):
+        data.joint(joint.name).qpos[0], data.joint(joint.name).qvel[0] = angle, speed
+        arm = data.joint(f"{joint.name} arm")
+        arm.qpos[0], arm.qvel[0] = joint.rest + backlash.start(angle - joint.rest, 0.035), speed
+    times = np.arange(0.0, 0.6, model.opt.timestep)
+    hinges = [int(model.joint(joint.name).qposadr[0]) for joint in leg.joints]
+    arms = [int(model.joint(f"{joint.name} arm").qposadr[0]) for joint in leg.joints]
+    theirs, lag = np.empty((len(times), 3)), 0.0
+    for index in range(len(times)):
+        theirs[index] = data.qpos[hinges]
+        lag = max(lag, float(np.abs(data.qpos[hinges] - data.qpos[arms]).max()))
+        mujoco.mj_step(model, data)
+    ours = simulate(leg, start, rate, times, tolerance=1e-8)
+    plain = simulate(robot(), start, rate, times, tolerance=1e-8)
+    assert np.degrees(np.abs(ours - plain).max()) > 0.5  # the play matters
+    assert np.degrees(np.abs(theirs - ours).max()) < 0.05
+    assert lag == pytest.approx(0.0175, rel=0.1)  # half of the play, and a little where they meet
+    assert "not in this model" not in mjcf_text(leg, FASTEST)
 
 
 def test_a_curve_that_bends_upwards_is_approached_and_its_error_told() -> None:
