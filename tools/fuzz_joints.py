@@ -10,7 +10,8 @@ REFUSED   with the name of a dimension: before anything is built, or by a gate o
 Any other outcome is a failure:
 
 STOPPED   a gate on geometry failed; nothing wrong is exported, but no dimension is named either,
-CRASHED   an exception, TIMEOUT a hang, DIED a process that crashed in the CAD kernel.
+CRASHED   an exception, TIMEOUT a hang (by the processor's time: a busy machine fails no joint), DIED a process that
+          crashed in the CAD kernel.
 
 The report is ``fuzz.json`` (every case with its seed) and a table by tag; the exit status is 1 after any failure.
 """
@@ -19,8 +20,10 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import random
+import resource
 import signal
 import sys
 import time
@@ -50,6 +53,7 @@ REFUSING = ("strength:", "print:")  # gates whose text names the dimension to ch
 PAIRS = 0.25  # share of the designs with two springs
 TURNED = 0.25  # share of the designs whose springs close towards larger angles
 ODD = 0.25  # share of the designs of ``anywhere`` whose shaft is not a stock size
+WAITING = 20.0  # times the limit, by the clock: a process that neither ends nor works hangs
 FAILURES = ("STOPPED", "CRASHED", "TIMEOUT", "DIED")
 
 
@@ -201,7 +205,9 @@ def outcome(dimensions: JointDimensions) -> dict[str, Any]:
     return {"tag": "STOPPED" if wrong else "REFUSED", "what": worst.name, "text": str(worst)}
 
 
-def _child(seed: int, path: Path, work: Callable[[JointDimensions], dict[str, Any]]) -> None:
+def _child(seed: int, path: Path, limit: float, work: Callable[[JointDimensions], dict[str, Any]]) -> None:
+    resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(limit), math.ceil(limit) + 1))
+    signal.signal(signal.SIGXCPU, signal.SIG_DFL)
     try:
         found = work(design(seed))
     except Exception as error:  # any exception is a failure to report
@@ -211,24 +217,29 @@ def _child(seed: int, path: Path, work: Callable[[JointDimensions], dict[str, An
 
 
 def run(seeds: list[int], folder: Path, workers: int, limit: float) -> dict[int, dict[str, Any]]:
-    """Outcomes by seed; each design has a forked process, at most ``workers`` at a time, killed after ``limit`` s."""
+    """Outcomes by seed; each design has a forked process, at most ``workers`` at a time.
+
+    ``limit`` : seconds of the processor after which a process is killed, and ``WAITING`` times as long by the clock.
+    """
     waiting, running, results = list(seeds), {}, {}
     while waiting or running:
         while waiting and len(running) < workers:
             seed = waiting.pop(0)
             process = os.fork()
             if process == 0:
-                _child(seed, folder / f"{seed}.json", outcome)
+                _child(seed, folder / f"{seed}.json", limit, outcome)
             running[process] = (seed, time.monotonic())
         for process, (seed, start) in list(running.items()):
             done, status = os.waitpid(process, os.WNOHANG)
             path, spent = folder / f"{seed}.json", time.monotonic() - start
-            if not done and spent > limit:
+            if not done and spent > WAITING * limit:
                 os.kill(process, signal.SIGKILL)
                 os.waitpid(process, 0)
                 found: dict[str, Any] = {"tag": "TIMEOUT", "what": f"{limit:g} s", "text": ""}
             elif not done:
                 continue
+            elif os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL):
+                found = {"tag": "TIMEOUT", "what": f"{limit:g} s", "text": ""}
             elif path.exists():
                 found = json.loads(path.read_text())
             else:
@@ -262,7 +273,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--limit", type=float, default=120.0, help="seconds a design may take")
+    parser.add_argument("--limit", type=float, default=120.0, help="processor seconds a design may take")
     parser.add_argument("--to", type=Path, default=Path("build/fuzz"))
     arguments = parser.parse_args()
     import cadquery  # noqa: F401  # once, before the processes are forked

@@ -48,6 +48,9 @@ def test_crashes_hangs_and_deaths_are_distinguished(fuzz, monkeypatch, tmp_path)
         if dimensions == 1:
             raise ZeroDivisionError("by zero")
         if dimensions == 2:
+            while True:  # it works without end
+                pass
+        if dimensions == 4:
             time.sleep(60)
         if dimensions == 3:
             os._exit(11)
@@ -55,9 +58,11 @@ def test_crashes_hangs_and_deaths_are_distinguished(fuzz, monkeypatch, tmp_path)
 
     monkeypatch.setattr(fuzz, "design", lambda seed: seed)
     monkeypatch.setattr(fuzz, "outcome", outcome)
-    found = fuzz.run([0, 1, 2, 3], tmp_path, workers=4, limit=2.0)
-    assert {seed: item["tag"] for seed, item in found.items()} == {0: "CHECKED", 1: "CRASHED", 2: "TIMEOUT", 3: "DIED"}
+    monkeypatch.setattr(fuzz, "WAITING", 3.0)
+    found = fuzz.run([0, 1, 2, 3, 4], tmp_path, workers=5, limit=1.0)
+    tags = {seed: item["tag"] for seed, item in found.items()}
+    assert tags == {0: "CHECKED", 1: "CRASHED", 2: "TIMEOUT", 3: "DIED", 4: "TIMEOUT"}
     text = fuzz.report(found)
-    assert text.splitlines()[0].startswith("4 designs: ")
+    assert text.splitlines()[0].startswith("5 designs: ")
     assert "seed 1: CRASHED: by zero" in text
     assert list(tmp_path.iterdir()) == []
