@@ -206,7 +206,7 @@ def outcome(dimensions: JointDimensions) -> dict[str, Any]:
 
 
 def _child(seed: int, path: Path, limit: float, work: Callable[[JointDimensions], dict[str, Any]]) -> None:
-    resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(limit), math.ceil(limit) + 1))
+    resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(limit), resource.RLIM_INFINITY))
     signal.signal(signal.SIGXCPU, signal.SIG_DFL)
     try:
         found = work(design(seed))
@@ -238,7 +238,7 @@ def run(seeds: list[int], folder: Path, workers: int, limit: float) -> dict[int,
                 found: dict[str, Any] = {"tag": "TIMEOUT", "what": f"{limit:g} s", "text": ""}
             elif not done:
                 continue
-            elif os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL):
+            elif os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGXCPU:
                 found = {"tag": "TIMEOUT", "what": f"{limit:g} s", "text": ""}
             elif path.exists():
                 found = json.loads(path.read_text())
