@@ -12,6 +12,7 @@ from synth.remarks import decisive, remarks_json
 from synth.spring.arms import arm_force, arm_share
 from synth.spring.calibration import UNCALIBRATED, WindingCalibration
 from synth.spring.codes import CodeCheck, dynamic_factor
+from synth.spring.din_2194 import SOURCE, STANDARD, GradeTolerance, grade_tolerances, suitable_grade
 from synth.spring.fatigue import Life
 from synth.spring.winding import WindingTolerance, mandrel_diameter, stress_relief, turns_on_mandrel
 from synth.units import quantity
@@ -78,11 +79,6 @@ class Violation:
     limit: str
     excess: float
     text: str
-
-
-# Quality grades in a request for quotation, unless the buyer states others. The tables of DIN 2194 were not available
-# to us, so none of its figures is here. The tolerances given as numbers are those of Lee Spring and of the wire.
-GRADE = {"standard": "DIN 2194", "torque": "2", "coil_diameter": "2", "leg_length": "2", "free_angle": "2"}
 
 
 @dataclass(frozen=True)
@@ -264,7 +260,7 @@ class SpringDesign:
             "rate_formula": RATE_FORMULA[self.rate_form],
             "codes": [check.as_json() for check in self.codes],
             "load_points": [point.as_json() for point in self.load_points],
-            "grade": GRADE,
+            "grade": self._grade(),
             "stress_relief": stress_relief(self.material),
             "strength_basis": self.strength_basis,
             "strength_source": self.strength_source,
@@ -272,6 +268,24 @@ class SpringDesign:
             "violations": [violation.text for violation in self.violations],
             **remarks_json(self.warnings),
         }
+
+    @property
+    def grades(self) -> tuple[GradeTolerance, ...]:
+        """Tolerances of the three quality grades of DIN 2194; empty outside its scope."""
+        return grade_tolerances(
+            self.material, self.wire_diameter, self.mean_diameter, self.body_coils, self.leg_lengths
+        )
+
+    @property
+    def grade(self) -> GradeTolerance | None:
+        """The quality grade to order: the coarsest that holds the free angle's tolerance, or the finest."""
+        return suitable_grade(self.grades, self.tolerance.free_angle)
+
+    def _grade(self) -> dict[str, Any]:
+        chosen = self.grade
+        if chosen is None:
+            return {"standard": STANDARD, "source": "outside the scope of the standard"}
+        return {"standard": STANDARD, **chosen.as_json(), "source": SOURCE}
 
     def _lasting(self) -> dict[str, Any]:
         """Tolerances, fatigue, arms and mandrel, with their units."""

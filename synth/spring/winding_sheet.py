@@ -6,7 +6,8 @@ import math
 
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.spring.codes import CodeCheck
-from synth.spring.spring_result import GRADE, SpringDesign
+from synth.spring.din_2194 import STANDARD
+from synth.spring.spring_result import SpringDesign
 from synth.spring.winding import stress_relief
 
 
@@ -82,7 +83,8 @@ def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC) -> list[str]
     return [
         *lines,
         f"Stress relief: {stress_relief(spring.material) or 'as the wire manufacturer specifies'}",
-        f"Quality: {GRADE['standard']}, grade {GRADE['torque']}, unless the figures above are tighter",
+        *_quality(spring, shown),
+        "      Where a figure above is tighter, it applies.",
         "Drawn in mm, free, seen from the near end and from the side.",
     ]
 
@@ -108,8 +110,31 @@ def _codes(spring: SpringDesign, shown: ShownUnits) -> list[str]:
         one, ten = spring.life.factor_1e5, spring.life.factor_1e6
         lines.append(f"Strength over stress (Gerber): {one:.2f} for 100 000 full turns, {ten:.2f} for a million")
     lines.append(f"Natural frequency of the coils {spring.surge_frequency:.0f} Hz: keep the drive well below it")
-    lines.append(f"Quality: DIN 2194, grade {GRADE['torque']} for torque, legs, free angle and diameter")
-    return lines
+    return [*lines, *_grades(spring, shown)]
+
+
+def _quality(spring: SpringDesign, shown: ShownUnits) -> list[str]:
+    """The quality grade to order, with its tolerances."""
+    chosen = spring.grade
+    if chosen is None:
+        return [f"Quality: as agreed; the spring is outside the scope of {STANDARD}"]
+    legs = " and ".join(f"{shown.value(length, 'm'):.2g}" for length in chosen.leg_lengths)
+    angle, torque = math.degrees(chosen.free_angle), shown.text(chosen.torque, "N*m", ".2g")
+    diameter = shown.text(chosen.mean_diameter, "m", ".2g")
+    return [
+        f"Quality: {STANDARD}, grade {chosen.grade}: free angle within {angle:.2g} deg, torque within {torque},",
+        f"      mean diameter within {diameter}, legs within {legs} {shown.unit('m')}",
+    ]
+
+
+def _grades(spring: SpringDesign, shown: ShownUnits) -> list[str]:
+    """The quality grade to order, and the others beside it."""
+    others = [
+        f"grade {each.grade}: {math.degrees(each.free_angle):.2g} deg, {shown.text(each.torque, 'N*m', '.2g')}"
+        for each in spring.grades
+        if each != spring.grade
+    ]
+    return [*_quality(spring, shown), *([f"      ({'; '.join(others)})"] if others else [])]
 
 
 def _torques(spring: SpringDesign, shown: ShownUnits) -> list[list[str]]:

@@ -333,7 +333,9 @@ def test_the_request_for_quotation_is_complete(tmp_path: Path) -> None:
     mean, wire = value(made["mean_diameter"], "mm"), value(made["wire_diameter"], "mm")
     assert circles == pytest.approx([mean - wire, mean, mean + wire])
     words = "\n".join(item.dxf.text for item in space.query("TEXT"))
-    assert all(part in words for part in ("REQUEST FOR QUOTATION", "T1:", "T2:", "Rate:", "DIN 2194", "hand"))
+    grade = made["grade"]
+    quality = f"DIN 2194, grade {grade['grade']}: free angle within {value(grade['free_angle'], 'deg'):.2g} deg"
+    assert all(part in words for part in ("REQUEST FOR QUOTATION", "T1:", "T2:", "Rate:", quality, "hand"))
     assert len(space.query("DIMENSION")) == 5
 
 
