@@ -9,9 +9,10 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import RATE_FORMULA
 from synth.parts.wire import WireMaterial
 from synth.spring.nearest_springs import NearestSpring, limits_in_the_way, nearest_lasting, nearest_springs
+from synth.spring.preferred_springs import preferred
 from synth.spring.spring_requirements import SpringRequirements, require_possible
 from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign
-from synth.spring.spring_search import candidates, describe, distinct_wires, lasts, ranked, worst_excess
+from synth.spring.spring_search import candidates, distinct_wires, lasts, ranked
 from synth.units import quantity
 
 
@@ -79,7 +80,7 @@ def design_spring(wish: SpringRequirements, catalogue: Catalogue | None = None, 
     found = list(candidates(wish, material))
     good = [design for design in found if design.feasible]
     if good:
-        kept, notes = _preferred(good, found, wish)
+        kept, notes = preferred(good, found, wish)
         best, *others = distinct_wires(ranked(kept, wish.objective))
         lasting = () if lasts(best, wish.limits) else tuple(nearest_lasting(wish, material, catalogue))
         return SpringResult(wish, best, tuple(others[:n_alternative]), (), (), lasting, notes)
@@ -97,32 +98,3 @@ def _of_held_wire(wish: SpringRequirements, material: WireMaterial) -> SpringDes
         if design.feasible and lasts(design, wish.limits) and design.body_coils >= FEWEST_COILS
     ]
     return next(iter(ranked(kept, wish.objective)), None)
-
-
-def _preferred(
-    good: list[SpringDesign], found: list[SpringDesign], wish: SpringRequirements
-) -> tuple[list[SpringDesign], tuple[str, ...]]:
-    """Of the springs that keep the limits, those that last; of these, those with ``FEWEST_COILS`` coils or more.
-
-    A preference that no spring meets is dropped, and a note gives the reason. ``found`` are all candidates.
-    """
-    notes = []
-    lasting = [design for design in good if lasts(design, wish.limits)]
-    if not lasting and good[0].life is None:
-        notes.append(f"no fatigue data are known for {good[0].material} wire: no design life can be checked")
-    elif not lasting:
-        notes.append(
-            f"no spring within the limits lasts {DESIGN_LIFE:.0f} full turns; this one only bears the static load"
-        )
-    good = lasting or good
-    many = [design for design in good if design.body_coils >= FEWEST_COILS]
-    if many or wish.limits.max_coils < FEWEST_COILS:
-        return many or good, tuple(notes)
-    stiff = [d for d in found if d.body_coils >= FEWEST_COILS and (not lasting or lasts(d, wish.limits))]
-    nearest = min(stiff, key=worst_excess, default=None)
-    why = (
-        "no stock wire gives the rate with an allowed spring index"
-        if nearest is None
-        else f"the nearest ({describe(nearest)}) has " + "; ".join(v.text for v in nearest.violations)
-    )
-    return good, (*notes, f"fewer than {FEWEST_COILS:.0f} coils, because with more coils {why}")

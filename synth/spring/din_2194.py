@@ -48,7 +48,7 @@ class GradeTolerance:
     def as_json(self) -> dict[str, object]:
         """Every number with its unit."""
         return {
-            "grade": self.grade,
+            "grade": str(self.grade),
             "torque": quantity(self.torque, "N*m"),
             "free_angle": quantity(self.free_angle, "deg"),
             "mean_diameter": quantity(self.mean_diameter, "mm"),

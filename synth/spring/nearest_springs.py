@@ -11,6 +11,7 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.wire import WireMaterial
 from synth.spring.codes import OPENING
 from synth.spring.evaluate import travel_limit
+from synth.spring.preferred_springs import preferred
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
 from synth.spring.spring_search import candidates, describe, ranked, worst_excess
@@ -94,15 +95,21 @@ def _more_room(found: list[SpringDesign]) -> Iterator[NearestSpring]:
 
 
 def _parallel(wish: SpringRequirements, material: WireMaterial) -> Iterator[NearestSpring]:
-    """The smallest number of equal springs in parallel that share the rate and keep the limits."""
+    """The smallest number of equal springs in parallel that share the rate and keep the limits.
+
+    Of these the preferred ones; the text states a preference that none meets.
+    """
     for count in range(2, MOST_IN_PARALLEL + 1):
         shared = replace(wish, rate=wish.rate / count)
-        good = ranked([each for each in candidates(shared, material) if each.feasible], wish.objective)
+        found = list(candidates(shared, material))
+        good = [each for each in found if each.feasible]
         if good:
-            design = replace(good[0], count=count)
+            kept, notes = preferred(good, found, shared)
+            design = replace(ranked(kept, wish.objective)[0], count=count)
             text = (
                 f"{count} in parallel, each within the limits and {wish.rate / count:.4g} N*m/rad: {describe(design)}"
             )
+            text = "; ".join((text, *notes))
             yield NearestSpring("parallel", text, design)
             return
 
@@ -120,13 +127,16 @@ def _smaller_travel(
     travel = math.radians(math.floor(math.degrees(furthest) * 10.0) / 10.0)  # users set angles to a tenth of a degree
     opening = min(wish.opening_travel, OPENING * travel)
     shorter = replace(wish, travel=travel, opening_travel=opening)
-    good = ranked([each for each in candidates(shorter, material) if each.feasible], wish.objective)
+    shorter_found = list(candidates(shorter, material))
+    good = [each for each in shorter_found if each.feasible]
     if good:
+        kept, notes = preferred(good, shorter_found, shorter)
+        design = ranked(kept, wish.objective)[0]
         asked = f"{math.degrees(travel):.3g} deg of {math.degrees(wish.travel):.3g} deg"
         if opening < wish.opening_travel:
             asked += f", opening {math.degrees(opening):.3g} deg of {math.degrees(wish.opening_travel):.3g} deg"
-        text = f"a smaller travel, {asked}: {describe(good[0])}"
-        yield NearestSpring("smaller_travel", text, good[0])
+        text = "; ".join((f"a smaller travel, {asked}: {describe(design)}", *notes))
+        yield NearestSpring("smaller_travel", text, design)
 
 
 def _other_material(wish: SpringRequirements, material: WireMaterial, catalogue: Catalogue) -> Iterator[NearestSpring]:

@@ -1,0 +1,36 @@
+"""Preferences among springs that keep their limits: design life, and enough coils. A dropped one is stated."""
+
+from __future__ import annotations
+
+from synth.spring.spring_requirements import SpringRequirements
+from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign
+from synth.spring.spring_search import describe, lasts, worst_excess
+
+
+def preferred(
+    good: list[SpringDesign], found: list[SpringDesign], wish: SpringRequirements
+) -> tuple[list[SpringDesign], tuple[str, ...]]:
+    """Of the springs that keep the limits, those that last; of these, those with ``FEWEST_COILS`` coils or more.
+
+    A preference that no spring meets is dropped, and a note gives the reason. ``found`` are all candidates.
+    """
+    notes = []
+    lasting = [design for design in good if lasts(design, wish.limits)]
+    if not lasting and good[0].life is None:
+        notes.append(f"no fatigue data are known for {good[0].material} wire: no design life can be checked")
+    elif not lasting:
+        notes.append(
+            f"no spring within the limits lasts {DESIGN_LIFE:.0f} full turns; this one only bears the static load"
+        )
+    good = lasting or good
+    many = [design for design in good if design.body_coils >= FEWEST_COILS]
+    if many or wish.limits.max_coils < FEWEST_COILS:
+        return many or good, tuple(notes)
+    stiff = [d for d in found if d.body_coils >= FEWEST_COILS and (not lasting or lasts(d, wish.limits))]
+    nearest = min(stiff, key=worst_excess, default=None)
+    why = (
+        "no stock wire gives the rate with an allowed spring index"
+        if nearest is None
+        else f"the nearest ({describe(nearest)}) has " + "; ".join(v.text for v in nearest.violations)
+    )
+    return good, (*notes, f"fewer than {FEWEST_COILS:.0f} coils, because with more coils {why}")
