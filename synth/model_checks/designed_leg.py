@@ -115,7 +115,8 @@ def _set_arms(data: Any, leg: Leg, release: Predicted) -> None:
         gap = play_of(joint, joint.drive is not None)
         if gap:
             arm = data.joint(arm_name(joint.name))
-            arm.qpos[0] = joint.rest + backlash.start(rotation - joint.rest, gap)
+            held = backlash.start(rotation - joint.rest, gap)  # type: ignore[no-untyped-call]
+            arm.qpos[0] = joint.rest + held
             arm.qvel[0] = rate
 
 
