@@ -24,7 +24,8 @@ from synth.units import quantity
 STANDARD = "DIN 2194"
 SOURCE = "formulas of TDIN2194 in https://github.com/melchiorrecaruso/springone; the standard was not available to us"
 FACTOR = {1: 0.63, 2: 1.0, 3: 1.6}  # Q
-STEEL = 104.0
+STEEL = 104.0  # k of EN 10270-1 and -2
+# k of other wires: EN 10270-3 and EN 12166
 TORQUE_FACTOR = {"stainless 302": 90.0, "stainless 316": 90.0, "stainless 17-7": 90.0, "phosphor bronze": 54.0}
 LEGS = ((6.0, 0.3), (30.0, 0.8), (120.0, 1.3), (400.0, 1.9), (1000.0, 3.2))  # length up to, mm -> c
 # The standard's scope

@@ -140,7 +140,7 @@ SPRING_TO_MAKE = {
     "grade.torque": "Torque at a given angle, plus or minus, by this grade.",
     "grade.free_angle": "Free angle, plus or minus.",
     "grade.mean_diameter": "Mean diameter, plus or minus.",
-    "grade.leg_lengths": "Length of each leg, plus or minus.",
+    "grade.leg_lengths[]": "Length of each leg, plus or minus.",
     "grade.source": "Source of the formulas.",
     "tolerance.rate": "Of the rate, plus or minus.",
     "tolerance.free_angle": "Of the free angle.",
