@@ -103,6 +103,7 @@ class PlainMotion:
             and truth.leg is self.setup.true
             and not truth.rotors
             and not any(truth.drive)
+            and not truth.servo_errors
         )
         if simple and sensor.reach == 0:
             return list(self.plain)
@@ -244,6 +245,7 @@ def combined(setup: Setup, causes: Sequence[PlantedCause]) -> tuple[Truth, Plant
             truth.rotors + t.rotors,
             (truth.drive[0] + t.drive[0], truth.drive[1] + t.drive[1], truth.drive[2] + t.drive[2]),
             max(truth.drive_joint, t.drive_joint),
+            truth.servo_errors + t.servo_errors,
         )
         sensor = PlantedSensor(
             sensor.offset + s.offset,

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from synth.planting.model import PARAMETERS, Array, PlantedLeg
+from synth.planting.model import ROWS, Array, PlantedLeg
 from synth.planting.setup import WORST, Setup
 from synth.planting.simulation import Motion, swing
 
@@ -63,7 +63,7 @@ class PlainModel:
         n = case.true.n
         # Half of the fastest time constant, within what the engine takes.
         self.step = float(np.clip(0.5 / case.settle, 1e-4, 2.5e-3))
-        self.names = [(name, j) for name in PARAMETERS for j in range(n)]
+        self.names = [(name, j) for name in case.true.rows for j in range(n)]
         self.common_count = len(self.names)
         self.names += [("tilt", -1), *((kind, j) for kind in ("scale", "offset", "latency") for j in range(n))]
         self.times = [self._times(i) for i in range(len(self.trials))]
@@ -107,7 +107,7 @@ class PlainModel:
         values = true.values.copy()
         for k in np.flatnonzero(change[: self.common_count]):
             name, j = self.names[k]
-            values[PARAMETERS.index(name), j] += change[k] * self._unit(name, j)
+            values[ROWS.index(name), j] += change[k] * self._unit(name, j)
         return true.with_values(values)
 
     def _motion(self, number: int, change: Array, state: Array) -> Motion:

@@ -10,11 +10,68 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 PARAMETERS = ("length", "mass", "com", "inertia", "spring", "damper", "free_angle")  # as in ``tolerance:``
+# Of a leg with motors, ``values`` has these rows too: each joint's constants over the designed ones.
+MOTOR_PARAMETERS = ("torque_constant", "resistance")
+ROWS = (*PARAMETERS, *MOTOR_PARAMETERS)
+
+
+class PlantedServo(NamedTuple):
+    """A joint's position servo with its motor, at the joint in SI.
+
+    Its duty is ``gain`` 1/rad times the error beyond ``dead_band`` rad less ``damping_gain`` s/rad times the speed, at
+    most ``duty_limit``, and ``open_duty`` without control. It gives ``strength`` N m/V, brakes by ``back_emf``
+    N m s/rad, and is limited to ``torque_limit`` N m; ``sag`` is the source's resistance over the winding's. The
+    command of ``delay`` s ago acts.
+    """
+
+    joint: int
+    gain: float
+    damping_gain: float
+    dead_band: float
+    duty_limit: float
+    open_duty: float
+    strength: float
+    back_emf: float
+    torque_limit: float
+    sag: float
+    delay: float
+
+    def with_constants(self, constant: float, resistance: float) -> PlantedServo:
+        """With the motor's constants times these factors."""
+        return self._replace(
+            strength=self.strength * constant / resistance,
+            back_emf=self.back_emf * constant**2 / resistance,
+            torque_limit=self.torque_limit * constant,
+            sag=self.sag / resistance,
+        )
+
+    def with_error(self, name: str, value: float) -> PlantedServo:
+        """With one cause: a factor of gain, torque constant or resistance; another torque limit; else an addition."""
+        if name in MOTOR_PARAMETERS:
+            return self.with_constants(*(value if name == each else 1.0 for each in MOTOR_PARAMETERS))
+        if name == "torque_limit":
+            return self._replace(torque_limit=min(self.torque_limit, value))
+        before = float(getattr(self, name))
+        return self._replace(**{name: before * value if name == "gain" else before + value})
+
+
+class ServoInputs(NamedTuple):
+    """Inputs of a trial's servos: ``time`` (k,) s from the release, ``command`` (k, n) rad on q, held from each to the
+    next; ``supply`` (k, n) V and ``enabled`` (k, n) 1 or 0, linear between.
+    """
+
+    time: Array
+    command: Array
+    supply: Array
+    enabled: Array
 
 
 @dataclass(frozen=True)
 class PlantedLeg:
-    """A leg in SI. ``values`` (7, n) has a row for each of ``PARAMETERS``; free angles are rotations, not readings."""
+    """A leg in SI. ``values`` (7, n) has a row for each of ``PARAMETERS``; free angles are rotations, not readings.
+
+    With ``servos`` it is (9, n), see ``ROWS``.
+    """
 
     names: tuple[str, ...]
     zero: Array  # (n,) rad, the reading when the link is aligned with its parent
@@ -24,10 +81,16 @@ class PlantedLeg:
     gravity: float = 9.81
     curves: tuple[tuple[int, Array], ...] = ()  # joint, and (k, 2) speed and torque of its damper, starting at (0, 0)
     rotors: Array | None = None  # (n,) kg m^2, the designed inertia that turns with each joint
+    servos: tuple[PlantedServo, ...] = ()
 
     @property
     def n(self) -> int:
         return len(self.names)
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """Names of the rows of ``values``."""
+        return ROWS[: len(self.values)]
 
     def with_values(self, values: Array) -> PlantedLeg:
         """The leg with these parameters."""
@@ -35,12 +98,12 @@ class PlantedLeg:
 
     def of(self, name: str) -> Array:
         """(n,) values of one parameter, one per joint."""
-        return np.asarray(self.values[PARAMETERS.index(name)])
+        return np.asarray(self.values[ROWS.index(name)])
 
     def changed(self, name: str, joint: int, value: float) -> PlantedLeg:
         """The leg with one parameter of one joint replaced."""
         values = self.values.copy()
-        values[PARAMETERS.index(name), joint] = value
+        values[ROWS.index(name), joint] = value
         return replace(self, values=values)
 
     def reading(self, rotation: Array) -> Array:
@@ -79,6 +142,7 @@ class PlantedTrial(NamedTuple):
     speed: Array | None = None
     tip_inertia: float = 0.0
     tip_at: float | None = None
+    inputs: ServoInputs | None = None
 
     def strongest(self, joint: int) -> float:
         """Largest known torque at a joint, N m; 0 if the joint is locked."""
@@ -132,3 +196,14 @@ class Truth:
     rotors: tuple[tuple[int, float], ...] = ()  # joint, additional inertia that turns with it, kg m^2
     drive: tuple[float, float, float] = (0.0, 0.0, 0.0)  # errors of a known torque: gain (share), offset N m, delay s
     drive_joint: int = -1  # the joint whose known torque has the errors, if several are driven
+    servo_errors: tuple[tuple[int, str, float], ...] = ()  # joint, name and value, see ``PlantedServo.with_error``
+
+    def servos(self) -> list[PlantedServo]:
+        """The servos as built, with their causes."""
+        made = []
+        for servo in self.leg.servos:
+            found = servo.with_constants(*(float(self.leg.of(name)[servo.joint]) for name in MOTOR_PARAMETERS))
+            for joint, name, value in self.servo_errors:
+                found = found.with_error(name, value) if joint == servo.joint else found
+            made.append(found)
+        return made

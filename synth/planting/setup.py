@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.planting.model import PARAMETERS, Array, PlantedLeg, PlantedTrial
+from synth.planting.model import ROWS, Array, PlantedLeg, PlantedTrial
 
 # Defaults of the key ``tolerance:`` of a project.
 TOLERANCE = {
@@ -31,8 +31,8 @@ class Setup:
     """A case without its effect: nominal leg, true leg within tolerance, trials, sensors.
 
     ``noise`` and ``counts`` may have one value per joint (n,). ``own_times`` : sample times (m,) s of each trial if it
-    is not evenly sampled. ``widths`` : (7, n) tolerances if not the default ones. ``keeps_sensor`` : if False, a better
-    sensor is chosen for a cause that this one cannot show.
+    is not evenly sampled. ``widths`` : (7, n) or more tolerances if not the default ones. ``keeps_sensor`` : if False,
+    a better sensor is chosen for a cause that this one cannot show.
     """
 
     nominal: PlantedLeg
@@ -57,7 +57,7 @@ class Setup:
 
     def width(self, name: str, joint: int) -> float:
         """Tolerance of one parameter of the built leg, SI, at least ``LEAST_WIDTH``."""
-        share = TOLERANCE[name] if self.widths is None else float(self.widths[PARAMETERS.index(name), joint])
+        share = TOLERANCE[name] if self.widths is None else float(self.widths[ROWS.index(name), joint])
         share = max(share, LEAST_WIDTH)
         return share if name == "free_angle" else share * max(abs(float(self.true.of(name)[joint])), 1e-12)
 
@@ -83,7 +83,7 @@ def normal_errors(rng: np.random.Generator, n: int) -> Array:
 def as_built(rng: np.random.Generator, leg: PlantedLeg, widths: Array | None = None) -> PlantedLeg:
     """The leg with a random error within tolerance on every parameter; ``widths`` (7, n), else ``TOLERANCE``."""
     values = leg.values.copy()
-    for row, name in enumerate(PARAMETERS):
+    for row, name in enumerate(leg.rows):
         width = np.full(leg.n, TOLERANCE[name]) if widths is None else widths[row]
         error = width * normal_errors(rng, leg.n)
         values[row] = values[row] + error if name == "free_angle" else values[row] * (1 + error)

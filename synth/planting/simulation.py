@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.planting import bodies, engine
-from synth.planting.model import Array, Bend, Law, PlantedLeg, PlantedTrial, Truth
-from synth.planting.torque_laws import BOUC_WEN, DAMPER_TABLE, DRIVE, DRIVE_TABLE, SLACK, SLACK_ARM
+from synth.planting.model import Array, Bend, Law, PlantedLeg, PlantedServo, PlantedTrial, ServoInputs, Truth
+from synth.planting.torque_laws import BOUC_WEN, DAMPER_TABLE, DRIVE, DRIVE_TABLE, SERVO, SLACK, SLACK_ARM
 
 
 class Assembly(NamedTuple):
@@ -34,7 +34,7 @@ def assemble(truth: Truth, trial: PlantedTrial) -> Assembly:
         for kind, direction, arm, mass, inertia, rate, damping in truth.base.bodies:
             rows.append([arm, mass, 0.0, inertia, rate, damping, 0.0, kind, direction, 0.0, 0.0])
     for i in range(leg.n):
-        length, mass, com, inertia, rate, damping, free = leg.values[:, i]
+        length, mass, com, inertia, rate, damping, free = leg.values[:7, i]
         if i == leg.n - 1 and trial.tip_mass:
             whole, place = mass + trial.tip_mass, length if trial.tip_at is None else trial.tip_at
             centre = (mass * com + trial.tip_mass * place) / whole
@@ -87,7 +87,21 @@ def _tables(truth: Truth, trial: PlantedTrial) -> tuple[Array, tuple[Law, ...]]:
             made.append(Law(DRIVE_TABLE, j, (1 + gain, offset, delay, float(count), float(len(times)))))
             rows.append(np.column_stack([times, torques[:, j]]))
             count += len(times)
+    if trial.inputs is not None:
+        for servo in truth.servos():
+            made.append(Law(SERVO, servo.joint, (float(count), float(len(trial.inputs.time)))))
+            rows.append(_servo_table(servo, trial.inputs))
+            count += len(rows[-1])
+            count += len(rows[-1])
     return np.ascontiguousarray(np.concatenate(rows)), tuple(made)
+
+
+def _servo_table(servo: PlantedServo, inputs: ServoInputs) -> Array:
+    """(10 + 3 k, 2): the servo's numbers in the first column, then command, supply and switch over time."""
+    numbers = np.zeros((len(servo) - 1, 2))
+    numbers[:, 0] = servo[1:]
+    columns = (values[:, servo.joint] for values in inputs[1:])
+    return np.concatenate([numbers, *(np.column_stack([inputs.time, column]) for column in columns)])
 
 
 def _segments(whole: list[float], bend: Bend) -> list[list[float]]:
@@ -262,7 +276,7 @@ def swing(leg: PlantedLeg, trial: PlantedTrial, angle: Array, speed: Array, step
 def fastest(truth: Truth, trial: PlantedTrial) -> float:
     """Largest eigenvalue magnitude of the linearised chain, 1/s; it limits the step.
 
-    Of the laws only backlash and damper tables are included.
+    Of the laws only backlash, damper tables and servos are included.
     """
     a = assemble(truth, trial)
     n = len(a.body)
@@ -286,5 +300,9 @@ def fastest(truth: Truth, trial: PlantedTrial) -> float:
             rows = a.table[int(par[1]) : int(par[1] + par[2])]
             slopes = np.diff(rows[:, 1]) / np.diff(rows[:, 0])
             b = b + (free == at[0]) * max(float(slopes.max()) - par[0], 0.0)
+    for servo in truth.servos() if trial.inputs is not None else ():
+        volt = servo.strength * float(np.abs(trial.inputs.supply[:, servo.joint]).max())
+        here = free == a.joint[servo.joint]
+        k, b = k + here * servo.gain * volt, b + here * (servo.damping_gain * volt + servo.back_emf)
     matrix = np.block([[np.zeros_like(inverse), np.eye(len(free))], [-inverse * k, -inverse * b]])
     return float(np.abs(np.linalg.eigvals(matrix)).max())

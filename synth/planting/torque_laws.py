@@ -49,6 +49,7 @@ DRIVE = 29  # known torque; par: amplitude, angular frequency and phase of each 
 DRIVE_TABLE = 30  # known torque as recorded; par: gain, offset, delay, first row of the table, number of rows
 # damper as measured; par: linear rate that the chain already has, first row of the table, number of rows
 DAMPER_TABLE = 31
+SERVO = 32  # position servo; par: first row of its numbers in the table, number of samples of its inputs
 LOOSE_SPRING = 28  # par: k, x0, share, time constant: rate falls during the trial (clamp slipping)
 
 STUCK_LAWS = (STICK_SLIP, BEARING)
@@ -130,9 +131,39 @@ def torque(law, p, table, t, q, w, qj, wj, z0, z1):
         return p[0] * math.sin(p[1] * late + p[2]) + p[3] * math.sin(p[4] * late + p[5]) + p[6], 0.0, 0.0, 0.0
     if law == DRIVE_TABLE:
         return p[0] * interpolated(table, int(p[3]), int(p[4]), t - p[2], False) + p[1], 0.0, 0.0, 0.0
+    if law == SERVO:
+        return servo_torque(table, int(p[0]), int(p[1]), t, q, w), 0.0, 0.0, 0.0
     if law == DAMPER_TABLE:
         return p[0] * w - math.copysign(interpolated(table, int(p[1]), int(p[2]), abs(w), True), w), 0.0, 0.0, 0.0
     return unlisted_torque(law, p, t, q, w, qj)
+
+
+@njit
+def servo_torque(table, first, count, t, q, w):
+    """Torque of a servo whose numbers are the rows from ``first`` on, in the order of ``model.PlantedServo``."""
+    start = first + 10
+    error = held(table, start, count, t - table[first + 9, 0]) - q
+    beyond = math.copysign(max(abs(error) - table[first + 2, 0], 0.0), error)
+    duty = table[first, 0] * beyond - table[first + 1, 0] * w
+    duty = min(max(duty, -table[first + 3, 0]), table[first + 3, 0]) + table[first + 4, 0]
+    supply = interpolated(table, start + count, count, t, False)
+    driven = table[first + 5, 0] * duty * supply - table[first + 6, 0] * w
+    driven = driven / (1.0 + table[first + 8, 0] * duty * duty)
+    most = table[first + 7, 0]
+    return interpolated(table, start + 2 * count, count, t, False) * min(max(driven, -most), most)
+
+
+@njit
+def held(table, first, count, x):
+    """The last value not after ``x`` in rows ``first`` to ``first + count - 1`` of ``table``; else the first."""
+    low, high = first, first + count
+    while high - low > 1:
+        middle = (low + high) // 2
+        if table[middle, 0] <= x:
+            low = middle
+        else:
+            high = middle
+    return table[low, 1]
 
 
 @njit

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.files.drive_columns import SUFFIXES, SUPPLY
 from synth.files.leg_file import write_leg
 from synth.files.output import write_text
 from synth.rehearsal.plants import Planted
@@ -18,7 +19,6 @@ from synth.units import write
 if TYPE_CHECKING:
     from synth.files.gap_project import GapProject
 
-Row = tuple[float, list[str], list[str]]  # time, cells of the angles and of the torques
 KEPT_KEYS = ("tolerance", "accuracy", "noise", "seed")  # of the user's project, as written
 
 
@@ -60,31 +60,43 @@ def _tip(mass: float, inertia: float, at: float | None) -> Any:
 
 
 def _write_trial(path: Path, rig: Rig, number: int, reading: Array) -> None:
-    """Angles in degrees to 1e-7, and the known torques, in separate rows if sampled more densely."""
+    """Angles in degrees to 1e-7; the known torques and servos' inputs, in rows of their own where apart in time."""
     leg, trial = rig.nominal, rig.trials[number]
-    time = rig.times[number]
     heads = ["time [s]", *(f"{name} [deg]" for name in leg.names)]
-    rows: list[Row] = [(float(t), [*_cells(np.degrees(row))], []) for t, row in zip(time, reading, strict=True)]
+    blocks = [_Block(rig.times[number], [_cells(np.degrees(row)) for row in reading])]
     if trial.known is not None:
         moments, torques = trial.known
         driven = np.flatnonzero(np.any(torques != 0.0, axis=0)).tolist()
         heads += [f"{leg.names[j]} torque [N*m]" for j in driven]
-        rows = _with_torques(rows, moments, leg.sign[driven] * torques[:, driven], leg.n)
-    lines = [",".join(heads), *(",".join([f"{t:.9g}", *angles, *torque]) for t, angles, torque in rows)]
-    write_text(path, "\n".join(lines) + "\n")
+        blocks.append(_Block(moments, [_told(row) for row in leg.sign[driven] * torques[:, driven]]))
+    inputs = rig.inputs[number] if rig.inputs else None
+    if inputs is not None:
+        units = {SUPPLY: "V"} | {name + suffix: unit for name in leg.names for suffix, unit in SUFFIXES.items()}
+        heads += [f"{name} [{units[name]}]" for name in inputs.columns]
+        blocks.append(_Block(inputs.time, [_told(row) for row in np.column_stack(list(inputs.columns.values()))]))
+    write_text(path, "\n".join([",".join(heads), *_together(blocks)]) + "\n")
 
 
-def _with_torques(rows: list[Row], moments: Array, torques: Array, n: int) -> list[Row]:
-    """Rows of both in order of time; equal times share a row."""
-    merged: dict[float, Row] = {}
-    empty = [""] * torques.shape[1]
-    for t, angles, _ in rows:
-        merged[float(f"{t:.9g}")] = (t, angles, empty)
-    for t, row in zip(moments.tolist(), torques, strict=True):
-        key = float(f"{t:.9g}")
-        angles = merged[key][1] if key in merged else [""] * n
-        merged[key] = (t, angles, [f"{value:.9g}" for value in row])
-    return [merged[key] for key in sorted(merged)]
+class _Block(NamedTuple):
+    """Columns with a clock of their own: times (m,) s, and the cells of each row."""
+
+    time: Array
+    cells: list[list[str]]
+
+
+def _together(blocks: list[_Block]) -> list[str]:
+    """Rows of all in order of time; equal times share a row."""
+    by_time = [{f"{t:.9g}": cells for t, cells in zip(each.time.tolist(), each.cells, strict=True)} for each in blocks]
+    empty = [[""] * len(each.cells[0]) for each in blocks]
+    moments = sorted({time for each in by_time for time in each}, key=float)
+    return [
+        ",".join([time, *(cell for own, none in zip(by_time, empty, strict=True) for cell in own.get(time, none))])
+        for time in moments
+    ]
+
+
+def _told(values: Array) -> list[str]:
+    return ["" if math.isnan(value) else f"{value:.9g}" for value in values.tolist()]
 
 
 def _cells(values: Array) -> list[str]:

@@ -15,11 +15,14 @@ from synth.planting.effect_makers import AT_BASE, EFFECTS
 from synth.planting.effect_size import PlainMotion, PlantedCause, combined
 from synth.planting.forms import Form, Maker, NotApplicable
 from synth.planting.parameter_errors import PARAMETER_ERRORS, TORQUE_ERRORS
+from synth.planting.servo_errors import SERVO_ERRORS
 from synth.planting.unlisted_effects import ON_ALL_CHANNELS, UNLISTED_EFFECTS
 from synth.rehearsal.sizes import size_of
 from synth.rehearsal.users_rig import Rig
 
-LIBRARY: dict[str, Maker] = {k: v for k, v in {**EFFECTS, **PARAMETER_ERRORS}.items() if k != "encoder_quantisation"}
+LIBRARY: dict[str, Maker] = {
+    k: v for k, v in {**EFFECTS, **PARAMETER_ERRORS, **SERVO_ERRORS}.items() if k != "encoder_quantisation"
+}
 # Gap of a main cause relative to the unexplained background (noise and small causes), in steps of about three, the
 # best resolution of a few draws.
 RUNGS = (1.0, 3.0, 10.0, 30.0)
@@ -83,7 +86,8 @@ class Field:
         each = self.rig.background / math.sqrt(SMALL) / self.ground.floor
         if each < 1.0:  # hidden by the noise
             return
-        names = [name for name in (*LIBRARY, *UNLISTED_EFFECTS) if name not in UNSEEN and name not in TORQUE_ERRORS]
+        names = [name for name in (*LIBRARY, *UNLISTED_EFFECTS) if name not in (*UNSEEN, *TORQUE_ERRORS)]
+        names = [name for name in names if self.rig.nominal.servos or name not in SERVO_ERRORS]
         for name in rng.permutation(sorted(names)).tolist():
             if len(self.small) == POOL:
                 return
@@ -153,9 +157,11 @@ def places(rig: Rig, seed: int) -> list[tuple[str, int]]:
     """Every cause of the library at every joint that is free in some scored trial, in random order."""
     free = sorted({j for t in rig.trials if not t.held_out for j in range(rig.nominal.n) if j not in t.locked})
     driven = [j for j in free if any(trial.strongest(j) > 0.0 for trial in rig.trials)]
+    commanded = [servo.joint for servo in rig.nominal.servos if servo.gain > 0.0]
     found = []
     for effect in LIBRARY:
         joints = [-1] if effect in AT_BASE else driven if effect in TORQUE_ERRORS else free
+        joints = [j for j in joints if j in commanded] if effect in SERVO_ERRORS else joints
         if effect == "latency" and len(free) < 2:
             continue  # a delay needs a second joint to be relative to
         found += [(effect, j) for j in joints]

@@ -40,6 +40,12 @@ MEANING = {
     "torque_offset": ("change of torque", "N*m"),
     "torque_gain": ("change of torque", "%"),
     "torque_delay": ("delay", "ms"),
+    "command_delay": ("delay", "ms"),
+    "servo_gain": ("change of gain", "%"),
+    "servo_dead_band": ("dead band to either side", "deg"),
+    "motor_constant": ("change of the constant", "%"),
+    "winding_resistance": ("change of resistance", "%"),
+    "drive_torque_limit": ("largest torque", "N*m"),
 }
 
 
@@ -131,4 +137,10 @@ _BY_EFFECT: dict[str, Callable[[Numbers, PlantedCause, Setup, Scale], float]] = 
     "torque_offset": _first("offset"),
     "torque_gain": _first("share"),
     "torque_delay": _late,
+    "command_delay": _first("value"),
+    "servo_gain": _ratio("value"),
+    "servo_dead_band": _first("value"),
+    "motor_constant": _ratio("value"),
+    "winding_resistance": _ratio("value"),
+    "drive_torque_limit": _first("value"),
 }

@@ -15,15 +15,17 @@ from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording, recordings
 from synth.motion.smoothing import Mask
 from synth.planting import bodies, engine, torque_laws
-from synth.planting.model import PlantedLeg, PlantedTrial, Truth
+from synth.planting.model import MOTOR_PARAMETERS, PlantedLeg, PlantedTrial, Truth
 from synth.planting.setup import LONGEST_LAG, Setup, as_built
 from synth.planting.simulation import fastest
+from synth.rehearsal.drive_inputs import DriveInputs, drive_inputs, planted_servos
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Joint
 from synth.swing.leg_model import Leg as OurLeg
 
 if TYPE_CHECKING:
     from synth.files.gap_project import GapProject
+    from synth.files.trial_list import Trial
 
 keep_code_of(bodies, torque_laws, engine)  # before any of their functions is called
 
@@ -37,7 +39,7 @@ TYPICAL_SPEED = 0.5  # of the largest speed, at which a measured damper's rate i
 class Rig:
     """A user's rig for the generator.
 
-    ``nominal`` : the designed leg; ``widths`` (7, n) tolerances; ``noise`` (n,) rad and ``counts`` (n,) per turn
+    ``nominal`` : the designed leg; ``widths`` (9, n) tolerances; ``noise`` (n,) rad and ``counts`` (n,) per turn
     (infinite: not visible); ``background`` rad RMS of small causes; ``names`` and ``times`` of the trials,
     ``missing`` (m, n) True where a sample is missing; ``left_out`` trials with their reasons.
     """
@@ -52,6 +54,7 @@ class Rig:
     counts: Array
     background: float
     left_out: tuple[str, ...]
+    inputs: tuple[DriveInputs | None, ...] = ()  # of each trial's servos
 
     def built(self, rng: np.random.Generator) -> Setup:
         """The rig with a leg drawn within the tolerances."""
@@ -97,10 +100,11 @@ def users_rig(project: GapProject) -> Rig:
     counts = np.full(len(leg.joints), np.inf)
     coarse = found.step > LEAST_COUNT * found.noise
     counts[coarse] = 2.0 * np.pi / found.step[coarse]
+    inputs = [_inputs(project, t, r) for r, t in zip(made, kept, strict=True)]
     rounding = np.where(coarse, found.step, 0.0) / np.sqrt(12.0)
     return Rig(
         _nominal(leg, fastest_seen),
-        tuple(_trial(r, t.held_out) for r, t in zip(made, kept, strict=True)),
+        tuple(_trial(leg, r, t.held_out, own) for r, t, own in zip(made, kept, inputs, strict=True)),
         tuple(trial.name for trial in kept),
         tuple(r.time for r in made),
         tuple(np.logical_not(r.counts) for r in made),
@@ -110,7 +114,16 @@ def users_rig(project: GapProject) -> Rig:
         counts,
         BACKGROUND * float(np.sqrt(np.mean(np.concatenate(motion) ** 2))),
         tuple(left_out),
+        tuple(inputs),
     )
+
+
+def _inputs(project: GapProject, trial: Trial, recording: Recording) -> DriveInputs | None:
+    """Of a trial's servos, on the recording's clock."""
+    if trial.signals is None or recording.signals is None:
+        return None
+    start = float(trial.signals.time[0] - recording.signals.time[0])
+    return drive_inputs(project.path.parent, trial, project.leg, start)
 
 
 def _refuse(leg: OurLeg) -> None:
@@ -119,9 +132,9 @@ def _refuse(leg: OurLeg) -> None:
     found = [(joint.name, joint.effects) for joint in leg.joints] + [("base", leg.effects)]
     problems = [Problem(text.format(", ".join(effects)), key=name) for name, effects in found if effects]
     for joint in leg.joints:
-        if isinstance(joint.drive, Servo):
-            text = "is driven by a servo, which the rehearsal's engine does not support; it supports known torques only"
-            problems.append(Problem(text, key=joint.name))
+        if isinstance(joint.drive, Servo) and joint.drive.control_period > 0.0:
+            text = "has a servo with a control_period, which the rehearsal's engine does not support: its servos look "
+            problems.append(Problem(text + "all the time. Leave it out for the rehearsal", key=joint.name))
     if problems:
         raise UserError(problems)
 
@@ -146,7 +159,12 @@ def _nominal(leg: OurLeg, fastest_seen: Array) -> PlantedLeg:
             leg.rest,
         ]
     )
-    return PlantedLeg(leg.joint_names, leg.zero, leg.sign, leg.tilt, values, leg.gravity, tuple(curves), leg.armature)
+    servos = planted_servos(leg)
+    if servos:
+        values = np.vstack([values, np.ones((len(MOTOR_PARAMETERS), len(leg.joints)))])
+    return PlantedLeg(
+        leg.joint_names, leg.zero, leg.sign, leg.tilt, values, leg.gravity, tuple(curves), leg.armature, servos
+    )
 
 
 def _damper(joint: Joint, speed: float) -> tuple[float, Array | None]:
@@ -161,7 +179,7 @@ def _damper(joint: Joint, speed: float) -> tuple[float, Array | None]:
     return float(torque_at(damper.curve, np.array([speed]))[0]) / speed, rows
 
 
-def _trial(recording: Recording, held_out: bool) -> PlantedTrial:
+def _trial(leg: OurLeg, recording: Recording, held_out: bool, own: DriveInputs | None) -> PlantedTrial:
     """One trial from the pose and speed at its start."""
     smoothed, conditions = recording.smoothed, recording.conditions
     known = recording.known_torque
@@ -176,4 +194,5 @@ def _trial(recording: Recording, held_out: bool) -> PlantedTrial:
         speed=smoothed.rate[0].copy(),
         tip_inertia=conditions.tip_inertia,
         tip_at=conditions.tip_at,
+        inputs=None if own is None else own.planted(leg),
     )

@@ -1,0 +1,74 @@
+"""The inputs of a trial's servos as they were recorded, before the diagnosis makes straight lines of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.drives.servo import Servo
+from synth.files.csv_table import in_si, read_table
+from synth.files.drive_columns import SUPPLY, column_units
+from synth.files.trial_list import Trial
+from synth.planting.model import PlantedServo, ServoInputs
+from synth.swing.leg_model import Leg
+
+OF_THE_LAW = 10  # numbers of ``Servo.numbers`` that the generator's servo has: those before its control steps
+
+
+@dataclass(frozen=True)
+class DriveInputs:
+    """Columns of a trial's servos by name, (k,) SI at ``time`` (k,) s from its first sample; nan where empty."""
+
+    time: Array
+    columns: Mapping[str, Array]
+
+    def planted(self, leg: Leg) -> ServoInputs:
+        """For the generator's engine."""
+        shape = len(self.time), len(leg.joints)
+        command, supply, enabled = np.zeros(shape), np.ones(shape), np.ones(shape)
+        measured = np.zeros(shape)
+        for j, joint in enumerate(leg.joints):
+            drive = joint.drive
+            if not isinstance(drive, Servo):
+                continue
+            if drive.open_duty:
+                lag = 0.0 if drive.motor is None else drive.motor.lag
+                supply[:, j] = joint.sign * self._between(joint.name + " voltage", lag)
+            else:
+                measured[:, j] = self._held(joint.name + " command")
+                told = SUPPLY in self.columns and drive.motor is not None
+                supply[:, j] = self._between(SUPPLY) if told else drive.supply
+            if joint.name + " enabled" in self.columns:
+                enabled[:, j] = np.clip(self._between(joint.name + " enabled"), 0.0, 1.0)
+        command = leg.to_rotation(measured)
+        return ServoInputs(self.time, command, supply, enabled)
+
+    def _between(self, name: str, late: float = 0.0) -> Array:
+        """Linear between the known values."""
+        values = self.columns[name]
+        known = np.isfinite(values)
+        return np.interp(self.time - late, self.time[known], values[known])
+
+    def _held(self, name: str) -> Array:
+        """Each known value until the next; the first before it."""
+        values = self.columns[name]
+        known = np.flatnonzero(np.isfinite(values))
+        return np.asarray(values[known[np.maximum(np.searchsorted(known, np.arange(len(values)), "right") - 1, 0)]])
+
+
+def drive_inputs(folder: Path, trial: Trial, leg: Leg, start: float) -> DriveInputs:
+    """From the trial's file in the project's ``folder``; ``start`` s of the file's time becomes zero."""
+    table = read_table(folder / trial.name, trial.name)
+    values, _ = in_si(table, {"time": "s", **column_units(leg)}, "")
+    time = values.pop("time") - start
+    return DriveInputs(time, values)
+
+
+def planted_servos(leg: Leg) -> tuple[PlantedServo, ...]:
+    """The leg's servos for the generator's engine."""
+    drives = ((j, joint.drive) for j, joint in enumerate(leg.joints))
+    return tuple(PlantedServo(j, *drive.numbers[:OF_THE_LAW]) for j, drive in drives if isinstance(drive, Servo))

@@ -1,0 +1,95 @@
+"""Rehearsals of a leg that a servo drives: the generator's servo, a case's files, and a cause that is found again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo, ServoSignals
+from synth.errors import UserError
+from synth.files.gap_project import read_gap_project
+from synth.files.leg_file import write_leg
+from synth.fit.recordings import recordings
+from synth.planting.model import Truth
+from synth.planting.simulation import release
+from synth.rehearsal.case_files import write_case
+from synth.rehearsal.one_case import diagnosed
+from synth.rehearsal.outcome import accused
+from synth.rehearsal.plants import Field, PlantingTask, places
+from synth.rehearsal.users_rig import users_rig
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Joint, Leg, Link
+
+SERVO = Servo(
+    gain=2.5, damping_gain=0.02, dead_band=0.01, duty_limit=0.9, supply=7.4, delay=0.01, current_limit=1.2,
+    source_resistance=0.2, motor=GearedMotor(3.4, 0.36, inductance=1e-3, rotor_inertia=1.8e-3),
+)  # fmt: skip
+ARM = Leg("arm", (Joint("arm", Link(0.12, 0.3, 0.1, 3e-4), zero=0.2, sign=-1, drive=SERVO),))
+NOISE = 1e-4  # rad
+TIME = np.arange(0.0, 2.0, 0.005)
+
+
+def written(folder: Path, leg: Leg = ARM) -> Path:
+    """A project of three logs: a sine, ramps, steps; commands at half the angles' rate, the supply at their own."""
+    folder.mkdir()
+    write_leg(leg, folder / "arm.leg.yaml")
+    shapes = (
+        0.8 * np.sin(2.0 * np.pi * TIME),
+        0.5 * np.arcsin(np.sin(4.0 * TIME)),
+        0.6 * np.sign(np.sin(5.0 * TIME)) * (TIME > 0.2),
+    )
+    for number, shape in enumerate(shapes):
+        command = shape[::2].repeat(2)[: len(TIME), None]  # of q
+        supply = 7.4 - 0.3 * TIME
+        signals = ServoSignals(TIME, command, supply[:, None], np.ones_like(command))
+        angle = simulate(leg, [0.0], [0.0], TIME, signals=signals)[:, :1]
+        read = leg.to_measured(angle + NOISE * np.random.default_rng(number).standard_normal(angle.shape))
+        cells = [f"{value:.9g}" if k % 2 == 0 else "" for k, value in enumerate(leg.to_measured(command)[:, 0])]
+        rows = [f"{t:.9g},{a:.9g},{c},{v:.9g}" for t, a, c, v in zip(TIME, read[:, 0], cells, supply, strict=True)]
+        head = "time [s],arm [rad],arm command [rad],supply [V]"
+        (folder / f"{number}.csv").write_text("\n".join([head, *rows]) + "\n")
+    text = "kind: gap\nleg: arm.leg.yaml\ntolerance: {torque_constant: 2 %, resistance: 2 %}\n"
+    (folder / "gap.yaml").write_text(text + "trials: [0.csv, 1.csv, {file: 2.csv, held_out: true}]\n")
+    return folder / "gap.yaml"
+
+
+def test_the_generator_s_servo_moves_a_leg_as_the_other_engine_does(tmp_path: Path) -> None:
+    """A held command against straight lines half a sample late: all of dead band, limits, sag, lag and delay in it."""
+    project = read_gap_project(written(tmp_path / "mine"))
+    rig = users_rig(project)
+    for recording, trial, times in zip(recordings(project.leg, project.trials, ()), rig.trials, rig.times, strict=True):
+        assert trial.speed is not None
+        ours = simulate(project.leg, trial.pose, trial.speed, times, signals=recording.signals)
+        theirs = release(Truth(rig.nominal), trial, 1e-4).at(times)
+        assert np.degrees(np.sqrt(np.mean((ours[:, :1] - theirs) ** 2))) < 0.06
+
+
+def test_a_servo_s_cause_is_planted_and_found(tmp_path: Path) -> None:
+    project = read_gap_project(written(tmp_path / "mine"))
+    rig = users_rig(project)
+    assert ("servo_gain", 0) in places(rig, 1)
+    field = Field.of(rig, 3, 0)
+    planted = field.plant(np.random.default_rng(1), PlantingTask("command_delay", 0, 3, 0))
+    assert planted is not None
+    assert planted.answer["causes"][0]["size"] > 0.003  # s
+    (tmp_path / "case").mkdir()
+    case = write_case(project, rig, planted, tmp_path / "case")
+    again = users_rig(read_gap_project(case))
+    for first, second in zip(rig.trials, again.trials, strict=True):
+        assert first.inputs is not None
+        assert second.inputs is not None
+        for mine, theirs in zip(first.inputs, second.inputs, strict=True):
+            np.testing.assert_allclose(theirs, mine, atol=1e-7)
+    document, said = diagnosed(case, tmp_path / "out", [])
+    assert document is not None, said
+    assert ("command_delay", "arm") in accused(document)
+
+
+def test_control_steps_are_refused(tmp_path: Path) -> None:
+    stepped = ARM.with_joints(arm={"drive": replace(SERVO, control_period=5e-3)})
+    with pytest.raises(UserError, match="control_period"):
+        users_rig(read_gap_project(written(tmp_path / "mine", stepped)))
