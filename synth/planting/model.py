@@ -51,8 +51,11 @@ class PlantedServo(NamedTuple):
             return self.with_constants(*(value if name == each else 1.0 for each in MOTOR_PARAMETERS))
         if name == "torque_limit":
             return self._replace(torque_limit=min(self.torque_limit, value))
-        before = float(getattr(self, name))
-        return self._replace(**{name: before * value if name == "gain" else before + value})
+        if name == "gain":
+            return self._replace(gain=self.gain * value)
+        values = [float(each) for each in self[1:]]
+        values[self._fields.index(name) - 1] += value
+        return PlantedServo(self.joint, *values)
 
 
 class ServoInputs(NamedTuple):

@@ -300,7 +300,8 @@ def fastest(truth: Truth, trial: PlantedTrial) -> float:
             rows = a.table[int(par[1]) : int(par[1] + par[2])]
             slopes = np.diff(rows[:, 1]) / np.diff(rows[:, 0])
             b = b + (free == at[0]) * max(float(slopes.max()) - par[0], 0.0)
-    for servo in truth.servos() if trial.inputs is not None else ():
+    for servo in () if trial.inputs is None else truth.servos():
+        assert trial.inputs is not None
         volt = servo.strength * float(np.abs(trial.inputs.supply[:, servo.joint]).max())
         here = free == a.joint[servo.joint]
         k, b = k + here * servo.gain * volt, b + here * (servo.damping_gain * volt + servo.back_emf)
