@@ -18,7 +18,7 @@ from synth.planting.model import Truth
 from synth.planting.simulation import release
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.one_case import diagnosed
-from synth.rehearsal.outcome import accused
+from synth.rehearsal.outcome import named_causes
 from synth.rehearsal.plants import Field, PlantingTask, places
 from synth.rehearsal.users_rig import users_rig
 from synth.swing.chain import simulate
@@ -86,7 +86,7 @@ def test_a_servo_s_cause_is_planted_and_found(tmp_path: Path) -> None:
             np.testing.assert_allclose(theirs, mine, atol=1e-7)
     document, said = diagnosed(case, tmp_path / "out", [])
     assert document is not None, said
-    assert ("command_delay", "arm") in accused(document)
+    assert ("command_delay", "arm") in named_causes(document)
 
 
 def test_control_steps_are_refused(tmp_path: Path) -> None:
