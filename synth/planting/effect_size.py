@@ -160,6 +160,8 @@ class PlainMotion:
         ------
         NotApplicable : the largest size leaves a smaller gap, or the search does not converge.
         """
+        if form.largest <= 0.0:
+            raise NotApplicable(f"{effect}: the joint lacks what it changes")
         top = math.log(form.largest)
         # A start only: 3 % of the largest size for each floor wanted.
         x = top + math.log(min(0.5, 0.03 * strength))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from synth.planting import torque_laws
-from synth.planting.forms import Form, Maker, NotApplicable, Scale, law_form
+from synth.planting.forms import Form, Maker, NotApplicable, Scale, law_form, spring_torque
 from synth.planting.model import Law, Truth
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
@@ -33,7 +33,7 @@ def cable(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
 def cogging(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Cogging: a torque that repeats many times per turn."""
     count, phase = float(rng.integers(12, 40)), rng.uniform(0, 2 * math.pi)
-    most = 0.5 * float(setup.true.of("spring")[j] * scale.travel[j])
+    most = 0.5 * spring_torque(setup, scale, j)
     return law_form(setup, "sine of the angle", most, lambda s: Law(torque_laws.COGGING, j, (s, count, phase)))
 
 
@@ -61,7 +61,7 @@ def loose_spring(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -
 def magnet(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A magnet near the joint: a torque that repeats a few times per turn."""
     harmonic, phase = float(rng.integers(5, 9)), rng.uniform(0, 2 * math.pi)
-    most = 0.6 * float(setup.true.of("spring")[j] * scale.travel[j])
+    most = 0.6 * spring_torque(setup, scale, j)
     return law_form(setup, "few a turn", most, lambda s: Law(torque_laws.MAGNET, j, (s, harmonic, phase)))
 
 
@@ -69,7 +69,7 @@ def rub_spot(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
     """Friction near one angle only."""
     where = float(scale.rest[j]) + rng.uniform(-0.5, 0.5) * float(scale.travel[j])
     width = float(scale.travel[j]) * rng.uniform(0.08, 0.2)
-    most = 1.0 * float(setup.true.of("spring")[j] * scale.travel[j])
+    most = 1.0 * spring_torque(setup, scale, j)
     return law_form(setup, "rubs", most, lambda s: Law(torque_laws.RUB_SPOT, j, (s, where, width)))
 
 
@@ -78,7 +78,7 @@ def knocks(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form
     period = rng.uniform(0.25, 0.6) * float(np.mean([t.duration for t in setup.trials]))
     width = rng.uniform(0.01, 0.04)
     phase, sign = rng.uniform(0.1, 0.9) * period, float(rng.choice([-1.0, 1.0]))
-    most = 2.0 * float(setup.true.of("spring")[j] * scale.travel[j])
+    most = 2.0 * spring_torque(setup, scale, j)
     return law_form(setup, "pulses", most, lambda s: Law(torque_laws.KNOCKS, j, (sign * s, period, phase, width)))
 
 

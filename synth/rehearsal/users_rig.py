@@ -18,7 +18,7 @@ from synth.planting import bodies, engine, torque_laws
 from synth.planting.model import MOTOR_PARAMETERS, PlantedLeg, PlantedTrial, Truth
 from synth.planting.setup import LONGEST_LAG, Setup, as_built
 from synth.planting.simulation import fastest
-from synth.rehearsal.drive_inputs import DriveInputs, drive_inputs, planted_servos
+from synth.rehearsal.servo_columns import DriveInputs, drive_inputs, planted_servos
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Joint
 from synth.swing.leg_model import Leg as OurLeg
