@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import re
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -91,28 +90,6 @@ def test_no_floor_imports_a_higher_one() -> None:
             elif room(other) not in ASIDE and level(name) < level(other):
                 upward.append(f"{name} -> {other}")
     assert upward == []
-
-
-# Texts that occur in these modules only: fragile tricks with their fallback, the thread pool, readers and writers of
-# CSV. cad and reports import nothing of synth, so each reads its own tables: standard parts, and the program's results.
-ONLY_IN = {
-    r"numba\.core|numba\.np": ("synth.compiling.numba_internals",),
-    r"sys\.modules": ("synth.compiling.modules",),
-    r"^\s*exec\(": ("synth.compiling.modules",),
-    r"^import pickle$|pickle\.loads?\(": ("synth.compiling.numba_internals",),
-    r"ThreadPoolExecutor\(": ("synth.threads",),
-    r"ProcessPoolExecutor\(": ("synth.batch.local",),
-    r"^import csv$": ("synth.cad.hardware", "synth.files.csv_rows", "synth.files.output", "synth.reports.reading"),
-    r"loadtxt\(|genfromtxt\(|read_csv\(": ("synth.files.csv_table",),
-    r"^import yaml$|yaml\.(load|compose|parse)": ("synth.files.yaml_lines",),
-}
-
-
-def test_fragile_tricks_and_readers_stand_in_one_module() -> None:
-    texts = {name: path.read_text(encoding="utf-8") for name, path in FILES.items()}
-    for pattern, modules in ONLY_IN.items():
-        found = tuple(sorted(name for name, text in texts.items() if re.search(pattern, text, re.MULTILINE)))
-        assert found == modules, pattern
 
 
 MOST_LINES, MOST_ARGUMENTS = 60, 8  # of a function without its docstring; of a call, the object itself aside

@@ -46,7 +46,7 @@ def test_results_are_in_order_and_no_more_than_so_many_run_at_once(most: int | N
 
 
 @pytest.mark.usefixtures("four")
-def test_an_error_comes_out() -> None:
+def test_an_error_of_a_task_is_raised() -> None:
     def work(index: int) -> float:
         return 1.0 / (index - 3)
 

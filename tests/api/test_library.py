@@ -171,7 +171,7 @@ def test_results_are_drawn(fitted: synth.Fit, wound: synth.SpringAnswer, tmp_pat
         fitted.plot(99)
 
 
-def test_what_is_missing_is_said(fitted: synth.Fit, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_packages_are_reported(fitted: synth.Fit, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pandas", None)
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(synth.UserError, match=r"pip install limb-synth\[notebook\]"):
@@ -180,7 +180,7 @@ def test_what_is_missing_is_said(fitted: synth.Fit, monkeypatch: pytest.MonkeyPa
         fitted.plot()
 
 
-def test_a_spring_that_cannot_be_had_is_an_answer() -> None:
+def test_an_infeasible_spring_is_a_valid_result() -> None:
     from synth.spring.spring_result import SpringLimits
 
     answer = synth.spring("79 N*m/rad", "45 deg", wish={"limits": SpringLimits(max_outer_diameter=0.03)})

@@ -72,7 +72,7 @@ def test_where_nothing_answers_one_message_says_so(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["legs"]
 
 
-def test_without_distributed_the_way_out_is_said(
+def test_without_distributed_the_message_says_how_to_install_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     known = builtins.__import__
@@ -88,7 +88,7 @@ def test_without_distributed_the_way_out_is_said(
     assert "pip install 'limb-synth[cluster]'" in capsys.readouterr().err
 
 
-def test_a_worker_of_other_versions_does_nothing_and_says_which() -> None:
+def test_a_worker_with_other_versions_runs_nothing_and_names_them() -> None:
     wanted = versions()
     assert performed(len, "abc", wanted).value == 3
     refused = performed(len, "abc", wanted | {"numpy": "0.9"})

@@ -111,7 +111,7 @@ def test_a_fault_in_reading_one_project_stops_no_other(
     assert [item["crash"] for item in fits["failed"]] == [True]
 
 
-def test_a_bad_project_stops_no_other_and_is_mended_without_fitting_the_rest_again(
+def test_a_bad_project_stops_no_other_and_is_corrected_without_fitting_the_rest_again(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     legs = folder_of_legs(tmp_path / "legs", 3)
@@ -150,7 +150,7 @@ def test_a_bad_project_stops_no_other_and_is_mended_without_fitting_the_rest_aga
     same_bytes(tmp_path / "alone", tmp_path / "out" / "legs" / "leg_01")
 
 
-def test_a_killed_run_leaves_no_process_and_goes_on_to_the_same_bytes(tmp_path: Path) -> None:
+def test_a_killed_run_leaves_no_process_and_resumes_to_the_same_bytes(tmp_path: Path) -> None:
     legs = folder_of_legs(tmp_path / "legs", 6)
     command = [sys.executable, "-m", "synth", "-q", "fit", str(legs), "--workers", "2", "--out"]
     kept = tmp_path / ".killed.fits"

@@ -21,7 +21,7 @@ def test_mistakes_faults_and_dead_processes_stop_no_other_task(tmp_path: Path) -
     assert ended["5"].value == words[5].upper()  # tried again, alone, and done
 
 
-def test_an_unlimited_list_is_taken_as_it_is_worked_off() -> None:
+def test_an_unlimited_list_of_tasks_is_read_on_demand() -> None:
     """Recordings of a thousand legs are not all held at once."""
     taken = 0
 

@@ -42,7 +42,7 @@ def rows_of(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
-def test_a_folder_of_gaps_gives_one_page_and_goes_on(
+def test_a_folder_of_gaps_gives_one_page_and_resumes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     asked: list[str] = []
@@ -93,7 +93,7 @@ def test_a_folder_of_gaps_gives_one_page_and_goes_on(
     assert not (tmp_path / ".out.gaps").exists()
 
 
-def test_what_is_for_one_gap_is_refused_for_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_options_of_a_single_gap_are_refused_for_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     shutil.copytree(EXAMPLES / "gap", tmp_path / "rigs" / "one")
     words = ["gap", str(tmp_path / "rigs"), "--out", str(tmp_path / "out")]
     assert main([*words, "--check"]) == 2
@@ -103,7 +103,7 @@ def test_what_is_for_one_gap_is_refused_for_a_folder(tmp_path: Path, capsys: pyt
     assert "--workers applies to a folder of projects or to --rehearse" in capsys.readouterr().err
 
 
-def test_a_folder_of_designs_tells_which_cannot_be_had(
+def test_a_folder_of_designs_lists_the_infeasible_ones(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     projects = tmp_path / "robots"

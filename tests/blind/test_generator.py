@@ -129,7 +129,7 @@ def test_answers_must_not_be_stored_with_the_cases(tmp_path: Path, capsys: pytes
     assert "outside" in capsys.readouterr().err
 
 
-def test_the_mix_is_as_said_and_every_effect_has_its_turn() -> None:
+def test_the_mix_is_as_specified_and_every_effect_has_its_turn() -> None:
     tasks = plan(1, 200, "mix", None)
     kinds = [kind for _, kind, _ in tasks]
     assert [kinds.count(k) for k in ("single", "none", "two", "unknown", "tie")] == [120, 24, 20, 20, 16]

@@ -72,7 +72,7 @@ def test_the_shrink_is_of_errors_above_the_floor() -> None:
     assert shares_of_best(answers, {"a": FAILED, "b": FAILED, "c": FAILED}, "best_possible_deg") == pytest.approx([0.0])
 
 
-def test_counted_by_hand() -> None:
+def test_scores_of_few_cases_are_those_counted_by_hand() -> None:
     answers = {
         "right": answer("single", FRICTION),
         "second": answer("single", FRICTION),

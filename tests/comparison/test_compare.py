@@ -224,7 +224,7 @@ def test_time_scales_of_a_project_are_a_family(tmp_path: Path) -> None:
         (["a={trial}", "b={trial}"], "--leg FILE.leg.yaml"),
     ],
 )
-def test_mistakes_are_told(
+def test_mistakes_are_reported(
     arguments: list[str], told: str, fitted: Path, beside: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     other = tmp_path / "other.leg.yaml"

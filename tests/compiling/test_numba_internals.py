@@ -49,7 +49,7 @@ def test_numba_is_bounded_from_above_and_the_installed_one_is_within() -> None:
     assert numba_internals.UNCOUNTED
 
 
-def test_without_numbas_internals_code_is_compiled_and_nothing_kept(
+def test_without_numbas_internals_code_is_compiled_and_not_stored(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SYNTH_CACHE", str(tmp_path))

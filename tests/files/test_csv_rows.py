@@ -39,12 +39,12 @@ def test_what_csv_writes_is_read_again_with_the_lines_that_rows_begin_in(rows: l
     (b"a,b\n\0,1\n", "x.csv:2: is not text: it holds a zero byte"),
     (b'a,b\n"' + b"x" * 200_000 + b'",1\n', "x.csv:2: cannot be read as CSV: field larger than field limit"),
 ])  # fmt: skip
-def test_what_is_no_table_is_refused_with_its_line(data: bytes, said: str) -> None:
+def test_a_file_that_is_not_a_table_is_refused_with_its_line(data: bytes, said: str) -> None:
     with pytest.raises(UserError, match=re.escape(said)):
         list(csv_rows(data, "x.csv"))
 
 
-def test_an_open_quote_is_refused_where_that_is_asked_for() -> None:
+def test_an_unclosed_quote_is_refused_in_strict_mode() -> None:
     with pytest.raises(UserError, match=r"x\.csv:2: cannot be read as CSV: unexpected end of data"):
         list(csv_rows('a,b\n"A1,1\n', "x.csv", strict=True))
 

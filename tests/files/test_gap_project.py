@@ -41,7 +41,7 @@ def write(folder: Path, text: str) -> Path:
     return path
 
 
-def test_what_is_left_out_has_the_format_s_values_and_is_said(folder: Path) -> None:
+def test_omitted_keys_have_the_format_s_defaults_and_are_reported(folder: Path) -> None:
     project = read_gap_project(write(folder, GAP))
     assert project.name == "built leg"
     assert [trial.name for trial in project.trials] == ["trials/a.csv", "trials/b.csv"]
@@ -77,7 +77,7 @@ def test_a_tolerance_of_zero_for_everything_is_a_leg_known_exactly(folder: Path)
     assert project.defaults == ()
 
 
-def test_noise_of_a_joint_and_the_accuracy_asked_for(folder: Path) -> None:
+def test_noise_of_a_joint_and_the_required_accuracy_are_read(folder: Path) -> None:
     project = read_gap_project(write(folder, GAP + "noise: {knee: 0.02 deg}\naccuracy: 0.3 deg\n"))
     assert project.noise == {"knee": pytest.approx(math.radians(0.02))}
     assert project.accuracy == pytest.approx(math.radians(0.3))
@@ -112,7 +112,7 @@ def test_bad_tolerances_and_keys(folder: Path, text: str, key: str, words: str) 
     assert problem.line == 4
 
 
-def test_a_project_without_leg_or_trials_says_both(folder: Path) -> None:
+def test_a_project_without_leg_and_trials_reports_both(folder: Path) -> None:
     with pytest.raises(UserError) as caught:
         read_gap_project(write(folder, "kind: gap\n"))
     assert [problem.key for problem in caught.value.problems] == ["leg", "trials"]
@@ -124,7 +124,7 @@ def test_all_trials_held_out_is_refused(folder: Path) -> None:
         read_gap_project(write(folder, text))
 
 
-def test_a_missing_spring_or_damper_is_none_as_designed_and_said(folder: Path) -> None:
+def test_a_missing_spring_or_damper_has_rate_zero_and_is_reported(folder: Path) -> None:
     (folder / "nominal.leg.yaml").write_text(leg_text(hip=DAMPER, knee=SPRING))
     project = read_gap_project(write(folder, GAP))
     hip, knee = project.leg.joints

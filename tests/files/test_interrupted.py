@@ -63,7 +63,7 @@ def run(target: Path, text: str = "1") -> None:
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="no such signal here")
-def test_a_run_that_is_hung_up_leaves_nothing_and_nohup_is_heeded(tmp_path: Path) -> None:
+def test_a_hang_up_leaves_nothing_and_nohup_is_respected(tmp_path: Path) -> None:
     with running(tmp_path / "out") as process:
         process.send_signal(signal.SIGHUP)
         assert process.wait(timeout=20) == 128 + signal.SIGHUP
@@ -99,7 +99,7 @@ def test_a_signal_that_a_library_turns_into_its_own_error_is_still_the_signal(
         signal.signal(sent, outer)
 
 
-def test_what_a_killed_run_left_goes_with_the_next_and_what_a_living_one_writes_stays(tmp_path: Path) -> None:
+def test_leftovers_of_a_killed_run_are_removed_and_those_of_a_running_one_stay(tmp_path: Path) -> None:
     with running(tmp_path / "out") as process:
         process.kill()
         process.wait()
@@ -113,7 +113,7 @@ def test_what_a_killed_run_left_goes_with_the_next_and_what_a_living_one_writes_
     assert len(left) == 3
 
 
-def test_an_example_that_was_killed_while_it_was_copied_leaves_nothing_for_long(tmp_path: Path) -> None:
+def test_leftovers_of_a_killed_copy_of_an_example_are_removed(tmp_path: Path) -> None:
     (tmp_path / ".leg.partial-dead" / "project").mkdir(parents=True)
     assert main(["-q", "init", "leg", str(tmp_path / "leg")]) == 0
     assert names(tmp_path) == ["leg"]
@@ -189,7 +189,7 @@ def test_an_earlier_result_without_write_permission_is_refused_at_once(
     assert names(tmp_path) == ["out"]
 
 
-def test_a_full_disk_elsewhere_is_told_by_its_own_name(tmp_path: Path) -> None:
+def test_a_full_disk_elsewhere_is_reported_with_its_own_name(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"^/cache/x: cannot be written: No space"), output_folder(tmp_path / "out"):
         raise OSError(28, "No space left on device", "/cache/x")
     with pytest.raises(UserError, match="out: cannot be written: No space"), output_folder(tmp_path / "out"):
@@ -302,6 +302,6 @@ def test_standard_output_may_be_full_or_closed(name: str, tmp_path: Path) -> Non
         assert done.stderr.endswith(said)
 
 
-def test_leftovers_are_told_apart_by_the_result_s_whole_name() -> None:
+def test_leftovers_are_distinguished_by_the_result_s_whole_name() -> None:
     assert not PARTIAL.format("a.b").startswith(PARTIAL.format("a"))
     assert PARTIAL.format("a") != REPLACED.format("a")

@@ -132,7 +132,7 @@ tild: 5 deg
         ("  - 5\n", "joints[2]", "mapping"),
     ],
 )
-def test_one_mistake(tmp_path: Path, joint: str, key: str, words: str) -> None:
+def test_a_single_mistake_is_reported_with_its_line(tmp_path: Path, joint: str, key: str, words: str) -> None:
     found = problems(tmp_path, joint)
     assert [p.key for p in found] == [key]
     assert words in found[0].text

@@ -82,7 +82,7 @@ def test_backlash_is_an_arm_within_its_play() -> None:
     assert "not in this model" not in mjcf_text(leg, FASTEST)
 
 
-def test_a_curve_that_bends_upwards_is_approached_and_its_error_told() -> None:
+def test_a_curve_that_bends_upwards_is_approximated_and_its_error_reported() -> None:
     leg = robot().with_joints(knee={"damper": Damper(curve=DamperCurve((1.0, 2.0, 4.0, 8.0), (0.02, 0.06, 0.2, 0.7)))})
     terms = damping_terms(leg.joints[1], 8.0)
     assert 0.001 < terms.error < 0.1

@@ -76,7 +76,7 @@ def test_mujoco_follows_the_command_within_a_tenth_of_a_degree(built: Leg, size:
     assert np.abs(theirs - ours).max() < radians(0.1)
 
 
-def test_what_an_actuator_cannot_hold_is_said() -> None:
+def test_features_that_an_actuator_lacks_are_reported() -> None:
     servo = replace(POSITION, dead_band=0.01, source_resistance=0.5, current_limit=1.0)
     text = mjcf_text(leg(servo), np.full(2, 20.0))
     for part in ("its dead band of 0.01 rad", "the sag of its supply", "the torque limit on the braking"):
@@ -93,7 +93,7 @@ def test_usd_gives_the_servo_its_drive_and_urdf_names_it() -> None:
     assert any("not held: the drive" in text for text in urdf_file(free, np.full(1, 20.0)).warnings)
 
 
-def test_a_lag_that_no_rotor_takes_is_said_in_every_format() -> None:
+def test_a_lag_above_the_rotor_s_inertia_is_reported_in_every_format() -> None:
     """A stated inductance without a rotor inertia: the late braking of the winding is as an inertia less than none."""
     built = leg(replace(UNDAMPED, motor=replace(MOTOR, rotor_inertia=0.0, inductance=3.5e-3)))
     bare = replace(built, joints=(replace(built.joints[0], armature=0.0), built.joints[1]))

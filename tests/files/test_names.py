@@ -64,7 +64,7 @@ def test_two_joints_whose_files_a_disk_may_take_for_one_are_refused(first: str, 
     assert same_file([first, "other"], second) == first
 
 
-def test_drawings_of_a_joint_and_of_a_part_of_another_are_told_apart() -> None:
+def test_drawings_of_a_joint_and_of_a_part_of_another_are_distinguished() -> None:
     assert mixed_files(["hip", "knee", "knee 2", "hip_roll", "legs"]) is None
     assert "rename" in (mixed_files(["knee", "knee upper"]) or "")
     assert "whole leg" in (mixed_files(["Leg"]) or "")
@@ -120,7 +120,7 @@ def test_the_writer_reaches_nothing_outside_its_folder(name: str, tmp_path: Path
     assert {path.name: path.read_text() for path in elsewhere.iterdir()} == {"x.csv": "mine"}
 
 
-def test_two_names_that_give_one_file_are_told_and_nothing_is_overwritten(tmp_path: Path) -> None:
+def test_two_names_that_give_one_file_are_reported_and_nothing_is_overwritten(tmp_path: Path) -> None:
     write_text(place(tmp_path, "a.csv"), "1")
     with pytest.raises(UserError, match="written twice"):
         place(tmp_path, "a.csv")

@@ -164,7 +164,7 @@ def test_a_parent_without_permission(tmp_path: Path) -> None:
         run(tmp_path / "out")
 
 
-def test_a_full_disk_is_told_and_leaves_nothing(tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_and_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="No space left"), output_folder(tmp_path / "out"):
         raise OSError(28, "No space left on device")
     assert names(tmp_path) == []

@@ -88,7 +88,7 @@ def test_equal_values_have_one_digest_and_others_another() -> None:
     assert len({digest_of(outer()), digest_of(outer((0.1,))), digest_of({"a": 1.5}), digest_of({"a": 1.25})}) == 4
 
 
-def test_a_class_may_be_made_anew_instead_of_written() -> None:
+def test_a_class_may_have_its_own_conversion() -> None:
     remade = {Stranger: Remade(lambda item: item.name.upper(), Stranger)}
     data = to_bytes({"x": Stranger("ann")}, remade)
     assert from_bytes(data, dict, remade) == {"x": Stranger("ANN")}
@@ -97,7 +97,7 @@ def test_a_class_may_be_made_anew_instead_of_written() -> None:
 
 
 @pytest.mark.parametrize("value", [{1, 2}, object(), print, np.array([object()]), b"x", 1j])
-def test_what_is_no_data_is_not_written(value: object) -> None:
+def test_objects_that_are_not_data_are_not_written(value: object) -> None:
     with pytest.raises(TypeError, match="cannot be written as data"):
         to_bytes(value)
 

@@ -324,7 +324,7 @@ def test_measured_dampers_are_read_joint_by_joint(folder: Path) -> None:
         ("{damper_shafts: {hip: 6 mm}, dampers: {hip: {shaft_size: 6 mm}}}", "given twice"),
     ],
 )
-def test_mistakes_in_measured_dampers_are_told(folder: Path, cad: str, words: str) -> None:
+def test_mistakes_in_measured_dampers_are_reported(folder: Path, cad: str, words: str) -> None:
     with pytest.raises(UserError) as caught:
         read_leg_project(write(folder, DESIGN + f"cad: {cad}\n"))
     assert words in str(caught.value)

@@ -59,7 +59,7 @@ def test_every_kind_that_a_command_reads_has_a_page() -> None:
     assert set(COMMANDS) - without <= set(KINDS)
 
 
-def test_rows_say_type_unit_default_and_range() -> None:
+def test_rows_have_type_unit_default_and_range() -> None:
     mass = {row.name: row for row in rows(KINDS["leg"].inner["joints"].inner["link"])}["mass"]
     assert (mass.type, mass.unit, mass.allowed, mass.default) == ("quantity", "g", "more than 0 g", None)
     assert mass.example == "740 g"

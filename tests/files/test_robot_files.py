@@ -57,7 +57,7 @@ def test_the_sdf_holds_springs_with_their_rest_and_dampers() -> None:
     assert [float((pose or "").split()[2]) for pose in poses] == pytest.approx(lengths)
 
 
-def test_what_a_format_cannot_hold_is_said_in_file_and_report(tmp_path) -> None:
+def test_features_that_a_format_lacks_are_reported_in_file_and_report(tmp_path) -> None:
     leg = robot().with_joints(
         knee={"damper": Damper(curve=CURVE), "effects": {"stribeck_friction": {"torque": 0.1, "speed": 1.0}}}
     )

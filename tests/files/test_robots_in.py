@@ -113,7 +113,7 @@ def test_an_axis_more_than_five_degrees_off_the_plane_is_refused(angle: float, r
         assert "the axis of calf is 4 deg off" in " ".join(robot_leg(path, ["thigh", "calf"], "xz").messages)
 
 
-def test_a_centre_of_mass_beside_the_line_is_said_and_its_inertia_kept(tmp_path: Path) -> None:
+def test_a_centre_of_mass_beside_the_line_is_reported_and_its_inertia_kept(tmp_path: Path) -> None:
     text = ROBOT.format(**LOCKED).replace('pos="0 .02 -.06" mass="1"', 'pos=".01 .02 -.06" mass="1"')
     picked = robot_leg(written(tmp_path / "a.xml", text), ["thigh", "calf"])
     thigh = picked.leg.joints[0].link
@@ -149,7 +149,7 @@ def out_and_in() -> Leg:
     return replace(leg, joints=tuple(joints))
 
 
-def test_what_is_written_as_mjcf_is_read_again(tmp_path: Path) -> None:
+def test_a_leg_written_as_mjcf_is_read_again(tmp_path: Path) -> None:
     leg = out_and_in()
     again = robot_leg(written(tmp_path / "a.mjcf.xml", mjcf_text(leg, FASTEST)), leg.joint_names).leg
     assert (again.name, again.gravity, again.tilt) == (leg.name, pytest.approx(9.7), pytest.approx(0.2, rel=1e-9))
@@ -159,7 +159,7 @@ def test_what_is_written_as_mjcf_is_read_again(tmp_path: Path) -> None:
         same(a, b)
 
 
-def test_what_is_written_as_urdf_is_read_again(tmp_path: Path) -> None:
+def test_a_leg_written_as_urdf_is_read_again(tmp_path: Path) -> None:
     leg = out_and_in()
     leg = replace(leg, joints=tuple(replace(joint, spring=None, armature=0.0) for joint in leg.joints))
     picked = robot_leg(written(tmp_path / "a.urdf", urdf_file(leg, FASTEST).text), leg.joint_names)
@@ -208,7 +208,9 @@ def test_urdf_frames_are_mujoco_s(tmp_path: Path) -> None:
         ([], None, ["0 joints; a leg has 1 to 6"]),
     ],
 )
-def test_what_is_no_chain_is_refused(chain: list[str], plane: str | None, words: list[str], tmp_path: Path) -> None:
+def test_joints_that_are_not_a_chain_are_refused(
+    chain: list[str], plane: str | None, words: list[str], tmp_path: Path
+) -> None:
     path = written(tmp_path / "quad.xml", ROBOT.format(**FREE))
     with pytest.raises(UserError) as caught:
         robot_leg(path, chain, plane)
@@ -230,7 +232,7 @@ def test_what_is_no_chain_is_refused(chain: list[str], plane: str | None, words:
         ),
     ],
 )
-def test_files_that_are_no_robot_are_one_message(text: str, words: str, tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_robot_gives_one_message(text: str, words: str, tmp_path: Path) -> None:
     with pytest.raises(UserError, match=words):
         read_robot(written(tmp_path / "a.xml", text))
 
@@ -256,7 +258,7 @@ def test_init_writes_a_project_with_the_robot_s_leg(
         assert read_gap_project(out / "gap.yaml").leg.joint_names == ("thigh", "calf")
 
 
-def test_init_refuses_what_does_not_belong_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_init_refuses_contradictory_options(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["init", "leg", str(tmp_path / "p"), "--chain", "a"]) == 2
     assert "--from" in capsys.readouterr().err
     assert main(["init", "hopper", str(tmp_path / "p"), "--from", "x.xml"]) == 2
@@ -266,7 +268,7 @@ def test_init_refuses_what_does_not_belong_together(tmp_path: Path, capsys: pyte
     assert not (tmp_path / "p").exists()
 
 
-def test_a_guessed_length_of_the_last_link_is_told(tmp_path: Path) -> None:
+def test_a_guessed_length_of_the_last_link_is_reported(tmp_path: Path) -> None:
     path = written(
         tmp_path / "a.urdf",
         """<robot name="r"><link name="a"/><link name="b"><inertial><origin xyz="0 0 -.1"/><mass value=".2"/>

@@ -19,7 +19,7 @@ FASTEST = np.full(3, 10.0)
 CURVE = DamperCurve((0.1, 1.0, 8.0), (0.04, 0.11, 0.29))
 
 
-def test_every_file_says_what_it_leaves_out(tmp_path: Path) -> None:
+def test_every_file_lists_its_omissions(tmp_path: Path) -> None:
     leg = robot().with_joints(
         hip={"effects": {"coulomb_friction": {"torque": 0.05}}},
         knee={"damper": Damper(curve=CURVE)},

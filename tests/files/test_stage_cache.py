@@ -49,7 +49,7 @@ def test_a_kept_folder_comes_back_under_its_key_alone(tmp_path: Path) -> None:
     assert not cache.fetch(key_of("solids", 1.0, "y"), target)
 
 
-def test_keys_tell_inputs_stages_and_program_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_keys_distinguish_inputs_stages_and_program(monkeypatch: pytest.MonkeyPatch) -> None:
     keys = {key_of("solids", 1.0), key_of("solids", 1), key_of("leg", 1.0), key_of("solids", 1.0, None)}
     monkeypatch.setattr(stage_cache, "program", lambda: "another version")
     assert len(keys | {key_of("solids", 1.0)}) == 5
@@ -90,7 +90,7 @@ def test_a_damaged_entry_is_dropped_and_made_again(damage: str, tmp_path: Path, 
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="no user numbers on this system")
-def test_what_another_user_left_is_not_taken(tmp_path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_entries_of_another_user_are_not_used(tmp_path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     cache = StageCache()
     cache.keep("one", made(tmp_path))
     stranger = os.getuid() + 1
@@ -122,7 +122,7 @@ def test_a_link_in_place_of_the_stages_is_not_followed(tmp_path: Path, folder: P
     assert not list((tmp_path / "elsewhere").iterdir())
 
 
-def test_switched_off_it_keeps_nothing(tmp_path: Path, folder: Path) -> None:
+def test_a_cache_that_is_switched_off_stores_nothing(tmp_path: Path, folder: Path) -> None:
     cache = StageCache(on=False)
     cache.keep("one", made(tmp_path))
     cache.keep_value("two", Kept(2.0))
@@ -163,7 +163,7 @@ def test_a_disk_that_cannot_be_written_is_no_reason_to_fail(
     assert not list(folder.iterdir())
 
 
-def test_what_a_killed_run_left_is_removed(tmp_path: Path, folder: Path) -> None:
+def test_leftovers_of_a_killed_run_are_removed(tmp_path: Path, folder: Path) -> None:
     cache = StageCache()
     shutil.copytree(made(tmp_path), folder / ".partial-dead")
     cache.keep_value("one", Kept(1.0))

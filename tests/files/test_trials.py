@@ -185,7 +185,7 @@ def test_missing_joint_names_the_column_that_may_be_meant(tmp_path: Path) -> Non
     assert any('"knee [deg]" is missing; is it kneee?' in problem.text for problem in found)
 
 
-def test_all_bad_cells_are_told_up_to_a_limit(tmp_path: Path) -> None:
+def test_all_bad_cells_are_reported_up_to_a_limit(tmp_path: Path) -> None:
     found = refused(tmp_path, csv_text(rows=[f"{i},x,y" for i in range(1000)]))
     assert 20 <= len(found) <= 21
     assert (found[0].line, found[0].key) == (2, "hip [deg]")

@@ -73,7 +73,7 @@ def test_refused_with_line(tmp_path: Path, text: str | bytes, line: int, words: 
     assert words in error.problems[0].text
 
 
-def test_two_doubled_keys_are_both_told(tmp_path: Path) -> None:
+def test_two_duplicate_keys_are_both_reported(tmp_path: Path) -> None:
     assert [p.line for p in refused(tmp_path, "a: 1\na: 2\nb: {c: 1, c: 2}\n").problems] == [2, 3]
 
 
@@ -98,7 +98,7 @@ def test_bombs_are_refused_quickly(tmp_path: Path, text: str) -> None:
     assert len(str(error)) < 500
 
 
-def test_honest_alias_is_read(tmp_path: Path) -> None:
+def test_a_harmless_alias_is_read(tmp_path: Path) -> None:
     assert read(tmp_path, "a: &d {rate: 1}\nb: *d\n").value["b"] == {"rate": 1}
 
 

@@ -45,7 +45,7 @@ def judged(box: Path, status: int, said: str, *, litter: str = "", result: str =
     return _judged(status, box, folder, before, ["fit", "fit.yaml", "--out", "out"], 1e8)[0]
 
 
-def test_the_judge_sees_each_kind_of_failure(tmp_path: Path) -> None:
+def test_each_kind_of_failure_is_recognised(tmp_path: Path) -> None:
     refused = "synth: fit.yaml:1: leg: is missing\n"
     assert judged(tmp_path / "a", 2, refused) == "REFUSED"
     assert judged(tmp_path / "b", 0, "", result="{}") == "DONE"

@@ -81,7 +81,7 @@ def test_the_best_is_the_highest_and_the_front_beats_all(result: Path, found: di
         assert any(a >= one - 1e-6 and b >= other - 1e-4 for a, b in front)
 
 
-def test_the_choice_is_told_with_neighbours_models_and_warnings(found: dict) -> None:  # type: ignore[type-arg]
+def test_the_choice_is_reported_with_neighbours_models_and_warnings(found: dict) -> None:  # type: ignore[type-arg]
     changes = [item["change"] for item in found["neighbours"]]
     # The shortest leg of the sweep is chosen, since the gearboxes of what jumps higher would break.
     assert changes == ["as chosen", "1 cm longer", "one ratio less", "one ratio more"]
@@ -109,7 +109,7 @@ def test_gearbox_stop_leaves_out_what_would_break(tmp_path: Path) -> None:
     assert all(row["feasible"] == "no" for row in rows if "gearbox" in row["limit"])
 
 
-def test_too_weak_a_motor_is_said_to_be_and_jumps_nothing(tmp_path: Path) -> None:
+def test_a_motor_that_is_too_weak_is_reported_and_does_not_jump(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(SMALL.replace('"N20 HP 6V 1*0:1", "N20 HP 6V 210:1"', '"N20 LP 6V 30:1"'))
     assert (
         main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 1
@@ -178,7 +178,7 @@ lengths: {least: 60 mm, most: 180 mm, step: 0.05 mm}
 """
 
 
-def test_a_killed_sweep_goes_on_to_the_same_bytes_and_refuses_another_project(tmp_path: Path) -> None:
+def test_a_killed_sweep_resumes_to_the_same_bytes_and_refuses_another_project(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(LARGE)
     command = [sys.executable, "-m", "synth", "-q", "hopper", "--no-cad", str(tmp_path / "a.yaml"), "--out"]
     whole = subprocess.run([*command, str(tmp_path / "whole")], check=True, timeout=300, capture_output=True)

@@ -52,7 +52,9 @@ def test_motor_constants_from_run_ups(runs: Path) -> None:
         assert low < found[name]["value"] < high
 
 
-def test_one_steady_speed_cannot_tell(runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_steady_speed_does_not_determine_the_constants(
+    runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     steady = np.column_stack([np.arange(0, 1, 1e-3), *(np.full(1000, v) for v in (6.0, 0.1, 20.0))])
     write(tmp_path / "a.csv", "time [s],voltage [V],current [A],speed [rad/s]", steady)
     (tmp_path / "p.yaml").write_text("kind: hopper-motor\ngear_ratio: 150\nruns: [a.csv]\n")
@@ -82,7 +84,7 @@ def test_a_run_with_exchanged_columns_is_named(
     assert not (tmp_path / "o").exists()
 
 
-def test_runs_that_all_have_exchanged_columns_are_of_no_motor(
+def test_runs_that_all_have_exchanged_columns_are_refused(
     runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(exchanged(runs, tmp_path, [path.name for path in runs.glob("run_*.csv")])) == 2
@@ -166,7 +168,7 @@ def test_one_odd_pull_up_is_named(
     assert not (tmp_path / "p" / "out").exists()
 
 
-def test_pull_ups_that_all_have_the_wrong_sign_are_of_no_leg(
+def test_pull_ups_that_all_have_the_wrong_sign_are_refused(
     pulls: tuple[Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder, text = pulls
@@ -200,7 +202,7 @@ def plate(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_jumps_on_a_plate_tell_the_model_that_made_them(plate: Path) -> None:
+def test_jumps_on_a_plate_identify_the_model_that_made_them(plate: Path) -> None:
     """Recordings of model D: of the models held against them D fits best, and its rise is the measured one."""
     found = run(plate, (plate / "project.yaml").read_text(), "jumps.json")
     models = found["models"]

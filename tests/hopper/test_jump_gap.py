@@ -102,7 +102,7 @@ def test_the_next_trial_is_an_entry_of_a_project(found: dict[str, Any]) -> None:
     assert "hip" in following["release"]
 
 
-def test_the_page_tells_it_all(damped: Path, found: dict[str, Any]) -> None:
+def test_the_page_shows_every_result(damped: Path, found: dict[str, Any]) -> None:
     page = (damped / "report.html").read_text()
     for title in ("Where the gap lies", "Which effect causes it", "Reduction of the gap",
                   "How high, and across designs", "What to record next"):  # fmt: skip
@@ -138,7 +138,7 @@ def test_without_effects_nothing_is_missing_and_each_trial_is_predicted_by_the_o
     assert "is unknown" in found["across"]["says"][0]
 
 
-def test_pull_ups_alone_tell_damping_and_nothing_else(tmp_path: Path) -> None:
+def test_pull_ups_alone_determine_the_damping_only(tmp_path: Path) -> None:
     lines = ""
     for k, length in enumerate((0.10, 0.12, 0.14)):
         write(tmp_path / f"{k}.csv", pulled(length, DAMPED, seed=k))
@@ -233,7 +233,7 @@ def designs(length_slope: float, ratio_slope: float) -> tuple[JumpAcrossDesigns,
 
 
 @pytest.mark.parametrize(("length_slope", "ratio_slope"), [(5.0, 0.0), (0.0, -0.002), (2.0, 0.001)])
-def test_trends_across_designs_are_told_apart(length_slope: float, ratio_slope: float) -> None:
+def test_trends_across_designs_are_distinguished(length_slope: float, ratio_slope: float) -> None:
     made = designs(length_slope, ratio_slope)
     rng = np.random.default_rng(1)
     errors = np.array([d.error("as_designed") for d in made]) + rng.normal(0.0, 0.004, len(made))
@@ -249,7 +249,7 @@ def test_trends_across_designs_are_told_apart(length_slope: float, ratio_slope: 
         assert (low > 0.0 or high < 0.0) == (true != 0.0)
 
 
-def test_the_words_say_whether_the_error_grows() -> None:
+def test_the_sentence_states_whether_the_error_grows() -> None:
     made = designs(5.0, 0.0)
     rng = np.random.default_rng(2)
     noisy = np.array([d.error("after") for d in made]) + rng.normal(0.0, 0.003, len(made))

@@ -167,7 +167,7 @@ def test_hunt_crossley_never_pulls_and_the_linear_law_does() -> None:
     assert least["A"] < -0.01
 
 
-def test_what_cannot_jump_says_so() -> None:
+def test_a_leg_that_cannot_jump_is_reported() -> None:
     weak = replace(motor(), stall_torque=0.01)
     folded = simulate([(HopperLeg(), weak)], GROUND, MODELS["A"])[0]
     assert folded.limit.startswith("too weak")

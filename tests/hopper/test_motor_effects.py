@@ -50,7 +50,7 @@ def clearance(jumps: JumpLanes) -> float:
     return outcome_of(compiled_jump(LEG.bending).run(jumps.workspace(), 1e-5)[:, 0]).clearance
 
 
-def test_they_are_those_of_the_file_formats_and_none_is_a_swinging_legs() -> None:
+def test_effects_are_those_of_the_file_formats_and_none_is_a_swinging_leg_s() -> None:
     assert {effect.name: effect.place for effect in motor_effects()} == NAMES
     assert not {effect.name for effect in registered()} & set(NAMES)
 

@@ -53,7 +53,7 @@ def motor_result(folder: Path, keys: str, out: str = "out") -> dict[str, Any]:
     return found
 
 
-def test_stall_and_free_speed_tell_the_steady_constants(tmp_path: Path) -> None:
+def test_stall_and_free_speed_determine_the_steady_constants(tmp_path: Path) -> None:
     motor_tests(tmp_path)
     found = motor_result(tmp_path, "stall: [stall.csv]\nfree_speed: [free.csv]\n")["motor"]
     true = {"resistance": RESISTANCE, "back_emf_constant": EMF, "friction": FRICTION, "viscous": VISCOUS,
@@ -92,7 +92,7 @@ def test_what_one_test_cannot_determine_is_reported(tmp_path: Path) -> None:
         ("stall: [backward.csv]\n", "against its voltage"),
     ],
 )
-def test_mistakes_are_told(keys: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_mistakes_are_reported(keys: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     motor_tests(tmp_path)
     write(tmp_path / "still.csv", "voltage [V],current [A],speed [rad/s]", [(6.0, 1.0, 0.0), (3.0, 1.0, 0.0)])
     write(tmp_path / "backward.csv", "voltage [V],current [A],torque [N*m]", [(6.0, -1.0, 0.2), (3.0, 1.0, 0.1)])
@@ -141,7 +141,7 @@ def test_pairs_that_are_no_spring_are_refused(rows: list[tuple[float, float]], t
         read_bending(tmp_path / "pairs.csv", "pairs.csv")
 
 
-def test_video_and_meter_of_model_d_tell_model_d(tmp_path: Path) -> None:
+def test_video_and_meter_of_model_d_agree_with_model_d(tmp_path: Path) -> None:
     """Made by model D at 240 frames and 1000 samples a second: its own predictions lie within the sampling."""
     shutil.copy(EXAMPLE, tmp_path)
     project = read_hopper_project(EXAMPLE)

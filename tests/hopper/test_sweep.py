@@ -74,7 +74,7 @@ def test_workers_and_intervals_do_not_change_a_design() -> None:
     assert np.all(with_intervals.clearance_low[jumping] <= with_intervals.values["clearance"][jumping])
 
 
-def test_a_length_out_of_reach_is_no_jump_and_says_why() -> None:
+def test_a_length_out_of_reach_does_not_jump_and_has_a_reason() -> None:
     sweep = run_sweep(replace(problem(lengths=(0.03, 0.12))))
     assert not sweep.feasible("warn")[0]
     assert "out of the links' reach" in sweep.limit_text(0)
@@ -113,7 +113,7 @@ def test_at_another_supply_speed_and_torque_follow_the_winding() -> None:
     assert less.stall_torque == pytest.approx(row.gear_ratio * less.torque_constant * (less.stall_current - 0.1))
 
 
-def test_motors_are_chosen_by_pattern_and_what_is_missing_is_said() -> None:
+def test_motors_are_chosen_by_pattern_and_missing_values_are_reported() -> None:
     rows = catalogue().motors
     assert {row.variant for row in chosen_rows(rows, ["n20 hp 6v *"])} == {"HP 6V"}
     with pytest.raises(UserError, match="matches no gear motor"):

@@ -14,7 +14,7 @@ PROC = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processe
 
 
 @PROC
-def test_kills_lose_nothing_and_leave_nothing(tmp_path: Path) -> None:
+def test_killed_runs_lose_nothing_and_leave_nothing(tmp_path: Path) -> None:
     draw = random.Random(11)
     with prepared(["folder"], tmp_path / "work", legs=2) as (case,):
         done = [killed(case, draw) for _ in range(3)]
@@ -31,7 +31,7 @@ subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"], stderr=
 
 
 @PROC
-def test_a_careless_program_is_found_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_program_that_leaves_files_is_detected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rounds, "PATIENCE", 0.2)
     (tmp_path / "synth").mkdir()
     (tmp_path / "synth" / "__init__.py").write_text("")

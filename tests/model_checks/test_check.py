@@ -95,7 +95,7 @@ def test_a_leg_of_six_links_holds(tmp_path: Path) -> None:
     assert main(["check", str(path), "-q"]) == 0
 
 
-def test_a_wrong_model_fails_and_says_where(
+def test_a_wrong_model_fails_with_the_place_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """An engine whose gravity is a thousandth too large."""
@@ -121,7 +121,7 @@ def test_a_wrong_model_fails_and_says_where(
     assert "checks of the model fail" in (out / "report.html").read_text()
 
 
-def test_without_the_other_engine_it_says_so(
+def test_without_the_other_engine_the_check_is_reported_as_skipped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "mujoco", None)

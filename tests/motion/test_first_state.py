@@ -36,7 +36,7 @@ def test_the_deviation_holds_noise_and_bias_of_a_swing(frequency: float, samplin
     assert np.mean(hits, axis=0).min() > 0.9
 
 
-def test_too_few_samples_say_nothing() -> None:
+def test_too_few_samples_give_no_state() -> None:
     time = np.arange(12) * 0.01
     counts = np.ones((12, 1), dtype=bool)
     counts[4:] = False

@@ -28,7 +28,7 @@ def test_the_simulation_behind_these_tests_agrees_with_mujoco() -> None:
 
 
 @pytest.mark.parametrize("noise", [0.05, 0.2])
-def test_release_at_once_is_found_within_a_few_samples_and_no_hand_is_blamed(noise: float) -> None:
+def test_an_immediate_release_is_found_within_a_few_samples_and_no_external_torque_reported(noise: float) -> None:
     generator = np.random.default_rng(3)
     made = [driven_release(generator, 0.0, noise) for _ in range(25)]
     found = [find_release(each.time, each.angles, each.leg) for each in made]

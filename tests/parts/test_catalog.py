@@ -119,7 +119,7 @@ def test_dampers_of_the_thesis_in_published_units() -> None:
         assert row.allows_travel(math.tau)
 
 
-def test_what_is_no_vendors_data_is_left_out() -> None:
+def test_columns_that_are_not_vendors_data_are_left_out() -> None:
     assert not [row for row in CATALOGUE.springs if "lab" in row.vendor]
     header = (catalog_folder() / "dampers.csv").read_text(encoding="utf-8").splitlines()[0]
     assert "identified" not in header
@@ -221,7 +221,7 @@ def test_folder_holds_what_the_wheel_ships() -> None:
     assert {path.stem for path in folder.glob("*.csv")} == set(FAMILIES) | fasteners
 
 
-def test_enough_can_be_chosen_and_what_was_not_published_is_named() -> None:
+def test_enough_parts_can_be_chosen_and_unpublished_values_are_named() -> None:
     """40 springs are not there to be had: of 51 others the rate or the wire is not known, and nothing is made up."""
     springs = [row for row in CATALOGUE.springs if row.choosable]
     dampers = [row for row in CATALOGUE.dampers if row.choosable]

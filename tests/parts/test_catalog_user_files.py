@@ -147,7 +147,7 @@ def test_files_that_are_no_catalogue(tmp_path: Path) -> None:
         assert text in _problems(path)[0].text, path
 
 
-def test_problems_of_a_hopeless_file_are_cut(tmp_path: Path) -> None:
+def test_the_list_of_problems_of_a_wrong_file_is_shortened(tmp_path: Path) -> None:
     path = _file(tmp_path, "part,rate [N*m/rad]\n" + "A,x\n" * 1000)
     assert len(read_table(path).problems) == MAX_PROBLEMS + 2
 

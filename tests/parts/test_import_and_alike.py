@@ -73,14 +73,14 @@ def test_a_damper_s_shaft_and_screws_are_columns(tmp_path: Path) -> None:
         ({}, "a,b\n1,2\n", "is not a table of torsion springs or dampers"),
     ],
 )
-def test_what_cannot_be_read_is_told(mapping: dict[str, str], table: str, said: str, tmp_path: Path) -> None:
+def test_unreadable_tables_are_reported(mapping: dict[str, str], table: str, said: str, tmp_path: Path) -> None:
     path = tmp_path / "table.csv"
     path.write_text(table)
     with pytest.raises(UserError, match=said):
         import_table(path, mapping)
 
 
-def test_substitutes_are_ranked_and_say_what_differs() -> None:
+def test_substitutes_are_ranked_with_their_differences() -> None:
     catalogue = Catalogue.load()
     found = alike(catalogue, catalogue.find_spring("LTR080F 10 S"))
     assert [item.distance for item in found] == sorted(item.distance for item in found)

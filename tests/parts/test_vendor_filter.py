@@ -31,7 +31,7 @@ def test_a_vendor_that_sells_no_springs_keeps_none_out() -> None:
     assert reasons(("maker of dampers only",)) == reasons(())
 
 
-def test_a_part_that_cannot_be_had_is_left_out_alone() -> None:
+def test_an_excluded_part_is_left_out_alone() -> None:
     row = SPRINGS[0]
     found = reasons((), (row.part.lower(),))
     out = {part for part, why in found.items() if "excluded by select.without" in why}
@@ -39,7 +39,7 @@ def test_a_part_that_cannot_be_had_is_left_out_alone() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 2])
-def test_the_filter_names_the_vendors_that_were_asked_for(count: int) -> None:
+def test_the_filter_names_the_requested_vendors(count: int) -> None:
     names = tuple(sorted({row.vendor for row in SPRINGS}))[:count]
     other = next(row for row in SPRINGS if row.vendor not in names)
     said = next(iter(spring_reasons(other, SpringChoice(), None, PartsOptions(vendors=names))))

@@ -93,7 +93,7 @@ def test_the_outer_diameter_follows_from_the_inner(tmp_path: Path) -> None:
         ("14.4,radial,0.98,1.5,17,14,1.04,", None),
     ],
 )  # fmt: skip
-def test_what_contradicts_itself(tmp_path: Path, cells: str, message: str | None) -> None:
+def test_contradictory_rows_are_reported(tmp_path: Path, cells: str, message: str | None) -> None:
     """Rate within 25 % of the geometry's, OD = ID + 2 d, body length, angle against coils by a stated convention."""
     columns = "outer_diameter [mm],inner_diameter [mm],body_coils [1],body_length [mm]\n"
     path = written(tmp_path, HEAD + columns + f"A,V,music wire,{cells}\n")

@@ -28,7 +28,7 @@ def test_every_trial_is_in_one_half_and_can_be_read(name: str, tmp_path: Path) -
     assert all((recording.known_torque is not None) == (name == "driven pendulum") for recording in made)
 
 
-def test_a_half_of_the_double_pendulum_is_diagnosed_and_told(tmp_path: Path) -> None:
+def test_a_half_of_the_double_pendulum_is_diagnosed_and_reported(tmp_path: Path) -> None:
     halves = [half_of("double pendulum", tmp_path, half) for half in (0, 1)]
     for half in halves:
         assert half["before"] < 0.2  # the authors' model is a good one

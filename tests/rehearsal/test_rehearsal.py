@@ -230,7 +230,7 @@ def rehearsal(rig: Rig, folder: Path, count: int = 40) -> Rehearsal:
     return Rehearsal(folder / "gap.yaml", rig, 3, count, 2, {"gap.yaml": "x"})
 
 
-def test_a_stopped_rehearsal_goes_on_and_ends_as_if_never_stopped(
+def test_an_interrupted_rehearsal_resumes_to_the_same_result(
     rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     said: list[str] = []
@@ -259,7 +259,7 @@ def test_a_stopped_rehearsal_goes_on_and_ends_as_if_never_stopped(
     assert more.made < 50
 
 
-def test_a_result_tells_sizes_confusion_and_false_alarms(rig: Rig) -> None:
+def test_a_result_has_sizes_confusions_and_false_alarms(rig: Rig) -> None:
     outcomes = [
         outcome("coulomb_friction", 1, 1, False),
         outcome("coulomb_friction", 1, 2, True),
@@ -304,7 +304,7 @@ def test_a_leg_with_effects_is_refused() -> None:
         (["--rehearse"], "--out is missing"),
     ],
 )
-def test_what_cannot_be_asked_is_one_message(
+def test_impossible_requests_give_one_message(
     words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = [] if message.startswith("--out") else ["--out", str(tmp_path / "out")]

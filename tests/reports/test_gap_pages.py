@@ -244,7 +244,7 @@ def test_names_with_markup_stay_text(written: Folder) -> None:
     check_all(html)
 
 
-def test_a_damaged_where_is_left_out_and_said(written: Folder, effect: GapResult) -> None:
+def test_a_damaged_table_of_the_gap_s_place_is_left_out_and_reported(written: Folder, effect: GapResult) -> None:
     folder = written(effect)
     content: dict[str, Any] = json.loads((folder / "gap.json").read_text())
     for key in ("where", "gap", "next_experiment", "ranked", "settings", "noise", "effects", "versions", "trials"):

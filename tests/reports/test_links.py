@@ -16,7 +16,7 @@ from synth.reports.sections import links
 LegFolder = Callable[..., tuple[Path, dict[str, Any]]]
 
 
-def test_links_stand_as_assumed_as_drawn_and_as_simulated(leg_folder: LegFolder) -> None:
+def test_links_are_listed_as_assumed_as_drawn_and_as_simulated(leg_folder: LegFolder) -> None:
     folder, design = leg_folder()
     name = next(iter(design["joints"]))
     setting = {"turn": (4.0, "deg"), "left": (0.0, "deg"), "rate": (15.0, "N*m/rad"), "free_angle": (98.0, "deg")}

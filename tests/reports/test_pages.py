@@ -63,7 +63,7 @@ def test_the_opening_comes_first_and_settings_last(leg_folder: LegFolder) -> Non
     assert re.findall(r'<details class="section" id="([^"]+)" open>', html) == ["built"]
 
 
-def test_the_leg_s_opening_says_what_came_out_how_sure_it_is_and_what_to_do(leg_folder: LegFolder) -> None:
+def test_the_leg_s_opening_has_result_reliability_and_next_steps(leg_folder: LegFolder) -> None:
     folder, design = leg_folder()
     html, page = page_of(write_leg_report(folder))
     opening = html.split("<nav")[0].split("<body>")[1]
@@ -199,7 +199,7 @@ def test_a_missing_part_leaves_the_rest(leg_folder: LegFolder, key: str, absent:
         assert said[key] in page.text
 
 
-def test_a_design_with_nothing_in_it_says_so(tmp_path: Path) -> None:
+def test_an_empty_design_has_a_page(tmp_path: Path) -> None:
     (tmp_path / "design.json").write_text('{"format": "synth/leg-design/1"}')
     _, page = page_of(write_leg_report(tmp_path))
     for title in ("The design in short", "Chosen parts", "Springs to make", "Files", "Measured against fitted motion"):
@@ -291,7 +291,7 @@ def test_reports_import_nothing_from_synth_and_no_plotting_library() -> None:
             assert all(name.startswith("synth.reports") for name in names if name.split(".")[0] == "synth"), path
 
 
-def test_sets_show_what_is_to_be_expected_and_what_it_hangs_on(leg_folder: LegFolder) -> None:
+def test_sets_show_the_expected_error_and_its_causes(leg_folder: LegFolder) -> None:
     folder, design = leg_folder()
     _, page = page_of(write_leg_report(folder))
     text = " ".join(page.text.split())

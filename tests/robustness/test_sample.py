@@ -45,7 +45,7 @@ def test_every_fit_of_the_sample_succeeds_and_nine_in_ten_intervals_hold(records
     assert exact.width < 0.5 * found.width
 
 
-def test_a_hand_at_the_start_is_cut_and_a_free_leg_is_let_be(records: list[Record]) -> None:
+def test_an_external_torque_at_the_start_is_cut_and_free_motion_kept(records: list[Record]) -> None:
     seen = hands(records)
     assert seen["driven"][1] > 0
     assert seen["driven"][0] > 0.5 * seen["driven"][1]
@@ -82,7 +82,7 @@ def test_numbers_of_a_line_are_those_by_hand() -> None:
     assert found.bias == pytest.approx(0.0)
 
 
-def test_a_study_goes_on_from_where_it_was(
+def test_an_interrupted_study_resumes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(whole, "_source_hash", lambda: "one program")

@@ -75,7 +75,7 @@ def test_shares_are_counted_by_group(results: list[dict]) -> None:  # type: igno
     assert Share.of([0.01, 0.04, 0.2]).followed == 2
 
 
-def test_the_page_says_who_follows_how_many(results: list[dict], tmp_path: Path) -> None:  # type: ignore[type-arg]
+def test_the_page_lists_how_many_legs_each_method_follows(results: list[dict], tmp_path: Path) -> None:  # type: ignore[type-arg]
     page = write_page(results, tmp_path).read_text()
     assert all(name in page for name in CONTESTANTS)
     assert f"Ours follows every joint of 3 of {len(SEEDS)} legs" in page

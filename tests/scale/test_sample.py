@@ -19,14 +19,14 @@ def test_the_exponent_of_a_power_is_that_power(power: float) -> None:
     assert exponent(SIZES, [5.0, 5.1, 5.2], 5.0, LEAST_SECONDS) is None  # too little growth to tell
 
 
-def test_what_grows_as_the_square_does_not_pass() -> None:
+def test_quadratic_growth_fails() -> None:
     fixed = Measured(2, 1.0, 1.0, 1e8)
     assert Growth("a", fixed, (), 1.1, None).linear
     assert not Growth("a", fixed, (), 2.0, 1.0).linear
     assert not Growth("a", fixed, (), None, 1.5).linear
 
 
-def test_a_catalogue_is_measured_and_left_nowhere(tmp_path: Path) -> None:
+def test_a_catalogue_is_measured_and_removed(tmp_path: Path) -> None:
     (parts,) = (case for case in CASES if case.name == "parts")
     found = measured(parts, 200, tmp_path)
     assert found.size == 200

@@ -157,7 +157,7 @@ class TestThesisHip:
         )
         assert design_spring(longer, catalogue).best is None
 
-    def test_more_room_is_offered_where_room_is_what_lacks(self, catalogue: Catalogue) -> None:
+    def test_more_space_is_proposed_if_space_is_the_limit(self, catalogue: Catalogue) -> None:
         tight = SpringLimits(max_outer_diameter=0.030, max_body_length=0.030)
         result = design_spring(SpringRequirements(12.0, math.radians(60), limits=tight), catalogue)
         assert result.best is None
@@ -274,7 +274,7 @@ class TestIncludedAngle:
 class TestBadInput:
     """One message with everything that is wrong."""
 
-    def test_all_impossible_wishes_at_once(self, catalogue: Catalogue) -> None:
+    def test_all_impossible_requirements_are_reported_together(self, catalogue: Catalogue) -> None:
         limits = SpringLimits(safety=0.5)
         wish = SpringRequirements(-3.0, 0.0, leg_lengths=(-0.01, 0.0), convention="sideways", limits=limits)  # type: ignore[arg-type]
         with pytest.raises(UserError) as caught:

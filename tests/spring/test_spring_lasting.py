@@ -38,7 +38,7 @@ class TestFatigue:
         assert fatigue.gerber_amplitude(400e6, 1800e6, 100e6, 0.0) == 400e6
 
     @given(amplitude=some.floats(1.0, 100.0), mean=some.floats(0.1, 150.0))
-    def test_what_is_borne_lies_on_the_parabola(self, amplitude: float, mean: float) -> None:
+    def test_the_permissible_stress_lies_on_gerber_s_parabola(self, amplitude: float, mean: float) -> None:
         borne = fatigue.gerber_amplitude(78.5, 294.4, amplitude, mean)
         assert borne / 78.5 + (borne * mean / amplitude / 294.4) ** 2 == pytest.approx(1.0, rel=1e-9)
 
@@ -126,7 +126,7 @@ class TestWinding:
         assert 1 / found == pytest.approx(1 / mean + 1.7 * flow / (modulus * wire), rel=5e-3)
 
     @given(index=some.floats(4.0, 20.0), flow=some.floats(1e9, 2.5e9))
-    def test_what_is_wound_springs_back_to_the_coil(self, index: float, flow: float) -> None:
+    def test_a_wound_coil_springs_back_to_the_wanted_one(self, index: float, flow: float) -> None:
         wire, modulus = 2e-3, 200e9
         mean = index * wire
         wound = winding.mandrel_diameter(mean, wire, modulus, flow) + wire

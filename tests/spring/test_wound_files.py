@@ -21,7 +21,7 @@ def test_a_pipe_a_folder_and_what_is_no_text_are_refused(tmp_path: Path, read: o
             read(tmp_path / name)  # type: ignore[operator]
 
 
-def test_what_is_counted_needs_no_unit_or_its_own_word(tmp_path: Path) -> None:
+def test_counts_need_no_unit(tmp_path: Path) -> None:
     said = []
     for turns, coils in (("turns [1]", "coils [1]"), ("turns", "coils"), ("Turns [turns]", "Coils [coils]")):
         path = tmp_path / "samples.csv"

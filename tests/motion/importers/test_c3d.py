@@ -85,7 +85,7 @@ def test_a_missing_package_is_reported_with_its_installation(tmp_path: Path, mon
         imported(path)
 
 
-def test_what_is_no_c3d_is_refused(tmp_path: Path) -> None:
+def test_a_file_that_is_not_c3d_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.c3d"
     path.write_text("no motion")
     with pytest.raises(UserError, match="is not a C3D file"):

@@ -170,7 +170,7 @@ def test_mistakes_of_the_mapping(tmp_path: Path, mapping: Mapping, message: str)
         imported(path, mapping)
 
 
-def test_labels_made_by_hand_and_hdf5_are_refused_with_the_way_out(tmp_path: Path) -> None:
+def test_manual_labels_and_hdf5_are_refused_with_the_way_to_convert_them(tmp_path: Path) -> None:
     places = parts(pixels(points(angles()[1])))
     written(tmp_path / "a.csv", places)
     table = pd.read_csv(tmp_path / "a.csv", header=[0, 1, 2], index_col=0)

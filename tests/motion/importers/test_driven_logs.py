@@ -298,7 +298,7 @@ def imported_only(folder: Path, more: str) -> None:
     read_files(read_import_project(project(folder, "log.mcap", more=more)))
 
 
-def test_joint_states_as_commands_and_what_cannot_be_read(folder: Path) -> None:
+def test_joint_states_as_commands_and_unreadable_topics(folder: Path) -> None:
     messages: list[Any] = []
     for k, time in enumerate(TIME):
         for topic, values in (("/joint_states", ANGLES), ("/joint_commands", COMMANDS)):

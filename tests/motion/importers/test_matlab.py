@@ -48,7 +48,7 @@ def test_fields_of_structs_rows_and_a_rate_instead_of_a_clock(file: Path) -> Non
     np.testing.assert_allclose(found.time, angles()[0], atol=1e-12)
 
 
-def test_complex_angles_are_missing_and_told(tmp_path: Path) -> None:
+def test_complex_angles_are_missing_and_reported(tmp_path: Path) -> None:
     """As acos of a ratio beyond one gives them."""
     time, measured = angles()
     theta = np.radians(measured).astype(complex)
@@ -60,7 +60,7 @@ def test_complex_angles_are_missing_and_told(tmp_path: Path) -> None:
     assert found.notes[0] == "3 values of theta(:,3) are complex: taken as missing"
 
 
-def test_version_7_3_is_refused_with_the_way_out(tmp_path: Path) -> None:
+def test_version_7_3_is_refused_with_the_command_that_converts_it(tmp_path: Path) -> None:
     hdf5storage.savemat(str(tmp_path / "a.mat"), {"theta": np.radians(angles()[1])}, format="7.3")
     with pytest.raises(UserError, match=r"version 7.3 \(HDF5\); save it as version 7, in MATLAB: s = load\('a.mat'"):
         imported(tmp_path / "a.mat")

@@ -270,7 +270,7 @@ def test_ros_bags(tmp_path: Path, version: int) -> None:
             bag_file(tmp_path, "split")
 
 
-def test_formats_are_told_by_content_and_not_by_ending(tmp_path: Path) -> None:
+def test_formats_are_recognised_by_content_and_not_by_extension(tmp_path: Path) -> None:
     for made in (anipose(tmp_path / "a.csv"), trc(tmp_path / "b.trc")):
         other = made.rename(made.with_suffix(".txt"))
         assert recognise(other, other.name).name in ("anipose", "trc")

@@ -88,7 +88,7 @@ def test_damaged_files(tmp_path: Path, old: str, new: str, message: str) -> None
         imported(path)
 
 
-def test_vectors_missing_columns_and_told_units(tmp_path: Path) -> None:
+def test_vectors_missing_columns_and_stated_units(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="has cells of type Vec3"):
         imported(DATA / "vectors.sto")
     with pytest.raises(UserError, match='hip: there is no column "hip_r"; the file has hip_flexion_r, knee_an'):

@@ -55,7 +55,7 @@ def test_a_row_of_units_under_the_names(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.degrees(imported(tmp_path / "a.txt").angles), angles()[1], atol=1e-9)
 
 
-def test_every_mistake_of_a_file_is_said_at_once(tmp_path: Path) -> None:
+def test_all_mistakes_of_a_file_are_reported_together(tmp_path: Path) -> None:
     table("clock", "Hip", "kn", "ankle (m/s)").to_csv(tmp_path / "a.csv", index=False)
     with pytest.raises(UserError) as caught:
         imported(tmp_path / "a.csv", Mapping(joints={"ankle": JointColumn("ankle (m/s)", unit="m/s")}))

@@ -118,7 +118,7 @@ def test_an_edited_file_is_another_effect(magnet: Path) -> None:
         (("-strength * sin", "-strength * str"), "torque fails when it is called: TypingError"),
     ],
 )
-def test_what_is_wrong_with_a_file_is_said(magnet: Path, change: tuple[str, str], words: str) -> None:
+def test_faults_of_a_file_are_reported(magnet: Path, change: tuple[str, str], words: str) -> None:
     magnet.write_text(MAGNET.replace(*change))
     if not words:
         assert load_file(magnet).name == "cogging"
