@@ -1,8 +1,9 @@
 """What a suggested command gains over a chirp: ``make blind-next``.
 
-Servo-driven legs as of ``blind.servos``, one main cause each, of which only three logs of slow sines are known. Each is
-diagnosed; then the command that the diagnosis asks for is played on the true rig and added to its logs, and a chirp of
-the same length, rate and limits on a copy of it. Both are diagnosed again: how often is the main cause named first?
+Servo-driven legs as of ``blind.servos``, one main cause each, of which only three short logs of slow sines are known.
+Each is diagnosed. Where that already names the cause alone, nothing is left to tell and the rig does not count. Else
+the command that the diagnosis asks for is played on the true rig and added to its logs, and a chirp of the same length,
+rate and limits on a copy of it. Both are diagnosed again: how often is the main cause named first?
 """
 
 from __future__ import annotations
@@ -25,7 +26,6 @@ from blind.servo_engine import Array, Rig, follow
 from blind.servos import (
     ATTEMPTS,
     FLOOR,
-    LENGTH,
     LIBRARY,
     MAIN,
     MASS_TOLERANCE,
@@ -44,6 +44,7 @@ from blind.views import View, read_views
 from synth.diagnosis.plants.swinging_chain import command_menu
 
 LOGS = 3  # of slow sines, the last of which only scores
+KNOWN = 0.8  # s of a known log: with 4 s every cause was named at once (next_6000_000 and _001)
 SLOW = (0.3, 0.8)  # Hz
 SWING = (0.3, 0.6)  # rad
 SMALL_ONES = 3  # beside the main cause, as in ``blind.servos``
@@ -53,6 +54,11 @@ WAYS = ("chirp", "suggested")
 
 class Few(Setup):
     """A setup of which the last log alone scores."""
+
+    @property
+    def times(self) -> Array:
+        """(m,) s."""
+        return np.arange(len(self.commands[0])) / RATE
 
     @property
     def held_out(self) -> range:
@@ -114,7 +120,7 @@ def _attempt(rng: np.random.Generator, name: str, effect: str) -> Case:
 
 
 def _slow(rng: np.random.Generator, n: int) -> Array:
-    t = np.arange(0.0, LENGTH, 1.0 / RATE)
+    t = np.arange(0.0, KNOWN, 1.0 / RATE)
     return np.stack([rng.uniform(*SWING) * np.sin(2.0 * np.pi * rng.uniform(*SLOW) * t) for _ in range(n)], axis=1)
 
 
@@ -171,17 +177,31 @@ def named(view: View, right: Sequence[Sequence[str]]) -> bool:
 
 
 def table(answers: Mapping[str, Mapping[str, Any]], views: Mapping[str, Mapping[str, View]]) -> dict[str, Any]:
-    """Share of rightly named causes of each way, with its 90 % interval, and the points gained over the chirp."""
+    """Share of rightly named causes of each way, with its 90 % interval, and the points gained over the chirp.
+
+    Of the rigs that a further log was recorded of.
+    """
     shares: dict[str, Any] = {}
+    counted = {name: answer for name, answer in answers.items() if name in views["chirp"]}
+    if not counted:
+        return {"of": 0}
     for way, seen in views.items():
-        hits = [named(seen[name], answer["right"]) for name, answer in answers.items()]
+        hits = [named(seen[name], answer["right"]) for name, answer in counted.items()]
         low, high = wilson(sum(hits), len(hits))
         shares[way] = {"right": sum(hits), "of": len(hits), "share": sum(hits) / len(hits), "interval90": [low, high]}
     return shares | {"points_over_chirp": 100.0 * (shares["suggested"]["share"] - shares["chirp"]["share"])}
 
 
+def open_still(view: View, right: Sequence[Sequence[str]]) -> bool:
+    """Whether a further log has something to tell: the right cause is not named alone."""
+    return not (view.verdict == "effect" and named(view, right))
+
+
 def followed_up(case: Case, asked: Asked, program: run.Program) -> dict[str, View]:
-    """What is said of a case before, with the chirp's log and with the suggested command's; what is done is kept."""
+    """What is said of a case before, with the chirp's log and with the suggested command's; what is done is kept.
+
+    Without the latter two where nothing is left to tell.
+    """
     folder = asked.folder / "cases" / case.name
     if not folder.exists():
         rng = np.random.default_rng([*case.name.encode(), 0x50])
@@ -202,6 +222,8 @@ def followed_up(case: Case, asked: Asked, program: run.Program) -> dict[str, Vie
         if not (out / case.name / "gap.json").is_file():
             run.diagnose(folder if told is None else place, out / case.name, [asked.answers.parent], program)
         views[way] = read_views(out, [case.name])[case.name]
+        if way == "before" and not open_still(views[way], case.right):
+            break
     return views
 
 
@@ -222,7 +244,8 @@ def main(words: Sequence[str] | None = None) -> int:
         for way, view in followed_up(case, asked, program).items():
             views[way][case.name] = view
         said = {way: {"first": list(seen[case.name].first[0]), "verdict": seen[case.name].verdict,
-                      "named": named(seen[case.name], case.right)} for way, seen in views.items()}  # fmt: skip
+                      "named": named(seen[case.name], case.right)}
+                for way, seen in views.items() if case.name in seen}  # fmt: skip
         cases[case.name] = {**answers[case.name], **said}
         document = {"format": "synth/blind-next/1", "seed": asked.seed, "program": program.digest}
         text = json.dumps({**document, **table(answers, views), "cases": cases}, indent=1)
