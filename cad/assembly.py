@@ -12,6 +12,8 @@ FEELER = 0.05  # mm, feeler gauge under a collar: half of the allowed axial play
 SPREAD = 0.75  # of the joint's width: distance between the parts of successive steps in the exploded view
 BELOW = 1.5  # of the joint's width: distance by which parts from between the ears are drawn below them
 
+APART = ("shaft",)  # families drawn away from the largest part of their step: numbered too
+
 
 @dataclass(frozen=True)
 class AssemblyStep:
@@ -148,13 +150,14 @@ def _apart(part: BuiltPart, name: str, step: AssemblyStep) -> tuple[float, float
 
 
 def numbers_at(items: Sequence[tuple[BuiltPart, Mesh, int]]) -> list[tuple[str, tuple[float, float, float]]]:
-    """The position of each step's number in the picture: the centre of its largest part, mm."""
-    found: dict[int, tuple[float, Mesh]] = {}
-    for _, mesh, number in items:
-        if number not in found or abs(mesh.volume) > found[number][0]:
-            found[number] = (abs(mesh.volume), mesh)
+    """The positions of each step's number in the picture, mm: at its largest part, and at a part that lies apart."""
+    found: dict[tuple[int, str], tuple[float, Mesh]] = {}
+    for part, mesh, number in items:
+        key = (number, part.family if part.family in APART else "")
+        if key not in found or abs(mesh.volume) > found[key][0]:
+            found[key] = (abs(mesh.volume), mesh)
     places = []
-    for number, (_, mesh) in sorted(found.items()):
+    for (number, _), (_, mesh) in sorted(found.items(), key=lambda item: item[0]):
         x, y, z = ((mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2).tolist()
         places.append((str(number), (x, y, z)))
     return places

@@ -23,6 +23,8 @@ from synth.cad.step_text import normalised_step
 
 Kind = Literal["step", "stl", "3mf", "glb", "dxf", "png"]
 PICTURED = ("upper", "lower", "damper_bracket", "damper_adapter", "encoder_seat", "seat", "cap", "spring")
+# Beginnings of the names of parts that cover the spring; the picture of the open joint leaves them out.
+BEFORE_SPRING = ("upper", "seat", "encoder", "bearing_b", "collar_b", "thrust_washer_b")
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ def _write_for_others(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
 
 
 def draw_leg(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
-    """Pictures: each printed part and spring, each joint complete and without its upper half, and the leg.
+    """Pictures: each printed part and spring, each joint complete, open with its spring to be seen, and apart; the leg.
 
     Raises
     ------
@@ -112,9 +114,8 @@ def draw_leg(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
             for part in joint.parts:
                 if part.family in PICTURED:
                     draw(part.name, part.name, [(part.mesh, part.colour)], flip)
-            whole = _joint_items(joint)
-            draw(name, name, whole, flip)
-            draw(f"{name}_inside", name, [item for item in whole if item[1] != joint.part("upper").colour], flip)
+            draw(name, name, _joint_items(joint), flip)
+            draw(f"{name}_inside", name, _joint_items(joint, hidden=BEFORE_SPRING), flip)
             apart = exploded(joint)
             camera.draw([(mesh, part.colour) for part, mesh, _ in apart], folder / f"{name}_exploded.png",
                         view=(0.85, 0.25, 0.45 * flip), labels=numbers_at(apart))  # fmt: skip
@@ -125,9 +126,11 @@ def draw_leg(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
     return written
 
 
-def _joint_items(joint: BuiltJoint) -> list[tuple[Mesh, Colour]]:
-    angle = joint.dimensions.rest_angle
-    return [(joint.mesh_at(part, angle), part.colour) for part in joint.parts]
+def _joint_items(joint: BuiltJoint, hidden: tuple[str, ...] = ()) -> list[tuple[Mesh, Colour]]:
+    """The joint at rest, without the parts whose names begin with one of ``hidden``."""
+    angle, prefix = joint.dimensions.rest_angle, joint.part("upper").name.removesuffix("upper")
+    shown = [part for part in joint.parts if not part.name.removeprefix(prefix).startswith(hidden or ("-",))]
+    return [(joint.mesh_at(part, angle), part.colour) for part in shown]
 
 
 def _write_assembly(leg: BuiltLeg, only: int | None, folder: Path) -> list[ExportedFile]:

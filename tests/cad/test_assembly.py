@@ -40,4 +40,6 @@ def test_assembly_uses_every_part_once_in_a_feasible_order(change):
     assert found == sorted(found)
     apart = exploded(joint)
     assert len(apart) == len(joint.parts)
-    assert {number for _, _, number in apart} == {int(words) for words, _ in numbers_at(apart)}
+    numbered = [int(words) for words, _ in numbers_at(apart)]
+    assert set(numbered) == {number for _, _, number in apart}
+    assert sorted(numbered).count(at["shaft"] + 1) == 2  # the lower half, and the shaft away from it
