@@ -1,4 +1,4 @@
-"""What a fit costs and how near it comes: seven trials, nine parameters, beside scipy's and MuJoCo's least squares.
+"""Time and error of a fit: seven trials, nine parameters, beside scipy's and MuJoCo's least squares.
 
 ``PYTHONPATH=tests python -m bench.bench_fit [SECTION.json]``. Initial states are estimated too by ours; the others are
 given the true ones, and a start that is off by 30 %. ``BENCH_SYSID`` names a Python that has ``mujoco[sysid]``.

@@ -1,4 +1,4 @@
-"""What ``synth gap`` costs: the whole command, its parts, and by the number of trials and of effects.
+"""Time of ``synth gap``: the whole command, its parts, and by the number of trials and of effects.
 
 ``PYTHONPATH=tests python -m bench.bench_gap [SECTION.json]``. Everything the command compiles is on disk before.
 """
@@ -90,7 +90,7 @@ def by_effects(project: GapProject) -> list[tuple[float, float]]:
 
 
 class Shares:
-    """Processor seconds by what they were spent on; what a function calls does not count as its own."""
+    """Processor seconds by function, without the functions that it calls."""
 
     def __init__(self) -> None:
         self.spent: dict[str, float] = defaultdict(float)

@@ -1,4 +1,4 @@
-"""How fast jumps are: compiled lanes beside MuJoCo on the same jumps in the same run; what a sweep costs by its size.
+"""Speed of jumps: compiled lanes beside MuJoCo on the same jumps in the same run; time of a sweep by its size.
 
 Run it: ``python tests/bench/bench_hopper.py [--million]``. It prints a table; nothing is asserted on the clock. MuJoCo
 is given its best form here: no Python callback, its own contact, a plain ``mj_step`` loop in C, Euler's method at the

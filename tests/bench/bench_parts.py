@@ -1,4 +1,4 @@
-"""What choosing costs: a million sets of springs and dampers for a three-link leg, and whether the best are found.
+"""Time of choosing parts: a million sets of springs and dampers for a three-link leg, and whether the best are found.
 
 ``PYTHONPATH=tests python -m bench.bench_parts [SECTION.json]``. Dampers are concave, springs and dampers spread to 2.5
 times under and over what is wanted, as catalogues spread them.

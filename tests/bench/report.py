@@ -71,7 +71,7 @@ def hopper() -> Section:
 
 
 def machine() -> dict[str, Any]:
-    """What it ran on."""
+    """The machine and its versions."""
     info = Path("/proc/cpuinfo")
     models = [line.split(":", 1)[1].strip() for line in info.read_text().splitlines() if line.startswith("model name")]
     return {
@@ -124,7 +124,7 @@ def _section(section: Section) -> dict[str, Any]:
 
 
 def shown(cell: Cell) -> str:
-    """A cell's text: numbers with four digits that mean something, at most."""
+    """A cell's text: numbers with at most four significant digits."""
     if cell is None:
         return "–"
     if isinstance(cell, str):

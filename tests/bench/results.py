@@ -1,4 +1,4 @@
-"""What a benchmark found, as data: tables, curves and words that ``report`` draws and that ``bench.json`` keeps."""
+"""Results of a benchmark as data: tables, curves and texts that ``report`` draws and ``bench.json`` stores."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def say(text: str) -> None:
 
 
 def load() -> float:
-    """Processes that wanted a core over the last minute."""
+    """Load average of the last minute."""
     return os.getloadavg()[0]
 
 

@@ -1,7 +1,7 @@
 """The whole check: ``python -m blind --seed 2000 --count 200 --to build/blind``; see ``make blind``.
 
-Cases are made once a seed and count, diagnosed where their answers cannot be read, then joined with these and scored
-beside three baselines. Stopped, it goes on from where it was.
+Cases are made once per seed and count, diagnosed without access to their answers, then joined with these and scored
+beside three baselines. An interrupted run resumes.
 """
 
 from __future__ import annotations

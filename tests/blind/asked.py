@@ -1,4 +1,4 @@
-"""What a whole check is asked for on the command line, and where its parts lie."""
+"""Options of a complete check, and the paths of its parts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Asked:
-    """``count`` cases of a ``seed`` by so many ``workers``; everything goes below ``to``."""
+    """``count`` cases of a ``seed`` on ``workers`` processes; all output is below ``to``."""
 
     seed: int
     count: int
@@ -21,7 +21,7 @@ class Asked:
 
     @classmethod
     def of(cls, words: Sequence[str] | None, program: str, text: str | None) -> Asked:
-        """From the command line, or these ``words`` of it; ``text`` tells what the ``program`` does."""
+        """From the command line, or these ``words`` of it; ``text`` describes the ``program``."""
         parser = argparse.ArgumentParser(prog=program, description=text)
         parser.add_argument("--seed", type=int, required=True)
         parser.add_argument("--count", type=int, required=True)
@@ -31,12 +31,12 @@ class Asked:
 
     @property
     def folder(self) -> Path:
-        """Of these cases and all that is done with them."""
+        """The folder of these cases and their results."""
         return self.to / f"seed-{self.seed}-{self.count}"
 
     @property
     def cases(self) -> Path:
-        """A folder a case."""
+        """One folder per case."""
         return self.folder / "cases"
 
     @property
@@ -45,7 +45,7 @@ class Asked:
         return self.folder / "answers" / "answers.json"
 
     def show(self) -> None:
-        """Put the page and its figures where they are looked for, and say where."""
+        """Copy the page and its figures to ``to``, and print the path."""
         for name in ("blind.html", "blind.json"):
             shutil.copy(self.folder / name, self.to / name)
         print(f"{self.to / 'blind.html'}")  # noqa: T201

@@ -1,4 +1,4 @@
-"""Two baselines that fit trajectories with every number of the leg free: what people do before they know better.
+"""Two baselines that fit trajectories with all parameters of the leg free, a common first approach.
 
 They use the program's own engine; what is compared is the method. Free means twenty times the tolerances wide: a mass
 may be off by half, a spring or damper by more.
@@ -25,7 +25,7 @@ from synth.swing.tolerances import QUANTITIES, Tolerances
 FREE = 20.0  # times the tolerances
 INTEGRATION = 1e-5
 KEPT = 12  # candidates that get a second step
-NAMES = {  # which effect an all-parameter fit is taken to mean by the number that it changes most: (larger, smaller)
+NAMES = {  # effect that an all-parameter fit indicates by its most changed parameter: (larger, smaller)
     "length": ("link_inertia", "link_inertia"),
     "mass": ("link_mass", "link_mass"),
     "com": ("link_inertia", "link_inertia"),
@@ -38,7 +38,7 @@ NAMES = {  # which effect an all-parameter fit is taken to mean by the number th
 
 @dataclass(frozen=True)
 class Freed:
-    """The leg with everything free at its best: ``held`` the trials that score."""
+    """The best fit with all parameters free; ``held``: the scored trials."""
 
     bench: Workbench
     fit: EvaluatedHypothesis
@@ -86,7 +86,7 @@ def least_residual(freed: Freed, project: GapProject) -> View:
 
 
 def largest_change(freed: Freed, project: GapProject) -> View:
-    """No effect at all: the number that the free fit moves by most tolerances names one, see ``NAMES``."""
+    """The parameter that the free fit moves by most tolerances names the effect, see ``NAMES``."""
     names = project.leg.joint_names
     change = FREE * freed.fit.unknowns.reshape(len(QUANTITIES), len(names))
     order: list[Key] = []
@@ -101,5 +101,5 @@ def largest_change(freed: Freed, project: GapProject) -> View:
 
 
 def _named(ranked: list[tuple[Key, float]], after: float) -> View:
-    """A method that always names; of two causes it is taken to mean its first two."""
+    """A method that always names a cause; for two causes its first two count."""
     return View("effect", tuple(ranked), tuple(key for key, _ in ranked[:2]), after=after)

@@ -80,7 +80,7 @@ def _stacked(torques: Sequence[Array]) -> Array:
 
 
 def _difference(leg: Leg, trials: Sequence[AngleTrial], lacking: Sequence[Array]) -> Array:
-    """(rows,) how the missing torque changes from ``lacking``."""
+    """(rows,) change of the missing torque relative to ``lacking``."""
     changed = [missing_torque(leg, trial).torque for trial in trials]
     return np.nan_to_num(_stacked([b - a for a, b in zip(lacking, changed, strict=True)]))
 
@@ -185,7 +185,7 @@ def _changed(leg: Leg, candidate: Candidate) -> list[Leg]:
 
 
 def _as_read(leg: Leg, candidate: Candidate, trial: AngleTrial) -> AngleTrial:
-    """The trial as the joint's encoder should have told it, were its error a thousandth (of a radian, of a second)."""
+    """The trial as read with an encoder error of a thousandth (of a radian, of a second)."""
     smoothed, j, name = trial.recording.smoothed, candidate.joint, candidate.effect.name
     angle, rate = smoothed.angle.copy(), smoothed.rate.copy()
     if name == "encoder_offset":

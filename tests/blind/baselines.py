@@ -1,4 +1,4 @@
-"""What simpler methods say of the same cases: ``run_all`` for every case in a process pool, kept as JSON a case."""
+"""Simpler methods on the same cases: ``run_all`` for every case in a process pool, stored as one JSON per case."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _view(document: Mapping[str, Any]) -> View:
 
 
 def run_all(cases: Path, out: Path, workers: int) -> None:
-    """Every case that has none yet by this program."""
+    """Run them on every case without a result of this program."""
     out.mkdir(parents=True, exist_ok=True)
     note, now = out / run.PROGRAM, _program()
     if not note.exists() or note.read_text() != now:
@@ -83,7 +83,7 @@ def _program() -> str:
 
 
 def methods(out: Path, answers: Mapping[str, Mapping[str, Any]]) -> list[Method]:
-    """The baselines with what they can be scored on."""
+    """The baselines with the scores that apply to them."""
     documents = {n: json.loads(f.read_text()) if (f := out / f"{n}.json").exists() else {} for n in answers}
     made = []
     for name, words in WORDS.items():

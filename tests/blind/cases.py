@@ -19,8 +19,8 @@ from synth.planting.setup import NOISE, Setup
 from synth.planting.unlisted_effects import ON_ALL_CHANNELS, UNLISTED_EFFECTS
 
 STRENGTHS = (1.5, 3.0, 6.0, 12.0)
-SAME_CHI = 6.0  # explanations whose chi squared differ by less are not told apart
-CHEAP = (  # tried as parameters of the plain leg, without a form of their own
+SAME_CHI = 6.0  # explanations whose chi squared differs by less are not distinguished
+CHEAP = (  # tried as parameters of the leg, without an effect's law
     "spring_preload", "link_mass", "link_inertia", "encoder_offset", "encoder_scale", "latency", "base_tilt",
     "encoder_quantisation",
 )  # fmt: skip
@@ -30,11 +30,11 @@ FAMILIES = (  # of effects that trade off at one joint
 )
 KINDS = ("single", "two", "none", "unknown", "tie")
 ATTEMPTS = 60
-# How ties are made: (effects of which one is true, joints of the leg, what the trials are like).
+# How ties are made: (effects, one of which is true; joints of the leg; kind of trials).
 TIES: tuple[tuple[tuple[str, ...], int, Wish], ...] = (
     (("spring_preload", "base_tilt", "encoder_offset"), 1, Wish(plain=True, reach=0.2)),
-    (("link_mass",), 1, Wish(plain=True)),  # one link swings by its moment and its inertia, whatever its mass
-    (("encoder_offset", "base_tilt"), 2, Wish(plain=True, lock=(0,))),  # nothing shows where the base is level
+    (("link_mass",), 1, Wish(plain=True)),  # the swing of one link depends on its moment and inertia, not on its mass
+    (("encoder_offset", "base_tilt"), 2, Wish(plain=True, lock=(0,))),  # no trial shows the direction of the vertical
     (("encoder_offset", "base_tilt"), 3, Wish(plain=True, lock=(0,))),
     (("spring_preload", "base_tilt"), 2, Wish(plain=True, reach=0.3, noise=NOISE[-1])),
 )
@@ -42,7 +42,7 @@ TIES: tuple[tuple[tuple[str, ...], int, Wish], ...] = (
 
 @dataclass(frozen=True)
 class Case:
-    """All that is written: recordings (m, n) rad of measured angles, NaN where a sample is missing, and the answer."""
+    """A case's content: recordings (m, n) rad of measured angles, NaN where a sample is missing, and the answer."""
 
     setup: Setup
     times: tuple[Array, ...]
@@ -51,7 +51,7 @@ class Case:
     answer: dict[str, Any]
     truth: Truth
     sensor: PlantedSensor
-    rest: Array  # (n,) rad, whence the leg was brought to its releases
+    rest: Array  # (n,) rad, pose from which the leg was moved to its releases
 
 
 def make_case(
@@ -77,7 +77,7 @@ def make_case(
     if strength is None:
         strength = float(rng.choice(STRENGTHS[1:] if kind in ("unknown", "two") else STRENGTHS))
     for attempt in range(ATTEMPTS):
-        if attempt % 6 == 5 and strength > STRENGTHS[0]:  # this strength may not be had with plausible parameters
+        if attempt % 6 == 5 and strength > STRENGTHS[0]:  # this strength may be impossible with plausible parameters
             strength = STRENGTHS[STRENGTHS.index(strength) - 1]
         try:
             return _attempt(rng, [seed, number], kind, effect, strength, tie[1:] if kind == "tie" else None, joints)
@@ -95,7 +95,7 @@ def _attempt(
     tie: tuple[int, Wish] | None,
     wanted: int | None,
 ) -> Case:
-    """One leg drawn; raises if it cannot show what is wanted."""
+    """One random leg; raises if it cannot show the effect."""
     joints = int(rng.choice([1, 2, 3], p=[0.1, 0.35, 0.55]))
     joints = joints if wanted is None else wanted
     side, wish = None, Wish()
@@ -151,7 +151,7 @@ def _tied(
     causes: list[PlantedCause],
     kind: str,
 ) -> tuple[list[tuple[str, int, float]], float | None]:
-    """Other single causes that do as well as the true one: (effect, joint, chi squared more than the truth's).
+    """Other single causes that explain as well as the true one: (effect, joint, chi squared minus the truth's).
 
     For an unknown, instead, the share of its gap that the library's best leaves.
     """
@@ -160,7 +160,7 @@ def _tied(
     model = ground.model
     targets, states = ground.targets(ground.run(truth, sensor, False), sensor)
     plain = ground.targets(list(ground.plain), PlantedSensor.good(ground.setup.true.n))
-    trueness = model.fit(*plain).cost  # the truth's own: the price of its tolerance errors
+    trueness = model.fit(*plain).cost  # the truth's own: the cost of its tolerance errors
     fits = []
     for other in model.alternatives():
         if any(other.effect == c.effect and other.joint == c.joint for c in causes):
@@ -171,7 +171,7 @@ def _tied(
         fitted = model.fit(targets, states, other.freed)
         if model.plausible(other, fitted.change):
             fits.append((other, fitted))
-    if kind == "unknown":  # what the library explains is no case of the unknown
+    if kind == "unknown":  # a case that the library explains is not one of an unknown cause
         before = model.fit(targets, states)
         if any(f.rms < max(0.5 * before.rms, 1.2 * ground.floor) for _, f in fits):
             raise NotApplicable("the library would do")
@@ -241,7 +241,7 @@ def _record(
         "noise_floor_deg": round(math.degrees(floor), 5),
         "before_deg": round(math.degrees(math.hypot(before, floor)), 5),
         "best_possible_deg": round(math.degrees(min(_rms(best), _rms(counted))), 5),
-        # with the effect known to the letter, but the tolerances only as well as the given trials tell them
+        # with the effect known exactly, but the tolerances only as estimated from the given trials
         "best_fitted_deg": round(math.degrees(math.hypot(unseen, min(_rms(best), _rms(counted)))), 5),
         "library_leaves": note["library_leaves"],  # of an unknown's gap, the best single effect of the library
         "nearest": note.get("nearest"),  # of the same family at the same joint, and the share of the gap it leaves

@@ -1,4 +1,4 @@
-"""What chance leaves open of a share, a median, a percentile, a calibration error; 90 % intervals all."""
+"""Sampling uncertainty of a share, a median, a percentile, a calibration error; all 90 % intervals."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 def wilson(right: int, count: int) -> tuple[float, float]:
-    """Interval of a share (Wilson, J. Am. Stat. Assoc. 22 (1927) 209); the whole range where nothing was counted."""
+    """Interval of a share (Wilson, J. Am. Stat. Assoc. 22 (1927) 209); the whole range without any count."""
     if count == 0:
         return 0.0, 1.0
     share, z2 = right / count, NORMAL90**2
@@ -24,7 +24,7 @@ def wilson(right: int, count: int) -> tuple[float, float]:
 
 
 def bootstrap(rows: Array, statistic: Callable[[Array], float], seed: int = 0) -> tuple[float, float]:
-    """Percentile interval of a statistic of rows (n, ...) drawn anew with replacement (Efron, 1979)."""
+    """Percentile interval of a statistic of rows (n, ...) resampled with replacement (Efron, 1979)."""
     rng = np.random.default_rng(seed)
     drawn = [statistic(rows[rng.integers(0, len(rows), len(rows))]) for _ in range(DRAWS)]
     return float(np.percentile(drawn, 5)), float(np.percentile(drawn, 95))
@@ -39,7 +39,7 @@ def calibration_error(rows: Array) -> float:
 
 
 def reliability(rows: Array) -> list[tuple[float, int, float, float]]:
-    """Of each bin with cases: its lower edge, number of cases, mean probability said, share that was right."""
+    """For each bin with cases: its lower edge, number of cases, mean stated probability, share of right ones."""
     index = np.minimum((rows[:, 0] * BINS).astype(int), BINS - 1)
     found = []
     for k in range(BINS):
@@ -50,7 +50,7 @@ def reliability(rows: Array) -> list[tuple[float, int, float, float]]:
 
 
 def calibrated_by_chance(probabilities: Sequence[float], seed: int = 0) -> float:
-    """The calibration error that probabilities as said would show on so few cases if each were exactly right."""
+    """Calibration error that exactly right probabilities would show on so few cases."""
     rng, said = np.random.default_rng(seed), np.asarray(probabilities, dtype=float)
     drawn = [calibration_error(np.stack([said, rng.random(len(said)) < said], axis=1)) for _ in range(400)]
     return float(np.mean(drawn))

@@ -50,7 +50,7 @@ def _plain(name: str) -> str:
 
 
 def reliability_diagram(methods: Sequence[tuple[str, Array, str]]) -> Markup:
-    """Share that was right against the probability said, (name, rows (n, 2), colour) a method; bars are 90 %."""
+    """Share of right answers over the stated probability, (name, rows (n, 2), colour) per method; bars are 90 %."""
     size, left, top = 300.0, 52.0, 14.0
     svg = Svg(left + size + 190, top + size + 48, "reliability diagram")
 

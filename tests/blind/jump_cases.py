@@ -1,4 +1,4 @@
-"""Blind cases of the jumping leg: a design, the leg that was built of it, its jumps and pull-ups, and the answer."""
+"""Blind cases of the jumping leg: a design, the built leg, its jumps and pull-ups, and the answer."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Asked:
     held_out: bool = False
 
     def entry(self, base: Asked) -> dict[str, Any]:
-        """What differs from the base, as in a project."""
+        """The differences from the default, as in a project."""
         found: dict[str, Any] = {"file": f"trials/{self.name}.csv"}
         if self.ratio != base.ratio:
             found["motor"] = FAMILY.format(self.ratio)
@@ -90,7 +90,7 @@ def draw_errors(rng: np.random.Generator, ratios: tuple[int, ...] = RATIOS) -> E
 
 
 def built(asked: Asked, errors: Errors, effects: dict[str, float], catalogue: Catalogue) -> JumpTruth:
-    """The leg as it is for one trial."""
+    """The true leg of one trial."""
     t = JumpTolerance()
     s = {name: 1.0 + getattr(t, name) * value for name, value in errors.shared.items()}
     m = {name: 1.0 + getattr(t, name) * value for name, value in errors.motors[asked.ratio].items()}
@@ -158,7 +158,7 @@ class Sensors:
         return cls({name: level * value for name, value in noise.items()}, bool(rng.random() < 0.4))
 
     def channels(self, asked: Asked) -> list[str]:
-        """What is recorded of a trial, beside time."""
+        """The recorded channels of a trial, besides time."""
         if asked.kind == "pull-up":
             return ["upper link", "hip torque"]
         return ["upper link", "ground force", *(["current", "supply"] * self.extra),
@@ -202,7 +202,7 @@ def sized(
     name: str, wanted: float, shows: Sequence[Asked], errors: Errors, others: dict[str, float], sensors: Sensors,
     rng: np.random.Generator, catalogue: Catalogue,
 ) -> tuple[float, float]:  # fmt: skip
-    """The parameter that leaves a gap of so many floors, as near as is plausible, and the gap that it leaves."""
+    """The plausible parameter whose gap is nearest to so many floors, and that gap."""
     usual, most = SIZES[name]
     sign = -1.0 if name == "torque_constant.share" and rng.random() < 0.6 else 1.0
     inverse = name in ("ground_compliance.stiffness", "current_limit", "ground_slip.friction")
@@ -213,7 +213,7 @@ def sized(
         _write_trials(folder, [(a, {n: told[n] for n in seen}) for a, told in zip(shows, clean, strict=True)])
 
     absorb = absorber(clean, write, sensors.noise)
-    # A foot slides or it does not: its friction is drawn, not sought.
+    # A foot slides or does not: its friction is drawn, not searched for.
     size, reached, value = float(rng.uniform(0.9, 2.0)) if name == "ground_slip.friction" else 1.0, 0.0, usual
     for _ in range(1 if name == "ground_slip.friction" else 4):
         value = sign * (usual / size if inverse else usual * size)

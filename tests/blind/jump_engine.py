@@ -3,7 +3,7 @@
 The five-bar is two chains whose feet a ``connect`` constraint joins. Gear friction is MuJoCo's own dry friction, which
 truly sticks; damping is a power of the rate; the supply has a capacitor behind its resistance; the torque constant
 falls with the current; the gear's loss grows with speed; the ground stiffens as it gives; the foot slides by a bristle
-with a higher friction at rest. Nothing here is the engine that is put to the test.
+with a higher friction at rest. It shares nothing with the tested engine.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ SOFTER = 0.2  # N, at which the soft ground's stiffness has doubled, over its ow
 
 @dataclass(frozen=True)
 class JumpTruth:
-    """The leg as it is: the design's quantities with their errors, and what the design does not have (0: absent)."""
+    """The true leg: the design's quantities with their errors, and effects that the design lacks (0: absent)."""
 
     leg: HopperLeg
     motor: Motor
@@ -56,7 +56,7 @@ class JumpConditions:
 
 
 class _Rig:
-    """One leg in MuJoCo with everything that acts on it beside springs and inertia."""
+    """One leg in MuJoCo with all forces besides springs and inertia."""
 
     def __init__(self, truth: JumpTruth, conditions: JumpConditions, hung: bool) -> None:
         self.truth, self.conditions = truth, conditions
@@ -191,7 +191,7 @@ class _Rig:
             data.qfrc_passive[:] += along[0] * pull
 
     def settle_bristle(self) -> None:
-        """After a step: what the bristle could not follow has slid."""
+        """After a step: the part that the bristle cannot follow slides."""
         place = 0.5 * float(sum(self.data.site_xpos[f, 0] for f in self.feet))
         if self.slid is None or self.normal <= 0.0:
             self.slid = place
@@ -297,7 +297,7 @@ def pull_up(truth: JumpTruth, torque: float, duration: float = 0.5) -> dict[str,
 
 
 class _acting:
-    """What a rig does beside springs and inertia, while the block runs; MuJoCo's callback is one for the process."""
+    """The forces besides springs and inertia, within the block; MuJoCo has one callback per process."""
 
     def __init__(self, rig: _Rig) -> None:
         self.rig = rig

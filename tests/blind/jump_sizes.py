@@ -1,4 +1,4 @@
-"""How large a gap an effect leaves once the design has been moved within its tolerances, in noise floors.
+"""Gap of an effect after fitting the design within its tolerances, in noise floors.
 
 What tolerances and each trial's own start could make good is linear, from the design's lanes; that takes no part in
 the recordings.
@@ -28,7 +28,7 @@ Told = dict[str, Array]  # channel -> values, "time" among them
 
 @dataclass(frozen=True)
 class Absorber:
-    """Jumps without the effect, and what tolerances do to them: ``slopes`` (M, n_unknown + 2) a trial."""
+    """Jumps without the effect, and their derivatives by the tolerances: ``slopes`` (M, n_unknown + 2) per trial."""
 
     clean: Sequence[Told]
     jumps: Sequence[Jump]
@@ -36,7 +36,7 @@ class Absorber:
     noise: dict[str, float]
 
     def floors(self, told: Sequence[Told], scale: float = 0.0) -> float:
-        """RMS of what is left, over the noise, in the channel that shows it best; ``scale``: of the angle's reading."""
+        """RMS of the remainder over the noise, in the channel that shows it best; ``scale``: of the angle's reading."""
         missed = [self._missed(i, one, scale) for i, one in enumerate(told)]
         shared = self.slopes[0].shape[1] - 2
         size = shared + 2 * len(missed)

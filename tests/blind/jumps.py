@@ -23,7 +23,7 @@ KINDS = ("single", "single", "none", "single", "unknown", "single", "two", "sing
 
 
 def kind_of(number: int) -> tuple[str, str | None]:
-    """What case ``number`` is, and of single ones which effect: all of them in turn."""
+    """Kind of case ``number``, and for a single cause its effect: all effects in turn."""
     kind = KINDS[number % len(KINDS)]
     if kind != "single":
         return kind, None

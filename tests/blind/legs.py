@@ -1,4 +1,4 @@
-"""Random legs, and the trials that a laboratory would make with them."""
+"""Random legs, and trials as a laboratory would make them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def design(rng: np.random.Generator, joints: int) -> PlantedLeg:
     leg = PlantedLeg(NAMES[:joints], zero, rng.choice([-1.0, 1.0], joints), tilt, values)
     for i in range(joints):
         load = leg.outboard(i)
-        slow = math.sqrt(9.81 / length[0])  # small legs are quick ones
+        slow = math.sqrt(9.81 / length[0])  # small legs move fast
         omega = slow * math.exp(rng.uniform(math.log(0.9), math.log(3.2)))
         ratio = math.exp(rng.uniform(math.log(0.04), math.log(0.7)))
         if rng.random() < 0.15:
@@ -57,10 +57,10 @@ def design(rng: np.random.Generator, joints: int) -> PlantedLeg:
 
 @dataclass(frozen=True)
 class Wish:
-    """What a case asks of its trials beyond the usual."""
+    """Special requirements of a case on its trials."""
 
     one_side: int | None = None  # a joint that is released from the same side of its rest in every trial
-    plain: bool = False  # only bare releases given (no tip mass, lock or tilt): little is told apart
+    plain: bool = False  # only plain releases given (no tip mass, lock or tilt): few causes are distinguished
     lock: tuple[int, ...] = ()  # locked in every given trial
     reach: float | None = None  # of the releases, instead of one drawn
     noise: float | None = None
@@ -127,7 +127,7 @@ def _trials(rng: np.random.Generator, leg: PlantedLeg, base: float, wish: Wish) 
             if wish.one_side is not None:
                 direction[wish.one_side] = side * rng.uniform(0.6, 1.0)
         pose = rest + direction * scale * reach
-        if trial.locked:  # the locked joints are held where they would not rest, not far from it
+        if trial.locked:  # locked joints are held near their rest, but not at it
             held_at = list(trial.locked)
             pose[held_at] = (rest + rng.uniform(-0.6, 0.6, n) * reach)[held_at]
         trials.append(trial._replace(pose=pose, duration=round(trial.duration, 3)))

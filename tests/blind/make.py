@@ -50,7 +50,7 @@ def one(task: tuple[int, str, str | None], seed: int, out: Path) -> tuple[str, d
     """Make and write one case; its folder's name and answer."""
     number, kind, effect = task
     case = None
-    for again in range(5):  # an effect that no leg drawn can show is drawn again, in the end another one
+    for again in range(5):  # if no leg shows the effect, legs are drawn again, finally with another effect
         try:
             case = make_case(seed, number + 100_000 * again, kind, effect if again < 2 else None)
             break
@@ -64,7 +64,7 @@ def one(task: tuple[int, str, str | None], seed: int, out: Path) -> tuple[str, d
 
 
 def once(asked: Asked) -> None:
-    """Make the cases that are asked for, if they are not there."""
+    """Make the requested cases unless they exist."""
     if not asked.answers.exists():
         shutil.rmtree(asked.folder, ignore_errors=True)
         options = ["--seed", asked.seed, "--count", asked.count, "--workers", asked.workers]

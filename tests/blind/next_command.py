@@ -1,4 +1,4 @@
-"""What a suggested command gains over a chirp: ``make blind-next``.
+"""Benefit of a suggested command over a chirp: ``make blind-next``.
 
 Servo-driven legs as of ``blind.servos``, one main cause each, of which only three short logs of slow sines are known.
 Each is diagnosed. Where that already names the cause alone, nothing is left to tell and the rig does not count. Else
@@ -68,7 +68,7 @@ class Few(Setup):
 
 @dataclass(frozen=True)
 class Case:
-    """A rig: its name, the logs that are known, the truth, the encoder's floor (rad RMS) and what is to be named."""
+    """A rig: its name, the known logs, the truth, the encoder's floor (rad RMS) and the causes to name."""
 
     name: str
     setup: Few
@@ -139,7 +139,7 @@ def chirp(case: Case) -> tuple[Array, Array]:
 
 
 def suggested(folder: Path) -> tuple[Array, Array] | None:
-    """The command that a diagnosis asks for; None if it asks for none."""
+    """The command that a diagnosis suggests; None if it suggests none."""
     path = folder / "next_command.csv"
     if not path.is_file():
         return None
@@ -148,7 +148,7 @@ def suggested(folder: Path) -> tuple[Array, Array] | None:
 
 
 def played(case: Case, told: tuple[Array, Array], of: Path, to: Path) -> None:
-    """A copy of the case's folder with the log of this command among those to learn from."""
+    """A copy of the case's folder with the log of this command among the training logs."""
     time, command = told
     moved = follow(case.rig, time, command, case.setup.supply)
     if not np.all(np.isfinite(moved)):
@@ -198,9 +198,9 @@ def open_still(view: View, right: Sequence[Sequence[str]]) -> bool:
 
 
 def followed_up(case: Case, asked: Asked, program: run.Program) -> dict[str, View]:
-    """What is said of a case before, with the chirp's log and with the suggested command's; what is done is kept.
+    """Diagnoses of a case before, with the chirp's log and with the suggested command's; finished ones are reused.
 
-    Without the latter two where nothing is left to tell.
+    Without the latter two if the first already names the cause alone.
     """
     folder = asked.folder / "cases" / case.name
     if not folder.exists():
@@ -213,7 +213,7 @@ def followed_up(case: Case, asked: Asked, program: run.Program) -> dict[str, Vie
             None if way == "before" else chirp(case) if way == "chirp" else suggested(out.parent / "before" / case.name)
         )
         if way != "before" and told is None:
-            views[way] = views["before"]  # nothing more is asked for, so nothing is gained
+            views[way] = views["before"]  # no command is suggested, so nothing is gained
             continue
         if told is not None:
             shutil.rmtree(place, ignore_errors=True)

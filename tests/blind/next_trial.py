@@ -29,7 +29,7 @@ HALF_WAVE = 1e3  # s, of the sine whose first seconds serve as a ramp: straight 
 
 @dataclass(frozen=True)
 class Suggestion:
-    """The trial that a diagnosis asks for: keys of its entry, release in measured angles, rad, and torque's ramp."""
+    """The trial that a diagnosis suggests: keys of its entry, release in measured angles, rad, and torque's ramp."""
 
     keys: Mapping[str, Any]
     release: Array
@@ -140,7 +140,7 @@ def first_right(
 ) -> tuple[list[bool], list[bool]]:
     """Of each tied case whether the first-ranked cause is the true one, without and with the suggested trial.
 
-    Where none was suggested nothing is gained.
+    Without a suggestion nothing is gained.
     """
     names = [name for name, answer in answers.items() if answer["kind"] == "tie"]
     true = {name: true_keys(answers[name])[0] for name in names}

@@ -22,7 +22,7 @@ COLOURS = (BLUE, VERMILION, ORANGE)
 
 @dataclass(frozen=True)
 class Method:
-    """One column of the table: its name, its word on every case, its scores, and what it is (a baseline)."""
+    """One column of the table: a method's name, its diagnosis of every case, its scores, and its description."""
 
     name: str
     views: Mapping[str, View]
@@ -31,7 +31,7 @@ class Method:
 
 
 def write_page(folder: Path, answers: Mapping[str, Answer], methods: Sequence[Method], made: str) -> Path:
-    """``blind.html`` and ``blind.json`` in ``folder``; the first method is the one that is scored."""
+    """``blind.html`` and ``blind.json`` in ``folder``; the first method is the tested one."""
     ours = methods[0]
     template = Environment(autoescape=True).from_string(Path(__file__).with_name("blind.html").read_text("utf-8"))
     seconds = [view.seconds for view in ours.views.values() if math.isfinite(view.seconds)]
@@ -81,7 +81,7 @@ def _opening(answers: Mapping[str, Answer], ours: Method, seconds: Sequence[floa
 
 
 def shown(value: float, unit: str) -> str:
-    """A score as it stands in the table."""
+    """A score as shown in the table."""
     if not math.isfinite(value):
         return "–"
     if unit == "%":
@@ -114,7 +114,7 @@ def _levels(level: Level, unit: str) -> str:
 
 
 def _strengths(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list[dict[str, str]]:
-    """Shares that are right, by strength and by effect, of single causes that nothing imitates."""
+    """Shares of right answers by strength and by effect, for single causes without a rival."""
     single = {name: answer for name, answer in answers.items() if answer["kind"] == "single"}
     groups: dict[str, list[str]] = {}
     for size in sorted({strength(answer) for answer in single.values()}):

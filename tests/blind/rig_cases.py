@@ -34,20 +34,20 @@ COUNTS = 2**17  # a turn
 MAIN = (40.0, 250.0)  # floors, of a main cause
 SMALL = (0.03, 0.12)  # of the main cause's gap, of each small one
 SMALL_NUMBER = (3, 5)
-OFF = (2.0, 3.0)  # tolerances, of the numbers that are wrong
+OFF = (2.0, 3.0)  # tolerances, size of wrong parameters
 OFF_NUMBER = (1, 3)
 DRIVEN, FILTERED, LATE = 0.35, 0.5, 0.35  # share of the rigs that are
-LATE_JOINTS = 2  # legs of so many joints at least can have one channel late
+LATE_JOINTS = 2  # fewest joints of a leg with one late channel
 # Share of the gap, with everything else present, that a main cause takes at least: small causes and wrong numbers can
 # add up to more than it, and then it does not dominate.
 DOMINATES = 0.5
-ALIKE = 0.1  # of the main cause's gap: another single cause that leaves less is as right
+ALIKE = 0.1  # of the main cause's gap: another single cause that leaves less counts as right
 ATTEMPTS = 40
 
 
 @dataclass(frozen=True)
 class Dirt:
-    """What recording adds: ``cutoff`` Hz of a zero-phase filter or 0; ``late`` (n,) s, clocks a sample apart."""
+    """Faults of a recording: ``cutoff`` Hz of a zero-phase filter or 0; ``late`` (n,) s, clocks a sample apart."""
 
     cutoff: float
     late: Array
@@ -216,7 +216,7 @@ def _dirt(rng: np.random.Generator, setup: Setup) -> Dirt:
 
 
 def _filtered(reading: Array, setup: Setup, dirt: Dirt) -> Array:
-    """Readings as they leave the laboratory: second order, forth and back (Winter, Biomechanics, 2009, section 3.4)."""
+    """Filtered readings: second order, forward and backward (Winter, Biomechanics, 2009, section 3.4)."""
     if not dirt.cutoff:
         return reading
     b, a = butter(2, dirt.cutoff / (0.5 * setup.sampling))
@@ -230,7 +230,7 @@ def _record(
     dirt: Dirt,
     note: dict[str, Any],
 ) -> Case:
-    """Every trial with all causes at once, recorded; and what there is to know of them."""
+    """Every trial with all causes together, recorded; and the answer."""
     main, small = causes
     setup, leg = ground.setup, ground.setup.true
     truth, sensor = combined(setup, [*main, *small])

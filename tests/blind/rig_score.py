@@ -1,4 +1,4 @@
-"""The score of dirty rigs: what dominates is to be named; a small cause that is there may be, one that is not may not.
+"""The score of dirty rigs: the main cause must be named; present small causes may be, absent ones must not.
 
 Right of a rig with a main cause: that cause first (or one that explains it as well), whatever small ones stand beside
 it. Wrong: a small one in its place, or anything that is not there. Right where nothing dominates: none, unknown, or
@@ -16,7 +16,7 @@ from blind.chance import bootstrap, calibration_error, wilson
 from blind.score import CONFIDENT, LEAST_TO_GAIN, Answer, Level, Score, shrink_of
 from blind.views import Key, View
 
-LEVELS = {  # of the issue of real rigs: one level each
+LEVELS = {  # required for real rigs: one level each
     "top1": Level(math.nan, math.nan, 0.85),
     "joint": Level(math.nan, math.nan, 0.95),
     "false_alarm": Level(math.nan, math.nan, 0.05, most=True),
@@ -34,12 +34,12 @@ def main_keys(answer: Answer) -> list[Key]:
 
 
 def as_right(answer: Answer) -> set[Key]:
-    """What may be named first where one cause dominates: it, or what explains it as well."""
+    """Causes that may be named first if one dominates: it, or one that explains it as well."""
     return {*main_keys(answer), *((effect, joint) for effect, joint in answer["alike"])}
 
 
 def there(answer: Answer) -> set[Key]:
-    """All that is in the rig: main and small causes, wrong numbers by what they are called."""
+    """All causes in the rig: main and small ones, wrong parameters by the name of their effect."""
     small = {(effect["effect"], effect["joint"]) for effect in answer["small"]}
     return as_right(answer) | small | {(effect, joint) for effect, joint in answer["numbers_called"]}
 
@@ -52,7 +52,7 @@ def named_causes(view: View) -> set[Key]:
 
 
 def right_first(answer: Answer, view: View) -> bool:
-    """Whether the first-ranked cause is a right answer to what dominates: for calibration."""
+    """Whether the first-ranked cause is right for the main one: for calibration."""
     return view.first[0] in (there(answer) if answer["kind"] == "none" else as_right(answer))
 
 

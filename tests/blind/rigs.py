@@ -1,7 +1,7 @@
 """Dirty rigs, the causes withheld: ``python -m blind.rigs --seed 4000 --count 60 --to build/blind-rigs``.
 
-As ``python -m blind``: rigs are made once a seed and count, diagnosed where their answers cannot be read, then scored.
-Stopped, it goes on from where it was.
+Like ``python -m blind``: rigs are made once per seed and count, diagnosed without access to their answers, then scored.
+An interrupted run resumes.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def one(seed: int, task: tuple[int, str, str], out: Path) -> tuple[str, dict[str
 
 
 def make(asked: Asked, tasks: Sequence[tuple[int, str, str]], one: One) -> None:
-    """``cases/NAME`` and, apart from them, ``answers/answers.json``; nothing is left of an attempt that was stopped."""
+    """``cases/NAME`` and, apart from them, ``answers/answers.json``; an interrupted attempt leaves nothing."""
     partial = asked.folder / "partial"
     shutil.rmtree(partial, ignore_errors=True)
     (partial / "answers").mkdir(parents=True)
@@ -82,7 +82,7 @@ def make(asked: Asked, tasks: Sequence[tuple[int, str, str]], one: One) -> None:
 
 
 def table(lines: Sequence[Score]) -> str:
-    """The scores as text, a line each: value, 90 % interval, level and cases."""
+    """The scores as text, one per line: value, 90 % interval, level and cases."""
     rows = []
     for line in lines:
         if not line.count:
@@ -100,7 +100,7 @@ def table(lines: Sequence[Score]) -> str:
 
 
 def failures(answers: Mapping[str, Answer], views: Mapping[str, View]) -> str:
-    """One line a rig that is not right: what is in it and what was said."""
+    """One line per wrongly diagnosed rig: its causes and its diagnosis."""
     rows = []
     for name, answer in answers.items():
         view = views[name]
@@ -117,7 +117,7 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def check(asked: Asked, name: str, tasks: Sequence[tuple[int, str, str]], one: One) -> int:
-    """Make what is not there yet, diagnose, score, and write ``NAME.json``."""
+    """Make missing rigs, diagnose, score, and write ``NAME.json``."""
     if not asked.answers.exists():
         make(asked, tasks, one)
     program = run.snapshot(asked.folder)

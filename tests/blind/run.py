@@ -1,8 +1,8 @@
 """Diagnose a set of blind cases: ``python -m blind.run --cases CASES --out OUT --answers ANSWERS.json``.
 
 Each case in a process of its own (``synth gap``) that can open neither the answers nor the generator (``watched``).
-What is done already is kept, so that a run may be stopped and gone on with. The program is copied first, so that it may
-be worked on meanwhile; a run that is gone on with after a change of it starts anew.
+Finished cases are reused, so that an interrupted run resumes. The program is copied first, so that it may
+be changed meanwhile; a run that resumes after a change starts again.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LONGEST = 600.0  # s, a case; longer is a failure
-PROGRAM = "program.txt"  # in the outputs' folder: what made them
+PROGRAM = "program.txt"  # in the outputs' folder: the program that made them
 # No part of a diagnosis of swings.
 APART = ("hopper", "jump", "design", "spring", "parts", "examples", "commands", "planting", "rehearsal")
 
 
 @dataclass(frozen=True)
 class Run:
-    """How the diagnosis of one case ended: its ``seconds``, exit status, and the end of what it said if it failed."""
+    """The outcome of one case's diagnosis: ``seconds``, exit status, and the end of its messages if it failed."""
 
     seconds: float
     status: int
@@ -40,14 +40,14 @@ class Run:
 
 @dataclass(frozen=True)
 class Program:
-    """A copy of the packages in ``folder``, and the hash of the source that a diagnosis rests on."""
+    """A copy of the packages in ``folder``, and the hash of the source that determines a diagnosis."""
 
     folder: Path
     digest: str
 
 
 def snapshot(to: Path, apart: Sequence[str] = APART) -> Program:
-    """The program as it is now, in a folder of its own below ``to``; ``apart`` as for ``source_hash``."""
+    """A copy of the current program in a separate folder below ``to``; ``apart`` as for ``source_hash``."""
     digest = source_hash(apart)
     folder = to / f"program-{digest[:12]}"
     if not folder.exists():
@@ -74,7 +74,7 @@ def source_hash(apart: Sequence[str] = APART) -> str:
 
 
 def diagnose(case: Path, out: Path, hidden: Sequence[Path], program: Program) -> Run:
-    """``synth gap`` on one case's folder; gap.json and the rest in ``out``, how it went in ``out`` + .run.json."""
+    """``synth gap`` on one case's folder; its files in ``out``, its outcome in ``out`` + .run.json."""
     generator = [Path(__file__).parent, *(root / "synth" / "planting" for root in (ROOT, program.folder))]
     closed = os.pathsep.join(str(folder.resolve()) for folder in [*hidden, *generator])
     command = [sys.executable, str(ROOT / "synth" / "commands" / "watched.py"), closed, "--", "gap"]
@@ -96,7 +96,7 @@ def diagnose(case: Path, out: Path, hidden: Sequence[Path], program: Program) ->
 
 
 def noted(out: Path) -> Path:
-    """Where it stands how a diagnosis went."""
+    """The file of a diagnosis's outcome."""
     return out.parent / f"{out.name}.run.json"
 
 
@@ -111,7 +111,7 @@ def sealed(file: Path) -> Iterator[None]:
 
 
 def diagnose_all(cases: Path, out: Path, answers: Path, workers: int, program: Program) -> int:
-    """Every case that has no output of this program yet; the number of failures."""
+    """Diagnose every case without an output of this program; return the number of failures."""
     names = sorted(folder.name for folder in cases.iterdir() if (folder / "gap.yaml").is_file())
     note = out / PROGRAM
     if out.exists() and (not note.exists() or note.read_text() != program.digest):

@@ -1,4 +1,4 @@
-"""The score: what the methods say joined with the answers, beside the levels to reach."""
+"""The score: the methods' diagnoses joined with the answers, and the levels to reach."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ import numpy as np
 from blind.chance import Array, bootstrap, calibrated_by_chance, calibration_error, wilson
 from blind.views import Key, View
 
-CLEAR = 3.0  # gap over floor from which an effect is to be named
+CLEAR = 3.0  # gap over floor from which an effect must be named
 CONFIDENT = 0.8
-LEAST_TO_GAIN = 0.05  # a shrink that the best possible must exceed for a share of it to mean something
+LEAST_TO_GAIN = 0.05  # least best-possible shrink for which a share of it is meaningful
 Answer = Mapping[str, Any]
 
 
@@ -29,11 +29,11 @@ class Level:
 
     @property
     def least(self) -> str:
-        """The lowest level that there is."""
+        """The lowest level."""
         return next(name for name in ("plain", "strong", "goal") if math.isfinite(getattr(self, name)))
 
     def reached(self, value: float) -> str:
-        """The highest level that the value keeps."""
+        """The highest level that the value reaches."""
         met = ""
         for name in ("plain", "strong", "goal"):
             level = getattr(self, name)
@@ -97,7 +97,7 @@ def strength(answer: Answer) -> float:
 
 
 def clear_single(answer: Answer) -> bool:
-    """One effect of the library that nothing else imitates, whose gap is well above the floor."""
+    """One effect of the library without a rival, whose gap is well above the floor."""
     return answer["kind"] == "single" and strength(answer) >= CLEAR
 
 
@@ -175,7 +175,7 @@ def shrink_of(after: float, before: float, floor: float) -> float:
 
 
 def shrinking(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list[Score]:
-    """How far the gap shrinks on held-out trials, of what could be had: for every method that predicts."""
+    """Reduction of the gap on held-out trials relative to the best possible, for every method that predicts."""
     made = []
     wanted: list[tuple[str, Callable[[Array], float]]] = [
         ("median", lambda x: float(np.median(x))),
@@ -217,7 +217,7 @@ def outcome_odds(answers: Mapping[str, Answer], views: Mapping[str, View]) -> Ar
 
 
 def calibration(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list[Score]:
-    """Whether probabilities mean what they say: for every method that gives any."""
+    """Calibration of the probabilities, for every method that gives any."""
     made = []
     for key, what, rows in (
         ("calibration", "calibration error of the first-ranked's probability", odds(answers, views)),
@@ -234,13 +234,13 @@ def calibration(answers: Mapping[str, Answer], views: Mapping[str, View]) -> lis
 
 
 def alarms(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list[Score]:
-    """What is said where nothing is missing."""
+    """Diagnoses of cases without a cause."""
     nothing = [name for name, answer in answers.items() if answer["kind"] == "none"]
     return [_share("false_alarm", "false alarm on “none”", (views[n].verdict != "none" for n in nothing))]
 
 
 def verdicts(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list[Score]:
-    """False alarms, calibration, and what is said of effects that are in no library."""
+    """False alarms, calibration, and diagnoses of effects outside the library."""
     strange = [name for name, answer in answers.items() if answer["kind"] == "unknown"]
     known = [name for name, answer in answers.items() if clear_single(answer)]
     return [
@@ -258,7 +258,7 @@ def verdicts(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list[S
 
 
 def ties(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list[Score]:
-    """Whether it is said that the trials cannot tell."""
+    """Whether ties are reported."""
     tied = [name for name, answer in answers.items() if answer["kind"] == "tie"]
     clear = [name for name, answer in answers.items() if clear_single(answer)]
     return [
@@ -277,7 +277,7 @@ def reported(answer: Answer, view: View) -> bool:
 
 
 def _on_top(answer: Answer, view: View) -> bool:
-    """The truth and a true rival are among as many first-ranked as there are explanations that do alike."""
+    """The truth and a true rival are among the first-ranked, of which as many count as there are equal explanations."""
     return _pair_in(answer, view.keys[: len(answer["cannot_be_told_apart"])])
 
 
@@ -288,7 +288,7 @@ def _pair_in(answer: Answer, keys: Sequence[Key]) -> bool:
 
 
 def gain(before: Sequence[bool], after: Sequence[bool]) -> list[Score]:
-    """What the suggested trial gains over the tied cases: first-ranked right before and with that trial added."""
+    """Gain of the suggested trial in tied cases: first-ranked right before and with that trial added."""
     what, level = "what the suggested trial gains", LEVELS["tie_gain"]
     if not before:
         return [Score("tie_gain", what, math.nan, (math.nan, math.nan), 0, "points", level)]
@@ -305,7 +305,7 @@ def gain(before: Sequence[bool], after: Sequence[bool]) -> list[Score]:
 
 
 def right(answer: Answer, view: View) -> bool:
-    """Whether the verdict as a whole is what the answer asks for: for the list of failures."""
+    """Whether the verdict as a whole is right: for the list of failures."""
     kind, true = answer["kind"], true_keys(answer)
     if kind in ("none", "unknown"):
         return bool(view.verdict == kind)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 STEP = 1e-4  # s; half of it moves no joint of these cases by more than 0.01 deg
-PERIOD = 1  # steps between two looks of the controller at command and angle: 10 kHz
+PERIOD = 1  # steps between two samples of the controller: 10 kHz
 # Columns a joint. Link: length, mass, com, inertia about it. Servo: duty a radian, duty s a radian, largest duty,
 # torque constant, resistance, largest current, dead band, delay of the command, rotor's inertia. Friction: dry, more at
 # rest, speed over which that falls, its power, share of the motor's torque, share of the load's, viscous. What is in no

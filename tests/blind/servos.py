@@ -42,7 +42,7 @@ DOMINATES = 0.5  # of the gap, most that is left without the main cause
 ALIKE = 0.1  # of the main cause's gap: another single cause that leaves less is as right
 VARIED = 3  # kinds of a log's command: sines, ramps, steps
 BOTH_WAYS = ("servo_gain", "motor_constant", "winding_resistance")  # causes that can be more and less
-CLOSE, MOST_HALVINGS = 0.02, 12  # of a wanted gap, how near it is met, in at most so many trials
+CLOSE, MOST_HALVINGS = 0.02, 12  # relative tolerance of a wanted gap, in at most so many steps
 ATTEMPTS = 60
 Change = Callable[[Rig, int, float], Rig]  # rig, joint, size 0..1
 
@@ -58,7 +58,7 @@ def _scale(name: str, most: float) -> Change:
 
 
 def _limit(rig: Rig, j: int, size: float) -> Rig:
-    """From four times the current that holds the leg level down to what hardly does."""
+    """From four times the current that holds the leg level down to one that hardly does."""
     return rig.changed(j, current=_holding(rig, j) * math.exp(math.log(4.0) - size * math.log(4.0 / 0.5)))
 
 
@@ -104,7 +104,7 @@ def _holding(rig: Rig, j: int) -> float:
 
 
 class NotApplicable(Exception):
-    """A rig that cannot show what is wanted."""
+    """A rig that cannot show the cause."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ def _rms(a: Array) -> float:
 
 @dataclass(frozen=True)
 class Absorbed:
-    """What wrong numbers within their tolerances do to the logs, to first order.
+    """Changes of the logs by wrong parameters within their tolerances, to first order.
 
     ``columns`` (k, m, n, p) rad, for one standard deviation of each number.
     """
@@ -209,7 +209,7 @@ class Absorbed:
         return math.sqrt(max(float(np.sum(gap**2) - seen @ seen + missed @ missed), 0.0) / gap.size)
 
     def rest_of(self, gap: Array, places: Sequence[int]) -> float:
-        """Rad RMS left of a ``gap`` (k, m, n) of the logs at ``places``, learnt from the others."""
+        """Rad RMS left of a ``gap`` (k, m, n) of the logs at ``places``, fitted to the others."""
         learnt = [k for k in range(len(gap)) if k not in places]
         q, r = np.linalg.qr(self.columns[learnt].reshape(-1, self.columns.shape[-1]))
         left = gap - self.columns @ lsq_linear(r, q.T @ gap[learnt].reshape(-1), (-MOST_OFF, MOST_OFF)).x
@@ -307,7 +307,7 @@ def _alike(
 ) -> list[tuple[str, int]]:
     """Other single causes that, at their best size, leave less than ``ALIKE`` of the main cause's gap.
 
-    The best size is found on a log of each kind, which is most of the time that a case takes; all logs then count. One
+    The best size is found on one log of each kind, which takes most of a case's time; all logs then count. One
     joint alone read late is as its command late: from rest the whole motion is later.
     """
     few = Setup(setup.design, setup.supply, setup.commands[:VARIED])
@@ -333,7 +333,7 @@ def _alike(
 
 
 def _best(left: Callable[[float], float], both_ways: bool, worth: float) -> tuple[float, float]:
-    """Size that leaves least and what it leaves; refined only where a first look leaves less than ``worth``."""
+    """Size with the least remainder, and that remainder; refined only if a first guess leaves less than ``worth``."""
     sizes = np.r_[-np.geomspace(1.0, 0.02, 6), np.geomspace(0.02, 1.0, 6)]
     if not both_ways:
         sizes = sizes[sizes > 0.0]
@@ -376,7 +376,7 @@ def _write(rng: np.random.Generator, setup: Setup, whole: Array, floor: float, l
 
 
 def plan(seed: int, count: int) -> list[tuple[int, str, str]]:
-    """As ``rigs.mixed``, of what a servo can have."""
+    """Like ``rigs.mixed``, with the causes of a servo."""
     return mixed(np.random.default_rng([seed, 0x5E5]), count, LIBRARY, OUTSIDE)
 
 

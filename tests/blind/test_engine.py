@@ -113,12 +113,12 @@ def test_dry_friction_reduces_each_swing_by_a_constant_and_then_sticks() -> None
     np.testing.assert_allclose(np.abs(q[turns + 1])[:7], expected, atol=1e-5)  # the turn falls between two steps
     still = int(turns[-1]) + 1
     assert abs(k * q[still]) <= dry
-    assert np.all(q[still:] == q[still])  # holds, to the last bit
+    assert np.all(q[still:] == q[still])  # exactly at rest
     assert np.all(w[still:] == 0.0)
 
 
 def test_backlash_coasts_across_its_gap() -> None:
-    """Between the flanks nothing acts: speed stays; in contact the spring acts from the flank."""
+    """Between the flanks the speed is constant; in contact the spring acts from the flank."""
     k, gap = 8.0, 0.05
     law = Law(torque_laws.SLACK, 0, (k, 0.0, gap, 1e-4))
     motion = release(one_joint(0.0, 0.0, (law,), bare=(0,)), PlantedTrial(np.array([0.3]), 1.0), 1e-4)

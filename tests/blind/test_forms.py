@@ -57,7 +57,7 @@ def planted(effect: str, seed: int) -> tuple[Case, PlantedCause]:
 
 
 def left(case: Case, cause: PlantedCause, folder: Path) -> tuple[float, float]:
-    """RMS over the noise floor of the nominal leg at its best, and with the effect of that name alone."""
+    """RMS over the noise floor of the fitted nominal leg, and with the effect of that name alone."""
     write_case(case, folder / "case", "case")
     project = read_gap_project(folder / "case" / "gap.yaml")
     scene, _ = scene_of(project.leg, project.trials, project.tolerance, 0)
@@ -66,8 +66,8 @@ def left(case: Case, cause: PlantedCause, folder: Path) -> tuple[float, float]:
     return explorer.ratio(explorer.none()), explorer.ratio(min(explorer.singles(), key=lambda fit: fit.cost))
 
 
-# Effect, seed, the form that this seed draws, and the floors that it may leave: where the library's form is the same to
-# the eye 1.6, elsewhere half more than measured, which is as near as the family comes.
+# Effect, seed, the form that this seed draws, and the floors that it may leave: 1.6 if the library's form is nearly
+# the same, otherwise 1.5 times the measured value, the closest fit of the family.
 FORMS = [
     ("coulomb_friction", 0, "stick-slip", 2.0),
     ("coulomb_friction", 1, "bristles", 7.5),

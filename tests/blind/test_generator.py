@@ -1,4 +1,4 @@
-"""The generator keeps what it claims: floors, strengths, legal files that tell nothing, the same by seed."""
+"""The generator's properties: floors, strengths, valid files that do not reveal the answer, reproducibility by seed."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def nothing() -> Case:
 
 
 def left(case: Case) -> float:
-    """RMS (floors) that the nominal leg within its tolerances leaves on the given trials as recorded, noise and all."""
+    """RMS (floors) that the nominal leg within its tolerances leaves on the given recordings, including noise."""
     floor = math.radians(case.answer["noise_floor_deg"])
     model, leg = PlainModel(case.setup, floor, case.states), case.setup.true
     targets: list[Array] = []

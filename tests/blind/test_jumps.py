@@ -30,7 +30,7 @@ NOISE = {"upper link": math.radians(0.1), "ground force": 0.02, "current": 0.01,
 
 
 def diagnosed(folder: Path, effects: dict[str, float], seed: int) -> dict[str, Any]:
-    """Of a leg that is off within its tolerances and has these effects; currents recorded too."""
+    """The diagnosis of a leg within its tolerances with these effects; currents are recorded too."""
     rng = np.random.default_rng(seed)
     errors, sensors = draw_errors(rng), Sensors(NOISE, extra=True)
     made = [(asked, record(asked, errors, effects, sensors, rng, catalogue())) for asked in TRIALS]
@@ -74,7 +74,7 @@ def test_errors_within_tolerances_are_no_effect(tmp_path: Path) -> None:
 
 
 def test_without_effects_the_two_engines_jump_alike() -> None:
-    """What is left between them, half a floor or so, is how gears and friction turn over."""
+    """The difference, about half a floor, is due to the reversal of gears and friction."""
     leg = HopperLeg()
     told = jump(JumpTruth(leg, motor(), Contact()), JumpConditions(motor().voltage, lean=math.radians(6.0)))
     made = columns(leg, motor(), Contact(), MODELS["full"], np.array([leg.length]))

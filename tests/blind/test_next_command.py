@@ -1,4 +1,4 @@
-"""What the check of suggested commands is made of: a chirp within the known limits, a log played on the true rig."""
+"""Parts of the check of suggested commands: a chirp within the known limits, a log played on the true rig."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_a_chirp_keeps_the_limits_of_the_known_commands(case: Case) -> None:
 
 
 def test_a_played_command_is_a_log_to_learn_from(case: Case, tmp_path: Path) -> None:
-    """The rig is the design's, so the design follows the log to the encoder's noise; only the last known log scores."""
+    """The rig equals the design, so the design follows the log within the noise; only the last known log scores."""
     rng = np.random.default_rng(1)
     _write(rng, case.setup, case.whole, case.floor, case.labels, tmp_path / "case")
     header = "time [s]," + ",".join(f"{joint} command [deg]" for joint in case.labels)

@@ -1,4 +1,4 @@
-"""Dirty rigs: the generator keeps what it claims, the engine's rotors and drives are right, scoring is as it says."""
+"""Dirty rigs: properties of the generator, rotors and drives of the engine, rules of the score."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_a_drive_moves_the_joint_as_its_equation_says() -> None:
         found = release(truth, trial, 1e-4)
         exact = solve_ivp(slope, (0.0, 1.15), [0.4, 0.0], t_eval=times, args=(wrong,), rtol=1e-10, atol=1e-12)
         np.testing.assert_allclose(found.at(times)[:, 0], exact.y[0], atol=1e-7)
-        if not wrong:  # a recording that begins later is driven by what acts then
+        if not wrong:  # a recording that begins later is driven by the torque at that time
             at = int(np.argmin(np.abs(times - trial.start)))
             later = swing(a_joint(), trial, exact.y[:1, at], exact.y[1:, at], 1e-4)
             np.testing.assert_allclose(later.at(times[at:] - times[at])[:, 0], exact.y[0, at:], atol=1e-7)

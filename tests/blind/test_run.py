@@ -1,4 +1,4 @@
-"""The runner keeps answers closed, and what is suggested is made as it was asked for."""
+"""The runner keeps answers closed, and suggested trials are made as specified."""
 
 from __future__ import annotations
 
@@ -112,10 +112,10 @@ def test_baselines_see_a_large_and_simple_cause(folder: Path) -> None:
     assert torque.verdict == "effect"
     assert math.isclose(torque.none + sum(p for _, p in torque.ranked), 1.0)
     assert torque.none < 1e-3
-    # Its odds are not to be believed (it takes a moved centre of mass for sure); the cause is among its first.
+    # Its odds are unreliable (it is certain of a moved centre of mass); the true cause is among its first.
     assert ("spring_preload", "hip") in [key for key, _ in torque.ranked[:3]]
     freed = free_fit(project)
-    assert ("spring_preload", "hip") in largest_change(freed, project).keys[:4]  # its fit has lost the phase
+    assert ("spring_preload", "hip") in largest_change(freed, project).keys[:4]  # its fit is out of phase
     least = least_residual(freed, project)
     assert len(set(least.keys)) == len(least.keys) > 10
     assert 0.0 < least.after < 10.0

@@ -1,4 +1,4 @@
-"""Twelve small cases of every kind, made and diagnosed anew, pinned to what the diagnosis makes of them today.
+"""Twelve small cases of every kind, made and diagnosed, pinned to the present results.
 
 The whole check is ``make blind``. Here legs have one or two joints, so that it takes a minute. One test, so that the
 cases are made once.
@@ -38,7 +38,7 @@ CASES: tuple[tuple[int, str, str | None, float | None, int], ...] = (
 
 
 def diagnosed(folder: Path) -> View:
-    """What the program says of a case's folder."""
+    """The program's diagnosis of a case's folder."""
     project = read_gap_project(folder / "gap.yaml")
     return from_gap(diagnose(project.leg, project.trials, project.tolerance).as_json())
 
@@ -52,7 +52,7 @@ def test_twelve_cases_whose_effect_was_withheld(tmp_path: Path) -> None:
         answers[name], views[name] = case.answer, diagnosed(tmp_path / name)
     found = {score.key: score for score in scores(answers, views)}
     told = [(n, a["kind"], a["effects"], views[n].verdict, views[n].ranked[:2]) for n, a in answers.items()]
-    # What it gives today: 6 of 7, 7 of 7, 7 of 7, 1.00, .91, 0 of 2, .18, 1 of 1.
+    # Present values: 6 of 7, 7 of 7, 7 of 7, 1.00, .91, 0 of 2, .18, 1 of 1.
     assert found["top1"].count == 7, told
     assert found["top1"].value >= 0.85, told
     assert found["top3"].value == 1.0, told

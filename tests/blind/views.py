@@ -1,4 +1,4 @@
-"""What a method says of one case, in one form for ``synth gap`` and for the baselines."""
+"""A method's diagnosis of one case, in one form for ``synth gap`` and the baselines."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Key = tuple[str, str]  # effect and joint
 
 @dataclass(frozen=True)
 class View:
-    """A method's word on a case.
+    """A method's diagnosis of a case.
 
     ``ranked`` : single causes, likeliest first, each with its probability (nan where the method gives none).
     ``explanation``, ``tied`` : the causes accepted, and the others that would do as well. ``after`` : deg, RMS on held-
@@ -38,7 +38,7 @@ class View:
 
     @property
     def first(self) -> tuple[Key, float]:
-        """The likeliest cause; no name at all with probability 0 where there is none."""
+        """The most probable cause; an empty name with probability 0 if there is none."""
         return self.ranked[0] if self.ranked else (("", ""), 0.0)
 
 
@@ -65,7 +65,7 @@ def from_gap(document: Mapping[str, Any], seconds: float = math.nan) -> View:
 
 
 def read_views(out: Path, names: list[str]) -> dict[str, View]:
-    """Of every case named; one without output counts as failed."""
+    """The diagnoses of the named cases; one without output counts as failed."""
     found = {}
     for name in names:
         file, note = out / name / "gap.json", out / f"{name}.run.json"

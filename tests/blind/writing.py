@@ -1,4 +1,4 @@
-"""A case as files: ``gap.yaml``, ``nominal.leg.yaml``, ``trials/NN.csv``; nothing in them tells the answer."""
+"""A case as files: ``gap.yaml``, ``nominal.leg.yaml``, ``trials/NN.csv``; none of them reveals the answer."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def _leg_text(case: Case, name: str) -> str:
 
 
 def travel(case: Case, joint: int) -> tuple[int, int]:
-    """The joint's range as designed, whole degrees: what was recorded and a margin that has nothing to do with it."""
+    """The joint's designed range in whole degrees: the recorded range and an independent margin."""
     seen = np.degrees(np.concatenate([r[:, joint] for r in case.readings]))
     margin = np.random.default_rng([*case.answer["seed"], joint]).uniform(4, 40, 2)
     return math.floor(np.nanmin(seen) - margin[0]), math.ceil(np.nanmax(seen) + margin[1])

@@ -1,4 +1,4 @@
-"""Small projects of every kind that run through in a second or two: what the fuzzer changes."""
+"""Small projects of every kind, run in a second or two, that the fuzzer changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A case in a process of its own, forked from one that has loaded and compiled everything; and what it may leave."""
+"""A case in a separate process, forked from one that has loaded and compiled everything, and its permitted files."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from fuzzing.bases import Base, bases
 from fuzzing.mutations import change
 
 LIMIT = 60.0  # s, of a case
-MEMORY = 3e9  # bytes of address space beyond what the parent has
+MEMORY = 3e9  # bytes of address space in addition to the parent's
 FAILURES = ("CRASHED", "HUNG", "DIED", "WROTE", "HALF", "SAID")
 SLOW_RUNS = 0.15  # of the cases whose project runs long, that are run and not only checked
 RESULTS = ("fit.json", "fits.json", "gap.json", "design.json", "hopper.json", "motor.json", "pull-ups.json",
@@ -31,7 +31,7 @@ RESULTS = ("fit.json", "fits.json", "gap.json", "design.json", "hopper.json", "m
 
 @dataclass(frozen=True)
 class Case:
-    """A seed's project, what was changed in it, and how it ended: ``tag`` DONE, REFUSED or one of ``FAILURES``."""
+    """A seed's project, its changes, and its outcome: ``tag`` DONE, REFUSED or one of ``FAILURES``."""
 
     seed: int
     base: str
@@ -48,7 +48,7 @@ class Case:
 
 
 def prepared() -> None:
-    """Load what the commands load, so that a fork has it: imports and compiled equations."""
+    """Load everything that commands load, for the forks: imports and compiled equations."""
     os.environ.setdefault("SYNTH_THREADS", "1")
     import synth.cli
     import synth.design.leg_design
@@ -107,7 +107,7 @@ def _command(generator: random.Random, base: Base, quick: bool) -> list[str]:
 
 
 def _contents(box: Path, out: Path) -> dict[str, str]:
-    """Every file of the box but those of the result: what it is, and its bytes."""
+    """Every file of the folder except the result's: its type and bytes."""
     found = {}
     for place, folders, files in os.walk(box):
         if Path(place) == out or out in Path(place).parents:
@@ -151,7 +151,7 @@ def _forked(words: list[str], folder: Path, box: Path) -> tuple[int, float]:
             for stream in (sys.stdout, sys.stderr):
                 stream.flush()
             os._exit(status)
-    busy = max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))  # beside other work everything takes longer
+    busy = max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))  # longer on a busy machine
     deadline = time.monotonic() + LIMIT * busy
     while True:
         done, status, used = os.wait4(child, os.WNOHANG)
@@ -168,7 +168,7 @@ def _forked(words: list[str], folder: Path, box: Path) -> tuple[int, float]:
 def _judged(
     status: int, box: Path, folder: Path, before: dict[str, str], words: list[str], peak: float
 ) -> tuple[str, str]:
-    """The case's tag and why."""
+    """The case's tag and its reason."""
     said = (box / "stderr").read_text(encoding="utf-8", errors="replace") if (box / "stderr").exists() else ""
     told = (box / "stdout").read_text(encoding="utf-8", errors="replace") if (box / "stdout").exists() else ""
     last = said.strip().splitlines()[-1] if said.strip() else ""
@@ -201,7 +201,7 @@ def _told_where(words: list[str], status: int) -> bool:
 
 
 def _result(status: int, out: Path, said: str) -> tuple[str, str]:
-    """What a refusal says, and what a result holds."""
+    """The message of a refusal, and the content of a result."""
     if status == 2:
         if out.exists() and not (out / "fits.json").exists() and not (out / "catalog").exists():
             return "HALF", "refused, and a result is there"

@@ -1,4 +1,4 @@
-"""What goes wrong with files and command lines: changes of YAML, of tables, of the files themselves, and of flags."""
+"""Common faults of files and command lines: changes of YAML, of tables, of the files themselves, and of flags."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def fuzz(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    """Run the fuzzer in a process of its own: it forks, which pytest's threads would not like."""
+    """Run the fuzzer in a separate process, because it forks and pytest has threads."""
     environment = os.environ | {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}", "SYNTH_THREADS": "1"}
     command = [sys.executable, "-m", "fuzzing", "--workers", "1", "--to", str(folder), *words]
     return subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, timeout=600)

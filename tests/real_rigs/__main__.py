@@ -1,4 +1,4 @@
-"""What dominates on six real rigs, and whether both halves of the recordings say so: ``python -m real_rigs``.
+"""The main cause on six real rigs, from each half of the recordings: ``python -m real_rigs``.
 
 Each rig is diagnosed twice: learnt from one half and scored on the other, and the other way round. See ``make rigs``.
 """
@@ -19,7 +19,7 @@ from synth.files.gap_project import read_gap_project
 
 
 def half_of(name: str, folder: Path, half: int) -> dict[str, Any]:
-    """What ``synth gap`` says of one half: its verdict, its first causes, and how far unseen trials gain."""
+    """Result of ``synth gap`` on one half: verdict, first causes, and reduction of the gap on unseen trials."""
     begun = time.process_time()
     project = read_gap_project(RIGS[name](folder).project(folder, half))
     found = diagnose(project.leg, project.trials, project.tolerance, seed=project.seed).as_json()
@@ -43,7 +43,7 @@ def half_of(name: str, folder: Path, half: int) -> dict[str, Any]:
 
 
 def row(name: str, halves: list[dict[str, Any]]) -> str:
-    """One rig as lines of text: a half a line, and whether they agree."""
+    """One rig as lines of text: one per half, and whether they agree."""
     lines = []
     for letter, half in zip("ab", halves, strict=True):
         first = " (".join(half["first"][0]) + ")" if half["first"] else "nothing"
@@ -59,7 +59,7 @@ def row(name: str, halves: list[dict[str, Any]]) -> str:
 
 
 def said_first(half: dict[str, Any]) -> list[str] | None:
-    """Effect and joint of the first cause; None where nothing is said to be missing, whatever is listed."""
+    """Effect and joint of the first cause; None for the verdict ``none``."""
     first: list[str] | None = half["first"][0] if half["first"] and half["verdict"] != "none" else None
     return first
 

@@ -15,7 +15,7 @@ LOCKED = {"ankle": "[hip, knee]", "knee": "[hip]", "hip": "[]"}
 # a rod; a damper's rate is the chord of a curve that bends; a spring's is the catalogue's. Deviations, not limits.
 WIDE = "{length: 1 %, mass: 5 %, com: 5 %, inertia: 15 %, spring: 10 %, damper: 20 %, free_angle: 3 deg}"
 COPIES = {f"hip_{number}" for number in range(7, 13)}  # of hip_1 to hip_6, with samples more before the release
-PIECE, LONGEST = 2.5, 10.0  # s, into which a driven recording is cut, and how much of it is taken
+PIECE, LONGEST = 2.5, 10.0  # s, length of pieces of a driven recording, and the total used
 # A rod of 130 g and .546 kg at its end, .5 m away; the rotor's 6.07e-5 kg m^2 behind a gear of 6. No friction is
 # believed in: the owners' own figures of it differ by a factor of seven.
 PENDULUM = """kind: leg
@@ -34,7 +34,7 @@ joints:
 
 @dataclass(frozen=True)
 class Entry:
-    """One trial: what the project's list says of its file."""
+    """One trial: its entry in the project's list."""
 
     file: str
     more: str = ""
@@ -50,7 +50,7 @@ class Rig:
     entries: tuple[Entry, ...]
 
     def project(self, folder: Path, half: int) -> Path:
-        """The project that learns from one half (0, 1) of the trials and is scored on the other."""
+        """The project that is fitted to one half (0, 1) of the trials and scored on the other."""
         lines = ["kind: gap", f"leg: {self.leg}", f"tolerance: {self.tolerance}", "trials:"]
         for place, entry in enumerate(self.entries):
             held_out = f", held_out: {str(place % 2 != half).lower()}"
@@ -74,7 +74,7 @@ def _robot(folder: Path, name: str, joints: Sequence[str]) -> Rig:
 
 
 def _double_pendulum(folder: Path) -> Rig:
-    """Its four small swings; the dampers' rates are what a fit of others made of all that slows it down."""
+    """Its four small swings; the dampers' rates are from the authors' fit of all losses."""
     shutil.copy(DOUBLE / "double_pendulum.leg.yaml", folder)
     files = sorted((DOUBLE / "trials").glob("val_*.csv"))
     for file in files:
@@ -113,5 +113,5 @@ RIGS: dict[str, Callable[[Path], Rig]] = {
 
 
 def absent() -> list[str]:
-    """Folders of recordings that are not here."""
+    """Missing folders of recordings."""
     return [str(folder) for folder in (DOG, DOUBLE, DRIVEN) if not folder.is_dir()]

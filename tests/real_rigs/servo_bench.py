@@ -103,7 +103,7 @@ def project(folder: Path, servo: str, held_out: set[str]) -> Path:
 
 
 def published(servo: str, model: str) -> dict[str, float]:
-    """What the owners identified; numbers that their simpler models share stand for both directions."""
+    """The owners' identified parameters; those that their simpler models share apply to both directions."""
     found = json.loads((BENCH / "authors_params" / f"{servo}__{model}.json").read_text())
     for name in ("load_friction", "load_friction_stribeck"):
         common = found.get(name.replace("friction", "friction_base") if name == "load_friction" else name)
@@ -157,7 +157,7 @@ def _friction(motor: float, load: float, rate: float, numbers: Mapping[str, floa
 
 
 def scored(servo: str) -> set[str]:
-    """Names of the logs that take no part: one gain of the servo with several, else one trajectory."""
+    """Names of the held-out logs: one gain of the servo with several, else one trajectory."""
     found = logs(servo)
     several = len({log.kp for log in found}) > 1
     return {log.name for log in found if (log.kp == 400.0 if several else log.trajectory == "sin_sin")}
@@ -176,7 +176,7 @@ def warming(servo: str) -> dict[str, float]:
 
 
 def line(servo: str, folder: Path) -> dict[str, object]:
-    """What ``synth gap`` finds in a servo's logs, and mean absolute errors, mrad, on those that took no part."""
+    """The result of ``synth gap`` on a servo's logs, and mean absolute errors, mrad, on the held-out ones."""
     found = read_gap_project(project(folder, servo, scored(servo)))
     result = diagnose(found.leg, found.trials, found.tolerance, seed=found.seed)
     document = result.as_json()

@@ -1,6 +1,6 @@
-"""The six rigs can be built and read; what they say is ``make rigs``, whose double pendulum is told here.
+"""The six rigs can be built and read; their diagnosis is ``make rigs``, of which the double pendulum is tested here.
 
-Nothing of these data is in the product; where they are absent, these tests say so and skip.
+Nothing of these data is in the product; without them these tests are skipped with a message.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def test_a_half_of_the_double_pendulum_is_diagnosed_and_reported(tmp_path: Path)
         assert half["first"]
     text = row("double pendulum", halves)
     assert ("DISAGREE" in text) == (said_first(halves[0]) != said_first(halves[1]))
-    # What dominates is the same from each half: dry friction at the lower joint, which its authors' model lacks.
+    # The main cause is the same from each half: dry friction at the lower joint, which its authors' model lacks.
     for half in halves:
         assert half["verdict"] in ("effect", "tie")
         assert any(joint == "lower" and "friction" in effect for effect, joint in half["explanation"])

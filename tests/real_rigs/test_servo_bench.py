@@ -1,6 +1,6 @@
-"""A servo's friction named from its logs, scored on a gain that took no part as its owners score theirs.
+"""A servo's friction identified from its logs, scored on a held-out gain as its owners score theirs.
 
-Nothing of these data is in the product; where they are absent, these tests say so and skip.
+Nothing of these data is in the product; without them these tests are skipped with a message.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def test_what_is_found_predicts_better_than_each_of_the_owners_six_models(tmp_pa
         model: np.mean([owners_error(log, published("xl330", model), gain) for log in scored]) for model in MODELS
     }
     assert np.mean(ours) < min(theirs.values())
-    assert theirs["m1"] / np.mean(ours) > 1.5  # by what their best model gains over Coulomb and viscous friction
+    assert theirs["m1"] / np.mean(ours) > 1.5  # gain of their best model over Coulomb and viscous friction
 
 
 def test_import_of_the_benchs_own_logs_is_the_project_that_is_written_by_hand(tmp_path: Path) -> None:

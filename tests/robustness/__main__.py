@@ -1,7 +1,7 @@
 """The whole study: ``python -m robustness --seed 1 --count 500 --to build/robustness``; see ``make robustness``.
 
-A record a leg is kept as it is made, so that a run may be stopped, even killed, and gone on with. Records of another
-program are thrown away: the hash of its source stands beside them.
+Each leg's record is stored at once, so that an interrupted or killed run resumes. Records of another
+program are deleted: the hash of its source is stored with them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PARTS = (
     "synth/compiling",
     "synth/motion",
     "tests/robustness",
-)  # of the source, that a record rests on
+)  # of the source that determines a record
 APART = ("page.py", "__main__.py", "importers")
 
 

@@ -1,4 +1,4 @@
-"""What the records say: success, bias, spread, and the share of intervals that hold the truth, over all and by kind."""
+"""Statistics of the records: success, bias, spread, and coverage of the intervals, over all legs and by kind."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ import numpy as np
 
 Record = Mapping[str, Any]
 QUANTITIES = {"spring_rate": "spring rate", "damper_rate": "damper rate", "free_angle": "free angle"}
-NEAR = 0.3  # log RMS over the true leg's, up to which the fit is in the right valley: links off by their tolerance cost
-# up to 0.22 (50 legs, seeds 5000 on), another valley several times as much
+NEAR = (
+    0.3  # log RMS over the true leg's, up to which the fit is in the right minimum: links off by their tolerance cost
+)
+# up to 0.22 (50 legs, seeds 5000 on), another minimum several times as much
 NORMAL90 = 1.6448536269514722
-TIGHT = 0.10  # of a log rate: an interval of that half-width claims to know it
+TIGHT = 0.10  # of a log rate: an interval of that half-width counts as determining it
 
 
 @dataclass(frozen=True)
@@ -37,23 +39,23 @@ class Line:
 
     @property
     def within(self) -> bool:
-        """Whether 88 to 92 % hold, as far as so many legs can tell (two standard errors)."""
+        """Whether the coverage is 88 to 92 %, within two standard errors."""
         return self.held - 2 * self.error <= 0.92 and self.held + 2 * self.error >= 0.88
 
 
 def headline(record: Record) -> Record:
-    """The fit that counts."""
+    """The headline fit."""
     found: Record = record["fits"][record["headline"]]
     return found
 
 
 def succeeded(fit: Record) -> bool:
-    """TaskOutcome, and in the right valley."""
+    """The fit ended, and in the right minimum."""
     return bool(fit["done"]) and fit["over"] < NEAR
 
 
 def estimates(fit: Record, quantities: Sequence[str] = tuple(QUANTITIES)) -> Iterator[tuple[str, float, float, float]]:
-    """Quantity, error, low and high end, all less the truth."""
+    """Quantity, error, low and high end, all minus the truth."""
     if fit["done"]:
         for joint in fit["joints"]:
             for name in quantities:
@@ -89,7 +91,7 @@ def line(name: str, fits: Sequence[Record], quantities: Sequence[str] = tuple(QU
 
 
 def groups(records: Sequence[Record]) -> list[tuple[str, list[Line]]]:
-    """Tables: by what was drawn, each a list of lines."""
+    """Tables by drawn property, each a list of lines."""
     tables = [("Estimate", [line(words, [headline(r) for r in records], [q]) for q, words in QUANTITIES.items()])]
     splits: list[tuple[str, Callable[[Record], str]]] = [
         ("Noise", lambda r: _band(r["noise"], (0.1, 0.2, 0.35), "deg")),
@@ -109,13 +111,13 @@ def groups(records: Sequence[Record]) -> list[tuple[str, list[Line]]]:
 
 
 def exact_lines(records: Sequence[Record]) -> list[Line]:
-    """The same trials with the true links and no tolerance: what the samples alone leave open."""
+    """The same trials with the true links and no tolerance: uncertainty due to the samples alone."""
     exact = [r["fits"]["exact"] for r in records]
     return [line("all", exact), *(line(words, exact, [q]) for q, words in QUANTITIES.items())]
 
 
 def hand_lines(records: Sequence[Record]) -> list[Line]:
-    """What is done about a hand, side by side, on the legs that have both."""
+    """Treatments of an external torque at the start, side by side, on the legs with both."""
     driven = [r for r in records if r["driven"]]
     free = [r for r in records if not r["driven"]]
     made = [
@@ -134,7 +136,7 @@ def hand_lines(records: Sequence[Record]) -> list[Line]:
 
 
 def hands(records: Sequence[Record]) -> dict[str, tuple[int, int]]:
-    """Trials in which a hand is seen, of all: of driven and of free legs."""
+    """Share of trials in which an external torque is detected, of driven and of free legs."""
     found = {}
     for name, driven in (("driven", True), ("free", False)):
         seen = [until for r in records if bool(r["driven"]) is driven for until in r["hands"]]

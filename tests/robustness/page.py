@@ -118,7 +118,7 @@ def _failures(records: Sequence[Record]) -> list[str]:
 
 
 def _calibration(records: Sequence[Record]) -> Markup:
-    """Share of intervals that hold the truth, over what they would claim at other levels."""
+    """Coverage of the intervals over their nominal level."""
     svg = Svg(430, 330, "Share of intervals that hold the truth over the level that they claim")
     axes = Axes(AxisScale(0, 100, 50, 420), AxisScale(0, 100, 290, 12))
     axes.frame(svg)

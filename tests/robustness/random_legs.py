@@ -1,7 +1,7 @@
 """Random legs of known springs and dampers, and recordings of them as laboratories make them: noise, counts, losses.
 
 A leg's links, natural frequencies and damping ratios are drawn, over- and underdamped joints mixed; a recording has
-white noise, encoder counts, lost samples, and where asked for a hand that still drives it after the release. The motion
+white noise, encoder counts, lost samples, and optionally an external torque after the release. The motion
 is this program's own engine's at a tight tolerance, which the tests of the model hold against MuJoCo: here the fit is
 on trial, not the equations of motion.
 """
@@ -35,7 +35,7 @@ class Recorder:
     """How the trials of one leg are recorded.
 
     ``noise`` deg SD; ``counts`` a turn, 0 for none; ``rate`` Hz; ``trials`` how many; ``lost`` share of samples that
-    are missing; ``driven`` s from the start during which a hand still pushes, 0 for none.
+    are missing; ``driven`` s from the start with an external torque, 0 for none.
     """
 
     noise: float
@@ -68,12 +68,12 @@ class Case:
 
     @property
     def bare(self) -> Leg:
-        """The leg as the fit is given it: nothing at the joints."""
+        """The leg as given to the fit: without springs and dampers."""
         return self.leg.with_joints(**{name: {"spring": None, "damper": None} for name in self.leg.joint_names})
 
     @property
     def off(self) -> Leg:
-        """The leg as its file would have it: each link's number off by the usual tolerance, nothing at the joints."""
+        """The leg as its file states it: links off by the usual tolerance, without springs and dampers."""
         generator = np.random.default_rng([self.seed, 501])
         widths = TOLERANCE_OF_LINKS.widths(self.leg)
         errors = generator.normal(size=widths.shape)
@@ -87,7 +87,7 @@ class Case:
 
 
 def random_recorder(generator: np.random.Generator) -> Recorder:
-    """Noise 0.05-0.5 deg, 512-8192 counts, 100-1000 Hz, 1-30 trials; some with losses, some with a hand at first."""
+    """Noise 0.05-0.5 deg, 512-8192 counts, 100-1000 Hz, 1-30 trials; some with losses or driven at first."""
     noise, rate = (
         math.exp(generator.uniform(math.log(low), math.log(high))) for low, high in ((0.05, 0.5), (100, 1e3))
     )
@@ -172,12 +172,12 @@ def record(
 
 
 def random_case(seed: int, recorder: Recorder | None = None, links: int | None = None) -> Case:
-    """The case of one seed; with a ``recorder`` of one's own the leg stays the same."""
+    """The case of one seed; a given ``recorder`` does not change the leg."""
     generator = np.random.default_rng([seed, 500])
     leg, ratio = random_leg(generator, links)
     drawn = random_recorder(generator)
     recorder = recorder or drawn
-    # Recordings end after the motion has died, but nobody records a creeping leg for a minute.
+    # Recordings end after the motion has decayed, but not later than is usual for a creeping leg.
     duration = float(np.clip(4.0 * slowest_time(leg), 0.6, 3.0))
     made = [record(leg, recorder, generator, f"release {i}", duration) for i in range(recorder.trials)]
     return Case(seed, leg, recorder, tuple(trial for trial, _ in made), ratio, tuple(start for _, start in made))

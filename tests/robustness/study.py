@@ -1,4 +1,4 @@
-"""One random leg through the fit: what came out beside the truth, as a record that a run can keep and go on from."""
+"""The fit of one random leg: estimates and truth, as a record from which a run can resume."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ QUANTITIES = ("spring_rate", "damper_rate", "free_angle")
 
 
 def study_case(seed: int, case: Case | None = None) -> dict[str, Any]:
-    """The record of one seed; ``headline`` names the variant that a user would get who cuts what a hand drives.
+    """The record of one seed; ``headline`` names the variant with the driven beginning cut, as by default.
 
     The fit is given a leg whose links' numbers are off by the usual tolerance, as a user's are; ``exact``: the same
     trials as the headline's, with the true links and no tolerance.
@@ -73,7 +73,7 @@ def study_case(seed: int, case: Case | None = None) -> dict[str, Any]:
 
 
 def _hand_until(case: Case, trial: Trial) -> float | None:
-    """Until when the detection sees a hand, s; None where it sees none, or nothing at all. All start in motion."""
+    """End of the detected external torque, s; None if none is detected, or the detection fails. All start in motion."""
     try:
         found = find_release(trial.time, trial.angles, case.bare)
     except ValueError:
@@ -121,7 +121,7 @@ def _fitted(case: Case, given: Leg, trials: Sequence[Trial], options: LegFitOpti
 
 
 def _over_truth(case: Case, result: FitResult, made: list[Recording]) -> float:
-    """Mean over joints of log RMS of the fit less that of the true leg, whose initial states are fitted too."""
+    """Mean over joints of the fit's log RMS minus that of the true leg, whose initial states are fitted too."""
     truth = score(replace(result, leg=case.leg), made).predictions
     ours = [
         np.where(r.counts, case.leg.to_rotation(t.fitted), r.rotation) for r, t in zip(made, result.trials, strict=True)
@@ -138,7 +138,7 @@ def _logarithms(estimate: Estimate, truth: float) -> list[float]:
 
 
 def _differences(estimate: Estimate, truth: float) -> list[float]:
-    """Estimate, low and high end less the truth, rad."""
+    """Estimate, low and high end minus the truth, rad."""
     assert estimate.low is not None
     assert estimate.high is not None
     return [round(float(x - truth), 7) for x in (estimate.value, estimate.low, estimate.high)]

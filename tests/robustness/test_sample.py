@@ -1,4 +1,4 @@
-"""A small sample of the study, as the legs come; the whole one is ``make robustness``."""
+"""A small sample of the study, with consecutive seeds; the whole one is ``make robustness``."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_an_external_torque_at_the_start_is_cut_and_free_motion_kept(records: li
     seen = hands(records)
     assert seen["driven"][1] > 0
     assert seen["driven"][0] > 0.5 * seen["driven"][1]
-    assert seen["free"][0] < 0.1 * seen["free"][1]  # 3 of 58: a false hand costs motion, not truth
+    assert seen["free"][0] < 0.1 * seen["free"][1]  # 3 of 58: a false detection costs samples, not accuracy
     by_name = {item.name: item for item in hand_lines(records)}
     known, cut = by_name["driven, cut where the hand is known to end"], by_name["driven, cut by detection"]
     assert cut.held > known.held - 0.15
@@ -76,7 +76,7 @@ def test_numbers_of_a_line_are_those_by_hand() -> None:
     failed = {"done": False, "message": "no"}
     found = line("three", [good, bad, failed])
     assert found.success == pytest.approx(1 / 3)
-    assert found.held == pytest.approx(4 / 6)  # the damper's interval does not hold nought
+    assert found.held == pytest.approx(4 / 6)  # the damper's interval does not contain zero
     assert found.rate == pytest.approx(0.035)
     assert found.width == pytest.approx(0.025)
     assert found.bias == pytest.approx(0.0)

@@ -1,4 +1,4 @@
-"""A few of the random legs on which the costs are compared: the comparison itself, and what it shows."""
+"""A few of the random legs on which the costs are compared: the comparison and its result."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def results() -> list[dict]:  # type: ignore[type-arg]
 def test_ours_follows_where_the_characteristics_do_not(results: list[dict]) -> None:  # type: ignore[type-arg]
     followed = legs_followed(results)
     assert followed[OURS] == len(SEEDS)
-    assert followed["trajectory"] == len(SEEDS)  # told everything else, squares over all samples find the rates
+    assert followed["trajectory"] == len(SEEDS)  # with everything else known, squares over all samples find the rates
     assert followed["characteristics"] < len(SEEDS)
     assert followed["by joint"] < len(SEEDS)
 

@@ -2,7 +2,7 @@
 
 Every cost of the thesis is minimised with all else given: each release's true initial state and the true free angles,
 and the search, the same simplex over all joints at once, begins at the true rates. Where it then walks away, the cost
-is at fault and nothing else. One contestant more, ``trajectory as in the thesis``, starts its releases from their first
+is at fault and nothing else. One further method, ``trajectory as in the thesis``, starts its releases from their first
 samples and takes free angles from their ends. Ours (``fit_leg``) is given the recordings alone. Judged is a release
 that took no part, without noise: how far each joint of the fitted leg moves from the true leg, as a share of how far it
 swings. That asks nothing of k and b where the recordings fix only b/k.
@@ -42,8 +42,8 @@ COSTS = ("trajectory", "transient", "characteristics", "by joint")
 AS_IN_THE_THESIS = "trajectory as in the thesis"
 CONTESTANTS = (OURS, *COSTS, AS_IN_THE_THESIS)
 MOST_LINKS, MOST_TRIALS, MOST_SAMPLES, STEPS = 3, 3, 120, 100
-FOLLOWED = 0.05  # of the swing: a joint that moves nearer than this is followed
-ROOM = 10.0  # times the truth, either way, that a search may go
+FOLLOWED = 0.05  # of the swing: a joint with a smaller error is followed
+ROOM = 10.0  # times the truth, either way: bounds of a search
 
 
 @dataclass(frozen=True)
@@ -82,14 +82,14 @@ class _Adapted:
 
 
 def case_of(seed: int) -> Case:
-    """The random leg of a seed with few trials and no hand in them: here costs are on trial, not the cutting."""
+    """The random leg of a seed with few trials and no external torque: the subject is the cost, not the cut."""
     drawn = random_recorder(np.random.default_rng([seed, 501]))
     links = 1 + int(np.random.default_rng([seed, 502]).choice(MOST_LINKS, p=[0.1, 0.2, 0.7]))
     return random_case(seed, replace(drawn, trials=min(drawn.trials, MOST_TRIALS), driven=0.0), links)
 
 
 def judge(seed: int) -> dict[str, Any]:
-    """What every contestant makes of one leg: each joint's error on the fresh release, as a share of its swing."""
+    """Results of every method on one leg: each joint's error on the fresh release, as a share of its swing."""
     case = case_of(seed)
     given = [recording.thinned(MOST_SAMPLES) for recording in recordings(case.bare, case.trials, ())]
     found: dict[str, Leg | None] = {}
@@ -135,7 +135,7 @@ def _by_cost(case: Case, given: Sequence[Recording], name: str) -> Leg:
 
 
 class _Given(Search):
-    """A search that is given each release's true start and the true free angles, ``true`` (n,) rad."""
+    """A search with each release's true start and the true free angles, ``true`` (n,) rad."""
 
     true: Array
 
@@ -189,7 +189,7 @@ def _errors(case: Case, leg: Leg, fresh: tuple[Array, Array, Array, Array]) -> l
 
 @dataclass(frozen=True)
 class Share:
-    """Of ``joints`` joints a contestant follows ``followed``; ``median`` and ``worst`` (90 %) errors are shares."""
+    """Of ``joints`` joints a method follows ``followed``; ``median`` and ``worst`` (90 %) errors are shares."""
 
     joints: int
     followed: int
@@ -206,7 +206,7 @@ class Share:
 
 
 def groups(results: Sequence[dict[str, Any]]) -> dict[str, dict[str, Share]]:
-    """Group -> contestant -> share: all joints, by damping, and by place in the chain."""
+    """Group -> method -> share: all joints, by damping, and by place in the chain."""
     tests = {
         "all joints": lambda ratio, j, n: True,
         "underdamped, ratio under 0.4": lambda ratio, j, n: ratio < 0.4,
@@ -231,7 +231,7 @@ def groups(results: Sequence[dict[str, Any]]) -> dict[str, dict[str, Share]]:
 
 
 def legs_followed(results: Sequence[dict[str, Any]]) -> dict[str, int]:
-    """Contestant -> legs of which every joint is followed."""
+    """Method -> number of legs of which every joint is followed."""
     return {
         name: sum(r["errors"][name] is not None and max(r["errors"][name]) <= FOLLOWED for r in results)
         for name in CONTESTANTS
@@ -239,7 +239,7 @@ def legs_followed(results: Sequence[dict[str, Any]]) -> dict[str, int]:
 
 
 def run(count: int, folder: Path, workers: int = 1) -> list[dict[str, Any]]:
-    """Judge the legs that are not judged yet, a line each, and give all back in order."""
+    """Compute the missing legs, one line each, and return all in order."""
     folder.mkdir(parents=True, exist_ok=True)
     log = folder / "legs.jsonl"
     done = [json.loads(line) for line in log.read_text().splitlines()] if log.exists() else []

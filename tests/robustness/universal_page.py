@@ -56,7 +56,7 @@ def write_page(results: Sequence[dict[str, Any]], folder: Path) -> Path:
 def sentences(
     results: Sequence[dict[str, Any]], shares: dict[str, dict[str, Share]], legs: dict[str, int]
 ) -> list[str]:
-    """What the figures say, ours first; the rest against it, each with the group in which it does worst."""
+    """Sentences on the figures: ours first, then the others in comparison, each with its worst group."""
     count = len(results)
     said = [
         f"Ours follows every joint of {legs[OURS]} of {count} legs within {FOLLOWED:.0%} of its swing, without being "
@@ -87,7 +87,7 @@ def _weakest(shares: dict[str, dict[str, Share]], name: str) -> str:
 
 
 def _worse(results: Sequence[dict[str, Any]]) -> list[str]:
-    """Where ours loses: legs that it does not follow, each with who does."""
+    """Legs that ours does not follow, with the methods that do."""
     lost = []
     for result in results:
         ours = result["errors"][OURS]
@@ -116,7 +116,7 @@ def _plain(share: Share) -> dict[str, Any]:
 
 
 def _figure(results: Sequence[dict[str, Any]]) -> Markup:
-    """Share of joints over their error, a line a contestant."""
+    """Share of joints over their error, one line per method."""
     svg = Svg(760, 380, "Share of joints that are followed within an error, by cost")
     axes = Axes(AxisScale(LEAST, MOST, 55, 750, logarithmic=True), AxisScale(0, 100, 330, 12))
     axes.frame(svg)
