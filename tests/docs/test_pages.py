@@ -202,3 +202,22 @@ def test_the_plans_of_the_recording_page_are_those_of_its_tool(tmp_path: Path) -
     project = read_gap_project(plans.write(tmp_path, *plans.PLANS["and the base tilted by 30°"]))
     assert [trial.locked for trial in project.trials[4:7]] == [("hip",), ("knee",), ("ankle",)]
     assert {round(float(np.ptp(trial.time)), 6) for trial in project.trials} == {2.0}
+
+
+def test_the_places_to_change_are_where_contributing_says() -> None:
+    """Of each row of its table every path exists, and every name stands in one of the row's files."""
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    rows = text[text.index("| what | where |") : text.index("## Rules")].splitlines()[2:]
+    assert len(rows) > 12
+    for row in filter(None, rows):
+        words = [word for word in re.findall(r"`([^`]+)`", row) if not word.startswith("make ")]
+        paths = [word.replace("NAME", "*") for word in words if "/" in word or word.endswith(".py")]
+        folders = {ROOT, *((ROOT / path).parent for path in paths), *(ROOT / path for path in paths)}
+        found = {path: [hit for folder in folders for hit in folder.glob(path)] for path in paths}
+        assert all(found.values()), row
+        files = [
+            file for hits in found.values() for hit in hits for file in ([hit] if hit.is_file() else hit.glob("*.py"))
+        ]
+        texts = [file.read_text(encoding="utf-8") for file in files]
+        for name in set(words) - {word for word in words if "/" in word or word.endswith(".py")}:
+            assert any(re.search(rf"\b{name.rsplit('.')[-1]}\b", text) for text in texts), (row, name)
