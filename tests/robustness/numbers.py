@@ -121,16 +121,16 @@ def hand_lines(records: Sequence[Record]) -> list[Line]:
     driven = [r for r in records if r["driven"]]
     free = [r for r in records if not r["driven"]]
     made = [
-        line("driven, cut where the hand is known to end", [r["fits"]["known"] for r in driven]),
+        line("driven, cut at the known end of the torque", [r["fits"]["known"] for r in driven]),
         line("driven, cut by detection", [r["fits"]["free"] for r in driven if "free" in r["fits"]]),
-        line("driven, no hand seen in any trial", [headline(r) for r in driven if "free" not in r["fits"]]),
+        line("driven, no torque detected in any trial", [headline(r) for r in driven if "free" not in r["fits"]]),
         line(
             "driven, fitted as recorded (few trials)",
             [r["fits"]["recorded"] for r in driven if "recorded" in r["fits"]],
         ),
-        line("free, no hand seen", [headline(r) for r in free if "free" not in r["fits"]]),
-        line("free, a hand seen: as recorded", [headline(r) for r in free if "free" in r["fits"]]),
-        line("free, a hand seen: cut all the same", [r["fits"]["free"] for r in free if "free" in r["fits"]]),
+        line("free, no torque detected", [headline(r) for r in free if "free" not in r["fits"]]),
+        line("free, a torque detected: as recorded", [headline(r) for r in free if "free" in r["fits"]]),
+        line("free, a torque detected: cut all the same", [r["fits"]["free"] for r in free if "free" in r["fits"]]),
     ]
     return [item for item in made if item.legs]
 

@@ -51,7 +51,7 @@ def test_an_external_torque_at_the_start_is_cut_and_free_motion_kept(records: li
     assert seen["driven"][0] > 0.5 * seen["driven"][1]
     assert seen["free"][0] < 0.1 * seen["free"][1]  # 3 of 58: a false detection costs samples, not accuracy
     by_name = {item.name: item for item in hand_lines(records)}
-    known, cut = by_name["driven, cut where the hand is known to end"], by_name["driven, cut by detection"]
+    known, cut = by_name["driven, cut at the known end of the torque"], by_name["driven, cut by detection"]
     assert cut.held > known.held - 0.15
 
 
