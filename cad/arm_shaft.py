@@ -15,7 +15,7 @@ FORMS: tuple[Form, ...] = ("round", "d", "square", "hex")
 SIDES: dict[Form, int] = {"square": 4, "hex": 6}  # of a section
 FLAT_DEPTH = 0.1  # of the shaft's diameter: depth of the flat of a D-shaft
 PUSHED = 0.004  # of a shaft's diameter: drawn clearance of the bores on it, so that chords of meshes do not touch
-LEAST_PUSHED = 0.02  # mm
+LEAST_PUSHED = 0.02  # mm: chord error of the meshes
 
 
 def loose(diameter: float) -> float:

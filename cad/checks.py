@@ -22,10 +22,10 @@ from synth.cad.results import CheckResult, GateError, at_least, at_most, require
 from synth.cad.spring_solid import measured_arms, measured_stiff_length
 from synth.cad.travel import OVERLAP_LIMIT, Bodies, check_gaps, check_spring_room, check_travel, check_within, manifold
 
-SPRING_VOLUME_LIMIT = 1e-4  # relative
+SPRING_VOLUME_LIMIT = 1e-4  # relative, of the swept wire against its length times cross-section
 SOLID_VOLUME_LIMIT = 1e-5  # relative, of parts with a closed form
 VOLUME_ERROR = 1e-3  # relative, bound on the kernel's error; the actual error is 3e-8
-MESH_VOLUME_LIMIT = 5e-3  # relative, mesh against solid
+MESH_VOLUME_LIMIT = 5e-3  # relative, mesh against solid: chords of LINEAR_TOLERANCE on small radii
 LEVERS_LIMIT = 5e-3  # relative, of the drawn spring's rate against the designed one's
 ANGLE_TOLERANCE = 1e-3  # deg, for rounding in the solids; windings are off by degrees (synth/parts/part_tolerance.py)
 

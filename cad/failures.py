@@ -17,7 +17,7 @@ from synth.cad.results import CheckResult
 from synth.cad.travel import OVERLAP_LIMIT, manifold
 
 RED = (0.86, 0.10, 0.12)  # RGB of the fault in a picture
-GLASS = 0.25  # opacity of everything else
+GLASS = 0.25  # opacity of everything else: the failed part shows through
 MARK = 0.6  # mm, half the size of the mark at a thin place
 
 

@@ -19,7 +19,7 @@ from synth.cad.travel import OVERLAP_LIMIT, Bodies, manifold
 PIN_TURNED = 10.0  # deg, rotation of the tongue's pin in the test whether it drives the shaft
 MOST_AXIAL = 1.0  # mm, end of the search for axial play
 AXIAL_STEP = 1e-3  # mm, accuracy of its bisection
-AXIAL_LIMIT = 0.1  # mm
+AXIAL_LIMIT = 0.1  # mm: the thinnest shim washer of DIN 988
 ROUNDED = 0.02  # mm, chord error of meshes
 INSERTED = re.compile(r" - M([0-9.]+) x ")  # of a screw as it is bought
 

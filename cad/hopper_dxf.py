@@ -8,7 +8,7 @@ from typing import Any
 
 from synth.cad.dxf import drawing
 
-HOLE_DIAMETER = 1.6  # mm
+HOLE_DIAMETER = 1.6  # mm: clearance hole, M1.6
 MARGIN = 10.0  # mm of frame round the strip: room for the dowels
 OVER = 2.0  # mm, extension of a hinge's window beyond the strip's edges, so that the release cut crosses it
 DOWEL = 3.0  # mm, ISO 2338: dowel pins that align the stacked layers

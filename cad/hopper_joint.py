@@ -21,8 +21,8 @@ from synth.cad.limits import DimensionError, DimensionProblem
 TAB = 14.0  # length of a hip tab
 HOLE = HOLE_DIAMETER
 WALL = 2.0  # mm, of the mount: a choice, five lines of a 0.4 mm nozzle
-MOUNT_DEPTH = 12.0  # mm
-PLAY = 0.2  # between motor and mount
+MOUNT_DEPTH = 12.0  # mm: a choice
+PLAY = 0.2  # mm between motor and mount: a choice, about a filament printer's tolerance
 # Polyester film: the maker states the strength at 5 % strain (F-5, 10 kg/mm^2, with a modulus of 490), where the film
 # has begun to yield; it breaks at 91 % and more (DuPont Teijin Films, Mylar, H-37232-3). Beyond 5 % a hinge has a
 # permanent set.

@@ -16,8 +16,8 @@ Faces = NDArray[np.int64]
 Group = Literal["upper", "lower", "spring"]
 
 # Chord error of the meshes. The angular one dominates on small radii and is therefore always given.
-LINEAR_TOLERANCE = 0.05  # mm
-ANGULAR_TOLERANCE = 0.15  # rad
+LINEAR_TOLERANCE = 0.05  # mm: an eighth of a print line
+ANGULAR_TOLERANCE = 0.15  # rad: 42 chords to a circle, 0.1 % off its radius at 5 mm
 
 # RGB; distinguishable without colour vision.
 COLOURS: dict[str, tuple[float, float, float]] = {

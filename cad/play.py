@@ -22,11 +22,11 @@ from synth.cad.spring_solid import measured_arms
 from synth.cad.torsion_spring import SIDES, STEPS_PER_TURN
 from synth.cad.travel import Bodies, turned
 
-PLAY_LIMIT = 0.3  # deg, to either side
+PLAY_LIMIT = 0.3  # deg, to either side: allowed angle error of a leg's response
 MOST = 10.0  # deg, end of the search; the small-angle approximation has an error of 1 % there
 SPACING = 1.0  # mm, between points on an arm
-AROUND = 16  # rays round the wire
-COIL_POINTS = 24  # a turn
+AROUND = 16  # rays round the wire: 22.5 deg apart
+COIL_POINTS = 24  # a turn: every second ring of the mesh
 FACING = 0.9  # cosine between a ray and a face's normal; an oblique face would touch the wire at another point
 NEAR = 4.0  # wire diameters, beyond which a face is ignored: more than the displacement of an arm at MOST
 SUNK = 0.03  # mm, overlap by the chords of meshes; a deeper overlap is reported by other checks

@@ -17,7 +17,7 @@ from synth.cad.parts import Mesh
 Colour = tuple[float, float, float]
 Item = tuple[Mesh, Colour] | tuple[Mesh, Colour, float]  # the last: opacity, default 1
 VIEW = (0.55, 0.35, 0.76)  # direction from the part to the eye: from the front right, a little above
-LABEL_SIZE = 15  # points
+LABEL_SIZE = 15  # points: a choice
 LABEL_AHEAD = 60.0  # mm, of a label before its part
 FEATURE_ANGLE = 25.0  # deg; sharper edges are drawn
 

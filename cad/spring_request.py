@@ -14,7 +14,7 @@ from typing import Any
 
 from synth.cad.dxf import drawing
 
-TEXT = 2.5  # mm, of letters
+TEXT = 2.5  # mm, height of letters: the smallest of ISO 3098 in common use
 
 
 @dataclass(frozen=True)

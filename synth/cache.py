@@ -19,7 +19,7 @@ from synth.errors import Problem, UserError
 VARIABLE = "SYNTH_CACHE"
 _OTHERS = stat.S_IWGRP | stat.S_IWOTH
 _SEAL = b"synth-kept-1\n"  # first bytes of a cached file, followed by its SHA-256 and its content
-_HASH = 32  # bytes
+_HASH = 32  # bytes of a SHA-256
 
 
 def cache_folder() -> Path:

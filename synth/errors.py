@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 LONGEST_WORD = 80  # characters of a value in a message
-LONGEST = 2_000  # characters of a message
+LONGEST = 2_000  # characters of a message: about a screen
 LONGEST_PLACE = 500  # characters of a file's or key's name; twice what a disk takes for one name
 _QUOTED = re.compile(r"""(["'])((?:(?!\1).){%d,})\1""" % (LONGEST_WORD + 1), re.DOTALL)  # noqa: UP031
 _WORD = re.compile(r"\S{%d,}" % (3 * LONGEST_WORD))  # noqa: UP031

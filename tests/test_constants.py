@@ -42,7 +42,16 @@ def constants(path: Path) -> Iterator[tuple[int, str, bool]]:
         while first and lines[first - 1].strip():
             first -= 1
         headed = any(line.startswith("#") for line in lines[first : node.lineno - 1])
-        yield node.lineno, own, "#" in own or headed
+        yield node.lineno, own, ("#" in own or headed) and is_explained(own, headed=headed)
+
+
+# A unit alone is no reason, except for conversion factors and for places in a drawing (px).
+UNIT = re.compile(r"# (s|ms|Hz|1/s|rad|deg|rad/s|m|mm|m/s|kg|g|N|N m|N\*m|Pa|MPa|V|A|K|bytes|samples|times|relative)$")
+
+
+def is_explained(text: str, *, headed: bool) -> bool:
+    """Whether a constant has a comment with more than its unit, or stands under one."""
+    return headed or "pi" in text or not UNIT.search(text.splitlines()[0])
 
 
 def test_every_named_number_has_its_reason_beside_it() -> None:

@@ -25,7 +25,7 @@ Json = Mapping[str, Any]
 
 MOST_NOTES = 5  # on the screen; the report has all
 NOTE_LETTERS = 150  # of a note on the screen; the page has the full text
-MOST_CAUSES = 5  # on the screen
+MOST_CAUSES = 5  # on the screen: a glance; the report has all
 OFFERED = 4.0  # largest ratio to the wanted rate; a spring farther off would change the leg whatever its response
 
 

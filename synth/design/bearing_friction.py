@@ -25,7 +25,7 @@ from synth.units import quantity
 
 BALL = 0.0015  # coefficient of friction of deep groove ball bearings (SKF)
 SLIDING = 0.2  # steel washer on print, dry: the upper end of what nylon on steel is given, 0.1 to 0.2
-OUT_OF_LEVEL = radians(1.0)  # of a mount that was not levelled with a spirit level
+OUT_OF_LEVEL = radians(1.0)  # estimate for a mount levelled by eye
 EFFECT = "coulomb_friction"
 
 

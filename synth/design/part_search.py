@@ -23,7 +23,7 @@ from synth.arrays import Array
 from synth.design.part_lanes import Index, PartLanes
 
 EXHAUSTIVE = 20_000  # trajectories (sets times releases) that are simulated without screening: some seconds
-SAMPLES = 6_000  # of the motions that the screening uses
+SAMPLES = 6_000  # of the motions used for screening: enough to rank sets, a choice
 BATCH = 256  # sets simulated together: sixteen groups of lanes
 DRAWN = 512  # sets drawn at random, to measure the screening's errors
 MOST_SIMULATED = 6_000  # sets simulated at most: bounds the time, see `bench_parts`

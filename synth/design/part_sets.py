@@ -32,7 +32,7 @@ DAMPERS = 8  # candidate dampers per joint, the best single ones first
 PAIRS = 400  # candidate pairs of spring and damper per joint
 MOST_SETS = 4_000_000  # sets screened at most; a million take 4 s of a processor (`make bench`)
 FINALISTS = 16  # sets that are evaluated with tolerances
-SHOWN = 8  # of the finalists that are evaluated with more samples
+SHOWN = 8  # of the finalists, evaluated with more samples and listed on the page: a choice
 SAMPLES_FINAL = 32  # draws of the tolerances that rank the finalists
 SAME_RATE = 1e-3  # relative: two wanted rates this near give the same springs
 

@@ -28,8 +28,8 @@ Array = NDArray[np.float64]
 
 SIZE_LIMIT = 64_000_000  # bytes: 2 million rows of four columns
 ROW_LIMIT = 2_000_000  # of any table; a larger one is probably the wrong file
-COLUMN_LIMIT = 200  # of any table
-REPORT_LIMIT = 20  # bad cells reported individually
+COLUMN_LIMIT = 200  # of any table: six joints with all channels have fewer than 50
+REPORT_LIMIT = 20  # bad cells reported individually: a screen
 THIN = "keep every tenth row, for example with: awk 'NR==1 || NR%10==0' long.csv > short.csv"
 _MISSING = frozenset({"nan", "+nan", "-nan"})
 

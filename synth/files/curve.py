@@ -12,7 +12,7 @@ from synth.files.output import write_text
 from synth.swing.leg_model import DamperCurve
 
 UNITS = {"speed": "rad/s", "torque": "N*m"}
-POINT_LIMIT = 10_000  # of a torque-speed table
+POINT_LIMIT = 10_000  # of a torque-speed table; more is probably a recording
 
 
 def read_curve(path: Path) -> DamperCurve:

@@ -12,7 +12,7 @@ import unicodedata
 from collections.abc import Iterable, Sequence
 
 NAME_LENGTH = 60  # characters: a file name of it with a folder fits every system
-TITLE_LENGTH = 200  # characters
+TITLE_LENGTH = 200  # characters: two lines of a page's title
 # \w: the letters and digits of every alphabet, and the underscore. The first character keeps out "..", hidden files,
 # options and formulas; the last one keeps out what Windows drops from the end of a file's name.
 _NAME = re.compile(r"\w(?:[\w .-]*[\w-])?")

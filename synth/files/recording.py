@@ -19,7 +19,7 @@ from synth.files.validate import near
 from synth.swing.leg_model import Leg
 from synth.units import factor
 
-SHORTEST = 8  # samples
+SHORTEST = 8  # samples; ``smooth`` needs seven
 HOLE = 4.5  # times the usual sample step, above which a known torque has a gap; as in ``motion.smoothing``
 WIDEST = radians(400)  # beyond any joint's travel; a joint that turns farther must state its range
 SUFFIXES = {" velocity": "rad/s", " torque": "N*m"}

@@ -34,7 +34,7 @@ from synth.files.validate import FileModel, Quantity, check_part, near
 from synth.files.yaml_lines import Document, Key
 from synth.swing.leg_model import Leg
 
-POINT_LIMIT = 1000  # of a project
+POINT_LIMIT = 1000  # of a project; typed poses are tens
 ANGLE_ERROR = radians(0.5)  # rad, default: a careful reading of a protractor
 TORQUE_SHARE = 0.02  # of the spring's torque: a hand-held force gauge or a kitchen balance on a lever
 

@@ -22,7 +22,7 @@ from synth.files.validate import FileModel, Quantity, check_part, gathering, nea
 from synth.files.yaml_lines import Document, Key
 from synth.swing.leg_model import Leg
 
-TRIAL_LIMIT = 5_000  # of a project
+TRIAL_LIMIT = 5_000  # of a project: five times the largest of ``make scale``
 
 
 @dataclass(frozen=True, eq=False)

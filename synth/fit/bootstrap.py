@@ -29,7 +29,7 @@ from synth.fit.uncertainty import correlation_times, residuals
 from synth.threads import shared_out
 
 REFITS = 200  # a 5 % quantile rests on ten of them, with an error of a fifth of a deviation
-ROUNDS = 8  # chord steps
+ROUNDS = 8  # chord steps, a choice; a refit that needs more is dropped
 SETTLED = 0.02  # standard deviations: a refit ends when a step is shorter in every unknown
 TOLERANCE = 1e-6  # of the integrator, sufficient for derivatives by large differences
 LONGEST = 1.5  # of a log rate or rad, longest step of a refit

@@ -27,7 +27,7 @@ from synth.arrays import Array
 from synth.fit.recordings import Recording, relative_amplitudes
 from synth.motion.characteristics import Characteristics, characteristics
 
-TRANSIENT = 0.2  # s, the first swing
+TRANSIENT = 0.2  # s, the first swing, as in the thesis
 LATER = 10  # after that one sample of so many counts
 DIVERGED = 1e12  # larger than the cost of any finite motion
 

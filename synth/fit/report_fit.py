@@ -33,7 +33,7 @@ from synth.swing.leg_model import Damper, Leg, Spring
 from synth.swing.tolerances import LINK_QUANTITIES
 
 MISPLACED = 3.0  # standard deviations from which a static point is reported
-LEAST_MISFIT = np.radians(0.3)  # smallest reported misfit
+LEAST_MISFIT = np.radians(0.3)  # smallest reported misfit: a few counts of a coarse encoder
 MISFIT = 3.0  # RMS over sample scatter from which the model is questioned
 
 

@@ -18,7 +18,7 @@ from synth.errors import Problem, UserError
 from synth.files.output import write_bytes_whole
 
 MANIFEST = "sweep.json"
-_HASH = 32  # bytes after a chunk
+_HASH = 32  # bytes of a SHA-256 after a chunk
 _OURS = re.compile(r"sweep\.json|chunk_\d+\.npy|.*\.partial")
 
 

@@ -17,7 +17,7 @@ from synth.arrays import Array
 from synth.compiling.compiled import compiled_when_called
 from synth.jump.jump_lanes import JumpLanes
 
-STEP = 1e-3  # s
+STEP = 1e-3  # s; recordings of 1 kHz take one step per sample
 FASTEST = 300.0  # rad/s; keeps a diverging guess finite
 NAMES = (
     "length", "lower_length", "hip_spacing", "body_mass", "mass_per_length", "flexure_rate", "joint_damping",

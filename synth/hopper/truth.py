@@ -33,9 +33,9 @@ from synth.units import quantity
 
 FORMAT = "synth/hopper-truth/1"
 SUPPLY = 5.7  # V, in the lab's code
-PREDICTED, MEASURED = 0.22, 0.183  # m
+PREDICTED, MEASURED = 0.22, 0.183  # m, published heights (Knaup & Aukes)
 BUILT_LENGTH, BUILT_RATIO = 0.12, 210.59  # m and gear ratio of the leg that was built (Knaup & Aukes)
-LENGTHS = tuple(round(0.05 + 0.01 * i, 3) for i in range(16))  # m
+LENGTHS = tuple(round(0.05 + 0.01 * i, 3) for i in range(16))  # m, about the published 8 to 14 cm
 RATIOS = (25.0, 300.0)  # beyond them no motor of this family jumps well, and the study names none
 SWEPT = ("point_mass", "A", "B", "D", "full")
 MEASURES = {"clearance": CLEARANCE, "total_height": APEX}  # rows of an outcome

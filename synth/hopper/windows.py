@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 
-OVERLAP = 4  # windows over every instant
+OVERLAP = 4  # windows over every instant; more are almost linear combinations of these
 LEAST_SAMPLES = 8  # in a window, for the trapezoid rule on a bump
 
 

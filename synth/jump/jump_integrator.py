@@ -42,7 +42,7 @@ from synth.jump.outcomes import (
     TOO_WEAK,
 )  # fmt: skip
 
-LONGEST = 4e-3  # s, of a step
+LONGEST = 4e-3  # s, of a step, so that a landing is not stepped over
 _rhs = types.FunctionType(types.void(float64[:, ::1]))
 _signature = int64(
     _rhs, float64[:, ::1], int64[::1], float64, float64, float64, int64, float64, float64[:, ::1], float64[:, ::1]

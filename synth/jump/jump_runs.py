@@ -20,7 +20,7 @@ from synth.jump.outcomes import N_OUTCOME, JumpOutcome, outcome_of
 TOLERANCE = 1e-4  # clearance within 0.1 mm of a hundred times finer one, see tests/hopper
 DURATION = 1.0  # s, for the push; a leg still on the ground by then does not lift off
 FALL = 0.1  # m/s; falling that fast its highest point has passed
-FIRST_STEP = 1e-5  # s
+FIRST_STEP = 1e-5  # s: far below the contact's and the winding's time constants
 MAX_STEPS = 60_000  # a jump takes hundreds to thousands; a stiffer one is reported as too stiff
 
 

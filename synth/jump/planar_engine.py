@@ -25,7 +25,7 @@ from synth.compiling.compiled import compiled_when_called
 from synth.drives.motor_law import after_friction, current_change, direction, steady_line, transmitted_share
 from synth.jump.outcomes import COLLAPSED, LANDED_AGAIN, LIFTED, TOO_STIFF, TOO_WEAK
 
-BAUMGARTE = 300.0  # 1/s
+BAUMGARTE = 300.0  # 1/s: constraint errors decay in 3 ms, slower than the shortest steps, faster than a push
 _options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
 # Scalars of a planar jump, in the order in which they are passed.

@@ -17,7 +17,7 @@ from synth.compiling.compiled import compiled
 from synth.jump.jump_layout import LANES
 from synth.jump.jump_step import compiled_step
 
-LONGEST = 1e-3  # s
+LONGEST = 1e-3  # s: at least one step per row of a figure's table
 _rhs = types.FunctionType(types.void(float64[:, ::1]))
 _signature = int64(
     _rhs, float64[:, ::1], int64[::1], int64[::1], float64[:, ::1], float64, float64, int64, float64[:, :, ::1]

@@ -23,11 +23,11 @@ from synth.model_checks.checked import ModelCheck
 
 MOTOR_ROWS = ("linear_torque", "torque_slope", "linear_current", "current_slope")
 DROP = 0.05  # m, of a leg on its foot
-POGO_DROP = 0.02  # m
+POGO_DROP = 0.02  # m: fast enough to lift off again, slow enough for a light contact
 # Limits, each a few times what was measured on the lab's leg with all three ways of bending (tests/hopper).
-BALLISTIC = 1e-6  # m
+BALLISTIC = 1e-6  # m of fall
 DEEPEST, TOUCH = 5e-3, 1e-2  # shares of the pogo's depth and contact time: the links are stiff, not rigid
-BALANCE = 2e-3  # g
+BALANCE = 2e-3  # g, of the hips' acceleration at rest
 KEPT = 1e-4  # of the energy that the drop releases
 FORMS = 1e-4  # m of clearance: the planar form, and MuJoCo
 FOLLOWED = 5e-4  # m of height through a drop, MuJoCo

@@ -17,7 +17,7 @@ from synth.swing.mechanics import rest_pose
 
 HOW = 'the other engine: MuJoCo is not installed (pip install "limb-synth[mujoco]")'
 STEP = 1e-4  # s, fourth-order Runge-Kutta: half of it changes the built-in leg by less than 1e-6 deg
-LENGTH = 1.0  # s
+LENGTH = 1.0  # s: a few swings; a longer chaotic motion would amplify rounding
 LIMIT = math.radians(0.01)  # a tenth of a good encoder's count; both engines lose accuracy at corners of damper curves
 
 

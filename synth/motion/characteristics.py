@@ -8,7 +8,7 @@ import numpy as np
 
 from synth.arrays import Array
 
-SETTLE_BAND = 0.1  # of the release's amplitude
+SETTLE_BAND = 0.1  # of the amplitude: 2 or 5 % would lie in the noise and dry friction of small limbs
 
 
 @dataclass(frozen=True)

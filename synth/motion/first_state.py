@@ -15,7 +15,7 @@ from synth.arrays import Array
 from synth.motion.smoothing import Mask
 
 WIDTH = 0.03  # s, support of the narrowest polynomial, as of ``smooth``
-LEAST = 5  # samples of a polynomial
+LEAST = 5  # samples of a polynomial: a cubic and one degree of freedom
 OTHERS = ((2, 1.0), (2, 1.5), (3, 1.5))  # degree and relative support of the polynomials beside the cubic
 NOISE_FACTOR = 3.0  # standard deviations: the samples are also used in the fit, and must hardly count twice
 

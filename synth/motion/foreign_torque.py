@@ -24,7 +24,7 @@ from synth.swing.mechanics import coefficients, momentum_and_force
 
 DEVIATIONS = 3.0  # of a prediction's own uncertainty, least deviation of an external torque
 FOREIGN = 0.15  # of the joint's torque range, least deviation too: few real springs are linear to less
-UNBROKEN = 0.7  # of the samples since the start that must be external and of one sign
+UNBROKEN = 0.7  # of the samples since the start must be external and of one sign; the rest may be noise
 PERSISTS = 0.015  # s, longer than noise lasts
 LONGEST = 0.4  # s after the start, range of the search
 SOFT = 4.0  # of the rates' noise, smoothing of the sign in the dry friction's column

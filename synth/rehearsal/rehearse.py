@@ -24,7 +24,7 @@ from synth.rehearsal.users_rig import Rig
 OTHERS = 8
 CASES_A_CAUSE = 2  # default; fewer do not bisect for a rung
 UNLISTED_RUNG = 2  # rung of causes outside the library: large enough to matter
-FEWEST = 1  # cases, and
+FEWEST = 1  # cases: the least that is a rehearsal
 MOST = 20_000  # beyond any practical waiting time
 FILE = "outcome.json"
 WORDS = "finished cases of an interrupted `synth gap --rehearse`; repeat the command to resume\n"

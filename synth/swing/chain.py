@@ -26,7 +26,7 @@ from synth.swing.time_unit import time_exponent
 from synth.units import quantity
 
 MAX_STEPS = 20_000  # of one trajectory, which is nan beyond this; three links need about 140 per second
-FIRST_STEP = 1e-3  # s
+FIRST_STEP = 1e-3  # s, a thousandth of a period of a limb; the error control corrects it at once
 # Power of time in the unit of each block of rows outside the effects; 0 for all other blocks.
 IN_TIME = {
     "rate": -1, "spring_rate": -2, "damper_rate": -1, "gravity": -2, "weight": -2, "curve_speed": -1,

@@ -34,7 +34,7 @@ from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing.effects.inlined import LEAST_PRESLIDING, bend_that_holds, held
 from synth.swing.lane_layout import LANES, MOST_LINKS
 
-EVENT_WINDOW = 1e-5  # s
+EVENT_WINDOW = 1e-5  # s, accuracy of an event: at 10 rad/s^2 a rate of 1e-4 rad/s, negligible
 NEVER = 1e300  # s, time of an event that is not expected
 SEATED = 1e-9  # rad of overlap with the flank, more than rounding errors
 PLACE = (1 << 48) - 1  # mask that excludes negative indices; wrap-around indexing would need a gather instruction

@@ -69,7 +69,7 @@ FIT = {
     "trials[].damping_ratio.NAME": "Of the nearest second-order oscillation.",
     "trials[].damped_frequency.NAME": "Of the nearest second-order oscillation.",
     "trials[].overshoot.NAME": "Beyond rest, as a share of the first deflection.",
-    "trials[].settling_time.NAME": "Until the angle stays within 2 % of the first deflection.",
+    "trials[].settling_time.NAME": "Until the angle stays within 10 % of the first deflection.",
     "trials[].damping_ratio_validity.NAME": "How well a single oscillation describes the joint.",
     "inputs.NAME": _SHA,
 }

@@ -13,7 +13,7 @@ import numpy as np
 
 from synth.errors import Problem, UserError
 
-TIME_LIMIT = 600.0  # s
+TIME_LIMIT = 600.0  # s, a choice: far above the time for the largest permitted files
 
 # Text before and after the reading code, which creates the dictionary `arrays` from the file `path`.
 _BEFORE = "import io, sys\nimport numpy\npath = sys.argv[1]\n"

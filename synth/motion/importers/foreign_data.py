@@ -10,7 +10,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.validate import near
 
-SHOWN = 40  # names in a message
+SHOWN = 40  # names in a message: all points of most trackers
 
 
 @dataclass(frozen=True, eq=False)

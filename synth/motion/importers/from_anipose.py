@@ -18,7 +18,7 @@ from synth.files.paths import read_bytes
 from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.registry import loader, text_start
 
-SIZE_LIMIT = 400_000_000  # bytes
+SIZE_LIMIT = 400_000_000  # bytes; the whole file is read into memory
 _COLUMN = re.compile(r"(.+)_([xyz]|error|score|ncams)")
 UP = "z"  # if no plane is given: Anipose's default axes have z up
 

@@ -16,7 +16,7 @@ from synth.files.paths import read_bytes
 from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.registry import loader, text_start
 
-SIZE_LIMIT = 400_000_000  # bytes
+SIZE_LIMIT = 400_000_000  # bytes; the whole file is read into memory
 UP = "y"
 
 

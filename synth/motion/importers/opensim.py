@@ -17,7 +17,7 @@ from synth.motion.importers.foreign_data import Channels
 from synth.motion.importers.registry import loader, text_start
 
 SIZE_LIMIT = 200_000_000  # bytes; the whole file is read into memory
-HEADER_LIMIT = 500  # lines
+HEADER_LIMIT = 500  # lines; real headers have about ten
 
 
 def is_opensim(start: bytes, path: Path) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import pickletools
 from typing import Any
 
-MOST = 5_000_000  # bytes
+MOST = 5_000_000  # bytes; column names take kilobytes
 
 _PUT = ("PUT", "BINPUT", "LONG_BINPUT", "MEMOIZE")
 _GET = ("GET", "BINGET", "LONG_BINGET")

@@ -9,7 +9,7 @@ from __future__ import annotations
 from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, positive
 from synth.swing.effects.inlined import inlined, power
 
-FAR = 1e3  # rad
+FAR = 1e3  # rad: beyond any motion
 PLACES = (0.97, 0.9, 0.8, 0.65, 0.45)  # of half the range of motion from its middle: starting values of a stop's angle
 
 

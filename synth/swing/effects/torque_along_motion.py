@@ -24,7 +24,7 @@ from synth.swing.chain_source import forces_of
 from synth.swing.effects.definition import Effect
 from synth.swing.lane_layout import FIRST_LAW, LANES
 
-LONGEST_STEP = 2.5e-4  # s
+LONGEST_STEP = 2.5e-4  # s: memories of effects follow their motion between samples
 GIVEN = -1  # value of the damper curves' switch: the damper's torque is given
 _INPUTS = ("rotation", "rate", "rest", "spring_rate", "damper_rate", "damper_torque")  # then the force
 

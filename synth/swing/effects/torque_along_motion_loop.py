@@ -7,7 +7,7 @@ from numba import float64, int64, types
 from synth.compiling.compiled import compiled
 from synth.swing.lane_layout import LANES
 
-NEAR = 1e-6  # rad
+NEAR = 1e-6  # rad: convergence, far below any encoder's count
 _extra = types.FunctionType(types.void(float64[::1], int64, int64[::1]))
 _signature = types.void(
     _extra, float64[:, ::1], float64[::1], int64[::1], int64[::1], int64, int64, int64, float64, int64, float64[::1],

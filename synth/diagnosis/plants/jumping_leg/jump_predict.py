@@ -20,7 +20,7 @@ from synth.jump.planar_jump import planar_record
 from synth.jump.recorder import record
 
 TOLERANCE = 1e-5  # of the lanes: angles within 2e-5 rad of a run a hundred times finer
-PLANAR_TOLERANCE = 1e-4  # of the integrator
+PLANAR_TOLERANCE = 1e-4  # of the integrator, as ``jump_runs.TOLERANCE``
 N_OWN = 2  # unknowns per trial: start angle and switch-on time, or a pull-up's first angle and rate
 START_ANGLE, START_RATE = np.radians(0.5), 0.5  # rad, rad/s: accuracy of a pull-up's start from its first samples
 LOST = 30.0  # whitened error of a sample that a simulation does not reach
