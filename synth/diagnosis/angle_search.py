@@ -37,6 +37,7 @@ KEPT_STARTS = 2  # starts of each cause that continue from the screening to all 
 CLOSER = 16  # of those, number fitted before the best are refined
 PROMISING, LEAST_KEPT = 0.1, 16  # share of the best gain after the first steps, and number, that continue
 REFINED = 6  # single causes that get their own derivatives
+REFINED_SOFT = 12  # the same for compliances: shared derivatives lack the links that they add, and their fits lag behind
 REFINED_FURTHER = 2  # sets of several causes that get their own derivatives
 # A second and a third cause
 WORTH = 3.0  # least predicted cost reduction of a further cause
@@ -132,7 +133,8 @@ class AngleExplorer:
         # Again from the nominal leg's best fit, by secants: a fixed start overshoots at a fine sensor's resolution.
         again = further(bench, self._sifting, [self._nominal], self.candidates)
         best = best_of_each([*found, *again])
-        return [*_refine(bench, best[:REFINED]), *best[REFINED:]]
+        chosen = [fit for place, fit in enumerate(best) if place < (REFINED_SOFT if _soft(fit) else REFINED)]
+        return [*_refine(bench, chosen), *(fit for fit in best if all(fit is not other for other in chosen))]
 
     @cached_property
     def _starts(self) -> list[EvaluatedHypothesis]:
@@ -165,6 +167,10 @@ class AngleExplorer:
     def ratio(self, fit: EvaluatedHypothesis) -> float:
         """RMS of a fit over the noise floor."""
         return ratio(self.bench, fit)
+
+
+def _soft(fit: EvaluatedHypothesis) -> bool:
+    return any(candidate.is_compliance for candidate in fit.hypothesis)
 
 
 def few_trials(bench: Workbench) -> list[int]:

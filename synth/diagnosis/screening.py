@@ -19,7 +19,8 @@ DIVERGED = 1e6  # whitened residual of a diverged motion
 WEIGHINGS = 3  # renewals of the weight, which grows as the remainder falls
 
 LADDER = (0.1, 1.0, -1.0, 4.0, -4.0, 12.0, 30.0, 70.0)  # factors on a start's strengths
-STIFF_LADDER = (0.5, 2.0, 8.0)  # the same for compliances: the stiffer, the more expensive
+# The same for compliances, the stiffer the more expensive; the softest is as soft as the joint's own spring.
+STIFF_LADDER = (0.5, 2.0, 8.0, 40.0)
 
 
 @dataclass(frozen=True)
