@@ -10,6 +10,7 @@ from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, posi
 from synth.swing.effects.inlined import inlined, power
 
 FAR = 1e3  # rad: beyond any motion
+SOFTEST = 1.0  # of the joint's own stiffness (spring and gravity): what yields more does not end the travel
 PLACES = (0.97, 0.9, 0.8, 0.65, 0.45)  # of half the range of motion from its middle: starting values of a stop's angle
 
 
@@ -71,7 +72,7 @@ EFFECT = Effect(
             anchor="middle",
             meaning="end of travel below, measured angle",
         ),
-        Parameter("stiffness", "N*m/rad", prior=positive(8.0, 1.5), meaning="torque at depth over depth"),
+        Parameter("stiffness", "N*m/rad", prior=positive(8.0, 1.5, SOFTEST), meaning="torque at depth over depth"),
         Parameter(
             "damping", "s/rad", 0.0, positive(1.0, 1.5), meaning="relative increase of the torque per rad/s of closing"
         ),
