@@ -37,7 +37,7 @@ KEPT_STARTS = 2  # starts of each cause that continue from the screening to all 
 CLOSER = 16  # of those, number fitted before the best are refined
 PROMISING, LEAST_KEPT = 0.1, 16  # share of the best gain after the first steps, and number, that continue
 REFINED = 6  # single causes that get their own derivatives
-REFINED_SOFT = 12  # the same for compliances: shared derivatives lack the links that they add, and their fits lag behind
+REFINED_SOFT = 12  # the same for compliances: the shared derivatives lack their links, so their fits lag behind
 REFINED_ELSEWHERE = 3  # fits of these causes at another strength that get their own derivatives too
 REFINED_FURTHER = 2  # sets of several causes that get their own derivatives
 # A second and a third cause
