@@ -30,7 +30,7 @@ _PUBLIC = {
     "Gap": "synth.api.gaps",
     "Hopper": "synth.api.hoppers",
     "Joint": "synth.swing.leg_model",
-    "JumpGap": "synth.api.gaps",
+    "JumpGap": "synth.api.jump_gaps",
     "Leg": "synth.swing.leg_model",
     "Link": "synth.swing.leg_model",
     "Problem": "synth.errors",
@@ -44,7 +44,7 @@ _PUBLIC = {
     "fit": "synth.api.fitting",
     "gap": "synth.api.gaps",
     "hopper": "synth.api.hoppers",
-    "jump_gap": "synth.api.gaps",
+    "jump_gap": "synth.api.jump_gaps",
     "read_leg": "synth.api.recorded",
     "read_trials": "synth.api.recorded",
     "spring": "synth.api.springs",
@@ -55,8 +55,9 @@ if TYPE_CHECKING:
     from synth.api.comparisons import Compared, compare
     from synth.api.designs import Design, design
     from synth.api.fitting import Fit, FitSettings, fit
-    from synth.api.gaps import Gap, JumpGap, gap, jump_gap
+    from synth.api.gaps import Gap, gap
     from synth.api.hoppers import Hopper, hopper
+    from synth.api.jump_gaps import JumpGap, jump_gap
     from synth.api.recorded import read_leg, read_trials, write_leg
     from synth.api.springs import SpringAnswer, spring
     from synth.errors import CannotBeHad, Problem, UserError

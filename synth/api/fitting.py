@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from synth.api.report import Cell, Panel, Report, Stage, silent
+from synth.api.report import IN_CODE, Cell, Panel, Report, Stage, silent
 from synth.batch.one_fit import Ready, fit_project, ready, write_fit
 from synth.estimation.intervals import Estimate
 from synth.files.fit_words import FreeAngle
@@ -20,8 +20,6 @@ from synth.files.trial_list import Trial
 from synth.fit.fit_result import FitResult, JointFit
 from synth.parts.resolver import resolver
 from synth.swing.leg_model import Leg
-
-IN_CODE = Path("a leg made in code")  # the place of a mistake that is in no file
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from synth.api.gaps import CheckedGap, gap, jump_gap, looked_at, read_gap, read_jump_gap
+from synth.api.gaps import CheckedGap, gap, looked_at, read_gap
+from synth.api.jump_gaps import jump_gap, read_jump_gap
 from synth.batch.folder_summary import add_failed, add_row
 from synth.batch.folder_task import FolderTask, files_of
 from synth.batch.task_outcome import versions
-from synth.files.hopper_gap_project import HopperGapProject, is_hopper_gap
+from synth.files.gap_kind import is_hopper_gap
+from synth.files.hopper_gap_project import HopperGapProject
 from synth.parts.catalogs import Catalogue
 from synth.reports.many_pages import write_gaps_report
 from synth.units import factor

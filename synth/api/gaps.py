@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -10,77 +9,28 @@ from pathlib import Path
 
 import numpy as np
 
-from synth.api.fitting import IN_CODE
-from synth.api.report import Cell, Panel, Report, Stage, silent
+from synth.api.diagnosed import Diagnosed
+from synth.api.report import IN_CODE, Panel, Stage, silent
 from synth.arrays import Array
-from synth.diagnosis.diagnosis_result import Diagnosis, Ranked
-from synth.diagnosis.plants.jumping_leg.jump_data import prepared
-from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
+from synth.diagnosis.diagnosis_result import Diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.errors import UserError
+from synth.files.gap_kind import is_hopper_gap
 from synth.files.gap_project import GapProject, with_rates
 from synth.files.gap_project import read_gap_project as _read_gap_project
-from synth.files.hopper_gap_project import HopperGapProject, is_hopper_gap, read_hopper_gap_project
 from synth.files.output import sha256_file
 from synth.files.simulator_files import write_simulator_files
 from synth.files.tolerance import Tolerance
 from synth.files.trial_list import Trial
-from synth.parts.catalogs import Catalogue
 from synth.parts.resolver import resolver
 from synth.swing.effects.users_own import load_file
 from synth.swing.leg_model import Leg
 
 
-class _Diagnosed(Report):
-    """The shared part of the diagnoses of swinging and jumping legs."""
-
-    @property
-    @abstractmethod
-    def diagnosis(self) -> Diagnosis:
-        """The diagnosis."""
-
-    @property
-    def verdict(self) -> str:
-        """``effect``, ``none``, ``tie`` or ``unknown``."""
-        return self.diagnosis.verdict
-
-    @property
-    def ranked(self) -> tuple[Ranked, ...]:
-        """Single causes, the most probable first."""
-        return self.diagnosis.ranked
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Warnings about the data."""
-        return self.diagnosis.warnings
-
-    @property
-    def headline(self) -> str:
-        """The verdict as a sentence."""
-        return self.diagnosis.sentence
-
-    def columns(self) -> dict[str, list[Cell]]:
-        """One row per cause, then ``none`` and ``unknown``: probability, and the share of the gap it explains alone."""
-        found = self.diagnosis
-        shrinks = [item.shrink for item in found.ranked]
-        return {
-            "cause": [*(item.cause.effect for item in found.ranked), "none", "unknown"],
-            "joint": [*(item.cause.joint for item in found.ranked), None, None],
-            "probability": [
-                *(item.probability for item in found.ranked),
-                found.probability_none,
-                found.probability_unknown,
-            ],
-            "shrink": [*(item.value for item in shrinks), None, None],
-            "shrink low": [*(item.low for item in shrinks), None, None],
-            "shrink high": [*(item.high for item in shrinks), None, None],
-        }
-
-
 @dataclass(frozen=True, eq=False)
-class Gap(_Diagnosed):
+class Gap(Diagnosed):
     """Why a swinging leg moves differently.
 
     ``project`` : the input. ``result`` : the complete result, see ``GapResult``.
@@ -126,39 +76,6 @@ class Gap(_Diagnosed):
         """(n,) rad/s, the largest speed of each joint in the trials; at least one degree per second."""
         speeds = [np.nanmax(np.abs(trial.speed), axis=0, initial=0.0) for trial in self.result.trials]
         return np.asarray(np.maximum(np.max(speeds, axis=0), np.radians(1.0)))
-
-
-@dataclass(frozen=True, eq=False)
-class JumpGap(_Diagnosed):
-    """Why a jumping leg jumps differently."""
-
-    project: HopperGapProject
-    result: JumpGapResult
-
-    @property
-    def diagnosis(self) -> Diagnosis:
-        """The diagnosis."""
-        return self.result
-
-    def panels(self) -> Sequence[Panel]:
-        """Rise of each scored trial, measured and predicted."""
-        rises = self.result.gaps.rises
-        number = np.arange(1.0, len(rises) + 1.0)
-        curves = {}
-        for name in ("measured", "as_designed", "before", "after"):
-            values = [getattr(rise, name) for rise in rises]
-            if any(value is not None for value in values):
-                heights = np.array([np.nan if value is None else 1e3 * value for value in values])
-                curves[name.replace("_", " ")] = (number, heights)
-        return [Panel("rise of the centre of mass", "trial", "rise [mm]", curves, frozenset(curves))] if curves else []
-
-    def write(self, folder: Path) -> None:
-        """``gap.json``, predictions and a report."""
-        from synth.diagnosis.plants.jumping_leg.jump_write import write_gap
-        from synth.reports.hopper_pages import write_jump_gap_report
-
-        write_gap(self.result, self.project, folder)
-        write_jump_gap_report(folder)
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,32 +159,6 @@ def gap(
         )
     messages = tuple(dict.fromkeys((*checked.warnings, *result.warnings)))
     return Gap(project, replace(result, warnings=messages, inputs=_inputs(checked)))
-
-
-def read_jump_gap(path: str | Path) -> tuple[HopperGapProject, Catalogue, tuple[str, ...]]:
-    """Read a project of kind ``gap`` for a jumping leg, its catalogue, and warnings about its recordings."""
-    project = read_hopper_gap_project(path)
-    catalogue = Catalogue.load(project.design.catalogs)
-    return project, catalogue, tuple(prepared(project, catalogue)[1])
-
-
-def jump_gap(
-    what: str | Path | HopperGapProject, catalogue: Catalogue | None = None, *, stage: Stage = silent
-) -> JumpGap:
-    """Find why a built leg jumps differently from its design, from a project file or a read project."""
-    project = what if isinstance(what, HopperGapProject) else read_hopper_gap_project(what)
-    with stage("loading the compiled jump (compiled once on this machine, some 15 s)"):
-        from synth.diagnosis.plants.jumping_leg.jump_diagnosis import diagnose as diagnose_jumps
-        from synth.jump.jump_runs import compiled_jump
-
-        compiled_jump(project.design.leg.bending)
-    with stage("diagnosing"), ExitStack() as within:
-
-        def say(text: str) -> None:
-            within.close()
-            within.enter_context(stage(text))
-
-        return JumpGap(project, diagnose_jumps(project, catalogue or Catalogue.load(project.design.catalogs), say))
 
 
 def _inputs(checked: CheckedGap) -> Mapping[str, str]:

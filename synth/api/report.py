@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from synth.arrays import Array
 
 Cell = str | float | int | bool | None
+IN_CODE = Path("a leg made in code")  # the place of a mistake that is in no file
 # A context manager that names a stage of the work; the command line shows its duration.
 Stage = Callable[[str], AbstractContextManager[None]]
 

@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project and diagnose; write ``gap.json``, predictions, the diagnosed leg and a report."""
-    from synth.files.hopper_gap_project import is_hopper_gap
+    from synth.files.gap_kind import is_hopper_gap
     from synth.files.paths import is_folder
 
     if is_folder(arguments.file):

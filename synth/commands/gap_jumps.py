@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 def run_jumps(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project and diagnose; write ``gap.json``, predictions and a report."""
-    from synth.api.gaps import jump_gap, read_jump_gap
+    from synth.api.jump_gaps import jump_gap, read_jump_gap
     from synth.commands.answers import gap_text, tell
     from synth.errors import UserError
     from synth.files.output import output_folder

@@ -103,7 +103,7 @@ def with_schemas(folder: Path) -> None:
     """Copy the files' schemas into a project, and name them in the first lines for editors."""
     import json
 
-    from synth.files.hopper_gap_project import is_hopper_gap
+    from synth.files.gap_kind import is_hopper_gap
     from synth.files.reference.json_schema import json_schema
     from synth.files.reference.sections import KINDS
     from synth.files.yaml_lines import load

@@ -54,8 +54,11 @@ class LanePredictor(Protocol):
     def groups(self, hypotheses: Sequence[Hypothesis], widths: Sequence[int]) -> list[list[int]]:
         """Indices of blocks with so many legs that can step together."""
 
+    def runs(self, hypotheses: Sequence[Hypothesis], groups: Sequence[Sequence[int]], least: int) -> list[list[int]]:
+        """Indices of groups that one call of ``together`` predicts, in at least ``least`` calls if possible."""
+
     def predict(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
         """(m, n, n_lane) rad in the sense of q for each block; nan if the motion diverged."""
 
-    def together(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
-        """Like ``predict``, for one of the ``groups``."""
+    def together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]]) -> list[list[Array]]:
+        """Like ``predict``, for the groups of one of the ``runs``."""

@@ -21,12 +21,13 @@ from synth.diagnosis.lanes import Block, Hypothesis, LanePredictor
 from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, LeastSquares, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
 from synth.estimation.normal_equations import ParameterStep, StepLimits
-from synth.threads import in_parallel
+from synth.threads import in_parallel, thread_count
 
 STEP = 1e-3  # of a whitened unknown, rad; rates use 30 times as much in rad/s
 RATE_STEP = 30.0  # s^-1, ratio of the steps of a rate and an angle, suited to limbs of a few hertz
 LIMIT = 2.5  # tolerances (standard deviations): a larger deviation counts as a cause, not a tolerance
 DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping, tried in parallel: lanes are cheaper than a failed step
+TASKS = 8  # least number of calls a core beyond the first: cores then wait little for the last one
 LONGEST = 3.0  # largest step of an effect's whitened unknown
 # After a failed step the damping rises above all values tried, by 900 and 10 more; a fit whose damping exceeds 1e5 has
 # found no better point in two such rounds.
@@ -141,26 +142,31 @@ class Workbench:
         first: int | None,
         use: Callable[[int, EvaluatedHypothesis, Array], T],
     ) -> list[list[T]]:
-        """``use`` of every fit's prediction in every trial, one list per trial; each group of lanes is one task.
+        """``use`` of every fit's prediction in every trial, one list per trial.
 
         A fit's lanes: itself, and for each unknown from ``first`` a copy with that unknown stepped; None for no copy.
-        A trial with all its groups would be too large a task: of five, one core would do three while the other waits.
+        A trial's groups of lanes are predicted in few calls, but in enough to occupy all cores to the end.
         """
         moved = [range(len(fit.unknowns) if first is None else first, len(fit.unknowns)) for fit in fits]
-        packed = self.predictor.groups([fit.hypothesis for fit in fits], [1 + len(unknowns) for unknowns in moved])
+        hypotheses = [fit.hypothesis for fit in fits]
+        packed = self.predictor.groups(hypotheses, [1 + len(unknowns) for unknowns in moved])
+        runs = self.predictor.runs(hypotheses, packed, -(-TASKS * (thread_count() - 1) // len(self.trials)))
 
-        def one(job: int) -> list[T]:
-            i, group = divmod(job, len(packed))
-            blocks = [_lanes_of(fits[f], i, moved[f]) for f in packed[group]]
-            found = self.predictor.together(self.trials[i], blocks)
-            return [use(i, fits[f], out) for f, out in zip(packed[group], found, strict=True)]
+        def one(job: int) -> list[tuple[int, T]]:
+            i, run = divmod(job, len(runs))
+            groups = [[_lanes_of(fits[f], i, moved[f]) for f in packed[g]] for g in runs[run]]
+            found = self.predictor.together(self.trials[i], groups)
+            return [
+                (f, use(i, fits[f], out))
+                for g, readings in zip(runs[run], found, strict=True)
+                for f, out in zip(packed[g], readings, strict=True)
+            ]
 
-        done = in_parallel(one, len(packed) * len(self.trials))
-        order = np.argsort([f for group in packed for f in group])
+        done = in_parallel(one, len(runs) * len(self.trials))
         result = []
         for i in range(len(self.trials)):
-            flat = [item for made in done[i * len(packed) : (i + 1) * len(packed)] for item in made]
-            result.append([flat[k] for k in order])
+            each = dict(item for made in done[i * len(runs) : (i + 1) * len(runs)] for item in made)
+            result.append([each[f] for f in range(len(fits))])
         return result
 
     def frame(self, fit: EvaluatedHypothesis) -> Linearisation:

@@ -14,16 +14,14 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from synth.arrays import Array
-from synth.errors import UserError
 from synth.files.csv_table import read_table
 from synth.files.hopper_project import HopperProject, design_named
 from synth.files.hopper_recordings import HopperRecording, read_recording
 from synth.files.named_files import InputFile, ProjectReader
-from synth.files.paths import matching, shared
+from synth.files.paths import matching
 from synth.files.recordings_together import clocks_together
 from synth.files.schema import Because, Default
 from synth.files.validate import FileModel, Quantity, Title, check_part, gathering
-from synth.files.yaml_lines import load
 
 PULL_UP = "hip torque"  # the column that marks a recording as a pull-up
 JUMP_COLUMNS = {"time": "s", "upper link": "rad"}
@@ -128,18 +126,6 @@ class HopperGapProject:
     seed: int
     defaults: tuple[Default, ...]
     inputs: tuple[InputFile, ...]
-
-
-def is_hopper_gap(path: str | Path) -> bool:
-    """Whether a project of kind ``gap`` names a jumping leg; an unreadable file is reported by the other reader."""
-    try:
-        document = load(path)
-        name = document.value.get("leg")
-        if document.value.get("kind") != "gap" or not isinstance(name, str):
-            return False
-        return bool(load(shared(document.path.parent, name)).value.get("kind") == "hopper-design")
-    except UserError:
-        return False
 
 
 def read_hopper_gap_project(path: str | Path) -> HopperGapProject:

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from math import ceil
 from typing import Any
 
@@ -166,6 +167,17 @@ class Chain:
                 found[layout.parameter_rows(effect.name, p)] = time_exponent(parameter.unit)
         return found
 
+    def _in_unit(self, unit: float) -> Array:
+        """(n_row, 1) factors that convert lanes to a unit of time, s; cached, because trials share few units."""
+        if unit not in self._factors:
+            self._factors[unit] = unit ** -self._time_exponents[:, None]
+        return self._factors[unit]
+
+    @cached_property
+    def _factors(self) -> dict[float, Array]:
+        """The results of ``_in_unit``."""
+        return {}
+
     def _own_effect(self, lanes: Array) -> bool:
         """Whether an effect from outside this package acts in some lane."""
         switched = self.acting.active(lanes)[1, FIRST_LAW:]
@@ -196,6 +208,7 @@ class Chain:
         signals: ServoSignals | None = None,
         max_steps: int = MAX_STEPS,
         unit: float = 1.0,
+        ends: Sequence[int] | None = None,
     ) -> Array:
         """Integrate any number of lanes over the same sample times.
 
@@ -203,6 +216,7 @@ class Chain:
         ----------
         lanes : (n_row, n_lane), from ``parameters`` with rows ``rotation`` and ``rate`` holding the initial state.
             Each group of 16 shares its steps: put a nominal lane and its perturbed copies in one group.
+        ends : last lane + 1 of each group, if groups have fewer lanes or different effects.
         times : (n_time,) s, increasing.
         tolerance : relative and absolute (rad, rad/s) error a step.
         known_torque : times (m,) s and torques on q (m, n) N m; each lane's drive rows change their gain, offset and
@@ -218,12 +232,13 @@ class Chain:
         """
         n, n_lane = self.layout.n, lanes.shape[1]
         if unit != 1.0 and not self._own_effect(lanes):
-            slow = lanes * unit ** -self._time_exponents[:, None]
+            slow = lanes * self._in_unit(unit)
             driven = None if known_torque is None else (known_torque[0] / unit, known_torque[1] * unit**2)
             scaled = None if signals is None else replace(signals, time=signals.time / unit)
             found = self.run(
-                slow, times / unit, tolerance, rates=rates, known_torque=driven, signals=scaled, max_steps=max_steps
-            )
+                slow, times / unit, tolerance,
+                rates=rates, known_torque=driven, signals=scaled, max_steps=max_steps, ends=ends,
+            )  # fmt: skip
             if rates:
                 found[:, n:] /= unit
             return found
@@ -235,15 +250,19 @@ class Chain:
         samples = sum(float(times[-1] - times[0]) / periods[j] for j in held)
         # Steps may end at knots and do end at control steps.
         limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * (len(known[0]) + ceil(samples))
-        shown, width = 2 * n if rates else n, -(-n_lane // LANES) * LANES
+        bounds = list(pairwise([0, *(ends or [*range(LANES, n_lane, LANES), n_lane])]))
+        shown, width = 2 * n if rates else n, bounds[-1][0] + LANES
         result = np.empty((len(times), shown, width))
         out = result.reshape(-1)
         active = self.acting.active(lanes)
-        integrate, *functions = self._whole if active.any() or len(known[0]) else self._plain
+        anywhere = bool(active.any())
         workspace = np.empty((self.layout.n_row, LANES))
         flat, room = workspace.reshape(-1), np.empty(WORKING)
-        for first in range(0, n_lane, LANES):
-            group = lanes[:, first : first + LANES]
+        for first, last in bounds:  # a group writes 16 columns; the next one overwrites those that it does not have
+            group = lanes[:, first:last]
+            if ends is not None and anywhere:
+                active = self.acting.active(group)
+            integrate, *functions = self._whole if active.any() or len(known[0]) else self._plain
             workspace[:, : group.shape[1]] = group
             workspace[:, group.shape[1] :] = group[:, :1]
             if wrong and known_torque is not None:

@@ -105,16 +105,27 @@ class LegLanes:
                     effect.function()(made, index, joint.sign, *values)
         return made
 
-    def first(self, n_lane: int) -> LegLanes:
-        """A copy of the first columns."""
+    def repeated(self, n_lane: int) -> LegLanes:
+        """The first leg in ``n_lane`` columns; a copy."""
+
+        def wide(values: Array) -> Array:
+            return np.repeat(values[..., :1], n_lane, axis=-1)
+
         return replace(
             self,
-            **{name: getattr(self, name)[:, :n_lane].copy() for name in _PER_LINK},
-            torques={name: values[:, :, :n_lane].copy() for name, values in self.torques.items()},
-            tilt=self.tilt[:n_lane].copy(),
+            length=wide(self.length),
+            mass=wide(self.mass),
+            com=wide(self.com),
+            inertia=wide(self.inertia),
+            spring_rate=wide(self.spring_rate),
+            rest=wide(self.rest),
+            damper_rate=wide(self.damper_rate),
+            armature=wide(self.armature),
+            torques={name: wide(values) for name, values in self.torques.items()},
+            tilt=wide(self.tilt),
             weightless=self.weightless.copy(),
-            drive=self.drive[:, :, :n_lane].copy(),
-            servo=self.servo[:, :, :n_lane].copy(),
+            drive=wide(self.drive),
+            servo=wide(self.servo),
             curves=list(self.curves),
         )
 

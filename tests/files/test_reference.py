@@ -12,7 +12,7 @@ from diagnosis.made_result import made_result
 from result_fields import require_explained, unexplained
 from synth.api.gap_folder import _entry
 from synth.cli import main
-from synth.files.hopper_gap_project import is_hopper_gap
+from synth.files.gap_kind import is_hopper_gap
 from synth.files.reference.catalogue_texts import CATALOGUES
 from synth.files.reference.json_schema import json_schema
 from synth.files.reference.keys import model_of, rows

@@ -24,6 +24,7 @@ from synth.swing.tolerances import Tolerances
 Places = NDArray[np.intp]
 _Placed = tuple[Candidate, Array, Places]  # with its unknowns, or their values, in these lanes
 TOLERANCE = 1e-6  # of the integrator, rad: a 16-bit encoder resolves 1e-4
+MOST_GROUPS = 16  # in one call: the readings of 500 samples and 3 joints then take 3 MB
 STEPS = 12_000  # of one trajectory before it is aborted
 
 
@@ -61,6 +62,22 @@ class Predictor:
             made += [[indices[k] for k in group] for group in _packed([widths[i] for i in indices])]
         return made
 
+    def runs(self, hypotheses: Sequence[Hypothesis], groups: Sequence[Sequence[int]], least: int) -> list[list[int]]:
+        """Indices of groups that one call of ``together`` predicts: of equal structures, at most ``MOST_GROUPS``.
+
+        In at least ``least`` calls where there are so many groups. A call has a fixed cost, of the order of the
+        integration of one group, because the lanes are written by many short array operations.
+        """
+        kinds: dict[tuple[tuple[str, int], ...], list[int]] = {}
+        for index, group in enumerate(groups):
+            kinds.setdefault(_structures(hypotheses[group[0]]), []).append(index)
+        made = []
+        for indices in kinds.values():
+            parts = max(-(-len(indices) // MOST_GROUPS), round(least * len(indices) / max(len(groups), 1)), 1)
+            parts = min(parts, len(indices))
+            made += [indices[part::parts] for part in range(parts)]
+        return made
+
     def predict(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
         """(m, n, n_lane) rad in the sense of q for each block; nan if the motion diverged.
 
@@ -69,23 +86,30 @@ class Predictor:
         """
         result: list[Array | None] = [None] * len(blocks)
         hypotheses, widths = [block.hypothesis for block in blocks], [block.unknowns.shape[1] for block in blocks]
-        for group in self.groups(hypotheses, widths):
-            for i, found in zip(group, self.together(trial, [blocks[i] for i in group]), strict=True):
-                result[i] = found
+        groups = self.groups(hypotheses, widths)
+        for run in self.runs(hypotheses, groups, 1):
+            found = self.together(trial, [[blocks[i] for i in groups[g]] for g in run])
+            for g, readings in zip(run, found, strict=True):
+                for i, reading in zip(groups[g], readings, strict=True):
+                    result[i] = reading
         return [found for found in result if found is not None]
 
-    def together(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
-        """Like ``predict``, for one of the ``groups``."""
-        found = self._together(trial, blocks)
-        if len(blocks) > 1 and not np.all(np.isfinite(found[0][-1])):
-            found = [self._together(trial, [block])[0] for block in blocks]
-        return found
+    def together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]]) -> list[list[Array]]:
+        """Like ``predict``, for the groups of one of the ``runs``."""
+        return [
+            found if len(group) < 2 or np.all(np.isfinite(found[0][-1])) else self._alone(trial, group)
+            for group, found in zip(groups, self._together(trial, groups), strict=True)
+        ]
 
-    def _together(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
-        """Readings of blocks of one structure that fill at most one group of lanes."""
+    def _alone(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
+        return [found[0] for found in self._together(trial, [[block] for block in blocks])]
+
+    def _together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]]) -> list[list[Array]]:
+        """Readings of blocks of equal structures; those of a group share their steps."""
+        blocks = [block for group in groups for block in group]
         n, widths = len(self.leg.joints), [block.unknowns.shape[1] for block in blocks]
         total, ends = sum(widths), np.cumsum([0, *widths])
-        legs = self._designed_of(trial.recording.leg or self.leg).first(total)
+        legs = self._designed_of(trial.recording.leg or self.leg).repeated(total)
         self.tolerances.apply(legs, np.concatenate([b.unknowns[: self.tolerances.size] for b in blocks], axis=1))
         state = np.concatenate([block.state[: 2 * n] for block in blocks], axis=1)
         pending: list[_Placed] = []
@@ -129,13 +153,15 @@ class Predictor:
             signals=signals,
             max_steps=STEPS,
             unit=trial.time_unit,
+            ends=ends[np.cumsum([len(group) for group in groups])].tolist(),
         )
         found = out if out.shape[1] == n else out[:, own]
         if readings:
             turning = out[:, [legs.n + j for j in own]]
             for j in sorted({candidate.joint for candidate, _, _ in readings}):
                 found[:, j] = self._as_read(readings, j, trial, found[:, j], turning[:, j])
-        return [found[:, :, first:last] for first, last in pairwise(ends)]
+        each = iter([found[:, :, first:last] for first, last in pairwise(ends)])
+        return [[next(each) for _ in group] for group in groups]
 
     @cached_property
     def _designed(self) -> dict[int, tuple[Leg, LegLanes]]:
@@ -143,9 +169,9 @@ class Predictor:
         return {}
 
     def _designed_of(self, leg: Leg) -> LegLanes:
-        """The designed leg in every lane; a copy, because it is modified in place."""
+        """The designed leg."""
         if id(leg) not in self._designed:
-            self._designed[id(leg)] = leg, LegLanes.of(leg, LANES)
+            self._designed[id(leg)] = leg, LegLanes.of(leg)
         return self._designed[id(leg)][1]
 
     def _gathered(self, blocks: Sequence[Block]) -> list[_Placed]:
@@ -198,6 +224,11 @@ def _kind(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
         elif candidate.effect.memory:
             found.add((candidate.effect.kin or candidate.effect.name, candidate.joint))
     return tuple(sorted(found))
+
+
+def _structures(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
+    """The part of the kind that changes the number of links."""
+    return tuple(item for item in _kind(hypothesis) if " " in item[0])
 
 
 def _cost(hypothesis: Hypothesis) -> tuple[bool, list[str]]:
