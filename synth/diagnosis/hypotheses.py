@@ -24,6 +24,10 @@ class HypothesisCause(Protocol):
     def size(self) -> int:
         """Number of unknowns."""
 
+    @property
+    def links(self) -> int:
+        """Number of links that it adds to the leg."""
+
 
 class FittedHypothesis(Protocol):
     """A hypothesis fitted to trials."""
@@ -114,6 +118,11 @@ class Assessed(Generic[F]):
     def n_unknown(self) -> int:
         """Number of unknowns of all its causes."""
         return sum(cause.size for cause in self.fit.hypothesis)
+
+    @property
+    def n_state(self) -> int:
+        """Number of initial states of added links, rotation and rate, that are estimated in each trial."""
+        return 2 * sum(cause.links for cause in self.fit.hypothesis)
 
 
 @dataclass(frozen=True)

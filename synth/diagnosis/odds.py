@@ -56,7 +56,9 @@ class Calibration:
     For a remainder far above the noise: ``most`` : share of the gap's RMS that the best single cause must remove from
     the fitted trials for an unknown cause to be less probable than not, ``most_of_several`` : the same for several;
     ``steep`` : slope of that probability over the share; ``most_unknown`` : its largest value; ``free_leads`` :
-    advantage allowed to a free torque on unseen trials; ``per_unknown_far`` : penalty per unknown. ``accuracy`` : gap
+    advantage allowed to a free torque on unseen trials; ``per_unknown_far`` : penalty per unknown, ``per_state_far`` :
+    per initial state of an added link and trial; both are half the logarithm of the independent errors that determine
+    it, eight of one trial or of seven (Schwarz, Ann. Stat. 6 (1978) 461). ``accuracy`` : gap
     as a share of the motion (RMS) at which a missing effect is as probable as not if no cause of the library removes
     any of it: models of rigs without faults follow them to 0.05 to 0.5 deg of swings of some 30 deg;
     ``accuracy_steep`` : slope over the share's logarithm. Tuned on dirty rigs of seeds 1500 and 4200, see
@@ -84,6 +86,7 @@ class Calibration:
     free_leads: float = 0.15
     most_unknown: float = 0.85
     per_unknown_far: float = 2.0
+    per_state_far: float = 1.0
     accuracy: float = 0.015
     accuracy_steep: float = 3.0
 
@@ -114,7 +117,9 @@ def weigh(hypotheses: Sequence[Assessed[F]], calibration: Calibration, singles: 
     cost = np.array([h.cost for h in hypotheses]) + calibration.per_parameter * unknowns
     share = far_share(hypotheses)
     told = prior - (1.0 - share) * (cost - cost.min()) / calibration.temperature
-    told -= share * calibration.per_unknown_far * unknowns
+    trials = max((len(each.independent) for h in hypotheses if (each := _errors(h)) is not None), default=0)
+    states = np.array([h.n_state for h in hypotheses])
+    told -= share * (calibration.per_unknown_far * unknowns + calibration.per_state_far * trials * states)
     draws = told[:, None] - share * _drawn(hypotheses) if share > 0.0 else told[:, None]
     weights = np.exp(draws - draws.max(axis=0))
     return np.asarray((weights / weights.sum(axis=0)).mean(axis=1))

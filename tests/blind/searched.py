@@ -27,6 +27,7 @@ class Cause:
 
     key: Key
     size: int
+    links: int = 0
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ class Searched:
 
 def _hypothesis_json(item: Assessed[Any]) -> dict[str, Any]:
     return {
-        "causes": [[*cause.key, cause.size] for cause in item.fit.hypothesis],
+        "causes": [[*cause.key, cause.size, cause.links] for cause in item.fit.hypothesis],
         "cost": item.cost,
         "ratio": item.ratio,
         "unseen": _errors_json(item.unseen),
@@ -81,7 +82,7 @@ def read(document: Mapping[str, Any]) -> Searched:
         return None if listed is None else TrialErrors(*(np.array(each) for each in listed))
 
     def hypothesis(item: Mapping[str, Any]) -> Assessed[Named]:
-        causes = tuple(Cause((effect, joint), size) for effect, joint, size in item["causes"])
+        causes = tuple(Cause((effect, joint), *sizes) for effect, joint, *sizes in item["causes"])
         return Assessed(Named(causes), item["cost"], item["ratio"], errors(item["unseen"]), errors(item["seen"]))
 
     found = Hypotheses(

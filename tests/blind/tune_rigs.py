@@ -26,6 +26,7 @@ FAR = (
     "steep",
     "most_unknown",
     "per_unknown_far",
+    "per_state_far",
     "accuracy",
     "accuracy_steep",
     "free_leads",
