@@ -32,6 +32,9 @@ AT_FLOOR, FAR = 3.0, 9.0
 # swings, and nearly equal causes (a reading shifted or scaled, a shifted torque) are tied, not separated.
 MOST_INDEPENDENT = 8.0
 DRAWS = 400  # of the bootstrap: a probability of 0.05 is known to 0.01
+# Weight of the trials each counted once, beside the draws. It orders causes that the draws cannot tell apart, by all
+# trials; from 0 to 0.5 the scores of 99 dirty rigs (seeds 1500 and 4200) are the same.
+AS_RECORDED = 0.25
 
 
 @dataclass(frozen=True)
@@ -120,13 +123,20 @@ def weigh(hypotheses: Sequence[Assessed[F]], calibration: Calibration, singles: 
     trials = max((len(each.independent) for h in hypotheses if (each := _errors(h)) is not None), default=0)
     states = np.array([h.n_state for h in hypotheses])
     told -= share * (calibration.per_unknown_far * unknowns + calibration.per_state_far * trials * states)
-    draws = told[:, None] - share * _drawn(hypotheses) if share > 0.0 else told[:, None]
-    weights = np.exp(draws - draws.max(axis=0))
-    return np.asarray((weights / weights.sum(axis=0)).mean(axis=1))
+    if share == 0.0:
+        return _normalised(told[:, None])[:, 0]
+    draws = _normalised(told[:, None] - share * _drawn(hypotheses))
+    return np.asarray(AS_RECORDED * draws[:, 0] + (1.0 - AS_RECORDED) * draws[:, 1:].mean(axis=1))
+
+
+def _normalised(logarithms: Array) -> Array:
+    """(n, n_draw) weights with the sum 1 in each column."""
+    weights = np.exp(logarithms - logarithms.max(axis=0))
+    return np.asarray(weights / weights.sum(axis=0))
 
 
 def _drawn(hypotheses: Sequence[Assessed[F]]) -> Array:
-    """(n, DRAWS) negative log-likelihood of the trials, reweighted in each draw.
+    """(n, 1 + DRAWS) negative log-likelihood of the trials, each counted once, then reweighted in each draw.
 
     A hypothesis without errors by trial gets those of the first, minus its gain in all trials.
     """
@@ -142,7 +152,7 @@ def _drawn(hypotheses: Sequence[Assessed[F]]) -> Array:
         rows.append(0.5 * independent * (np.log1p(errors.by_trial) + gained))
     count = len(independent)
     picks = np.random.default_rng(0).dirichlet(np.ones(count), DRAWS) * count
-    return np.asarray(np.array(rows) @ picks.T)
+    return np.asarray(np.array(rows) @ np.concatenate([np.ones((1, count)), picks]).T)
 
 
 def _errors(item: Assessed[F]) -> TrialErrors | None:

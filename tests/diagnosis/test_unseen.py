@@ -113,6 +113,17 @@ def test_far_above_the_noise_odds_come_from_the_errors_by_trial() -> None:
     assert judged.accepted.keys == (("quadratic_damping", "knee"),)
 
 
+def test_the_initial_states_of_an_added_link_cost_what_unknowns_of_one_trial_do() -> None:
+    """Two a link and trial: where the errors are alike, the odds are the penalties'."""
+    flexible = cause("link_flexibility", "knee")
+    assert (flexible.size, flexible.links, DRAG.links) == (1, 1, 0)
+    none = assessed(held_out_error(200, 200, 200))
+    alike = [assessed(held_out_error(100, 100, 100), each) for each in (flexible, DRAG)]
+    weights = weigh([none, *alike], CALIBRATED)
+    more = CALIBRATED.per_unknown_far * (DRAG.size - 1) - CALIBRATED.per_state_far * 2 * 3
+    assert weights[1] / weights[2] == pytest.approx(np.exp(more), rel=1e-3)
+
+
 def test_fitted_trials_decide_between_causes_where_they_are_known() -> None:
     """The same odds from them, whatever the left-out trials say; the penalty of an unknown cancels."""
     none = with_fitted(assessed(held_out_error(200, 200, 200), cost=900.0), 200.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -137,6 +138,19 @@ def test_37_lanes_equal_37_single_runs() -> None:
     assert np.ptp(together[-1], axis=1).min() > 1e-3
     np.testing.assert_allclose(together, alone, atol=2e-8)
     np.testing.assert_array_equal(chain.run(lanes, times, 1e-10), together[:, :3])
+
+
+def test_groups_of_lanes_in_one_run_equal_runs_of_their_own() -> None:
+    """To the last bit, with and without an effect: each group has its own steps, and only the effects of its lanes."""
+    chain, times = compiled_chain(3), np.linspace(0, 1, 21)
+    rubbing = robot().with_joints(knee={"effects": {"coulomb_friction": {"torque": 0.05}}})
+    legs = [robot(SPRING * f) for f in (1.0, 1.1, 0.9)] + [rubbing, rubbing] + [robot(DAMPER * f) for f in (1.0, 2.0)]
+    lanes = np.stack([lane(leg, [0.3, -1.0, 0.7], [1.0, 0.0, -2.0]) for leg in legs], axis=1)
+    ends = [3, 5, 7]
+    together = chain.run(lanes, times, 1e-8, ends=ends)
+    apart = [chain.run(lanes[:, first:last], times, 1e-8) for first, last in pairwise([0, *ends])]
+    np.testing.assert_array_equal(together, np.concatenate(apart, axis=2))
+    assert np.ptp(together[-1], axis=1).min() > 1e-3
 
 
 def test_the_integrator_without_effects_moves_the_leg_as_the_one_with_all_of_them() -> None:
