@@ -58,8 +58,9 @@ blind-next: COUNT = 10
 blind-next: $(READY)  ## does the suggested command name more causes than a chirp? COUNT (10) servo-driven legs: build/blind-next
 	PYTHONPATH=tests $(BIN)/python -m blind.next_command --seed $(SEED) --count $(COUNT) --to build/blind-next --workers $(WORKERS)
 
-rigs: $(READY)  ## what dominates on six real rigs of ../shared, from each half of the recordings: build/rigs
+rigs: $(READY)  ## what dominates on six real rigs of ../shared, from each half; known faults put into real recordings: build/rigs
 	PYTHONPATH=tests $(BIN)/python -m real_rigs --to build/rigs
+	PYTHONPATH=tests $(BIN)/python -m real_rigs.planted
 
 tune: SEED = 1000
 tune: $(READY)  ## what the odds of the diagnosis rest on: its numbers varied one by one on COUNT cases of seed SEED

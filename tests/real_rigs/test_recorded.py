@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from real_rigs.__main__ import half_of, row
+from real_rigs.planted import FAULTS, diagnosed, is_right
 from real_rigs.recorded import RIGS, absent
 from synth.files.gap_project import read_gap_project
 from synth.fit.recordings import recordings
@@ -53,3 +54,11 @@ def test_dry_friction_of_the_driven_pendulum_is_found_and_predicts_the_other_hal
     assert half["verdict"] == "effect"
     assert half["explanation"] == [["coulomb_friction", "hinge"]]
     assert half["after"] < 0.2 * half["before"]
+
+
+@pytest.mark.parametrize("number", [1, 4, 11])  # a shifted encoder, a late one, a wrong inertia
+def test_a_fault_put_into_real_recordings_stands_first(number: int) -> None:
+    fault = FAULTS[number]
+    found = diagnosed(fault)
+    assert found["verdict"] == "effect"
+    assert is_right(fault, found)
