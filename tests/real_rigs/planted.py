@@ -1,7 +1,7 @@
 """Faults of known size put into real recordings: ``python -m real_rigs.planted``, see ``make rigs``.
 
-The double pendulum's four small swings, whose remainder is a rig's own: 0.13 deg, a hundred times the encoders' noise. A
-reading is changed in the recordings; a number is changed in the leg file, so that the rig departs from it by as much
+The double pendulum's four small swings, whose remainder is a rig's own: 0.13 deg, a hundred times the encoders' noise.
+A reading is changed in the recordings; a number is changed in the leg file, so that the rig departs from it by as much
 the other way. A fault counts as shown if the gap within the tolerances is at least 1.5 times that without a fault.
 """
 
@@ -70,7 +70,9 @@ def _with(table: Array, column: int, values: Array) -> Array:
     return made
 
 
-SPRING = "    damper: {rate: 1e-5 N*m*s/rad}"
+DAMPERS = "    damper: {rate: 2.371e-4 N*m*s/rad}", "    damper: {rate: 1e-5 N*m*s/rad}"  # upper, lower
+SPRING = "\n    spring: {rate: 0.03 N*m/rad, free_angle: 0 deg}"
+ARMATURE = "\n    armature: 5e-4 kg*m^2"
 FAULTS = (
     Fault("encoder_offset", "upper", "1 deg", shifted(UPPER, 1.0), same=(("base_tilt", "base"),)),
     Fault("encoder_offset", "lower", "1 deg", shifted(LOWER, 1.0)),
@@ -85,9 +87,9 @@ FAULTS = (
     Fault("link_inertia", "lower", "centre of mass +11 %", numbers={"com: 116.8 mm": "com: 105 mm"}),
     Fault("link_inertia", "lower", "inertia +27 %", numbers={"1.269e-3": "1e-3"}),
     Fault("link_inertia", "upper", "inertia -30 %", numbers={"4.375e-4": "6.25e-4"}),
-    Fault("spring_rate", "lower", "-0.03 N m/rad", numbers={SPRING: f"{SPRING}\n    spring: {{rate: 0.03 N*m/rad, free_angle: 0 deg}}"}),
+    Fault("spring_rate", "lower", "-0.03 N m/rad", numbers={DAMPERS[1]: DAMPERS[1] + SPRING}),
     Fault("viscous_damping", "upper", "-0.01 N m s/rad", numbers={"2.371e-4": "1e-2"}),
-    Fault("armature", "upper", "-0.0005 kg m2", numbers={"    damper: {rate: 2": "    armature: 5e-4 kg*m^2\n    damper: {rate: 2"}),
+    Fault("armature", "upper", "-0.0005 kg m2", numbers={DAMPERS[0]: DAMPERS[0] + ARMATURE}),
 )  # fmt: skip
 
 
