@@ -1,4 +1,4 @@
-"""The six rigs can be built and read; what they say is ``make rigs``, whose double pendulum is told here.
+"""The six rigs can be built and read; their diagnosis is ``make rigs``, of which the double pendulum is tested here.
 
 Nothing of these data is in the product; where they are absent, these tests say so and skip.
 """
