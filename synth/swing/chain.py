@@ -6,7 +6,6 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from math import ceil
 from typing import Any
 
@@ -199,7 +198,7 @@ class Chain:
 
     def run(
         self,
-        lanes: Array,
+        lanes: Array | Sequence[Array],
         times: Array,
         tolerance: float = 1e-6,
         *,
@@ -208,15 +207,14 @@ class Chain:
         signals: ServoSignals | None = None,
         max_steps: int = MAX_STEPS,
         unit: float = 1.0,
-        ends: Sequence[int] | None = None,
     ) -> Array:
         """Integrate any number of lanes over the same sample times.
 
         Parameters
         ----------
         lanes : (n_row, n_lane), from ``parameters`` with rows ``rotation`` and ``rate`` holding the initial state.
-            Each group of 16 shares its steps: put a nominal lane and its perturbed copies in one group.
-        ends : last lane + 1 of each group, if groups have fewer lanes or different effects.
+            Each group of 16 shares its steps: put a nominal lane and its perturbed copies in one group. Or a list of
+            such groups with at most 16 lanes each, of which each needs only its own effects.
         times : (n_time,) s, increasing.
         tolerance : relative and absolute (rad, rad/s) error a step.
         known_torque : times (m,) s and torques on q (m, n) N m; each lane's drive rows change their gain, offset and
@@ -230,14 +228,17 @@ class Chain:
         (n_time, n, n_lane) rad, or with ``rates`` (n_time, 2 n, n_lane) rad and rad/s; nan from the time at which a
         group diverges or exceeds ``max_steps``.
         """
+        own = not isinstance(lanes, np.ndarray)
+        groups = _groups_of(lanes) if isinstance(lanes, np.ndarray) else list(lanes)
+        lanes = lanes if isinstance(lanes, np.ndarray) else np.concatenate(groups, axis=1)
         n, n_lane = self.layout.n, lanes.shape[1]
         if unit != 1.0 and not self._own_effect(lanes):
-            slow = lanes * self._in_unit(unit)
+            slow = [group * self._in_unit(unit) for group in groups] if own else lanes * self._in_unit(unit)
             driven = None if known_torque is None else (known_torque[0] / unit, known_torque[1] * unit**2)
             scaled = None if signals is None else replace(signals, time=signals.time / unit)
             found = self.run(
                 slow, times / unit, tolerance,
-                rates=rates, known_torque=driven, signals=scaled, max_steps=max_steps, ends=ends,
+                rates=rates, known_torque=driven, signals=scaled, max_steps=max_steps,
             )  # fmt: skip
             if rates:
                 found[:, n:] /= unit
@@ -250,17 +251,16 @@ class Chain:
         samples = sum(float(times[-1] - times[0]) / periods[j] for j in held)
         # Steps may end at knots and do end at control steps.
         limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * (len(known[0]) + ceil(samples))
-        bounds = list(pairwise([0, *(ends or [*range(LANES, n_lane, LANES), n_lane])]))
-        shown, width = 2 * n if rates else n, bounds[-1][0] + LANES
+        shown, width = 2 * n if rates else n, n_lane - groups[-1].shape[1] + LANES
         result = np.empty((len(times), shown, width))
         out = result.reshape(-1)
         active = self.acting.active(lanes)
         anywhere = bool(active.any())
         workspace = np.empty((self.layout.n_row, LANES))
         flat, room = workspace.reshape(-1), np.empty(WORKING)
-        for first, last in bounds:  # a group writes 16 columns; the next one overwrites those that it does not have
-            group = lanes[:, first:last]
-            if ends is not None and anywhere:
+        first = 0
+        for group in groups:  # a group writes 16 columns; the next one overwrites those that it does not have
+            if own and anywhere:
                 active = self.acting.active(group)
             integrate, *functions = self._whole if active.any() or len(known[0]) else self._plain
             workspace[:, : group.shape[1]] = group
@@ -272,7 +272,13 @@ class Chain:
                 *functions, workspace, flat, n, states, active, known, times, limits, steps, out,
                 (shown, width, first), room,
             )  # fmt: skip
+            first += group.shape[1]
         return result[:, :, :n_lane]
+
+
+def _groups_of(lanes: Array) -> list[Array]:
+    """Views of (n_row, n_lane) with sixteen lanes each, the last with the rest."""
+    return [lanes[:, first : first + LANES] for first in range(0, lanes.shape[1], LANES)]
 
 
 def compiled_chain(n: int) -> Chain:

@@ -144,8 +144,9 @@ class Predictor:
         signals = trial.recording.signals
         if signals is not None and legs.n > n:
             signals = signals.widened(legs.n, own)
+        between = ends[np.cumsum([len(group) for group in groups[:-1]], dtype=int)]
         out = chain.run(
-            workspace,
+            np.split(workspace, between, axis=1),
             trial.time,
             self.tolerance,
             rates=bool(readings),
@@ -153,7 +154,6 @@ class Predictor:
             signals=signals,
             max_steps=STEPS,
             unit=trial.time_unit,
-            ends=ends[np.cumsum([len(group) for group in groups])].tolist(),
         )
         found = out if out.shape[1] == n else out[:, own]
         if readings:
