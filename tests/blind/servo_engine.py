@@ -25,7 +25,9 @@ LINK = ("length", "mass", "com", "inertia")
 SERVO = ("gain", "damping", "duty", "constant", "resistance", "current", "dead", "delay", "rotor")
 FRICTION = ("dry", "rest", "speed", "power", "of_motor", "of_load", "viscous")
 OTHER = ("rate", "cogging", "cogs", "integral")
-COLUMNS = (*LINK, *SERVO, *FRICTION, *OTHER)
+# Winding: growth of its resistance in the end at a torque of ``reference``, two thirds of it after ``warming`` s.
+HEAT = ("rise", "reference", "warming")
+COLUMNS = (*LINK, *SERVO, *FRICTION, *OTHER, *HEAT)
 AT = {name: k for k, name in enumerate(COLUMNS)}
 
 
@@ -56,7 +58,7 @@ def _follow(joints, source, times, command, supply):  # type: ignore[no-untyped-
     h = spacing / per
     q, w = command[0].copy(), np.zeros(n)
     duty, wound, slewed = np.zeros(n), np.zeros(n), command[0].copy()
-    motor, load, free = np.zeros(n), np.zeros(n), np.zeros(n)
+    motor, load, free, warm = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     out = np.empty((count, n))
     for i in range(count):
         out[i] = q
@@ -75,19 +77,21 @@ def _follow(joints, source, times, command, supply):  # type: ignore[no-untyped-
                     error -= min(max(error, -p[10]), p[10])
                     wound[j] = min(max(wound[j] + p[23] * error * PERIOD * h, -p[6]), p[6])
                     duty[j] = min(max(p[4] * error - p[5] * w[j] + wound[j], -p[6]), p[6])
-            _torques(joints, source, supply, duty, q, w, motor, load)
+            _torques(joints, source, supply, duty, q, w, motor, load, warm, h)
             _step(joints, h, q, w, motor, load, free)
     return out
 
 
 @njit(cache=True)
-def _torques(joints, source, supply, duty, q, w, motor, load):  # type: ignore[no-untyped-def]
-    """Motors' torques and gravity's, in place."""
+def _torques(joints, source, supply, duty, q, w, motor, load, warm, h):  # type: ignore[no-untyped-def]
+    """Motors' torques and gravity's, and the growth of the windings' resistances after h s, in place."""
     for j in range(len(q)):
         p = joints[j]
-        current = (duty[j] * supply - p[7] * w[j]) / (p[8] + source * duty[j] * duty[j])
+        current = (duty[j] * supply - p[7] * w[j]) / (p[8] * (1.0 + warm[j]) + source * duty[j] * duty[j])
         current = min(max(current, -p[9]), p[9])
         motor[j] = p[7] * current
+        if p[24] != 0.0:
+            warm[j] += h / p[26] * (p[24] * (motor[j] / p[25]) ** 2 * (1.0 + warm[j]) - warm[j])
         if p[21] != 0.0:
             motor[j] += p[21] * math.sin(p[22] * q[j])
     g = 9.81

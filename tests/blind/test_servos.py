@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from blind.servo_engine import follow
-from blind.servos import LIBRARY, OUTSIDE, _setup, _write, make_case, plan
+from blind.servos import LIBRARY, OUTSIDE, Setup, _level, _rms, _setup, _write, make_case, plan
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import read_gap_project
 from synth.fit.recordings import recordings
 from synth.swing.chain import simulate
@@ -52,3 +53,35 @@ def test_every_cause_is_planted_in_turn() -> None:
     drawn = [effect for _, kind, effect in plan(1, 80) if kind == "single"]
     assert {drawn.count(effect) for effect in LIBRARY} <= {3, 4, 5}
     assert {effect for _, kind, effect in plan(1, 80) if kind == "unknown"} == set(OUTSIDE)
+
+
+class Long(Setup):
+    """Logs of 20 s, which show a winding warm; the last one scores."""
+
+    @property
+    def times(self) -> np.ndarray:
+        """(m,) s, at 50 Hz."""
+        return np.arange(0.0, 20.0, 0.02)
+
+    @property
+    def held_out(self) -> range:
+        """Places of the logs that only score."""
+        return range(3, 4)
+
+
+def test_a_warming_winding_is_found_in_long_logs(tmp_path: Path) -> None:
+    """Steps that hold the leg up, which both engines hold exactly; the resistance grows in the other engine."""
+    short = _setup(np.random.default_rng(1))
+    assert len(short.design.joints) == 1
+    rng = np.random.default_rng(1)
+    commands = tuple(np.repeat(np.r_[0.0, rng.uniform(-1.2, 1.2, 7)], 125)[:, None] for _ in range(4))
+    setup = Long(short.design, short.supply, commands)
+    hot = setup.design.changed(0, rise=0.5, reference=0.7 * _level(setup.design, 0), warming=15.0)
+    whole = setup.moved(hot)
+    assert np.degrees(_rms(whole - setup.moved(setup.design))) > 0.1
+    _write(np.random.default_rng(2), setup, whole, 1e-4, ["joint1"], tmp_path / "hot")
+    project = read_gap_project(tmp_path / "hot" / "gap.yaml")
+    found = diagnose(project.leg, project.trials, project.tolerance, seed=project.seed).as_json()
+    assert found["verdict"] in ("effect", "tie")
+    assert found["ranked"][0]["effect"] == "winding_heating"
+    assert found["ranked"][0]["parameters"]["time"]["value"] == pytest.approx(15.0, rel=0.4)
