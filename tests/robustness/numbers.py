@@ -120,16 +120,19 @@ def hand_lines(records: Sequence[Record]) -> list[Line]:
     """Treatments of an external torque at the start, side by side, on the legs with both."""
     driven = [r for r in records if r["driven"]]
     free = [r for r in records if not r["driven"]]
+    unseen = [r for r in driven if "free" not in r["fits"]]
     made = [
         line("driven, cut at the known end of the torque", [r["fits"]["known"] for r in driven]),
         line("driven, cut by detection", [r["fits"]["free"] for r in driven if "free" in r["fits"]]),
-        line("driven, no torque detected in any trial", [headline(r) for r in driven if "free" not in r["fits"]]),
+        line("driven, as synth fit does", [headline(r) for r in driven]),
+        line("driven, no torque detected in any trial: as synth fit does", [headline(r) for r in unseen]),
+        line("driven, no torque detected in any trial: as recorded", [r["fits"]["recorded"] for r in unseen]),
         line(
             "driven, fitted as recorded (few trials)",
-            [r["fits"]["recorded"] for r in driven if "recorded" in r["fits"]],
+            [r["fits"]["recorded"] for r in driven if "recorded" in r["fits"] and "free" in r["fits"]],
         ),
-        line("free, no torque detected", [headline(r) for r in free if "free" not in r["fits"]]),
-        line("free, a torque detected: as recorded", [headline(r) for r in free if "free" in r["fits"]]),
+        line("free, no torque detected: as synth fit does", [headline(r) for r in free if "free" not in r["fits"]]),
+        line("free, a torque detected: as synth fit does", [headline(r) for r in free if "free" in r["fits"]]),
         line("free, a torque detected: cut all the same", [r["fits"]["free"] for r in free if "free" in r["fits"]]),
     ]
     return [item for item in made if item.legs]

@@ -17,6 +17,7 @@ from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
+from synth.fit.free_motion_start import later
 from synth.fit.recordings import Recording, recordings
 from synth.fit.uncertainty import clipped_rms
 from synth.fit.unseen_score import score
@@ -32,10 +33,11 @@ QUANTITIES = ("spring_rate", "damper_rate", "free_angle")
 
 
 def study_case(seed: int, case: Case | None = None) -> dict[str, Any]:
-    """The record of one seed; ``headline`` names the variant with the driven beginning cut, as by default.
+    """The record of one seed; the variant ``default`` is what ``synth fit`` gives for the recordings as they are.
 
     The fit is given a leg whose links' numbers are off by the usual tolerance, as a user's are; ``exact``: the same
-    trials as the headline's, with the true links and no tolerance.
+    with the true links and no tolerance. Beside it: all samples (``recorded``), each recording cut where an external
+    torque is detected (``free``), and at its known end (``known``).
     """
     case = case or random_case(seed)
     recorder = case.recorder
@@ -53,22 +55,19 @@ def study_case(seed: int, case: Case | None = None) -> dict[str, Any]:
     }
     seen = [_hand_until(case, trial) for trial in case.trials]
     record["hands"] = [None if until is None else round(until, 4) for until in seen]
-    variants = {"recorded": list(case.trials)}
+    variants: dict[str, list[Trial]] = {}
     known = [until for until in seen if until is not None]
     if known:
         variants["free"] = [_cut(trial, free_after(known)) for trial in case.trials]
-    record["headline"] = "recorded"
     if recorder.driven:
         variants["known"] = [_cut(trial, recorder.driven) for trial in case.trials]
-        record["headline"] = "free" if "free" in variants else "recorded"
-        if recorder.trials > UNCUT and record["headline"] == "free":
-            del variants["recorded"]
-    headline = variants[record["headline"]]
-    record["fits"] = {
-        name: _fitted(case, case.off, trials, LegFitOptions(tolerance=TOLERANCE_OF_LINKS))
-        for name, trials in variants.items()
-    }
-    record["fits"]["exact"] = _fitted(case, case.bare, headline, LegFitOptions())
+        if recorder.trials <= UNCUT or not known:
+            variants["recorded"] = list(case.trials)
+    record["headline"] = "default"
+    options = LegFitOptions(tolerance=TOLERANCE_OF_LINKS)
+    record["fits"] = {name: _fitted(case, case.off, trials, options) for name, trials in variants.items()}
+    record["fits"]["default"] = _fitted(case, case.off, case.trials, replace(options, release="free"))
+    record["fits"]["exact"] = _fitted(case, case.bare, case.trials, LegFitOptions(release="free"))
     return record
 
 
@@ -93,6 +92,7 @@ def _fitted(case: Case, given: Leg, trials: Sequence[Trial], options: LegFitOpti
     try:
         made = recordings(given, trials)
         result = fit_leg(given, made, options)
+        made = later(made, result.cut) or made if result.cut else made
     except UserError as error:
         return {"done": False, "message": str(error.problems[0])}
     seconds = time.process_time() - start
