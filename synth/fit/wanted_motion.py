@@ -14,7 +14,6 @@ from hashlib import sha256
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq, minimize
 
 from synth.arrays import Array
 from synth.errors import CannotBeHad, Problem
@@ -104,6 +103,8 @@ def rise_of(ratio: float) -> float:
     """10-90 % rise time of an oscillator released at rest, times its natural frequency."""
     # Before the first half period ends: later the motion returns through the level.
     last = min(10.0, np.pi / np.sqrt(1 - ratio**2)) if ratio < 1 else 10.0 * (1 + ratio)
+    from scipy.optimize import brentq  # imported here: it takes 0.1 s, and few fits state a wanted motion
+
     ends = [brentq(lambda t, level=level: _fall(ratio, t) - level, 0.0, last) for level in (0.9, 0.1)]
     return float(ends[1] - ends[0])
 
@@ -132,6 +133,8 @@ def wanted_motion(leg: Leg, asked: Mapping[str, WantedCharacteristics]) -> Wante
     ------
     CannotBeHad : the nearest motion of this leg differs by more than a quarter in a characteristic.
     """
+    from scipy.optimize import minimize  # imported here, like ``brentq``
+
     task = _Task.of(leg, asked)
     # Characteristics jump when one more swing is counted, so the derivative-free Nelder-Mead simplex is used.
     found = np.zeros(task.n)
