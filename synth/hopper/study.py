@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.errors import UserError
-from synth.files.hopper_project import MOST_INTERVALS, HopperProject, model_problem, motor_problem
+from synth.files.hopper_project import HopperProject, model_problem, motor_problem
+from synth.files.hopper_sections import MOST_INTERVALS
 from synth.hopper.checkpoint import Checkpoint
 from synth.hopper.hopper_tolerances import contributions, groups, intervals
 from synth.hopper.motors import chosen_rows, estimates_of, motor_of
