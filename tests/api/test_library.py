@@ -1,4 +1,4 @@
-"""``import synth`` as a library: what it offers, its results, and that the command line adds nothing of its own."""
+"""``import synth`` as a library: its functions and results; the command line adds no functionality."""
 
 from __future__ import annotations
 
@@ -205,7 +205,7 @@ def test_compared_recordings_are_a_table(tmp_path: Path) -> None:
 
 
 ENGINEERING = ("batch", "design", "diagnosis", "fit", "hopper", "spring", "swing", "jump", "estimation")
-# What the five commands may take beside the library: words for the screen, and what is kept between runs.
+# What the five commands may take beside the library: texts for the screen, and caches between runs.
 ALLOWED = {
     "synth.hopper.checkpoint", "synth.batch.cluster", "synth.batch.one_fit", "synth.spring.spring_files",
     "synth.spring.spring_result", "synth.spring.design", "synth.spring.spring_requirements", "synth.spring.calibration",

@@ -1,4 +1,4 @@
-"""Fits on a real Dask cluster: two worker processes, one of them killed; and what is said where there is none."""
+"""Fits on a real Dask cluster: two worker processes, one of them killed; and the message if there is none."""
 
 from __future__ import annotations
 

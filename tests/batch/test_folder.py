@@ -163,7 +163,7 @@ def test_a_killed_run_leaves_no_process_and_resumes_to_the_same_bytes(tmp_path: 
     before = {path.name: path.stat().st_mtime_ns for path in kept.glob("fit-*")}
     assert 2 <= len(before) < 6
     assert len(workers) >= 2
-    # A project whose recording has changed since is fitted anew; the others are not.
+    # A project whose recording has changed is fitted again; the others are not.
     trial = legs / "leg_05" / "trials" / "00.csv"
     trial.write_text(trial.read_text().rstrip("\n") + "\n")
     subprocess.run([*command, str(tmp_path / "killed")], check=True, timeout=300)

@@ -48,7 +48,7 @@ def test_clear_of_agrees_with_the_gap():
 
 
 def test_joint_layouts_are_cached(monkeypatch):
-    """Sizing, drawing up and weighing ask some four times for each; what does not fit is remembered too."""
+    """Sizing, layout and weighing need each about four times; failures are cached too."""
     placed = []
     monkeypatch.setattr(checked_layout, "place", lambda d: placed.append(d) or place(d))
     fits, not_so = replace(HIP, rest_angle=111.25), replace(HIP, range=(-20.0, 140.0), rest_angle=111.25)

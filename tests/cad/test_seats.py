@@ -85,7 +85,7 @@ def test_rate_and_arm_offset_of_the_exported_step_equal_the_design(sign, zero, h
     link = -90.0 + dimensions.rotation(free)
     off = (lower.seen_angle() - link) * -sign
     assert math.remainder(off - dimensions.arm_offset, 360.0) == pytest.approx(0.0, abs=1e-3)
-    # And the upper arm where it says it is: from the direction in which the measured angle is zero.
+    # And the upper arm at its stated angle: from the direction in which the measured angle is zero.
     reference = -90.0 + dimensions.rotation(0.0)  # the lower link's direction at a measured angle of 0
     off = (upper.seen_angle() - reference) * sign
     assert math.remainder(off - dimensions.upper_arm_angle, 360.0) == pytest.approx(0.0, abs=1e-3)

@@ -39,7 +39,7 @@ def test_a_thin_obstacle_is_found_at_its_angle(knee):
 
 
 def test_a_spring_too_wide_for_its_pocket_fails_the_gate(knee):
-    """The drawn pocket keeps; the spring is a millimetre wider than it was drawn for."""
+    """The pocket is unchanged; the spring is a millimetre wider than the drawn one."""
     spring = replace(knee.dimensions.spring, mean_diameter=knee.dimensions.spring.mean_diameter + 2.0)
     swollen = BuiltJoint(replace(knee.dimensions, spring=spring), knee.layout, knee.parts)
     failed = [check for check in check_spring_room(Bodies(swollen)) if not check.passed]

@@ -68,7 +68,9 @@ def test_notes_are_limited_to_one_line_each_and_counted(tmp_path: Path) -> None:
     tell_notes(Progress(results=out, messages=io.StringIO()), notes, tmp_path / "design.json")
     lines = out.getvalue().splitlines()
     assert len(lines) == MOST_NOTES + 1
-    assert lines[0] == "note: it may break before 100 000 full turns"  # what could change a decision comes first
+    assert (
+        lines[0] == "note: it may break before 100 000 full turns"
+    )  # sentences that could change a decision come first
     assert all(len(line) <= NOTE_LETTERS + len("note: ") for line in lines[:-1])
     assert lines[-1] == f"and {len(notes) - MOST_NOTES} more notes: {tmp_path / 'report.html'}"
 

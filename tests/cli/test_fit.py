@@ -107,7 +107,7 @@ def test_held_out_trials_are_scored_and_marked(result: Path) -> None:
 @pytest.mark.skipif(not CASES.is_dir(), reason="the shared example cases are not here")
 @pytest.mark.parametrize("case", ["000", "001", "002"])
 def test_the_shared_cases_are_recovered(case: str, tmp_path: Path) -> None:
-    """Spring and damper rates within 1 %, free angles within 0.2 deg of what the recordings were made with."""
+    """Spring and damper rates within 1 %, free angles within 0.2 deg of the true ones."""
     answers = json.loads((CASES / "answers.json").read_text())[case]["joints"]
     assert main(["--quiet", "fit", str(CASES / case / "fit.yaml"), "--out", str(tmp_path / "out")]) == 0
     fit = json.loads((tmp_path / "out" / "fit.json").read_text())

@@ -28,7 +28,7 @@ REST = np.array([105.0, 108.0, 139.0])
 
 
 class Calls:
-    """A diagnosis that records what it was asked and answers with a made-up result."""
+    """A diagnosis that records its arguments and returns an invented result."""
 
     def __init__(self) -> None:
         self.trials: tuple[Trial, ...] = ()
@@ -69,7 +69,7 @@ def write_trial(path: Path, angles: np.ndarray[Any, Any], order: Sequence[int] =
 
 @pytest.fixture
 def project(tmp_path: Path) -> Callable[..., Path]:
-    """A maker of projects: recordings by name, then what is added to the project file."""
+    """A function that makes projects from recordings by name and additions to the project file."""
 
     def made(trials: str = "[trials/*.csv]", extra: str = "", **recordings: np.ndarray[Any, Any]) -> Path:
         folder = tmp_path / "project"

@@ -32,7 +32,7 @@ RELEASES = {"a": 0.5, "b": -0.35, "c": 0.25, "check": 0.65}  # rad from the free
 
 @pytest.fixture
 def pendulum(tmp_path: Path) -> Callable[..., Path]:
-    """A maker of projects: what the built pendulum did, and the text of the project file behind its leg."""
+    """A function that makes projects from a pendulum's recordings and additions to the project file."""
 
     def made(
         name: str = "project", text: str = "", copies: dict[str, str] | None = None, built: Leg = WITH_FRICTION
@@ -64,7 +64,7 @@ def run(folder: Path) -> Json:
 
 
 def numbers_of(gap: Json) -> Json:
-    """The diagnosis without what names the input."""
+    """The diagnosis without the names of its input."""
     return {
         key: gap[key] for key in ("verdict", "sentence", "explanation", "ranked", "gap", "where", "next_experiment")
     }

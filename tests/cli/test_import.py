@@ -179,7 +179,7 @@ def test_mistakes_on_the_import_command_line_are_reported(
 def test_angles_beyond_any_travel_are_refused_by_the_name_of_the_source(
     project: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Degrees told to be radians: caught when the written trial is read back as the fit would read it."""
+    """Degrees labelled radians: detected when the written trial is read like in a fit."""
     time, measured = angles()
     table = np.column_stack([time, measured])
     np.savetxt(project / "x.csv", table, delimiter=",", header="time (s),hip,knee,ankle", comments="")

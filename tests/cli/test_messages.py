@@ -15,7 +15,7 @@ SPRING = ["spring", "--rate", "38 N*m/rad", "--travel", "60 deg", "--json", "x.j
 
 
 def error_text(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
-    """What a refused command says."""
+    """The message of a refused command."""
     assert main(words) == 2
     return capsys.readouterr().err
 

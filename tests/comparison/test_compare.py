@@ -1,4 +1,4 @@
-"""Legs side by side: exact where the mechanics says so, and the page and the table tell the JSON's numbers."""
+"""Legs side by side: exact in cases with a closed form; page and table have the JSON's numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is compiled: trigonometry, the place of the cache, and code that is made anew when its text changes."""
+"""Compiled code: trigonometry, the cache's folder, and recompilation when the text changes."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def twice(x):
 
 
 def compiled_probe(folder: Path, counted: list[str], monkeypatch: pytest.MonkeyPatch) -> float:
-    """The probe's answer from a module loaded anew; each compilation is counted."""
+    """The probe's answer from a freshly loaded module; each compilation is counted."""
     monkeypatch.setenv("SYNTH_CACHE", str(folder))
     kept = KeptCode.save_overload
 
@@ -158,7 +158,7 @@ def test_damaged_code_is_compiled_again_without_a_message(
     assert len(counted) == 2
     if damage in ("cut", "emptied", "a bit turned", "no seal", "a link", "a pipe", "written by others"):
         compiled_probe(tmp_path / "cache", counted, monkeypatch)
-        assert len(counted) == 2  # what was made again is kept
+        assert len(counted) == 2  # the recompiled code is stored
 
 
 def test_a_full_disk_only_prevents_storing_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

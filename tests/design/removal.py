@@ -49,7 +49,7 @@ JOINT = (
 
 @dataclass(frozen=True)
 class Case:
-    """One project and what came of it; errors in deg. ``listed`` None: nothing was listed in the part's place."""
+    """One project and its outcome; errors in deg. ``listed`` None: nothing was listed in the part's place."""
 
     seed: int
     part: str

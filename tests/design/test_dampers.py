@@ -19,7 +19,7 @@ TRAVEL = (2.0,)
 
 
 def one_link(damper: Damper, rate: float = 1.2) -> Leg:
-    """A knee with what hangs from it."""
+    """A knee with everything outboard of it."""
     link = Link(0.3, 0.3, 0.12, 4e-3)
     return Leg("knee alone", (Joint("knee", link, np.pi, 1, None, Spring(rate, np.pi), damper),))
 
@@ -85,7 +85,7 @@ def test_dampers_are_ranked_by_response_error(catalogue: Catalogue) -> None:
 
 
 def test_a_damper_of_far_too_much_torque_is_left_out_with_the_reason(catalogue: Catalogue) -> None:
-    """6597K21 resists ten times what is wanted at 1 rad/s; two are kept however far they are."""
+    """6597K21 has ten times the wanted torque at 1 rad/s; two are kept at any distance."""
     made = choose_dampers(response(one_link(Damper(0.1))), choices(), catalogue, {}, TRAVEL)
     assert {option.part for option in made.ranked[0]} == {"6597K19", "6597K8"}
     assert made.left_out[0]["torque at 1 rad/s more than 8 times off the wanted damper's"] == 1

@@ -1,4 +1,4 @@
-"""Which part belongs to which link, what a link's figures include, and the warnings."""
+"""Assignment of parts to links, parts included in a link's stated masses, and the warnings."""
 
 from __future__ import annotations
 

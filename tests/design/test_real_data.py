@@ -1,4 +1,4 @@
-"""The lab's own recordings, end to end but for solids: what the thesis found, and what its data say.
+"""The lab's own recordings, end to end except solids, compared with the thesis.
 
 Nothing of these data is in the product; where they are absent, these tests say so and skip.
 """

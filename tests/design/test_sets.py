@@ -127,7 +127,7 @@ def test_vendors_can_be_restricted(catalogue: Catalogue) -> None:
 
 
 def test_an_excluded_part_is_replaced_by_the_first_alternative(catalogue: Catalogue, made: SetsMade) -> None:
-    """The first spring among the alternatives is what a new choice without the part takes."""
+    """A new choice without the part takes the first alternative."""
     ranked = [option for option in made.springs.ranked[2] if option.part != "A05" and not option.outside]
     found = choose(catalogue, PartsOptions(without=("a05",)))
     assert springs(found)[2] == ranked[0].label == "A06"

@@ -121,5 +121,5 @@ def causes(result: GapResult) -> list[tuple[str, str]]:
 
 
 def best(result: GapResult) -> tuple[str, str]:
-    """Effect and joint of the likeliest cause."""
+    """Effect and joint of the most probable cause."""
     return result.ranked[0].cause.effect, result.ranked[0].cause.joint

@@ -144,7 +144,7 @@ def test_effect_columns_equal_finite_differences(name: str) -> None:
 
 
 def test_predictions_do_not_depend_on_the_grouping_into_blocks() -> None:
-    """Blocks share lanes with others of their structure; whose company they keep must not matter."""
+    """Blocks share lanes with others of their structure; the grouping must not matter."""
     some = [c for c in CANDIDATES if c.effect.name in ("coulomb_friction", "quadratic_damping", "base_compliance")]
     fits = [started((candidate,)) for candidate in some]
     together = BENCH.evaluate(fits)

@@ -34,7 +34,7 @@ def found() -> GapResult:
 
 
 def content(result: GapResult) -> str:
-    """All that it says, without what names trials."""
+    """The whole result without the trials' names."""
     document = result.as_json()
     for key in ("warnings", "remarks", "inputs"):
         document.pop(key)
@@ -222,7 +222,7 @@ def test_the_proposed_trial_resolves_a_tie(truth: str, joint: str) -> None:
 
 
 def test_an_uninformative_trial_leaves_the_tie() -> None:
-    """The information is of that trial, not of any: one more release like the others resolves nothing."""
+    """The information belongs to that trial: one more release like the others resolves nothing."""
     built = shifted(off(HANGING, 1), "knee", 0.1)
     trials = [*recorded(built, seed=2), *recorded(built, AWAY[:1], held_out=0, seed=70, first=50)]
     assert diagnose(HANGING, trials, Tolerance()).verdict == "tie"

@@ -1,4 +1,4 @@
-"""Recordings of built legs and of a pendulum, whose true causes are unknown: only properties that must hold.
+"""Recordings of built legs and of a pendulum with unknown true causes: only necessary properties are tested.
 
 Nothing of these data is in the product; where they are absent, these tests say so and skip.
 """
@@ -83,7 +83,7 @@ def is_consistent(result: GapResult) -> bool:
     "joint", ["knee", pytest.param("ankle", marks=pytest.mark.xfail(strict=True, reason="a tie whole, an effect cut"))]
 )
 def test_the_verdict_does_not_depend_on_the_hand_driven_start(joint: str, tmp_path: Path) -> None:
-    """The first 0.1 s hold the hand that let go; with and without them the answer is the same."""
+    """The first 0.1 s are driven by the hand; with and without them the verdict is the same."""
     results = {}
     for name, skip in (("whole", 0.0), ("cut", 0.1)):
         folder = tmp_path / name
@@ -150,7 +150,7 @@ def test_both_halves_of_the_pendulums_small_swings_lack_a_torque_at_the_lower_jo
 
 @pytest.mark.parametrize("half", [0, 1])
 def test_each_half_of_the_ankles_releases_is_predicted_by_its_own_refits(half: int, tmp_path: Path) -> None:
-    """What a straight line promised of a free torque there, two fifths, unseen releases do not keep."""
+    """The reduction of two fifths by a free torque to first order is not reached on unseen releases."""
     project = leg_project(tmp_path, "ankle")
     trials = [replace(trial, held_out=False) for trial in project.trials[half::2]]
     scene, _ = scene_of(project.leg, trials, project.tolerance, 0)

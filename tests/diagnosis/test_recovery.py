@@ -106,7 +106,7 @@ def test_a_leg_as_designed_has_no_missing_effect(leg: Leg) -> None:
 
 
 def test_dry_friction_is_not_explained_by_inertia() -> None:
-    """The classic: let all parameters go free and a rubbing joint is said to carry four times its inertia."""
+    """With all parameters free, a joint with friction would be assigned four times its inertia."""
     built = with_effects(off(TWO, 6), {"knee": {"coulomb_friction": {"torque": 0.05}}})
     result = diagnose(TWO, recorded(built, seed=5), Tolerance())
     assert best(result)[0] in ("coulomb_friction", "stribeck_friction")

@@ -53,7 +53,7 @@ def test_a_pair_of_certain_causes_is_accepted() -> None:
 
 
 def test_a_second_cause_with_little_gain_is_not_accepted() -> None:
-    """However much cheaper: a form that is not quite right leaves what any other cause takes up some of."""
+    """Even if it fits better: a slightly wrong form leaves a remainder that any other cause reduces."""
     little = assessed(300.0, 2.4, FRICTION, OFFSET)
     much = assessed(300.0, 1.8, FRICTION, OFFSET)
     assert paying([NONE, *SINGLES, little], CALIBRATED.pays) == [NONE, *SINGLES]
@@ -91,7 +91,7 @@ def test_a_larger_remainder_raises_the_probability_of_unknown() -> None:
 
 
 def test_a_remainder_after_several_causes_raises_unknown_faster() -> None:
-    """Two of the library's causes imitate much; where they leave what one may, something else is at work."""
+    """Two causes imitate many others; if they leave as much as one may, an unknown one is probable."""
     alone = judge(Hypotheses(NONE, (assessed(300.0, 1.9, FRICTION), *SINGLES[1:]), ()))
     both = judge(Hypotheses(NONE, SINGLES, (assessed(200.0, 1.9, FRICTION, OFFSET),)))
     assert alone.unknown < 0.5 < both.unknown

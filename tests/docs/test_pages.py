@@ -77,7 +77,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def inputs(arguments: list[str]) -> list[str]:
-    """Paths among the arguments that are read, without what names or narrows them."""
+    """Paths among the arguments, without names and views."""
     kept, skip = [], False
     for word in arguments:
         if not skip and re.fullmatch(r"(?!-)\S*(/\S*|\.(ya?ml|csv|json))", word):

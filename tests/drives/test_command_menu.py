@@ -1,4 +1,4 @@
-"""Commands that are suggested keep to the limits of those that were recorded."""
+"""Suggested commands stay within the limits of the recorded ones."""
 
 from __future__ import annotations
 

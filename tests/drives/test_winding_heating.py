@@ -1,4 +1,4 @@
-"""A warming winding against its closed form and scipy, and told from logs that are long enough."""
+"""A warming winding against its closed form and scipy, and its identification from long logs."""
 
 from __future__ import annotations
 

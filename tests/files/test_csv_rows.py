@@ -1,4 +1,4 @@
-"""One reader of users' tables: cells with their lines, and what cannot be told apart refused with its line."""
+"""The reader of users' tables: cells with their lines; ambiguous ones are refused with their line."""
 
 from __future__ import annotations
 

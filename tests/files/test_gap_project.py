@@ -1,4 +1,4 @@
-"""The gap's project file: tolerances with their defaults, the nominal leg's missing parts, every mistake told."""
+"""The gap's project file: tolerances with their defaults, the nominal leg's missing parts, every mistake reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The leg as MJCF: MuJoCo reads it, and what it cannot hold is said in it."""
+"""The leg as MJCF: MuJoCo reads it, and its omissions are listed in it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Servos as MuJoCo's actuators: they follow a command as ours do, and what they cannot hold is said."""
+"""Servos as MuJoCo's actuators: they follow a command as ours do, and omissions are reported."""
 
 from __future__ import annotations
 

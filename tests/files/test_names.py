@@ -1,4 +1,4 @@
-"""No name in a user's file leads a result out of its folder; what cannot name a file is refused where it is read."""
+"""No name in a user's file leads a result out of its folder; a name that cannot name a file is refused when read."""
 
 from __future__ import annotations
 

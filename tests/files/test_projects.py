@@ -1,4 +1,4 @@
-"""Project files: everything that they name is read, every default is said, every mistake told at once."""
+"""Project files: every named file is read, every default reported, all mistakes reported together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The leg as URDF and SDF: other readers find the same masses, hinges and rates, and what is lost is said."""
+"""The leg as URDF and SDF: other readers find the same masses, hinges and rates, and omissions are reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The diagnosed leg for simulators: each file read by its own library, what it leaves out said."""
+"""The diagnosed leg for simulators: each file read by its own library, its omissions reported."""
 
 from __future__ import annotations
 

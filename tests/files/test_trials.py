@@ -1,4 +1,4 @@
-"""Trials: what is listed, what a recording holds, and the mistakes that motion data are full of."""
+"""Trials: their list, the content of a recording, and the common mistakes of motion data."""
 
 from __future__ import annotations
 

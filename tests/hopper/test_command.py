@@ -1,4 +1,4 @@
-"""``synth hopper`` end to end: the example, an interruption, and what bad input does to it."""
+"""``synth hopper`` end to end: the example, an interruption, and bad input."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_gearbox_stop_leaves_out_what_would_break(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(text)
     assert (
         main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 1
-    )  # what is wished for cannot be had
+    )  # the request is infeasible
     rows = designs(tmp_path / "out")
     assert all("gearbox" in row["limit"] for row in rows if row["gear_ratio"] == "210.59")
     assert all(row["feasible"] == "no" for row in rows if "gearbox" in row["limit"])
@@ -113,7 +113,7 @@ def test_a_motor_that_is_too_weak_is_reported_and_does_not_jump(tmp_path: Path) 
     (tmp_path / "a.yaml").write_text(SMALL.replace('"N20 HP 6V 1*0:1", "N20 HP 6V 210:1"', '"N20 LP 6V 30:1"'))
     assert (
         main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 1
-    )  # what is wished for cannot be had
+    )  # the request is infeasible
     rows = designs(tmp_path / "out")
     assert all(row["limit"].startswith("too weak") and float(row["clearance [m]"]) == 0.0 for row in rows)
     result = json.loads((tmp_path / "out" / "hopper.json").read_text())

@@ -39,7 +39,7 @@ def made(model: str = "full", **effects: dict[str, float]) -> JumpLanes:
 
 
 def trace(jumps: JumpLanes) -> dict[str, Array]:
-    """Time, and what is looked at, of a jump."""
+    """Time and the compared quantities of a jump."""
     jumper = compiled_jump(LEG.bending)
     rows = jumper.trace(jumps.workspace()[:, 0], tolerance=1e-6)
     names = ("angle", "normal", "drawn", "gear_torque", "foot")

@@ -109,7 +109,7 @@ def test_rotor_inertia_through_the_gear_is_mujocos_armature() -> None:
 
 
 def test_model_b_with_a_light_rotor_and_a_fast_winding_is_model_a() -> None:
-    """The maker's line is the limit of B: what time takes away is all that parts them."""
+    """The maker's line is the limit of B: they differ only by its time constants."""
     light = replace(motor(), rotor_inertia=1e-14, inductance=2e-5)
     b = simulate([(HopperLeg(), light)], GROUND, MODELS["B"])[0]
     a = simulate([(HopperLeg(), motor())], GROUND, MODELS["A"])[0]

@@ -1,4 +1,4 @@
-"""Sweep, front and intervals as functions: what the command's result rests on."""
+"""Sweep, front and intervals as functions, the basis of the command's result."""
 
 from __future__ import annotations
 

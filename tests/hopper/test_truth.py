@@ -1,4 +1,4 @@
-"""What is said of the published leg follows from the numbers on the page, and the page holds every part."""
+"""Statements on the published leg follow from the numbers on the page, and the page has every part."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs killed at random moments: what was there stays whole, no process lives on, the next run gives the same bytes.
+"""Runs killed at random moments: earlier results stay complete, no process survives, the next run gives the same bytes.
 
 Each round starts a command, sends its process a signal at a moment drawn between start and end of a run that was not
 disturbed, looks at what is left, and gives the command again to its end.

@@ -1,4 +1,4 @@
-"""A sample of ``make kill``, and that it would see what it looks for."""
+"""A sample of ``make kill``, and that it detects faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings that begin before the release, with the truth known: a hold, a hand that lets go at once or gradually."""
+"""Recordings that begin before the release, with known truth: a hold, a sudden or a gradual release."""
 
 from __future__ import annotations
 

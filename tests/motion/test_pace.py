@@ -1,4 +1,4 @@
-"""How fast a recording moves, and what recorded velocities are worth."""
+"""The time scale of a recording, and the use of recorded velocities."""
 
 from __future__ import annotations
 

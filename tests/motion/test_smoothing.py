@@ -1,4 +1,4 @@
-"""Smoothing against scipy, lost samples found without taking fast swings for them, the noise told rightly."""
+"""Smoothing against scipy, lost samples detected without mistaking fast swings, the noise estimated."""
 
 from __future__ import annotations
 

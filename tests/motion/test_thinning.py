@@ -1,4 +1,4 @@
-"""Recordings of far more samples than their motion needs: thinned, said, and the fit as sure as from all samples."""
+"""Recordings with far more samples than needed: thinned, reported, and fitted as precisely as from all samples."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def chromium() -> Iterator[Any]:
 
 @dataclass
 class Opened:
-    """A page that is open, what it complained of, and what it asked the network for."""
+    """An open page, its console errors, and its network requests."""
 
     page: Any
     said: list[str] = field(default_factory=list)

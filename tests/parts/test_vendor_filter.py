@@ -23,7 +23,7 @@ def test_every_row_of_other_vendors_is_left_out_and_none_of_the_named_one() -> N
     for name in names:
         found = reasons((name.upper(),))
         out = {part for part, why in found.items() if any(text.startswith("not of") for text in why)}
-        # An incomplete row says what it lacks and no more: it cannot be chosen anyway.
+        # An incomplete row only lists what it lacks: it cannot be chosen.
         assert out == {f"{row.vendor} {row.part}" for row in SPRINGS if row.vendor != name and row.choosable}
 
 

@@ -1,4 +1,4 @@
-"""Tables in a vendor's or a laboratory's own words, what follows from their values, and what contradicts itself."""
+"""Tables in a vendor's or a laboratory's own words, derived values, and contradictions."""
 
 from __future__ import annotations
 

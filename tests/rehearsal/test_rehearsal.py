@@ -1,4 +1,4 @@
-"""Rehearsals: the generator moves a user's leg as the other engine does, answers stay closed, what is done is kept."""
+"""Rehearsals: the generator moves a user's leg as the other engine does, answers closed, finished cases reused."""
 
 from __future__ import annotations
 
@@ -180,7 +180,7 @@ def test_the_bisection_finds_the_smallest_visible_size_and_restarts() -> None:
         assert len(made) <= 3
         assert visible_from(made) == (least if least < len(RUNGS) else None)
     above = [outcome("backlash", 1, 1, False), outcome("backlash", 1, 2, False, verdict=CANNOT)]
-    assert next_rung(above) == (1, 1)  # what cannot be planted is no rung to be found
+    assert next_rung(above) == (1, 1)  # an impossible cause has no rung
 
 
 def test_one_success_at_a_small_size_does_not_make_it_visible() -> None:
@@ -204,7 +204,7 @@ def test_a_diagnosis_can_open_neither_answers_nor_generator(tmp_path: Path) -> N
 
 
 class Fake:
-    """Stands in for the processes: answers at once, and is interrupted after so many."""
+    """Replaces the processes: answers at once, and is interrupted after some cases."""
 
     def __init__(self, until: int) -> None:
         self.until, self.made = until, 0

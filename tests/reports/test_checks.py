@@ -1,4 +1,4 @@
-"""The section of the joints' checks: what failed with its picture, what passed by its nearest to the limit."""
+"""The section of the joints' checks: failed ones with a picture, passed ones by the nearest to its limit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The gap's page and its files: what it opens with, what it needs, every verdict, names with markup."""
+"""The gap's page and its files: opening, resources, every verdict, names with markup."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page says of links, of masses that nobody weighed, and of seats for springs in hand."""
+"""Links, assumed masses, and seat settings for measured springs on the page."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def project(folder: Path, file: str, *, hip: str = "", knee: str = "", more: str
 
 
 def imported(folder: Path, file: str, **words: str) -> tuple[Recorded, list[str], list[str]]:
-    """The trial as ``synth gap`` reads it, the titles of its columns, and what the import said."""
+    """The trial as ``synth gap`` reads it, the titles of its columns, and the import's messages."""
     assert main(["--quiet", "import", str(project(folder, file, **words)), "--out", str(folder / "out")]) == 0
     found = read_gap_project(folder / "out" / "gap.yaml")
     assert found.leg.joints[0].drive is not None

@@ -1,4 +1,4 @@
-"""A series of recordings with one hand: all are cut where the hand is seen longest."""
+"""A series of recordings with an external torque: all are cut at the longest detected one."""
 
 from __future__ import annotations
 
