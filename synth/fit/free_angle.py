@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtrc
 
 from synth.arrays import Array
 
@@ -29,6 +28,8 @@ class Heterogeneity:
 
 def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
     """From shifts (n_trial, n) rad and their variances (n_trial, n); nan if a trial does not determine a joint's."""
+    from scipy.special import chdtrc  # imported here: it takes 0.1 s, which an unchanged design need not wait for
+
     n = shift.shape[1]
     spread, probability = np.zeros(n), np.ones(n)
     for j in range(n):

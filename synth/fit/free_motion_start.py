@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc
 
 from synth.arrays import Array
 from synth.estimation.intervals import spectrum
@@ -154,6 +153,8 @@ def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array) -
     tells = 1.0 - share > UNTOLD
     if not tells.any():
         return 1.0
+    from scipy.special import chdtrc  # imported here: see ``free_angle``
+
     return float(chdtrc(tells.sum(), np.sum(off[tells] ** 2 / (1.0 - share[tells]))))
 
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtri
 
 from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90, Estimate
@@ -325,6 +324,8 @@ def _spread(value: float, n_trial: int) -> Estimate:
     """A standard deviation over trials, with its chi-squared interval."""
     if value == 0.0 or n_trial < 2:
         return Estimate(value, "deg")
+    from scipy.special import chdtri  # imported here: see ``free_angle``
+
     low, high = value * np.sqrt((n_trial - 1) / chdtri(n_trial - 1, [0.05, 0.95]))
     return Estimate(value, "deg", float(low), float(high))
 
