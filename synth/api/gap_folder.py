@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from synth.api.gaps import CheckedGap, gap, looked_at, read_gap
+from synth.api.gaps import CheckedGap, gap, read_gap, with_checked_trials
 from synth.api.jump_gaps import jump_gap, read_jump_gap
 from synth.batch.folder_summary import add_failed, add_row
 from synth.batch.folder_task import FolderTask, files_of
@@ -49,7 +49,7 @@ def _read(path: Path) -> CheckedGap | JumpTask:
     if is_hopper_gap(path):
         project, catalogue, _ = read_jump_gap(path)
         return project, catalogue
-    return looked_at(read_gap(path))
+    return with_checked_trials(read_gap(path))
 
 
 def _project(given: CheckedGap | JumpTask) -> Any:

@@ -102,7 +102,7 @@ def read_gap(path: str | Path, *, effects: Sequence[str] = ()) -> GapProject:
     return _read_gap_project(path, resolve_part=resolver())
 
 
-def looked_at(project: GapProject, *, effects: Sequence[str] = ()) -> CheckedGap:
+def with_checked_trials(project: GapProject, *, effects: Sequence[str] = ()) -> CheckedGap:
     """The project with warnings about its trials; ``effects`` : files of the user's own effects to include."""
     return CheckedGap(project, tuple(check_trials(project.leg, project.trials)), tuple(effects))
 
@@ -134,13 +134,13 @@ def gap(
     if isinstance(what, Leg):
         leg, defaults = with_rates(what)
         project = GapProject(IN_CODE, leg.name, leg, tuple(trials), tolerance or Tolerance(), seed, defaults, ())
-        checked = looked_at(project)
+        checked = with_checked_trials(project)
     elif isinstance(what, CheckedGap):
         checked = what
     else:
         if is_hopper_gap(what):
             raise UserError(f"{what} describes a jumping leg: read it with synth.jump_gap")
-        checked = looked_at(read_gap(what))
+        checked = with_checked_trials(read_gap(what))
     project = checked.project
     with stage("diagnosing"), ExitStack() as within:
 

@@ -122,7 +122,7 @@ def to_wind(wish: SpringRequirements, catalogue: Catalogue, shown: ShownUnits = 
     """The spring for a complete request."""
     result = design_spring(wish, catalogue)
     content = result.as_json()
-    content["wanted"] |= kept_to(wish)
+    content["wanted"] |= limits_json(wish)
     others = result.alternatives if result.best is not None else tuple(item.design for item in result.nearest)
     return SpringAnswer(wish, result.best, tuple(others), tuple(result.binding), content, result, shown)
 
@@ -147,7 +147,7 @@ def given(
             "opening_travel": quantity(wish.opening_travel, "deg"),
             "leg_convention": wish.convention,
             "material": wish.material,
-            **kept_to(wish),
+            **limits_json(wish),
         },
         "checked": made.as_json(),
         "make": made.as_json() if made.feasible else None,
@@ -158,7 +158,7 @@ def given(
     return SpringAnswer(wish, made, (), broken, content, None, shown)
 
 
-def kept_to(wish: SpringRequirements) -> dict[str, Any]:
+def limits_json(wish: SpringRequirements) -> dict[str, Any]:
     """The given legs and limits with their units."""
     limits = wish.limits
     lengths = {name: getattr(limits, name) for name in ("arbor_diameter", "max_outer_diameter", "max_body_length")}

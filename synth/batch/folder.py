@@ -119,7 +119,7 @@ def _clashes(names: Sequence[str]) -> list[int]:
     return sorted(found)
 
 
-class Kept:
+class RunCheckpoint:
     """The folder ``.NAME.fits`` beside the output folder, with one subfolder per finished project.
 
     ``kind`` : a word other than ``fits`` for other results; ``words`` describe them.

@@ -96,7 +96,7 @@ def _refuse(arguments: argparse.Namespace, jumps: bool) -> None:
 
 
 def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
-    from synth.api.gaps import gap, looked_at, read_gap
+    from synth.api.gaps import gap, read_gap, with_checked_trials
     from synth.commands.answers import gap_text, tell
     from synth.files.output import output_folder
 
@@ -111,7 +111,7 @@ def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
 
         return run_rehearsal(arguments, progress, project)
     with progress.stage("checking the trials"):
-        given = looked_at(project, effects=arguments.effect)
+        given = with_checked_trials(project, effects=arguments.effect)
     if arguments.dry_run:
         for sentence in given.warnings:
             progress.say(f"note: {sentence}")

@@ -23,7 +23,7 @@ MOST_WRONG = 8  # confusions on the screen; JSON and page list all
 
 def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: GapProject) -> int:
     """Rehearse; write ``rehearsal.json`` and a page. Finished cases of an earlier run are reused."""
-    from synth.batch.folder import Kept
+    from synth.batch.folder import RunCheckpoint
     from synth.batch.task_outcome import versions
     from synth.files.output import output_folder, sha256_file, write_json
     from synth.rehearsal.rehearsal_result import RehearsalResult
@@ -40,7 +40,7 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
     earlier = _earlier(Path(arguments.out), identity)
     progress.compiling(len(project.leg.joints))
     with output_folder(arguments.out) as folder:
-        kept = Kept(Path(arguments.out), "rehearsal", WORDS)
+        kept = RunCheckpoint(Path(arguments.out), "rehearsal", WORDS)
         known = len(earlier)
         if kept.was_there or known:
             progress.say("reusing finished cases of the same input files")

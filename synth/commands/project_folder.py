@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import synth
 from synth.batch.cluster import connected
-from synth.batch.folder import FolderProjects, Kept, find_projects
+from synth.batch.folder import FolderProjects, RunCheckpoint, find_projects
 from synth.batch.folder_summary import Failed, messages
 from synth.batch.folder_task import FolderTask, summary_json
 from synth.batch.local import run_here
@@ -56,7 +56,7 @@ def run_folder(arguments: argparse.Namespace, progress: Progress, task: FolderTa
         return _dry_run(found, task, progress)
     with output_folder(arguments.out) as folder, ExitStack() as stack:
         runner = _runner(arguments, stack, progress, found, task)
-        kept = Kept(Path(arguments.out), task.made)
+        kept = RunCheckpoint(Path(arguments.out), task.made)
         if kept.was_there:
             progress.say("resuming an interrupted run: finished, unchanged projects are kept")
         run = _FolderRun(task, found, kept, progress)
@@ -122,7 +122,7 @@ class _FolderRun:
 
     task: FolderTask
     found: list[FolderProjects]
-    kept: Kept
+    kept: RunCheckpoint
     progress: Progress
     failed: list[Failed] = field(default_factory=list)
     identities: dict[str, dict[str, str]] = field(default_factory=dict)
@@ -175,7 +175,9 @@ class _FolderRun:
         self._tell(name, "internal error")
 
 
-def _write(folder: Path, names: list[str], kept: Kept, failed: list[Failed], task: FolderTask) -> dict[str, Any]:
+def _write(
+    folder: Path, names: list[str], kept: RunCheckpoint, failed: list[Failed], task: FolderTask
+) -> dict[str, Any]:
     without = {item.name for item in failed}
     finished = [name for name in names if name not in without]
     for name in finished:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from synth.batch.folder import Kept
+from synth.batch.folder import RunCheckpoint
 from synth.batch.local import run_here
 from synth.errors import UserError
 from synth.rehearsal.ladder import round_of
@@ -43,7 +43,7 @@ class Rehearsal:
     effects: tuple[str, ...] = ()
     outcomes: list[CaseOutcome] = field(default_factory=list)
 
-    def run(self, kept: Kept, earlier: Mapping[str, CaseOutcome], tell: Callable[[str], None]) -> None:
+    def run(self, kept: RunCheckpoint, earlier: Mapping[str, CaseOutcome], tell: Callable[[str], None]) -> None:
         """All cases; stored ones and those of ``earlier`` are reused.
 
         Raises
@@ -93,7 +93,7 @@ class Rehearsal:
         return made + round_of(wanted, done, room - len(made))
 
     def _done(
-        self, tasks: Sequence[PlantingTask], kept: Kept, earlier: Mapping[str, CaseOutcome]
+        self, tasks: Sequence[PlantingTask], kept: RunCheckpoint, earlier: Mapping[str, CaseOutcome]
     ) -> list[tuple[PlantingTask, CaseOutcome]]:
         found = []
         for task in tasks:

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from synth.batch.folder import Kept
+from synth.batch.folder import RunCheckpoint
 from synth.cli import main
 from synth.errors import UserError
 from synth.files import output
@@ -251,7 +251,7 @@ def test_chunks_of_another_sweep_and_a_user_s_files_are_left_alone(tmp_path: Pat
 
 
 def test_a_kept_fit_that_was_changed_is_made_again(tmp_path: Path) -> None:
-    kept = Kept(tmp_path / "out")
+    kept = RunCheckpoint(tmp_path / "out")
     kept.save("a", IDENTITY, {"fit.json": b"{}", "responses/x.csv": b"1"})
     assert kept.has("a", IDENTITY)
     (kept.files("a") / "fit.json").write_bytes(b"{")

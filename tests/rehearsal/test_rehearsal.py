@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from diagnosis.simulated_releases import TWO, recorded
-from synth.batch.folder import Kept
+from synth.batch.folder import RunCheckpoint
 from synth.batch.task_outcome import TaskOutcome
 from synth.cli import main
 from synth.errors import UserError
@@ -236,7 +236,7 @@ def test_an_interrupted_rehearsal_resumes_to_the_same_result(
     said: list[str] = []
     monkeypatch.setattr(rehearse, "run_here", Fake(10**6))
     whole = rehearsal(rig, tmp_path)
-    whole.run(Kept(tmp_path / "a", "rehearsal", "words"), {}, said.append)
+    whole.run(RunCheckpoint(tmp_path / "a", "rehearsal", "words"), {}, said.append)
     assert len(whole.outcomes) == 40
     assert said[-1].startswith("  40/40 ")
     assert any("min left" in line or "s left" in line for line in said)
@@ -244,17 +244,17 @@ def test_an_interrupted_rehearsal_resumes_to_the_same_result(
     stopped, fake = rehearsal(rig, tmp_path), Fake(13)
     monkeypatch.setattr(rehearse, "run_here", fake)
     with pytest.raises(KeyboardInterrupt):
-        stopped.run(Kept(tmp_path / "b", "rehearsal", "words"), {}, said.append)
+        stopped.run(RunCheckpoint(tmp_path / "b", "rehearsal", "words"), {}, said.append)
     rest = Fake(10**6)
     monkeypatch.setattr(rehearse, "run_here", rest)
     going = rehearsal(rig, tmp_path)
-    going.run(Kept(tmp_path / "b", "rehearsal", "words"), {}, said.append)
+    going.run(RunCheckpoint(tmp_path / "b", "rehearsal", "words"), {}, said.append)
     assert fake.made + rest.made == 40
     assert [o.task for o in going.outcomes] == [o.task for o in whole.outcomes]
 
     more, few = Fake(10**6), rehearsal(rig, tmp_path, 50)
     monkeypatch.setattr(rehearse, "run_here", more)
-    few.run(Kept(tmp_path / "c", "rehearsal", "words"), {o.task.name: o for o in whole.outcomes}, said.append)
+    few.run(RunCheckpoint(tmp_path / "c", "rehearsal", "words"), {o.task.name: o for o in whole.outcomes}, said.append)
     assert len(few.outcomes) == 50
     assert more.made < 50
 
