@@ -126,7 +126,8 @@ def _lines(part: Mapping[str, Any]) -> list[dict[str, str]]:
                      **{"length [mm]": f"{length:.1f}", "mass [g]": mass})]  # fmt: skip
     item = f"{name}, {x:.1f} x {y:.1f} x {z:.1f} mm" + (f", {part['material']}" if part["material"] else "")
     if part["family"] == "encoder":
-        return [_row(joint, f"{name}, {x:.1f} x {y:.1f} x {z:.1f} mm: the space that is drawn for it", how="buy")]
+        text = f"{name}, {x:.1f} x {y:.1f} x {z:.1f} mm: the space that is drawn for it"
+        return [_row(joint, text, how="buy", vendor="any")]
     cells = {"mass [g]": mass}
     if part.get("volume") is not None:
         cells["print time [h]"] = f"{part['volume']['value'] / PRINT_RATE:.1f}"
@@ -156,8 +157,8 @@ def _inserts(parts: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
         if part["family"] != "screw" or size is None or "nut" in str(part["made"]):
             continue
         maker, length = _insert_of(size[1])
-        item = f"heat-set insert {size[1]} x {length}, brass ({maker}); hole as in catalogs/heat_set_inserts.csv"
-        found.append(_row(str(part["joint"]), item, how="buy", size=size[1], vendor="any",
+        item = f"heat-set insert {size[1]} x {length}, brass; hole as in catalogs/heat_set_inserts.csv"
+        found.append(_row(str(part["joint"]), item, how="buy", size=size[1], vendor=maker,
                           **{"length [mm]": length}))  # fmt: skip
     return _merged(found)
 

@@ -115,6 +115,7 @@ def test_every_line_has_its_ordering_data(tmp_path, monkeypatch: pytest.MonkeyPa
     } <= found  # fmt: skip
     inserts = [row for row in rows if row["item"].startswith("heat-set insert")]
     assert [(row["size"], row["quantity"]) for row in inserts] == [("M3", "1")]  # the screw with a nut needs none
-    assert {row["vendor"] for row in rows} <= {"any", ""}
+    assert {row["vendor"] for row in rows} <= {"any", "", "ruthex"}
+    assert not any("ruthex" in row["item"] for row in rows)  # a vendor stands in the vendor's column only
     time = next(row for row in rows if row["how"] == "print")
     assert float(time["print time [h]"]) == pytest.approx(3 + 4 / 60, abs=0.05)
