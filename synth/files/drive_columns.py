@@ -100,8 +100,9 @@ def _samples(time: Array, value: Array) -> tuple[Array, Array]:
 
 def _knots(recorded: Array, commands: Sequence[tuple[Array, Array]]) -> Array:
     """(k,) s, break points of the straight lines that represent held commands."""
+    middles = [time + 0.5 * _step(time) for time, _ in commands]
     jumps = [(time[_jumps(command)], EDGE * _step(time)) for time, command in commands]
-    return np.unique(np.concatenate([recorded, *(t for t, _ in jumps), *(t - edge for t, edge in jumps)]))
+    return np.unique(np.concatenate([recorded, *middles, *(t for t, _ in jumps), *(t - edge for t, edge in jumps)]))
 
 
 def _step(time: Array) -> float:
@@ -112,17 +113,27 @@ def _held(recorded: Array, command: Array, time: Array, exactly: bool) -> Array:
     """A command held from each of its samples to the next, at ``time`` (k,) s of ``_knots``.
 
     A staircase of small steps equals its samples' polygon delayed by half a step, apart from a ripple at the
-    sampling frequency,
-    which no joint follows (a zero-order hold delays by half its period: Franklin, Powell & Workman, *Digital Control of
-    Dynamic Systems*, 3rd ed., section 5.3). A jump remains a jump: if the controller saturates, a ramp with the
-    same centre would act earlier. ``exactly`` : for a servo with control steps, which reads its samples.
+    sampling frequency, which no joint follows (a zero-order hold delays by half its period: Franklin, Powell & Workman,
+    *Digital Control of Dynamic Systems*, 3rd ed., section 5.3). A hold weakens a sine by sin(x)/x, x = half a sample's
+    phase, its polygon by the square of that: the samples' corners are sharpened by as much. A jump remains a jump: if
+    the controller saturates, a ramp with the same centre would act earlier. ``exactly`` : for a servo with control
+    steps, which reads its samples.
     """
     half = 0.5 * _step(recorded)
-    smooth = np.interp(time, recorded + half, command)
+    smooth = np.interp(time, recorded + half, _sharpened(command))
     last = np.clip(np.searchsorted(recorded, time, side="right") - 1, 0, len(recorded) - 1)
     jumps = _jumps(command)
     near = exactly | jumps[last] | jumps[np.minimum(last + 1, len(recorded) - 1)]
     return np.where(near, command[last], smooth)
+
+
+def _sharpened(command: Array) -> Array:
+    """(m,) samples less a 24th of their second difference: 1 + x^2/6 of a sine, for the polygon's (sin(x)/x)^2."""
+    bend = np.zeros_like(command)
+    bend[1:-1] = np.diff(command, 2)
+    jumps = _jumps(command)
+    bend[jumps | np.r_[jumps[1:], False]] = 0.0
+    return np.asarray(command - bend / 24.0)
 
 
 def _jumps(command: Array) -> NDArray[np.bool_]:

@@ -10,6 +10,7 @@ import pytest
 from blind.servo_engine import follow
 from blind.servos import LIBRARY, OUTSIDE, Setup, _level, _rms, _setup, _write, make_case, plan
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.files import drive_columns
 from synth.files.gap_project import read_gap_project
 from synth.fit.recordings import recordings
 from synth.swing.chain import simulate
@@ -27,7 +28,23 @@ def test_both_engines_move_the_design_alike(seed: int, tmp_path: Path) -> None:
     for k, recording in enumerate(recordings(project.leg, project.trials, ())):
         start = moved[k][0]
         found = simulate(project.leg, start, 0.0 * start, recording.time, signals=recording.signals)
-        assert np.degrees(np.sqrt(np.mean((found - moved[k]) ** 2))) < 0.05
+        assert np.degrees(np.sqrt(np.mean((found - moved[k]) ** 2))) < 0.02
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_with_each_command_held_both_engines_are_the_same(
+    seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(drive_columns, "JUMP", 0.0)
+    monkeypatch.setattr(drive_columns, "SUDDEN", 0.0)
+    setup = _setup(np.random.default_rng(seed))
+    moved, joints = setup.moved(setup.design), len(setup.design.joints)
+    _write(np.random.default_rng(seed), setup, moved, 0.0, [f"joint{k + 1}" for k in range(joints)], tmp_path / "rig")
+    project = read_gap_project(tmp_path / "rig" / "gap.yaml")
+    for k, recording in enumerate(recordings(project.leg, project.trials, ())):
+        start = moved[k][0]
+        found = simulate(project.leg, start, 0.0 * start, recording.time, signals=recording.signals)
+        assert np.degrees(np.sqrt(np.mean((found - moved[k]) ** 2))) < 0.0005
 
 
 def test_friction_holds_a_joint_that_the_motor_cannot_move() -> None:
