@@ -2,7 +2,8 @@
 
 Independent of the diagnosing program: fixed steps of ``STEP`` with torques at their middle, friction as the torque
 that would stop the joint within a step, cut off at its budget (as in Duclusaud et al., BAM, arXiv 2410.08650, section
-III.C), the controller at its own period with the command held between (no interpolation), the winding at steady current.
+III.C), the controller at its own period with the command held between (no interpolation), the winding at steady
+current.
 """
 
 from __future__ import annotations
