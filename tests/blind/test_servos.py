@@ -28,7 +28,7 @@ def test_both_engines_move_the_design_alike(seed: int, tmp_path: Path) -> None:
     for k, recording in enumerate(recordings(project.leg, project.trials, ())):
         start = moved[k][0]
         found = simulate(project.leg, start, 0.0 * start, recording.time, signals=recording.signals)
-        assert np.degrees(np.sqrt(np.mean((found - moved[k]) ** 2))) < 0.02
+        assert np.degrees(np.sqrt(np.mean((found - moved[k]) ** 2))) < 0.05
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -109,9 +109,11 @@ def test_columns_of_a_servo(tmp_path: Path) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     signals = read_recording(path, leg).signals
     assert signals is not None
-    assert len(signals.time) == 20
-    np.testing.assert_allclose(signals.command[1:, 0], np.radians(np.arange(1.0, 20.0) - 0.5), atol=1e-12)
-    assert signals.supply[2, 0] == pytest.approx(0.5 * (11.1 + 11.3))
+    assert len(signals.time) == 39  # the samples, and the middles between commands; that of an empty cell is a sample
+    samples = 0.01 * np.arange(20.0)
+    command, supply = (np.interp(samples, signals.time, x[:, 0]) for x in (signals.command, signals.supply))
+    np.testing.assert_allclose(command[1:], np.radians(np.arange(1.0, 20.0) - 0.5), atol=1e-12)
+    assert supply[2] == pytest.approx(0.5 * (11.1 + 11.3))
     assert signals.enabled.min() == 1.0
 
 
