@@ -120,17 +120,18 @@ def _held(recorded: Array, command: Array, time: Array, exactly: bool) -> Array:
     steps, which reads its samples.
     """
     half = 0.5 * _step(recorded)
-    smooth = np.interp(time, recorded + half, _sharpened(command))
+    smooth = np.interp(time, recorded + half, _sharpened(recorded, command))
     last = np.clip(np.searchsorted(recorded, time, side="right") - 1, 0, len(recorded) - 1)
     jumps = _jumps(command)
     near = exactly | jumps[last] | jumps[np.minimum(last + 1, len(recorded) - 1)]
     return np.where(near, command[last], smooth)
 
 
-def _sharpened(command: Array) -> Array:
+def _sharpened(time: Array, command: Array) -> Array:
     """(m,) samples less a 24th of their second difference: 1 + x^2/6 of a sine, for the polygon's (sin(x)/x)^2."""
-    bend = np.zeros_like(command)
-    bend[1:-1] = np.diff(command, 2)
+    bend, step = np.zeros_like(command), np.diff(time)
+    slope = np.diff(command) / step
+    bend[1:-1] = 2.0 * np.diff(slope) * step[1:] * step[:-1] / (step[1:] + step[:-1])
     jumps = _jumps(command)
     bend[jumps | np.r_[jumps[1:], False]] = 0.0
     return np.asarray(command - bend / 24.0)
