@@ -69,7 +69,7 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
     doubts = plant.doubts(found, weighed)
     judged = plant.with_direct_causes(weighed)
     say("reduction of the gap")
-    before = _unseen(plant, found.none.fit)
+    before = _unseen(plant, found.none)
     if plant.accuracy > 0.0 and _rms(plant, before) <= plant.accuracy:
         judged = of_no_account(judged, found.none)
     stages = _stages(plant, before, found, judged)
@@ -107,7 +107,7 @@ def _stages(
 ) -> StagePredictions[F, S]:
     """Predict the scored trials as designed and with each listed single cause; ``before`` is given."""
     as_designed = plant.predict(plant.designed(), plant.scored)
-    after = plant.as_read(before if judged.accepted is found.none else _unseen(plant, judged.accepted.fit))
+    after = plant.as_read(before if judged.accepted is found.none else _unseen(plant, judged.accepted))
     squares = {
         "as_designed": plant.squares(as_designed),
         "before": plant.squares(before),
@@ -115,7 +115,7 @@ def _stages(
     }
     alone: dict[str, tuple[S, ...]] = {}
     for single, _ in judged.singles[:RANKED]:
-        predicted = after if single is judged.accepted else plant.as_read(_unseen(plant, single.fit))
+        predicted = after if single is judged.accepted else plant.as_read(_unseen(plant, single))
         squares[label(single.keys)] = plant.squares(predicted)
         if len(alone) < SHOWN_ALONE:
             alone[label(single.keys)] = predicted
@@ -124,10 +124,18 @@ def _stages(
     return StagePredictions(fits, as_designed, before, after, alone, errors)
 
 
-def _unseen(plant: Plant[F, T, S], fit: F) -> tuple[S, ...]:
-    """Predictions of held-out trials, or else of each trial by a fit without it."""
+def _unseen(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[S, ...]:
+    """Predictions of held-out trials, or else of each trial by a fit without it.
+
+    By the refit without the trial's fold where there is one, else by one linear step, which is wrong where the
+    motion is strongly nonlinear (a pendulum that turns over).
+    """
+    fit = item.fit
     if plant.held_out or len(plant.scored) == 1:
         return plant.predict(fit, plant.scored)
+    if item.unseen is not None and len(item.unseen.refitted) == len(plant.scored):
+        each = zip(item.unseen.refitted, plant.scored, strict=True)
+        return tuple(predicted for x, trial in each for predicted in plant.predict(fit.at(x), [trial]))
     normal, (low, high) = plant.normal(fit), plant.bounds(fit)
     made: list[S] = []
     for index, trial in enumerate(plant.scored):

@@ -47,13 +47,14 @@ class TrialErrors:
     ``squares`` (n_trial, n_block) mean squared error of the counted samples, in squared noise floors; ``counts``
     (n_trial, n_block) their number; ``independent`` (n_trial,) number of independent errors of a trial.
     ``spread`` : standard deviation of the unknowns over leaving out one fold after the other (jackknife), empty if not
-    computed.
+    computed. ``refitted`` (n_trial, p) : unknowns of the fit that each trial was left out of, empty if none was.
     """
 
     squares: Array
     counts: Array
     independent: Array
     spread: Array = field(default_factory=lambda: np.zeros(0))
+    refitted: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def without(self, trial: int) -> TrialErrors:
         """Of all trials but one."""

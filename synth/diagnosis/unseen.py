@@ -67,7 +67,9 @@ def unseen(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[TrialE
         own = ends[place * len(parts) : (place + 1) * len(parts)]
         left = {index: fit for fit in own for index in _out(fit)}
         errors = by_trial(bench, [left[i].residuals[i] for i in range(len(bench.trials))])
-        made.append(replace(errors, spread=jackknife(np.array([fit.unknowns for fit in own]))))
+        spread = jackknife(np.array([fit.unknowns for fit in own]))
+        refitted = np.array([left[i].unknowns for i in range(len(bench.trials))])
+        made.append(replace(errors, spread=spread, refitted=refitted))
     return made
 
 

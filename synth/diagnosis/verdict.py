@@ -181,11 +181,12 @@ def _unknown_far(
 ) -> tuple[float, float]:
     """Probability of an unknown cause, and its least value, if the remainder is far above the noise.
 
-    High if no cause alone removes most of the gap and several do not either, or if a free-form torque removes much
-    more than they. ``missing`` : probability that an effect is missing at all; it rises if a free-form torque removes
-    more than the scatter between trials. The least value is the probability that a further trial contradicts
-    the ones that agree, with Jeffreys' prior (Krichevsky & Trofimov, IEEE Trans. Inf. Theory 27 (1981) 199). Several
-    causes imitate an unknown one more easily, so they leave more doubt where no single one suffices.
+    High if no cause alone removes most of the gap and several do not either, if a free-form torque removes much more
+    than they, or if the best explanation predicts trials no better that were left out of its fit. ``missing`` :
+    probability that an effect is missing at all; it rises if a free-form torque removes more than the scatter between
+    trials. The least value is the probability that a further trial contradicts the ones that agree, with Jeffreys'
+    prior (Krichevsky & Trofimov, IEEE Trans. Inf. Theory 27 (1981) 199). Several causes imitate an unknown one more
+    easily, so they leave more doubt where no single one suffices.
     """
     none, best = hypotheses[0], hypotheses[heaviest]
     freely = taken_of(free, none.unseen) if free is not None and none.unseen is not None else 0.0
@@ -198,14 +199,16 @@ def _unknown_far(
         share = max((taken_from_fitted(h, none) for h in items), default=0.0)
         return float(1.0 / (1.0 + np.exp(-calibration.steep * (most - share + leads))))
 
+    # What predicts trials left out of its fit no better explains the others by chance, however well.
+    fails = float(1.0 / (1.0 + np.exp(calibration.steep * (taken(best, none) - LEAST_SHARE)))) if best.keys else 0.0
     trials = max((len(h.unseen.by_trial) for h in hypotheses if h.unseen is not None), default=0)
     doubt = 0.5 / (trials + 1.0)
     alone = short([h for h in hypotheses if len(h.keys) == 1], calibration.most)
     if len(best.keys) < 2:
-        return calibration.most_unknown * missing * alone, doubt
+        return calibration.most_unknown * missing * max(alone, fails), doubt
     together = short([h for h in hypotheses if len(h.keys) > 1], calibration.most_of_several)
     doubt += max(calibration.doubt_of_several - doubt, 0.0) * alone
-    return calibration.most_unknown * missing * min(alone, together), doubt
+    return calibration.most_unknown * missing * max(min(alone, together), fails), doubt
 
 
 def _credit(found: Assessed[F], costs: Mapping[frozenset[Key], float]) -> dict[Key, float]:

@@ -87,6 +87,7 @@ def test_left_out_errors_equal_a_refit_without_the_fold() -> None:
         ((prediction, _),) = score(bench, again, [trial])
         direct = np.sqrt(np.mean(((prediction - trial.measured) / scene.usual)[trial.counts] ** 2))
         assert np.sqrt(found.by_trial[out]) == pytest.approx(direct, rel=0.05)
+        np.testing.assert_allclose(found.refitted[out], again.unknowns, atol=0.1)  # tolerances
 
 
 def test_at_the_noise_floor_odds_come_from_the_fits() -> None:
@@ -122,6 +123,14 @@ def test_the_initial_states_of_an_added_link_cost_what_unknowns_of_one_trial_do(
     weights = weigh([none, *alike], CALIBRATED)
     more = CALIBRATED.per_unknown_far * (DRAG.size - 1) - CALIBRATED.per_state_far * 2 * 3
     assert weights[1] / weights[2] == pytest.approx(np.exp(more), rel=1e-3)
+
+
+def test_an_explanation_that_predicts_no_trial_left_out_of_its_fit_is_not_accepted() -> None:
+    """However well it follows the trials that it was fitted to."""
+    none = with_fitted(assessed(held_out_error(200, 200, 200), cost=900.0), 200.0)
+    for left, verdict in ((60.0, "effect"), (199.0, "unknown")):
+        found = with_fitted(assessed(held_out_error(left, left, left), FRICTION), 50.0)
+        assert judge(Hypotheses(none, (found,), ())).verdict == verdict
 
 
 def test_fitted_trials_decide_between_causes_where_they_are_known() -> None:
