@@ -95,12 +95,18 @@ def made(seed: int, number: int, effect: str) -> Case:
 
 
 def _attempt(rng: np.random.Generator, name: str, effect: str) -> Case:
-    """A main cause and three small ones, sized on varied logs as in ``blind.servos``; the known logs are others."""
+    """A main cause that the known logs show, and three small ones, sized on varied logs as in ``blind.servos``.
+
+    What only commands beyond the known ones' limits show, as a torque limit that none of them reaches, nobody can ask
+    for.
+    """
     rich = _setup(rng)
     n, floor = len(rich.design.joints), math.exp(rng.uniform(*np.log(FLOOR)))
     level, still = floor * math.exp(rng.uniform(*np.log(MAIN))), rich.moved(rich.design)
-    j, change, absorbed = int(rng.integers(0, n)), LIBRARY[effect], Absorbed.of(rich, still)
-    rig = change(rich.design, j, _sized(rich, still, change, j, level, absorbed))
+    setup = Few(rich.design, rich.supply, tuple(_slow(rng, n) for _ in range(LOGS)))
+    known = setup.moved(setup.design)
+    j, change = int(rng.integers(0, n)), LIBRARY[effect]
+    rig = change(rich.design, j, _sized(setup, known, change, j, level, Absorbed.of(setup, known)))
     main = [(effect, j)]
     varied = Setup(rich.design, rich.supply, rich.commands[:VARIED])
     at_rest = varied.moved(rich.design)
@@ -114,7 +120,6 @@ def _attempt(rng: np.random.Generator, name: str, effect: str) -> Case:
     k = int(rng.integers(0, n))
     off = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.0, 2.0))
     rig = rig.changed(k, mass=float(rig.joints[k, 1]) * (1.0 + off * MASS_TOLERANCE))
-    setup = Few(rich.design, rich.supply, tuple(_slow(rng, n) for _ in range(LOGS)))
     right = [[word, f"joint{k + 1}"] for word, k in [*main, *alike]]
     return Case(name, setup, rig, floor, setup.moved(rig), right)
 
