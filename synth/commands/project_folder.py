@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
     from synth.commands.progress import Progress
 
+INTERNAL = 70  # exit status after an internal error, as in ``synth.cli``
 Runner = Callable[[Callable[[Any], Any], Iterator[tuple[str, Any]]], Iterator[tuple[str, TaskOutcome]]]
 
 
@@ -48,7 +49,7 @@ def refuse_options(arguments: argparse.Namespace, names: tuple[str, ...], why: s
 
 
 def run_folder(arguments: argparse.Namespace, progress: Progress, task: FolderTask) -> int:
-    """Perform the task on every project of a folder; exit status 2 if one failed, 1 after an internal error in one."""
+    """Perform the task on every project of a folder; exit status 2 if one failed, 70 after an internal error."""
     _require_outside(Path(arguments.file), Path(arguments.out))
     with progress.stage("looking for projects"):
         found = find_projects(Path(arguments.file), task.kind, task.done)
@@ -74,7 +75,7 @@ def run_folder(arguments: argparse.Namespace, progress: Progress, task: FolderTa
         kept.remove()
     progress.say(f"{task.made}: {Path(arguments.out) / f'{task.made}.csv'}")
     progress.say(f"report: {Path(arguments.out) / 'report.html'}")
-    return 1 if any(item.crash for item in failed) else 2 if failed or refused else 0
+    return INTERNAL if any(item.crash for item in failed) else 2 if failed or refused else 0
 
 
 def _require_outside(folder: Path, out: Path) -> None:

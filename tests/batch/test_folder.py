@@ -104,7 +104,7 @@ def test_a_fault_in_reading_one_project_stops_no_other(
         return read(path, **rest)
 
     monkeypatch.setattr(one_fit, "read_fit_project", faulty)
-    assert main(["fit", str(legs), "--out", str(tmp_path / "out"), "--quiet"]) == 1
+    assert main(["fit", str(legs), "--out", str(tmp_path / "out"), "--quiet"]) == 70
     assert "a fault of ours" in capsys.readouterr().err
     fits = json.loads((tmp_path / "out" / "fits.json").read_text())
     assert [leg["name"] for leg in fits["legs"]] == ["leg_01"]
