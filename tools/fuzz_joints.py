@@ -247,7 +247,9 @@ def run(seeds: list[int], folder: Path, workers: int, limit: float) -> dict[int,
             path.unlink(missing_ok=True)
             results[seed] = {**found, "seconds": round(spent, 2)}
             if len(results) % 20 == 0:
-                print(f"{len(results)} of {len(seeds)}", file=sys.stderr, flush=True)
+                tags = Counter(item["tag"] for item in results.values())
+                so_far = ", ".join(f"{count} {tag}" for tag, count in tags.most_common())
+                print(f"{len(results)} of {len(seeds)}: {so_far}", file=sys.stderr, flush=True)
             del running[process]
         time.sleep(0.01)
     return results
