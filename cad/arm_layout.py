@@ -24,6 +24,7 @@ V_EDGE = 1.2  # mm of print between the V's mouth and an insert: three lines
 SEAT_PRESSURE = 0.95 * 1.5 * 36.0 / 1.5  # MPa
 CAP_STRESS = 0.95 * 36.0 / 1.5  # MPa
 CORNER = 1.0  # mm, radius of a seat's corners
+BITE = 0.1  # of the wire's radius, by which the wire stands out of the pad at a seat's end, so that the cap presses it
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,16 @@ class SeatSize:
     cap: float  # thickness of the cap under the screws' heads, at mid length
     screw_length: float
     insert: float  # length of the inserts, which pad and plate behind it must hold
+
+
+def longest_seat(dimensions: JointDimensions) -> float:
+    """Length (mm) of a seat from which on the cap's end would touch the pad instead of clamping the wire.
+
+    The arm rises with the helix across the pad's flat face: over half of the seat by at most the wire's radius, less
+    ``BITE`` of it.
+    """
+    slope = dimensions.spring.drawn_pitch / (2 * math.pi * dimensions.spring.radius)
+    return (1.0 - BITE) * dimensions.spring.wire_diameter * math.hypot(1.0, slope) / slope
 
 
 def seat_size(dimensions: JointDimensions) -> SeatSize:

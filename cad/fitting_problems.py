@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from synth.cad.arm_layout import longest_seat
 from synth.cad.arm_shaft import SIDES, Form, circumradius, flat_distance
 from synth.cad.dimensions import JointDimensions
 from synth.cad.hardware import Pin, insert_of, pin_at_least, pin_size
@@ -73,6 +74,7 @@ def milled_size(form: Form, size: float) -> float:
 def fitting_problems(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
     """Fittings that do not fit, under the responsible dimension."""
     return [
+        *_seat(dimensions, layout),
         *_fit(dimensions),
         *_pinned(dimensions, layout),
         *_socket(dimensions, layout),
@@ -82,6 +84,17 @@ def fitting_problems(dimensions: JointDimensions, layout: JointLayout) -> list[D
         *_adapter(dimensions),
         *_mount(dimensions, layout),
     ]
+
+
+def _seat(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
+    """A seat so long that the rising arm lets the cap touch the pad."""
+    longest = longest_seat(dimensions)
+    if layout.seat.length <= longest:
+        return []
+    reason = "the arm rises with the coil's pitch: the cap of a longer seat would touch the pad beside the wire"
+    if dimensions.seat_length is None:
+        reason += "; the load asks for this length: take two springs or a thicker wire on a wider coil"
+    return [DimensionProblem(f"{dimensions.name}.seat_length", layout.seat.length, f"at most {longest:.4g} mm", reason)]
 
 
 def _fit(dimensions: JointDimensions) -> list[DimensionProblem]:

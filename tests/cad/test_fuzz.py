@@ -36,6 +36,14 @@ def test_earlier_fuzz_failures_stay_fixed(fuzz, seed):
     assert fuzz.outcome(simplified_design(fuzz, seed)) == {"tag": "CHECKED", "what": "", "text": ""}
 
 
+@pytest.mark.parametrize("seed", [91011, 91045])
+def test_a_seat_too_long_for_its_rising_arm_is_refused(fuzz, seed):
+    """The cap's end would have cut into the pad: 91011 by its load, 91045 by its own seat_length."""
+    found = fuzz.outcome(fuzz.design(seed))
+    assert (found["tag"], found["what"]) == ("REFUSED", "seat_length")
+    assert "at most" in found["text"]
+
+
 def test_refused_random_joints_name_their_dimension(fuzz):
     found = [fuzz.outcome(fuzz.design(seed)) for seed in range(2, 62, 3)]
     refused = [outcome for outcome in found if outcome["tag"] == "REFUSED"]
