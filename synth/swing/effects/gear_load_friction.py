@@ -5,6 +5,7 @@ from __future__ import annotations
 from synth.swing.effects.coulomb_friction import PRESLIDING_PARAMETER
 from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, positive, size
 from synth.swing.effects.inlined import bristle, held, inlined, stribeck_share
+from synth.swing.effects.winding_heating import HELD
 
 
 @inlined
@@ -25,7 +26,7 @@ def torque(  # type: ignore[no-untyped-def]
     presliding,
 ):
     """The bristle of Coulomb friction with a constant and a load-dependent level, both falling with speed."""
-    load = share + (backdriven if drive * rate < 0.0 else 0.0)
+    load = max(share + (backdriven if drive * rate < 0.0 else 0.0), 0.0)  # load takes no friction away
     level = (unloaded + load * abs(drive)) * stribeck_share(rate, speed, fall)
     change = bristle(rate, memory, presliding)
     return -level * held(memory, change), change
@@ -40,7 +41,7 @@ EFFECT = Effect(
     name="gear_load_friction",
     meaning="dry friction of a gear, which grows with the drive's torque",
     phrase="lacks gear friction that grows with the drive's torque",
-    formula="-s (torque + (share + backdriven [where the load drives the motor]) |T|) "
+    formula="-s (torque + max(0, share + backdriven [where the load drives the motor]) |T|) "
     "(1 - fall + fall exp(-(w/speed)^2)), T the drive's torque, s of the bristle",
     source="Duclusaud et al., BAM, arXiv 2410.08650, models M3 (share), M4 (fall) and M5 (directions apart)",
     way="torque",
@@ -50,10 +51,15 @@ EFFECT = Effect(
     uses_drive="as it is",
     needs=("servo", "motor"),
     parameters=(
-        # At the natural torque no larger than the part that grows with it: else it is plain dry friction with a load's
-        # part, which plain dry friction explains as well.
+        # At the torque that logs hold, a fifth of the natural one, no larger than the part that grows with it: else it
+        # is dry friction with some load's part. At the natural torque, a stall, dry friction once passed for this.
         Parameter(
-            "torque", "N*m", 0.0, Prior(0.0, 0.5, lower=0.0, upper=1.0), of="share", meaning="friction without load"
+            "torque",
+            "N*m",
+            0.0,
+            Prior(0.0, 0.5 * HELD, lower=0.0, upper=HELD),
+            of="share",
+            meaning="friction without load",
         ),
         Parameter("share", "1", 0.0, size(0.3), natural=False, meaning="friction per unit of the drive's torque"),
         Parameter(
