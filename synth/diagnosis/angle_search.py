@@ -365,8 +365,8 @@ def _beside(
             for point in candidate.starts():
                 start = fresh(replace(plain, unknowns=np.concatenate([here.unknowns, point])))
                 starts += [strengthened(start, first, secant) for secant in SECANTS]
-    told = zip(leverage(bench, starts, here), starts, strict=True)
-    order = sorted(((left, best, start) for (left, best), start in told), key=lambda item: item[0])
+    gains = zip(leverage(bench, starts, here), starts, strict=True)
+    order = sorted(((left, best, start) for (left, best), start in gains), key=lambda item: item[0])
     chosen: dict[tuple[str, str], list[EvaluatedHypothesis]] = {}
     for left, best, start in order:
         key = start.keys[-1]

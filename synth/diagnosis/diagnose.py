@@ -46,7 +46,7 @@ class Findings(Generic[F, S]):
         """The accepted hypothesis if one explains the trials, else the nominal leg's best fit."""
         return (self.judged.accepted if self.explained else self.found.none).fit
 
-    def said(self) -> dict[str, Any]:
+    def fields(self) -> dict[str, Any]:
         """The fields of ``result.Diagnosis`` except ``where``."""
         return {
             "verdict": self.judged.verdict,
@@ -215,10 +215,15 @@ def _sentence(
     texts = [[plant.cause_text(cause) for cause in causes] for causes in explanations]
     probability = 1.0 - judged.none - judged.unknown if several else judged.probability
     leading = [(plant.short_text(entry.cause), entry.shrink.value) for entry in ranked]
-    told = plant.wording(stages.errors)
+    wording = plant.wording(stages.errors)
     nearest = " + ".join(plant.short_text(cause) for cause in explanations[0])
-    told = replace(
-        told, nearest=nearest, takes=stages.errors.shrink().value, left=left, accuracy=plant.accuracy, leading=leading
+    wording = replace(
+        wording,
+        nearest=nearest,
+        takes=stages.errors.shrink().value,
+        left=left,
+        accuracy=plant.accuracy,
+        leading=leading,
     )
-    text = sentence(judged.verdict, texts[0], texts[1:], probability, told)
+    text = sentence(judged.verdict, texts[0], texts[1:], probability, wording)
     return text + plant.addendum(judged.verdict, stages)

@@ -52,10 +52,10 @@ def rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[Coarse]) -> A
 
     The counts are aligned with the recording's.
     """
-    told = prediction.copy()
+    reading = prediction.copy()
     for item in coarse:
         j = item.joint
         if j in trial.free:
             origin = trial.measured[np.flatnonzero(trial.counts[:, j])[0], j]
-            told[:, j] = origin + np.round((prediction[:, j] - origin) / item.step) * item.step
-    return told
+            reading[:, j] = origin + np.round((prediction[:, j] - origin) / item.step) * item.step
+    return reading

@@ -119,13 +119,13 @@ def weigh(hypotheses: Sequence[Assessed[F]], calibration: Calibration, singles: 
     prior = np.array([np.log(together[k] * factorial(k) / singles**k) for k in counts])
     cost = np.array([h.cost for h in hypotheses]) + calibration.per_parameter * unknowns
     share = far_share(hypotheses)
-    told = prior - (1.0 - share) * (cost - cost.min()) / calibration.temperature
+    logarithms = prior - (1.0 - share) * (cost - cost.min()) / calibration.temperature
     trials = max((len(each.independent) for h in hypotheses if (each := _errors(h)) is not None), default=0)
     states = np.array([h.n_state for h in hypotheses])
-    told -= share * (calibration.per_unknown_far * unknowns + calibration.per_state_far * trials * states)
+    logarithms -= share * (calibration.per_unknown_far * unknowns + calibration.per_state_far * trials * states)
     if share == 0.0:
-        return _normalised(told[:, None])[:, 0]
-    draws = _normalised(told[:, None] - share * _drawn(hypotheses))
+        return _normalised(logarithms[:, None])[:, 0]
+    draws = _normalised(logarithms[:, None] - share * _drawn(hypotheses))
     return np.asarray(AS_RECORDED * draws[:, 0] + (1.0 - AS_RECORDED) * draws[:, 1:].mean(axis=1))
 
 

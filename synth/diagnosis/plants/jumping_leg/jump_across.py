@@ -65,7 +65,7 @@ class Across:
 
     def sentences(self) -> list[str]:
         """The trends in words, as designed and with the explanation."""
-        said = []
+        sentences = []
         for by, words in (("length", "the links' length"), ("gear_ratio", "the gear ratio")):
             values = [getattr(d, by) for d in self.designs]
             if by not in self.slopes:
@@ -73,14 +73,14 @@ class Across:
                 if values:
                     same = max(values) == min(values)
                     why = "all jumps have the same" if same else "there are too few or too similar jumps"
-                said.append(f"Whether the error changes with {words} is unknown: {why}.")
+                sentences.append(f"Whether the error changes with {words} is unknown: {why}.")
                 continue
             reach = max(values) - min(values)
             first, last = (self._trend(by, stage, reach) for stage in ("as_designed", "after"))
-            said.append(
+            sentences.append(
                 f"As designed, the predicted rise's error {first} with {words}; with the explanation it {last}."
             )
-        return said
+        return sentences
 
     def _trend(self, by: str, stage: str, reach: float) -> str:
         slope = self.slopes[by][stage]

@@ -172,7 +172,7 @@ def diagnose(
     )
     lacks = tuple(missing(trial, told) for trial, told in zip(gaps.trials, gaps.before, strict=True))
     return JumpGapResult(
-        **findings.said(),
+        **findings.fields(),
         name=project.name,
         where=where(gaps.trials, gaps.before, lacks),
         gaps=gaps,

@@ -62,18 +62,18 @@ def learnt_rises(bench: JumpBench, fits: Sequence[JumpFit]) -> tuple[tuple[Jump,
 def squares(trials: Sequence[Jump], scored: Sequence[ScoredJump]) -> Array:
     """(n_trial, BLOCKS) summed squared errors of the angle, rad^2."""
     found = []
-    for trial, told in zip(trials, scored, strict=True):
-        away = np.nan_to_num(told.channels[ANGLE] - trial.measured[ANGLE], nan=np.pi)
+    for trial, predicted in zip(trials, scored, strict=True):
+        away = np.nan_to_num(predicted.channels[ANGLE] - trial.measured[ANGLE], nan=np.pi)
         found.append([float(part @ part) for part in np.array_split(away, BLOCKS)])
     return np.array(found)
 
 
-def _rise(bench: JumpBench, trial: Jump, fits: Sequence[JumpFit], told: Sequence[ScoredJump]) -> Rise:
+def _rise(bench: JumpBench, trial: Jump, fits: Sequence[JumpFit], every: Sequence[ScoredJump]) -> Rise:
     measured = None if trial.seen is None else trial.seen.rise
     if trial.torque is not None or trial.leaning:
         return Rise(measured, None, None, None)
     rises: list[float | None] = []
-    for fit, scored in zip(fits, told, strict=True):
+    for fit, scored in zip(fits, every, strict=True):
         made = bench.predictor.columns(trial, fit.hypothesis, fit.unknowns[:, None], scored.own[:, None])
         column = compiled_jump(bench.predictor.bending).run(made.workspace())[:, 0]
         rises.append(float(column[APEX]) if column[STATUS] == LANDED_AGAIN else 0.0)

@@ -35,13 +35,13 @@ def menu(project: HopperGapProject, catalogue: Catalogue, trials: Sequence[Jump]
         for what, keys, change in _changes(usual, catalogue):
             made.append(_item(what, keys, _imagined(project, catalogue, usual, replace(usual.trial, **change))))
         if CURRENT not in usual.measured:
-            told = _imagined(project, catalogue, usual, usual.trial, (CURRENT, "supply"))
-            made.append(_item("the motors' current and the supply's voltage recorded with a jump", {}, told))
+            imagined = _imagined(project, catalogue, usual, usual.trial, (CURRENT, "supply"))
+            made.append(_item("the motors' current and the supply's voltage recorded with a jump", {}, imagined))
         if any(trial.leaning for trial in trials):  # otherwise no candidate would show in a lean
             leaning = replace(usual.trial, lean=LEAN)
-            told = _imagined(project, catalogue, usual, leaning, ("pitch", "foot slide"))
+            imagined = _imagined(project, catalogue, usual, leaning, ("pitch", "foot slide"))
             what = "a jump that starts leaning by 10 deg, its pitch and the foot's slide recorded"
-            made.append(_item(what, {"lean": "10 deg"}, told))
+            made.append(_item(what, {"lean": "10 deg"}, imagined))
     made.append(_item("an inverted pull-up, with its torque recorded", {}, _pull_up(usual)))
     return made
 

@@ -90,11 +90,11 @@ class JumpPredictor:
         found = {name: np.full((len(times), made.count), np.nan) for name in names}
         for lane in range(made.count):
             one = made.take(slice(lane, lane + 1))
-            told = planar_record(
+            record = planar_record(
                 one, self.body_inertia, jump.slip_speed, jump.trial.lean, times[:, lane], PLANAR_TOLERANCE
             )
             for name, row in names.items():
-                found[name][:, lane] = told[row]
+                found[name][:, lane] = record[row]
         return found
 
     def residual(self, jump: Jump, predicted: dict[str, Array]) -> Array:

@@ -222,7 +222,7 @@ def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[
         longest = max((float(trial.time[-1]) for trial in trials if joint in trial.free), default=0.0)
         found |= {"time to warm"} if drive.motor is not None and longest >= WARMING else set()
         signals = [trial.recording.signals for trial in trials if joint in trial.free]
-        measured = any(told is not None and np.ptp(told.supply[:, joint]) > 0.0 for told in signals)
+        measured = any(each is not None and np.ptp(each.supply[:, joint]) > 0.0 for each in signals)
         found |= {"stated supply"} if drive.motor is not None and not measured else set()
     return found
 

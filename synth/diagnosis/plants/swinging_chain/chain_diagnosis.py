@@ -252,7 +252,7 @@ def diagnose(
     bare = tolerances.leg(leg, findings.best.unknowns[: tolerances.size])
     missing = [missing_torque(bare, trial) for trial in scene.scored]
     return GapResult(
-        **findings.said(),
+        **findings.fields(),
         leg=leg,
         where=where(nominal, scene.scored, stages.before, scene.usual, missing, _blamed(judged, leg)),
         as_designed=errors.figure("as_designed"),
@@ -278,8 +278,8 @@ def scene_of(
     twice = copies(made, [trial.held_out for trial in trials])
     for later, earlier in twice:
         warnings.append(noted(f"{made[later].name} is a copy of {made[earlier].name} and is left out"))
-    struck = {later for later, _ in twice}
-    kept = [(r, t.held_out) for k, (r, t) in enumerate(zip(made, trials, strict=True)) if k not in struck]
+    left_out = {later for later, _ in twice}
+    kept = [(r, t.held_out) for k, (r, t) in enumerate(zip(made, trials, strict=True)) if k not in left_out]
     prepared = [angle_trial(recording, held) for recording, held in kept]
     learnt, spare = spread([trial for trial in prepared if not trial.held_out], MOST_LEARNT)
     if not learnt:

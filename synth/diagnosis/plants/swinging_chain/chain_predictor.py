@@ -200,14 +200,14 @@ class Predictor:
         rate: Array,
     ) -> Array:
         """One joint's rotation (m, n_lane) as read by its encoder."""
-        told = rotation.copy()
+        reading = rotation.copy()
         hinge = self.leg.joints[joint]
         time = trial.time if len(rotation) == len(trial.time) else np.array([0.0, 1.0])
         for candidate, values, lanes in readings:
             if candidate.joint == joint:
                 read = candidate.effect.function()
-                told[:, lanes] = read(time, told[:, lanes], rate[:, lanes], hinge.sign, hinge.zero, *values)
-        return told
+                reading[:, lanes] = read(time, reading[:, lanes], rate[:, lanes], hinge.sign, hinge.zero, *values)
+        return reading
 
 
 def _chain(hypothesis: Hypothesis) -> tuple[Candidate, ...]:

@@ -40,8 +40,8 @@ class CommandLimits:
     @classmethod
     def of(cls, leg: Leg, trials: Sequence[AngleTrial]) -> CommandLimits:
         """As wide and as fast as the commands so far, within the joints' ranges."""
-        told = [trial.recording.signals for trial in trials]
-        known = [signals for signals in told if signals is not None]
+        recorded = [trial.recording.signals for trial in trials]
+        known = [signals for signals in recorded if signals is not None]
         low = np.min([signals.command.min(axis=0) for signals in known], axis=0)
         high = np.max([signals.command.max(axis=0) for signals in known], axis=0)
         for j, joint in enumerate(leg.joints):

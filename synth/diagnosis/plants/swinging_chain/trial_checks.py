@@ -30,7 +30,7 @@ class JointMotion:
     noise: float
 
     @property
-    def told(self) -> bool:
+    def is_visible(self) -> bool:
         """Whether the joint moves visibly."""
         return self.travel >= LEAST_MOTION and self.motion > self.noise
 
@@ -72,7 +72,7 @@ def motion_of(recording: Recording, joint: int) -> JointMotion:
 
 def _refuse_rest(names: Sequence[str], seen: Sequence[dict[int, JointMotion]]) -> None:
     """Refuse trials without motion, each with a description."""
-    if any(motion.told for joints in seen for motion in joints.values()):
+    if any(motion.is_visible for joints in seen for motion in joints.values()):
         return
     problems = []
     for name, joints in zip(names, seen, strict=True):
@@ -103,7 +103,7 @@ def _loose(leg: Leg, trials: Sequence[Trial], made: Sequence[Recording]) -> list
 
 
 def _still_trials(trials: Sequence[Trial], seen: Sequence[dict[int, JointMotion]], learnt: Sequence[int]) -> list[str]:
-    still = [k for k in range(len(trials)) if not any(motion.told for motion in seen[k].values())]
+    still = [k for k in range(len(trials)) if not any(motion.is_visible for motion in seen[k].values())]
     return [
         f"{trials[k].name}: no joint moves above its noise; it only shows the rest pose"
         + ("" if k in learnt else ", and the gap scored on it is close to zero")
@@ -117,7 +117,7 @@ def _still_joints(leg: Leg, seen: Sequence[dict[int, JointMotion]]) -> list[str]
         motions = [joints[j] for joints in seen if j in joints]
         if not motions:
             found.append(f"{name}: locked in every training trial; nothing is known about this joint")
-        elif not any(motion.told for motion in motions):
+        elif not any(motion.is_visible for motion in motions):
             most = np.degrees(max(motion.travel for motion in motions))
             found.append(
                 f"{name}: never moves above its noise (by {most:.2g} deg at most); nothing is known about this joint. "
