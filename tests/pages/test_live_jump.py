@@ -120,17 +120,17 @@ def test_the_slider_moves_the_plots_cursor_and_back(page: Any) -> None:
 
 
 def test_pointer_and_keys_describe_every_design(page: Any) -> None:
-    told, chart = page.locator(".designs .told"), page.locator(".designs svg")
-    assert "N20 A 100:1, 100 mm links" in told.text_content()
-    assert "the chosen design" in told.text_content()
+    summary, chart = page.locator(".designs .summary"), page.locator(".designs svg")
+    assert "N20 A 100:1, 100 mm links" in summary.text_content()
+    assert "the chosen design" in summary.text_content()
     chart.focus()
     page.keyboard.press("ArrowRight")
-    assert "120 mm links: clearance 3.0 cm (90 %: 2.4 to 4.0)" in told.text_content()
-    assert "too weak" in told.text_content()
+    assert "120 mm links: clearance 3.0 cm (90 %: 2.4 to 4.0)" in summary.text_content()
+    assert "too weak" in summary.text_content()
     page.keyboard.press("ArrowDown")
-    assert "N20 A 50:1" in told.text_content()
+    assert "N20 A 50:1" in summary.text_content()
     chart.locator("rect").first.hover()
-    assert "80 mm links" in told.text_content()
+    assert "80 mm links" in summary.text_content()
 
 
 def test_the_motor_can_be_selected(page: Any) -> None:
@@ -139,4 +139,4 @@ def test_the_motor_can_be_selected(page: Any) -> None:
     motor.select_option("N20 B")
     assert page.locator(".designs svg text", has_text="75:1").count() == 1
     page.locator(".designs svg rect").first.hover()
-    assert "N20 B 75:1" in page.locator(".designs .told").text_content()
+    assert "N20 B 75:1" in page.locator(".designs .summary").text_content()
