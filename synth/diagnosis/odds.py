@@ -32,8 +32,8 @@ AT_FLOOR, FAR = 3.0, 9.0
 # swings, and nearly equal causes (a reading shifted or scaled, a shifted torque) are tied, not separated.
 MOST_INDEPENDENT = 8.0
 DRAWS = 400  # of the bootstrap: a probability of 0.05 is known to 0.01
-# Weight of the trials each counted once, beside the draws. It orders causes that the draws cannot tell apart, by all
-# trials; from 0 to 0.5 the scores of 99 dirty rigs (seeds 1500 and 4200) are the same.
+# Weight of the trials as recorded, each counted once, beside the draws: a stated choice. On 99 dirty rigs of seeds 1500
+# and 4200 no score changes by more than 0.01 between 0 and 0.5.
 AS_RECORDED = 0.25
 
 
@@ -60,8 +60,9 @@ class Calibration:
     the fitted trials for an unknown cause to be less probable than not, ``most_of_several`` : the same for several;
     ``steep`` : slope of that probability over the share; ``most_unknown`` : its largest value; ``free_leads`` :
     advantage allowed to a free torque on unseen trials; ``per_unknown_far`` : penalty per unknown, ``per_state_far`` :
-    per initial state of an added link and trial; both are half the logarithm of the independent errors that determine
-    it, eight of one trial or of seven (Schwarz, Ann. Stat. 6 (1978) 461). ``accuracy`` : gap
+    per initial state of an added link and trial; each is half the logarithm of the number of independent errors that
+    determine it: 56 of seven trials for an unknown, 8 of one trial for a state (Schwarz, Ann. Stat. 6 (1978) 461).
+    ``accuracy`` : gap
     as a share of the motion (RMS) at which a missing effect is as probable as not if no cause of the library removes
     any of it: models of rigs without faults follow them to 0.05 to 0.5 deg of swings of some 30 deg;
     ``accuracy_steep`` : slope over the share's logarithm. Tuned on dirty rigs of seeds 1500 and 4200, see

@@ -156,14 +156,19 @@ def servo_torque(table, first, count, t, q, w):
 @njit
 def held(table, first, count, x):
     """The last value not after ``x`` in rows ``first`` to ``first + count - 1`` of ``table``; else the first."""
-    low, high = first, first + count
+    return table[last_row(table, first, first + count, x), 1]
+
+
+@njit
+def last_row(table, low, high, x):
+    """The last row from ``low`` to ``high - 1`` of ``table`` whose first column is at most ``x``; else ``low``."""
     while high - low > 1:
         middle = (low + high) // 2
         if table[middle, 0] <= x:
             low = middle
         else:
             high = middle
-    return table[low, 1]
+    return low
 
 
 @njit
@@ -180,12 +185,8 @@ def interpolated(table, first, count, x, extrapolate):
         if not extrapolate:
             return table[high, 1]
         low = high - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if table[middle, 0] <= x:
-            low = middle
-        else:
-            high = middle
+    low = last_row(table, low, high, x)
+    high = low + 1
     share = (x - table[low, 0]) / (table[high, 0] - table[low, 0])
     return table[low, 1] + share * (table[high, 1] - table[low, 1])
 

@@ -54,8 +54,8 @@ def late(column: int, seconds: float) -> Read:
     first = 1 + int(seconds / 0.002)  # 500 Hz
 
     def read(table: Array) -> Array:
-        told = np.interp(table[:, 0] - seconds, table[:, 0], table[:, column])
-        return _with(table, column, told)[first:]
+        delayed = np.interp(table[:, 0] - seconds, table[:, 0], table[:, column])
+        return _with(table, column, delayed)[first:]
 
     return read
 

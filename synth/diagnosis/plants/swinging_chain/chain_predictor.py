@@ -217,18 +217,22 @@ def _chain(hypothesis: Hypothesis) -> tuple[Candidate, ...]:
 
 def _kind(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
     """The properties that legs stepping together must share: structures, and memories joint by joint."""
-    found = set()
-    for candidate in _chain(hypothesis):
-        if candidate.effect.way == "structure":
-            found.add((f"{candidate.effect.name} {candidate.shape.free} {candidate.shape.held}", candidate.joint))
-        elif candidate.effect.memory:
-            found.add((candidate.effect.kin or candidate.effect.name, candidate.joint))
-    return tuple(sorted(found))
+    memories = {
+        (candidate.effect.kin or candidate.effect.name, candidate.joint)
+        for candidate in _chain(hypothesis)
+        if candidate.effect.way != "structure" and candidate.effect.memory
+    }
+    return (*_structures(hypothesis), *sorted(memories))
 
 
 def _structures(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
     """The part of the kind that changes the number of links."""
-    return tuple(item for item in _kind(hypothesis) if " " in item[0])
+    found = {
+        (f"{candidate.effect.name} {candidate.shape.free} {candidate.shape.held}", candidate.joint)
+        for candidate in _chain(hypothesis)
+        if candidate.effect.way == "structure"
+    }
+    return tuple(sorted(found))
 
 
 def _cost(hypothesis: Hypothesis) -> tuple[bool, list[str]]:
