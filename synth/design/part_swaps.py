@@ -2,8 +2,9 @@
 
 An exchange changes one joint: another spring with the chosen damper, or another damper with its best spring among those
 that meet the joint's constraints for that damper. Every exchange is evaluated in the same way as the set, with nominal
-parts and with tolerances on the same draws. If an exchange has a lower expected error, it is made, and the table is
-computed again. The chosen set is therefore never worse than an entry of the table of substitutes.
+parts and with tolerances on the same draws. If an exchange has a lower expected error, on its own or with the springs
+to wind of the other joints tuned to it, it is made, and the table is computed again. The chosen set is therefore never
+worse than an entry of the table of substitutes.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from synth.design.choose_springs import SpringOption, SpringSource, other_spring
 from synth.design.judged_sets import Judge, Pair, Pairs
 from synth.errors import UserError
 
+MOST_TUNED = 8  # exchanges, best first, to which the other joints' wound springs are tuned: some 0.1 s each
 MOST_SWAPS = 8  # largest number of exchanges, each to a lower expected error
 WORTH = np.radians(0.002)  # least improvement of an exchange; errors of the draws and the integrator are smaller
 FACTORS = (0.7, 0.85, 0.94, 0.98, 1.02, 1.06, 1.18, 1.43)  # on a wound spring's rate; these rates are tried too
@@ -69,17 +71,35 @@ def without_better_swap(judge: Judge, chosen: Pairs, joints: Sequence[JointParts
     for _ in range(MOST_SWAPS):
         chosen = _wound_to_suit(judge, chosen, joints)
         table = swaps(judge, chosen, joints)
-        better = [
-            (swap.expected, j, swap.pair)
+        allowed = sorted(
+            (swap.expected, j, _changed(chosen, j, swap.pair))
             for j in range(len(joints))
             for swap in (*table.springs[j], *table.dampers[j])
-            if swap.allowed and swap.expected < table.chosen - WORTH and judge.allows(_changed(chosen, j, swap.pair))
-        ]
-        if not better:
+            if swap.allowed and judge.allows(_changed(chosen, j, swap.pair))
+        )
+        better = _better(judge, allowed, table.chosen - WORTH, joints)
+        if better is None:
             break
-        _, joint, pair = min(better, key=lambda item: item[:2])
-        chosen = _changed(chosen, joint, pair)
+        chosen = better
     return chosen, table
+
+
+def _better(
+    judge: Judge, exchanged: list[tuple[float, int, Pairs]], least: float, joints: Sequence[JointParts]
+) -> Pairs | None:
+    """The best exchange if its expected error is below ``least`` (rad), else the first that is so with the springs of
+    the other joints wound to suit it; None if there is none.
+
+    ``exchanged``: expected error (rad), joint and set of each exchange, best first. Without the second step a set in
+    which a wound spring suits one damper would hold on to that damper.
+    """
+    if exchanged and exchanged[0][0] < least:
+        return exchanged[0][2]
+    for _, joint, pairs in exchanged[:MOST_TUNED]:
+        tuned = _wound_to_suit(judge, pairs, joints, held=joint)
+        if tuned is not pairs and judge.expected(tuned) < least:
+            return tuned
+    return None
 
 
 def swaps(judge: Judge, chosen: Pairs, joints: Sequence[JointParts]) -> Swaps:
@@ -142,12 +162,15 @@ def _suited(judge: Judge, chosen: Pairs, joint: int, pair: Pair, source: SpringS
     return pair if wound is None else replace(pair, spring=replace(wound, asked=spring.asked, compared=spring.compared))
 
 
-def _wound_to_suit(judge: Judge, chosen: Pairs, joints: Sequence[JointParts]) -> Pairs:
+def _wound_to_suit(judge: Judge, chosen: Pairs, joints: Sequence[JointParts], held: int | None = None) -> Pairs:
     """The set with the rates of its springs to wind tuned to the lowest expected error of the whole leg.
 
-    One joint after the other; a rate is accepted if it can be wound and reduces the expected error.
+    One joint after the other, but not joint ``held``; a rate is accepted if it can be wound and reduces the expected
+    error.
     """
     for j, parts in enumerate(joints):
+        if j == held:
+            continue
         pair = _suited(judge, chosen, j, chosen[j], parts.source)
         if pair is not chosen[j]:
             other = _changed(chosen, j, pair)
