@@ -38,8 +38,13 @@ SCALE_STEP = 5.0  # deg, between the ear's marks
 
 
 def bore_radius(dimensions: JointDimensions) -> float:
-    """Radius (mm) of the ears' bores outside their bearings, with clearance to the shaft."""
-    return dimensions.shaft_diameter / 2 + dimensions.clearance
+    """Radius (mm) of the ears' bores outside their bearings, with clearance to the shaft.
+
+    At least half of a thrust washer's width rests on the lip. The shaft runs in the bearing, so less clearance than
+    elsewhere does no harm.
+    """
+    washer = dimensions.hardware.washer
+    return dimensions.shaft_diameter / 2 + min(dimensions.clearance, (washer.outer_diameter - washer.bore) / 4)
 
 
 def pocket_depth(dimensions: JointDimensions) -> float:

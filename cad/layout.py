@@ -219,7 +219,10 @@ def _heights(dimensions: JointDimensions, space: SpringSpace, seat: SeatSize, dr
 
 
 def _notch(dimensions: JointDimensions, upper: ArmLayout, space: SpringSpace) -> tuple[float, float]:
-    """Sector (deg, in the lower half's frame) of the pocket's wall swept by the upper arm from stop to stop.
+    """Sector (deg, in the lower half's frame) of the pocket's wall swept by the upper arm between the stops.
+
+    If the free angle lies beyond a stop, the sector reaches to it: the spring is put in unloaded, and its upper arm is
+    turned with the seat plate before that is screwed on.
 
     At the radius r an edge of the arm, w off its axis, lies ``asin((D/2 -+ w)/r)`` behind the arm's direction.
     The coil's own quarter turn before the tangent point belongs to the sweep as well.
@@ -228,8 +231,8 @@ def _notch(dimensions: JointDimensions, upper: ArmLayout, space: SpringSpace) ->
     edge = (dimensions.spring.radius - space.sway_in - width) / space.tongue_radius
     ahead = -math.degrees(math.asin(max(-1.0, edge)))
     # In the lower half's frame at q = 0 the upper half stands turned back by the joint's rotation.
-    turned = [upper.direction - dimensions.opening(angle) for angle in dimensions.ends]
-    return turned[1] - 90.0, turned[0] + ahead
+    turned = [upper.direction - dimensions.opening(angle) for angle in (*dimensions.ends, dimensions.free_angle)]
+    return min(turned) - 90.0, max(turned) + ahead
 
 
 def _seat_plate(

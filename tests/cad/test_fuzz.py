@@ -9,6 +9,8 @@ from dataclasses import replace
 import pytest
 
 from synth.cad import MountDimensions
+from synth.cad.hardware import shaft_sizes
+from synth.cad.hinge import bore_radius
 from tool_modules import tool
 
 
@@ -42,6 +44,23 @@ def test_a_seat_too_long_for_its_rising_arm_is_refused(fuzz, seed):
     found = fuzz.outcome(fuzz.design(seed))
     assert (found["tag"], found["what"]) == ("REFUSED", "seat_length")
     assert "at most" in found["text"]
+
+
+def test_a_thrust_washer_rests_on_the_ear_at_any_clearance(fuzz):
+    """91097: with a clearance of 1.55 mm the washer of a 3 mm shaft fell into the ear's bore."""
+    design = fuzz.design(91097)
+    assert bore_radius(design) < design.hardware.washer.outer_diameter / 2
+    for diameter in shaft_sizes():
+        for clearance in (0.1, 0.4, 2.0):
+            drawn = replace(design, shaft_diameter=diameter, clearance=clearance)
+            ring = drawn.hardware.washer
+            assert bore_radius(drawn) <= (ring.bore + ring.outer_diameter) / 4
+            assert bore_radius(drawn) >= diameter / 2 + min(clearance, 0.5)
+
+
+def test_an_unloaded_spring_goes_into_a_joint_whose_stops_keep_it_loaded(fuzz):
+    """91102: its free angle is 11 deg below its range, and the pocket's wall was in the way of the upper arm."""
+    assert fuzz.outcome(fuzz.design(91102)) == {"tag": "CHECKED", "what": "", "text": ""}
 
 
 def test_refused_random_joints_name_their_dimension(fuzz):
