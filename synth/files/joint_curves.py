@@ -72,11 +72,10 @@ def damping_terms(joint: Joint, fastest: float) -> DampingTerms:
     """The damper in MuJoCo's terms over 0 to ``fastest`` rad/s, by least squares with positive coefficients."""
     from scipy.optimize import nnls
 
+    exact = _exact_terms(joint)
+    if exact is not None:
+        return exact
     damper = joint.damper
-    plain = not any(name in joint.effects for name in IN_DAMPING)
-    if plain and (damper is None or damper.curve is None):
-        rate = 0.0 if damper is None else damper.rate or 0.0
-        return DampingTerms((), (), (rate, 0.0, 0.0), 0.0)
     corners = np.geomspace(fastest / 300.0, fastest, 14)
     if damper is not None and damper.curve is not None:
         corners = clamps(thin(damper.curve))[0][:-1]
@@ -92,6 +91,26 @@ def damping_terms(joint: Joint, fastest: float) -> DampingTerms:
     error = float(np.abs(terms @ found - wanted).max() / wanted.max())
     a, b, c = (float(value) for value in found[-3:])
     return DampingTerms(tuple(corners[kept].tolist()), tuple(found[:-3][kept].tolist()), (a, b, c), error)
+
+
+def _exact_terms(joint: Joint) -> DampingTerms | None:
+    """The damper where MuJoCo's terms hold it at every speed: a rate or a concave curve, drag of power 2 or 3."""
+    damper, drag = joint.damper, joint.effects.get("quadratic_damping", {"coefficient": 0.0})
+    exponent = drag.get("exponent", 2.0)
+    if "shear_thinning_damping" in joint.effects or exponent not in (2.0, 3.0):
+        return None
+    speed, slope = np.empty(0), np.empty(0)
+    rate = 0.0 if damper is None else damper.rate or 0.0
+    if damper is not None and damper.curve is not None:
+        speed, slope = clamps(thin(damper.curve))
+        speed, slope, rate = speed[:-1], slope[:-1], float(slope[-1])
+        slope[np.abs(slope) <= LEAST * slope.max()] = 0.0
+        if (slope < 0.0).any() or rate < 0.0:
+            return None
+    size = drag["coefficient"] * drag.get("speed", 1.0) ** (2.0 - exponent)
+    terms = (rate, size, 0.0) if exponent == 2.0 else (rate, 0.0, size)
+    kept = slope > 0.0
+    return DampingTerms(tuple(speed[kept].tolist()), tuple(slope[kept].tolist()), terms, 0.0)
 
 
 def linear_damping(joint: Joint, fastest: float) -> tuple[float, float]:

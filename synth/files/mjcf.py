@@ -31,7 +31,7 @@ from synth.files.joint_curves import (
 )
 from synth.files.mjcf_backlash import add_arm, add_limit, arm_name, arm_weight, play_of
 from synth.files.output import write_text
-from synth.files.robot_bodies import SCALE, RobotLink, inertial_of, numbers
+from synth.files.robot_bodies import SCALE, RobotLink, inertial_of, numbers, tip_names
 from synth.files.xml_text import xml_text
 from synth.swing.leg_model import Joint, Leg
 from synth.swing.mechanics import coefficients, mass_matrix
@@ -83,7 +83,9 @@ def mjcf_text(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Se
         if plays[index]:
             add_arm(body, joint.name, height, float(borne[index]), _laws(joint, terms[index]))
         body = _body(body, joint, height, terms[index], shown[index], drives[index])
-    _tendons(root, leg, terms, borne, plays)
+    last = leg.joints[-1]
+    SubElement(body, "site", name=tip_names(last.name)[0], pos=f"0 0 {-last.link.length:.10g}")
+    _tendons(root, leg, terms, borne + np.where(plays, _links_above(leg), 0.0), plays)
     _actuators(root, leg, drives, step)
     return xml_text(root)
 
@@ -125,6 +127,15 @@ def inverse_inertia(leg: Leg) -> Array:
     return np.asarray(np.diag(np.linalg.inv(straight)))
 
 
+def _links_above(leg: Leg) -> Array:
+    """(n,) 1/(kg m^2), angular acceleration of the link above each joint by a unit torque on it, in the straight pose.
+
+    A torque on an arm beside the joint's link presses on that one alone; the first joint's base does not move.
+    """
+    inverse = np.linalg.inv(mass_matrix(coefficients(leg), np.zeros(len(leg.joints)), leg.tilt))
+    return np.array([inverse[:above, :above].sum() for above in range(len(leg.joints))])
+
+
 def stiffest(terms: DampingTerms) -> float:
     """A damper's largest rate, N m s/rad: at rest."""
     return sum(terms.slope) + terms.polynomial[0]
@@ -145,7 +156,10 @@ def time_step(terms: list[DampingTerms], weights: Array, drives: Sequence[DriveT
 
 
 def _tendons(root: Element, leg: Leg, terms: Sequence[DampingTerms], weights: Array, plays: Sequence[float]) -> None:
-    """The dampers' frictions and the limits of the backlashes, where there are any."""
+    """The dampers' frictions and the limits of the backlashes, where there are any.
+
+    ``weights`` (n,) 1/(kg m^2): inverse inertia that MuJoCo computes for a tendon on the hinge with the damper.
+    """
     sloped = any(item.slope for item in terms)
     if not sloped and not any(plays):
         return

@@ -91,3 +91,8 @@ def rpy_of(rotation: Array) -> Vector:
 def numbers(values: tuple[float, ...]) -> str:
     """Numbers as they stand in an attribute."""
     return " ".join(f"{value + 0.0:.10g}" for value in values)
+
+
+def tip_names(joint: str) -> tuple[str, str]:
+    """Names of the frame at the end of the last link, below that joint: as an MJCF's site, and as a URDF's link."""
+    return f"{joint} tip", f"{joint}_tip"

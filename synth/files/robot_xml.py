@@ -17,7 +17,7 @@ from synth.arrays import Array
 from synth.files.drive_terms import drive_terms, lightened
 from synth.files.joint_curves import linear_damping, without_held
 from synth.files.output import write_text
-from synth.files.robot_bodies import SCALE, Inertial, RobotLink, Visual, inertial_of, numbers
+from synth.files.robot_bodies import SCALE, Inertial, RobotLink, Visual, inertial_of, numbers, tip_names
 from synth.files.xml_text import nested, xml_text
 from synth.remarks import noted
 from synth.swing.leg_model import Joint, Leg, Link
@@ -69,6 +69,12 @@ def urdf_file(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Se
             most = f"{UNLIMITED:g}"
             nested(made, "limit", lower=f"{low:.10g}", upper=f"{high:.10g}", effort=most, velocity=most)
         parent, height = child, joint.link.length
+    end = tip_names(leg.joints[-1].name)[1]
+    nested(root, "link", name=end)
+    made = nested(root, "joint", name=f"{end}_mount", type="fixed")
+    nested(made, "parent", link=parent)
+    nested(made, "child", link=end)
+    nested(made, "origin", xyz=f"0 0 {-height:.10g}")
     return _finished(root, [*messages, *_base(leg)])
 
 

@@ -14,13 +14,14 @@ from fit.simulated_legs import robot
 from synth.cli import main
 from synth.errors import UserError
 from synth.files.gap_project import read_gap_project
+from synth.files.joint_curves import damper_torque
 from synth.files.leg_file import read_leg
 from synth.files.mjcf import mjcf_text
 from synth.files.robot_xml import urdf_file
 from synth.files.robots.planar_chain import pick_leg
 from synth.files.robots.robot_project import read_robot, robot_leg
 from synth.swing.chain import simulate
-from synth.swing.leg_model import Joint, Leg
+from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg
 
 FASTEST = np.full(3, 10.0)
 # A quadruped's leg: trunk, abduction, thigh with an off-plane motor and a wheel on a joint of its own, calf whose axis
@@ -157,6 +158,44 @@ def test_a_leg_written_as_mjcf_is_read_again(tmp_path: Path) -> None:
     assert again.sign.tolist() == [1.0] * 3
     for a, b in zip(again.joints, leg.joints, strict=True):
         same(a, b)
+
+
+def test_curves_drag_and_backlash_are_read_again(tmp_path: Path) -> None:
+    curve = DamperCurve((0.5, 1.5, 4.0, 9.0), (0.03, 0.06, 0.09, 0.12))
+    leg = out_and_in().with_joints(
+        hip={"damper": Damper(curve=curve)},
+        knee={"damper": Damper(curve=curve), "effects": {"backlash": {"gap": 0.03}}},
+        ankle={"effects": {"quadratic_damping": {"coefficient": 2e-3}}},
+    )
+    picked = robot_leg(written(tmp_path / "a.mjcf.xml", mjcf_text(leg, FASTEST)), leg.joint_names)
+    again = picked.leg
+    assert picked.messages == ()
+    for a, b in zip(again.joints, leg.joints, strict=True):
+        assert sizes(a) == pytest.approx(sizes(b), rel=1e-9)
+        assert (a.spring and a.spring.rate, a.rest) == pytest.approx((b.spring and b.spring.rate, b.rest), rel=1e-9)
+        assert a.effects.keys() == b.effects.keys()
+    assert again.joints[1].effects["backlash"]["gap"] == pytest.approx(0.03, rel=1e-9)
+    speed = np.linspace(0.0, 20.0, 50)
+    for a, b in zip(again.joints, leg.joints, strict=True):  # the arm of the backlash weighs 1 mg
+        np.testing.assert_allclose(damper_torque(a, speed), damper_torque(b, speed), rtol=1e-5)
+    alone = leg.with_joints(knee={"effects": {}})
+    again = robot_leg(written(tmp_path / "b.mjcf.xml", mjcf_text(alone, FASTEST)), leg.joint_names).leg
+    for a, b in zip(again.joints, alone.joints, strict=True):
+        np.testing.assert_allclose(damper_torque(a, speed), damper_torque(b, speed), rtol=1e-9)
+
+
+def test_tendons_that_are_no_dampers_are_said_to_be_left_out(tmp_path: Path) -> None:
+    """A stiff friction, a coupling of two joints, and a leg's own damper with another moment arm."""
+    leg = robot().with_joints(hip={"damper": Damper(curve=DamperCurve((1.0, 4.0), (0.03, 0.06)))})
+    text = mjcf_text(leg, FASTEST)
+    others = (
+        '<fixed name="stiff" frictionloss=".1"><joint joint="hip" coef="1"/></fixed>'
+        '<fixed name="coupling" range="-1 1"><joint joint="hip" coef="1"/><joint joint="knee" coef="-1"/></fixed>'
+    )
+    text = text.replace("</tendon>", others + "</tendon>").replace('joint="hip" coef="1" />', 'joint="hip" coef="2" />')
+    picked = robot_leg(written(tmp_path / "a.mjcf.xml", text), leg.joint_names)
+    (said,) = [item for item in picked.messages if "tendons" in item]
+    assert "3 tendons left out: hip damper 1, stiff, coupling" in said
 
 
 def test_a_leg_written_as_urdf_is_read_again(tmp_path: Path) -> None:

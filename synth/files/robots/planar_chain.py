@@ -12,6 +12,8 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.names import name_fault
+from synth.files.robot_bodies import tip_names
+from synth.files.robots.mjcf_dampers import curve_of
 from synth.files.robots.robot_tree import Robot, RobotJoint
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
@@ -62,7 +64,8 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
     plane
         two axes of the world, to the right and up, such as ``xz``; None: the one that the first axis is normal to.
     tip
-        m, from the last joint to the end of the last link; None: to the end of its farthest shape or fixed frame.
+        m, from the last joint to the end of the last link; None: to the frame ``JOINT tip`` or ``JOINT_tip``, if
+        there is one, else to the end of its farthest shape or fixed frame.
 
     Raises
     ------
@@ -88,7 +91,12 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
                 text = f"{joint.name} and {joints[index + 1].name} turn about the same place: one link would have no "
                 raise UserError(f"{text}length; leave one of them out of the chain")
         else:
-            along, length = _last(robot, groups[index], anchors[index], lumped, seen, tip, messages)
+            marked = next((robot.frames[name] for name in tip_names(joint.name) if name in robot.frames), None)
+            if marked is not None and tip is None:
+                along = seen.flat(marked) - anchors[index]
+                length = float(np.hypot(*along))
+            else:
+                along, length = _last(robot, groups[index], anchors[index], lumped, seen, tip, messages)
         direction = atan2(along[0], -along[1])  # counter-clockwise from straight down
         made.append(_joint(joint, seen, anchors[index], lumped, length, (direction, before), messages))
         before = direction
@@ -275,10 +283,31 @@ def _joint(
         sign=sign,
         range=span,
         spring=Spring(joint.stiffness, joint.rest) if joint.stiffness else None,
-        damper=Damper(rate=joint.damping) if joint.damping else None,
-        effects={"coulomb_friction": {"torque": joint.friction}} if joint.friction else {},
+        damper=_damper(joint),
+        effects=_effects(joint),
         armature=joint.armature,
     )
+
+
+def _damper(joint: RobotJoint) -> Damper | None:
+    curve = curve_of(joint)
+    if curve is not None:
+        return Damper(curve=curve)
+    return Damper(rate=joint.damping) if joint.damping else None
+
+
+def _effects(joint: RobotJoint) -> dict[str, dict[str, float]]:
+    """What springs and dampers of a leg hold as effects."""
+    effects = {}
+    if joint.friction:
+        effects["coulomb_friction"] = {"torque": joint.friction}
+    if joint.gap:
+        effects["backlash"] = {"gap": joint.gap}
+    if joint.drag is not None:
+        effects["quadratic_damping"] = {"coefficient": joint.drag[0], "exponent": joint.drag[1], "speed": 1.0}
+    if joint.hardening is not None and joint.stiffness:
+        effects["hardening_spring"] = {"stiffening": joint.hardening[0], "exponent": joint.hardening[1], "reach": 1.0}
+    return effects
 
 
 def _turn(rotation: Array, seen: _Plane) -> float:

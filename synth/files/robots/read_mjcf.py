@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from synth.errors import Problem, UserError
+from synth.files.robots.mjcf_dampers import HeldByTendons, held_by_tendons, with_arm
 from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint
 
+SHOWN = 4  # names of what is left out
 LINEAR = 1e-12  # of the linear coefficient, below which other terms of a polynomial are ignored
 
 
@@ -34,11 +37,19 @@ def read_mjcf(path: Path) -> Robot:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
-    bodies = tuple(_body(model, data, index) for index in range(1, model.nbody))
-    joints = tuple(_joint(model, data, index) for index in range(model.njnt))
+    held = held_by_tendons(mujoco, model)
+    arms = {arm for arm, _ in held.plays.values()}
+    massless = {int(model.jnt_bodyid[arm]) for arm in arms}
+    bodies = tuple(_body(model, data, index, index in massless) for index in range(1, model.nbody))
+    read = {index: _joint(model, data, index, held) for index in range(model.njnt)}
+    for index, (arm, gap) in held.plays.items():
+        read[index] = with_arm(read[index], read[arm], gap)
+    joints = tuple(joint for index, joint in read.items() if index not in arms)
     name = _name(mujoco, model, "mjOBJ_BODY", 1) if model.nbody > 1 else ""
     title = _title(path) or name or path.stem
-    return Robot(title, bodies, joints, np.array(model.opt.gravity), _left_out(mujoco, model))
+    marks = {_name(mujoco, model, "mjOBJ_SITE", index): data.site_xpos[index].copy() for index in range(model.nsite)}
+    left_out = _left_out(mujoco, model, held.read)
+    return Robot(title, bodies, joints, np.array(model.opt.gravity), left_out, marks)
 
 
 def _title(path: Path) -> str:
@@ -55,7 +66,7 @@ def _name(mujoco: Any, model: Any, kind: str, index: int) -> str:
     return mujoco.mj_id2name(model, getattr(mujoco.mjtObj, kind), index) or ""
 
 
-def _body(model: Any, data: Any, index: int) -> RobotBody:
+def _body(model: Any, data: Any, index: int, massless: bool) -> RobotBody:
     import mujoco
 
     turn = data.ximat[index].reshape(3, 3)
@@ -67,9 +78,9 @@ def _body(model: Any, data: Any, index: int) -> RobotBody:
         int(model.body_parentid[index]) - 1,
         data.xmat[index].reshape(3, 3).copy(),
         data.xpos[index].copy(),
-        float(model.body_mass[index]),
+        0.0 if massless else float(model.body_mass[index]),
         data.xipos[index].copy(),
-        inertia,
+        0.0 * inertia if massless else inertia,
         np.concatenate(ends) if ends else np.empty((0, 3)),
     )
 
@@ -86,22 +97,18 @@ def _ends(model: Any, data: Any, geom: int) -> np.ndarray[Any, Any]:
     return np.asarray(place[None, :])
 
 
-def _joint(model: Any, data: Any, index: int) -> RobotJoint:
+def _joint(model: Any, data: Any, index: int, held: HeldByTendons) -> RobotJoint:
     import mujoco
 
     kinds: dict[int, Kind] = {0: "free", 1: "free", 2: "slide", 3: "hinge"}  # free, ball: locked as a whole
     kind = kinds[int(model.jnt_type[index])]
     dof, place = int(model.jnt_dofadr[index]), int(model.jnt_qposadr[index])
     limited = bool(model.jnt_limited[index])
-    left_out = []
-    for what, linear, rest in (
-        ("stiffness", model.jnt_stiffness[index], getattr(model, "jnt_stiffnesspoly", None)),
-        ("damping", model.dof_damping[dof], getattr(model, "dof_dampingpoly", None)),
-    ):
-        terms = rest[index if what == "stiffness" else dof] if rest is not None else np.zeros(1)
-        if np.abs(terms).max() > LINEAR * max(float(linear), LINEAR):
-            shown = ", ".join(f"{term:.4g}" for term in terms)
-            left_out.append(f"the {what} is {linear:.4g} plus higher powers ({shown}), which are left out")
+    left_out: list[str] = []
+    linear = float(model.jnt_stiffness[index]), float(model.dof_damping[dof])
+    spring_terms, damper_terms = getattr(model, "jnt_stiffnesspoly", None), getattr(model, "dof_dampingpoly", None)
+    hardening = _second("stiffness", linear[0], spring_terms[index] if spring_terms is not None else (), left_out)
+    drag = _second("damping", linear[1], damper_terms[dof] if damper_terms is not None else (), left_out)
     return RobotJoint(
         _name(mujoco, model, "mjOBJ_JOINT", index),
         int(model.jnt_bodyid[index]) - 1,
@@ -109,27 +116,40 @@ def _joint(model: Any, data: Any, index: int) -> RobotJoint:
         data.xaxis[index].copy(),
         data.xanchor[index].copy(),
         float(model.qpos0[place]) if kind in ("hinge", "slide") else 0.0,
-        float(model.jnt_stiffness[index]),
+        linear[0],
         float(model.qpos_spring[place]) if kind in ("hinge", "slide") else 0.0,
-        float(model.dof_damping[dof]),
+        linear[1],
         float(model.dof_armature[dof]),
         float(model.dof_frictionloss[dof]),
         (float(model.jnt_range[index, 0]), float(model.jnt_range[index, 1])) if limited else None,
-        tuple(left_out),
+        hardening,
+        tuple(held.clamps.get(index, ())),
+        drag,
+        left_out=tuple(left_out),
     )
 
 
-def _left_out(mujoco: Any, model: Any) -> tuple[str, ...]:
+def _second(what: str, linear: float, terms: Sequence[float], left_out: list[str]) -> tuple[float, float] | None:
+    """The one term beside the linear one, with its power; two of them, which no effect holds, are left out."""
+    kept = [(float(value), power) for power, value in enumerate(terms, 2) if abs(value) > LINEAR * max(linear, LINEAR)]
+    if len(kept) > 1:
+        shown = ", ".join(f"{value:.4g}" for value in terms)
+        left_out.append(f"the {what} is {linear:.4g} plus higher powers ({shown}), which are left out")
+    return kept[0] if len(kept) == 1 else None
+
+
+def _left_out(mujoco: Any, model: Any, read: set[int]) -> tuple[str, ...]:
     """Forces on the robot that a leg of hinges with springs and dampers cannot represent."""
     found = []
-    for count, kind, what in (
-        (model.nu, "mjOBJ_ACTUATOR", "actuators"),
-        (model.neq, "mjOBJ_EQUALITY", "equality constraints"),
-        (model.ntendon, "mjOBJ_TENDON", "tendons"),
+    for indices, kind, what in (
+        (range(model.nu), "mjOBJ_ACTUATOR", "actuators"),
+        (range(model.neq), "mjOBJ_EQUALITY", "equality constraints"),
+        ([index for index in range(model.ntendon) if index not in read], "mjOBJ_TENDON", "tendons"),
     ):
+        count = len(indices)
         if count:
-            names = [_name(mujoco, model, kind, index) or f"number {index + 1}" for index in range(min(count, 4))]
-            more = " and others" if count > 4 else ""
+            names = [_name(mujoco, model, kind, index) or f"number {index + 1}" for index in indices[:SHOWN]]
+            more = " and others" if count > SHOWN else ""
             found.append(f"{count} {what if count > 1 else what.removesuffix('s')} left out: {', '.join(names)}{more}")
     if model.opt.density or model.opt.viscosity:
         found.append("the medium's density and viscosity are left out")

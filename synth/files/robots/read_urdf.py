@@ -59,7 +59,8 @@ def read_urdf(path: Path) -> Robot:
     left_out = (f"{transmissions} transmission{'s' if transmissions > 1 else ''} left out",) if transmissions else ()
     messages = ("URDF has no springs, and gravity is taken as 9.81 m/s^2 downward",)
     gravity = np.array([0.0, 0.0, -GRAVITY])
-    return Robot(root.get("name") or path.stem, tuple(bodies), tuple(found), gravity, messages + left_out)
+    frames = {body.name: body.position for body in bodies if not body.mass}
+    return Robot(root.get("name") or path.stem, tuple(bodies), tuple(found), gravity, messages + left_out, frames)
 
 
 def _root(path: Path) -> Element:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal
 
 from synth.arrays import Array
@@ -36,8 +37,11 @@ class RobotJoint:
     """A joint between ``body`` and its parent, SI and radians.
 
     ``axis``, ``anchor`` (3,) in the world. ``reading`` : the joint's value in the reference pose. ``stiffness`` with
-    ``rest``, the reading at which its spring is unloaded. ``friction`` N m, dry. ``range`` of the reading. ``left_out``
-    : its features that a leg cannot represent.
+    ``rest``, the reading at which its spring is unloaded. ``hardening`` : the spring's second term, (N m, power of the
+    deflection in rad). ``clamps`` : straight pieces of the damper's curve beside ``damping``, each
+    (speed rad/s, slope N m s/rad). ``drag`` : a second damping term, (N m, power of the speed in rad/s). ``friction``
+    N m, dry. ``gap`` rad, the width of a backlash between link and spring. ``range`` of the reading. ``left_out`` : its
+    features that a leg cannot represent.
     """
 
     name: str
@@ -52,18 +56,27 @@ class RobotJoint:
     armature: float = 0.0
     friction: float = 0.0
     range: tuple[float, float] | None = None
+    hardening: tuple[float, float] | None = None
+    clamps: tuple[tuple[float, float], ...] = ()
+    drag: tuple[float, float] | None = None
+    gap: float = 0.0
     left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """Bodies, each after its parent, and joints. ``gravity`` (3,) m/s^2. ``left_out`` : unsupported features."""
+    """Bodies, each after its parent, and joints.
+
+    ``gravity`` (3,) m/s^2. ``left_out`` : unsupported features. ``frames`` : places (3,) m in the world by name, of
+    bodies without mass and of marks (MuJoCo's sites).
+    """
 
     name: str
     bodies: tuple[RobotBody, ...]
     joints: tuple[RobotJoint, ...]
     gravity: Array
     left_out: tuple[str, ...] = ()
+    frames: Mapping[str, Array] = field(default_factory=dict)
 
     def joint(self, name: str) -> RobotJoint:
         """The joint of that name.
