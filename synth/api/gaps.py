@@ -155,6 +155,7 @@ def gap(
             seed=project.seed,
             noise=project.noise,
             accuracy=project.accuracy,
+            next_command=project.next_command,
             progress=say,
         )
     messages = tuple(dict.fromkeys((*checked.warnings, *result.warnings)))

@@ -17,7 +17,7 @@ from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
 from synth.diagnosis.prediction_error import PredictionErrors, label
 from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.sentences import sentence, what_is_open
-from synth.diagnosis.verdict import Judged, judge, of_no_account, open_explanations
+from synth.diagnosis.verdict import Judged, judge, of_no_account
 from synth.estimation.intervals import NORMAL90, Estimate
 
 RANKED = 8  # listed single causes; each costs a prediction of every scored trial
@@ -92,7 +92,7 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
         ranked,
         left,
         _sentence(plant, judged, explanations, ranked, stages, left),
-        next_experiment(plant, open_explanations(judged), what_is_open(judged.verdict, short)),
+        next_experiment(plant, plant.rivals(judged), what_is_open(judged.verdict, short)),
         (*plant.warnings, *plant.remarks(stages), *doubts, *(plant.worse(stages.errors) if explained else ())),
     )
 

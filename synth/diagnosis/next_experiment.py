@@ -3,45 +3,82 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import isfinite
 
 from synth.diagnosis.diagnosis_result import Experiment
-from synth.diagnosis.plant import F, Plant, S, T
-from synth.estimation.information import expected_information, rivals_of
+from synth.diagnosis.plant import F, MenuItem, Plant, S, T
+from synth.estimation.information import expected_information, of_unknown_size, rivals_of
 from synth.threads import in_parallel
+
+# Trials that separate all rivals give the same information to this digit; of them the one that best
+# separates the two most similar rivals is the most robust.
+DIGITS = 2
+KEPT = 3  # best trials that each round of a search varies
+FORECASTS = 480  # of a search: some 5 s of a processor
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What a trial tells: expected information in bits, and the smallest distance of two rivals."""
+
+    bits: float
+    nearest: float
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """For sorting, the best first."""
+        return -round(self.bits, DIGITS), -self.nearest
 
 
 def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], why: str) -> Experiment | None:
     """The trial with the largest expected information on which rival is true; None with fewer than two.
 
-    ``rivals`` : fits with their weights. ``why`` : a sentence. The uncertainty of a prediction combines noise, per-
-    trial
-    unknowns, and the uncertainty of the leg after the existing trials.
+    ``rivals`` : fits with their weights. ``why`` : a sentence. The uncertainty of a prediction combines noise, what
+    the best rival leaves unexplained in the existing trials, per-trial unknowns, and the uncertainty of the leg after
+    these trials. Without the second every trial of a rig far above its noise separates all rivals. A plant may vary
+    the best trials of its menu.
     """
-    menu = plant.menu() if len(rivals) > 1 else ()
+    menu = list(plant.menu()) if len(rivals) > 1 else []
     if not menu:
         return None
-    kept, weights = rivals_of(rivals)
+    kept, weights = rivals_of(rivals, plant.most_rivals)
     covariances = [plant.normal(fit).covariance for fit in kept]
+    remainder = min(plant.remainder(fit) for fit in kept)
 
-    def information(index: int) -> float:
-        trial = menu[index].trial
-        made = [plant.forecast(fit, trial, known) for fit, known in zip(kept, covariances, strict=True)]
+    def told(item: MenuItem[T]) -> _Told:
+        made = [plant.forecast(fit, item.trial, known) for fit, known in zip(kept, covariances, strict=True)]
         found = [forecast for forecast in made if forecast is not None]
         if len(found) < len(kept):
-            return 0.0
-        told = expected_information(weights, lambda a, b, at: found[a].distance(found[b], found[at]))
-        return told if isfinite(told) else 0.0  # derivatives of a motion that is about to diverge may overflow
+            return _Told(0.0, 0.0)
+        least = [float("inf")]
 
-    bits = in_parallel(information, len(menu))
-    order = sorted(range(len(menu)), key=lambda i: -bits[i])
-    best = menu[order[0]]
+        def distance(a: int, b: int, at: int) -> float:
+            apart = found[a].distance(found[b], found[at], remainder)
+            least.append(apart)
+            return of_unknown_size(apart, plant.independent)
+
+        bits = expected_information(weights, distance)
+        return _Told(bits, min(least)) if isfinite(bits) else _Told(0.0, 0.0)  # derivatives may overflow
+
+    def of_all(items: Sequence[MenuItem[T]]) -> list[tuple[MenuItem[T], _Told]]:
+        return list(zip(items, in_parallel(lambda i: told(items[i]), len(items)), strict=True))
+
+    known = of_all(menu)
+    found: list[tuple[MenuItem[T], _Told]] = []
+    number, left = 0, FORECASTS // len(kept)
+    while left > 0 and (more := plant.variations([item for item, _ in found], number)):
+        pairs = [*found, *of_all(more)]
+        found = sorted(pairs, key=lambda pair: pair[1].place)[:KEPT]
+        number, left = number + 1, left - len(more)
+    known = sorted([*known, *found[:1]], key=lambda pair: pair[1].place)
+    best_item, most = known[0]
     return Experiment(
-        f"{why} {best.what[0].upper()}{best.what[1:]} would give most information: {bits[order[0]]:.2g} bit.",
-        dict(best.keys),
-        dict(best.release),
-        bits[order[0]],
-        tuple((menu[i].what, bits[i]) for i in order),
-        best.ramp,
-        best.command,
+        f"{why} {best_item.what[0].upper()}{best_item.what[1:]} would give most information: {most.bits:.2g} bit.",
+        dict(best_item.keys),
+        dict(best_item.release),
+        most.bits,
+        tuple((item.what, each.bits) for item, each in known),
+        best_item.ramp,
+        best_item.command,
     )

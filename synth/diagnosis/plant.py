@@ -19,8 +19,8 @@ from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.sentences import ErrorWording
-from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged
-from synth.estimation.information import TrialForecast
+from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, open_explanations
+from synth.estimation.information import RIVALS, TrialForecast
 from synth.estimation.normal_equations import ReducedNormal
 
 
@@ -59,7 +59,7 @@ class MenuItem(Generic[T]):
     ``what`` : in words. ``keys`` : of a ``trials:`` entry, including ``file``. ``trial`` : the imagined trial, without
     readings. ``release`` : joint -> measured angle, rad. ``ramp`` : joint, final torque (N m, in the measured angle's
     positive sense) and rise time (s) of a slowly rising torque. ``command`` : times (m,) s and, joint ->
-    measured angle (m,) rad, a command for servos.
+    measured angle (m,) rad, a command for servos. ``source`` : from which the plant makes variations.
     """
 
     what: str
@@ -68,6 +68,7 @@ class MenuItem(Generic[T]):
     release: Mapping[str, float]
     ramp: tuple[str, float, float] | None = None
     command: tuple[Array, Mapping[str, Array]] | None = None
+    source: object = None
 
 
 @dataclass(frozen=True)
@@ -102,6 +103,8 @@ class Plant(ABC, Generic[F, T, S]):
     accuracy: float = 0.0  # rad: a smaller gap does not matter to the user
     motion: float = np.inf  # RMS of the motion over the noise; infinite: a gap's share of it tells nothing
     direct_causes: tuple[Cause, ...] = ()  # found directly in the readings, without a fit
+    most_rivals: int = RIVALS  # explanations that a further trial should separate
+    independent: float = np.inf  # errors of a trial that count as independent; infinite: all, and of known size
 
     @abstractmethod
     def search(self, say: Callable[[str], None]) -> Hypotheses[F]:
@@ -178,6 +181,18 @@ class Plant(ABC, Generic[F, T, S]):
     @abstractmethod
     def forecast(self, fit: F, trial: T, covariance: Array) -> TrialForecast | None:
         """The prediction of a hypothesis for an imagined trial; ``covariance`` of its unknowns. None if it diverges."""
+
+    def rivals(self, judged: Judged[F]) -> list[tuple[F, float]]:
+        """Explanations that a further trial should separate, with their weights."""
+        return open_explanations(judged)
+
+    def remainder(self, fit: F) -> float:
+        """RMS of what a fit leaves in the existing trials, over their noise; at least 1."""
+        return 1.0
+
+    def variations(self, best: Sequence[MenuItem[T]], number: int) -> Sequence[MenuItem[T]]:
+        """Further trials for the menu in round ``number``, similar to the ``best`` so far; none if it is complete."""
+        return ()
 
     def addendum(self, verdict: Verdict, stages: StagePredictions[F, S]) -> str:
         """Text appended to the sentence."""

@@ -15,6 +15,7 @@ from synth.diagnosis.odds import CALIBRATED as CALIBRATED
 from synth.diagnosis.odds import Calibration as Calibration
 from synth.diagnosis.odds import far_share, taken, taken_from_fitted, taken_of
 from synth.diagnosis.odds import weigh as weigh
+from synth.estimation.information import LEAST_WEIGHT
 
 LEAST_SHARE = 0.1  # least share of the whole gap (RMS) of a further cause; less does not matter to a user
 # Share of its weight that a cause keeps which removes too little: 5 of 16 such causes were there (seeds 1500 and 4200).
@@ -247,6 +248,20 @@ def open_explanations(judged: Judged[F]) -> list[tuple[F, float]]:
     chosen = [(item.fit, weight) for item, weight in judged.weighed[:6]]
     near = [(judged.accepted.fit, 1.0), *[(rival.fit, 1.0) for rival in judged.tied]]
     return near if judged.verdict == "tie" else chosen
+
+
+def with_doubt(judged: Judged[F], doubt: float, most: int) -> list[tuple[F, float]]:
+    """``open_explanations`` and the next best causes, ``most`` together; the latter share ``doubt``.
+
+    Few trials often favour a wrong cause strongly, and a trial that only separates it from its nearest kin does not
+    show that.
+    """
+    alive = [(fit, weight) for fit, weight in open_explanations(judged) if weight >= LEAST_WEIGHT]
+    near = alive[:most] or open_explanations(judged)[:1]
+    known, total = {id(fit) for fit, _ in near}, sum(weight for _, weight in near)
+    others = [item.fit for item, _ in judged.weighed if item.keys and id(item.fit) not in known][: most - len(near)]
+    kept = 1.0 - doubt if others else 1.0
+    return [(fit, kept * weight / total) for fit, weight in near] + [(fit, doubt / len(others)) for fit in others]
 
 
 def _unknown(none: Assessed[F], best: Assessed[F], calibration: Calibration) -> float:

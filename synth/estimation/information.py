@@ -6,6 +6,7 @@ distance.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
@@ -19,9 +20,9 @@ LEAST_WEIGHT = 0.02  # least weight of a rival explanation
 F = TypeVar("F")
 
 
-def rivals_of(explanations: Sequence[tuple[F, float]]) -> tuple[list[F], Array]:
-    """The explanations with the largest weights, and their weights (n,), which sum to 1."""
-    kept = sorted(explanations, key=lambda item: -item[1])[:RIVALS]
+def rivals_of(explanations: Sequence[tuple[F, float]], most: int = RIVALS) -> tuple[list[F], Array]:
+    """The ``most`` explanations with the largest weights, and their weights (n,), which sum to 1."""
+    kept = sorted(explanations, key=lambda item: -item[1])[:most]
     weights = np.array([weight for _, weight in kept])
     weights = np.maximum(weights / weights.sum(), LEAST_WEIGHT)
     return [fit for fit, _ in kept], weights / weights.sum()
@@ -41,6 +42,13 @@ def expected_information(weights: Array, distance: Callable[[int, int, int], flo
     return float(-np.sum(weights * np.log2(overlap @ weights)))
 
 
+def of_unknown_size(squares: float, independent: float) -> float:
+    """A squared distance as errors of unknown size count: ``n log(1 + squares / n)`` with ``n`` independent errors."""
+    if math.isinf(independent):
+        return squares
+    return independent * math.log1p(squares / independent)
+
+
 @dataclass(frozen=True)
 class TrialForecast:
     """A hypothesis' prediction of a trial that was not made, whitened by the trial's noise.
@@ -53,12 +61,15 @@ class TrialForecast:
     spread: Array
     free: Array
 
-    def distance(self, other: TrialForecast, at: TrialForecast) -> float:
-        """Squared Mahalanobis distance of the means, with the covariance of ``at``, one of the two."""
+    def distance(self, other: TrialForecast, at: TrialForecast, remainder: float = 1.0) -> float:
+        """Squared Mahalanobis distance of the means, with the covariance of ``at``, one of the two.
+
+        ``remainder`` : RMS of what no model of the trial predicts, noise included, over the noise.
+        """
         q, _ = np.linalg.qr(at.free)
-        apart = self.mean - other.mean
+        apart = (self.mean - other.mean) / remainder
         apart = apart - q @ (q.T @ apart)
-        spread = at.spread - q @ (q.T @ at.spread)
+        spread = (at.spread - q @ (q.T @ at.spread)) / remainder
         # Woodbury: (1 + S S')^-1 = 1 - S (1 + S'S)^-1 S'
         inner = np.eye(spread.shape[1]) + spread.T @ spread
         along = spread.T @ apart

@@ -13,6 +13,7 @@ from pydantic import Field
 from synth.errors import UserError
 from synth.files.leg_file import PartResolver
 from synth.files.named_files import InputFile, ProjectReader
+from synth.files.next_command import NextCommand, read_next_command
 from synth.files.schema import Default
 from synth.files.tolerance import Tolerance as Tolerance
 from synth.files.tolerance import read_tolerance
@@ -36,6 +37,7 @@ class _GapFile:
     tolerance: Any = None
     noise: Any = None
     accuracy: Annotated[Angle, Field(examples=["0.3 deg"])] = 0.0
+    next_command: Any = None
     name: Title | None = None
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
 
@@ -46,7 +48,7 @@ class GapProject:
 
     Every joint of ``leg`` has a spring and a damper; one that the file omits has rate 0 and is listed in
     ``defaults``, as are omitted tolerances. ``noise`` : joint -> known RMS noise of its sensor,
-    rad; ``accuracy`` rad: a smaller gap does not matter, 0 if not given.
+    rad; ``accuracy`` rad: a smaller gap does not matter, 0 if not given; ``next_command`` : limits of a suggestion.
     """
 
     path: Path
@@ -59,6 +61,7 @@ class GapProject:
     inputs: tuple[InputFile, ...]
     noise: Mapping[str, float] = field(default_factory=dict)
     accuracy: float = 0.0
+    next_command: NextCommand = field(default_factory=NextCommand)
 
 
 def read_gap_project(path: str | Path, *, resolve_part: PartResolver | None = None) -> GapProject:
@@ -81,6 +84,7 @@ def read_gap_project(path: str | Path, *, resolve_part: PartResolver | None = No
     leg, trials = reader.leg_and_trials(other_legs=True)
     tolerance = read_tolerance(reader, leg)
     noise = _noise(reader, None if file is None else file.noise, leg)
+    wanted = read_next_command(reader, None if file is None else file.next_command, leg)
     if leg is not None:
         leg = _with_rates(leg, reader)
         trials = tuple(t if t.leg is None else replace(t, leg=_with_rates(t.leg, reader)) for t in trials)
@@ -91,7 +95,7 @@ def read_gap_project(path: str | Path, *, resolve_part: PartResolver | None = No
     defaults, inputs = tuple(reader.defaults), tuple(reader.inputs)
     path, name = reader.document.path, file.name or leg.name
     return GapProject(
-        path, name, leg, trials, tolerance, file.seed, defaults, inputs, noise=noise, accuracy=file.accuracy
+        path, name, leg, trials, tolerance, file.seed, defaults, inputs, noise, file.accuracy, next_command=wanted
     )
 
 

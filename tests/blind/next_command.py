@@ -1,9 +1,11 @@
 """Benefit of a suggested command over a chirp: ``make blind-next``.
 
-Servo-driven legs as of ``blind.servos``, one main cause each, of which only three short logs of slow sines are known.
-Each is diagnosed. Where that already names the cause alone, nothing is left to tell and the rig does not count. Else
-the command that the diagnosis asks for is played on the true rig and added to its logs, and a chirp of the same length,
-rate and limits on a copy of it. Both are diagnosed again: how often is the main cause named first?
+Servo-driven legs as of ``blind.servos``, one main cause each, known from two short logs of small slow sines about a
+pose; a third one scores. The project states what the next command may ask: angles, speed and torque of each joint, and
+its length. The rig is diagnosed. Where that already names the main cause alone, nothing is left to tell, and the rig
+does not count. Else the command that the diagnosis asks for is played on the true rig and added to its logs, and a
+chirp of the same length, rate and limits on a copy of it. Both are diagnosed again: how often is the main cause named,
+alone and rightly? The main cause is so large that the chirp shows it, and most of what the known logs show.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ import json
 import math
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,6 +27,7 @@ from blind.chance import wilson
 from blind.servo_engine import Array, Rig, follow
 from blind.servos import (
     ATTEMPTS,
+    DOMINATES,
     FLOOR,
     LIBRARY,
     MAIN,
@@ -36,17 +39,23 @@ from blind.servos import (
     NotApplicable,
     Setup,
     _alike,
+    _level,
     _setup,
     _sized,
     _write,
 )
 from blind.views import View, read_views
-from synth.diagnosis.plants.swinging_chain import command_menu
+from synth.diagnosis.plants.swinging_chain import command_menu, command_shapes
 
-LOGS = 3  # of slow sines, the last of which only scores
+LOGS = 3  # of small slow sines about a pose, the last of which only scores
 KNOWN = 0.8  # s of a known log: with 4 s every cause was named at once (next_6000_000 and _001)
 SLOW = (0.3, 0.8)  # Hz
-SWING = (0.3, 0.6)  # rad
+SWING = (0.05, 0.15)  # rad, about a pose
+LENGTH = 3.0  # s of the next command
+ANGLE = 0.4  # rad to either side that it may take
+SPEED = 6.0  # rad/s, the free speed of the slowest motors drawn
+TORQUE = 6.0  # times what holds the leg level: the stall torque of the strongest motors drawn
+KEPT = 1.1  # times a limit that the true rig's motion may reach: the limits are kept by the designed one
 SMALL_ONES = 3  # beside the main cause, as in ``blind.servos``
 AWAY = "log_next.csv"
 WAYS = ("chirp", "suggested")
@@ -68,14 +77,29 @@ class Few(Setup):
 
 @dataclass(frozen=True)
 class Case:
-    """A rig: its name, the known logs, the truth, the encoder's floor (rad RMS) and the causes to name."""
+    """A rig: its name, the known logs, the truth, the encoder's floor (rad RMS), and the main cause.
+
+    ``alone`` : with the main cause only; ``rich`` : varied logs, by which other causes are told from it.
+    """
 
     name: str
     setup: Few
     rig: Rig
     floor: float
     whole: Array
-    right: list[list[str]]
+    main: tuple[str, int]
+    alone: Rig
+    rich: Setup
+
+    def is_right(self, key: Sequence[str]) -> bool:
+        """Whether a cause is the main one, or acts alike in varied logs."""
+        effect, joint = key[0], self.labels.index(key[1]) if key[1] in self.labels else -1
+        if (effect, joint) == self.main:
+            return True
+        varied = Setup(self.rich.design, self.rich.supply, self.rich.commands[:VARIED])
+        at_rest = varied.moved(varied.design)
+        target, absorbed = varied.moved(self.alone), Absorbed.of(varied, at_rest)
+        return (effect, joint) in _alike(varied, at_rest, target, [self.main], absorbed, [(effect, joint)])
 
     @property
     def labels(self) -> list[str]:
@@ -95,22 +119,19 @@ def made(seed: int, number: int, effect: str) -> Case:
 
 
 def _attempt(rng: np.random.Generator, name: str, effect: str) -> Case:
-    """A main cause that the known logs show, and three small ones, sized on varied logs as in ``blind.servos``.
+    """A main cause that the chirp shows, and three small ones, sized on varied logs as in ``blind.servos``.
 
-    What only commands beyond the known ones' limits show, as a torque limit that none of them reaches, nobody can ask
-    for.
+    The main cause takes at least half of the known logs' gap: what they do not show, nobody can ask for.
     """
     rich = _setup(rng)
     n, floor = len(rich.design.joints), math.exp(rng.uniform(*np.log(FLOOR)))
     level, still = floor * math.exp(rng.uniform(*np.log(MAIN))), rich.moved(rich.design)
     setup = Few(rich.design, rich.supply, tuple(_slow(rng, n) for _ in range(LOGS)))
-    known = setup.moved(setup.design)
+    shown = Few(rich.design, rich.supply, (_fine(*chirp_of(setup)),))
+    at_rest = shown.moved(shown.design)
     j, change = int(rng.integers(0, n)), LIBRARY[effect]
-    rig = change(rich.design, j, _sized(setup, known, change, j, level, Absorbed.of(setup, known)))
-    main = [(effect, j)]
-    varied = Setup(rich.design, rich.supply, rich.commands[:VARIED])
-    at_rest = varied.moved(rich.design)
-    alike = _alike(varied, at_rest, varied.moved(rig), main, Absorbed.of(varied, at_rest))
+    rig = change(rich.design, j, _sized(shown, at_rest, change, j, level, Absorbed.of(shown, at_rest)))
+    alone = rig
     for small in rng.permutation(sorted(set(LIBRARY) - {effect})).tolist()[:SMALL_ONES]:
         k, part = int(rng.integers(0, n)), level * math.exp(rng.uniform(*np.log(SMALL)))
         try:
@@ -120,27 +141,67 @@ def _attempt(rng: np.random.Generator, name: str, effect: str) -> Case:
     k = int(rng.integers(0, n))
     off = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.0, 2.0))
     rig = rig.changed(k, mass=float(rig.joints[k, 1]) * (1.0 + off * MASS_TOLERANCE))
-    right = [[word, f"joint{k + 1}"] for word, k in [*main, *alike]]
-    return Case(name, setup, rig, floor, setup.moved(rig), right)
+    known, whole, part = setup.moved(setup.design), setup.moved(rig), setup.moved(alone)
+    absorbed = Absorbed.of(setup, known)
+    if absorbed.rest(whole - part) > DOMINATES * absorbed.rest(whole - known):
+        raise NotApplicable("no main cause in the known logs")
+    return Case(name, setup, rig, floor, whole, (effect, j), alone, rich)
 
 
 def _slow(rng: np.random.Generator, n: int) -> Array:
     t = np.arange(0.0, KNOWN, 1.0 / RATE)
-    return np.stack([rng.uniform(*SWING) * np.sin(2.0 * np.pi * rng.uniform(*SLOW) * t) for _ in range(n)], axis=1)
+    made = [
+        rng.uniform(-0.5, 0.5) * ANGLE + rng.uniform(*SWING) * np.sin(2.0 * np.pi * rng.uniform(*SLOW) * t)
+        for _ in range(n)
+    ]
+    return np.stack(made, axis=1)
+
+
+def _fine(time: Array, command: Array) -> Array:
+    """(m, n) rad: a command held from sample to sample, at the rate of the known logs."""
+    return np.repeat(command, round(RATE * (time[1] - time[0])), axis=0)
+
+
+def limits_of(setup: Setup) -> dict[str, dict[str, str]]:
+    """``limits:`` of the next command, joint by joint."""
+    return {
+        f"joint{j + 1}": {
+            "lowest": f"{-ANGLE} rad",
+            "highest": f"{ANGLE} rad",
+            "speed": f"{SPEED} rad/s",
+            "torque": f"{TORQUE * _level(setup.design, j):.6g} N*m",
+        }
+        for j in range(len(setup.design.joints))
+    }
+
+
+def chirp_of(setup: Setup) -> tuple[Array, Array]:
+    """Times (m,) s and the chirp (m, n) rad of the menu: as large and as fast as the design keeps the limits."""
+    n, time = len(setup.design.joints), np.arange(0.0, LENGTH, 1.0 / command_shapes.RATE)
+    wave = np.asarray(command_shapes.chirp(time, 2.0 * ANGLE / SPEED))
+    command = ANGLE * np.stack([wave] * n, axis=1)
+    for _ in range(command_menu.MOST_SHRINKS):
+        over = max(reached(setup, setup.design, time, command))
+        if over <= 1.0:
+            break
+        command = command * max(command_menu.MARGIN / over, 0.5)
+    return time, command
+
+
+def reached(setup: Setup, rig: Rig, time: Array, command: Array) -> tuple[float, float]:
+    """Largest speed and torque of a rig that follows a command, over their limits."""
+    moved = follow(rig, time, command, setup.supply)
+    speed = np.gradient(moved, time, axis=0)
+    p = rig.joints
+    duty = np.clip(p[:, 4] * (command - moved) - p[:, 5] * speed, -p[:, 6], p[:, 6])
+    current = np.clip((duty * setup.supply - p[:, 7] * speed) / p[:, 8], -p[:, 9], p[:, 9])
+    most = [TORQUE * _level(setup.design, j) for j in range(len(p))]
+    return float(np.abs(speed).max()) / SPEED, float((np.abs(p[:, 7] * current).max(axis=0) / most).max())
 
 
 def chirp(case: Case) -> tuple[Array, Array]:
-    """Times (m,) s and the chirp (m, n) rad of the menu within the limits of the known commands."""
-    known = case.setup.commands
-    speed = [np.percentile(np.abs(np.diff(each, axis=0)) * RATE, 98, axis=0) for each in known]
-    limits = command_menu.CommandLimits(
-        np.min([each.min(axis=0) for each in known], axis=0),
-        np.max([each.max(axis=0) for each in known], axis=0),
-        np.max(speed, axis=0),
-    )
-    time = np.arange(0.0, command_menu.LENGTH, 1.0 / command_menu.RATE)
-    columns = [command_menu._within(command_menu._chirp, time, limits, j) for j in range(len(case.rig.joints))]
-    return time, np.stack(columns, axis=1)
+    """The chirp of a case."""
+    return chirp_of(case.setup)
 
 
 def suggested(folder: Path) -> tuple[Array, Array] | None:
@@ -165,7 +226,10 @@ def played(case: Case, told: tuple[Array, Array], of: Path, to: Path) -> None:
     np.savetxt(to / AWAY, np.column_stack([time, np.degrees(read), np.degrees(command)]), "%.7g", ",",
                header=header, comments="")  # fmt: skip
     project = to / "gap.yaml"
-    project.write_text(project.read_text().replace("trials:\n", f"trials:\n  - {AWAY}\n", 1))
+    lines = [line for line in project.read_text().splitlines() if not line.startswith('"next_command"')]
+    lines.insert(lines.index("trials:") + 1, f"  - {AWAY}")
+    short = '"next_command": {"length": "0.5 s"}'  # what comes after is not asked, and costs little
+    project.write_text("\n".join([*lines, short]) + "\n")
 
 
 def causes(seed: int, count: int) -> list[str]:
@@ -176,30 +240,25 @@ def causes(seed: int, count: int) -> list[str]:
     return found[:count]
 
 
-def named(view: View, right: Sequence[Sequence[str]]) -> bool:
-    """Whether the verdict names a cause, and the right one first."""
-    return view.verdict in ("effect", "tie") and list(view.first[0]) in [list(key) for key in right]
+def named(view: View, is_right: Callable[[Sequence[str]], bool]) -> bool:
+    """Whether the verdict names one cause first, without a tie, and the right one."""
+    return view.verdict == "effect" and is_right(view.first[0])
 
 
-def table(answers: Mapping[str, Mapping[str, Any]], views: Mapping[str, Mapping[str, View]]) -> dict[str, Any]:
+def table(said: Mapping[str, Mapping[str, bool]]) -> dict[str, Any]:
     """Share of rightly named causes of each way, with its 90 % interval, and the points gained over the chirp.
 
-    Of the rigs that a further log was recorded of.
+    ``said`` : case -> way -> whether the right cause is named; of the cases that a further log was recorded of.
     """
-    shares: dict[str, Any] = {}
-    counted = {name: answer for name, answer in answers.items() if name in views["chirp"]}
+    counted = [each for each in said.values() if set(WAYS) <= set(each)]
     if not counted:
         return {"of": 0}
-    for way, seen in views.items():
-        hits = [named(seen[name], answer["right"]) for name, answer in counted.items()]
+    shares: dict[str, Any] = {}
+    for way in ("before", *WAYS):
+        hits = [each[way] for each in counted]
         low, high = wilson(sum(hits), len(hits))
         shares[way] = {"right": sum(hits), "of": len(hits), "share": sum(hits) / len(hits), "interval90": [low, high]}
     return shares | {"points_over_chirp": 100.0 * (shares["suggested"]["share"] - shares["chirp"]["share"])}
-
-
-def open_still(view: View, right: Sequence[Sequence[str]]) -> bool:
-    """Whether a further log has something to tell: the right cause is not named alone."""
-    return not (view.verdict == "effect" and named(view, right))
 
 
 def followed_up(case: Case, asked: Asked, program: run.Program) -> dict[str, View]:
@@ -211,12 +270,12 @@ def followed_up(case: Case, asked: Asked, program: run.Program) -> dict[str, Vie
     if not folder.exists():
         rng = np.random.default_rng([*case.name.encode(), 0x50])
         _write(rng, case.setup, case.whole, case.floor, case.labels, folder)
+        wanted = {"next_command": {"length": f"{LENGTH} s", "limits": limits_of(case.setup)}}
+        project = folder / "gap.yaml"
+        project.write_text(project.read_text() + json.dumps(wanted)[1:-1] + "\n")
     views: dict[str, View] = {}
     for way in ("before", *WAYS):
-        place, out = asked.folder / way / case.name, asked.folder / f"diagnosed-{program.digest[:12]}" / way
-        told = (
-            None if way == "before" else chirp(case) if way == "chirp" else suggested(out.parent / "before" / case.name)
-        )
+        place, out, told = asked.folder / way / case.name, _out(asked, program, way), told_by(case, way, asked, program)
         if way != "before" and told is None:
             views[way] = views["before"]  # no command is suggested, so nothing is gained
             continue
@@ -227,9 +286,26 @@ def followed_up(case: Case, asked: Asked, program: run.Program) -> dict[str, Vie
         if not (out / case.name / "gap.json").is_file():
             run.diagnose(folder if told is None else place, out / case.name, [asked.answers.parent], program)
         views[way] = read_views(out, [case.name])[case.name]
-        if way == "before" and not open_still(views[way], case.right):
+        if way == "before" and named(views[way], case.is_right):
             break
     return views
+
+
+def told_by(case: Case, way: str, asked: Asked, program: run.Program) -> tuple[Array, Array] | None:
+    """The command of a way; None if there is none."""
+    if way == "before":
+        return None
+    return chirp(case) if way == "chirp" else suggested(_out(asked, program, "before") / case.name)
+
+
+def limits_reached(case: Case, way: str, asked: Asked, program: run.Program) -> dict[str, list[float]]:
+    """Largest speed and torque of the true rig over their limits."""
+    told = told_by(case, way, asked, program)
+    return {} if told is None else {"reached": [round(x, 2) for x in reached(case.setup, case.rig, *told)]}
+
+
+def _out(asked: Asked, program: run.Program, way: str) -> Path:
+    return asked.folder / f"diagnosed-{program.digest[:12]}" / way
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -238,22 +314,20 @@ def main(words: Sequence[str] | None = None) -> int:
     asked.folder.mkdir(parents=True, exist_ok=True)
     asked.answers.parent.mkdir(exist_ok=True)
     program = run.snapshot(asked.folder)
-    answers: dict[str, dict[str, Any]] = {}
-    views: dict[str, dict[str, View]] = {way: {} for way in ("before", *WAYS)}
+    said: dict[str, dict[str, bool]] = {}
     cases: dict[str, Any] = {}
     text = ""
     for number, effect in enumerate(causes(asked.seed, asked.count)):
         case = made(asked.seed, number, effect)
-        answers[case.name] = {"right": case.right}
-        asked.answers.write_text(json.dumps(answers))
-        for way, view in followed_up(case, asked, program).items():
-            views[way][case.name] = view
-        said = {way: {"first": list(seen[case.name].first[0]), "verdict": seen[case.name].verdict,
-                      "named": named(seen[case.name], case.right)}
-                for way, seen in views.items() if case.name in seen}  # fmt: skip
-        cases[case.name] = {**answers[case.name], **said}
+        views = followed_up(case, asked, program)
+        said[case.name] = {way: named(view, case.is_right) for way, view in views.items()}
+        cases[case.name] = {"main": case.main} | {
+            way: {"first": list(view.first[0]), "verdict": view.verdict, "named": said[case.name][way]}
+            | limits_reached(case, way, asked, program)
+            for way, view in views.items()
+        }
         document = {"format": "synth/blind-next/1", "seed": asked.seed, "program": program.digest}
-        text = json.dumps({**document, **table(answers, views), "cases": cases}, indent=1)
+        text = json.dumps({**document, **table(said), "cases": cases}, indent=1)
         (asked.to / "blind-next.json").write_text(text + "\n")
         print(case.name, json.dumps(cases[case.name]), file=sys.stderr, flush=True)  # noqa: T201
     print(text)  # noqa: T201

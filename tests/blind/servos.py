@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -303,9 +303,14 @@ def _attempt(
 
 
 def _alike(
-    setup: Setup, still: Array, target: Array, main: list[tuple[str, int]], absorbed: Absorbed
+    setup: Setup,
+    still: Array,
+    target: Array,
+    main: list[tuple[str, int]],
+    absorbed: Absorbed,
+    among: Collection[tuple[str, int]] | None = None,
 ) -> list[tuple[str, int]]:
-    """Other single causes that, at their best size, leave less than ``ALIKE`` of the main cause's gap.
+    """Other single causes, all or ``among`` these, that at their best size leave less than ``ALIKE`` of the main gap.
 
     The best size is found on one log of each kind, which takes most of a case's time; all logs then count. One
     joint alone read late is as its command late: from rest the whole motion is later.
@@ -316,7 +321,7 @@ def _alike(
     found = [("latency", 0)] if main == [("command_delay", 0)] and len(setup.design.joints) == 1 else []
     for name, change in LIBRARY.items():
         for j in range(len(setup.design.joints)):
-            if (name, j) == main[0]:
+            if (name, j) == main[0] or (among is not None and (name, j) not in among):
                 continue
 
             def left(size: float, change: Change = change, j: int = j) -> float:

@@ -15,8 +15,16 @@ from synth.estimation.information import TrialForecast
 class Menu:
     """A plant whose explanations differ by a shift, of another size in each trial."""
 
-    def __init__(self, sizes: dict[str, float]) -> None:
-        self.sizes = sizes
+    independent, most_rivals = np.inf, 4
+
+    def __init__(self, sizes: dict[str, float], remainder: float = 1.0) -> None:
+        self.sizes, self.left = sizes, remainder
+
+    def remainder(self, fit: float) -> float:
+        return self.left
+
+    def variations(self, best: list[Any], number: int) -> list[Any]:
+        return []
 
     def menu(self) -> list[Any]:
         rest: dict[str, Any] = {"keys": {}, "release": {}, "ramp": None, "command": None}
@@ -40,3 +48,31 @@ def test_a_trial_whose_numbers_overflow_gives_no_information() -> None:
     assert bits["runs away"] == 0.0
     assert 0.1 < bits["held"] <= 1.0
     assert "Held would give most information" in found.why
+
+
+def test_far_above_the_noise_a_trial_is_as_good_as_it_leads_over_the_remainder() -> None:
+    """Both trials separate the rivals by many noise floors, but only one by more than what no model explains."""
+    apart = 40.0 / 30.0  # remainders; two equally probable rivals so far apart give -log2((1 + exp(-apart^2/8)) / 2)
+    for remainder, small in ((1.0, 1.0), (30.0, -np.log2(0.5 + 0.5 * np.exp(-(apart**2) / 8.0)))):
+        plant: Any = Menu({"small": 10.0, "large": 100.0}, remainder)
+        found = next_experiment(plant, [(4.0, 0.5), (0.0, 0.5)], "Why.")
+        assert found is not None
+        bits = dict(found.menu)
+        assert bits["large"] > 0.1
+        assert bits["small"] == pytest.approx(small, abs=0.01)
+        assert "Large would give" in found.why  # of two that separate all rivals the more distinct one
+
+
+def test_the_best_variation_is_the_trial() -> None:
+    class Varied(Menu):
+        def variations(self, best: list[Any], number: int) -> list[Any]:
+            if number > 9:
+                return []
+            self.sizes[f"round {number}"] = 1.0 + number
+            rest: dict[str, Any] = {"keys": {}, "release": {}, "ramp": None, "command": None}
+            return [SimpleNamespace(what=f"round {number}", trial=f"round {number}", **rest)]
+
+    plant: Any = Varied({"held": 0.5})
+    found = next_experiment(plant, [(4.0, 0.5), (0.0, 0.5)], "Why.")
+    assert found is not None
+    assert [what for what, _ in found.menu] == ["round 9", "held"]

@@ -17,6 +17,7 @@ from synth.files import (
     leg_file,
     leg_project,
     measured_parts,
+    next_command,
     part_request,
     project_options,
     projects,
@@ -72,6 +73,11 @@ _SELECT = KeySection(
     leg_choices.SelectSection,
     {"joints": _CHOICE, "tolerance": KeySection("part_tolerance", project_options.ToleranceOptions)},
 )
+_NEXT_COMMAND = KeySection(
+    "next_command",
+    next_command.NextCommandKeys,
+    {"limits": _many("command_limits", next_command.JointLimits, "by name")},
+)
 _JUMP_TRIALS = _many("jump_trial", hopper_gap_project._JumpEntry, "list")
 
 # kind -> its file; `gap` of a jumping leg has a page of its own.
@@ -88,7 +94,11 @@ KINDS: dict[str, KeySection] = {
             "static": _many("static", static_points_file._PointEntry, "list"),
         },
     ),
-    "gap": KeySection("gap", gap_project._GapFile, {"trials": _TRIALS, "tolerance": _TOLERANCE}),
+    "gap": KeySection(
+        "gap",
+        gap_project._GapFile,
+        {"trials": _TRIALS, "tolerance": _TOLERANCE, "next_command": _NEXT_COMMAND},
+    ),
     "leg-design": KeySection(
         "leg_design",
         leg_project._LegDesignFile,

@@ -13,6 +13,8 @@ from synth.swing.leg_model import Leg
 
 TURN = 2.0 * np.pi  # rad
 OUTSIDE = np.radians(5.0)  # beyond a joint's range, smallest reported value
+# A lost frame makes a step of a whole number of usual ones to this share of one; by chance a share 2 WHOLE does.
+WHOLE, MOSTLY_WHOLE = 0.15, 0.65
 UNEVEN = 1.5  # median steps: a longer one is a gap in the recording
 SHORTEST = 12  # samples needed by a fit
 
@@ -79,8 +81,13 @@ def _check_clock(time: Array, name: str) -> list[str]:
     middle = float(np.median(step))
     holes = step > UNEVEN * middle
     if holes.any():
-        lost = int(np.round(step[holes] / middle - 1).sum())
         where = time[int(np.argmax(holes))]
+        frames = step[holes] / middle
+        whole = np.abs(frames - np.round(frames)) < WHOLE
+        if np.mean(whole) < MOSTLY_WHOLE:
+            text = f"its clock is uneven: steps of {1e3 * step.min():.3g} to {1e3 * step.max():.3g} ms, usually "
+            return [f"{text}{1e3 * middle:.3g} ms; {int(holes.sum())} are long, the first after {where:.3f} s"]
+        lost = int(np.round(frames - 1).sum())
         return [f"{lost} frames are lost in {int(holes.sum())} gaps of the clock, the first after {where:.3f} s"]
     return []
 

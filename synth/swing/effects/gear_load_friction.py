@@ -73,7 +73,7 @@ EFFECT = Effect(
         Parameter(
             "fall", "1", 0.0, Prior(0.6, 0.25, lower=0.0, upper=1.0), natural=False, meaning="share lost at speed"
         ),
-        Parameter("speed", "rad/s", 1.0, positive(0.3, 1.0), off=1.0, meaning="speed over which it falls"),
+        Parameter("speed", "rad/s", 1.0, positive(0.3, 1.0, upper=1.0), off=1.0, meaning="speed over which it falls"),
         PRESLIDING_PARAMETER,
     ),
     strengths=("torque", "share", "backdriven"),

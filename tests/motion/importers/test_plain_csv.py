@@ -93,6 +93,18 @@ def test_exchanged_columns_are_restored(tmp_path: Path) -> None:
     assert text in found.notes
 
 
+def test_an_uneven_clock_loses_no_frames(tmp_path: Path) -> None:
+    """A servo bus: each reading is late by up to two steps, none is lost."""
+    data = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]")
+    steps = np.diff(data["time [s]"], prepend=0.0)
+    steps[1:] = steps[1:] * np.random.default_rng(3).uniform(0.2, 2.4, len(steps) - 1)
+    data["time [s]"] = np.cumsum(steps)
+    data.to_csv(tmp_path / "a.csv", index=False)
+    notes = imported(tmp_path / "a.csv").notes
+    assert any(note.startswith("its clock is uneven: steps of 1") for note in notes)
+    assert not any("lost" in note for note in notes)
+
+
 def test_lost_frames_spikes_and_a_bad_clock(tmp_path: Path) -> None:
     data = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]")
     data.loc[30, "hip [deg]"] += 30.0

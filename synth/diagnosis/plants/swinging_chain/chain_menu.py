@@ -9,9 +9,11 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.plant import MenuItem
-from synth.diagnosis.plants.swinging_chain.command_menu import command_menu, has_servo
+from synth.diagnosis.plants.swinging_chain.command_menu import CommandLimits, CommandMenu, has_servo
+from synth.diagnosis.plants.swinging_chain.command_programme import Programme
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.estimation.information import TrialForecast
+from synth.files.next_command import NextCommand
 from synth.fit.recordings import Recording
 from synth.motion.smoothing import Smoothed
 from synth.swing.chain import Conditions
@@ -20,16 +22,19 @@ from synth.units import write
 
 LENGTH, RATE = 3.0, 100.0  # s and samples per second of an imagined trial
 RAMP = 0.7  # of the torque that holds the widest release so far: the ramp stays within the observed range
+DRAWN, VARIED = 24, 12  # commands of the first round of a search, and of each later one
 TILT = np.radians(30.0)  # rad, of the base in a suggested trial
 
 
-def menu(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> list[MenuItem[AngleTrial]]:
+def menu(
+    leg: Leg, bench: Workbench, trials: Sequence[AngleTrial], wanted: NextCommand | None = None
+) -> list[MenuItem[AngleTrial]]:
     """Releases of other sizes and sides, locked joints, a tip mass, a tilted base, a slow torque ramp.
 
-    For a servo-driven leg: commands to follow.
+    For a servo-driven leg: commands to follow, within the limits ``wanted``.
     """
     if has_servo(leg, trials):
-        return command_menu(leg, bench, trials)
+        return _commands(leg, bench, trials, wanted or NextCommand()).usual()
     usual = [trial for trial in trials if not trial.recording.conditions.locked] or list(trials)
     starts = np.array([trial.recording.smoothed.angle[0] for trial in usual])
     ends = np.array([trial.recording.smoothed.angle[-1] for trial in usual])
@@ -76,6 +81,29 @@ def menu(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> list[MenuI
             what = f"a torque on {names[j]} that rises slowly to {torque:.3g} N m in {LENGTH:g} s, recorded with it"
             made.append(item(what, 0.0, {}, plain, (j, torque)))
     return made
+
+
+def _commands(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial], wanted: NextCommand) -> CommandMenu:
+    return CommandMenu(leg, bench, CommandLimits.of(leg, trials, wanted), wanted.length)
+
+
+def variations(
+    leg: Leg,
+    bench: Workbench,
+    trials: Sequence[AngleTrial],
+    wanted: NextCommand,
+    best: Sequence[MenuItem[AngleTrial]],
+    number: int,
+) -> list[MenuItem[AngleTrial]]:
+    """Commands in round ``number`` of a search: drawn at random in the first, later varied from the ``best``."""
+    if not has_servo(leg, trials):
+        return []
+    commands, rng = _commands(leg, bench, trials, wanted), np.random.default_rng(number)
+    if number == 0:
+        return [commands.of_programme(Programme.drawn(rng, len(leg.joints), wanted.length)) for _ in range(DRAWN)]
+    programmes = [item.source for item in best if isinstance(item.source, Programme)]
+    each = -(-VARIED // max(len(programmes), 1))
+    return [commands.of_programme(programme.varied(rng)) for programme in programmes for _ in range(each)]
 
 
 def _within(leg: Leg, rotation: Array) -> Array:
