@@ -136,36 +136,42 @@ def check_interference(joint: BuiltJoint, link: BuiltPart | None = None) -> list
     ]
 
 
+def check_parts(joint: BuiltJoint, link: BuiltPart | None = None) -> list[CheckResult]:
+    """Each part alone, the spring's sizes, and what is keyed and screwed on."""
+    results: list[CheckResult] = []
+    for part in (*joint.parts, *([link] if link else [])):
+        results += check_part(part)
+    return [*results, check_pitch(joint), *check_arms(joint), *check_keyed(joint), *check_screws(joint)]
+
+
 def check_joint(
     joint: BuiltJoint, link: BuiltPart | None = None, printing: PrintDimensions | None = None
 ) -> tuple[CheckResult, ...]:
     """Every gate of one joint; ``link`` is the tube in its lower socket, if any."""
-    results: list[CheckResult] = []
-    for part in (*joint.parts, *([link] if link else [])):
-        results += check_part(part)
-    results.append(check_pitch(joint))
-    results += check_arms(joint)
-    results += check_keyed(joint)
-    results += check_screws(joint)
-    results += check_interference(joint, link)
-    results += check_printing(joint, printing or PrintDimensions())
-    return tuple(results)
+    return (
+        *check_parts(joint, link),
+        *check_interference(joint, link),
+        *check_printing(joint, printing or PrintDimensions()),
+    )
+
+
+def check_link(leg: BuiltLeg, index: int) -> list[CheckResult]:
+    """A link's tube ends in the next joint's upper socket and reaches its bottom."""
+    # Tube and next upper half share the link's line: the next frame lies one link length further down.
+    link, following = leg.links[index], leg.joints[index + 1]
+    tube = link.mesh.turned(0.0, (0.0, leg.dimensions.joints[index].link_length, 0.0))
+    upper = following.part("upper")
+    volume = float((manifold(tube) ^ manifold(upper.mesh)).volume())
+    gap = abs(float(tube.vertices[:, 1].min()) - following.layout.upper_bottom)
+    return [
+        at_most("overlap", link.name, volume, OVERLAP_LIMIT, "mm^3", f"with {upper.name}"),
+        at_most("seat", link.name, gap, 1e-6, "mm", f"tube's end to the bottom of {upper.name}'s socket"),
+    ]
 
 
 def check_links(leg: BuiltLeg) -> list[CheckResult]:
-    """Each link's tube ends in the next joint's upper socket and reaches its bottom."""
-    results = []
-    for joint, link, following in zip(leg.joints, leg.links, leg.joints[1:], strict=False):
-        # Tube and next upper half share the link's line: the next frame lies one link length further down.
-        tube = link.mesh.turned(0.0, (0.0, joint.dimensions.link_length, 0.0))
-        upper = following.part("upper")
-        volume = float((manifold(tube) ^ manifold(upper.mesh)).volume())
-        results.append(at_most("overlap", link.name, volume, OVERLAP_LIMIT, "mm^3", f"with {upper.name}"))
-        gap = abs(float(tube.vertices[:, 1].min()) - following.layout.upper_bottom)
-        results.append(
-            at_most("seat", link.name, gap, 1e-6, "mm", f"tube's end to the bottom of {upper.name}'s socket")
-        )
-    return results
+    """Every link that another joint follows."""
+    return [result for index in range(len(leg.joints) - 1) for result in check_link(leg, index)]
 
 
 def check_leg(leg: BuiltLeg) -> tuple[CheckResult, ...]:
@@ -185,8 +191,10 @@ __all__ = [
     "check_joint",
     "check_keyed",
     "check_leg",
+    "check_link",
     "check_links",
     "check_part",
+    "check_parts",
     "check_pitch",
     "check_screws",
     "measured_arms",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -22,6 +24,7 @@ from synth.cad.scene_file import write_glb
 from synth.cad.step_text import normalised_step
 
 Kind = Literal["step", "stl", "3mf", "glb", "dxf", "png"]
+PART_FILES: tuple[Kind, ...] = ("step", "stl")
 PICTURED = ("upper", "lower", "damper_bracket", "damper_adapter", "encoder_seat", "seat", "cap", "spring")
 # Beginnings of the names of parts that cover the spring; the picture of the open joint leaves them out.
 BEFORE_SPRING = ("upper", "seat", "encoder", "bearing_b", "collar_b", "thrust_washer_b")
@@ -60,20 +63,28 @@ def export_leg(
     """
     require(check_leg(leg) if checks is None else checks)
     folder.mkdir(parents=True, exist_ok=True)
-    written: list[ExportedFile] = []
-    for joint, link in zip(leg.joints, leg.links, strict=True):
-        angle = joint.dimensions.free_angle
-        for part in (*joint.parts, link):
-            write_step(_assembly_of_part(part, joint.solid_at(part, angle)), folder / f"{part.name}.step")
-            write_stl([joint.mesh_at(part, angle)], folder / f"{part.name}.stl")
-            written += [ExportedFile(f"{part.name}.{kind}", kind, part.name) for kind in ("step", "stl")]
-    for index in range(len(leg.joints)):
-        written += _write_assembly(leg, index, folder)
-    written += _write_assembly(leg, None, folder)
-    written += _write_for_others(leg, folder)
+    written = [file for index in range(len(leg.joints)) for file in write_parts(leg, index, folder)]
+    written += [file for index in range(len(leg.joints)) for file in write_assembly(leg, index, folder)]
+    written += write_whole(leg, folder)
     if pictures:
         written += draw_leg(leg, folder)
     return written
+
+
+def write_parts(leg: BuiltLeg, index: int, folder: Path) -> list[ExportedFile]:
+    """STEP and STL of each part of one joint and of its link."""
+    joint, link, written = leg.joints[index], leg.links[index], []
+    angle = joint.dimensions.free_angle
+    for part in (*joint.parts, link):
+        write_step(_assembly_of_part(part, joint.solid_at(part, angle)), folder / f"{part.name}.step")
+        write_stl([joint.mesh_at(part, angle)], folder / f"{part.name}.stl")
+        written += [ExportedFile(f"{part.name}.{kind}", kind, part.name) for kind in PART_FILES]
+    return written
+
+
+def write_whole(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
+    """The leg's assembly, and the files for printing, viewing and cutting."""
+    return [*write_assembly(leg, None, folder), *_write_for_others(leg, folder)]
 
 
 def _write_for_others(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
@@ -101,29 +112,51 @@ def draw_leg(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
     PreviewError
         when this machine cannot draw.
     """
-    camera = Camera()
-    written: list[ExportedFile] = []
+    with _camera() as camera:
+        written = [file for index in range(len(leg.joints)) for file in draw_joint(leg, index, folder, camera)]
+        return [*written, *draw_whole(leg, folder, camera)]
 
-    def draw(name: str, part: str, items: list[tuple[Mesh, Colour]], flip: int) -> None:
-        camera.draw(items, folder / f"{name}.png", view=(0.55, 0.35, 0.76 * flip))
-        written.append(ExportedFile(f"{name}.png", "png", part))
 
+@contextmanager
+def _camera(given: Camera | None = None) -> Iterator[Camera]:
+    """The given camera, or one that is closed at the end."""
+    camera = given or Camera()
     try:
-        for joint in leg.joints:
-            name, flip = file_name(joint.dimensions.name), joint.layout.flips[1]
-            for part in joint.parts:
-                if part.family in PICTURED:
-                    draw(part.name, part.name, [(part.mesh, part.colour)], flip)
-            draw(name, name, _joint_items(joint), flip)
-            draw(f"{name}_inside", name, _joint_items(joint, hidden=BEFORE_SPRING), flip)
-            apart = exploded(joint)
-            camera.draw([(mesh, part.colour) for part, mesh, _ in apart], folder / f"{name}_exploded.png",
-                        view=(0.85, 0.25, 0.45 * flip), labels=numbers_at(apart))  # fmt: skip
-            written.append(ExportedFile(f"{name}_exploded.png", "png", name))
-        draw("leg", "leg", [(mesh, part.colour) for part, mesh in leg.rest_meshes()], 1)
+        yield camera
     finally:
-        camera.close()
+        if given is None:
+            camera.close()
+
+
+def draw_joint(leg: BuiltLeg, index: int, folder: Path, given: Camera | None = None) -> list[ExportedFile]:
+    """Pictures of one joint and of its parts, as ``draw_leg``."""
+    joint, written = leg.joints[index], []
+    name, flip = file_name(joint.dimensions.name), joint.layout.flips[1]
+
+    with _camera(given) as camera:
+
+        def draw(title: str, part: str, items: list[tuple[Mesh, Colour]]) -> None:
+            camera.draw(items, folder / f"{title}.png", view=(0.55, 0.35, 0.76 * flip))
+            written.append(ExportedFile(f"{title}.png", "png", part))
+
+        for part in joint.parts:
+            if part.family in PICTURED:
+                draw(part.name, part.name, [(part.mesh, part.colour)])
+        draw(name, name, _joint_items(joint))
+        draw(f"{name}_inside", name, _joint_items(joint, hidden=BEFORE_SPRING))
+        apart = exploded(joint)
+        camera.draw([(mesh, part.colour) for part, mesh, _ in apart], folder / f"{name}_exploded.png",
+                    view=(0.85, 0.25, 0.45 * flip), labels=numbers_at(apart))  # fmt: skip
+    written.append(ExportedFile(f"{name}_exploded.png", "png", name))
     return written
+
+
+def draw_whole(leg: BuiltLeg, folder: Path, given: Camera | None = None) -> list[ExportedFile]:
+    """The picture of the whole leg."""
+    with _camera(given) as camera:
+        items = [(mesh, part.colour) for part, mesh in leg.rest_meshes()]
+        camera.draw(items, folder / "leg.png", view=(0.55, 0.35, 0.76))
+    return [ExportedFile("leg.png", "png", "leg")]
 
 
 def _joint_items(joint: BuiltJoint, hidden: tuple[str, ...] = ()) -> list[tuple[Mesh, Colour]]:
@@ -133,7 +166,7 @@ def _joint_items(joint: BuiltJoint, hidden: tuple[str, ...] = ()) -> list[tuple[
     return [(joint.mesh_at(part, angle), part.colour) for part in shown]
 
 
-def _write_assembly(leg: BuiltLeg, only: int | None, folder: Path) -> list[ExportedFile]:
+def write_assembly(leg: BuiltLeg, only: int | None, folder: Path) -> list[ExportedFile]:
     """STEP and STL of one joint in its own frame without its link, or (None) of the whole leg in the leg's frame."""
     import cadquery as cq
 
@@ -141,9 +174,9 @@ def _write_assembly(leg: BuiltLeg, only: int | None, folder: Path) -> list[Expor
     stem = f"{name}_assembly"
     assembly = cq.Assembly(name=stem)
     meshes: list[Mesh] = []
-    for index, (joint, link, place) in enumerate(zip(leg.joints, leg.links, leg.placements(free=True), strict=True)):
-        if only is not None and index != only:
-            continue
+    places = leg.placements(free=True)
+    for index in range(len(leg.joints)) if only is None else [only]:
+        joint, link, place = leg.joints[index], leg.links[index], places[index]
         turn, shift = (place.turn, (place.x, place.y, 0.0)) if only is None else (0.0, (0.0, 0.0, 0.0))
         angle = joint.dimensions.free_angle
         for part in (*joint.parts, *([link] if only is None else [])):

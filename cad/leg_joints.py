@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TypeVar, overload
 
 from synth.cad.arm_shaft import cross_volume
 from synth.cad.checked_layout import lay_out
@@ -16,6 +17,7 @@ from synth.cad.layout import JointLayout
 from synth.cad.limits import DimensionError, DimensionProblem
 from synth.cad.parts import BuiltPart, Mesh, file_name, mesh_of
 
+T = TypeVar("T")
 KEPT = 8  # cached joints: those of the last one or two legs, whose masses are computed before they are drawn
 
 
@@ -28,13 +30,39 @@ class Placement:
     turn: float  # deg
 
 
+class BuiltWhenUsed(Sequence[T]):
+    """``count`` solids or groups of them, each built by ``build(index)`` on first access."""
+
+    def __init__(self, count: int, build: Callable[[int], T]) -> None:
+        self._built: list[T | None] = [None] * count
+        self._build = build
+
+    def __len__(self) -> int:
+        return len(self._built)
+
+    @overload
+    def __getitem__(self, index: int) -> T: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[T]: ...
+    def __getitem__(self, index: int | slice) -> T | Sequence[T]:
+        if isinstance(index, slice):
+            return [self[k] for k in range(*index.indices(len(self)))]
+        found = self._built[index]
+        if found is None:
+            found = self._built[index] = self._build(index)
+        return found
+
+
 @dataclass(frozen=True)
 class BuiltLeg:
-    """Joints proximal to distal with the link tube that each carries (drawn in the joint's frame, q = 0)."""
+    """Joints proximal to distal with the link tube that each carries (drawn in the joint's frame, q = 0).
+
+    Both are built on first access: a process that draws one joint does not build the others.
+    """
 
     dimensions: LegDimensions
-    joints: tuple[BuiltJoint, ...]
-    links: tuple[BuiltPart, ...]
+    joints: Sequence[BuiltJoint]
+    links: Sequence[BuiltPart]
 
     @property
     def parts(self) -> tuple[BuiltPart, ...]:
@@ -70,13 +98,20 @@ def build_leg(dimensions: LegDimensions) -> BuiltLeg:
     DimensionError
         with everything that does not fit, in all joints.
     """
-    layouts = lay_out_leg(dimensions)
-    joints = tuple(_joint(joint) for joint in dimensions.joints)
-    links = tuple(
-        _link(joint, layout, tube_length(dimensions, layouts, index), layouts[index + 1 : index + 2])
-        for index, (joint, layout) in enumerate(zip(dimensions.joints, layouts, strict=True))
-    )
-    return BuiltLeg(dimensions, joints, links)
+    layouts, count = lay_out_leg(dimensions), len(dimensions.joints)
+
+    def link(index: int) -> BuiltPart:
+        length, following = tube_length(dimensions, layouts, index), layouts[index + 1 : index + 2]
+        return _link(dimensions.joints[index], layouts[index], length, following)
+
+    joints = BuiltWhenUsed(count, lambda index: _joint(dimensions.joints[index]))
+    return BuiltLeg(dimensions, joints, BuiltWhenUsed(count, link))
+
+
+@lru_cache(maxsize=2)  # one leg is worked on at a time; the next one's joints may be the same
+def built_leg(dimensions: LegDimensions) -> BuiltLeg:
+    """The leg of these dimensions, from the cache if this process has begun to build it."""
+    return build_leg(dimensions)
 
 
 @lru_cache(maxsize=KEPT)

@@ -16,7 +16,18 @@ FILES: dict[str, Path] = GRAPH.modules()
 IMPORTS: dict[str, set[str]] = {name: others - {"synth"} for name, others in GRAPH.imports(FILES).items()}
 # DESIGN: each floor may import its own and those above it in this list.
 FLOORS = (
-    ("errors", "remarks", "units", "units_often", "units_spelling", "arrays", "threads", "cache", "planting"),
+    (
+        "errors",
+        "remarks",
+        "units",
+        "units_often",
+        "units_spelling",
+        "arrays",
+        "threads",
+        "side_processes",
+        "cache",
+        "planting",
+    ),
     ("estimation", "compiling"),
     ("drives",),
     ("swing", "jump"),

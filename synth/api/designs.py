@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ import numpy as np
 
 from synth.api.report import Cell, Panel, Report, Stage, silent
 from synth.design.leg_design import LegDesign, design_leg
+from synth.design.solid_work import load_kernel
 from synth.errors import UserError
 from synth.files.leg_project import LegProject, read_leg_project
 from synth.files.plain_value import Remade, digest_of
@@ -21,6 +23,7 @@ from synth.fit.wanted_motion import with_wanted_leg
 from synth.parts.catalogs import Catalogue
 from synth.parts.resolver import resolver
 from synth.remarks import remark_json
+from synth.side_processes import side_processes
 from synth.swing.chain import Chain, compiled_chain
 from synth.swing.leg_model import Leg
 
@@ -121,7 +124,7 @@ class Design(Report):
         if not self.solids:
             design = not_weighed(design)
         else:
-            with stage("drawing, checking and writing the joints"):
+            with stage("drawing, checking and writing the joints"), drawing(design.project):
                 extra, masses = draw_solids(design, folder, cache or StageCache(on=False), pictures=pictures)
                 design = weighed(design, masses)
                 friction = bearing_friction(design)
@@ -199,11 +202,17 @@ def design(
     kept = cache.value(key, LegDesign, chains)
     if kept is not None:
         return Design(on_bed(replace(kept, project=project), bed), solids)
-    if compiling is not None:
-        compiling(len(project.target.joints))
-    made = _made(project, catalogue, solids, stage)
+    with drawing(project, solids):  # their start overlaps the fits
+        if compiling is not None:
+            compiling(len(project.target.joints))
+        made = _made(project, catalogue, solids, stage)
     cache.keep_value(key, made, chains)
     return Design(made, solids)
+
+
+def drawing(project: LegProject, solids: bool = True) -> AbstractContextManager[None]:
+    """The processes that draw the project's joints, open within the block; with one thread, or no solids, none."""
+    return side_processes(len(project.target.joints), load_kernel) if solids else nullcontext()
 
 
 def _made(project: LegProject, catalogue: Catalogue, solids: bool, stage: Stage) -> LegDesign:

@@ -108,20 +108,21 @@ def _made(
     progress: Progress,
 ) -> UserError | None:
     """Do all the work into ``folder``. If a check fails, return the error to raise once the folder is complete."""
-    from synth.api.designs import design
+    from synth.api.designs import design, drawing
 
-    found = design(
-        project,
-        catalogue,
-        solids=not arguments.no_cad,
-        cache=cache,
-        stage=progress.stage,
-        compiling=progress.compiling,
-    )
-    return found.write_with(
-        folder,
-        pictures=not arguments.no_pictures,
-        cache=cache,
-        report=Path(arguments.out) / "report.html",
-        stage=progress.stage,
-    )
+    with drawing(project, not arguments.no_cad):
+        found = design(
+            project,
+            catalogue,
+            solids=not arguments.no_cad,
+            cache=cache,
+            stage=progress.stage,
+            compiling=progress.compiling,
+        )
+        return found.write_with(
+            folder,
+            pictures=not arguments.no_pictures,
+            cache=cache,
+            report=Path(arguments.out) / "report.html",
+            stage=progress.stage,
+        )

@@ -20,7 +20,8 @@ from synth.design.choice_rounds import Stage
 from synth.design.drawn_springs import draw_up, simulated_again
 from synth.design.leg_design import Known, LegDesign, MassRounds, design_for, known_beforehand
 from synth.design.link_masses import BuiltLink, built_links, link_warnings, same_links, with_links
-from synth.design.part_masses import PartMass, masses_of, unknown_parts
+from synth.design.part_masses import PartMass, unknown_parts
+from synth.design.solid_work import joint_masses
 from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
 from synth.files.validate import near
@@ -131,11 +132,9 @@ class JointWeights:
         return links_of(design, self._masses(dimensions, pieces))
 
     def _masses(self, dimensions: LegDimensions, pieces: Mapping[str, int]) -> tuple[PartMass, ...]:
-        from synth import cad
-
         key = repr((dimensions, sorted(pieces.items())))
         if key not in self._known:
-            self._known[key] = masses_of(cad.build_leg(dimensions), self.project.cad.masses, pieces)
+            self._known[key] = joint_masses(dimensions, self.project.cad.masses, pieces)
         self._last = dimensions, pieces
         return self._known[key]
 

@@ -47,7 +47,9 @@ class PartMass:
         return self.basis in ASSUMED.values()
 
 
-def masses_of(leg: BuiltLeg, weighed: Mapping[str, float], pieces: Mapping[str, int]) -> tuple[PartMass, ...]:
+def masses_of(
+    leg: BuiltLeg, weighed: Mapping[str, float], pieces: Mapping[str, int], joints: Sequence[int]
+) -> tuple[PartMass, ...]:
     """Every part's mass, joint by joint.
 
     Parameters
@@ -56,9 +58,11 @@ def masses_of(leg: BuiltLeg, weighed: Mapping[str, float], pieces: Mapping[str, 
         kg by part, from the project.
     pieces
         number of dampers at each joint; one is drawn, and its mass is multiplied by this number.
+    joints
+        indices of the joints to weigh.
     """
     density, found = leg.dimensions.printing.density, []
-    for joint, link in zip(leg.joints, leg.links, strict=True):
+    for joint, link in [(leg.joints[index], leg.links[index]) for index in joints]:
         name = joint.dimensions.name
         for part in (*joint.parts, link):
             moments = part.moments()

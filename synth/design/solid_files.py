@@ -15,7 +15,7 @@ from synth.files.stage_cache import StageCache, key_of
 from synth.remarks import decisive
 
 if TYPE_CHECKING:
-    from synth.cad import BuiltLeg, CheckResult, ExportedFile
+    from synth.cad import CheckResult, ExportedFile
     from synth.design.drawn_springs import SeatSetting
     from synth.design.leg_design import LegDesign, Solids
     from synth.design.part_masses import PartMass
@@ -111,70 +111,32 @@ def _drawn(
     ``known``: weighed masses (kg) by part, and numbers of dampers by joint.
     """
     from synth import cad
-    from synth.design.part_masses import mass_json, masses_of
+    from synth.design.solid_work import checked_leg, failures_of, written_leg
 
-    leg = cad.build_leg(solids.dimensions)
-    checks = cad.check_leg(leg)
-    passed = all(check.passed for check in checks)
-    notes, written, failures, whole = list(solids.notes), [], {}, True
+    leg = checked_leg(solids.dimensions, *known)
+    notes, whole = list(solids.notes), True
+    files: list[ExportedFile] = []
+    failures: dict[str, CheckResult] = {}
     try:
-        if passed:
-            written = cad.export_leg(leg, folder / "parts", checks=checks, pictures=False)
-            written += cad.draw_leg(leg, folder / "parts") if pictures else []
+        if leg.passed:
+            files, missing = written_leg(solids.dimensions, folder / "parts", pictures=pictures)
+            notes += missing
+            whole = not missing
         elif pictures:
-            failures = cad.draw_failures(leg, checks, folder / "checks")
+            failures = failures_of(solids.dimensions, leg.checks, folder / "checks")
     except cad.PreviewError as error:
         notes.append(str(error))
         whole = False
-    record = _record(leg, checks, written, failures, notes)
-    return {**record, "masses": [mass_json(item) for item in masses_of(leg, *known)]}, whole
-
-
-def _record(
-    leg: BuiltLeg,
-    checks: tuple[CheckResult, ...],
-    written: list[ExportedFile],
-    failures: dict[str, CheckResult],
-    notes: list[str],
-) -> dict[str, Any]:
-    from synth import cad
-    from synth.cad.assembly import assembly
-
-    pictures = {check: f"checks/{name}" for name, check in failures.items()}
-    return {
-        "drawn": all(check.passed for check in checks),
-        "checks": [_check(check, pictures.get(check)) for check in checks],
-        "print": [
-            {"part": plan.part, "up": plan.up, "support": _value(plan.overhang, "mm^2"),
-             "size": [_value(size, "mm") for size in plan.size]}
-            for plan in cad.plan_leg(leg)
-        ],
-        "parts": _parts(leg),
-        "joints": _joints(leg),
-        "assembly": {
-            joint.dimensions.name: [{"step": step.text, "parts": list(step.parts)} for step in assembly(joint)]
-            for joint in leg.joints
-        },
+    shown = {check: f"checks/{name}" for name, check in failures.items()}
+    record = {
+        "drawn": leg.passed,
+        "checks": [leg.check_json(check, shown.get(check)) for check in leg.checks],
+        **leg.record,
         "notes": notes,
-        "files": [{"path": item.path, "kind": item.kind} for item in written],
-    }  # fmt: skip
-
-
-def _check(check: CheckResult, picture: str | None) -> dict[str, Any]:
-    return {
-        "name": check.name,
-        "part": check.part,
-        "passed": check.passed,
-        "value": _value(check.value, check.unit),
-        "limit": _value(check.limit, check.unit),
-        "text": str(check),
-        **({"angle": _value(check.angle, "deg")} if check.angle is not None else {}),
-        **({"picture": picture} if picture is not None else {}),
+        "files": [{"path": item.path, "kind": item.kind} for item in files],
+        "masses": leg.masses,
     }
-
-
-def _value(value: float, unit: str) -> dict[str, Any]:
-    return {"value": value, "unit": unit or "1"}
+    return record, whole
 
 
 def with_settings(extra: dict[str, Any], design: LegDesign, settings: Mapping[str, SeatSetting]) -> dict[str, Any]:
@@ -198,65 +160,6 @@ HOW_TO_MEASURE = (
     "gives the setting of the seat. + on the scale (the end with the pit) increases the free angle. The marks are "
     "5 deg apart on the ear and 4 deg apart on the seat plate: the scale is a vernier that reads to one degree"
 )
-
-
-def _parts(leg: BuiltLeg) -> list[dict[str, Any]]:
-    """Every part with its method of manufacture, mass, centre of mass and inertia, joint by joint.
-
-    ``com`` is in the frame of the half that the part moves with: the hinge axis is z, the half's link lies along y,
-    towards the parent (+y) for the upper half, away from it (-y) for the lower one. ``inertia`` is about the com, for
-    the axis parallel to the hinge.
-    """
-    density, found = leg.dimensions.printing.density, []
-    for joint, link in zip(leg.joints, leg.links, strict=True):
-        for part in (*joint.parts, link):
-            mass = part.mass(density)
-            item: dict[str, Any] = {
-                "part": part.name, "joint": joint.dimensions.name, "family": part.family, "made": part.made,
-                "moves_with": part.group, "material": part.material,
-                "mass": None if mass is None else _value(mass, "g"), "size": part.size,
-            }  # fmt: skip
-            if part.printed:
-                item["volume"] = _value(float(part.solid.Volume()), "mm^3")
-            if mass is not None:
-                moments = part.moments()
-                item["com"] = [_value(place, "mm") for place in moments.centre]
-                item["inertia"] = _value(mass * 1e-9 * moments.about_z / moments.volume, "kg*m^2")
-            found.append(item)
-    return found
-
-
-def _joints(leg: BuiltLeg) -> dict[str, Any]:
-    """Properties of the drawn joints: play, stop angles, arms and seat."""
-    from synth.cad.play import play_of
-
-    found = {}
-    for joint in leg.joints:
-        dimensions, layout = joint.dimensions, joint.layout
-        play = play_of(joint)
-        spring = dimensions.spring
-        found[dimensions.name] = {
-            "play": None
-            if play is None
-            else {**_value(play.width, "deg"), "low": _value(play.low, "deg"), "high": _value(play.high, "deg")},
-            "stops": [_value(angle, "deg") for angle in dimensions.stop_angles],
-            "arms": {
-                "free": _value(layout.free_arm, "mm"),
-                "clamped": _value(layout.seat.length, "mm"),
-                "whole": _value(layout.arm_length, "mm"),
-                "upper_arm_angle": _value(dimensions.upper_arm_angle, "deg"),
-                "drawn_rate_over_designed": _value(_rate_ratio(spring, layout.free_arm), "1"),
-            },
-            "seat": {"travel": _value(layout.plate.travel, "deg"), "scale": _value(1.0, "deg")},
-        }
-    return found
-
-
-def _rate_ratio(spring: Any, free_arm: float) -> float:
-    from synth.cad.flexed_wire import effective_length
-
-    drawn = effective_length(spring.radius, spring.drawn_coils, free_arm)
-    return 1.0 if spring.stiff_length is None else float(spring.stiff_length / drawn)
 
 
 def _caption(design: LegDesign, path: str) -> str:

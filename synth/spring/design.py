@@ -62,10 +62,13 @@ class SpringResult:
         }
 
 
-def design_spring(wish: SpringRequirements, catalogue: Catalogue | None = None, n_alternative: int = 4) -> SpringResult:
+def design_spring(
+    wish: SpringRequirements, catalogue: Catalogue | None = None, n_alternative: int = 4, *, lasting: bool = True
+) -> SpringResult:
     """Find the spring to wind.
 
-    ``n_alternative`` is the largest number of other wires that the result lists.
+    ``n_alternative`` is the largest number of other wires that the result lists. ``lasting``: whether to look for the
+    nearest springs that last, if the best one does not; that takes longer than the best spring itself.
 
     Raises
     ------
@@ -82,8 +85,9 @@ def design_spring(wish: SpringRequirements, catalogue: Catalogue | None = None, 
     if good:
         kept, notes = preferred(good, found, wish)
         best, *others = distinct_wires(ranked(kept, wish.objective))
-        lasting = () if lasts(best, wish.limits) else tuple(nearest_lasting(wish, material, catalogue))
-        return SpringResult(wish, best, tuple(others[:n_alternative]), (), (), lasting, notes)
+        wanting = lasting and not lasts(best, wish.limits)
+        longer = tuple(nearest_lasting(wish, material, catalogue)) if wanting else ()
+        return SpringResult(wish, best, tuple(others[:n_alternative]), (), (), longer, notes)
     nearest = nearest_springs(found, wish, material, catalogue)
     return SpringResult(wish, None, (), tuple(limits_in_the_way(found, wish)), tuple(nearest))
 

@@ -1,0 +1,302 @@
+"""The solids of a leg built, checked and written joint by joint, in side processes where there are any.
+
+A joint's checks, files and pictures need nothing of the other joints, so each process builds only the joints that it
+works on. The results do not depend on the number of processes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from synth.side_processes import SideCall, carried_out, process_count
+
+if TYPE_CHECKING:
+    from synth.cad import BuiltLeg, CheckResult, ExportedFile, LegDimensions
+    from synth.cad.joint import BuiltJoint
+    from synth.design.part_masses import PartMass
+
+Known = tuple[Mapping[str, float], Mapping[str, int]]  # weighed masses (kg) by part, numbers of dampers by joint
+
+
+def load_kernel() -> None:
+    """Load the solids' kernel and the meshes' libraries, which takes seconds, before they are needed."""
+    import cadquery  # noqa: F401
+    import manifold3d  # noqa: F401
+    import trimesh  # noqa: F401
+
+
+def joint_masses(
+    dimensions: LegDimensions, weighed: Mapping[str, float], pieces: Mapping[str, int]
+) -> tuple[PartMass, ...]:
+    """Every part's mass, joint by joint; arguments as ``masses_of``.
+
+    Raises
+    ------
+    cad.DimensionError
+        with everything that does not fit, in all joints.
+    """
+    _laid_out(dimensions)
+    calls = [SideCall(_masses, (dimensions, k, weighed, pieces), place) for k, place in _places(dimensions)]
+    return tuple(mass for found in carried_out(calls) for mass in found)
+
+
+def _laid_out(dimensions: LegDimensions) -> None:
+    from synth.cad.leg_joints import lay_out_leg
+
+    lay_out_leg(dimensions)
+
+
+def _places(dimensions: LegDimensions) -> list[tuple[int, int | None]]:
+    """Each joint with the process that it belongs to: as many in each, the rest in whichever is free."""
+    count, number = len(dimensions.joints), process_count()
+    whole = count // number * number if number else 0
+    return [(k, k % number if k < whole else None) for k in range(count)]
+
+
+def _masses(
+    dimensions: LegDimensions, index: int, weighed: Mapping[str, float], pieces: Mapping[str, int]
+) -> tuple[PartMass, ...]:
+    from synth.cad.leg_joints import built_leg
+    from synth.design.part_masses import masses_of
+
+    return masses_of(built_leg(dimensions), weighed, pieces, [index])
+
+
+@dataclass(frozen=True)
+class CheckedLeg:
+    """All checks of a leg in their order; ``record``: the entries ``print``, ``parts``, ``joints`` and ``assembly``."""
+
+    checks: tuple[CheckResult, ...]
+    record: dict[str, Any]
+    masses: list[dict[str, Any]]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check has passed."""
+        return all(check.passed for check in self.checks)
+
+    @staticmethod
+    def check_json(check: CheckResult, picture: str | None) -> dict[str, Any]:
+        """A check as written in ``design.json``."""
+        return {
+            "name": check.name,
+            "part": check.part,
+            "passed": check.passed,
+            "value": _value(check.value, check.unit),
+            "limit": _value(check.limit, check.unit),
+            "text": str(check),
+            **({"angle": _value(check.angle, "deg")} if check.angle is not None else {}),
+            **({"picture": picture} if picture is not None else {}),
+        }
+
+
+def _value(value: float, unit: str) -> dict[str, Any]:
+    return {"value": value, "unit": unit or "1"}
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """What is found from a joint's parts one by one: checks of the parts and of their printing, and their record."""
+
+    alone: list[CheckResult]
+    printing: list[CheckResult]
+    plans: list[dict[str, Any]]
+    parts: list[dict[str, Any]]
+    steps: list[dict[str, Any]]
+    masses: list[dict[str, Any]]
+
+
+def checked_leg(dimensions: LegDimensions, weighed: Mapping[str, float], pieces: Mapping[str, int]) -> CheckedLeg:
+    """Build and check every joint, with the record of its parts.
+
+    Raises
+    ------
+    cad.DimensionError
+        with everything that does not fit, in all joints.
+    """
+    _laid_out(dimensions)
+    places, names = _places(dimensions), [joint.name for joint in dimensions.joints]
+    calls = [SideCall(_of_motion, (dimensions, k), place) for k, place in places]
+    calls += [SideCall(_of_parts, (dimensions, k, (weighed, pieces)), place) for k, place in places]
+    # A link is built alone; its check needs the joint that follows.
+    calls += [SideCall(_of_link, (dimensions, k - 1), place) for k, place in places[1:]]
+    found, count = carried_out(calls), len(names)
+    moving, parts, links = found[:count], found[count : 2 * count], found[2 * count :]
+    checks = [
+        c for (motion, _), part in zip(moving, parts, strict=True) for c in (*part.alone, *motion, *part.printing)
+    ]
+    record = {
+        "print": [plan for part in parts for plan in part.plans],
+        "parts": [item for part in parts for item in part.parts],
+        "joints": {name: json for name, (_, json) in zip(names, moving, strict=True)},
+        "assembly": {name: part.steps for name, part in zip(names, parts, strict=True)},
+    }
+    masses = [mass for part in parts for mass in part.masses]
+    return CheckedLeg((*checks, *(check for link in links for check in link)), record, masses)
+
+
+def _of_motion(dimensions: LegDimensions, index: int) -> tuple[list[CheckResult], dict[str, Any]]:
+    """Checks of a joint's moving parts, and its entry in the record."""
+    from synth.cad.checks import check_interference
+    from synth.cad.leg_joints import built_leg
+
+    leg = built_leg(dimensions)
+    return check_interference(leg.joints[index], leg.links[index]), _joint_json(leg.joints[index])
+
+
+def _of_parts(dimensions: LegDimensions, index: int, known: Known) -> _Parts:
+    from synth.cad.assembly import assembly
+    from synth.cad.checks import check_parts
+    from synth.cad.leg_joints import built_leg
+    from synth.cad.printing import check_printing, plan_joint
+    from synth.design.part_masses import mass_json, masses_of
+
+    leg, printing = built_leg(dimensions), dimensions.printing
+    joint = leg.joints[index]
+    return _Parts(
+        alone=check_parts(joint, leg.links[index]),
+        printing=check_printing(joint, printing),
+        plans=[
+            {"part": plan.part, "up": plan.up, "support": _value(plan.overhang, "mm^2"),
+             "size": [_value(size, "mm") for size in plan.size]}
+            for plan in plan_joint(joint, printing)
+        ],
+        parts=_parts(leg, index),
+        steps=[{"step": step.text, "parts": list(step.parts)} for step in assembly(joint)],
+        masses=[mass_json(item) for item in masses_of(leg, *known, [index])],
+    )  # fmt: skip
+
+
+def _of_link(dimensions: LegDimensions, index: int) -> list[CheckResult]:
+    from synth.cad.checks import check_link
+    from synth.cad.leg_joints import built_leg
+
+    return check_link(built_leg(dimensions), index)
+
+
+def written_leg(dimensions: LegDimensions, folder: Path, *, pictures: bool) -> tuple[list[ExportedFile], list[str]]:
+    """Write a leg that has passed its checks; the files, and a sentence if its pictures could not be drawn."""
+    folder.mkdir(parents=True, exist_ok=True)
+    places = _places(dimensions)
+    calls = [SideCall(_write_whole, (dimensions, folder, pictures))]
+    calls += [SideCall(_write_joint, (dimensions, k, folder), place) for k, place in places]
+    calls += [SideCall(_draw_joint, (dimensions, k, folder), place) for k, place in places] if pictures else []
+    (whole, picture), *found = carried_out(calls)
+    joints, drawn = found[: len(places)], [*found[len(places) :], *([picture] if pictures else [])]
+    files = [file for parts, _ in joints for file in parts]
+    files += [file for _, assembled in joints for file in assembled]
+    missing = [each for each in drawn if isinstance(each, str)]
+    shown = [] if missing else [file for each in drawn for file in each]
+    return [*files, *whole, *shown], missing[:1]
+
+
+def _write_joint(dimensions: LegDimensions, index: int, folder: Path) -> tuple[list[ExportedFile], list[ExportedFile]]:
+    """The files of a joint's parts, and of the joint."""
+    from synth.cad.export import write_assembly, write_parts
+    from synth.cad.leg_joints import built_leg
+
+    leg = built_leg(dimensions)
+    return write_parts(leg, index, folder), write_assembly(leg, index, folder)
+
+
+def _draw_joint(dimensions: LegDimensions, index: int, folder: Path) -> list[ExportedFile] | str:
+    """The pictures of a joint, or why there are none."""
+    from synth import cad
+    from synth.cad.export import draw_joint
+    from synth.cad.leg_joints import built_leg
+
+    try:
+        return draw_joint(built_leg(dimensions), index, folder)
+    except cad.PreviewError as error:
+        return str(error)
+
+
+def _write_whole(
+    dimensions: LegDimensions, folder: Path, pictures: bool
+) -> tuple[list[ExportedFile], list[ExportedFile] | str]:
+    """The files of the whole leg, and its picture or why there is none."""
+    from synth import cad
+    from synth.cad.export import draw_whole, write_whole
+    from synth.cad.leg_joints import built_leg
+
+    leg = built_leg(dimensions)
+    written = write_whole(leg, folder)
+    try:
+        return written, draw_whole(leg, folder) if pictures else []
+    except cad.PreviewError as error:
+        return written, str(error)
+
+
+def failures_of(dimensions: LegDimensions, checks: Sequence[CheckResult], folder: Path) -> dict[str, CheckResult]:
+    """Pictures of the failed checks; see ``cad.draw_failures``.
+
+    Raises
+    ------
+    cad.PreviewError
+        when this machine cannot draw.
+    """
+    [found] = carried_out([SideCall(_draw_failures, (dimensions, checks, folder))])
+    return dict(found)
+
+
+def _draw_failures(dimensions: LegDimensions, checks: Sequence[CheckResult], folder: Path) -> dict[str, CheckResult]:
+    from synth import cad
+    from synth.cad.leg_joints import built_leg
+
+    return cad.draw_failures(built_leg(dimensions), checks, folder)
+
+
+def _parts(leg: BuiltLeg, index: int) -> list[dict[str, Any]]:
+    """Every part of a joint with its method of manufacture, mass, centre of mass and inertia.
+
+    ``com`` is in the frame of the half that the part moves with: the hinge axis is z, the half's link lies along y,
+    towards the parent (+y) for the upper half, away from it (-y) for the lower one. ``inertia`` is about the com, for
+    the axis parallel to the hinge.
+    """
+    joint, density, found = leg.joints[index], leg.dimensions.printing.density, []
+    for part in (*joint.parts, leg.links[index]):
+        mass = part.mass(density)
+        item: dict[str, Any] = {
+            "part": part.name, "joint": joint.dimensions.name, "family": part.family, "made": part.made,
+            "moves_with": part.group, "material": part.material,
+            "mass": None if mass is None else _value(mass, "g"), "size": part.size,
+        }  # fmt: skip
+        if part.printed:
+            item["volume"] = _value(float(part.solid.Volume()), "mm^3")
+        if mass is not None:
+            moments = part.moments()
+            item["com"] = [_value(place, "mm") for place in moments.centre]
+            item["inertia"] = _value(mass * 1e-9 * moments.about_z / moments.volume, "kg*m^2")
+        found.append(item)
+    return found
+
+
+def _joint_json(joint: BuiltJoint) -> dict[str, Any]:
+    """Properties of a drawn joint: play, stop angles, arms and seat."""
+    from synth.cad.play import play_of
+
+    dimensions, layout, play = joint.dimensions, joint.layout, play_of(joint)
+    return {
+        "play": None
+        if play is None
+        else {**_value(play.width, "deg"), "low": _value(play.low, "deg"), "high": _value(play.high, "deg")},
+        "stops": [_value(angle, "deg") for angle in dimensions.stop_angles],
+        "arms": {
+            "free": _value(layout.free_arm, "mm"),
+            "clamped": _value(layout.seat.length, "mm"),
+            "whole": _value(layout.arm_length, "mm"),
+            "upper_arm_angle": _value(dimensions.upper_arm_angle, "deg"),
+            "drawn_rate_over_designed": _value(_rate_ratio(dimensions.spring, layout.free_arm), "1"),
+        },
+        "seat": {"travel": _value(layout.plate.travel, "deg"), "scale": _value(1.0, "deg")},
+    }
+
+
+def _rate_ratio(spring: Any, free_arm: float) -> float:
+    from synth.cad.flexed_wire import effective_length
+
+    drawn = effective_length(spring.radius, spring.drawn_coils, free_arm)
+    return 1.0 if spring.stiff_length is None else float(spring.stiff_length / drawn)

@@ -1,0 +1,24 @@
+"""What the tests of side processes call there: a module that another process can import."""
+
+from __future__ import annotations
+
+import os
+
+from synth.cad import DimensionError, DimensionProblem
+
+
+def nothing() -> None:
+    """To prepare."""
+
+
+def square(value: int) -> tuple[int, int]:
+    os.write(1, b"kernels print to standard output")
+    return value * value, os.getpid()
+
+
+def refuse(value: int) -> None:
+    raise DimensionError(DimensionProblem("knee.wall", value, "2 to 12 mm", "too thin"))
+
+
+def fail_to_read() -> None:
+    raise FileNotFoundError(2, "none", "missing")

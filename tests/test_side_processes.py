@@ -1,0 +1,101 @@
+"""Calls carried out beside this process: in order, with their errors, and done here where no process can."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from side_calls import fail_to_read, nothing, refuse, square
+from synth import side_processes as beside
+from synth.cad import DimensionError
+from synth.side_processes import SideCall, carried_out, process_count, side_processes
+from synth.threads import VARIABLE
+
+
+@pytest.fixture
+def two(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, "2")
+
+
+@pytest.mark.usefixtures("two")
+def test_results_are_in_order_and_places_are_kept() -> None:
+    calls = [SideCall(square, (k,), k % 2) for k in range(6)] + [SideCall(square, (k,)) for k in range(6, 9)]
+    with side_processes(3, nothing):
+        assert process_count() == 2  # as many as there are threads
+        found = carried_out(calls)
+    assert process_count() == 0
+    assert [value for value, _ in found] == [k * k for k in range(9)]
+    assert len({found[k][1] for k in (0, 2, 4)}) == len({found[k][1] for k in (1, 3, 5)}) == 1
+    assert len({process for _, process in found} | {os.getpid()}) == 3
+
+
+@pytest.mark.usefixtures("two")
+def test_blocks_within_blocks_use_the_processes_of_the_first() -> None:
+    with side_processes(2, nothing):
+        first = carried_out([SideCall(square, (1,), 0)])
+        with side_processes(2, nothing):
+            assert carried_out([SideCall(square, (1,), 0)]) == first
+        assert process_count() == 2
+
+
+@pytest.mark.usefixtures("two")
+def test_errors_are_raised_with_what_they_hold_and_the_processes_go_on() -> None:
+    with side_processes(2, nothing):
+        with pytest.raises(DimensionError) as error:
+            carried_out([SideCall(square, (1,)), SideCall(refuse, (1,)), SideCall(square, (2,))])
+        assert [problem.dimension for problem in error.value.problems] == ["knee.wall"]
+        with pytest.raises(FileNotFoundError):  # an error of the call, not of the process
+            carried_out([SideCall(fail_to_read, ())])
+        assert carried_out([SideCall(square, (3,))])[0][0] == 9
+
+
+@pytest.mark.usefixtures("two")
+def test_what_a_dead_process_leaves_is_done_here() -> None:
+    with side_processes(2, nothing):
+        for each in beside._open:
+            os.kill(each._process.pid, signal.SIGKILL)
+        assert carried_out([SideCall(square, (k,), k) for k in range(2)]) == [(0, os.getpid()), (1, os.getpid())]
+
+
+def test_with_one_thread_everything_is_done_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, "1")
+    with side_processes(3, nothing):
+        assert process_count() == 0
+        assert carried_out([SideCall(square, (3,))]) == [(9, os.getpid())]
+
+
+def test_the_processes_end_with_a_parent_that_is_killed() -> None:
+    program = (
+        "from synth.side_processes import *; from synth import side_processes as s; import time\n"
+        "def main():\n"
+        "    with side_processes(2, int):\n"
+        "        print(*(each._process.pid for each in s._open), flush=True)\n"
+        "        time.sleep(60)\n"
+        "main()"
+    )
+    environment = {**os.environ, VARIABLE: "2"}
+    parent = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, env=environment)
+    assert parent.stdout is not None
+    children = [int(word) for word in parent.stdout.readline().split()]
+    assert len(children) == 2
+    parent.kill()
+    parent.wait()
+    parent.stdout.close()
+    until = time.monotonic() + 30.0
+    while any(_lives(child) for child in children) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not any(_lives(child) for child in children)
+
+
+def _lives(process: int) -> bool:
+    """Whether a process runs; one that has ended and is not yet reaped does not."""
+    try:
+        with open(f"/proc/{process}/stat", encoding="ascii") as file:  # noqa: PTH123
+            return file.read().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
