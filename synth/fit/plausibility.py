@@ -20,6 +20,7 @@ from synth.fit.fit_result import FitResult
 from synth.fit.free_motion_start import later
 from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
+from synth.fit.report_fit import AT_BOUND
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.uncertainty import root_mean_square, sample_scatter
 from synth.remarks import decisive
@@ -29,6 +30,7 @@ MASS_RATIO = 1e3  # between two links of one leg: a whale's thigh and a rat's fo
 SLOWEST, FASTEST = 0.01, 300.0  # of the pendulum frequency sqrt(g/L): a rat's and a robot dog's legs swing at 3
 POOR = 0.12  # of a joint's RMS deviation from its rest: larger than the residual of a correct leg
 NOISY = 5.0  # times the samples' scatter, below which nothing remains to explain
+UNEXPLAINED = 1.5  # times the samples' scatter, above which a fit with a rate at a bound of the search is poor too
 FITS = 0.4  # of the poor fit's residual above the noise, that a changed sign or zero must reach to be named
 TRIED, SAMPLES = 2, 100  # trials, and samples of each, for testing signs and zeros
 FROZEN_SAMPLES, FROZEN_SHARE = 8, 0.1  # equal readings, and share of the recording, from which a channel may be frozen
@@ -133,7 +135,12 @@ def convention_doubts(leg: Leg, recordings: Sequence[Recording], result: FitResu
     """If the fit is poor: the joint whose changed sign or zero would make it good."""
     recordings = later(recordings, result.cut) or recordings if result.cut else recordings
     left = np.array([result.rms[name] for name in leg.joint_names])
-    if not np.any((left > POOR * _motion(recordings)) & (left > NOISY * sample_scatter(recordings))):
+    scatter = sample_scatter(recordings)
+    poor = (left > POOR * _motion(recordings)) & (left > NOISY * scatter)
+    # A wrong sign need not leave much: an absurdly strong damper may hide it.
+    if any(AT_BOUND in text for text in result.warnings):
+        poor |= left > UNEXPLAINED * scatter
+    if not np.any(poor):
         return []
     some = [recording.thinned(SAMPLES) for recording in recordings[:TRIED]]
     floor = float(np.nansum(sample_scatter(some) ** 2))

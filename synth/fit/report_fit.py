@@ -270,6 +270,9 @@ def _left_out(leg: Leg) -> list[str]:
     ]
 
 
+AT_BOUND = "is at a bound of the search"
+
+
 def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
     """Sentences on rates at a bound of the search, whose intervals are invalid."""
     sentences = []
@@ -283,7 +286,7 @@ def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
             for name, side in sides:
                 if abs(value - side[at(j)]) < 1e-6:  # of a logarithm: at the bound
                     text = (
-                        f"{unknowns.leg.joint_names[j]}: the {what} is at a bound of the search, "
+                        f"{unknowns.leg.joint_names[j]}: the {what} {AT_BOUND}, "
                         f"{np.exp(value):.3g} {unit} is the {name}: the true value is beyond, or the model does not "
                         "hold, and the interval does not count"
                     )

@@ -10,6 +10,8 @@ import pytest
 
 from fit.simulated_legs import NAMES, bare, releases, robot
 from robustness.random_legs import random_case
+from synth.api.fitting import read_fit
+from synth.batch.one_fit import ready
 from synth.errors import UserError
 from synth.files.leg_file import read_leg, write_leg
 from synth.fit.estimate import fit_leg
@@ -19,6 +21,7 @@ from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg
 from synth.validation.thesis_data import read_lab_data
 
+EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "fit"
 LAB = Path(__file__).resolve().parents[3] / "shared" / "aarl"
 
 
@@ -96,6 +99,17 @@ def test_a_wrong_joint_sign_is_detected(joint: int) -> None:
     (text,) = convention_doubts(wrong, made, fit_leg(wrong, made))
     assert text.endswith(f"Sign or zero of the {NAMES[joint]}?")
     assert f"with sign: {right:+d} of the {NAMES[joint]}" in text
+
+
+def test_a_wrong_sign_behind_an_absurd_damper_is_detected() -> None:
+    """The built-in example with the ankle's other sign: 0.2 deg RMS, by an ankle damper at the search's bound."""
+    project = read_fit(EXAMPLE / "fit.yaml")
+    wrong = changed(project.leg, 2, sign=-project.leg.joints[2].sign)
+    given = ready(replace(project, leg=wrong))
+    found = fit_leg(wrong, given.fitted, LegFitOptions(project.free_angle, release=project.release))
+    assert np.degrees(found.rms["ankle"]) < 0.3
+    (text,) = convention_doubts(wrong, given.fitted, found)
+    assert "with sign: -1 of the ankle" in text
 
 
 @pytest.mark.skipif(not LAB.is_dir(), reason="the lab's recordings (../shared/aarl) are not here")
