@@ -46,7 +46,7 @@ ROWS: tuple[Row, ...] = (
     Row("springs in parallel", lambda s: f"{s.count}"),
     Row("wire diameter", lambda s: s.wire_diameter, "m"),
     Row("mean coil diameter", lambda s: s.mean_diameter, "m", ".2f", ".4f"),
-    Row("outer diameter", lambda s: s.outer_diameter, "m", ".2f", ".4f"),
+    Row("outer diameter, widest", lambda s: s.outer_diameter, "m", ".2f", ".4f"),
     Row("inside diameter, free", lambda s: s.inside_diameter, "m", ".2f", ".4f"),
     Row("inside diameter, at travel", lambda s: s.wound_inside_diameter, "m", ".2f", ".4f"),
     Row("body coils", lambda s: f"{s.body_coils:.3f}"),

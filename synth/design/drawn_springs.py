@@ -157,7 +157,9 @@ def _change(before: SpringOption, after: SpringOption) -> float:
 
 def _with_springs(design: LegDesign, chosen: Sequence[SpringOption]) -> LegDesign:
     """The design with these springs; if a rate changed, the rest pose is kept and the motions are simulated again."""
-    springs = replace(design.springs, chosen=tuple(chosen))
+    drawn = {id(before): after for before, after in zip(design.springs.chosen, chosen, strict=True)}
+    ranked = tuple(tuple(drawn.get(id(option), option) for option in each) for each in design.springs.ranked)
+    springs = replace(design.springs, chosen=tuple(chosen), ranked=ranked)
     rates = np.array([option.rate for option in chosen])
     before = design.built.spring_rate
     if np.allclose(rates, before, rtol=1e-9):

@@ -172,6 +172,6 @@ def _off(item: BuiltLink) -> str:
     if item.assumed.includes == "none":
         return f"{item.joint}: with its joints' parts the link has {figures}; the leg is designed with these values"
     return (
-        f"{item.joint}: the link as drawn, tube and joints' parts, ends up at {figures}: the target's figures are too "
-        "small for what they are to hold; the leg is designed with the drawn ones"
+        f"{item.joint}: the link as drawn, tube and joints' parts, ends up at {figures}: the target's figures do not "
+        "fit what they are to hold; the leg is designed with the drawn ones"
     )

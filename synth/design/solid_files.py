@@ -61,8 +61,20 @@ def draw_solids(
     (folder / RECORD).unlink()
     shown = [f"parts/{item['path']}" for item in record.pop("files") if item["kind"] == "png"]
     masses = tuple(mass_from(item) for item in record.pop("masses"))
+    if record["drawn"]:
+        _write_requests(design, folder / "parts")
     captions = [{"path": path, "caption": _caption(design, path)} for path in shown]
     return {"pictures": captions, "solids": record}, masses
+
+
+def _write_requests(design: LegDesign, folder: Path) -> None:
+    """A dimensioned drawing of each spring to wind, as drawn in its joint, for a spring maker's quotation."""
+    from synth.files.shown_units import METRIC
+    from synth.spring.spring_files import write_request
+
+    for name, option in zip(design.built.joint_names, design.springs.chosen, strict=True):
+        if option.design is not None:
+            write_request(option.design, METRIC, folder / f"{name}_spring_quotation.dxf")
 
 
 def on_bed(design: LegDesign, bed: tuple[float, ...]) -> LegDesign:
@@ -154,7 +166,7 @@ def with_settings(extra: dict[str, Any], design: LegDesign, settings: Mapping[st
 
 
 HOW_TO_MEASURE = (
-    "the tolerance of a bought spring's free angle, 10 deg, is the largest of all. Assemble each joint with its seat "
+    "the tolerance of a spring's free angle, commonly 10 deg, is the largest of all. Assemble each joint with its seat "
     "at 0 and without the damper, lay it on its side so that no weight turns it, and read the angle at which it comes "
     "to rest (the mean of both sides). Write it as measured: {spring: {JOINT: {free_angle: 98 deg}}}; the report then "
     "gives the setting of the seat. + on the scale (the end with the pit) increases the free angle. The marks are "

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from played_legs import play_errors
 from result_fields import require_explained
 from synth.cli import main
 
@@ -53,6 +54,8 @@ def test_the_example_gives_a_complete_design(result: Path, design: dict) -> None
     for joint in ("hip", "knee", "ankle"):
         assert (result / "parts" / f"{joint}_upper.step").is_file()
         assert (result / "parts" / f"{joint}_lower.stl").is_file()
+        wound = "make" in design["joints"][joint]["spring"]
+        assert (result / "parts" / f"{joint}_spring_quotation.dxf").is_file() == wound
     assert list(design["joints"]) == ["hip", "knee", "ankle"]
     assert all(check["passed"] for check in design["solids"]["checks"])
 
@@ -118,6 +121,16 @@ def test_alternative_sets_are_ranked_by_expected_error(design: dict) -> None:  #
         assert low < item["expected"]["value"] < high
 
 
+def test_a_chosen_part_is_not_its_own_substitute(design: dict) -> None:  # type: ignore[type-arg]
+    """The drawn spring differs in its arms from the one that was ranked: it stood below itself, at no cost."""
+    for joint in design["joints"].values():
+        made = joint["spring"].get("make")
+        own = f"wind {made['wire_diameter']['value']:.4g} mm {made['material']}" if made else joint["spring"]["part"]
+        assert joint["spring_alternatives"]
+        assert own not in [other["part"] for other in joint["spring_alternatives"]]
+        assert joint["damper"]["part"] not in [other["part"] for other in joint["damper_alternatives"]]
+
+
 def test_the_same_input_gives_the_same_bytes(project: Path, result: Path, tmp_path: Path) -> None:
     again = ["--quiet", "leg", str(project / "leg-design.yaml"), "--no-cache", "--out", str(tmp_path / "again")]
     assert main(again) == 0
@@ -146,6 +159,33 @@ def test_the_built_leg_reads_back_and_the_mjcf_moves_like_it(result: Path) -> No
         theirs[index] = data.qpos
         mujoco.mj_step(model, data)
     assert np.degrees(np.abs(ours - theirs)).max() < 0.1
+
+
+def test_mujoco_with_drawn_play_stops_and_friction_follows_the_report(result: Path, design: dict) -> None:  # type: ignore[type-arg]
+    """``synth check`` of the result: seven releases of three joints, with full inertias and the dampers' curves."""
+    pytest.importorskip("mujoco")
+    from synth.model_checks.designed_leg import designed_leg_checks
+
+    checks = designed_leg_checks(result)
+    assert len(checks.checks) == 21
+    assert checks.left_out == ()
+    assert not checks.failed
+    assert max(abs(check.found - check.expected) for check in checks.checks) < math.radians(0.1)
+    assert all(joint["play"]["value"] < 0.01 for joint in design["solids"]["joints"].values())
+
+
+def test_mujoco_follows_the_leg_with_as_much_play_as_may_be_drawn(result: Path, design: dict) -> None:  # type: ignore[type-arg]
+    """A play of 0.3 deg in every joint, behind dampers whose curves bend: within 0.3 deg (0.08 to 0.27)."""
+    mujoco = pytest.importorskip("mujoco")
+    from synth.files.leg_file import read_leg
+    from synth.model_checks.designed_leg import predicted
+    from synth.parts.resolver import resolver
+
+    leg = read_leg(result / "built.leg.yaml", resolve_part=resolver())
+    releases = predicted(result, design, leg)
+    off, effect = play_errors(mujoco, leg, releases[::3])
+    assert effect > 0.3
+    assert off < 0.3
 
 
 def test_an_earlier_result_of_the_same_input_is_reused(
