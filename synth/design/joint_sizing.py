@@ -12,6 +12,7 @@ import numpy as np
 from synth.design.damper_drawing import damper_of
 from synth.design.leg_design import LegDesign, Solids, fastest_rates
 from synth.errors import Problem, UserError
+from synth.parts.part_candidates import MEASURE_IT
 from synth.remarks import decisive, noted
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Joint
@@ -208,7 +209,9 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
     if option.row is not None:
         row = option.row
         if row.wire_diameter is None or row.mean_diameter is None or row.body_coils is None:
-            text = f"{row.part} ({row.place}) cannot be drawn: {row.status}; leave the solids out with --no-cad"
+            text = (
+                f"{row.part} ({row.place}) cannot be drawn: {row.status}{MEASURE_IT}. Or leave the solids out: --no-cad"
+            )
             raise UserError(Problem(text, str(design.project.path), key=f"select.joints.{name}.spring"))
         if row.leg_convention not in ("", "tangent"):
             text = (

@@ -15,6 +15,11 @@ from synth.parts.rows import CatalogueRow, DamperRow, TorsionSpringRow
 
 RowType = TypeVar("RowType", bound=CatalogueRow)
 
+MEASURE_IT = (
+    ". If you have the part, measure what is missing, write its row into a table of your own, and name that under "
+    "select.catalogs: it replaces this row"
+)
+
 
 @dataclass(frozen=True)
 class Candidates(Generic[RowType]):
@@ -38,7 +43,7 @@ def spring_candidates(
     if choice.part is not None:
         row = catalogue.find_spring(choice.part)
         if row.rate is None or row.included_angle is None:
-            raise UserError(f"spring {row.part} ({row.place}) cannot be used: {row.status}")
+            raise UserError(f"spring {row.part} ({row.place}) cannot be used: {row.status}{MEASURE_IT}")
         return Candidates((row,), {})
     kept, reasons = [], Counter[str]()
     parts = of_family(parts, catalogue.springs)
@@ -126,7 +131,7 @@ def damper_candidates(
     if choice.part is not None:
         row = catalogue.find_damper(choice.part)
         if row.max_torque is None or row.speed is None:
-            raise UserError(f"damper {row.part} ({row.place}) cannot be used: {row.status}")
+            raise UserError(f"damper {row.part} ({row.place}) cannot be used: {row.status}{MEASURE_IT}")
         return Candidates((row,), {})
     kept, reasons = [], Counter[str]()
     parts = of_family(parts, catalogue.dampers)

@@ -257,3 +257,32 @@ def test_an_angle_that_is_not_published_is_open_until_it_is_measured() -> None:
     assert "included angle" in row.measure
     counted = CATALOGUE.find_spring("BC001")
     assert counted.body_coils == pytest.approx(3.0 + 1.0 / 6.0)
+
+
+def test_as_many_springs_and_dampers_can_be_chosen_as_the_readme_says() -> None:
+    assert sum(row.choosable for row in CATALOGUE.springs) == 34
+    assert sum(row.choosable for row in CATALOGUE.dampers) >= 25
+    named = {
+        r.part for r in CATALOGUE.springs if not r.choosable and r.rate is not None and r.included_angle is not None
+    }
+    assert named == {"9271K272", "9271K665", "9271K97", "T030-180-250"}
+    stated = (catalog_folder() / "README.md").read_text(encoding="utf-8")
+    assert "34 of the 90 rows can be chosen" in stated
+    assert all(part in stated for part in named)
+
+
+def test_the_length_at_the_largest_torque_does_not_give_the_coils() -> None:
+    """Close-wound coils would take wire * (coils + 1 + turns); the vendor's rows do not."""
+    ratios = []
+    for row in CATALOGUE.springs:
+        length, wire, coils, turned = (
+            row.body_length_at_max_torque,
+            row.wire_diameter,
+            row.body_coils,
+            row.max_deflection,
+        )
+        if row.vendor == "McMaster-Carr" and None not in (length, wire, coils, turned):
+            ratios.append(length / (wire * (coils + 1.0 + turned / (2.0 * math.pi))))
+    assert len(ratios) == 8
+    assert min(ratios) == pytest.approx(0.85, abs=0.01)
+    assert max(ratios) == pytest.approx(1.18, abs=0.01)
