@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 
 from synth.cad import arm_shaft, damper_adapter, damper_bracket
-from synth.cad.arm_shaft import Form, ShaftShape, circumradius
+from synth.cad.arm_shaft import Form, ShaftShape
 from synth.cad.damper_adapter import PIN_TURN, SET_SCREW_LENGTH, Hub
 from synth.cad.damper_bracket import Sleeve
 from synth.cad.dimensions import JointDimensions
-from synth.cad.fitting_problems import adapter_pins, adapter_radius, has_insert, longest_pin
+from synth.cad.fitting_problems import adapter_pins, adapter_radius, damper_opening, has_insert, longest_pin
 from synth.cad.hardware import Pin, insert_of
 from synth.cad.layout import JointLayout, fixing_screw
 from synth.cad.parts import Drawn
@@ -53,15 +53,13 @@ def _adapter_top(dimensions: JointDimensions, layout: JointLayout) -> float:
 
 def shaft_end(dimensions: JointDimensions, layout: JointLayout) -> ShaftEnd:
     """The position and form of the shaft's end."""
-    damper, shaft, clear = dimensions.damper, dimensions.shaft_diameter, dimensions.clearance
+    damper, shaft, wide = dimensions.damper, dimensions.shaft_diameter, damper_opening(dimensions)
     if damper.adapter is not None:
         bottom = _adapter_top(dimensions, layout) - damper.adapter.shaft_grip
-        output = circumradius(damper.adapter.form, damper.adapter.output_diameter)
-        return ShaftEnd(bottom, "round", shaft, 0.0, max(shaft / 2, output) + clear)
+        return ShaftEnd(bottom, "round", shaft, 0.0, wide)
     outside = layout.gap_a + layout.ear
     bottom = damper_bracket.rotor_bottom(damper, layout.bracket_height) - outside
     form, size = damper.bore.form, damper.bore.size if damper.bore.size is not None else shaft
-    wide = max(shaft / 2, circumradius(form, size)) + clear
     if has_insert(dimensions) or form == "round":
         return ShaftEnd(bottom, "round", shaft, 0.0, wide)
     grip = damper_bracket.ROTOR_GRIP * damper.body_length

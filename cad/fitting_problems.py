@@ -19,6 +19,7 @@ ROUNDED = (
 )
 
 BESIDE = 1.2  # mm of print between an insert's hole and what is beside it: three lines
+BODY_WALL = 0.5  # mm, least wall of a bought damper's body: sheet metal
 LOOSEST_FIT = 0.06  # of a shaft's diameter: with more clearance only pins and set screws would align the shaft
 LEAST_HELD = 1.2  # mm, least engagement of a pin in its hub, on either side of the shaft
 LEAST_INSERT_WALL = 1.6  # mm, of a printed insert round the shaft: four lines
@@ -80,6 +81,7 @@ def fitting_problems(dimensions: JointDimensions, layout: JointLayout) -> list[D
         *_socket(dimensions, layout),
         *_bracket(dimensions, layout),
         *_bore(dimensions),
+        *_body(dimensions),
         *_encoder(dimensions),
         *_adapter(dimensions),
         *_mount(dimensions, layout),
@@ -174,6 +176,25 @@ def _bore(dimensions: JointDimensions) -> list[DimensionProblem]:
     milled = shaft / milled_size(bore.form, 1.0)
     allowed = f"at most {milled:.4g} mm, to which the shaft is milled, or at least {least:.4g} mm for an insert on it"
     return [DimensionProblem(name, bore.size, allowed, "an insert needs a wall round the shaft, and a pin")]
+
+
+def damper_opening(dimensions: JointDimensions) -> float:
+    """Radius (mm) of the space in the damper's envelope for the shaft, or for what connects it."""
+    damper, shaft = dimensions.damper, dimensions.shaft_diameter
+    if damper.adapter is not None:
+        output = circumradius(damper.adapter.form, damper.adapter.output_diameter)
+    else:
+        output = circumradius(damper.bore.form, shaft if damper.bore.size is None else damper.bore.size)
+    return max(shaft / 2, output) + dimensions.clearance
+
+
+def _body(dimensions: JointDimensions) -> list[DimensionProblem]:
+    """A damper's body with no wall round what turns in it."""
+    least, wide = 2 * (damper_opening(dimensions) + BODY_WALL), dimensions.damper.outer_diameter
+    if wide >= least:
+        return []
+    name, reason = f"{dimensions.name}.damper.outer_diameter", "the shaft, or what connects it, turns in the damper"
+    return [DimensionProblem(name, wide, f"at least {least:.4g} mm, or a thinner shaft", reason)]
 
 
 def least_encoder_circle(dimensions: JointDimensions) -> float:

@@ -63,6 +63,13 @@ def test_an_unloaded_spring_goes_into_a_joint_whose_stops_keep_it_loaded(fuzz):
     assert fuzz.outcome(fuzz.design(91102)) == {"tag": "CHECKED", "what": "", "text": ""}
 
 
+def test_a_damper_thinner_than_its_shaft_is_refused(fuzz):
+    """92012: a body of 14.1 mm round a shaft of 15 mm was drawn without its body."""
+    found = fuzz.outcome(fuzz.design(92012))
+    assert (found["tag"], found["what"]) == ("REFUSED", "damper.outer_diameter")
+    assert "at least 16.64 mm" in found["text"]
+
+
 def test_refused_random_joints_name_their_dimension(fuzz):
     found = [fuzz.outcome(fuzz.design(seed)) for seed in range(2, 62, 3)]
     refused = [outcome for outcome in found if outcome["tag"] == "REFUSED"]
