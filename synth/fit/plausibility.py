@@ -32,6 +32,9 @@ POOR = 0.12  # of a joint's RMS deviation from its rest: larger than the residua
 NOISY = 5.0  # times the samples' scatter, below which nothing remains to explain
 UNEXPLAINED = 1.5  # times the samples' scatter, above which a fit with a rate at a bound of the search is poor too
 FITS = 0.4  # of the poor fit's residual above the noise, that a changed sign or zero must reach to be named
+HOPEFUL = (
+    0.8  # the same of a rough fit, to be refined: rough ones are within a third of their refined residual, or far off
+)
 TRIED, SAMPLES = 2, 100  # trials, and samples of each, for testing signs and zeros
 FROZEN_SAMPLES, FROZEN_SHARE = 8, 0.1  # equal readings, and share of the recording, from which a channel may be frozen
 ABRUPT = 0.3  # of the joint's largest rate, with which a frozen channel stops or starts
@@ -146,11 +149,12 @@ def convention_doubts(leg: Leg, recordings: Sequence[Recording], result: FitResu
     floor = float(np.nansum(sample_scatter(some) ** 2))
     # The fit itself may have failed because of its start: a changed leg is compared with the better of the two.
     before = min(_left(leg, some), float(np.sqrt(np.nansum(left**2))))
+    hopeful = float(np.sqrt(max(0.0, floor + HOPEFUL**2 * (before**2 - floor))))
     found = []
     for j, joint in enumerate(leg.joints):
         for changed, text in _changes(joint):
             other = replace(leg, joints=(*leg.joints[:j], changed, *leg.joints[j + 1 :]))
-            after = _left(other, [_seen_as(recording, j, joint, changed) for recording in some])
+            after = _left(other, [_seen_as(recording, j, joint, changed) for recording in some], hopeful)
             if after**2 - floor < FITS**2 * (before**2 - floor):
                 found.append((after, joint.name, text))
     if not found:
@@ -190,16 +194,23 @@ def _seen_as(recording: Recording, j: int, old: Joint, new: Joint) -> Recording:
     return replace(recording, rotation=rotation, smoothed=replace(smoothed, angle=angle, rate=rate), known_torque=known)
 
 
-def _left(leg: Leg, recordings: Sequence[Recording]) -> float:
-    """RMS over all joints, rad, after one descent from the weak form's start; infinite if it diverges."""
+def _left(leg: Leg, recordings: Sequence[Recording], hopeful: float = np.inf) -> float:
+    """RMS over all joints, rad, after one descent from the weak form's start; infinite if it diverges.
+
+    A rough fit that leaves more than ``hopeful`` rad is not refined.
+    """
     model = model_of(leg)
     guess = weak_form_start(model, recordings, COMMON)
-    stage = refine(
-        model, recordings, guess.values, first_locals(recordings), "noise", np.zeros(len(leg.joints)), rounds=1
-    )
-    if not np.isfinite(stage.solution.cost):
-        return float("inf")
-    return float(np.sqrt(np.nansum(root_mean_square(recordings, stage.solution.predictions) ** 2)))
+    for rounds in (0, 1):
+        stage = refine(
+            model, recordings, guess.values, first_locals(recordings), "noise", np.zeros(len(leg.joints)), rounds=rounds
+        )
+        if not np.isfinite(stage.solution.cost):
+            return float("inf")
+        found = float(np.sqrt(np.nansum(root_mean_square(recordings, stage.solution.predictions) ** 2)))
+        if found > hopeful:
+            break
+    return found
 
 
 def _motion(recordings: Sequence[Recording]) -> Array:

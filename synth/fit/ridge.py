@@ -45,7 +45,7 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
     unknowns = sought_by(model)
     loose = [(j, unknowns.rate_at(j), unknowns.damper_at(j)) for j in loose_joints(model, solution)]
     best, points = overall_rms(recordings, solution), static_cost(unknowns, solution.values)
-    sentences: list[str] = []
+    moved: list[tuple[int, Array]] = []
     pinned = unknowns.beliefs
     for count, (j, k, place) in enumerate(loose):
         limit = best * (1 + ALLOWANCE * (count + 1) / len(loose))
@@ -65,13 +65,16 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
         pinned = (*pinned, (place, high, HELD))
         after = np.exp(solution.values[[k, place]])
         if after[1] < 0.9 * before[1]:  # a smaller move is not worth a sentence
-            name = model.leg.joint_names[j]
-            sentences.append(
-                f"{name}: {SOFTEST}: {after[0]:.3g} N*m/rad and "
-                f"{after[1]:.3g} N*m*s/rad, the least residual would be at {before[0]:.3g} and "
-                f"{before[1]:.3g} (overall RMS {_degrees(recordings, solution)} instead of {np.degrees(best):.3g} deg)."
-            )
-    return Softened(_without_pins(model, recordings, solution, weights), tuple(sentences))
+            moved.append((j, before))
+    # A joint's values still change while the next ones are moved: the sentences state what the result has.
+    sentences = tuple(
+        f"{model.leg.joint_names[j]}: {SOFTEST}: {np.exp(solution.values[unknowns.rate_at(j)]):.3g} N*m/rad and "
+        f"{np.exp(solution.values[unknowns.damper_at(j)]):.3g} N*m*s/rad, the least residual would be at "
+        f"{before[0]:.3g} and {before[1]:.3g} (overall RMS {_degrees(recordings, solution)} instead of "
+        f"{np.degrees(best):.3g} deg)."
+        for j, before in moved
+    )
+    return Softened(_without_pins(model, recordings, solution, weights), sentences)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.free_motion_start import Seen, later, look, same_leg
 from synth.fit.recordings import recordings
+from synth.fit.ridge import SOFTEST
 from synth.validation.thesis_data import read_lab_data
 
 LAB = Path(__file__).resolve().parents[3] / "shared" / "aarl"
@@ -101,3 +102,11 @@ def test_the_rats_releases_have_a_driven_start_and_the_rest_is_fitted() -> None:
     assert np.abs(off).max() < 1.5
     rates = np.degrees([trial.start.rate - trial.start.recorded.rate for trial in result.trials])
     assert np.mean(np.abs(rates) < 60.0) > 0.85
+    # a joint moved along its ridge is described by the values that the result has
+    moved = {text.split(":")[0]: text for text in result.not_separable if SOFTEST in text}
+    assert "hip" in moved
+    for name, text in moved.items():
+        found = result.joints[name]
+        assert found.damper_rate is not None
+        stated = f"{found.spring_rate.value:.3g} N*m/rad and {found.damper_rate.value:.3g} N*m*s/rad"
+        assert f"{SOFTEST}: {stated}" in text
