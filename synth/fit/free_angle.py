@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.chi_squared import chi_squared_above
 
 WIDE = np.radians(10.0)  # spread with which shifts are first estimated: almost free
 LEAST_SPREAD = np.radians(0.01)  # rad, far below the accuracy of springs and encoders
@@ -28,8 +29,6 @@ class Heterogeneity:
 
 def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
     """From shifts (n_trial, n) rad and their variances (n_trial, n); nan if a trial does not determine a joint's."""
-    from scipy.special import chdtrc  # imported here: it takes 0.1 s, which an unchanged design need not wait for
-
     n = shift.shape[1]
     spread, probability = np.zeros(n), np.ones(n)
     for j in range(n):
@@ -45,5 +44,5 @@ def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
         mean = float(np.sum(weight * value) / weight.sum())
         q = float(np.sum(weight * (value - mean) ** 2))
         spread[j] = np.sqrt(max(0.0, (q - (m - 1)) / float(weight.sum() - np.sum(weight**2) / weight.sum())))
-        probability[j] = float(chdtrc(m - 1, q))
+        probability[j] = chi_squared_above(m - 1, q)
     return Heterogeneity(spread, probability)

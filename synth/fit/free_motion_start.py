@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.chi_squared import chi_squared_above
 from synth.estimation.intervals import spectrum
 from synth.fit.least_squares import FitStart, Solution, Stage, Weights, solve
 from synth.fit.recordings import Recording
@@ -153,9 +154,7 @@ def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array) -
     tells = 1.0 - share > UNTOLD
     if not tells.any():
         return 1.0
-    from scipy.special import chdtrc  # imported here: see ``free_angle``
-
-    return float(chdtrc(tells.sum(), np.sum(off[tells] ** 2 / (1.0 - share[tells]))))
+    return chi_squared_above(int(tells.sum()), float(np.sum(off[tells] ** 2 / (1.0 - share[tells]))))
 
 
 def start_sentence(seen: Seen, cut: float, hidden: LateFreeMotion | None) -> str:

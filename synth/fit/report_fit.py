@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.chi_squared import chi_squared_exceeded
 from synth.estimation.intervals import NORMAL90, Estimate
 from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import drawn_legs, draws
@@ -327,10 +328,11 @@ def _spread(value: float, n_trial: int) -> Estimate:
     """A standard deviation over trials, with its chi-squared interval."""
     if value == 0.0 or n_trial < 2:
         return Estimate(value, "deg")
-    from scipy.special import chdtri  # imported here: see ``free_angle``
-
-    low, high = value * np.sqrt((n_trial - 1) / chdtri(n_trial - 1, [0.05, 0.95]))
-    return Estimate(value, "deg", float(low), float(high))
+    low, high = (
+        value * float(np.sqrt((n_trial - 1) / chi_squared_exceeded(n_trial - 1, probability)))
+        for probability in (0.05, 0.95)
+    )
+    return Estimate(value, "deg", low, high)
 
 
 def _fitted_leg(leg: Leg, joints: Mapping[str, JointFit]) -> Leg:
