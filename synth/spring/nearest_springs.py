@@ -46,14 +46,17 @@ def nearest_springs(
 ) -> list[NearestSpring]:
     """What can be made instead: with more room, in parallel, with a smaller travel, of another material.
 
+    If none of these helps on its own: springs in parallel with a smaller travel.
+
     ``found``: the candidates for ``wish``, of which none keeps all limits.
     """
-    return [
+    nearest = [
         *_more_room(found),
         *_parallel(wish, material),
         *_smaller_travel(found, wish, material),
         *_other_material(wish, material, catalogue),
     ]
+    return nearest or list(_parallel_of_smaller_travel(wish, material))
 
 
 def _violated(design: SpringDesign) -> frozenset[str]:
@@ -137,6 +140,17 @@ def _smaller_travel(
             asked += f", opening {math.degrees(opening):.3g} deg of {math.degrees(wish.opening_travel):.3g} deg"
         text = "; ".join((f"a smaller travel, {asked}: {describe(design)}", *notes))
         yield NearestSpring("smaller_travel", text, design)
+
+
+def _parallel_of_smaller_travel(wish: SpringRequirements, material: WireMaterial) -> Iterator[NearestSpring]:
+    """Of springs in parallel those with the largest travel: both requirements are given up."""
+    reached = []
+    for count in range(2, MOST_IN_PARALLEL + 1):
+        shared = replace(wish, rate=wish.rate / count)
+        for item in _smaller_travel(list(candidates(shared, material)), shared, material):
+            text = f"{count} in parallel, each of {shared.rate:.4g} N*m/rad, with {item.text}"
+            reached.append(replace(item, text=text, design=replace(item.design, count=count)))
+    yield from sorted(reached, key=lambda item: -item.design.travel)[:1]
 
 
 def _other_material(wish: SpringRequirements, material: WireMaterial, catalogue: Catalogue) -> Iterator[NearestSpring]:

@@ -135,6 +135,18 @@ def test_an_impossible_spring_is_explained_with_alternatives(capsys: pytest.Capt
         assert rate == pytest.approx(79.0, rel=1e-6)
 
 
+def test_where_no_single_change_helps_springs_in_parallel_with_less_travel_are_named(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["spring", "--rate", "79 N*m/rad", "--travel", "170 deg", "--json", "spring.json"]) == 1
+    assert "4 in parallel, each of 19.75 N*m/rad, with a smaller travel, 78.4 deg of 170 deg" in capsys.readouterr().out
+    (nearest,) = json.loads(Path("spring.json").read_text(encoding="utf-8"))["nearest"]
+    made = nearest["make"]
+    assert made["violations"] == []
+    assert value(made["rate"], "N*m/rad") * made["count"] == pytest.approx(79.0, rel=1e-6)
+    assert value(made["travel"], "deg") == pytest.approx(78.4)
+
+
 def test_a_given_spring_is_checked(capsys: pytest.CaptureFixture[str]) -> None:
     sizes = ["--wire-diameter", "2 mm", "--mean-diameter", "20 mm", "--coils", "4.25", "--travel", "60 deg"]
     assert main(["spring", *sizes, "--rate", "1.2 N*m/rad", "--arbor", "17 mm", "--json", "spring.json"]) == 0
