@@ -69,6 +69,6 @@ def read_next_command(reader: ProjectReader, written: Any, leg: Leg | None) -> N
         if entry is None:
             continue
         if entry.lowest is not None and entry.highest is not None and entry.lowest >= entry.highest:
-            reader.refuse(f"lowest {entry.lowest:g} rad is not below highest {entry.highest:g} rad", key)
+            reader.refuse("lowest is not below highest", key)
         found[str(joint)] = entry
     return NextCommand(file.length, found)

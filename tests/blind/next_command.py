@@ -241,8 +241,9 @@ def causes(seed: int, count: int) -> list[str]:
 
 
 def named(view: View, is_right: Callable[[Sequence[str]], bool]) -> bool:
-    """Whether the verdict names one cause first, without a tie, and the right one."""
-    return view.verdict == "effect" and is_right(view.first[0])
+    """Whether the verdict names one cause first, and the right one; ties only with causes that act alike."""
+    ties = [key for keys in view.tied for key in keys]
+    return view.verdict in ("effect", "tie") and all(is_right(key) for key in (view.first[0], *ties))
 
 
 def table(said: Mapping[str, Mapping[str, bool]]) -> dict[str, Any]:

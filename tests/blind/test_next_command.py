@@ -99,7 +99,8 @@ def test_points_are_those_of_the_causes_named_alone() -> None:
         return tuple(key) == ("servo_gain", "joint1")
 
     right = View("effect", ((("servo_gain", "joint1"), 0.9),))
-    wrong, unsaid = View("effect", ((("armature", "joint1"), 0.9),)), View("tie", right.ranked)
+    wrong = View("effect", ((("armature", "joint1"), 0.9),))
+    unsaid = View("tie", right.ranked, (("servo_gain", "joint1"),), ((("armature", "joint1"),),))
     assert named(right, is_right)
     assert not named(wrong, is_right)
     assert not named(unsaid, is_right)

@@ -209,3 +209,26 @@ def test_another_leg_needs_the_same_joints(folder: Path, change: tuple[str, str]
     (problem,) = caught.value.problems
     assert words in problem.text
     assert problem.key == "trials[2].leg"
+
+
+def test_a_suggested_command_has_stated_limits(folder: Path) -> None:
+    stated = "next_command: {length: 2 s, limits: {knee: {lowest: -20 deg, speed: 90 deg/s, torque: 1.5 N*m}}}\n"
+    found = read_gap_project(write(folder, GAP + stated)).next_command
+    knee = found.limits["knee"]
+    assert (found.length, knee.highest, knee.torque) == (2.0, None, 1.5)
+    np.testing.assert_allclose([knee.lowest, knee.speed], np.radians([-20.0, 90.0]))
+    assert read_gap_project(write(folder, GAP)).next_command.limits == {}
+
+
+@pytest.mark.parametrize(
+    ("stated", "said"),
+    [
+        ("{limits: {wrist: {speed: 90 deg/s}}}", "wrist"),
+        ("{limits: {knee: {lowest: 20 deg, highest: 10 deg}}}", "not below"),
+        ("{length: 0 s}", "length"),
+        ("{limits: 3 N*m}", "no mapping of joints"),
+    ],
+)
+def test_limits_that_cannot_be_kept_are_refused(folder: Path, stated: str, said: str) -> None:
+    with pytest.raises(UserError, match=said):
+        read_gap_project(write(folder, GAP + f"next_command: {stated}\n"))
