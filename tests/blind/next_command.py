@@ -48,7 +48,7 @@ from blind.views import View, read_views
 from synth.diagnosis.plants.swinging_chain import command_menu, command_shapes
 
 LOGS = 3  # of small slow sines about a pose, the last of which only scores
-KNOWN = 0.8  # s of a known log: with 4 s every cause was named at once (next_6000_000 and _001)
+KNOWN = 0.3  # s of a known log: with .8 s five of seven causes were named at once, with 4 s all
 SLOW = (0.3, 0.8)  # Hz
 SWING = (0.05, 0.15)  # rad, about a pose
 LENGTH = 3.0  # s of the next command
