@@ -28,9 +28,7 @@ from blind.servo_engine import Array, Rig, follow
 from blind.servos import (
     ATTEMPTS,
     DOMINATES,
-    FLOOR,
     LIBRARY,
-    MAIN,
     MASS_TOLERANCE,
     RATE,
     SMALL,
@@ -48,9 +46,13 @@ from blind.views import View, read_views
 from synth.diagnosis.plants.swinging_chain import command_menu, command_shapes
 
 LOGS = 3  # of small slow sines about a pose, the last of which only scores
-KNOWN = 0.3  # s of a known log: with .8 s five of seven causes were named at once, with 4 s all
+KNOWN = 0.8  # s of a known log
 SLOW = (0.3, 0.8)  # Hz
 SWING = (0.05, 0.15)  # rad, about a pose
+# Rad RMS of a servo's own encoder (4096 counts a turn: 4.4e-4), and the main cause in floors. With the finer encoder and
+# the larger causes of ``blind.servos`` two known logs of .3 s name five of seven causes, and a chirp the other two.
+FLOOR = (3e-4, 8e-4)
+MAIN = (3.0, 12.0)
 LENGTH = 3.0  # s of the next command
 ANGLE = 0.4  # rad to either side that it may take
 SPEED = 6.0  # rad/s, the free speed of the slowest motors drawn
