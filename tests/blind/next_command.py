@@ -49,7 +49,7 @@ LOGS = 3  # of small slow sines about a pose, the last of which only scores
 KNOWN = 0.8  # s of a known log
 SLOW = (0.3, 0.8)  # Hz
 SWING = (0.05, 0.15)  # rad, about a pose
-# Rad RMS of a servo's own encoder (4096 counts a turn: 4.4e-4), and the main cause in floors. With the finer encoder and
+# Rad RMS of a servo's own encoder (4096 counts a turn: 4.4e-4), and the main cause in floors. With the finer one and
 # the larger causes of ``blind.servos`` two known logs of .3 s name five of seven causes, and a chirp the other two.
 FLOOR = (3e-4, 8e-4)
 MAIN = (3.0, 12.0)
