@@ -27,7 +27,7 @@ def test_no_shape_leaves_the_range_or_is_too_fast(what: str, speed: float) -> No
 def test_a_programme_takes_its_levels_and_its_variations_are_neighbours() -> None:
     levels, dwell = np.array([[0.5], [-0.5], [0.0]]), np.ones((3, 1))
     stepped = np.array([[True], [True], [False]])
-    plain = Programme(levels, dwell, stepped, np.zeros(1), np.ones(1))
+    plain = Programme(levels, dwell, stepped)
     time = np.arange(0.0, 3.0 + 1e-9, 0.01)
     made = plain.shape(time)[:, 0]
     np.testing.assert_allclose(made[time < 0.99], 0.5)

@@ -114,7 +114,7 @@ class CommandMenu:
 
     def of_programme(self, programme: Programme) -> MenuItem[AngleTrial]:
         """The trial of a programme."""
-        made = self.item("steps, ramps and sines found by search", self.limits.command(programme.shape(self.time)))
+        made = self.item("steps and ramps found by search", self.limits.command(programme.shape(self.time)))
         return replace(made, source=programme)
 
     def item(self, what: str, command: Array) -> MenuItem[AngleTrial]:

@@ -1,7 +1,8 @@
-"""Commands of random steps, ramps and sines, each joint with its own, and variations of a good one.
+"""Commands of random steps and ramps, each joint with its own, and variations of a good one.
 
 The rivals decide which command is best, and none of a few well-known shapes has to be near it: two causes that act
-alike in slow motion may differ only where the duty is at its limit, or where one joint moves and the other rests.
+alike in slow motion may differ only where the duty is at its limit, or where one joint moves and the other rests. The
+simulation holds such a command as a servo does, unlike one of sines (``command_shapes.RATE``).
 """
 
 from __future__ import annotations
@@ -15,35 +16,28 @@ from synth.motion.smoothing import Mask
 
 DWELL = 0.5  # s, usual time of a level: several rise times of a servo
 FEWEST = 3  # levels
-RATES = (0.3, 5.0)  # Hz of the sine on top: up to twice a chirp's, with a smaller amplitude
-LARGEST = 0.5  # of half the range, amplitude of the sine on top
 STEPS = 0.6  # share of levels that are reached by a step; the others by a ramp
 CHANGED, FAR = 0.3, 0.4  # share of numbers that a variation changes, and how far in half ranges
-PLAIN = 0.4  # share of joints without a sine on top
 
 
 @dataclass(frozen=True)
 class Programme:
-    """Levels between -1 and 1 that each joint takes one after the other, with a sine on top.
+    """Levels between -1 and 1 that each joint takes one after the other.
 
     ``levels``, ``dwell`` (k, n): level and its share of the time; ``stepped`` (k, n): reached by a step, else by a ramp
-    that takes all its time; ``amplitude``, ``rate`` (n,): of the sine, 1 and Hz.
+    that takes all its time.
     """
 
     levels: Array
     dwell: Array
     stepped: Mask
-    amplitude: Array
-    rate: Array
 
     @classmethod
     def drawn(cls, rng: np.random.Generator, n: int, length: float) -> Programme:
         """At random, for ``n`` joints and ``length`` s."""
         count = max(FEWEST, round(length / DWELL))
         size = (count, n)
-        amplitude = rng.uniform(0.0, LARGEST, n) * (rng.random(n) > PLAIN)
-        rate = np.exp(rng.uniform(np.log(RATES[0]), np.log(RATES[1]), n))
-        return cls(rng.uniform(-1.0, 1.0, size), rng.uniform(0.3, 1.7, size), rng.random(size) < STEPS, amplitude, rate)
+        return cls(rng.uniform(-1.0, 1.0, size), rng.uniform(0.3, 1.7, size), rng.random(size) < STEPS)
 
     def varied(self, rng: np.random.Generator) -> Programme:
         """A neighbour: some numbers changed."""
@@ -58,8 +52,6 @@ class Programme:
             levels=moved(self.levels, FAR, -1.0, 1.0),
             dwell=moved(self.dwell, FAR, 0.2, 2.0),
             stepped=self.stepped ^ swapped,
-            amplitude=moved(self.amplitude, 0.5 * FAR, 0.0, LARGEST),
-            rate=np.exp(moved(np.log(self.rate), FAR, *np.log(RATES))),
         )
 
     def shape(self, time: Array) -> Array:
@@ -72,6 +64,5 @@ class Programme:
             place = np.minimum(np.searchsorted(ends, time, side="right"), len(ends) - 1)
             start = np.r_[0.0, ends[:-1]][place]
             along = np.where(self.stepped[place, j], 1.0, (time - start) / np.maximum(ends[place] - start, 1e-9))
-            level = before[place] + along * (self.levels[place, j] - before[place])
-            made[:, j] = level + self.amplitude[j] * np.sin(2.0 * np.pi * self.rate[j] * time)
-        return np.clip(made, -1.0, 1.0)
+            made[:, j] = before[place] + along * (self.levels[place, j] - before[place])
+        return made

@@ -8,7 +8,9 @@ import numpy as np
 
 from synth.arrays import Array
 
-RATE = 100.0  # samples per second of a command, as the servo benches examined have
+# Samples per second of a command. Each is held, but simulated as straight lines: with 100 the chirp of one rig is
+# .020 deg RMS off, with 200 .005, a quarter of a servo's own encoder's noise. Steps are exact (.0001).
+RATE = 200.0
 CHIRP = (0.2, 2.5)  # Hz: the bandwidth of a position servo with a limb
 LEVELS = 5  # angles of a staircase: with and against gravity, and between
 SEEDS = 3  # sums of sines with different phases, of which the best is used
