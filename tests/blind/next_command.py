@@ -243,9 +243,10 @@ def causes(seed: int, count: int) -> list[str]:
 
 
 def named(view: View, is_right: Callable[[Sequence[str]], bool]) -> bool:
-    """Whether the verdict names one cause first, and the right one; ties only with causes that act alike."""
-    ties = [key for keys in view.tied for key in keys]
-    return view.verdict in ("effect", "tie") and all(is_right(key) for key in (view.first[0], *ties))
+    """Whether the verdict names the right cause first, and no tied explanation does without it."""
+    if view.verdict not in ("effect", "tie") or not is_right(view.first[0]):
+        return False
+    return all(any(is_right(key) for key in keys) for keys in view.tied)
 
 
 def table(said: Mapping[str, Mapping[str, bool]]) -> dict[str, Any]:

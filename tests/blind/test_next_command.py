@@ -105,6 +105,8 @@ def test_points_are_those_of_the_causes_named_alone() -> None:
     assert named(right, is_right)
     assert not named(wrong, is_right)
     assert not named(unsaid, is_right)
+    small = (("servo_gain", "joint1"), ("coulomb_friction", "joint1"))  # what is tied stands beside the right cause
+    assert named(View("tie", right.ranked, (("servo_gain", "joint1"),), (small,)), is_right)
     said = {"a": dict.fromkeys(("before", *WAYS), True), "b": {"before": False, "chirp": False, "suggested": True}}
     said |= {"c": {"before": True}}  # nothing was recorded
     found = table(said)
