@@ -18,6 +18,7 @@ from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Assessed, Hypotheses
 from synth.diagnosis.odds import CALIBRATED
+from synth.diagnosis.restarts import beside_best, exchanged, fitted_again, has_other_minima, refine
 from synth.diagnosis.score import first_state, fresh, score
 from synth.diagnosis.screening import leverage, prospects, rungs, strengthened
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
@@ -28,7 +29,6 @@ BASE_ROUNDS = 5  # steps of the nominal leg, from which all candidates start
 SCREEN_ROUNDS = (2, 2, 2)  # iterations of all starts, of each candidate's best shapes, of the promising ones
 SIFTED, SIFTED_SAMPLES = 4, 300  # trials used in the first screening, and samples of each
 SIFTING_TOLERANCE = 1e-5  # relative tolerance of the integrator while candidates are only ranked
-FRAMES, CONVERGED = 8, 1.0  # most renewals of the derivatives, which stop when the cost falls by less
 SAME_START = 0.05  # of the largest motion: where initial rotations are nearer, one screening suffices
 TRIED_STARTS = 3  # of each candidate
 LEAST_PROMISE, LEAST_TRIED = 0.5, 40  # least predicted cost reduction of a start, and number tried in any case
@@ -136,7 +136,14 @@ class AngleExplorer:
         best = best_of_each([*found, *again])
         chosen = [fit for place, fit in enumerate(best) if place < (REFINED_SOFT if _soft(fit) else REFINED)]
         rest = [fit for fit in best if all(fit is not other for other in chosen)]
-        return best_of_each([*_refine(bench, [*chosen, *_elsewhere(bench, chosen, found)]), *rest])
+        refined = best_of_each(refine(bench, [*chosen, *_elsewhere(bench, chosen, found)]))
+        ends = fitted_again(bench, refined, self._designed)
+        several = has_other_minima(refined, ends, self._nominal)
+        refined = best_of_each([*refined, *ends])
+        if several:
+            refined = best_of_each([*refined, *beside_best(bench, self.candidates, refined)])
+            refined = exchanged(bench, refined[:REFINED], self._designed) + refined[REFINED:]
+        return best_of_each([*refined, *rest])
 
     @cached_property
     def _starts(self) -> list[EvaluatedHypothesis]:
@@ -164,7 +171,7 @@ class AngleExplorer:
         """One further cause beside each of the anchors; the best get their own linearisation."""
         fits = [anchor.fit for anchor in anchors if anchor.fit.frame is not None]
         found = further(self.bench, self._sifting, fits, self.candidates)
-        return [*_refine(self.bench, found[:REFINED_FURTHER]), *found[REFINED_FURTHER:]]
+        return [*refine(self.bench, found[:REFINED_FURTHER]), *found[REFINED_FURTHER:]]
 
     def ratio(self, fit: EvaluatedHypothesis) -> float:
         """RMS of a fit over the noise floor."""
@@ -280,23 +287,6 @@ def _promising(
     tried = sorted((item for found in chosen for item in found), key=lambda item: item[0])
     worth = max(LEAST_TRIED, sum(cost < alone - LEAST_PROMISE for cost, _ in tried))
     return bench.evaluate([fit for _, fit in tried[:worth]])
-
-
-def _refine(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
-    """Fits with their own derivatives, iterated until they gain no more."""
-    current, going = [bench.awake(fit) for fit in fits], list(range(len(fits)))
-    for _ in range(FRAMES):
-        framed = [replace(fresh(current[i]), frame=bench.frame(current[i])) for i in going]
-        better = bench.solve(framed, None, 3)
-        still = []
-        for i, fit in zip(going, better, strict=True):
-            if current[i].cost - fit.cost > CONVERGED:
-                still.append(i)
-            current[i] = fit
-        going = still
-        if not going:
-            break
-    return current
 
 
 def ratio(bench: Workbench, fit: EvaluatedHypothesis) -> float:

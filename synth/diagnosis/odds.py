@@ -85,7 +85,7 @@ class Calibration:
     far: float = 5.0
     tie_odds: float = 6.0
     most: float = 0.6
-    most_of_several: float = 0.75
+    most_of_several: float = 0.65
     steep: float = 16.0
     free_leads: float = 0.15
     most_unknown: float = 0.85

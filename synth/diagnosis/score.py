@@ -14,6 +14,9 @@ from synth.estimation.gauss_newton import LocalProblem, gauss_newton
 from synth.threads import in_parallel
 
 ROUNDS = 8  # Gauss-Newton iterations for the initial state, the only unknowns
+# RMS over the noise floor above which a trial may be a swing off; shares of the trial on which its state is then found
+# one after the other (like the growing horizon of multiple shooting: Bock 1987).
+FAR_OFF, GROWING = 9.0, (0.25, 0.5, 0.75)
 LEAST_GAIN = 0.05  # of the cost, in units of log-likelihood: less changes no printed figure
 
 
@@ -29,11 +32,28 @@ def score(bench: Workbench, fit: EvaluatedHypothesis, trials: Sequence[AngleTria
 
 
 def _one(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial) -> tuple[Array, Array]:
-    """With the best-fitting initial state."""
+    """With the best-fitting initial state; if that is far off, also with one found on growing parts of the trial."""
     links = sum(candidate.links for candidate in fit.hypothesis)
     begun = np.concatenate([first_state(trial), np.zeros(2 * links)])
+    cost, prediction, state = _with_state(bench, fit, trial, begun)
+    white = bench.whitener(trial).count
+    if cost > 0.5 * FAR_OFF**2 * float(np.minimum(trial.counted, bench.effective).sum()):
+        grown = begun
+        for share in GROWING:
+            grown = _with_state(bench, fit, trial, grown, round(share * white))[2]
+        better, also, other = _with_state(bench, fit, trial, grown)
+        if better < cost:
+            return also, other
+    return prediction, state
+
+
+def _with_state(
+    bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, begun: Array, first: int | None = None
+) -> tuple[float, Array, Array]:
+    """Cost, prediction and the best-fitting initial state near ``begun``, by the ``first`` samples or by all."""
     rows = state_rows(trial, begun)
     below = bench.state_prior(trial, begun)
+    later = slice(first, bench.whitener(trial).count) if first is not None else slice(0, 0)
 
     def state_at(free: Array) -> Array:
         state = begun.copy()
@@ -45,13 +65,16 @@ def _one(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial) -> tuple
         prediction, slopes = bench.slopes(trial, fit, state, ())
         residual = bench.residual(trial, prediction, state)
         matrix = np.concatenate([slopes, below])
+        residual[later], matrix[later] = 0.0, 0.0
         with np.errstate(invalid="ignore", over="ignore"):  # a diverging motion is not finite, which ends the search
             normal, gradient = matrix.T @ matrix, matrix.T @ residual
         normal += 1e-12 * np.diag(np.diag(normal))  # a locked neighbour leaves a state almost no derivative
         return LocalProblem(prediction, 0.5 * float(residual @ residual), normal, gradient)
 
-    prediction, free = gauss_newton(assess, begun[rows], rounds=ROUNDS, least_gain=LEAST_GAIN)
-    return prediction, state_at(free)
+    found = gauss_newton(assess, begun[rows], rounds=ROUNDS, least_gain=LEAST_GAIN)
+    prediction, state = found[0], state_at(found[1])
+    residual = bench.residual(trial, prediction, state)
+    return 0.5 * float(residual @ residual), prediction, state
 
 
 def fresh(fit: EvaluatedHypothesis) -> EvaluatedHypothesis:

@@ -103,7 +103,11 @@ class CauseSearch(Generic[F]):
             self.say("pairs of causes")
             several = self._assessed(self.explorer.beside(plan.first(singles), singles))
             promising = several[: plan.anchor_pairs]
-            if promising and plan.leaves(promising[0], none) and plan.paid(promising[0], singles[0]):
+            if (
+                promising
+                and plan.leaves(promising[0], none)
+                and plan.paid(promising[0], _within(promising[0], singles))
+            ):
                 self.say("a third cause")
                 several += self._assessed(self.explorer.beside(promising, singles))
         return Hypotheses(none, tuple(singles), tuple(sorted(several, key=lambda a: a.cost)))
@@ -111,6 +115,11 @@ class CauseSearch(Generic[F]):
     def _assessed(self, fits: Sequence[F]) -> list[Assessed[F]]:
         """In order of cost."""
         return sorted((Assessed(fit, fit.cost, self.explorer.ratio(fit)) for fit in fits), key=lambda a: a.cost)
+
+
+def _within(found: Assessed[F], singles: Sequence[Assessed[F]]) -> Assessed[F]:
+    """The best single cause of a set; the best of all if none of its causes was fitted alone."""
+    return next((single for single in singles if set(single.keys) <= set(found.keys)), singles[0])
 
 
 def best_of_each(fits: Sequence[F]) -> list[F]:

@@ -24,6 +24,9 @@ from synth.arrays import Array
 # Relative and absolute damping of every step: they keep a matrix with a null direction invertible. The relative
 # one is 500 times the rounding of a double (2e-16), and a tenth of the least damping of any rule (1e-12).
 LEAST_DAMPING, LEAST_DIAGONAL = 1e-13, 1e-300
+# Most damping of own unknowns that follow a common step: it bounds those that a trial hardly determines, the state of a
+# soft link.
+FOLLOWING = 1e-3
 HELD_ROUNDS = 6  # repetitions of a step because a further unknown reaches its bound
 
 
@@ -60,12 +63,23 @@ class OwnGroup:
         """(t, l)."""
         return np.diagonal(self.matrix, axis1=1, axis2=2)
 
-    def steps(self, common: Array, dampings: Array, scale: Array) -> Array:
-        """(n_step, t, l) damped own steps for the common steps ``common`` (n_step, p)."""
-        right = self.gradient[:, :, None] + self.cross @ common.T
+    def steps(self, common: Array, dampings: Array, scale: Array, follow: bool) -> Array:
+        """(n_step, t, l) damped own steps for the common steps ``common`` (n_step, p).
+
+        With ``follow`` only the correction of the own unknowns themselves is damped fully; what makes up for the common
+        step hardly. A reduced gradient presumes that: without it no small step lowers the cost of a motion that depends
+        on its initial state much more than on the common unknowns.
+        """
+        coupled = (self.cross @ common.T).transpose(2, 0, 1)
         added = (dampings[:, None, None] + LEAST_DAMPING) * scale + LEAST_DIAGONAL
-        damped = self.matrix + added[:, :, :, None] * np.eye(self.matrix.shape[1])
-        return np.asarray(-np.linalg.solve(damped, right.transpose(2, 0, 1)[..., None])[..., 0])
+        eye = np.eye(self.matrix.shape[1])
+        damped = self.matrix + added[:, :, :, None] * eye
+        if not follow:
+            return np.asarray(-np.linalg.solve(damped, (self.gradient + coupled)[..., None])[..., 0])
+        alone = np.linalg.solve(damped, np.broadcast_to(self.gradient, coupled.shape)[..., None])[..., 0]
+        least = (np.minimum(dampings, FOLLOWING)[:, None, None] + LEAST_DAMPING) * scale + LEAST_DIAGONAL
+        hardly = self.matrix + least[:, :, :, None] * eye
+        return np.asarray(-alone - np.linalg.solve(hardly, coupled[..., None])[..., 0])
 
 
 @dataclass(frozen=True)
@@ -141,7 +155,7 @@ class NormalEquations(ABC):
         common = np.array([step * _share(step, limits.common) for step in made])
         if limits.follow:
             common = np.clip(at + common, low, high) - at
-            return self._with_own(common, dampings, scale)
+            return self._with_own(common, dampings, scale, follow=True)
         steps = self._with_own(np.array(made), dampings, scale)
         shortened = []
         for step in steps:
@@ -168,12 +182,14 @@ class NormalEquations(ABC):
             held = held | outward
         return step
 
-    def _with_own(self, common: Array, dampings: Array, scale: DampingScale) -> list[ParameterStep]:
+    def _with_own(
+        self, common: Array, dampings: Array, scale: DampingScale, *, follow: bool = False
+    ) -> list[ParameterStep]:
         """Steps including each trial's own unknowns, from the common steps (n_step, p)."""
         count = sum(len(group.trials) for group in self.groups)
         own: list[list[Array]] = [[np.zeros(0)] * count for _ in common]
         for group, width in zip(self.groups, scale.own, strict=True):
-            for made, steps in zip(own, group.steps(common, dampings, width), strict=True):
+            for made, steps in zip(own, group.steps(common, dampings, width, follow), strict=True):
                 for trial, step in zip(group.trials, steps, strict=True):
                     made[trial] = step
         return [ParameterStep(one, tuple(made)) for one, made in zip(common, own, strict=True)]

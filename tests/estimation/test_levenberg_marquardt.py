@@ -211,3 +211,20 @@ def test_own_unknowns_follow_a_shortened_step() -> None:
     (both,) = normal.steps(np.zeros(4), np.zeros(1), normal.scale, bounds, StepLimits(0.01))
     (whole,) = normal.steps(np.zeros(4), np.zeros(1), normal.scale, bounds, StepLimits())
     np.testing.assert_allclose(both.own[0] / whole.own[0], 0.01 / np.abs(whole.common).max(), rtol=1e-9)
+
+
+@pytest.mark.parametrize("damping", [1.0, 1e2, 1e4])
+def test_own_unknowns_follow_a_damped_common_step(damping: float) -> None:
+    """Nearly all of what the common unknown changes, the own one can make up for: a damped step must not leave it."""
+    # Of three residuals, by the common and the own unknown.
+    slopes = np.array([[100.3, 1e3], [99.6, 1e3], [-100.2, -1e3]])
+    residual = np.array([1.0, 1.5, 0.2])
+    residual -= slopes[:, 1:] @ np.linalg.lstsq(slopes[:, 1:], residual, rcond=None)[0]  # the own one is at its optimum
+    common, own = slopes[:, :1], slopes[:, 1:]
+    trial = TrialNormal(common.T @ common, common.T @ own, own.T @ own, common.T @ residual, own.T @ residual)
+    normal = ReducedNormal.of([trial], np.zeros((1, 1)), np.zeros(1))
+    bounds = np.full(1, -np.inf), np.full(1, np.inf)
+    (step,) = normal.steps(np.zeros(1), np.array([damping]), normal.scale, bounds, StepLimits(follow=True))
+    after = residual + slopes @ np.concatenate([step.common, step.own[0]])
+    assert abs(step.common[0]) > 0.0
+    assert float(after @ after) < float(residual @ residual)

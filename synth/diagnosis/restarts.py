@@ -1,0 +1,147 @@
+"""Fits with their own derivatives, and fits again from elsewhere where the cost has several minima.
+
+The cost of a motion that turns over, or rubs, has many minima, and the start decides which one is found. A few fits
+show whether that is so: the best causes, fitted again from the designed leg, end where they were, or not. Only if not,
+every cause is fitted again from the tolerances and initial states of the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.score import fresh
+from synth.diagnosis.screening import rungs, strengthened
+from synth.diagnosis.search import best_of_each
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+
+FRAMES, CONVERGED = 8, 1.0  # most renewals of the derivatives, which stop when the cost falls by less
+PROBED = 2  # best causes that are fitted again from the designed leg
+APART = 0.1  # of the best cause's gain: ends that differ by more are different minima, not unfinished steps
+LEAST_APART = 3.0  # in log-likelihood, a factor of 20
+DONORS = 4  # best causes whose tolerances and initial states the others start from
+STRENGTHS = (0.7, 1.4)  # factors on a cause's unknowns from which it is fitted again
+KEPT = 2  # starts of each cause that continue after the first steps
+BETWEEN = (0.6, 0.7, 0.8, 0.9, 1.1, 1.25, 1.4, 1.7)  # factors on the best rungs' strengths: a minimum may be narrow
+TRIED = 16  # causes that continue from the best fits' tolerances; half of them after the first steps
+ROUNDS = 2  # the second from the tolerances that the first found
+States = tuple[Array, ...]  # initial state of each trial
+
+
+def refine(bench: Workbench, fits: Sequence[EvaluatedHypothesis], frames: int = FRAMES) -> list[EvaluatedHypothesis]:
+    """Fits with their own derivatives, iterated until they gain no more."""
+    current, going = [bench.awake(fit) for fit in fits], list(range(len(fits)))
+    for _ in range(frames):
+        framed = [replace(fresh(current[i]), frame=bench.frame(current[i])) for i in going]
+        better = bench.solve(framed, None, 3)
+        still = []
+        for i, fit in zip(going, better, strict=True):
+            if current[i].cost - fit.cost > CONVERGED:
+                still.append(i)
+            current[i] = fit
+        going = still
+        if not going:
+            break
+    return current
+
+
+def fitted_again(
+    bench: Workbench, refined: Sequence[EvaluatedHypothesis], designed: EvaluatedHypothesis
+) -> list[EvaluatedHypothesis]:
+    """The best causes fitted again from the unchanged leg ``designed``.
+
+    ``refined`` : one fit of each cause, with its own derivatives, in order of cost.
+    """
+    probes = [_from(fit, designed, states) for fit in refined[:PROBED] for states in _states(fit, designed)]
+    return refine(bench, bench.evaluate(probes))
+
+
+def has_other_minima(
+    refined: Sequence[EvaluatedHypothesis], ends: Sequence[EvaluatedHypothesis], nominal: EvaluatedHypothesis
+) -> bool:
+    """Whether fits of the same causes ended far apart, compared with what the best one gains over the nominal leg."""
+    best = {fit.keys: fit.cost for fit in refined}
+    far = max(APART * (nominal.cost - refined[0].cost), LEAST_APART)
+    return any(abs(end.cost - best[end.keys]) > far for end in ends)
+
+
+def beside_best(
+    bench: Workbench, candidates: Sequence[ShapedEffect], fits: Sequence[EvaluatedHypothesis]
+) -> list[EvaluatedHypothesis]:
+    """Every cause in place of those of the best fits, with their tolerances and initial states; with own derivatives.
+
+    What acts like a cause that was found is near its optimum there, at a strength that a ladder of them contains.
+    """
+    size, own = bench.n_tolerance, 2 * len(bench.noise)  # a donor's states without those of the links it adds
+    begun = []
+    for donor in fits[:DONORS]:
+        states = tuple(state[:own] for state in donor.states)
+        starts = [
+            bench.awake(EvaluatedHypothesis((candidate,), np.concatenate([donor.unknowns[:size], point]), states))
+            for candidate in candidates
+            for point in candidate.starts()
+        ]
+        begun += bench.evaluate([rung for start in starts for rung in rungs(start, size)])
+    near = _best_starts(begun, KEPT)
+    begun += bench.evaluate([strengthened(fit, size, factor) for fit in near for factor in BETWEEN])
+    first = refine(bench, _best_starts(begun, 1)[:TRIED], frames=1)
+    return refine(bench, _best_starts(first, 1)[: TRIED // 2])
+
+
+def exchanged(
+    bench: Workbench, refined: Sequence[EvaluatedHypothesis], designed: EvaluatedHypothesis
+) -> list[EvaluatedHypothesis]:
+    """The best fit of each cause, started again from the tolerances and initial states of the others' fits."""
+    current = list(refined)
+    for _ in range(ROUNDS):
+        best = {fit.keys: fit.cost for fit in current}
+        begun = refine(bench, bench.evaluate(_starts(bench, current, designed)), frames=1)
+        current = best_of_each([*current, *refine(bench, _best_starts(begun, KEPT))])
+        if all(best[fit.keys] - fit.cost <= LEAST_APART for fit in current):
+            break
+    return current
+
+
+def _best_starts(fits: Sequence[EvaluatedHypothesis], most: int) -> list[EvaluatedHypothesis]:
+    """At most so many of each cause, in order of cost."""
+    count: dict[tuple[tuple[str, str], ...], int] = {}
+    kept = []
+    for fit in sorted(fits, key=lambda fit: fit.cost):
+        count[fit.keys] = count.get(fit.keys, 0) + 1
+        if np.isfinite(fit.cost) and count[fit.keys] <= most:
+            kept.append(fit)
+    return kept
+
+
+def _starts(
+    bench: Workbench, fits: Sequence[EvaluatedHypothesis], designed: EvaluatedHypothesis
+) -> list[EvaluatedHypothesis]:
+    """Each cause from the others' tolerances, with their initial states or its own, and at other strengths."""
+    made = []
+    for fit in fits:
+        for donor in (*fits[:DONORS], designed):
+            if donor is not fit:
+                made += [_from(fit, donor, states) for states in _states(fit, donor)]
+        common = np.arange(len(fit.unknowns)) < bench.n_tolerance
+        made += [_at(fit, np.where(common, fit.unknowns, factor * fit.unknowns), fit.states) for factor in STRENGTHS]
+    return made
+
+
+def _states(fit: EvaluatedHypothesis, donor: EvaluatedHypothesis) -> list[States]:
+    """Initial states to start from: the donor's, where it has as many, and the fit's own."""
+    alike = all(len(a) == len(b) for a, b in zip(fit.states, donor.states, strict=True))
+    return [donor.states, fit.states] if alike else [fit.states]
+
+
+def _from(fit: EvaluatedHypothesis, donor: EvaluatedHypothesis, states: States) -> EvaluatedHypothesis:
+    """A cause with the tolerances of another one's fit."""
+    size = len(donor.unknowns) - sum(candidate.size for candidate in donor.hypothesis)
+    return _at(fit, np.concatenate([donor.unknowns[:size], fit.unknowns[size:]]), states)
+
+
+def _at(fit: EvaluatedHypothesis, unknowns: Array, states: States) -> EvaluatedHypothesis:
+    return fresh(replace(fit, unknowns=unknowns, states=states, residuals=(), columns=(), cost=np.inf, frame=None))
