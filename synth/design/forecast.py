@@ -108,19 +108,6 @@ def damper_tolerance(option: DamperOption, asked: ToleranceOptions) -> DamperTol
     return DamperTolerance(share, known.per_kelvin, known.exponents, known.source)
 
 
-def latin_hypercube(n: int, n_sample: int, seed: int) -> Array:
-    """(n_sample, n) in [0, 1): one random point in each of ``n_sample`` equal parts of every dimension.
-
-    The same numbers as ``scipy.stats.qmc.LatinHypercube``, whose import takes longer than a forecast.
-    """
-    random = np.random.default_rng(seed).spawn(1)[0]  # as scipy does, so that designs of any version agree
-    inside = random.uniform(size=(n_sample, n))
-    parts = np.tile(np.arange(1, n_sample + 1), (n, 1))
-    for row in parts:
-        random.shuffle(row)
-    return np.asarray((parts.T - inside) / n_sample)
-
-
 class Forecaster:
     """Draws the tolerances of sets of parts in one leg."""
 
@@ -157,7 +144,10 @@ class Forecaster:
 
     def _draws(self, n: int, n_sample: int) -> Array:
         """(4 n + 1, n_sample) in [-1, 1]: four causes per joint, then temperature."""
-        return np.asarray(2.0 * latin_hypercube(4 * n + 1, n_sample, self.seed).T - 1.0)
+        from scipy.stats.qmc import LatinHypercube  # imported here: it takes 0.7 s, and only a design forecasts
+
+        drawn = LatinHypercube(4 * n + 1, rng=np.random.default_rng(self.seed)).random(n_sample)
+        return np.asarray(2.0 * drawn.T - 1.0)
 
     def _columns(self, parts: SetParts, draws: Array) -> list[Array]:
         """Columns (ROWS, n_lane) by joint for draws (4 n + 1, n_lane)."""
