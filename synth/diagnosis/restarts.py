@@ -64,6 +64,8 @@ def has_other_minima(
     refined: Sequence[EvaluatedHypothesis], ends: Sequence[EvaluatedHypothesis], nominal: EvaluatedHypothesis
 ) -> bool:
     """Whether fits of the same causes ended far apart, compared with what the best one gains over the nominal leg."""
+    if not refined:
+        return False
     best = {fit.keys: fit.cost for fit in refined}
     far = max(APART * (nominal.cost - refined[0].cost), LEAST_APART)
     return any(abs(end.cost - best[end.keys]) > far for end in ends)
