@@ -76,7 +76,8 @@ def beside_best(
 ) -> list[EvaluatedHypothesis]:
     """Every cause in place of those of the best fits, with their tolerances and initial states; with own derivatives.
 
-    What acts like a cause that was found is near its optimum there, at a strength that a ladder of them contains.
+    What acts like a cause that was found is near its optimum there, at a strength that has to be found: first on a
+    coarse ladder, then between its rungs.
     """
     size, own = bench.n_tolerance, 2 * len(bench.noise)  # a donor's states without those of the links it adds
     begun = []

@@ -15,7 +15,7 @@ from synth.threads import in_parallel
 
 ROUNDS = 8  # Gauss-Newton iterations for the initial state, the only unknowns
 # RMS over the noise floor above which a trial may be a swing off; shares of the trial on which its state is then found
-# one after the other (like the growing horizon of multiple shooting: Bock 1987).
+# one after the other, so that each part is followed before the next one counts.
 FAR_OFF, GROWING = 9.0, (0.25, 0.5, 0.75)
 LEAST_GAIN = 0.05  # of the cost, in units of log-likelihood: less changes no printed figure
 

@@ -68,7 +68,6 @@ def _hypothesis_json(item: Assessed[Any]) -> dict[str, Any]:
         "ratio": item.ratio,
         "unseen": _errors_json(item.unseen),
         "seen": _errors_json(item.seen),
-        "unknowns": item.fit.unknowns.tolist(),
     }
 
 

@@ -24,7 +24,7 @@ def scene(folder: Path, *made: object) -> Scene:
 
 
 def test_dry_friction_and_drag_of_a_driven_pendulum_are_found_together(tmp_path: Path) -> None:
-    """The best of several causes had a cost of 1586 before, and the two that are there have one of 172."""
+    """Either alone leaves at least five times what both leave."""
     made = scene(tmp_path, RUBS, 2, (1.6, 2.8), 2.5, 4)
     found = search(made.bench, candidates(made.leg, made.given, scales(made.leg, made.given)))
     best = min(found.several, key=lambda item: item.cost)
@@ -33,7 +33,7 @@ def test_dry_friction_and_drag_of_a_driven_pendulum_are_found_together(tmp_path:
 
 
 def test_dry_friction_is_fitted_where_no_start_of_the_screening_reaches_it(tmp_path: Path) -> None:
-    """It was in no list before."""
+    """The screening's starts end in other minima; fits from elsewhere bring it to the first place."""
     made = scene(tmp_path, RUBS, 9, (1.6, 2.8), 2.5, 4)
     explorer = AngleExplorer(made.bench, candidates(made.leg, made.given, scales(made.leg, made.given)))
     assert explorer.singles()[0].keys == (("coulomb_friction", "hinge"),)
