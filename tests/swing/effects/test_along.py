@@ -44,7 +44,7 @@ def test_many_columns_agree_with_single_columns() -> None:
     time = np.cumsum(generator.uniform(1e-3, 1e-2, 200))
     phase = generator.uniform(0, 6, 37)
     rotation, rate = np.sin(9 * time[:, None] + phase), 9 * np.cos(9 * time[:, None] + phase)
-    same = (np.full(37, value) for value in (0.2, 1.0, 1.5))
+    same = (np.full(37, value) for value in (0.2, 1.0, 1.5, 0.3, 0.0))
     given = np.array([np.linspace(0.1, 1, 37), *same])
     together = torque_along(effect, AlongMotion(time, rotation, rate, rotation - 0.1, RATE, 0.0, 0.0, 0.0), given)
     for k in (0, 15, 16, 36):

@@ -21,7 +21,7 @@ GIVEN: dict[str, dict[str, float]] = {
     "one_sided_spring": {"loss_above": 0.7, "loss_below": -0.2, "shift": 0.05, "width": 0.01},
     "quadratic_damping": {"coefficient": 0.02},
     "shear_thinning_damping": {"loss": 0.8, "speed": 0.3},
-    "spring_hysteresis": {"stiffness": 0.8, "slip": 0.1, "relaxation": 2.0},
+    "spring_hysteresis": {"stiffness": 0.8, "slip": 0.1, "settled": 0.3},
     "stribeck_friction": {"torque": 0.06, "fall": 0.5, "speed": 0.5},
 }
 TORQUES = [effect for effect in registered() if effect.way == "torque" and effect.module.startswith("synth.")]

@@ -34,8 +34,8 @@ class NaturalSizes:
 
     ``angle`` (n,) rad and ``speed`` (n,) rad/s, amplitudes; ``torque`` (n,) N m, see ``_torques``; ``force`` N, the
     leg's weight, or the driving force without gravity; ``length`` (n,) m of the link; ``middle`` (n,) rad of the
-    motion's range, ``half`` (n,) its half width, both in the sense of q; ``time`` s, the reciprocal of the highest
-    frequency of the trials; ``damping`` (n,) N m s/rad of the designed dampers; ``mass`` kg of
+    motion's range, ``half`` (n,) its half width, ``settled`` (n,) the spring's deflection at the end of the trials
+    (median), all in the sense of q; ``time`` s, the reciprocal of the highest frequency of the trials; ``damping`` (n,) N m s/rad of the designed dampers; ``mass`` kg of
     the whole leg.
     """
 
@@ -46,6 +46,7 @@ class NaturalSizes:
     length: Array
     middle: Array
     half: Array
+    settled: Array
     time: float
     damping: Array
     mass: float
@@ -84,6 +85,7 @@ def scales(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
             # 98 %: not a single outlier.
             speed[j] = max(speed[j], float(np.percentile(np.abs(smoothed.rate[:, j]), 98)))
             known[j] = max(known[j], 0.0 if driven is None else float(np.percentile(np.abs(driven[:, j]), 98)))
+    ends = [[float(t.recording.smoothed.angle[-1, j]) for t in trials if j in t.free] for j in range(n)]
     moved = np.isfinite(low)
     low, high = np.where(moved, low, -0.1), np.where(moved, high, 0.1)
     longest = max(float(trial.time[-1]) for trial in trials)
@@ -101,7 +103,8 @@ def scales(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
     pace = min(trial.recording.smoothed.pace for trial in trials)
     damping = np.array([_rate(joint.damper, float(w)) for joint, w in zip(leg.joints, speed, strict=True)])
     middle = 0.5 * (low + high)
-    return NaturalSizes(angle, speed, torque, force, length, middle, half, RECIPROCAL * pace, damping, mass)
+    settled = np.array([np.median(each) if each else at for each, at in zip(ends, rest, strict=True)]) - rest
+    return NaturalSizes(angle, speed, torque, force, length, middle, half, settled, RECIPROCAL * pace, damping, mass)
 
 
 def _unsprung(leg: Leg, free: AbstractSet[int]) -> Mask:
@@ -175,9 +178,11 @@ class Candidate(ShapedEffect):
 
     def in_units(self, parameter: Parameter, value: Array) -> Array:
         """Natural values (n_lane,) of a free parameter in SI and measured sense."""
-        if parameter.anchor != "middle":
+        if not parameter.anchor:
             return super().in_units(parameter, value)
         joint = self.leg.joints[self.joint]
+        if parameter.anchor == "settled":
+            return np.asarray(joint.sign * self.scales.settled[self.joint] + value)
         middle = joint.zero + joint.sign * self.scales.middle[self.joint]
         return np.asarray(middle + value * self.scales.half[self.joint])
 
