@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from synth.diagnosis.diagnosis_result import Cause, Verdict
@@ -50,9 +50,10 @@ def angle(value: Estimate) -> str:
     return f"{math.degrees(value.value):.2g}°"
 
 
-def parameters_text(cause: Cause) -> str:
-    """Torque 0.052 N·m, presliding 0.3°."""
-    return ", ".join(f"{name.replace('_', ' ')} {_shown(estimate)}" for name, estimate in cause.parameters.items())
+def parameters_text(cause: Cause, told: Collection[str]) -> str:
+    """Torque 0.052 N·m, speed 0.3 rad/s: those ``told``, see ``PlantEffect.told``."""
+    given = [(name, estimate) for name, estimate in cause.parameters.items() if name in told]
+    return ", ".join(f"{name.replace('_', ' ')} {_shown(estimate)}" for name, estimate in given)
 
 
 def _shown(estimate: Estimate) -> str:

@@ -147,6 +147,11 @@ class PlantEffect:
         """Parameter -> default; required parameters count as off."""
         return {p.name: p.off if p.default is None else p.default for p in self.parameters}
 
+    @property
+    def told(self) -> list[str]:
+        """Parameters that a sentence states: strengths, and what scales with the motion; a table has the rest."""
+        return [p.name for p in self.parameters if p.natural or p.name in self.strengths]
+
     def function(self, name: str) -> Callable[..., Any]:
         """A function of its module."""
         found: Callable[..., Any] = getattr(self.loaded, name)

@@ -13,7 +13,7 @@ from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, posi
 from synth.swing.effects.inlined import inlined, power
 
 NEVER = 1e9  # s, relaxation time of a spring that does not relax
-LASTING = 1e6  # s, of a spring that is still loaded when the hand lets go: eleven days, in any unit of time of the lanes
+LASTING = 1e6  # s, of a spring that is still loaded when the hand lets go: days, in any unit of time of the lanes
 # Runge-Kutta steps of the loading before the release, and its length in slips: z is within 1e-3 slip there
 LOADING_STEPS, LOADING = 12, 8.0
 

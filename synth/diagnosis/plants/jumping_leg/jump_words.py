@@ -15,7 +15,9 @@ SUBJECTS = {"hip": "the motors", "all": "the joints", "base": "the ground"}
 
 def cause_text(cause: Cause) -> str:
     """The joints have more damping than the design (damping 0.00046 N·m·s/rad)."""
-    return f"{SUBJECTS[cause.joint]} {motor_effect_named(cause.effect).phrase} ({parameters_text(cause)})"
+    effect = motor_effect_named(cause.effect)
+    values = parameters_text(cause, effect.told)
+    return f"{SUBJECTS[cause.joint]} {effect.phrase}" + (f" ({values})" if values else "")
 
 
 def wording(errors: PredictionErrors, held_out: bool) -> ErrorWording:

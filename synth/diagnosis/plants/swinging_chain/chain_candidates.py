@@ -35,8 +35,8 @@ class NaturalSizes:
     ``angle`` (n,) rad and ``speed`` (n,) rad/s, amplitudes; ``torque`` (n,) N m, see ``_torques``; ``force`` N, the
     leg's weight, or the driving force without gravity; ``length`` (n,) m of the link; ``middle`` (n,) rad of the
     motion's range, ``half`` (n,) its half width, ``settled`` (n,) the spring's deflection at the end of the trials
-    (median), all in the sense of q; ``time`` s, the reciprocal of the highest frequency of the trials; ``damping`` (n,) N m s/rad of the designed dampers; ``mass`` kg of
-    the whole leg.
+    (median), all in the sense of q; ``time`` s, the reciprocal of the highest frequency of the trials; ``damping`` (n,)
+    N m s/rad of the designed dampers; ``mass`` kg of the whole leg.
     """
 
     angle: Array

@@ -181,7 +181,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def cause_text(self, cause: Cause) -> str:
         """The knee lacks dry friction (torque 0.052 N·m)."""
         effect = effect_named(cause.effect)
-        values = parameters_text(cause)
+        values = parameters_text(cause, effect.told)
         phrase = effect.phrase or f"shows {effect.meaning}"
         plain = f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
         return in_words(cause, plain, self.scene.leg, self.scene.tolerances)
@@ -200,7 +200,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def short_text(self, cause: Cause) -> str:
         """Effect and joint."""
-        return f"{cause.effect} ({cause.joint})"
+        return f"{cause.effect.replace('_', ' ')} ({cause.joint})"
 
     def menu(self) -> Sequence[MenuItem[AngleTrial]]:
         """Releases, locked joints, added masses, tilts and torques."""
