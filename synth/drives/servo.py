@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +22,7 @@ class Servo:
     ``torque_limit`` N m. ``dead_band`` rad to either side, in which the error counts as zero; ``delay`` s of a
     command. With a ``control_period`` s it samples command and angle only at each multiple of that time and holds
     the duty, or the torque, in between; 0: continuous control. ``duty_steps`` : number of steps of its duty from 0
-    to 1; 0: none.
+    to 1; 0: none. ``linear_commands`` : it interpolates between two commands, instead of holding each to the next.
 
     In a winding with inductance the torque is delayed by ``lag`` s. To first order this delays the command by the
     same time, reduces the damping gain by gain times lag, and reduces the apparent inertia of the rotor.
@@ -41,6 +41,7 @@ class Servo:
     open_duty: float = 0.0  # 1 if the motor's voltage is known and nothing is controlled
     control_period: float = 0.0
     duty_steps: float = 0.0
+    linear_commands: bool = False
 
     @property
     def numbers(self) -> tuple[float, ...]:
@@ -84,13 +85,14 @@ class ServoSignals:
     """The inputs of a trial's servos, in the sense of q.
 
     ``time`` (m,) s; ``command`` (m, n) rad; ``supply`` (m, n) V; ``enabled`` (m, n) 1 or 0. All are linear between, but
-    a servo with control steps sees its command as held from each time to the next.
+    the commands of the joints ``held`` are held from each time to the next.
     """
 
     time: Array
     command: Array
     supply: Array
     enabled: Array
+    held: tuple[int, ...] = ()
 
     def widened(self, n: int, own: Sequence[int]) -> ServoSignals:
         """The same for a chain of ``n`` links, of which ``own`` belong to the leg."""
@@ -100,17 +102,38 @@ class ServoSignals:
             made[:, list(own)] = values
             return made
 
-        return ServoSignals(self.time, wide(self.command), wide(self.supply), wide(self.enabled))
+        held = tuple(own[j] for j in self.held)
+        return ServoSignals(self.time, wide(self.command), wide(self.supply), wide(self.enabled), held)
 
     def later(self, start: float) -> ServoSignals:
         """The same with time counted from ``start`` s."""
-        return ServoSignals(self.time - start, self.command, self.supply, self.enabled)
+        return replace(self, time=self.time - start)
 
     def at(self, time: Array, delay: Array) -> tuple[Array, Array, Array]:
-        """Command delayed by each joint's ``delay`` (n,) s, supply and switch, each (k, n) at ``time`` (k,) s."""
+        """Command delayed by each joint's ``delay`` (n,) s, supply and switch, each (k, n) at ``time`` (k,) s.
+
+        A held command is its mean from half an interval of ``time`` before to half after: samples of it preserve
+        impulses. At a single time it is what is held then.
+        """
         columns = range(self.command.shape[1])
-        command = [np.interp(time - delay[j], self.time, self.command[:, j]) for j in columns]
+        command = [
+            self._mean(j, time - delay[j]) if j in self.held
+            else np.interp(time - delay[j], self.time, self.command[:, j])
+            for j in columns
+        ]  # fmt: skip
         supply, enabled = (
             [np.interp(time, self.time, values[:, j]) for j in columns] for values in (self.supply, self.enabled)
         )
         return np.stack(command, axis=1), np.stack(supply, axis=1), np.stack(enabled, axis=1)
+
+    def _mean(self, j: int, time: Array) -> Array:
+        """(k,) rad: a held command around each ``time`` (k,) s; its integral is linear between its samples."""
+        told = self.command[:, j]
+        wide = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+        if wide == 0.0:
+            return np.asarray(told[np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, None)])
+        first, last = time[0] - wide, time[-1] + wide
+        knots = np.r_[min(first, self.time[0] - wide), self.time, max(last, self.time[-1] + wide)]
+        integral = np.r_[0.0, np.cumsum(np.diff(knots) * np.r_[told[0], told])]
+        ends = [np.interp(time + side, knots, integral) for side in (0.5 * wide, -0.5 * wide)]
+        return np.asarray((ends[0] - ends[1]) / wide)

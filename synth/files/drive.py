@@ -55,6 +55,7 @@ class DriveKeys(FileModel):
     source_resistance: Annotated[float, Quantity("ohm", least=0)] = 0.0
     control_period: Annotated[float, Quantity("s", above=0, most=0.1)] | None = None
     duty_steps: Annotated[int, Field(ge=1)] | None = None
+    commands: Literal["held", "linear"] | None = None
     motor: MotorKeys | None = None
 
     @model_validator(mode="after")
@@ -114,10 +115,11 @@ class DriveKeys(FileModel):
             open_duty=1.0 if self.kind == "voltage" else 0.0,
             control_period=self.control_period or 0.0,
             duty_steps=float(self.duty_steps or 0),
+            linear_commands=self.commands == "linear",
         )
 
 
-WITHOUT_MOTOR = ("gain", "damping_gain", "delay", "dead_band", "torque_limit", "control_period")
+WITHOUT_MOTOR = ("gain", "damping_gain", "delay", "dead_band", "torque_limit", "control_period", "commands")
 GAIN_UNITS = {True: ("1/rad", "s/rad"), False: ("N*m/rad", "N*m*s/rad")}  # with a motor, without
 
 
@@ -154,6 +156,7 @@ def drive_text(drive: Drive) -> dict[str, Any]:
             if key not in bare and (value != absent or (key == "supply") or (key == "gain" and not drive.open_duty))
         }
         made |= {"duty_steps": round(drive.duty_steps)} if drive.duty_steps else {}
+        made |= {"commands": "linear"} if drive.linear_commands else {}
     if motor is not None:
         made["motor"] = {"torque_constant": units.write(motor.torque_constant, "N*m/A")}
         if np.isfinite(motor.resistance):

@@ -1,4 +1,4 @@
-"""The inputs of a trial's servos as they were recorded, before the diagnosis makes straight lines of them."""
+"""The inputs of a trial's servos as they were recorded, read apart from the diagnosis for the generator's engine."""
 
 from __future__ import annotations
 

@@ -10,6 +10,7 @@ from math import ceil
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.compiling import code_cache
@@ -177,6 +178,11 @@ class Chain:
         """The results of ``_in_unit``."""
         return {}
 
+    def _delays(self, lanes: Array, held: NDArray[np.int64]) -> int:
+        """Largest number of different delays of a held command in a group of lanes."""
+        late = lanes[self.layout.rows("servo_delay")][held != 0]
+        return int(sum(min(len(np.unique(row)), LANES) for row in late))
+
     def _own_effect(self, lanes: Array) -> bool:
         """Whether an effect from outside this package acts in some lane."""
         switched = self.acting.active(lanes)[1, FIRST_LAW:]
@@ -247,10 +253,11 @@ class Chain:
         periods = lanes[self.layout.rows("servo_period")].max(axis=1)
         held = np.flatnonzero(periods).tolist()
         known = for_integrator(known_torque, n, signals, held)
+        changes = len(known[4]) * self._delays(lanes, known[3])
         times = np.ascontiguousarray(times, dtype=float)
         samples = sum(float(times[-1] - times[0]) / periods[j] for j in held)
         # Steps may end at knots and do end at control steps.
-        limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * (len(known[0]) + ceil(samples))
+        limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * (len(known[0]) + ceil(samples) + changes)
         shown, width = 2 * n if rates else n, n_lane - groups[-1].shape[1] + LANES
         result = np.empty((len(times), shown, width))
         out = result.reshape(-1)

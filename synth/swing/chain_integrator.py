@@ -56,7 +56,7 @@ REACHED_END, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2
 _chain = types.FunctionType(types.void(float64[::1]))
 _extra = types.FunctionType(types.void(float64[::1], int64, int64[::1])) if WHOLE else int64
 _loaded = _chain if WHOLE else int64
-_known = types.Tuple((float64[::1], float64[:, ::1], float64[::1]))
+_known = types.Tuple((float64[::1], float64[:, ::1], float64[::1], int64[::1], float64[::1], float64[:, ::1]))
 _state = types.Tuple((uint64[::1], uint64[::1], float64[::1], int64[:, ::1], int64[:, ::1]))
 _signature = types.UniTuple(int64, 2)(
     _chain, _extra, _loaded, _loaded, float64[:, ::1], float64[::1], int64, _state, int64[:, ::1], _known, float64[::1],
@@ -214,8 +214,8 @@ def integrate(  # type: ignore[no-untyped-def]
     active : (2, 2 + n_law) switches of the extra torques; all zero skips them. Row 0 excludes those that need the
         bearing force, row 1 includes them.
     known : times (m,) s and torques (m, n) N m that act on q, m = 0 for none; with servos also commands (rad on q),
-        supplies (V) and switches, (m, 4 n) in all; and each column's tolerated deviation from a straight line within
-        a step.
+        supplies (V) and switches, (m, 4 n) in all; each column's tolerated deviation from a straight line within
+        a step; joints (n,) whose commands are held, not linear; times (p,) s and commands (p, n) of these.
     times : (n_time,) s, increasing.
     limits : relative and absolute error per step (rad and rad/s), first step s; max_steps : accepted and rejected.
     out, where : (n_time * n_shown * width,) for the first ``n_shown`` rows of the state, in lanes from ``first`` to
@@ -268,9 +268,13 @@ def integrate(  # type: ignore[no-untyped-def]
     reason = REACHED_END
     given = (derivative, active, modes, known)
     cursor, k1 = int64(0), int64(_K1)  # typed values, because numba would recompile for each literal
-    holds, wanted = WHOLE and active[0, SERVOS] == HOLDING, 0.0  # control steps; the step size before a cut at one
+    # Whether duties or commands are held; the step size before a cut at a change; place among the held commands.
+    holds, wanted, sample = WHOLE and active[0, SERVOS] == HOLDING, 0.0, int64(0)
+    if WHOLE:
+        for j in range(len(known[3])):
+            holds = holds or (active[0, SERVOS] != 0 and known[3][j] != 0)
     if WHOLE and holds:
-        driven_steps.look(flat, n, known, t, True, cursor)
+        sample = driven_steps.look(flat, n, known, t, True, sample)
     cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, k1)
     if WHOLE and any_bristle:
         turning_events.slide_from_start(n, bends, Z, x, K)
@@ -280,9 +284,9 @@ def integrate(  # type: ignore[no-untyped-def]
     most, patience, passed, nearest = MANY, 0, 0, 0.0  # number of knots of the known torque that a step may pass
     fresh, uncut = any_event, 0.0  # at a new state; the step size before it was cut at an event
     while i < len(times):
-        if WHOLE and holds and driven_steps.next_look(flat, n) <= t + driven_steps.SAME_TIME:
+        if WHOLE and holds and driven_steps.next_look(flat, n, known) <= t + driven_steps.SAME_TIME:
             _put(S, int64(_X), n, state, Z, flat)
-            driven_steps.look(flat, n, known, t, False, cursor)
+            sample = driven_steps.look(flat, n, known, t, False, sample)
             cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, k1)
         if WHOLE and fresh:
             fresh = False
@@ -307,7 +311,7 @@ def integrate(  # type: ignore[no-untyped-def]
         if t + h > end:
             h = end - t + 1e-15
         if WHOLE and holds:
-            wanted, h = h, min(h, driven_steps.next_look(flat, n) - t)
+            wanted, h = h, min(h, driven_steps.next_look(flat, n, known) - t)
         if WHOLE and len(known[0]) > 1:
             h, passed, nearest = driven_steps.within_torque(known, cursor, t, h, most)
         for s in range(1, 7):

@@ -1,4 +1,8 @@
-"""Inputs of a driven leg in the integrator: known torque, servo signals, and steps that end at their knots."""
+"""Inputs of a driven leg in the integrator: known torque, servo signals, and steps that end at their knots.
+
+``known`` is the result of ``known_torque.for_integrator``: what is linear between its knots, and the commands that are
+held. A held command is constant within a step, because a step ends wherever a lane's command changes.
+"""
 
 from __future__ import annotations
 
@@ -24,6 +28,7 @@ ROTATION, RATE, DUTY_GAIN, DAMPING, DEAD, MOST_DUTY, PERIOD, PHASE, STEPS, HELD,
     )
 )  # fmt: skip
 SHARE = 1e-6  # of a control period, rounding of a delay in periods
+NEVER = 1e300  # s
 JITTER = 0.01  # of a control period: a command that comes so little after a look counts for it (rounded times of a log)
 SAME_TIME = 1e-11  # s, difference by rounding between the end of a step and the knot at which it ends
 _called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
@@ -45,9 +50,9 @@ def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
     """Write the servo signals, interpolated linearly, to their rows; returns the new cursor.
 
     ``known[1]`` contains (m, n) torques, or (m, 4 n) torques, commands, supplies and switches. Each lane has its own
-    delay of the commands.
+    delay of the commands. Held commands are written by ``look`` alone.
     """
-    times, values, _ = known
+    times, values, held = known[0], known[1], known[3]
     if len(times) > 1 and values.shape[1] > n:
         while cursor < len(times) - 2 and times[cursor + 1] < t:
             cursor += 1
@@ -56,6 +61,8 @@ def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
         share = (t - times[cursor]) / (times[cursor + 1] - times[cursor])
         for s in range(3):
             for j in range(n):
+                if s == 0 and held[j] != 0:
+                    continue
                 column = (s + 1) * n + j
                 value = values[cursor, column] + share * (values[cursor + 1, column] - values[cursor, column])
                 for lane in range(LANES):
@@ -64,7 +71,7 @@ def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
             late = 0.0
             for lane in range(LANES):
                 late = max(late, Z[LATE + j * LANES + lane])
-            if late > 0.0 and Z[PERIOD + j * LANES] == 0.0:  # control steps count the delay themselves
+            if late > 0.0 and held[j] == 0 and Z[PERIOD + j * LANES] == 0.0:  # control steps count the delay themselves
                 for lane in range(LANES):
                     e = j * LANES + lane
                     Z[SIGNALS + e] = _torque_at(times, values, n + j, t - Z[LATE + e], cursor)
@@ -78,7 +85,7 @@ def add_known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-unt
     ``known`` contains the delay common to all lanes. A lane's row contains its difference from that; lanes with a
     difference are interpolated one by one.
     """
-    times, torques, _ = known
+    times, torques = known[0], known[1]
     if len(times) > 1:
         while cursor < len(times) - 2 and times[cursor + 1] < t:
             cursor += 1
@@ -108,7 +115,7 @@ def within_torque(known, cursor, t, h, most):  # type: ignore[no-untyped-def]
     A step passes fewer than ``most`` knots, and only while the torque stays close to the straight line between the ends
     of the step. Returns the step, the number of knots that it passes, and the time to the first of them.
     """
-    times, torques, bend = known
+    times, torques, bend = known[0], known[1], known[2]
     first = cursor
     while first > 0 and times[first - 1] > t + SAME_TIME:  # a step that is tried again starts before its stages
         first -= 1
@@ -142,59 +149,93 @@ def within_torque(known, cursor, t, h, most):  # type: ignore[no-untyped-def]
 
 
 @njit(inline="never", **_called)
-def _told_at(times, values, column, t, k):  # type: ignore[no-untyped-def]
-    """A value held from each knot to the next, at a time near knot ``k``; the first one before the first knot."""
-    while k < len(times) - 1 and times[k + 1] <= t + SAME_TIME:
+def _told_at(moments, t, k):  # type: ignore[no-untyped-def]
+    """Index of the sample that is held at a time near sample ``k``; the first one before the first sample."""
+    k = min(k, len(moments) - 1)
+    while k < len(moments) - 1 and moments[k + 1] <= t + SAME_TIME:
         k += 1
-    while k > 0 and times[k] > t + SAME_TIME:
+    while k > 0 and moments[k] > t + SAME_TIME:
         k -= 1
-    return values[k, column]
+    return k
 
 
 @njit(**_called)
-def look(Z, n, known, t, start, cursor):  # type: ignore[no-untyped-def]
-    """Set the duty of each servo whose control step is now, and the time of its next; at the ``start`` of all.
+def look(Z, n, known, t, start, sample):  # type: ignore[no-untyped-def]
+    """Set what is held from now on and the time at which it changes, for joints that are due; at the ``start`` all.
 
-    Rotations and rates are those in the workspace. A lane's delay counts in control steps; a fraction of one is
-    linear between the two commands, so that a motion is continuous in the delay. Period and phase are those of the
-    first lane.
+    A servo with control steps holds its duty, any other servo a held command. Rotations and rates are those in the
+    workspace. ``sample`` is near the sample that is held; returns the new one.
     """
-    times, values, _ = known
     for j in range(n):
-        period, phase = Z[PERIOD + j * LANES], Z[PHASE + j * LANES]
-        if period > 0.0 and (start or Z[NEXT + j * LANES] <= t + SAME_TIME):
-            following = phase + (math.floor((t - phase) / period + SHARE) + 1.0) * period
+        if Z[PERIOD + j * LANES] > 0.0:
+            if start or Z[NEXT + j * LANES] <= t + SAME_TIME:
+                sample = _control(Z, n, j, known, t, sample)
+        elif known[3][j] != 0:
+            moments, commands = known[4], known[5]
             for lane in range(LANES):
                 e = j * LANES + lane
-                late = max((Z[LATE + e] - phase) / period, 0.0)
-                whole = math.floor(late + SHARE)
-                share = max(late - whole, 0.0)
-                moment = t - phase - (whole - JITTER) * period
-                command = _told_at(times, values, n + j, moment, cursor)
-                if share > SHARE:
-                    earlier = _told_at(times, values, n + j, moment - period, cursor)
-                    command += share * (earlier - command)
-                duty = servo_duty(
-                    command - Z[ROTATION + e],
-                    Z[RATE + e],
-                    Z[DUTY_GAIN + e],
-                    Z[DAMPING + e],
-                    Z[DEAD + e],
-                    Z[MOST_DUTY + e],
-                )
-                steps = Z[STEPS + e]
-                if steps > 0.0:
-                    duty = math.floor(duty * steps + 0.5) / steps
-                    duty = max(-Z[MOST_DUTY + e], min(Z[MOST_DUTY + e], duty))
-                Z[HELD + e] = duty
-                Z[NEXT + e] = following
+                if start or Z[NEXT + e] <= t + SAME_TIME:
+                    sample = k = _told_at(moments, t - Z[LATE + e], sample)
+                    Z[SIGNALS + e] = commands[k, j]
+                    while k < len(moments) and commands[k, j] == Z[SIGNALS + e]:
+                        k += 1
+                    Z[NEXT + e] = moments[k] + Z[LATE + e] if k < len(moments) else NEVER
+    return sample
 
 
 @njit(**_called)
-def next_look(Z, n):  # type: ignore[no-untyped-def]
-    """S, time of the next control step of any servo; 1e300 without."""
-    soonest = 1e300
+def _control(Z, n, j, known, t, sample):  # type: ignore[no-untyped-def]
+    """Set the duty of a servo whose control step is now, and the time of its next; returns the new sample.
+
+    A lane's delay counts in control steps; a fraction of one is linear between the two commands, so that a motion is
+    continuous in the delay. Period and phase are those of the first lane.
+    """
+    times, values, _, held, moments, commands = known
+    period, phase = Z[PERIOD + j * LANES], Z[PHASE + j * LANES]
+    following = phase + (math.floor((t - phase) / period + SHARE) + 1.0) * period
+    for lane in range(LANES):
+        e = j * LANES + lane
+        late = max((Z[LATE + e] - phase) / period, 0.0)
+        whole = math.floor(late + SHARE)
+        share = max(late - whole, 0.0)
+        if held[j] == 0:
+            near = (
+                (t - Z[LATE + e] - times[0]) / (times[-1] - times[0]) * (len(times) - 1)
+            )  # of even times, it is there
+            near = min(max(near, 0.0), len(times) - 2.0)
+            command = _torque_at(times, values, n + j, t - Z[LATE + e], int(near))
+        else:
+            moment = t - phase - (whole - JITTER) * period
+            sample = _told_at(moments, moment, sample)
+            command = commands[sample, j]
+            if share > SHARE:
+                earlier = commands[_told_at(moments, moment - period, sample), j]
+                command += share * (earlier - command)
+        duty = servo_duty(
+            command - Z[ROTATION + e],
+            Z[RATE + e],
+            Z[DUTY_GAIN + e],
+            Z[DAMPING + e],
+            Z[DEAD + e],
+            Z[MOST_DUTY + e],
+        )
+        steps = Z[STEPS + e]
+        if steps > 0.0:
+            duty = math.floor(duty * steps + 0.5) / steps
+            duty = max(-Z[MOST_DUTY + e], min(Z[MOST_DUTY + e], duty))
+        Z[HELD + e] = duty
+        Z[NEXT + e] = following
+    return sample
+
+
+@njit(**_called)
+def next_look(Z, n, known):  # type: ignore[no-untyped-def]
+    """S, time at which some joint's duty or held command changes in some lane; ``NEVER`` without."""
+    soonest = NEVER
     for j in range(n):
         if Z[PERIOD + j * LANES] > 0.0:
             soonest = min(soonest, Z[NEXT + j * LANES])
+        elif known[3][j] != 0:
+            for lane in range(LANES):
+                soonest = min(soonest, Z[NEXT + j * LANES + lane])
     return soonest

@@ -1,6 +1,6 @@
 """A known torque on the joints: linear between its samples, which may be denser than those of the angles.
 
-Servo signals are passed to the integrator together with it, on the union of both time grids.
+Servo signals are passed to the integrator together with it, on the union of both time grids; held commands apart.
 """
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.drives.servo import ServoSignals
@@ -20,40 +21,57 @@ KnownTorque = tuple[Array, Array]  # times (m,) s and torques on q (m, n) N m
 
 
 def for_integrator(
-    known: KnownTorque | None, n: int, signals: ServoSignals | None = None, held: Sequence[int] = ()
-) -> tuple[Array, Array, Array]:
-    """Times (m,) s, torques (m, n) N m, and tolerated deviations (n,) N m from a straight line; m = 0 for no torque.
+    known: KnownTorque | None, n: int, signals: ServoSignals | None = None, stepped: Sequence[int] = ()
+) -> tuple[Array, Array, Array, NDArray[np.int64], Array, Array]:
+    """What acts on a leg, as the integrator takes it.
 
-    With ``signals`` the columns of torques are followed by n columns each of commands, supplies and switches; the
-    commands of the joints ``held`` are held between their samples, and no step needs to end there. The times must cover
-    the samples of the motion, because a torque is extrapolated linearly beyond its ends.
+    Times (m,) s, torques (m, n) N m, and tolerated deviations (n,) N m from a straight line; m = 0 for no torque.
+    With ``signals`` the columns of torques are followed by n columns each of commands, supplies and switches; no step
+    needs to end at a command's knots for the joints ``stepped``, which read it at their control steps. The times must
+    cover the samples of the motion, because a torque is extrapolated linearly beyond its ends. Then joints (n,) whose
+    command is held, 1 or 0; times (p,) s and commands (p, n) rad of these.
     """
+    none = np.zeros(n, dtype=np.int64), np.zeros(0), np.zeros((0, n))
     if signals is not None:
-        return _with_signals(known, n, signals, list(held))
+        return _with_signals(known, n, signals, list(stepped))
     if known is None:
-        return np.zeros(0), np.zeros((0, n)), np.zeros(n)
+        return np.zeros(0), np.zeros((0, n)), np.zeros(n), *none
     times, torques = (np.ascontiguousarray(array, dtype=float) for array in known)
-    return times, torques, STRAIGHT * np.abs(torques).max(axis=0, initial=0.0) + 1e-300
+    return times, torques, STRAIGHT * np.abs(torques).max(axis=0, initial=0.0) + 1e-300, *none
 
 
 def _with_signals(
-    known: KnownTorque | None, n: int, signals: ServoSignals, held: list[int]
-) -> tuple[Array, Array, Array]:
+    known: KnownTorque | None, n: int, signals: ServoSignals, stepped: list[int]
+) -> tuple[Array, Array, Array, NDArray[np.int64], Array, Array]:
     """The result of ``for_integrator`` for torques and signals, on the union of their times."""
     times = signals.time if known is None else np.union1d(signals.time, known[0])
     torque = np.zeros((len(times), n)) if known is None else _at(times, known[0], known[1])
-    inputs = [_at(times, signals.time, values) for values in (signals.command, signals.supply, signals.enabled)]
-    last = np.clip(np.searchsorted(signals.time, times, side="right") - 1, 0, None)
-    inputs[0][:, held] = signals.command[last][:, held]
+    held = np.zeros(n, dtype=np.int64)
+    held[list(signals.held)] = 1
+    linear = np.where(held, signals.command[0], signals.command)
+    inputs = [_at(times, signals.time, values) for values in (linear, signals.supply, signals.enabled)]
     bent = np.full(n, COMMAND_STRAIGHT)
-    bent[held] = np.inf
+    bent[stepped] = np.inf
     bend = [STRAIGHT * np.abs(torque).max(axis=0, initial=0.0), bent]
     bend += [SUPPLY_STRAIGHT * np.abs(inputs[1]).max(axis=0, initial=0.0), np.full(n, STRAIGHT)]
+    values = np.hstack([torque, *inputs])
+    told = _changes(signals.command[:, list(signals.held)])
+    seen = _changes(values)
+    seen[[0, -1]] = True
+    seen[:-1] |= seen[1:]  # a straight line to a change begins at the knot before it
     return (
-        np.ascontiguousarray(times),
-        np.ascontiguousarray(np.hstack([torque, *inputs])),
+        np.ascontiguousarray(times[seen]),
+        np.ascontiguousarray(values[seen]),
         np.concatenate(bend) + 1e-300,
+        held,
+        np.ascontiguousarray(signals.time[told], dtype=float),
+        np.ascontiguousarray(signals.command[told], dtype=float),
     )
+
+
+def _changes(values: Array) -> NDArray[np.bool_]:
+    """(m,) True at the first row and at each row (m, n) that differs from the one before it."""
+    return np.r_[True, np.any(values[1:] != values[:-1], axis=1)]
 
 
 def _at(times: Array, known: Array, values: Array) -> Array:

@@ -10,7 +10,6 @@ import pytest
 from blind.servo_engine import follow
 from blind.servos import LIBRARY, OUTSIDE, Setup, _level, _rms, _setup, _write, make_case, plan
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
-from synth.files import drive_columns
 from synth.files.gap_project import read_gap_project
 from synth.fit.recordings import recordings
 from synth.swing.chain import simulate
@@ -18,7 +17,7 @@ from synth.swing.chain import simulate
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_both_engines_move_the_design_alike(seed: int, tmp_path: Path) -> None:
-    """Two engines that share no line: a held command at 1 kHz against straight lines, 0.1 ms steps against RK5(4)."""
+    """Two engines that share no line, each holding every command: 0.1 ms steps against RK5(4)."""
     rng = np.random.default_rng(seed)
     setup = _setup(rng)
     moved = setup.moved(setup.design)
@@ -27,23 +26,7 @@ def test_both_engines_move_the_design_alike(seed: int, tmp_path: Path) -> None:
     project = read_gap_project(tmp_path / "rig" / "gap.yaml")
     for k, recording in enumerate(recordings(project.leg, project.trials, ())):
         start = moved[k][0]
-        found = simulate(project.leg, start, 0.0 * start, recording.time, signals=recording.signals)
-        assert np.degrees(np.sqrt(np.mean((found - moved[k]) ** 2))) < 0.05
-
-
-@pytest.mark.parametrize("seed", [1, 2])
-def test_with_each_command_held_both_engines_are_the_same(
-    seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(drive_columns, "JUMP", 0.0)
-    monkeypatch.setattr(drive_columns, "SUDDEN", 0.0)
-    setup = _setup(np.random.default_rng(seed))
-    moved, joints = setup.moved(setup.design), len(setup.design.joints)
-    _write(np.random.default_rng(seed), setup, moved, 0.0, [f"joint{k + 1}" for k in range(joints)], tmp_path / "rig")
-    project = read_gap_project(tmp_path / "rig" / "gap.yaml")
-    for k, recording in enumerate(recordings(project.leg, project.trials, ())):
-        start = moved[k][0]
-        found = simulate(project.leg, start, 0.0 * start, recording.time, signals=recording.signals)
+        found = simulate(project.leg, start, 0.0 * start, recording.time, signals=recording.signals, tolerance=1e-8)
         assert np.degrees(np.sqrt(np.mean((found - moved[k]) ** 2))) < 0.0005
 
 

@@ -35,7 +35,7 @@ def leg(servo: Servo, gravity: float = 9.81) -> Leg:
 
 def told(command: Array = COMMAND, supply: float = 7.4) -> ServoSignals:
     wide = np.ones((len(command), 1))
-    return ServoSignals(TIMES, command[:, None], supply * wide, wide)
+    return ServoSignals(TIMES, command[:, None], supply * wide, wide, (0,))
 
 
 def inertia(servo: Servo) -> float:

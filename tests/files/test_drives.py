@@ -109,11 +109,9 @@ def test_columns_of_a_servo(tmp_path: Path) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     signals = read_recording(path, leg).signals
     assert signals is not None
-    assert len(signals.time) == 39  # the samples, and the middles between commands; that of an empty cell is a sample
-    samples = 0.01 * np.arange(20.0)
-    command, supply = (np.interp(samples, signals.time, x[:, 0]) for x in (signals.command, signals.supply))
-    np.testing.assert_allclose(command[1:], np.radians(np.arange(1.0, 20.0) - 0.5), atol=1e-12)
-    assert supply[2] == pytest.approx(0.5 * (11.1 + 11.3))
+    assert signals.held == (0,)
+    np.testing.assert_allclose(signals.command[:, 0], np.radians([0, 1, 1, *range(3, 20)]), atol=1e-12)
+    assert signals.supply[2, 0] == pytest.approx(0.5 * (11.1 + 11.3))
     assert signals.enabled.min() == 1.0
 
 
@@ -137,15 +135,3 @@ def test_mistakes_of_driven_columns(tmp_path: Path, header: str, words: str) -> 
     row = ",".join(["{t}", *["{k}"] * header.count(",")])
     with pytest.raises(UserError, match=words):
         read_recording(trial(tmp_path, header, row), leg)
-
-
-def test_a_jump_of_a_command_stays_one(tmp_path: Path) -> None:
-    """Between two samples the controller holds the earlier command, to the very end."""
-    leg = read_leg(leg_file(tmp_path, SERVO))
-    rows = "\n".join(f"{0.01 * k:.2f},0,{30 if k >= 10 else 0}" for k in range(20))
-    path = tmp_path / "jump.csv"
-    path.write_text(f"time [s],arm [deg],arm command [deg]\n{rows}\n", encoding="utf-8")
-    signals = read_recording(path, leg).signals
-    assert signals is not None
-    at = np.interp([0.05, 0.0999, 0.1, 0.15], signals.time, signals.command[:, 0])
-    np.testing.assert_allclose(np.degrees(at), [0.0, 0.0, 30.0, 30.0], atol=1e-9)

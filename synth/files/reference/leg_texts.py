@@ -53,6 +53,7 @@ KEYS: dict[str, str] = {
     "drive.source_resistance": "Resistance of battery and leads, which causes voltage sag.",
     "drive.control_period": "Sampling period of the controller, which samples at its multiples from the trial's start; "
     "the duty (without a motor: the torque) is held in between.",
+    "drive.commands": "What the controller follows between two commands: each held until the next, or a straight line.",
     "drive.duty_steps": "Number of steps of the duty from 0 to 1, to which it is rounded at each sample.",
     "drive.motor": "The motor, if its physics are modelled.",
     "motor.torque_constant": "Rotor's torque per current, and its back-EMF per speed.",

@@ -83,8 +83,12 @@ class CommandLimits:
 
 
 def _fastest(signals: ServoSignals) -> Array:
-    """(n,) rad/s, the largest rate of change of a command apart from jumps."""
-    rate = np.abs(np.diff(signals.command, axis=0)) / np.diff(signals.time)[:, None]
+    """(n,) rad/s, the largest rate of change of a command apart from jumps; of a held one, from change to change."""
+    command = signals.command.copy()
+    for j in signals.held:
+        told = np.flatnonzero(np.diff(command[:, j], prepend=np.inf) != 0.0)
+        command[:, j] = np.interp(signals.time, signals.time[told], command[told, j])
+    rate = np.abs(np.diff(command, axis=0)) / np.diff(signals.time)[:, None]
     return np.asarray(np.percentile(rate, MOSTLY, axis=0))
 
 
@@ -165,7 +169,9 @@ def _imagined(leg: Leg, noise: Array, time: Array, command: Array) -> AngleTrial
     start = np.tile(command[0], (len(time), 1))
     smoothed = Smoothed(time, start, np.zeros_like(start), noise, np.zeros(len(time), dtype=bool))
     supply = [joint.drive.supply if isinstance(joint.drive, Servo) else 1.0 for joint in leg.joints]
-    signals = ServoSignals(time, command, np.tile(supply, (len(time), 1)), np.ones((len(time), n)))
+    holds = [isinstance(joint.drive, Servo) and not joint.drive.linear_commands for joint in leg.joints]
+    ones = np.ones((len(time), n))
+    signals = ServoSignals(time, command, supply * ones, ones, tuple(np.flatnonzero(holds).tolist()))
     counts = np.ones((len(time), n), dtype=bool)
     recording = Recording("next", time, start, counts, Conditions(), smoothed, signals=signals)
     return AngleTrial(recording, time, start, counts, held_out=False)
