@@ -71,7 +71,7 @@ def _with_signals(
 
 def _changes(values: Array) -> NDArray[np.bool_]:
     """(m,) True at the first row and at each row (m, n) that differs from the one before it."""
-    return np.r_[True, np.any(values[1:] != values[:-1], axis=1)]
+    return np.concatenate([[True], np.any(values[1:] != values[:-1], axis=1)])
 
 
 def _at(times: Array, known: Array, values: Array) -> Array:

@@ -171,7 +171,7 @@ def _imagined(leg: Leg, noise: Array, time: Array, command: Array) -> AngleTrial
     supply = [joint.drive.supply if isinstance(joint.drive, Servo) else 1.0 for joint in leg.joints]
     holds = [isinstance(joint.drive, Servo) and not joint.drive.linear_commands for joint in leg.joints]
     ones = np.ones((len(time), n))
-    signals = ServoSignals(time, command, supply * ones, ones, tuple(np.flatnonzero(holds).tolist()))
+    signals = ServoSignals(time, command, np.array(supply) * ones, ones, tuple(np.flatnonzero(holds).tolist()))
     counts = np.ones((len(time), n), dtype=bool)
     recording = Recording("next", time, start, counts, Conditions(), smoothed, signals=signals)
     return AngleTrial(recording, time, start, counts, held_out=False)
