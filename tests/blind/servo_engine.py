@@ -46,6 +46,11 @@ class Rig(NamedTuple):
         return Rig(joints, self.source)
 
 
+def shown_at(effect: str, joint: int, n: int) -> tuple[int, ...]:
+    """Joints at which a cause that was put at one of ``n`` joints is there: one source feeds all."""
+    return tuple(range(n)) if effect == "source_resistance" else (joint,)
+
+
 def follow(rig: Rig, times: Array, command: Array, supply: float) -> Array:
     """(m, n) rad at ``times`` (m,) s, evenly spaced, of a rig told ``command`` (m, n) rad from rest at its first."""
     return np.asarray(_follow(rig.joints, rig.source, times, np.ascontiguousarray(command), supply))

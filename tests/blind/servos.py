@@ -21,7 +21,7 @@ from scipy.optimize import lsq_linear, minimize_scalar
 
 from blind.asked import Asked
 from blind.rigs import check, mixed
-from blind.servo_engine import COLUMNS, Array, Rig, follow
+from blind.servo_engine import COLUMNS, Array, Rig, follow, shown_at
 
 MAIN = (40.0, 250.0)  # floors, of a main cause
 SMALL = (0.03, 0.12)  # of the main cause's gap
@@ -285,12 +285,13 @@ def _attempt(
     before, left = absorbed.rest_of(whole - still, scored), absorbed.rest_of(whole - alone, scored)
     if kind == "single" and left > DOMINATES * before:
         raise NotApplicable("no main cause")
-    alike = _alike(setup, still, alone, main, absorbed) if kind == "single" else []
+    alike = [(name, k) for name, j in main for k in shown_at(name, j, n) if k != j]
+    alike += _alike(setup, still, alone, main, absorbed) if kind == "single" else []
     label = [f"joint{k + 1}" for k in range(n)]
     answer = {
         "kind": kind,
         "effects": [{"effect": name, "joint": label[k]} for name, k in main],
-        "small": [{"effect": name, "joint": label[k]} for name, k in small],
+        "small": [{"effect": name, "joint": label[k]} for name, j in small for k in shown_at(name, j, n)],
         "numbers_called": [["link_mass", label[j]], ["link_inertia", label[j]]],
         "alike": [[name, label[k]] for name, k in alike],
         "noise_floor_deg": math.degrees(floor),
