@@ -251,7 +251,7 @@ def named(view: View, is_right: Callable[[Sequence[str]], bool]) -> bool:
 
 
 def is_open(view: View, is_right: Callable[[Sequence[str]], bool]) -> bool:
-    """Whether a diagnosis leaves its user with a question: not one whose one answer is wrong, nor one that sees no gap."""
+    """Whether a diagnosis leaves its user with a question: a single wrong answer does not, nor does no gap."""
     return view.verdict in ("tie", "unknown") and not named(view, is_right)
 
 

@@ -18,6 +18,7 @@ from blind.next_command import (
     Few,
     causes,
     chirp,
+    is_open,
     limits_of,
     named,
     played,
@@ -91,7 +92,7 @@ def test_a_played_command_is_a_log_to_learn_from(case: Case, tmp_path: Path) -> 
     played(case, told, tmp_path / "case", tmp_path / "again")
     found = read_gap_project(tmp_path / "again" / "gap.yaml").trials
     assert [trial.name for trial in found if not trial.held_out] == [AWAY, "log_1.csv"]
-    assert len(found[0].time) == 600
+    assert len(found[0].time) == round(RATE * LENGTH)
     assert suggested(tmp_path / "case") is None
 
 
@@ -111,4 +112,8 @@ def test_points_are_those_of_the_causes_named_alone() -> None:
     said |= {"c": {"before": True}}  # nothing was recorded
     found = table(said)
     assert (found["points_over_chirp"], found["chirp"]["of"]) == (50.0, 2)
+    assert found["points_interval90"] == [0.0, 100.0]  # of two pairs
+    assert is_open(unsaid, is_right)
+    assert is_open(View("unknown", wrong.ranked), is_right)
+    assert not any(is_open(view, is_right) for view in (right, wrong, View("none", wrong.ranked)))
     assert sorted(causes(1, len(LIBRARY))) == sorted(LIBRARY)

@@ -1,8 +1,7 @@
 """Commands of random steps and ramps, each joint with its own, and variations of a good one.
 
 The rivals decide which command is best, and none of a few well-known shapes has to be near it: two causes that act
-alike in slow motion may differ only where the duty is at its limit, or where one joint moves and the other rests. The
-simulation holds such a command as a servo does, unlike one of sines (``command_shapes.RATE``).
+alike in slow motion may differ only where the duty is at its limit, or where one joint moves and the other rests.
 """
 
 from __future__ import annotations

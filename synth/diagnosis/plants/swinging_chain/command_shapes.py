@@ -8,8 +8,7 @@ import numpy as np
 
 from synth.arrays import Array
 
-# Samples per second of a command. Each is held, but simulated as straight lines: with 100 the chirp of one rig is
-# .020 deg RMS off, with 200 .005, a quarter of a servo's own encoder's noise. Steps are exact (.0001).
+# Samples per second of a command, each of which is held: as fast as a controller usually reads them.
 RATE = 200.0
 CHIRP = (0.2, 2.5)  # Hz: the bandwidth of a position servo with a limb
 LEVELS = 5  # angles of a staircase: with and against gravity, and between
