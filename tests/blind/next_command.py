@@ -33,6 +33,7 @@ from blind.servos import (
     MASS_TOLERANCE,
     RATE,
     SMALL,
+    SMALL_ONES,
     VARIED,
     Absorbed,
     NotApplicable,
@@ -59,7 +60,6 @@ ANGLE = 0.4  # rad to either side that it may take
 SPEED = 6.0  # rad/s, the free speed of the slowest motors drawn
 TORQUE = 6.0  # times what holds the leg level: the stall torque of the strongest motors drawn
 KEPT = 1.1  # times a limit that the true rig's motion may reach: the limits are kept by the designed one
-SMALL_ONES = 3  # beside the main cause, as in ``blind.servos``
 AWAY = "log_next.csv"
 WAYS = ("chirp", "suggested")
 

@@ -17,14 +17,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.optimize import lsq_linear, minimize_scalar
+from scipy.optimize import lsq_linear
 
 from blind.asked import Asked
+from blind.best_size import best_size
 from blind.rigs import check, mixed
 from blind.servo_engine import COLUMNS, Array, Rig, follow, shown_at
 
 MAIN = (40.0, 250.0)  # floors, of a main cause
 SMALL = (0.03, 0.12)  # of the main cause's gap
+SMALL_ONES = 3  # beside the main cause
 FLOOR = (2.5e-5, 1e-4)  # rad RMS of the encoder: 0.0015 to 0.006 deg
 LENGTH, RATE = 4.0, 200.0  # s and samples a second of a log
 MASS_TOLERANCE = 0.01
@@ -270,7 +272,7 @@ def _attempt(
     alone = setup.moved(rig)
     small = []
     for name in rng.permutation(sorted(set(LIBRARY) - {name for name, _ in main})).tolist():
-        if len(small) == 3:
+        if len(small) == SMALL_ONES:
             break
         j, part = int(rng.integers(0, n)), level * math.exp(rng.uniform(*np.log(SMALL)))
         try:
@@ -283,8 +285,10 @@ def _attempt(
     whole = setup.moved(rig)
     scored = list(setup.held_out)
     before, left = absorbed.rest_of(whole - still, scored), absorbed.rest_of(whole - alone, scored)
-    if kind == "single" and left > DOMINATES * before:
+    if kind in ("single", "two") and left > DOMINATES * before:
         raise NotApplicable("no main cause")
+    if kind == "none" and left > SMALL_ONES * SMALL[1] * level:
+        raise NotApplicable("small causes that are a large one together: a torque limit that no longer holds the leg")
     alike = [(name, k) for name, j in main for k in shown_at(name, j, n) if k != j]
     alike += _alike(setup, still, alone, main, absorbed) if kind == "single" else []
     label = [f"joint{k + 1}" for k in range(n)]
@@ -331,25 +335,11 @@ def _alike(
                 except NotApplicable:
                     return 1e3
 
-            size, least = _best(left, name in BOTH_WAYS, 0.5 * part)
+            size, least = best_size(left, name in BOTH_WAYS, 0.5 * part)
             if least < 2.0 * ALIKE * part:
                 all_left = absorbed.rest(setup.moved(change(setup.design, j, size)) - target)
                 found += [(name, j)] if all_left < ALIKE * gap else []
     return found
-
-
-def _best(left: Callable[[float], float], both_ways: bool, worth: float) -> tuple[float, float]:
-    """Size with the least remainder, and that remainder; refined only if a first guess leaves less than ``worth``."""
-    sizes = np.r_[-np.geomspace(1.0, 0.02, 6), np.geomspace(0.02, 1.0, 6)]
-    if not both_ways:
-        sizes = sizes[sizes > 0.0]
-    tried = [left(float(size)) for size in sizes]
-    k = int(np.argmin(tried))
-    if tried[k] >= worth:
-        return float(sizes[k]), tried[k]
-    low, high = sizes[max(k - 1, 0)], sizes[min(k + 1, len(sizes) - 1)]
-    best = minimize_scalar(left, bounds=(low, high), method="bounded", options={"maxiter": 12})
-    return (float(best.x), float(best.fun)) if best.fun < tried[k] else (float(sizes[k]), tried[k])
 
 
 def _write(rng: np.random.Generator, setup: Setup, whole: Array, floor: float, label: list[str], folder: Path) -> None:
