@@ -70,11 +70,11 @@ def damper_torque(joint: Joint, speed: Array) -> Array:
 
 def damping_terms(joint: Joint, fastest: float) -> DampingTerms:
     """The damper in MuJoCo's terms over 0 to ``fastest`` rad/s, by least squares with positive coefficients."""
-    from scipy.optimize import nnls
-
     exact = _exact_terms(joint)
     if exact is not None:
         return exact
+    from scipy.optimize import nnls  # only here: its import takes longer than everything else written
+
     damper = joint.damper
     corners = np.geomspace(fastest / 300.0, fastest, 14)
     if damper is not None and damper.curve is not None:
