@@ -1,11 +1,10 @@
-"""Preparation of trials for the diagnosis: remove copies, estimate the noise floor, thin samples."""
+"""Preparation of trials for the diagnosis: remove copies, thin samples."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +15,7 @@ from synth.motion.smoothing import Mask
 from synth.swing.time_unit import time_unit
 
 SAMPLES = 700  # per trial: enough for the fastest joint, few enough to be fast
-ORDER = 6  # order of differences that isolate noise: the sixth difference of a smooth motion is almost zero
 LATER = 40  # largest offset, in samples, at which a copy may begin
-SAME = 0.2  # joints whose noise differs by a smaller share are assumed to have the same sensor
 
 
 @dataclass(frozen=True)
@@ -173,65 +170,3 @@ def _same(a: Recording, b: Recording) -> bool:
             if apart.max() <= 1e-3 * reach and np.allclose(first.time[:count], shifted, atol=1e-4):
                 return True
     return False
-
-
-@dataclass(frozen=True)
-class AngleSensor:
-    """``noise`` (n,) rad RMS of a reading about the true angle; ``step`` (n,) rad of one count, 0 if not visible."""
-
-    noise: Array
-    step: Array
-
-
-def sensor(recordings: Sequence[Recording]) -> AngleSensor:
-    """Noise and counts of each joint's channel, from the samples only.
-
-    Noise by sixth differences (Tukey, *Exploratory Data Analysis* 1977; von Neumann et al., Ann. Math. Stat. 12 (1941)
-    153, for the first): white noise of deviation s gives them the deviation ``s sqrt(sum binom(6, k)^2)``. Differences
-    beyond three robust deviations are left out. Joints that differ by less than ``SAME`` are pooled. A coarse count
-    makes
-    steps that no difference shows while the joint rests; its ``step/sqrt(12)``
-    is then used as noise (Widrow & Kollar, *Quantization Noise*, 2008, ch. 1).
-    """
-    n = recordings[0].rotation.shape[1]
-    norm = float(np.sqrt(sum(comb(ORDER, k) ** 2 for k in range(ORDER + 1))))
-    squares: list[list[float]] = [[] for _ in range(n)]
-    step = np.full(n, np.inf)
-    for recording in recordings:
-        for j in recording.free:
-            value = recording.rotation[:, j]
-            good = recording.counts[:, j]
-            difference = np.diff(value, ORDER)[np.lib.stride_tricks.sliding_window_view(good, ORDER + 1).all(axis=1)]
-            if len(difference) < 20:  # a median of fewer is no noise
-                continue
-            robust = 1.4826 * float(np.median(np.abs(difference))) + 1e-12
-            kept = difference[np.abs(difference) < 3.0 * robust]
-            squares[j].append(float(np.mean(kept**2)) / norm**2 / 0.9733)  # variance of a normal truncated at 3
-            gaps = np.diff(np.unique(np.round(value[good], 12)))
-            step[j] = min(step[j], float(gaps[gaps > 1e-7].min(initial=np.inf)))
-    # The median over trials, so that a trial with impacts or at rest does not dominate.
-    white = np.array([np.sqrt(np.median(s)) if s else np.nan for s in squares])
-    known = white[np.isfinite(white)]
-    if not len(known):  # too few samples for differences: use the scatter about the smoothed motion
-        known = np.concatenate([recording.smoothed.noise[recording.free] for recording in recordings])
-    white = np.where(np.isfinite(white), white, np.median(known))
-    step = np.where(np.isfinite(step) & _on_grid(recordings, step), step, 0.0)
-    noise = np.maximum(white, step / np.sqrt(12.0)) + 1e-9
-    usual = float(np.median(noise))
-    alike = np.abs(np.log(noise / usual)) < SAME
-    if np.any(alike):
-        noise[alike] = np.sqrt(np.mean(noise[alike] ** 2))
-    return AngleSensor(noise, step)
-
-
-def _on_grid(recordings: Sequence[Recording], step: Array) -> Mask:
-    """(n,) True where nearly all readings differ from one another by multiples of the step."""
-    found = np.zeros(len(step), dtype=bool)
-    for j, width in enumerate(step):
-        if not np.isfinite(width) or width <= 0.0:
-            continue
-        values = np.concatenate([r.rotation[r.counts[:, j], j] for r in recordings if j in r.free])
-        rest = (values - values[0]) / width
-        # As in ``fit.rounding``: 2 % of a count, 1e-5 per count; 2 % of the readings may be outliers.
-        found[j] = bool(np.mean(np.abs(rest - np.round(rest)) < 0.02 + 1e-5 * np.abs(rest)) > 0.98)
-    return found

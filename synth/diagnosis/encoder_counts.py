@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.angle_trials import AngleSensor, AngleTrial
+from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.sensor_noise import AngleSensor
 
 COARSER = 2.5  # times the other channels' counts, or noise, from which a count is a cause
 ALONE = np.radians(0.36)  # rad, 1000 counts per turn: for a leg of one joint, without another channel

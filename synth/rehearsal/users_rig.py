@@ -9,7 +9,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.compiling.compiled import keep_code_of
-from synth.diagnosis.angle_trials import sensor
+from synth.diagnosis.sensor_noise import sensor
 from synth.drives.servo import Servo
 from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording, recordings

@@ -9,11 +9,12 @@ import pytest
 
 from diagnosis.simulated_releases import TWO, causes, off, recorded, with_effects
 from synth.diagnosis.angle_search import as_designed, search
-from synth.diagnosis.angle_trials import angle_trial, sensor
+from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, compatible, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE, diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.screening import leverage, prospects, strengthened
+from synth.diagnosis.sensor_noise import sensor
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings

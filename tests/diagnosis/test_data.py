@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import butter, filtfilt
 
 from diagnosis.simulated_releases import NOISE, TIME, TWO, off, recorded, with_effects
-from synth.diagnosis.angle_trials import angle_trial, copies, sensor
+from synth.diagnosis.angle_trials import angle_trial, copies
 from synth.diagnosis.encoder_counts import coarse_counts, rounded, usual_noise
+from synth.diagnosis.sensor_noise import FILTERED, sensor
 from synth.files.trial_list import Trial
 from synth.fit.recordings import Recording, recordings
 
@@ -54,6 +56,22 @@ def test_noise_is_estimated_from_the_readings_alone(noise: float) -> None:
     found = sensor(read(recorded(LEG, noise=np.radians(noise), held_out=0)))
     np.testing.assert_allclose(np.degrees(found.noise), noise, rtol=0.1)
     assert coarse_counts(found) == ()
+
+
+@pytest.mark.parametrize("cutoff", [40.0, 80.0, 120.0])
+def test_noise_of_filtered_readings_is_what_the_filter_let_through(cutoff: float) -> None:
+    """A zero-phase Butterworth filter, as labs use it, at 500 Hz; the motion's frequencies are 1 to 4 Hz."""
+    time = np.arange(0.0, 3.0, 0.002)
+    noise, generator = np.radians(0.05), np.random.default_rng(5)
+    low = butter(2, cutoff, fs=500.0)
+    clean = recorded(LEG, noise=0.0, held_out=0, time=time)
+    shaken = [replace(t, angles=t.angles + noise * generator.standard_normal(t.angles.shape)) for t in clean]
+    smooth = [replace(t, angles=filtfilt(*low, t.angles, axis=0)) for t in shaken]
+    written = [replace(t, angles=np.radians(np.round(np.degrees(t.angles), 5))) for t in smooth]
+    apart = [filtfilt(*low, a.angles - b.angles, axis=0) for a, b in zip(shaken, clean, strict=True)]
+    found = sensor(read(written))
+    np.testing.assert_allclose(found.noise, np.std(np.concatenate(apart)), rtol=0.25)
+    assert (found.scatter > FILTERED).all()
 
 
 def test_a_channel_with_more_noise_is_not_pooled_with_the_others() -> None:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.angle_trials import AngleSensor
 from synth.diagnosis.check.finding import Finding
+from synth.diagnosis.sensor_noise import FILTERED, AngleSensor
 from synth.fit.recordings import Recording
 from synth.motion.smoothing import Mask
 from synth.units import quantity
@@ -22,7 +22,6 @@ STILL_GOING = 0.1
 JUMP = 8.0  # usual changes between readings that are missing during the run, or appear as a jump after it
 MOVES = np.radians(2.0)  # rad, motion of another joint while a channel does not change at all
 SHOWS = 0.1  # of the noise; a smaller count is only the file's last digit
-FILTERED = 3.0  # scatter about a smooth motion over noise by differences, of filtered or interpolated readings
 COARSE = 0.02  # of a joint's motion (RMS): a larger count or noise hides effects
 
 
@@ -59,7 +58,7 @@ def channel_findings(
     found = [f for recording in recordings for f in _frozen(joints, recording, sensor)]
     for j, channel in enumerate(made):
         found += _coarse(channel)
-        found += _filtered(joints[j], j, recordings, sensor)
+        found += _filtered(joints[j], j, sensor)
     return found
 
 
@@ -135,14 +134,13 @@ def _coarse(channel: Channel) -> list[Finding]:
     return [Finding("doubt", text + "; smaller effects are hidden", remedy, joint=channel.joint)]
 
 
-def _filtered(name: str, j: int, recordings: Sequence[Recording], sensor: AngleSensor) -> list[Finding]:
+def _filtered(name: str, j: int, sensor: AngleSensor) -> list[Finding]:
     """Readings that agree far better with their neighbours than with a smooth motion."""
     if sensor.step[j] > 0.5 * sensor.noise[j]:
         return []  # rounded readings scatter by their count anyway
-    ratio = [r.smoothed.noise[j] / sensor.noise[j] for r in recordings if j in r.free]
-    if not ratio or float(np.median(ratio)) < FILTERED:
+    if sensor.scatter[j] < FILTERED:
         return []
-    text = f"readings scatter {float(np.median(ratio)):.1f} times more about a smooth motion than from one to the next:"
+    text = f"readings scatter {sensor.scatter[j]:.1f} times more about a smooth motion than from one to the next:"
     text += " they were low-pass filtered or interpolated, or the joint is shaken"
     remedy = "use the sensor's raw readings; a filter removes the marks of friction and backlash at turning points"
     return [Finding("note", text, remedy, joint=name)]

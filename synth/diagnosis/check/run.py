@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.diagnosis.angle_search import as_designed
-from synth.diagnosis.angle_trials import AngleTrial, sensor
+from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.check.against_nominal import column_findings
 from synth.diagnosis.check.cause_responses import responses_of
 from synth.diagnosis.check.channels import Channel, channel_findings, channels
@@ -23,6 +23,7 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, s
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.plants.swinging_chain.chain_menu import menu
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
+from synth.diagnosis.sensor_noise import sensor
 from synth.diagnosis.workbench import Workbench
 from synth.swing.chain import Conditions
 

@@ -11,7 +11,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis import diagnose as any_plant
 from synth.diagnosis.angle_search import search
-from synth.diagnosis.angle_trials import AngleTrial, angle_trial, copies, sensor, spread
+from synth.diagnosis.angle_trials import AngleTrial, angle_trial, copies, spread
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
@@ -30,6 +30,7 @@ from synth.diagnosis.plants.swinging_chain.free_torque import described, free_to
 from synth.diagnosis.plants.swinging_chain.tolerance_words import in_words
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
+from synth.diagnosis.sensor_noise import sensor
 from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
 from synth.diagnosis.unseen import with_unseen
 from synth.diagnosis.verdict import Judged, with_counts, with_doubt

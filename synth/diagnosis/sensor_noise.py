@@ -1,0 +1,161 @@
+"""Noise and counts of the angle channels, from the samples only.
+
+Differences of a high order see the highest frequencies, which a low-pass filter takes away: of filtered readings they
+show the rounding of the file, 30 to 600 times below what the filter let through. Differences of every D-th sample see
+lower ones. While they lie above the filter's cut-off they grow steeply with D; between the cut-off and the motion's
+frequencies they stay at the noise that the filter let through; beyond, the motion's own differences take over, steeply
+again. So the noise of filtered readings is read where they grow least.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.fit.recordings import Recording
+from synth.motion.smoothing import Mask
+
+ORDER = 6  # order of differences that isolate noise: the sixth difference of a smooth motion is almost zero
+FINE_ORDER = 10  # of those of every D-th sample: the motion takes over later
+SAME = 0.2  # joints whose noise differs by a smaller share are assumed to have the same sensor
+FEWEST = 20  # differences: a median of fewer is no noise
+# Scatter about a smooth motion over the noise by differences, of readings that were filtered for sure, and that may be
+FILTERED, DOUBTFUL = 3.0, 1.5
+STRIDES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)  # D: steps of at most a factor 2, which a plateau of an octave contains
+FLAT = 0.5  # exponent of growth with D of independent samples, as few as a trial has
+STEEPER = 1.5  # times that exponent, growth at smaller D if a filter is the reason
+OF_MOTION = 3e-3  # of the motion, below which differences of every D-th sample are not yet the motion's own
+LEAST = 1e-9  # rad: so that readings of a simulation have some noise
+ROUNDED = 2.0  # times the noise of rounding, below which differences show the rounding
+
+
+@dataclass(frozen=True)
+class AngleSensor:
+    """``noise`` (n,) rad RMS of a reading about the true angle; ``step`` (n,) rad of one count, 0 if not visible.
+
+    ``scatter`` (n,) : readings about a smooth motion over readings from one to the next; from ``FILTERED`` on they were
+    filtered.
+    """
+
+    noise: Array
+    step: Array
+    scatter: Array
+
+
+def sensor(recordings: Sequence[Recording]) -> AngleSensor:
+    """Noise and counts of each joint's channel, from the samples only.
+
+    Noise by sixth differences (Tukey, *Exploratory Data Analysis* 1977; von Neumann et al., Ann. Math. Stat. 12 (1941)
+    153, for the first): white noise of deviation s gives them the deviation ``s sqrt(sum binom(6, k)^2)``. Differences
+    beyond three robust deviations are left out. Joints that differ by less than ``SAME`` are pooled. A coarse count
+    makes steps that no difference shows while the joint rests; its ``step/sqrt(12)`` is then used as noise (Widrow &
+    Kollar, *Quantization Noise*, 2008, ch. 1). Filtered readings as told above.
+    """
+    n = recordings[0].rotation.shape[1]
+    squares: list[list[float]] = [[] for _ in range(n)]
+    step = np.full(n, np.inf)
+    for recording in recordings:
+        for j in recording.free:
+            value = recording.rotation[:, j]
+            good = recording.counts[:, j]
+            found = _variance(value, good, ORDER)
+            if not np.isfinite(found):
+                continue
+            squares[j].append(found)
+            gaps = np.diff(np.unique(np.round(value[good], 12)))
+            step[j] = min(step[j], float(gaps[gaps > 1e-7].min(initial=np.inf)))
+    # The median over trials, so that a trial with impacts or at rest does not dominate.
+    white = np.array([np.sqrt(np.median(s)) if s else np.nan for s in squares])
+    known = white[np.isfinite(white)]
+    if not len(known):  # too few samples for differences: use the scatter about the smoothed motion
+        known = np.concatenate([recording.smoothed.noise[recording.free] for recording in recordings])
+    white = np.where(np.isfinite(white), white, np.median(known))
+    step = np.where(np.isfinite(step) & _on_grid(recordings, step), step, 0.0)
+    noise = np.maximum(white, step / np.sqrt(12.0)) + LEAST
+    scatter = np.array([_scatter(recordings, j, float(noise[j])) for j in range(n)])
+    noise = _of_filtered(recordings, noise, step, scatter)
+    usual = float(np.median(noise))
+    alike = np.abs(np.log(noise / usual)) < SAME
+    if np.any(alike):
+        noise[alike] = np.sqrt(np.mean(noise[alike] ** 2))
+    return AngleSensor(noise, step, scatter)
+
+
+def _scatter(recordings: Sequence[Recording], joint: int, noise: float) -> float:
+    """Scatter about a smooth motion over this noise (rad); 0 for a joint that is never free."""
+    ratio = [r.smoothed.noise[joint] / noise for r in recordings if joint in r.free]
+    return float(np.median(ratio)) if ratio else 0.0
+
+
+def _variance(value: Array, good: Mask, order: int) -> float:
+    """rad^2, of the white noise of readings (m,), by their differences; nan for too few."""
+    if len(value) < order + FEWEST:
+        return np.nan
+    difference = np.diff(value, order)[np.lib.stride_tricks.sliding_window_view(good, order + 1).all(axis=1)]
+    if len(difference) < FEWEST:
+        return np.nan
+    robust = 1.4826 * float(np.median(np.abs(difference))) + 1e-12
+    kept = difference[np.abs(difference) < 3.0 * robust]
+    norm = sum(comb(order, k) ** 2 for k in range(order + 1))
+    return float(np.mean(kept**2)) / norm / 0.9733  # variance of a normal truncated at 3
+
+
+def _of_filtered(recordings: Sequence[Recording], noise: Array, step: Array, scatter: Array) -> Array:
+    """(n,) rad: the noise, for filtered channels what the filter let through.
+
+    Readings without any noise but rounding from one to the next were filtered for sure: where no plateau shows what the
+    filter let through, it is that of the other channels, or the scatter about a smooth motion, which is less.
+    """
+    let = np.zeros(len(noise))
+    for j in np.flatnonzero(scatter >= DOUBTFUL).tolist():
+        let[j] = _let_through(recordings, j, float(step[j]))
+    usual = float(np.median(let[let > 0.0])) if (let > 0.0).any() else 0.0
+    unseen = (scatter >= FILTERED) & (let == 0.0) & (noise <= ROUNDED * step / np.sqrt(12.0) + LEAST)
+    let[unseen] = np.maximum(usual, (scatter * noise)[unseen])
+    return np.maximum(noise, let)
+
+
+def _let_through(recordings: Sequence[Recording], joint: int, step: float) -> float:
+    """Noise (rad) that a filter let through, where the differences of every D-th sample grow least with D; 0: not seen.
+
+    Only where they grow faster before. Of independent samples the noise of neighbouring ones.
+    """
+    free = [r for r in recordings if joint in r.free]
+    deviations = []
+    for stride in STRIDES:
+        found = [
+            _variance(r.rotation[k::stride, joint], r.counts[k::stride, joint], FINE_ORDER)
+            for r in free
+            for k in range(0, stride, max(1, stride // 4))
+        ]
+        known = [each for each in found if np.isfinite(each)]
+        deviations.append(float(np.sqrt(np.median(known))) if known else np.nan)
+    seen = np.array(deviations)
+    growth = np.diff(np.log(seen)) / np.diff(np.log(STRIDES))
+    moved = max(float(np.std(r.rotation[r.counts[:, joint], joint])) for r in free)
+    tells = (seen[:-1] > ROUNDED * step / np.sqrt(12.0)) & (seen[1:] < OF_MOTION * moved) & np.isfinite(growth)
+    if tells[0] and growth[0] < FLAT:
+        return float(seen[0])
+    for k in np.flatnonzero(tells).tolist():
+        later = growth[k + 1] if k + 1 < len(growth) and tells[k + 1] else np.inf
+        steep = np.max(growth[:k], initial=0.0) >= STEEPER * max(growth[k], FLAT)
+        if steep and growth[k] <= later:
+            return float(np.sqrt(seen[k] * seen[k + 1]))
+    return 0.0
+
+
+def _on_grid(recordings: Sequence[Recording], step: Array) -> Mask:
+    """(n,) True where nearly all readings differ from one another by multiples of the step."""
+    found = np.zeros(len(step), dtype=bool)
+    for j, width in enumerate(step):
+        if not np.isfinite(width) or width <= 0.0:
+            continue
+        values = np.concatenate([r.rotation[r.counts[:, j], j] for r in recordings if j in r.free])
+        rest = (values - values[0]) / width
+        # As in ``fit.rounding``: 2 % of a count, 1e-5 per count; 2 % of the readings may be outliers.
+        found[j] = bool(np.mean(np.abs(rest - np.round(rest)) < 0.02 + 1e-5 * np.abs(rest)) > 0.98)
+    return found
