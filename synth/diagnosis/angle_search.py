@@ -57,6 +57,7 @@ PLAN = SearchPlan(
     least_left=0.003,
     pays=0.4,
     per_parameter=CALIBRATED.per_parameter,
+    anchors_found=2,
 )
 
 
@@ -169,7 +170,8 @@ class AngleExplorer:
         self, anchors: Sequence[Assessed[EvaluatedHypothesis]], singles: Sequence[Assessed[EvaluatedHypothesis]]
     ) -> list[EvaluatedHypothesis]:
         """One further cause beside each of the anchors; the best get their own linearisation."""
-        fits = [anchor.fit for anchor in anchors if anchor.fit.frame is not None]
+        framed = [anchor.fit for anchor in anchors if anchor.fit.frame is not None]
+        fits = [*framed, *refine(self.bench, [anchor.fit for anchor in anchors if anchor.fit.frame is None])]
         found = further(self.bench, self._sifting, fits, self.candidates)
         return [*refine(self.bench, found[:REFINED_FURTHER]), *found[REFINED_FURTHER:]]
 

@@ -36,7 +36,8 @@ F = TypeVar("F", bound=ExploredFit)
 class SearchPlan:
     """Conditions for searching further causes.
 
-    ``anchors`` : single causes used in pairs; ``anchor_pairs`` : pairs that are extended by a third cause.
+    ``anchors`` : single causes used in pairs; ``anchor_pairs`` : pairs that are extended by a third cause;
+    ``anchors_found`` : causes of the best pairs and triples that are used in pairs too, though weak alone.
     ``worth`` : least cost reduction of the best single cause. ``satisfied``, ``well`` : RMS over the noise floor, and
     ``least_left`` : share of the squared gap, see ``leaves``. ``pays`` : share of the remainder that a second cause
     must remove before a third is tried. ``per_parameter`` : penalty per unknown when ranking a cause against
@@ -51,6 +52,7 @@ class SearchPlan:
     least_left: float
     pays: float
     per_parameter: float = 0.0
+    anchors_found: int = 0
 
     def first(self, singles: Sequence[Assessed[F]]) -> list[Assessed[F]]:
         """Single causes used in pairs."""
@@ -101,16 +103,28 @@ class CauseSearch(Generic[F]):
         several: list[Assessed[F]] = []
         if singles and none.cost - singles[0].cost > plan.worth and plan.leaves(singles[0], none):
             self.say("pairs of causes")
-            several = self._assessed(self.explorer.beside(plan.first(singles), singles))
-            promising = several[: plan.anchor_pairs]
-            if (
-                promising
-                and plan.leaves(promising[0], none)
-                and plan.paid(promising[0], _within(promising[0], singles))
-            ):
-                self.say("a third cause")
-                several += self._assessed(self.explorer.beside(promising, singles))
+            first = plan.first(singles)
+            several = self._extended(self._assessed(self.explorer.beside(first, singles)), none, singles)
+            found = _found_beside(several, first, singles)[: plan.anchors_found]
+            if found:
+                self.say("pairs with causes found beside others")
+                pairs = self._assessed(self.explorer.beside(found, singles))
+                if pairs and pairs[0].cost < min(item.cost for item in several if len(item.keys) == 2):
+                    pairs = self._extended(pairs, none, singles)
+                several = _best_assessed([*several, *pairs])
         return Hypotheses(none, tuple(singles), tuple(sorted(several, key=lambda a: a.cost)))
+
+    def _extended(
+        self, pairs: list[Assessed[F]], none: Assessed[F], singles: Sequence[Assessed[F]]
+    ) -> list[Assessed[F]]:
+        """Pairs in order of cost, with the best of them extended by a third cause where that may help."""
+        plan, promising = self.explorer.plan, pairs[: self.explorer.plan.anchor_pairs]
+        if not promising or not plan.leaves(promising[0], none):
+            return pairs
+        if not plan.paid(promising[0], _within(promising[0], singles)):
+            return pairs
+        self.say("a third cause")
+        return [*pairs, *self._assessed(self.explorer.beside(promising, singles))]
 
     def _assessed(self, fits: Sequence[F]) -> list[Assessed[F]]:
         """In order of cost."""
@@ -120,6 +134,23 @@ class CauseSearch(Generic[F]):
 def _within(found: Assessed[F], singles: Sequence[Assessed[F]]) -> Assessed[F]:
     """The best single cause of a set; the best of all if none of its causes was fitted alone."""
     return next((single for single in singles if set(single.keys) <= set(found.keys)), singles[0])
+
+
+def _found_beside(
+    several: Sequence[Assessed[F]], first: Sequence[Assessed[F]], singles: Sequence[Assessed[F]]
+) -> list[Assessed[F]]:
+    """Single causes of the best pair and the best triple that were not used in pairs yet, best first."""
+    best = [min(size, key=lambda item: item.cost) for n in (2, 3) if (size := [s for s in several if len(s.keys) == n])]
+    used, wanted = {item.keys for item in first}, {key for item in best for key in item.keys}
+    return [single for single in singles if single.keys[0] in wanted and single.keys not in used]
+
+
+def _best_assessed(items: Sequence[Assessed[F]]) -> list[Assessed[F]]:
+    """The best of each set of causes, in order of cost."""
+    best: dict[frozenset[Key], Assessed[F]] = {}
+    for item in sorted(items, key=lambda item: item.cost):
+        best.setdefault(frozenset(item.keys), item)
+    return list(best.values())
 
 
 def best_of_each(fits: Sequence[F]) -> list[F]:
