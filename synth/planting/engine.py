@@ -14,7 +14,17 @@ from numba import njit
 
 from synth.planting import torque_laws
 from synth.planting.bodies import DAMPING, FREE, RATE, accelerate
-from synth.planting.torque_laws import BEARING, BRISTLES, MESH, SLACK, STICK_SLIP, stribeck_torque
+from synth.planting.torque_laws import (
+    BEARING,
+    BRISTLES,
+    GEAR,
+    MESH,
+    SLACK,
+    STICK_SLIP,
+    STUCK_LAWS,
+    servo_torque,
+    stribeck_torque,
+)
 
 
 @njit
@@ -42,7 +52,9 @@ def derivative(body, gravity, locked, law, at, par, table, mode, t, dt, q, w, w0
         dz[k, 0] = dz[k, 1] = 0.0
         if law[k] == STICK_SLIP:
             tau[i] -= mode[k] * stribeck_torque(w[i], p[0], p[1], p[2], p[3])
-        elif law[k] == BEARING:
+        elif law[k] == BEARING or law[k] == GEAR:
+            if law[k] == GEAR:  # a cold winding's torque: friction that a warm one lowers is of second order
+                load[k] = abs(servo_torque(table, int(p[2]), int(p[3]), t, q[i], w[i], 0.0))
             tau[i] -= mode[k] * (p[0] * load[k] + p[1])
         elif law[k] == BRISTLES or law[k] == MESH:
             mean = 0.5 * (w0[i] + w[i])
@@ -74,7 +86,7 @@ def _release(body, law, at, par, table, mode, held, fixed, tau, force, load):
     worst, which, sense = 0.0, -1, 0
     for k in range(law.shape[0]):
         i = at[k, 0]
-        if (law[k] == STICK_SLIP or law[k] == BEARING) and mode[k] == 0 and not fixed[i]:
+        if (law[k] in STUCK_LAWS) and mode[k] == 0 and not fixed[i]:
             reaction = force[i, 0] - tau[i]  # the friction torque that would hold the hinge
             over = abs(reaction) - _limit_at_rest(law[k], par[k], load[k])
             if over > worst:
@@ -92,7 +104,7 @@ def _margin(k, law, at, par, table, mode, fixed, q, w, z):
     i, p = at[k, 0], par[k]
     if fixed[i]:
         return 1.0
-    if law[k] == STICK_SLIP or law[k] == BEARING:
+    if law[k] in STUCK_LAWS:
         return mode[k] * w[i] if mode[k] != 0 else 1.0  # the joint comes to rest
     if law[k] == SLACK:
         u = q[i] - p[1]
@@ -192,7 +204,7 @@ def simulate(body, gravity, fixed, law, at, par, table, mode, z, q0, w0, start, 
     q, w, z = q0.copy(), w0.copy(), z.copy()
     qn, wn, zn = q.copy(), w.copy(), z.copy()
     for k in range(m):
-        if law[k] == STICK_SLIP or law[k] == BEARING:
+        if law[k] in STUCK_LAWS:
             i = at[k, 0]
             mode[k] = 0 if w[i] == 0.0 else (1 if w[i] > 0.0 else -1)
             held[i] = fixed[i] or mode[k] == 0

@@ -21,7 +21,8 @@ class PlantedServo(NamedTuple):
     Its duty is ``gain`` 1/rad times the error beyond ``dead_band`` rad less ``damping_gain`` s/rad times the speed, at
     most ``duty_limit``, and ``open_duty`` without control. It gives ``strength`` N m/V, brakes by ``back_emf``
     N m s/rad, and is limited to ``torque_limit`` N m; ``sag`` is the source's resistance over the winding's. The
-    command of ``delay`` s ago acts.
+    command of ``delay`` s ago acts. Under a torque of ``reference`` N m the winding's resistance grows by ``rise`` (a
+    share) in the end, by two thirds of that in ``warming`` s; with a rise of zero it stays.
     """
 
     joint: int
@@ -35,6 +36,9 @@ class PlantedServo(NamedTuple):
     torque_limit: float
     sag: float
     delay: float
+    rise: float = 0.0
+    reference: float = 0.0
+    warming: float = 0.0
 
     def with_constants(self, constant: float, resistance: float) -> PlantedServo:
         """With the motor's constants times these factors."""

@@ -6,12 +6,16 @@ import math
 
 import numpy as np
 
-from synth.planting.forms import Form, Maker, NotApplicable, Scale
-from synth.planting.model import PlantedServo, Truth
+from synth.planting import torque_laws
+from synth.planting.forms import Form, Maker, NotApplicable, Scale, between, law_form
+from synth.planting.model import Law, PlantedServo, Truth
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 
 LATEST, WIDEST = 0.1, 0.2  # s and rad: a command later, a dead band wider than that is seen without any diagnosis
+MOST_LOST = 0.6  # of a drive's torque, in its gear; a self-locking one loses half
+HOTTEST = 1.5  # growth of a copper winding's resistance; at twice that it burns
+LONG_ENOUGH = 15.0  # s of a trial, in which a winding warms
 WEAKEST = 5.0  # natural logarithms by which the smallest planted torque limit is below the standing torque
 
 
@@ -96,6 +100,37 @@ def drive_torque_limit(rng: np.random.Generator, setup: Setup, scale: Scale, j: 
     )
 
 
+def source_resistance(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """A supply that sags under the joint's current; a measured supply has its sag."""
+    _motor(setup, j)
+    if any(t.inputs is not None and np.ptp(t.inputs.supply[:, j]) > 0.0 for t in setup.trials):
+        raise NotApplicable("the supply was measured")
+    return _form(setup, j, "sag", 2.0, "source")
+
+
+def gear_load_friction(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """Dry friction in proportion to the drive's torque, which sticks rigidly (BAM, arXiv 2410.08650, model M3)."""
+    _servo(setup, j)
+    return law_form(setup, "gear, sticking", MOST_LOST, lambda s: Law(torque_laws.GEAR, j, (s, 0.0)))
+
+
+def winding_heating(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """A winding that warms within the trials; the size is its growth under the torque that holds the leg level."""
+    _motor(setup, j)
+    longest = max(trial.duration for trial in setup.trials)
+    if longest < LONG_ENOUGH:
+        raise NotApplicable("the trials are too short")
+    masses, reach = setup.true.of("mass")[j:], setup.true.of("length")[j:]
+    reference = 9.81 * float(masses.sum() * reach.sum()) / 2.0
+    time, good = between(rng, 0.5 * longest, 4.0 * longest), PlantedSensor.good(setup.true.n)
+
+    def built(size: float) -> Truth:
+        errors = ("rise", size), ("reference", reference), ("warming", time)
+        return Truth(setup.true, servo_errors=tuple((j, name, value) for name, value in errors))
+
+    return Form("winding", HOTTEST, lambda s: (built(s), good), lambda s: {"value": s, "time": time})
+
+
 SERVO_ERRORS: dict[str, Maker] = {
     "command_delay": command_delay,
     "servo_gain": servo_gain,
@@ -103,4 +138,7 @@ SERVO_ERRORS: dict[str, Maker] = {
     "motor_constant": motor_constant,
     "winding_resistance": winding_resistance,
     "drive_torque_limit": drive_torque_limit,
+    "source_resistance": source_resistance,
+    "gear_load_friction": gear_load_friction,
+    "winding_heating": winding_heating,
 }

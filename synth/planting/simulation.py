@@ -10,7 +10,17 @@ from numpy.typing import NDArray
 
 from synth.planting import bodies, engine
 from synth.planting.model import Array, Bend, Law, PlantedLeg, PlantedServo, PlantedTrial, ServoInputs, Truth
-from synth.planting.torque_laws import BOUC_WEN, DAMPER_TABLE, DRIVE, DRIVE_TABLE, SERVO, SLACK, SLACK_ARM
+from synth.planting.torque_laws import (
+    BOUC_WEN,
+    DAMPER_TABLE,
+    DRIVE,
+    DRIVE_TABLE,
+    GEAR,
+    SERVO,
+    SLACK,
+    SLACK_ARM,
+    STICK_SLIP,
+)
 
 
 class Assembly(NamedTuple):
@@ -59,7 +69,7 @@ def assemble(truth: Truth, trial: PlantedTrial) -> Assembly:
         signal = ((1 + gain) * a_, w_, p_, (1 + gain) * b_, v_, r_, offset, delay)
         laws = (*laws, Law(DRIVE, int(joint_driven), signal))
     tables, more = _tables(truth, trial)
-    laws = (*laws, *more)
+    laws = (*(_geared(law, more) for law in laws), *more)
     at = np.array([[0 if w.base else joint[w.joint], joint[w.second if w.second >= 0 else w.joint]] for w in laws])
     at = at.reshape(-1, 2).astype(np.int64)
     for k, w in enumerate(laws):
@@ -69,6 +79,15 @@ def assemble(truth: Truth, trial: PlantedTrial) -> Assembly:
     return Assembly(
         np.array(rows), fixed, np.array([w.law for w in laws], dtype=np.int64), at, par, joint, leg.gravity, tables
     )
+
+
+def _geared(law: Law, more: tuple[Law, ...]) -> Law:
+    """A gear's friction with the place of its servo's numbers in the table."""
+    if law.law != GEAR:
+        return law
+    servo = next((each for each in more if each.law == SERVO and each.joint == law.joint), None)
+    # A trial without inputs has no torque to transmit.
+    return law._replace(par=(*law.par, *servo.par)) if servo else law._replace(law=STICK_SLIP, par=(0.0, 0.0, 1.0, 0.0))
 
 
 def _tables(truth: Truth, trial: PlantedTrial) -> tuple[Array, tuple[Law, ...]]:
@@ -97,7 +116,7 @@ def _tables(truth: Truth, trial: PlantedTrial) -> tuple[Array, tuple[Law, ...]]:
 
 
 def _servo_table(servo: PlantedServo, inputs: ServoInputs) -> Array:
-    """(10 + 3 k, 2): the servo's numbers in the first column, then command, supply and switch over time."""
+    """(13 + 3 k, 2): the servo's numbers in the first column, then command, supply and switch over time."""
     numbers = np.zeros((len(servo) - 1, 2))
     numbers[:, 0] = servo[1:]
     columns = (values[:, servo.joint] for values in inputs[1:])

@@ -49,10 +49,14 @@ DRIVE = 29  # known torque; par: amplitude, angular frequency and phase of each 
 DRIVE_TABLE = 30  # known torque as recorded; par: gain, offset, delay, first row of the table, number of rows
 # damper as measured; par: linear rate that the chain already has, first row of the table, number of rows
 DAMPER_TABLE = 31
-SERVO = 32  # position servo; par: first row of its numbers in the table, number of samples of its inputs
+SERVO = 32  # position servo; par: first row of its numbers in the table, number of samples of its inputs; memory: heat
+SERVO_NUMBERS = 13  # rows of these numbers
+# Dry friction of a servo's gear, true sticking; par: share of the servo's torque, constant part [N m], and those of its
+# servo, which the simulation adds.
+GEAR = 33
 LOOSE_SPRING = 28  # par: k, x0, share, time constant: rate falls during the trial (clamp slipping)
 
-STUCK_LAWS = (STICK_SLIP, BEARING)
+STUCK_LAWS = (STICK_SLIP, BEARING, GEAR)
 
 
 @njit
@@ -132,23 +136,36 @@ def torque(law, p, table, t, q, w, qj, wj, z0, z1):
     if law == DRIVE_TABLE:
         return p[0] * interpolated(table, int(p[3]), int(p[4]), t - p[2], False) + p[1], 0.0, 0.0, 0.0
     if law == SERVO:
-        return servo_torque(table, int(p[0]), int(p[1]), t, q, w), 0.0, 0.0, 0.0
+        driven = servo_torque(table, int(p[0]), int(p[1]), t, q, w, z0)
+        return driven, 0.0, warming(table, int(p[0]), driven, z0), 0.0
     if law == DAMPER_TABLE:
         return p[0] * w - math.copysign(interpolated(table, int(p[1]), int(p[2]), abs(w), True), w), 0.0, 0.0, 0.0
     return unlisted_torque(law, p, t, q, w, qj)
 
 
 @njit
-def servo_torque(table, first, count, t, q, w):
-    """Torque of a servo whose numbers are the rows from ``first`` on, in the order of ``model.PlantedServo``."""
-    start = first + 10
+def warming(table, first, driven, warm):
+    """Rate of change of the growth ``warm`` of a servo's winding, whose loss is its resistance times current^2."""
+    if table[first + 10, 0] == 0.0:
+        return 0.0
+    share = driven / table[first + 11, 0]
+    return (table[first + 10, 0] * share * share * (1.0 + warm) - warm) / table[first + 12, 0]
+
+
+@njit
+def servo_torque(table, first, count, t, q, w, warm):
+    """Torque of a servo whose numbers are the rows from ``first`` on, in the order of ``model.PlantedServo``.
+
+    ``warm`` : growth of its winding's resistance (a share).
+    """
+    start = first + SERVO_NUMBERS
     error = held(table, start, count, t - table[first + 9, 0]) - q
     beyond = math.copysign(max(abs(error) - table[first + 2, 0], 0.0), error)
     duty = table[first, 0] * beyond - table[first + 1, 0] * w
     duty = min(max(duty, -table[first + 3, 0]), table[first + 3, 0]) + table[first + 4, 0]
     supply = interpolated(table, start + count, count, t, False)
     driven = table[first + 5, 0] * duty * supply - table[first + 6, 0] * w
-    driven = driven / (1.0 + table[first + 8, 0] * duty * duty)
+    driven = driven / (1.0 + warm + table[first + 8, 0] * duty * duty)
     most = table[first + 7, 0]
     return interpolated(table, start + 2 * count, count, t, False) * min(max(driven, -most), most)
 

@@ -14,7 +14,8 @@ from synth.errors import UserError
 from synth.files.gap_project import read_gap_project
 from synth.files.leg_file import write_leg
 from synth.fit.recordings import recordings
-from synth.planting.model import Truth
+from synth.planting import torque_laws
+from synth.planting.model import Law, Truth
 from synth.planting.simulation import release
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.one_case import diagnosed
@@ -68,10 +69,39 @@ def test_the_generator_s_servo_moves_a_leg_as_the_other_engine_does(tmp_path: Pa
         assert np.degrees(np.sqrt(np.mean((ours[:, :1] - theirs) ** 2))) < 0.005
 
 
+CAUSES = {
+    "source_resistance": ({"share": 0.4}, {"servo_errors": ((0, "sag", 0.4),)}),
+    "gear_load_friction": (
+        {"torque": 0.0, "share": 0.15, "backdriven": 0.0, "fall": 0.0, "speed": 1.0, "presliding": 1e-4},
+        {"laws": (Law(torque_laws.GEAR, 0, (0.15, 0.0)),)},
+    ),
+    "winding_heating": (
+        {"rise": 0.8, "reference": 0.2, "time": 1.5},
+        {"servo_errors": ((0, "rise", 0.8), (0, "reference", 0.2), (0, "warming", 1.5))},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CAUSES)
+def test_planted_causes_move_a_leg_as_the_effects_of_the_other_engine_do(name: str, tmp_path: Path) -> None:
+    """A source's resistance, friction of a gear by its torque, a winding that warms: forms of two engines."""
+    ours, theirs = CAUSES[name]
+    project = read_gap_project(written(tmp_path / "mine"))
+    rig = users_rig(project)
+    effective = ARM.with_joints(arm={"effects": {name: ours}})
+    for recording, trial, times in zip(recordings(project.leg, project.trials, ()), rig.trials, rig.times, strict=True):
+        assert trial.speed is not None
+        found = simulate(effective, trial.pose, trial.speed, times, signals=recording.signals)[:, :1]
+        plain = simulate(ARM, trial.pose, trial.speed, times, signals=recording.signals)[:, :1]
+        planted = release(Truth(rig.nominal, **theirs), trial, 1e-4).at(times)
+        apart = float(np.sqrt(np.mean((found - planted) ** 2)))
+        assert apart < 0.03 * float(np.sqrt(np.mean((found - plain) ** 2)))
+
+
 def test_a_servo_s_cause_is_planted_and_found(tmp_path: Path) -> None:
     project = read_gap_project(written(tmp_path / "mine"))
     rig = users_rig(project)
-    assert ("servo_gain", 0) in places(rig, 1)
+    assert {("servo_gain", 0), ("gear_load_friction", 0), ("source_resistance", 0)} <= set(places(rig, 1))
     field = Field.of(rig, 3, 0)
     planted = field.plant(np.random.default_rng(1), PlantingTask("command_delay", 0, 3, 0))
     assert planted is not None
