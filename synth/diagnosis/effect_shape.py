@@ -83,7 +83,7 @@ class ShapedEffect(ABC):
             else:
                 held = self.shape.held.get(parameter.name)
                 default = self.effect.defaults[parameter.name]
-                found[p] = default if held is None else held * self.natural_size(parameter)
+                found[p] = default if held is None else self.in_units(parameter, np.full(x.shape[1], held))
         for p, parameter in enumerate(self.effect.parameters):
             if parameter.of and {parameter.name, parameter.of} <= {*self.shape.free}:
                 found[p] *= found[self.effect.index(parameter.of)]

@@ -121,7 +121,7 @@ EFFECT = Effect(
     ),
     strengths=("stiffness",),
     shapes=(
-        Shape(("stiffness", "slip", "knee", "unloading", "settled"), {}, ({"slip": 0.1}, {"slip": 0.5})),
+        Shape(("stiffness", "slip", "knee"), {"settled": 0.0}, ({"slip": 0.1}, {"slip": 0.5})),
         Shape(("stiffness", "relaxation"), {}, ({"relaxation": 0.3}, {"relaxation": 1.5}, {"relaxation": 8.0})),
     ),
 )
