@@ -15,7 +15,7 @@ import math
 import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -343,7 +343,7 @@ def main(words: Sequence[str] | None = None) -> int:
     said: dict[str, dict[str, bool]] = {}
     cases: dict[str, Any] = {}
     text = ""
-    with ThreadPoolExecutor(asked.workers) as pool:
+    with ProcessPoolExecutor(asked.workers) as pool:
         planned = enumerate(causes(asked.seed, asked.count))
         waiting = [pool.submit(tried, number, effect, asked, program) for number, effect in planned]
         for future in as_completed(waiting):
