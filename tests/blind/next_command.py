@@ -25,7 +25,7 @@ import numpy as np
 from blind import run
 from blind.asked import Asked
 from blind.chance import bootstrap, wilson
-from blind.servo_engine import Array, Rig, follow
+from blind.servo_engine import Array, Rig, follow, shown_as
 from blind.servos import (
     ATTEMPTS,
     DOMINATES,
@@ -97,7 +97,7 @@ class Case:
     def is_right(self, key: Sequence[str]) -> bool:
         """Whether a cause is the main one, or acts alike in varied logs."""
         effect, joint = key[0], self.labels.index(key[1]) if key[1] in self.labels else -1
-        if (effect, joint) == self.main:
+        if (effect, joint) in shown_as(*self.main, len(self.rig.joints)):
             return True
         varied = Setup(self.rich.design, self.rich.supply, self.rich.commands[:VARIED])
         at_rest = varied.moved(varied.design)

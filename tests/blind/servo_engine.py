@@ -46,9 +46,14 @@ class Rig(NamedTuple):
         return Rig(joints, self.source)
 
 
-def shown_at(effect: str, joint: int, n: int) -> tuple[int, ...]:
-    """Joints at which a cause that was put at one of ``n`` joints is there: one source feeds all."""
-    return tuple(range(n)) if effect == "source_resistance" else (joint,)
+def shown_as(effect: str, joint: int, n: int) -> list[tuple[str, int]]:
+    """A cause that was put at one of ``n`` joints, and what it cannot be told from: (effect, joint), itself first.
+
+    One source feeds all joints. One joint alone read late is as its command late: from rest the whole motion is later.
+    """
+    if effect == "source_resistance":
+        return [(effect, joint), *((effect, k) for k in range(n) if k != joint)]
+    return [(effect, joint), *([("latency", joint)] if effect == "command_delay" and n == 1 else [])]
 
 
 def follow(rig: Rig, times: Array, command: Array, supply: float) -> Array:

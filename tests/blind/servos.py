@@ -22,7 +22,7 @@ from scipy.optimize import lsq_linear
 from blind.asked import Asked
 from blind.best_size import best_size
 from blind.rigs import check, mixed
-from blind.servo_engine import COLUMNS, Array, Rig, follow, shown_at
+from blind.servo_engine import COLUMNS, Array, Rig, follow, shown_as
 
 MAIN = (40.0, 250.0)  # floors, of a main cause
 SMALL = (0.03, 0.12)  # of the main cause's gap
@@ -289,13 +289,13 @@ def _attempt(
         raise NotApplicable("no main cause")
     if kind == "none" and left > SMALL_ONES * SMALL[1] * level:
         raise NotApplicable("small causes that are a large one together: a torque limit that no longer holds the leg")
-    alike = [(name, k) for name, j in main for k in shown_at(name, j, n) if k != j]
+    alike = [other for name, j in main for other in shown_as(name, j, n)[1:]]
     alike += _alike(setup, still, alone, main, absorbed) if kind == "single" else []
     label = [f"joint{k + 1}" for k in range(n)]
     answer = {
         "kind": kind,
         "effects": [{"effect": name, "joint": label[k]} for name, k in main],
-        "small": [{"effect": name, "joint": label[k]} for name, j in small for k in shown_at(name, j, n)],
+        "small": [{"effect": seen, "joint": label[k]} for name, j in small for seen, k in shown_as(name, j, n)],
         "numbers_called": [["link_mass", label[j]], ["link_inertia", label[j]]],
         "alike": [[name, label[k]] for name, k in alike],
         "noise_floor_deg": math.degrees(floor),
@@ -317,13 +317,12 @@ def _alike(
 ) -> list[tuple[str, int]]:
     """Other single causes, all or ``among`` these, that at their best size leave less than ``ALIKE`` of the main gap.
 
-    The best size is found on one log of each kind, which takes most of a case's time; all logs then count. One
-    joint alone read late is as its command late: from rest the whole motion is later.
+    The best size is found on one log of each kind, which takes most of a case's time; all logs then count.
     """
     few = Setup(setup.design, setup.supply, setup.commands[:VARIED])
     little = Absorbed(absorbed.columns[:VARIED])
     part, gap = little.rest((target - still)[:VARIED]), absorbed.rest(target - still)
-    found = [("latency", 0)] if main == [("command_delay", 0)] and len(setup.design.joints) == 1 else []
+    found: list[tuple[str, int]] = []
     for name, change in LIBRARY.items():
         for j in range(len(setup.design.joints)):
             if (name, j) == main[0] or (among is not None and (name, j) not in among):
