@@ -10,7 +10,6 @@ from math import ceil
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.compiling import code_cache
@@ -178,9 +177,9 @@ class Chain:
         """The results of ``_in_unit``."""
         return {}
 
-    def _delays(self, lanes: Array, held: NDArray[np.int64]) -> int:
-        """Largest number of different delays of a held command in a group of lanes."""
-        late = lanes[self.layout.rows("servo_delay")][held != 0]
+    def _delays(self, lanes: Array, held: Sequence[int]) -> int:
+        """Largest number of different delays of the held commands in a group of lanes."""
+        late = lanes[self.layout.rows("servo_delay")][list(held)]
         return int(sum(min(len(np.unique(row)), LANES) for row in late))
 
     def _own_effect(self, lanes: Array) -> bool:
@@ -252,8 +251,8 @@ class Chain:
         wrong = known_torque is not None and bool(np.any(lanes[self._drive_rows]))
         periods = lanes[self.layout.rows("servo_period")].max(axis=1)
         held = np.flatnonzero(periods).tolist()
-        known = for_integrator(known_torque, n, signals, held)
-        changes = len(known[4]) * self._delays(lanes, known[3])
+        known, told = for_integrator(known_torque, n, signals, held)
+        changes = 0 if signals is None else len(told[0]) * self._delays(lanes, signals.held)
         times = np.ascontiguousarray(times, dtype=float)
         samples = sum(float(times[-1] - times[0]) / periods[j] for j in held)
         # Steps may end at knots and do end at control steps.
@@ -273,10 +272,10 @@ class Chain:
             workspace[:, : group.shape[1]] = group
             workspace[:, group.shape[1] :] = group[:, :1]
             if wrong and known_torque is not None:
-                known = for_integrator(self._late(known_torque, workspace), n, signals, held)
+                known, told = for_integrator(self._late(known_torque, workspace), n, signals, held)
             states = self.acting.states(active, workspace)
             integrate(
-                *functions, workspace, flat, n, states, active, known, times, limits, steps, out,
+                *functions, workspace, flat, n, states, active, known, told, times, limits, steps, out,
                 (shown, width, first), room,
             )  # fmt: skip
             first += group.shape[1]

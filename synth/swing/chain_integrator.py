@@ -56,11 +56,12 @@ REACHED_END, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2
 _chain = types.FunctionType(types.void(float64[::1]))
 _extra = types.FunctionType(types.void(float64[::1], int64, int64[::1])) if WHOLE else int64
 _loaded = _chain if WHOLE else int64
-_known = types.Tuple((float64[::1], float64[:, ::1], float64[::1], int64[::1], float64[::1], float64[:, ::1]))
+_known = types.Tuple((float64[::1], float64[:, ::1], float64[::1]))
+_told = types.Tuple((float64[::1], float64[:, ::1]))
 _state = types.Tuple((uint64[::1], uint64[::1], float64[::1], int64[:, ::1], int64[:, ::1]))
 _signature = types.UniTuple(int64, 2)(
-    _chain, _extra, _loaded, _loaded, float64[:, ::1], float64[::1], int64, _state, int64[:, ::1], _known, float64[::1],
-    types.UniTuple(float64, 3), int64, float64[::1], types.UniTuple(int64, 3), float64[::1],
+    _chain, _extra, _loaded, _loaded, float64[:, ::1], float64[::1], int64, _state, int64[:, ::1], _known, _told,
+    float64[::1], types.UniTuple(float64, 3), int64, float64[::1], types.UniTuple(int64, 3), float64[::1],
 )  # fmt: skip
 _called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
 # numba inlines functions with one call site, because LLVM would call them with forty arguments; inlining at several
@@ -79,7 +80,8 @@ def _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, K
     derivative, active, modes, known = given
     if WHOLE:
         any_active, any_load = modes
-        cursor = driven_steps.put_signals(flat, n, known, t, cursor)
+        if known[1].shape[1] > n:
+            cursor = driven_steps.put_signals(flat, n, known, t, cursor)
         if any_active:
             extra(flat, n, active[0])
         cursor = driven_steps.add_known_torque(flat, n, any_active, known, t, cursor)
@@ -199,7 +201,7 @@ def _samples(h, t, S, times, i, out, where):  # type: ignore[no-untyped-def]
 
 @compiled(_signature, **_called)
 def integrate(  # type: ignore[no-untyped-def]
-    chain, extra, bearing, again, Z, flat, n, states, active, known, times, limits, max_steps, out, where, S
+    chain, extra, bearing, again, Z, flat, n, states, active, known, told, times, limits, max_steps, out, where, S
 ):
     """Integrate from ``times[0]`` and write the state at ``times`` into ``out``.
 
@@ -214,8 +216,8 @@ def integrate(  # type: ignore[no-untyped-def]
     active : (2, 2 + n_law) switches of the extra torques; all zero skips them. Row 0 excludes those that need the
         bearing force, row 1 includes them.
     known : times (m,) s and torques (m, n) N m that act on q, m = 0 for none; with servos also commands (rad on q),
-        supplies (V) and switches, (m, 4 n) in all; each column's tolerated deviation from a straight line within
-        a step; joints (n,) whose commands are held, not linear; times (p,) s and commands (p, n) of these.
+        supplies (V) and switches, (m, 4 n) in all; and each column's tolerated deviation from a straight line within
+        a step, ``HELD_STILL`` for commands that are held instead; told : times (p,) s and commands (p, n) rad of these.
     times : (n_time,) s, increasing.
     limits : relative and absolute error per step (rad and rad/s), first step s; max_steps : accepted and rejected.
     out, where : (n_time * n_shown * width,) for the first ``n_shown`` rows of the state, in lanes from ``first`` to
@@ -271,10 +273,10 @@ def integrate(  # type: ignore[no-untyped-def]
     # Whether duties or commands are held; the step size before a cut at a change; place among the held commands.
     holds, wanted, sample = WHOLE and active[0, SERVOS] == HOLDING, 0.0, int64(0)
     if WHOLE:
-        for j in range(len(known[3])):
-            holds = holds or (active[0, SERVOS] != 0 and known[3][j] != 0)
+        for j in range(n, min(2 * n, len(known[2]))):
+            holds = holds or (active[0, SERVOS] != 0 and known[2][j] >= driven_steps.HELD_STILL)
     if WHOLE and holds:
-        sample = driven_steps.look(flat, n, known, t, True, sample)
+        sample = driven_steps.look(flat, n, known, told, t, True, sample)
     cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, k1)
     if WHOLE and any_bristle:
         turning_events.slide_from_start(n, bends, Z, x, K)
@@ -286,7 +288,7 @@ def integrate(  # type: ignore[no-untyped-def]
     while i < len(times):
         if WHOLE and holds and driven_steps.next_look(flat, n, known) <= t + driven_steps.SAME_TIME:
             _put(S, int64(_X), n, state, Z, flat)
-            sample = driven_steps.look(flat, n, known, t, False, sample)
+            sample = driven_steps.look(flat, n, known, told, t, False, sample)
             cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, k1)
         if WHOLE and fresh:
             fresh = False

@@ -1,7 +1,8 @@
 """Inputs of a driven leg in the integrator: known torque, servo signals, and steps that end at their knots.
 
-``known`` is the result of ``known_torque.for_integrator``: what is linear between its knots, and the commands that are
-held. A held command is constant within a step, because a step ends wherever a lane's command changes.
+``known`` and ``told`` are the result of ``known_torque.for_integrator``: what is linear between its knots, and the
+commands that are held. A held command is constant within a step, because a step ends wherever a lane's command changes.
+The right-hand side gets ``known`` alone: each further array would be copied at every stage.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ ROTATION, RATE, DUTY_GAIN, DAMPING, DEAD, MOST_DUTY, PERIOD, PHASE, STEPS, HELD,
 )  # fmt: skip
 SHARE = 1e-6  # of a control period, rounding of a delay in periods
 NEVER = 1e300  # s
+ANY_BEND, HELD_STILL = 1e100, 1e200  # tolerated deviations of a command that is sampled, and of one that is held
 JITTER = 0.01  # of a control period: a command that comes so little after a look counts for it (rounded times of a log)
 SAME_TIME = 1e-11  # s, difference by rounding between the end of a step and the knot at which it ends
 _called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
@@ -49,11 +51,11 @@ def _torque_at(times, torques, j, t, k):  # type: ignore[no-untyped-def]
 def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
     """Write the servo signals, interpolated linearly, to their rows; returns the new cursor.
 
-    ``known[1]`` contains (m, n) torques, or (m, 4 n) torques, commands, supplies and switches. Each lane has its own
+    ``known[1]`` contains (m, 4 n) torques, commands, supplies and switches. Each lane has its own
     delay of the commands. Held commands are written by ``look`` alone.
     """
-    times, values, held = known[0], known[1], known[3]
-    if len(times) > 1 and values.shape[1] > n:
+    times, values, bend = known
+    if len(times) > 1:
         while cursor < len(times) - 2 and times[cursor + 1] < t:
             cursor += 1
         while cursor > 0 and times[cursor] > t:
@@ -61,9 +63,9 @@ def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
         share = (t - times[cursor]) / (times[cursor + 1] - times[cursor])
         for s in range(3):
             for j in range(n):
-                if s == 0 and held[j] != 0:
-                    continue
                 column = (s + 1) * n + j
+                if bend[column] >= HELD_STILL:
+                    continue
                 value = values[cursor, column] + share * (values[cursor + 1, column] - values[cursor, column])
                 for lane in range(LANES):
                     Z[SIGNALS + (s * MOST_LINKS + j) * LANES + lane] = value
@@ -71,7 +73,9 @@ def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
             late = 0.0
             for lane in range(LANES):
                 late = max(late, Z[LATE + j * LANES + lane])
-            if late > 0.0 and held[j] == 0 and Z[PERIOD + j * LANES] == 0.0:  # control steps count the delay themselves
+            if (
+                late > 0.0 and bend[n + j] < HELD_STILL and Z[PERIOD + j * LANES] == 0.0
+            ):  # control steps count the delay themselves
                 for lane in range(LANES):
                     e = j * LANES + lane
                     Z[SIGNALS + e] = _torque_at(times, values, n + j, t - Z[LATE + e], cursor)
@@ -85,7 +89,7 @@ def add_known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-unt
     ``known`` contains the delay common to all lanes. A lane's row contains its difference from that; lanes with a
     difference are interpolated one by one.
     """
-    times, torques = known[0], known[1]
+    times, torques, _ = known
     if len(times) > 1:
         while cursor < len(times) - 2 and times[cursor + 1] < t:
             cursor += 1
@@ -115,7 +119,7 @@ def within_torque(known, cursor, t, h, most):  # type: ignore[no-untyped-def]
     A step passes fewer than ``most`` knots, and only while the torque stays close to the straight line between the ends
     of the step. Returns the step, the number of knots that it passes, and the time to the first of them.
     """
-    times, torques, bend = known[0], known[1], known[2]
+    times, torques, bend = known
     first = cursor
     while first > 0 and times[first - 1] > t + SAME_TIME:  # a step that is tried again starts before its stages
         first -= 1
@@ -159,8 +163,22 @@ def _told_at(moments, t, k):  # type: ignore[no-untyped-def]
     return k
 
 
+@njit(inline="never", **_called)
+def _told_between(times, values, column, t):  # type: ignore[no-untyped-def]
+    """A command interpolated linearly; constant outside the samples. Found by halving: it is asked once a look."""
+    low, high = 0, len(times) - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if times[middle] <= t:
+            low = middle
+        else:
+            high = middle
+    share = min(max((t - times[low]) / (times[high] - times[low]), 0.0), 1.0)
+    return values[low, column] + share * (values[high, column] - values[low, column])
+
+
 @njit(**_called)
-def look(Z, n, known, t, start, sample):  # type: ignore[no-untyped-def]
+def look(Z, n, known, told, t, start, sample):  # type: ignore[no-untyped-def]
     """Set what is held from now on and the time at which it changes, for joints that are due; at the ``start`` all.
 
     A servo with control steps holds its duty, any other servo a held command. Rotations and rates are those in the
@@ -169,9 +187,9 @@ def look(Z, n, known, t, start, sample):  # type: ignore[no-untyped-def]
     for j in range(n):
         if Z[PERIOD + j * LANES] > 0.0:
             if start or Z[NEXT + j * LANES] <= t + SAME_TIME:
-                sample = _control(Z, n, j, known, t, sample)
-        elif known[3][j] != 0:
-            moments, commands = known[4], known[5]
+                sample = _control(Z, n, j, known, told, t, sample)
+        elif known[2][n + j] >= HELD_STILL:
+            moments, commands = told
             for lane in range(LANES):
                 e = j * LANES + lane
                 if start or Z[NEXT + e] <= t + SAME_TIME:
@@ -184,13 +202,14 @@ def look(Z, n, known, t, start, sample):  # type: ignore[no-untyped-def]
 
 
 @njit(**_called)
-def _control(Z, n, j, known, t, sample):  # type: ignore[no-untyped-def]
+def _control(Z, n, j, known, told, t, sample):  # type: ignore[no-untyped-def]
     """Set the duty of a servo whose control step is now, and the time of its next; returns the new sample.
 
     A lane's delay counts in control steps; a fraction of one is linear between the two commands, so that a motion is
     continuous in the delay. Period and phase are those of the first lane.
     """
-    times, values, _, held, moments, commands = known
+    times, values, bend = known
+    moments, commands = told
     period, phase = Z[PERIOD + j * LANES], Z[PHASE + j * LANES]
     following = phase + (math.floor((t - phase) / period + SHARE) + 1.0) * period
     for lane in range(LANES):
@@ -198,7 +217,7 @@ def _control(Z, n, j, known, t, sample):  # type: ignore[no-untyped-def]
         late = max((Z[LATE + e] - phase) / period, 0.0)
         whole = math.floor(late + SHARE)
         share = max(late - whole, 0.0)
-        if held[j] == 0:
+        if bend[n + j] < HELD_STILL:
             near = (
                 (t - Z[LATE + e] - times[0]) / (times[-1] - times[0]) * (len(times) - 1)
             )  # of even times, it is there
@@ -235,7 +254,7 @@ def next_look(Z, n, known):  # type: ignore[no-untyped-def]
     for j in range(n):
         if Z[PERIOD + j * LANES] > 0.0:
             soonest = min(soonest, Z[NEXT + j * LANES])
-        elif known[3][j] != 0:
+        elif known[2][n + j] >= HELD_STILL:
             for lane in range(LANES):
                 soonest = min(soonest, Z[NEXT + j * LANES + lane])
     return soonest

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.drives.servo import ServoSignals
+from synth.swing.driven_steps import ANY_BEND, HELD_STILL
 
 STRAIGHT = 0.002  # of the largest known torque: the integrator resolves larger deviations from a straight line
 COMMAND_STRAIGHT = 1e-3  # rad: the integrator resolves larger deviations of a command from a straight line
@@ -20,53 +21,51 @@ CLOSEST = 4.9e-4  # s, least spacing of knots; a torque sampled at 2 kHz is not 
 KnownTorque = tuple[Array, Array]  # times (m,) s and torques on q (m, n) N m
 
 
+Linear = tuple[Array, Array, Array]
+Told = tuple[Array, Array]
+
+
 def for_integrator(
     known: KnownTorque | None, n: int, signals: ServoSignals | None = None, stepped: Sequence[int] = ()
-) -> tuple[Array, Array, Array, NDArray[np.int64], Array, Array]:
-    """What acts on a leg, as the integrator takes it.
+) -> tuple[Linear, Told]:
+    """What acts on a leg, as the integrator takes it: what is linear between its knots, and the commands that are held.
 
     Times (m,) s, torques (m, n) N m, and tolerated deviations (n,) N m from a straight line; m = 0 for no torque.
-    With ``signals`` the columns of torques are followed by n columns each of commands, supplies and switches; no step
-    needs to end at a command's knots for the joints ``stepped``, which read it at their control steps. The times must
-    cover the samples of the motion, because a torque is extrapolated linearly beyond its ends. Then joints (n,) whose
-    command is held, 1 or 0; times (p,) s and commands (p, n) rad of these.
+    With ``signals`` the columns of torques are followed by n columns each of commands, supplies and switches; a held
+    command's tolerance is ``HELD_STILL``, and no step needs to end at a command's knots for the joints ``stepped``,
+    which read it at their control steps. The times must cover the samples of the motion, because a torque is
+    extrapolated linearly beyond its ends. Of the held commands times (p,) s and commands (p, n) rad.
     """
-    none = np.zeros(n, dtype=np.int64), np.zeros(0), np.zeros((0, n))
+    none = np.zeros(0), np.zeros((0, n))
     if signals is not None:
         return _with_signals(known, n, signals, list(stepped))
     if known is None:
-        return np.zeros(0), np.zeros((0, n)), np.zeros(n), *none
+        return (np.zeros(0), np.zeros((0, n)), np.zeros(n)), none
     times, torques = (np.ascontiguousarray(array, dtype=float) for array in known)
-    return times, torques, STRAIGHT * np.abs(torques).max(axis=0, initial=0.0) + 1e-300, *none
+    return (times, torques, STRAIGHT * np.abs(torques).max(axis=0, initial=0.0) + 1e-300), none
 
 
-def _with_signals(
-    known: KnownTorque | None, n: int, signals: ServoSignals, stepped: list[int]
-) -> tuple[Array, Array, Array, NDArray[np.int64], Array, Array]:
+def _with_signals(known: KnownTorque | None, n: int, signals: ServoSignals, stepped: list[int]) -> tuple[Linear, Told]:
     """The result of ``for_integrator`` for torques and signals, on the union of their times."""
     times = signals.time if known is None else np.union1d(signals.time, known[0])
     torque = np.zeros((len(times), n)) if known is None else _at(times, known[0], known[1])
-    held = np.zeros(n, dtype=np.int64)
-    held[list(signals.held)] = 1
-    linear = np.where(held, signals.command[0], signals.command)
+    linear, held = signals.command, list(signals.held)
+    if held:
+        linear = linear.copy()
+        linear[:, held] = 0.0
     inputs = [_at(times, signals.time, values) for values in (linear, signals.supply, signals.enabled)]
     bent = np.full(n, COMMAND_STRAIGHT)
-    bent[stepped] = np.inf
+    bent[stepped] = ANY_BEND
     bend = [STRAIGHT * np.abs(torque).max(axis=0, initial=0.0), bent]
     bend += [SUPPLY_STRAIGHT * np.abs(inputs[1]).max(axis=0, initial=0.0), np.full(n, STRAIGHT)]
-    values = np.hstack([torque, *inputs])
-    told = _changes(signals.command[:, list(signals.held)])
-    seen = _changes(values)
+    tolerated, values = np.concatenate(bend) + 1e-300, np.hstack([torque, *inputs])
+    if not held:
+        return (np.ascontiguousarray(times), np.ascontiguousarray(values), tolerated), (np.zeros(0), np.zeros((0, n)))
+    tolerated[n + np.array(held)] = HELD_STILL
+    told, seen = _changes(signals.command[:, held]), _changes(values)
     seen[[0, -1]] = True
     seen[:-1] |= seen[1:]  # a straight line to a change begins at the knot before it
-    return (
-        np.ascontiguousarray(times[seen]),
-        np.ascontiguousarray(values[seen]),
-        np.concatenate(bend) + 1e-300,
-        held,
-        np.ascontiguousarray(signals.time[told], dtype=float),
-        np.ascontiguousarray(signals.command[told], dtype=float),
-    )
+    return (times[seen], values[seen], tolerated), (signals.time[told].astype(float), signals.command[told])
 
 
 def _changes(values: Array) -> NDArray[np.bool_]:

@@ -72,7 +72,7 @@ def test_a_step_that_is_tried_again_sees_the_knots_before_its_stages() -> None:
     times = np.arange(10) * 0.1
     torques = np.zeros((10, 1))
     torques[3] = 1.0  # no straight line leads past it
-    known = times, torques, np.array([1e-3]), np.zeros(1, dtype=np.int64), np.zeros(0), np.zeros((0, 1))
+    known = times, torques, np.array([1e-3])
     expected = driven_steps.within_torque(known, 0, 0.05, 0.5, 100)
     assert expected == pytest.approx((0.15, 1, 0.05))  # past the flat knot at 0.1, to that at 0.2
     for ahead in (3, 6, 9):
