@@ -41,7 +41,7 @@ FRAMES = 3  # times that derivatives are renewed along the resulting motion
 RANKED = 2  # joints that continue: those with the best fit on a few trials after the first step
 STEPS = 2  # iterations with the same derivatives
 FOLD_STEPS = 2  # iterations of the fit without a fold, with the derivatives of the fit to all trials
-SAMPLES, TOLERANCE = 300, 1e-5  # per trial; of the integrator: sufficient for a shape
+SAMPLES, TOLERANCE = 200, 1e-5  # per trial; of the integrator: sufficient for a shape
 CLOSE = 0.5  # decrease of the cost below which a step is the last
 FACTORS = (1.0, 1e3)  # on the damping, tried in parallel
 
