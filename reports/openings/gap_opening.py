@@ -12,7 +12,7 @@ from synth.reports.reading import Json, Result
 from synth.reports.section import mapping, sequence
 from synth.reports.sections import gap_how_far
 from synth.reports.sections.gap_next import entry_text
-from synth.reports.sections.gap_which import VERDICTS, name_of
+from synth.reports.sections.gap_which import meaning_of, name_of
 
 MOST_CAUSES = 3  # in the opening; its section has all
 
@@ -37,7 +37,7 @@ def gap_opening(result: Result) -> Opening:
 def _trust(document: Json, verdict: str) -> str:
     trials = [trial for trial in sequence(document, "trials") if isinstance(trial, Mapping)]
     scored = [trial for trial in trials if trial.get("scored")]
-    means = VERDICTS.get(verdict, "")
+    means = meaning_of(document)
     words = f"{means[:1].upper()}{means[1:]}." if means else f"Verdict {verdict}."
     if not scored:
         return words

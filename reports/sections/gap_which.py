@@ -18,6 +18,7 @@ VERDICTS = {
     "tie": "an effect is missing, but these trials cannot distinguish the effects below",
     "unknown": "no effect in the library explains the trials",
 }
+SURE = 0.8  # probability of the first cause from which the trials identify it; below, they favour it
 WIDTH, LABEL = 800.0, 236.0  # px
 MOST_BARS = 10  # candidates drawn
 LEAST = 0.005  # a candidate less probable than this is counted among the others
@@ -33,13 +34,23 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     effects = mapping(document, "effects")
     return {
         "verdict": verdict,
-        "means": VERDICTS.get(verdict, ""),
+        "means": meaning_of(document),
         "explanation": [_cause(item, effects) for item in sequence(document, "explanation")],
         "tied": [[_cause(item, effects) for item in causes] for causes in sequence(document, "tied")],
         "figure": _figure(ranked, document.get("probability_none"), document.get("probability_unknown")),
         "ranked": [{**_cause(entry, effects), "probability": share_text(entry.get("probability"))} for entry in ranked],
         "shown": MOST_BARS,
     }
+
+
+def meaning_of(document: Json) -> str:
+    """The verdict in words; of an effect how sure it is."""
+    verdict, first = str(document.get("verdict")), sequence(document, "ranked")[:1]
+    sure = bool(first) and isinstance(first[0], Mapping) and _number(first[0].get("probability")) >= SURE
+    if verdict != "effect" or sure:
+        return VERDICTS.get(verdict, "")
+    unknown = share_text(document.get("probability_unknown"))
+    return f"the trials favour this cause; the probability that it is not in the library is {unknown}"
 
 
 def name_of(cause: Mapping[str, Any]) -> str:

@@ -210,6 +210,13 @@ def test_every_verdict_has_its_page(written: Folder, verdict: str, words: str) -
     assert "unknown: not in the library" in page.text
 
 
+def test_a_cause_that_is_not_sure_is_favoured_and_not_identified(written: Folder, effect: GapResult) -> None:
+    first = replace(effect.ranked[0], probability=0.55)
+    _, page = page_of(written(replace(effect, ranked=(first,), probability_unknown=0.42)) / "report.html")
+    assert "favour this cause; the probability that it is not in the library is 42 %" in page.text
+    assert "the trials identify the cause" not in page.text
+
+
 def test_nothing_ranked_and_nothing_to_record(written: Folder, effect: GapResult) -> None:
     bare = replace(
         effect, verdict="none", explanation=(), ranked=(), probability_none=1.0, probability_unknown=0.0,
