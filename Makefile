@@ -54,8 +54,8 @@ blind-servos: $(READY)  ## the same on legs that position servos drive: COUNT (4
 	PYTHONPATH=tests $(BIN)/python -m blind.servos --seed $(SEED) --count $(COUNT) --to build/blind-servos --workers $(WORKERS)
 
 blind-next: SEED = 6000
-blind-next: COUNT = 10
-blind-next: $(READY)  ## does the suggested command name more causes than a chirp? COUNT (10) servo-driven legs: build/blind-next
+blind-next: COUNT = 24
+blind-next: $(READY)  ## does the suggested command name more causes than a chirp? COUNT (24) servo-driven legs: build/blind-next
 	PYTHONPATH=tests $(BIN)/python -m blind.next_command --seed $(SEED) --count $(COUNT) --to build/blind-next --workers $(WORKERS)
 
 rigs: $(READY)  ## what dominates on six real rigs of ../shared, from each half; known faults put into real recordings: build/rigs
