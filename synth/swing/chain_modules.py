@@ -8,9 +8,10 @@ from types import ModuleType
 
 from synth.compiling import code_cache
 from synth.compiling.modules import source_file, with_constant
-from synth.swing import chain_source
+from synth.swing import chain_source, stage_source
 from synth.swing.effects import Effect
 from synth.swing.lane_layout import Layout
+from synth.swing.stage_rows import MOST_STAGED
 
 PLAIN = ("chain", "plain")  # the modules that springs, linear dampers and gravity need
 DRIVES = ("synth.drives.motor_law", "synth.drives.servo_law")
@@ -57,10 +58,16 @@ def chain_modules(layout: Layout, effects: tuple[Effect, ...]) -> dict[str, Modu
     integrator = source_file("synth.swing.chain_integrator").read_text(encoding="utf-8")
     plain = with_constant(integrator, "WHOLE", False)
     called = tuple(map(source_file, CALLED))
-    return {
+    made = {
         "chain": ModuleText(f"chain{layout.n}", chain_source.right_hand_side(layout), files[:1]),
         "plain": ModuleText("plain", plain, called[:1]),
         "torques": ModuleText("torques", chain_source.extra_torques(layout, imports), files),
         "bearing": ModuleText(f"bearing{layout.n}", chain_source.bearing_forces(layout), files[:1]),
         "integrator": ModuleText("integrator", integrator, called),
     }
+    if layout.n <= MOST_STAGED:
+        implicit = source_file("synth.swing.curve_integrator").read_text(encoding="utf-8")
+        rows = tuple(map(source_file, ("synth.swing.lane_layout", "synth.swing.stage_rows")))
+        made["stages"] = ModuleText(f"stages{layout.n}", stage_source.stage_functions(layout), files[:1])
+        made["curves"] = ModuleText("curves", implicit, rows)
+    return made

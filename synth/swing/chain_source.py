@@ -19,6 +19,8 @@ from synth.compiling.trigonometry import sine_cosine
 '''
 DECORATOR = "@compiled('{signature}', fastmath=True, error_model='numpy', nogil=True)"
 
+OF_WORKSPACE = DECORATOR.format(signature="void(float64[::1])")
+
 
 def right_hand_side(layout: Layout) -> str:
     """Source of ``right_hand_side(workspace)``: joint accelerations of a chain of ``layout.n`` links.
@@ -28,23 +30,23 @@ def right_hand_side(layout: Layout) -> str:
     *Matrix Computations*, 4th ed., algorithm 4.1.2). The workspace is passed as a flat array (n_row * 16,): all indices
     are then constants, and no loop needs a check whether its stores and loads overlap.
     """
-    return HEADER + _lane_loop("right_hand_side", _accelerations(layout))
+    return HEADER + lane_loop("right_hand_side", _accelerations(layout))
 
 
-def _lane_loop(name: str, lines: list[str]) -> str:
-    """Source of a function of the workspace that executes these lines for each lane ``l``."""
-    decorator = DECORATOR.format(signature="void(float64[::1])")
+def lane_loop(name: str, lines: list[str], arguments: str = "Z", decorator: str = OF_WORKSPACE) -> str:
+    """Source of a function of flat arrays that executes these lines for each lane ``l``."""
     body = "\n".join(f"        {line}" for line in lines)
-    return f"\n\n{decorator}\ndef {name}(Z):\n    for l in range({LANES}):\n{body}\n"
+    return f"\n\n{decorator}\ndef {name}({arguments}):\n    for l in range({LANES}):\n{body}\n"
 
 
-def _at(row: int) -> str:
+def at_row(row: int) -> str:
+    """Source of a row's entry of lane ``l``."""
     return f"Z[{row * LANES} + l]"
 
 
-def _accelerations(layout: Layout) -> list[str]:
-    """Lines of ``right_hand_side``."""
-    n, at = layout.n, _at
+def equations_of_motion(layout: Layout) -> list[str]:
+    """Lines that set ``J{i}{j}`` to the mass matrix and ``r{i}`` to the torques in joint coordinates."""
+    n, at = layout.n, at_row
     lines: list[str] = []
     put = lines.append
     for i in range(n):
@@ -76,8 +78,14 @@ def _accelerations(layout: Layout) -> list[str]:
             own = at(layout.row("own_inertia", i))
             masked = f"J{i}{i} * free{i} + {own}" if i == j else f"J{i}{j} * free{i} * free{j}"
             put(f"J{i}{j} = {masked}")
+    return lines
+
+
+def _accelerations(layout: Layout) -> list[str]:
+    """Lines of ``right_hand_side``."""
+    n, lines = layout.n, equations_of_motion(layout)
     lines += factorise(n) + substitute(n, "x", [f"r{i}" for i in range(n)])
-    lines += [f"{at(layout.row('acceleration', i))} = x{i}" for i in range(n)]
+    lines += [f"{at_row(layout.row('acceleration', i))} = x{i}" for i in range(n)]
     return lines
 
 
@@ -203,7 +211,7 @@ def bearing_forces(layout: Layout) -> str:
     first = _accelerations(layout)
     kept = [f"known{i}" for i in range(n)] + [f"inverse{i}" for i in range(n)]
     kept += [f"l{j}{i}" for i in range(n) for j in range(i + 1, n)]
-    places = {name: _at(row("factors", k)) for k, name in enumerate(kept)}
+    places = {name: at_row(row("factors", k)) for k, name in enumerate(kept)}
     first += [f"{place} = {name}" for name, place in places.items()]
     for i in range(n):
         first += [
@@ -212,19 +220,19 @@ def bearing_forces(layout: Layout) -> str:
             f"pz{i} = s{i} * alpha{i} + c{i} * square{i}",
         ]
     for i in range(n - 1, -1, -1):  # the links outboard of the joint, and gravity
-        moment = _at(row("first_moment", i))
+        moment = at_row(row("first_moment", i))
         first += [f"out{d}{i} = {moment} * p{d}{i}" + (f" + out{d}{i + 1}" if i < n - 1 else "") for d in "xz"]
-    first += ["inx = 0.0", f"inz = {_at(row('weight'))}"]  # the links inboard of it
+    first += ["inx = 0.0", f"inz = {at_row(row('weight'))}"]  # the links inboard of it
     for i in range(n):
         first += [
-            f"carried = {_at(row('carried_mass', i))}",
+            f"carried = {at_row(row('carried_mass', i))}",
             f"fx = carried * inx + outx{i}",
             f"fz = carried * inz + outz{i}",
-            f"{_at(row('bearing_force', i))} = sqrt(fx * fx + fz * fz)",
+            f"{at_row(row('bearing_force', i))} = sqrt(fx * fx + fz * fz)",
         ]
-        first += [f"in{d} = in{d} + {_at(row('length', i))} * p{d}{i}" for d in "xz"]
+        first += [f"in{d} = in{d} + {at_row(row('length', i))} * p{d}{i}" for d in "xz"]
     second = [f"{name} = {place}" for name, place in places.items()]
-    torque = [f"{_at(row('free', i))} * ({_at(row('extra_torque', i))} - known{i})" for i in range(n)]
+    torque = [f"{at_row(row('free', i))} * ({at_row(row('extra_torque', i))} - known{i})" for i in range(n)]
     second += substitute(n, "x", torque)
-    second += [f"{_at(row('acceleration', i))} = x{i}" for i in range(n)]
-    return HEADER + _lane_loop("bearing_forces", first) + _lane_loop("again", second)
+    second += [f"{at_row(row('acceleration', i))} = x{i}" for i in range(n)]
+    return HEADER + lane_loop("bearing_forces", first) + lane_loop("again", second)
