@@ -143,7 +143,7 @@ def test_warmup_compiles_once(tmp_path: Path) -> None:
     environment = {**os.environ, "SYNTH_CACHE": str(tmp_path)}
     first, second = (synth_run("warmup", "--links", "1", env=environment) for _ in range(2))
     assert (first.returncode, second.returncode) == (0, 0)
-    said = "compiling the equations of motion for 1 link (with effects, once on this machine, 8 to 15 s; "
+    said = "compiling the equations of motion for 1 link (with effects, once on this machine, 8 to 20 s; "
     assert f"{said}stored in {tmp_path}" in first.stderr
     assert first.stdout.startswith("1 of 1 compiled")
     assert second.stderr.startswith("loading the equations of motion for 1 link ...")

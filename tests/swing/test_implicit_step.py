@@ -146,13 +146,13 @@ def by_scipy(leg: Leg, rotation: list[float], times: Array) -> Array:
         return np.concatenate([w, rates])
 
     start = np.concatenate([rotation, np.zeros(n)])
-    solved = solve_ivp(derivative, (0.0, times[-1]), start, "Radau", times, rtol=1e-9, atol=1e-10)
+    solved = solve_ivp(derivative, (0.0, times[-1]), start, "Radau", times, rtol=1e-8, atol=1e-9)
     return np.asarray(solved.y[:n].T)
 
 
 @pytest.mark.parametrize("name", CURVES)
 def test_three_links_agree_with_scipy(name: str) -> None:
-    leg, times = damped_robot(CURVES[name]), np.linspace(0.0, 0.4, 41)
+    leg, times = damped_robot(CURVES[name]), np.linspace(0.0, 0.2, 21)
     expected = by_scipy(leg, [0.5, -0.9, 0.6], times)
     assert np.abs(simulate(leg, [0.5, -0.9, 0.6], np.zeros(3), times) - expected).max() < LARGEST[name]
 
@@ -167,7 +167,7 @@ def test_it_agrees_with_the_explicit_step(name: str, conditions: Conditions) -> 
     chain, lanes = lanes_of(damped_robot(CURVES[name]), [0.5, -0.9, 0.6], conditions)
     counting, steps = counted(chain)
     found = counting.run(lanes, TIMES, rates=True)
-    expected = explicit(chain).run(lanes, TIMES, 1e-10, rates=True, max_steps=10**6)
+    expected = explicit(chain).run(lanes, TIMES, 1e-9, rates=True, max_steps=10**6)
     assert len(steps) == 1
     assert np.abs(found - expected)[:, :3].max() < LARGEST[name]
     assert np.abs(found - expected)[:, 3:].max() < 2e-3
@@ -180,7 +180,7 @@ def test_chains_of_other_lengths(n: int) -> None:
     joint = Joint("joint", LINK, spring=Spring(2.0, 0.3), damper=Damper(curve=power_law(0.4)))
     chain, lanes = lanes_of(Leg("chain", (joint,) * n), [0.4] * n)
     counting, steps = counted(chain)
-    expected = explicit(chain).run(lanes, TIMES, 1e-10, max_steps=10**6)
+    expected = explicit(chain).run(lanes, TIMES, 1e-9, max_steps=10**6)
     assert np.abs(counting.run(lanes, TIMES) - expected).max() < 3e-6
     assert len(steps) == 1
 
