@@ -298,11 +298,10 @@ class Chain:
         limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * (len(known[0]) + ceil(samples) + changes)
         shown, width = 2 * n if rates else n, n_lane - groups[-1].shape[1] + LANES
         result = np.empty((len(times), shown, width))
-        out = result.reshape(-1)
         active = self.acting.active(lanes)
         anywhere = bool(active.any())
         workspace = np.empty((self.layout.n_row, LANES))
-        flat, room, first = workspace.reshape(-1), np.empty(WORKING), 0
+        flat, out, room, first = workspace.reshape(-1), result.reshape(-1), np.empty(WORKING), 0
         for group in groups:  # a group writes 16 columns; the next one overwrites those that it does not have
             if own and anywhere:
                 active = self.acting.active(group)
