@@ -19,7 +19,7 @@ from synth.design.choose_springs import SpringOption, SpringSource, other_spring
 from synth.design.judged_sets import Judge, Pair, Pairs
 from synth.errors import UserError
 
-MOST_TUNED = 8  # exchanges, best first, to which the other joints' wound springs are tuned: some 0.1 s each
+MOST_TUNED = 8  # dampers, best first, to which the other joints' wound springs are tuned: some 0.1 s each
 MOST_SWAPS = 8  # largest number of exchanges, each to a lower expected error
 WORTH = np.radians(0.002)  # least improvement of an exchange; errors of the draws and the integrator are smaller
 FACTORS = (0.7, 0.85, 0.94, 0.98, 1.02, 1.06, 1.18, 1.43)  # on a wound spring's rate; these rates are tried too
@@ -95,7 +95,10 @@ def _better(
     """
     if exchanged and exchanged[0][0] < least:
         return exchanged[0][2]
-    for _, joint, pairs in exchanged[:MOST_TUNED]:
+    best: dict[tuple[int, str], Pairs] = {}  # springs of other rates with the same damper are wound to suit anyway
+    for _, joint, pairs in exchanged:
+        best.setdefault((joint, pairs[joint].damper.label), pairs)
+    for (joint, _), pairs in list(best.items())[:MOST_TUNED]:
         tuned = _wound_to_suit(judge, pairs, joints, held=joint)
         if tuned is not pairs and judge.expected(tuned) < least:
             return tuned
