@@ -75,21 +75,12 @@ def imported(folder: Path, file: str, **words: str) -> tuple[Recorded, list[str]
     return read_recording(path, found.leg), path.read_text().partition("\n")[0].split(","), notes
 
 
-def held(command: Array, late: float = 0.5) -> Array:
-    """(n - 1, ...) commands as they act at the second sample and later, if held: as if ``late`` steps late.
-
-    Straight lines weaken a sine more than a hold does; its samples are sharpened by that.
-    """
-    command = command.copy()
-    command[1:-1] -= np.diff(command, 2, axis=0) / 24.0
-    return late * command[:-1] + (1.0 - late) * command[1:]
-
-
 def as_logged(found: Recorded, within: float = 1e-9) -> None:
     """Angles as they were, commands held from each sample to the next."""
     np.testing.assert_allclose(found.angles, ANGLES, atol=within)
     assert found.signals is not None
-    np.testing.assert_allclose(in_sense(found)[1:], held(COMMANDS), atol=within)
+    assert found.signals.held == (0, 1)
+    np.testing.assert_allclose(in_sense(found), COMMANDS, atol=within)
 
 
 def in_sense(found: Recorded) -> Array:
@@ -131,7 +122,7 @@ def test_commands_by_columns_that_the_project_names(folder: Path) -> None:
     np.testing.assert_allclose(found.angles[:, 0], np.radians(10.0) - ANGLES[10:41, 0], atol=1e-9)
     assert found.signals is not None
     np.testing.assert_allclose(found.signals.supply[:, 1], 7.4)
-    np.testing.assert_allclose(in_sense(found)[1:, 0], np.radians(10.0) - held(COMMANDS[10:41, 0]), atol=1e-9)
+    np.testing.assert_allclose(in_sense(found)[:, 0], np.radians(10.0) - COMMANDS[10:41, 0], atol=1e-9)
 
 
 def test_current_and_torque_of_a_torque_drive(folder: Path) -> None:
@@ -287,8 +278,7 @@ def test_commands_on_a_topic_of_their_own(folder: Path) -> None:
     assert len(found.time) == 119  # each state and each command is a row; the first command is held at the first state
     assert found.signals is not None
     at_states = in_sense(found)[np.isfinite(found.angles[:, 0])]
-    # 3 of 10 ms after each command; the first one's time is the first state's, and so its neighbour bends otherwise.
-    np.testing.assert_allclose(at_states[3:], held(COMMANDS, 0.2)[2:], atol=1e-6)
+    np.testing.assert_allclose(at_states, COMMANDS, atol=1e-6)  # each held since 3 ms before its state
     with pytest.raises(UserError, match="have 2 numbers and no names"):
         imported_only(folder, "commands: /forward/commands\n")
     with pytest.raises(UserError, match=r"commands: \{topic: /forward/commands, joints: \[hip_joint, knee_joint\]\}"):
