@@ -1,7 +1,7 @@
 """Noise and counts of the angle channels, from the samples only.
 
 Differences of a high order see the highest frequencies, which a low-pass filter takes away: of filtered readings they
-show the rounding of the file, 30 to 600 times below what the filter let through. Differences of every D-th sample see
+show the rounding of the file, often a hundredth of what the filter let through. Differences of every D-th sample see
 lower ones. While they lie above the filter's cut-off they grow steeply with D; between the cut-off and the motion's
 frequencies they stay at the noise that the filter let through; beyond, the motion's own differences take over, steeply
 again. So the noise of filtered readings is read where they grow least.
@@ -23,7 +23,8 @@ ORDER = 6  # order of differences that isolate noise: the sixth difference of a 
 FINE_ORDER = 10  # of those of every D-th sample: the motion takes over later
 SAME = 0.2  # joints whose noise differs by a smaller share are assumed to have the same sensor
 FEWEST = 20  # differences: a median of fewer is no noise
-# Scatter about a smooth motion over the noise by differences, of readings that were filtered for sure, and that may be
+# Scatter about a smooth motion over the noise by differences: from the first on readings were filtered, from the second
+# on they may have been
 FILTERED, DOUBTFUL = 3.0, 1.5
 STRIDES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)  # D: steps of at most a factor 2, which a plateau of an octave contains
 FLAT = 0.5  # exponent of growth with D of independent samples, as few as a trial has

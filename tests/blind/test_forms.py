@@ -82,7 +82,7 @@ FORMS = [
     ("hardening_spring", 2, "sinh", 1.6),
     ("one_sided_spring", 0, "sharp, beside the free angle", 1.6),
     ("one_sided_spring", 1, "soft changeover", 1.6),
-    ("spring_hysteresis", 0, "Bouc-Wen", 2.0),
+    ("spring_hysteresis", 0, "Bouc-Wen", 1.8),
     ("spring_hysteresis", 1, "two Maxwell", 1.6),
     ("spring_hysteresis", 8, "Bouc-Wen", 5.0),
     ("spring_hysteresis", 13, "Bouc-Wen", 1.6),
