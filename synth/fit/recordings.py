@@ -243,8 +243,12 @@ def _with_velocities(leg: Leg, trial: Trial, read: Mask, smoothed: Smoothed) -> 
 
 
 def _rows_read(trial: Trial) -> Mask:
-    """(m,) rows that are samples of the motion, not only of a known torque, which may be sampled more densely."""
-    if trial.torques is None:
+    """(m,) rows that are samples of the motion, not only of a known torque or a command with clocks of their own.
+
+    Every second row may be a command alone: differences of angles over it would show no noise, and thinning by every
+    second row no angle.
+    """
+    if trial.torques is None and trial.signals is None:
         return np.ones(len(trial.time), dtype=bool)
     return np.asarray(np.isfinite(trial.angles).any(axis=1))
 

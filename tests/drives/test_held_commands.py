@@ -12,10 +12,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from synth.arrays import Array
+from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.sensor_noise import sensor
 from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo, ServoSignals
 from synth.files.leg_file import read_leg, write_leg
 from synth.files.recording import read_recording
+from synth.files.trial_list import Trial
+from synth.fit.recordings import recordings
 from synth.swing.chain import compiled_chain, simulate
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Damper, Joint, Leg, Link
@@ -146,6 +150,33 @@ def test_the_mean_of_a_held_command_preserves_its_impulse() -> None:
         assert found[k] == pytest.approx(exact[inside].mean(), abs=2e-3)
     single = signals().at(np.array([0.5]), np.array([0.0]))[0][0, 0]
     assert single == COMMAND[np.searchsorted(TOLD, 0.5, side="right") - 1]
+
+
+def test_rows_of_commands_alone_are_no_samples_of_the_motion(tmp_path: Path) -> None:
+    """Commands of another topic have rows of their own; samples, noise and what the servo is told stay the same."""
+    noise = 2e-4  # rad
+    angles = 0.5 * np.sin(3.0 * TIMES) + noise * np.random.default_rng(4).standard_normal(len(TIMES))
+    told = 0.5 * np.sin(3.1 * TIMES)
+    together = [f"{t!r},{a!r},{c!r}" for t, a, c in zip(TIMES.tolist(), angles.tolist(), told.tolist(), strict=True)]
+    apart = [
+        row
+        for t, a, c in zip(TIMES.tolist(), angles.tolist(), told.tolist(), strict=True)
+        for row in ((f"{t - 0.002!r},,{c!r}", f"{t!r},{a!r},") if t else (f"{t!r},{a!r},{c!r}",))
+    ]
+    found = []
+    for rows in (together, apart):
+        (tmp_path / "log.csv").write_text("\n".join(["time [s],arm [rad],arm command [rad]", *rows]) + "\n")
+        read = read_recording(tmp_path / "log.csv", leg())
+        (made,) = recordings(leg(), [Trial("log", read.time, read.angles, signals=read.signals)])
+        np.testing.assert_allclose(made.time, TIMES, atol=1e-12)
+        assert made.counts.all()
+        assert made.n_lost == 0
+        assert sensor([made]).noise[0] == pytest.approx(noise, rel=0.1)
+        assert angle_trial(made, held_out=False).counted[0] == len(TIMES)
+        assert made.signals is not None
+        late = 0.002 if rows is together else 0.0  # s, by which each command comes later
+        found.append(made.signals.at(np.array([0.1, 1.0]) + late, np.zeros(1))[0][:, 0])
+    np.testing.assert_allclose(found[0], found[1], atol=1e-12)
 
 
 @pytest.mark.parametrize("period", [0.0, 8e-3])
