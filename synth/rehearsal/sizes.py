@@ -46,6 +46,9 @@ MEANING = {
     "motor_constant": ("change of the constant", "%"),
     "winding_resistance": ("change of resistance", "%"),
     "drive_torque_limit": ("largest torque", "N*m"),
+    "source_resistance": ("source resistance over the winding's", "%"),
+    "gear_load_friction": ("friction over the drive's torque", "%"),
+    "winding_heating": ("growth of resistance in the end under the torque that holds the leg level", "%"),
 }
 
 
@@ -143,4 +146,7 @@ _BY_EFFECT: dict[str, Callable[[Numbers, PlantedCause, Setup, Scale], float]] = 
     "motor_constant": _ratio("value"),
     "winding_resistance": _ratio("value"),
     "drive_torque_limit": _first("value"),
+    "source_resistance": _first("value"),
+    "gear_load_friction": _first("p0"),
+    "winding_heating": _first("value"),
 }

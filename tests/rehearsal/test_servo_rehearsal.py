@@ -17,10 +17,11 @@ from synth.fit.recordings import recordings
 from synth.planting import torque_laws
 from synth.planting.model import Law, Truth
 from synth.planting.simulation import release
+from synth.rehearsal import sizes
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.one_case import diagnosed
 from synth.rehearsal.outcome import named_causes
-from synth.rehearsal.plants import Field, PlantingTask, places
+from synth.rehearsal.plants import LIBRARY, Field, PlantingTask, places
 from synth.rehearsal.users_rig import users_rig
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Joint, Leg, Link
@@ -124,3 +125,8 @@ def test_control_steps_and_interpolated_commands_are_refused(tmp_path: Path) -> 
         unknown = ARM.with_joints(arm={"drive": replace(SERVO, **other)})
         with pytest.raises(UserError, match=key):
             users_rig(read_gap_project(written(tmp_path / key, unknown)))
+
+
+def test_every_cause_has_a_size_in_its_usual_unit() -> None:
+    """Without one the table shows how often it is found, but not from which size."""
+    assert set(sizes.MEANING) == set(LIBRARY)
