@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the recordings, write ``trials/*.csv``, ``import.json`` and ``report.html``."""
     from synth.commands.answers import tell_document
     from synth.files.output import output_folder
-    from synth.motion.importers.import_result import TRIALS, project_file, read_files, write_import
+    from synth.motion.importers.import_result import TRIALS, project_file, write_import
 
     if arguments.list:
         tell_document(progress, _formats_json(), _formats_text())
@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         raise UserError(needed)
     with progress.stage("reading"):
         project = _project(arguments)
-        trials = read_files(project)
+        trials = _read(project, arguments.file)
     if arguments.dry_run:
         _tell_read(trials, progress)
         progress.say(f"{arguments.file} is valid: {len(trials)} recordings")
@@ -87,6 +87,25 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     progress.say(f"trials: {out / TRIALS}/*.csv; {what} --out {out.name}_{file.stem}")
     progress.say(f"check the stick figure before you {what.split()[0]}: {out / 'report.html'}")
     return 0
+
+
+def _read(project: ImportProject, file: str) -> list[ImportedTrial]:
+    """The recordings; where a single one's columns are not understood, the message tells where to assign them."""
+    from synth.drives.servo import Servo
+    from synth.motion.importers.foreign_data import ColumnProblem
+    from synth.motion.importers.import_result import read_files
+
+    try:
+        return read_files(project)
+    except UserError as error:
+        single = Path(file).suffix.casefold() not in PROJECTS
+        if not single or not any(isinstance(problem, ColumnProblem) for problem in error.problems):
+            raise
+        joint = project.leg.joints[0]
+        told = ", command: COLUMN" if isinstance(joint.drive, Servo) and not joint.drive.open_duty else ""
+        text = "columns are assigned in a project file, which is imported instead: kind: import, leg: ..., "
+        text += f"files: [{Path(file).name}], joints: {{{joint.name}: {{column: COLUMN, unit: deg{told}}}}}"
+        raise UserError([*error.problems, Problem(text)]) from None
 
 
 def _project(arguments: argparse.Namespace) -> ImportProject:

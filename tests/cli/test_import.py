@@ -89,6 +89,27 @@ def test_a_single_recording_is_imported(project: Path, capsys: pytest.CaptureFix
     assert len((project / "out" / "trials" / "a.csv").read_text().splitlines()) == 301
 
 
+def test_a_log_of_foreign_columns_says_where_they_are_assigned(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A bench's own names: the message holds the project that reads the log, with the command's column."""
+    monkeypatch.chdir(tmp_path)
+    link = "link: {length: 0.1 m, mass: 0.49 kg, com: 0.1 m, inertia: 1e-4 kg*m^2}"
+    drive = "drive: {kind: servo, gain: 1 N*m/rad}"
+    Path("arm.leg.yaml").write_text(
+        f"kind: leg\nname: arm\njoints:\n  - {{name: arm, zero: 0 deg, sign: +1, {link}, {drive}}}\n"
+    )
+    rows = [f"{0.3 * np.sin(0.05 * k):.6f},{0.005 * k},{0.3 * np.sin(0.05 * k + 0.1):.6f}" for k in range(200)]
+    Path("log.csv").write_text("\n".join(["position,timestamp,goal_position", *rows]) + "\n")
+    assert main(["--quiet", "import", "log.csv", "--leg", "arm.leg.yaml", "--out", "out"]) == 2
+    said = capsys.readouterr().err
+    assert "files: [log.csv], joints: {arm: {column: COLUMN, unit: deg, command: COLUMN}}" in said
+    project = "kind: import\nleg: arm.leg.yaml\nfiles: [log.csv]\ntime: {column: timestamp, unit: s}\n"
+    Path("log.yaml").write_text(project + "joints: {arm: {column: position, unit: rad, command: goal_position}}\n")
+    assert main(["--quiet", "import", "log.yaml", "--out", "out"]) == 0
+    assert "arm command" in (tmp_path / "out" / "trials" / "log.csv").read_text().partition("\n")[0]
+
+
 def test_a_slow_release_is_cut_and_fitted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A hand that lets go over 0.15 s, cut away by `release: free`: what is left is fitted to 5 %."""
     generator = np.random.default_rng(8)

@@ -13,7 +13,7 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.motion.importers.cleaning import SHORTEST, clean, remarks
 from synth.motion.importers.drive_inputs import DriveInput, drive_inputs, within
-from synth.motion.importers.foreign_data import Channels, Markers, listed, other_side, same_name
+from synth.motion.importers.foreign_data import Channels, ColumnProblem, Markers, listed, other_side, same_name
 from synth.motion.importers.points import Tracked, track
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
 from synth.motion.importers.swaps import exchanged, restored, swap_note
@@ -217,7 +217,7 @@ def _unit(source: Channels, index: int, stated: str | None, what: str, example: 
     unit = own or stated
     if not unit:
         text = f'{what}: the file does not state the unit of "{title}"; write {{column: {title}, unit: {example}}}'
-        raise UserError(Problem(text, source.name))
+        raise UserError(ColumnProblem(text, source.name))
     canonical = "s" if example == "s" else "rad"
     try:
         factor(unit, canonical)
@@ -238,7 +238,7 @@ def _clock(source: Channels, mapping: Mapping) -> Array:
         found = [k for k, name in enumerate(source.names) if any(same_name(name, clock) for clock in CLOCKS)]
         if len(found) != 1:
             text = "say which column is the clock, time: {column: NAME, unit: s}, or the rate, frame_rate: 250 Hz"
-            raise UserError(Problem(f"{text}; the file has {listed(source.names)}", source.name))
+            raise UserError(ColumnProblem(f"{text}; the file has {listed(source.names)}", source.name))
         index = found[0]
     unit = _unit(source, index, mapping.time_unit, "time", "s")
     return np.asarray(source.values[:, index] * factor(unit, "s"))

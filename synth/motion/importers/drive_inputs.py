@@ -13,7 +13,7 @@ from synth.drives.servo import Servo, TorqueDrive
 from synth.errors import Problem, UserError
 from synth.files.import_project import DRIVEN, InputColumn, JointColumn, Mapping
 from synth.motion.importers.cleaning import TURN
-from synth.motion.importers.foreign_data import Channels, listed
+from synth.motion.importers.foreign_data import Channels, ColumnProblem, listed
 from synth.swing.leg_model import Joint, Leg
 from synth.units import factor
 
@@ -156,7 +156,7 @@ def _unit(own: Channels, k: int, stated: InputColumn | None, angle: str | None, 
     if unit is None:
         title, example = own.names[k], TABLE_UNITS[word]
         text = f'{what}: the file does not state the unit of "{title}"; write {{column: {title}, unit: {example}}}'
-        raise UserError(Problem(text, own.name))
+        raise UserError(ColumnProblem(text, own.name))
     try:
         factor(unit, DRIVEN[word])
     except UserError as error:

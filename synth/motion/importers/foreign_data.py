@@ -53,7 +53,12 @@ class Channels:
             raise UserError(Problem(f'{what}: "{wanted}" is the name of several columns: {several}', self.name))
         hint = near(wanted, self.names)
         hint = hint if hint.startswith("; did you mean") else f"; the file has {listed(self.names)}"
-        raise UserError(Problem(f'{what}: there is no column "{wanted}"{hint}', self.name))
+        raise UserError(ColumnProblem(f'{what}: there is no column "{wanted}"{hint}', self.name))
+
+
+@dataclass(frozen=True)
+class ColumnProblem(Problem):
+    """A mistake that an import project mends, which names a column or its unit."""
 
 
 @dataclass(frozen=True, eq=False)
