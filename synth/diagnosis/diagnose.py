@@ -17,7 +17,7 @@ from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
 from synth.diagnosis.prediction_error import PredictionErrors, label
 from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.sentences import sentence, what_is_open
-from synth.diagnosis.verdict import Judged, judge, of_no_account
+from synth.diagnosis.verdict import Judged, contradicted, judge, of_no_account
 from synth.estimation.intervals import NORMAL90, Estimate
 
 RANKED = 8  # listed single causes; each costs a prediction of every scored trial
@@ -73,6 +73,8 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
     if plant.accuracy > 0.0 and _rms(plant, before) <= plant.accuracy:
         judged = of_no_account(judged, found.none)
     stages = _stages(plant, before, found, judged)
+    if plant.held_out and judged.verdict in ("effect", "tie") and stages.errors.shrink().high < 0.0:
+        judged = contradicted(judged)
     explained = judged.verdict in ("effect", "tie")
     named = judged.verdict != "none"
     causes = (*causes_of(plant, judged.accepted), *plant.direct_causes) if named else ()

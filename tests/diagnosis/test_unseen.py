@@ -214,6 +214,15 @@ def test_an_additional_cause_must_remove_a_tenth_on_left_out_trials() -> None:
     assert paying([none, single, replace(tenth, unseen=None)], 0.4) == [none, single]
 
 
+def test_at_the_noise_an_additional_cause_pays_by_the_fitted_trials() -> None:
+    """The fold that is the only trial of its kind is missed by an explanation whose unknowns only it determines."""
+    none = replace(assessed(held_out_error(14, 1.4, 1.4)), ratio=9.0)
+    single = replace(assessed(held_out_error(9, 1, 0.9), FRICTION), ratio=2.0)
+    pair = replace(assessed(held_out_error(30, 0.9, 0.9), FRICTION, OFFSET), ratio=1.0)
+    assert paying([none, single, pair], 0.4) == [none, single, pair]
+    assert paying([none, single, replace(pair, ratio=1.9)], 0.4) == [none, single]
+
+
 def test_one_outlying_trial_does_not_decide_the_share_removed() -> None:
     none, found = assessed(held_out_error(100, 100, 100, 100)), assessed(held_out_error(20, 20, 20, 300), FRICTION)
     assert taken(found, none) == pytest.approx(1.0 - (0.2**3 * 3.0) ** 0.25, abs=1e-3)
