@@ -252,8 +252,8 @@ def _record(
     if main and (best > (1.0 - DOMINATES) * before or given_best > (1.0 - DOMINATES) * given_before):
         raise NotApplicable("the main cause does not dominate beside the small ones")
     if given_best > sum(cause.strength for cause in small) * ground.floor:
-        # Each was sized within the tolerances: a reading 3 % too large and a mass moved by 16 % left 6 and 5 floors alone
-        # and 338 together. Such a rig has a main cause that its answer does not name.
+        # Each was sized within the tolerances: a reading 3 % too large and a mass moved by 16 % left 6 and 5 floors
+        # alone and 338 together. Such a rig has a main cause that its answer does not name.
         raise NotApplicable("small causes and wrong numbers that are a large cause together")
     names = {-1: "base", -2: "all", **dict(enumerate(leg.names))}
     answer = {
