@@ -73,7 +73,8 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
     if plant.accuracy > 0.0 and _rms(plant, before) <= plant.accuracy:
         judged = of_no_account(judged, found.none)
     stages = _stages(plant, before, found, judged)
-    if plant.held_out and judged.verdict in ("effect", "tie") and stages.errors.shrink().high < 0.0:
+    most = stages.errors.shrink().high
+    if plant.held_out and judged.verdict in ("effect", "tie") and most is not None and most < 0.0:
         judged = contradicted(judged)
     explained = judged.verdict in ("effect", "tie")
     named = judged.verdict != "none"
