@@ -136,17 +136,18 @@ def draw_joint(leg: BuiltLeg, index: int, folder: Path, given: Camera | None = N
     with _camera(given) as camera:
 
         def draw(title: str, part: str, items: list[tuple[Mesh, Colour]]) -> None:
-            camera.draw(items, folder / f"{title}.png", view=(0.55, 0.35, 0.76 * flip))
+            camera.draw(items, folder / f"{title}.png", view=(0.55, 0.35, 0.76 * flip), closed=True)
             written.append(ExportedFile(f"{title}.png", "png", part))
 
         for part in joint.parts:
             if part.family in PICTURED:
                 draw(part.name, part.name, [(part.mesh, part.colour)])
-        draw(name, name, _joint_items(joint))
-        draw(f"{name}_inside", name, _joint_items(joint, hidden=BEFORE_SPRING))
+        together = _joint_items(joint)
+        draw(name, name, [item for _, item in together])
+        draw(f"{name}_inside", name, [item for part, item in together if not part.startswith(BEFORE_SPRING)])
         apart = exploded(joint)
         camera.draw([(mesh, part.colour) for part, mesh, _ in apart], folder / f"{name}_exploded.png",
-                    view=(0.85, 0.25, 0.45 * flip), labels=numbers_at(apart))  # fmt: skip
+                    view=(0.85, 0.25, 0.45 * flip), labels=numbers_at(apart), closed=True)  # fmt: skip
     written.append(ExportedFile(f"{name}_exploded.png", "png", name))
     return written
 
@@ -155,15 +156,14 @@ def draw_whole(leg: BuiltLeg, folder: Path, given: Camera | None = None) -> list
     """The picture of the whole leg."""
     with _camera(given) as camera:
         items = [(mesh, part.colour) for part, mesh in leg.rest_meshes()]
-        camera.draw(items, folder / "leg.png", view=(0.55, 0.35, 0.76))
+        camera.draw(items, folder / "leg.png", view=(0.55, 0.35, 0.76), closed=True)
     return [ExportedFile("leg.png", "png", "leg")]
 
 
-def _joint_items(joint: BuiltJoint, hidden: tuple[str, ...] = ()) -> list[tuple[Mesh, Colour]]:
-    """The joint at rest, without the parts whose names begin with one of ``hidden``."""
+def _joint_items(joint: BuiltJoint) -> list[tuple[str, tuple[Mesh, Colour]]]:
+    """The joint at rest: each part's mesh and colour, with its name without the joint's."""
     angle, prefix = joint.dimensions.rest_angle, joint.part("upper").name.removesuffix("upper")
-    shown = [part for part in joint.parts if not part.name.removeprefix(prefix).startswith(hidden or ("-",))]
-    return [(joint.mesh_at(part, angle), part.colour) for part in shown]
+    return [(part.name.removeprefix(prefix), (joint.mesh_at(part, angle), part.colour)) for part in joint.parts]
 
 
 def write_assembly(leg: BuiltLeg, only: int | None, folder: Path) -> list[ExportedFile]:

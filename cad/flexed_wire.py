@@ -24,6 +24,7 @@ STEPS_A_TURN = 48  # with these the torque is within 2e-4 of the closed form (te
 STEPS_AN_ARM = 8  # as fine as the coil, of an arm about as long as the coil is wide
 LARGEST_STEP = 20.0  # deg, joint rotation from one solution to the next: Newton's method converges in 3 to 5 steps
 ROUNDS = 30  # Newton steps; it converges in 3 to 5, else the wire cannot be bent so far
+ASTRAY = 1e4  # mm, change of a round that does not converge
 SETTLED = 1e-9  # mm and rad, residual of a converged solution
 
 
@@ -98,22 +99,61 @@ def _way(angle: float) -> list[float]:
 
 def _points(steps: Array, curvature: Array, radius: float, arm: float) -> Array:
     """Points (n, 2) mm of a wire of piecewise constant ``curvature``, exact for arcs."""
-    bend = curvature * steps
-    heading = math.pi / 2 + np.cumsum(bend) - bend / 2
-    chord = steps * np.sinc(bend / (2 * math.pi))
-    moves = chord[:, None] * np.column_stack([np.cos(heading), np.sin(heading)])
-    start = np.array([[radius, -arm]])
-    return np.vstack([start, start + np.cumsum(moves, axis=0)])
+    half = 0.5 * curvature * steps
+    heading = math.pi / 2 + np.cumsum(2.0 * half) - half
+    chord = steps * np.divide(np.sin(half), half, out=np.ones_like(half), where=half != 0.0)
+    points = np.zeros((len(steps) + 1, 2))
+    np.cumsum(chord * np.cos(heading), out=points[1:, 0])
+    np.cumsum(chord * np.sin(heading), out=points[1:, 1])
+    points += (radius, -arm)
+    return points
 
 
 def _solved(
     steps: Array, free: Array, unloaded: Array, points: Array, load: Array, angle: float
 ) -> tuple[Array, Array] | None:
-    """Points and load (3,) for which the far end has turned by ``angle`` rad about the axis; Newton's method."""
-    radius, arm = float(unloaded[0, 0]), -float(unloaded[0, 1])
+    """Points and load (3,) for which the far end has turned by ``angle`` rad about the axis; None without a solution.
+
+    Newton's method on the load, with the derivative for a wire that stays where it lies; where it lies follows in the
+    same rounds. If that does not settle, because the wire is thin for its load, it is followed with each load.
+    """
     c, s = math.cos(angle), math.sin(angle)
     x, y = unloaded[-1]
     wanted = np.array([angle, c * x - s * y, s * x + c * y])
+    found = _together(steps, free, unloaded, points, load, wanted)
+    return found if found is not None else _in_turn(steps, free, unloaded, points, load, wanted)
+
+
+def _together(
+    steps: Array, free: Array, unloaded: Array, points: Array, load: Array, wanted: Array
+) -> tuple[Array, Array] | None:
+    radius, arm = float(unloaded[0, 0]), -float(unloaded[0, 1])
+    for _ in range(ROUNDS):
+        middle = (points[1:] + points[:-1]) / 2
+        bent = load[0] + middle @ load[1:]
+        moved = _points(steps, free + bent, radius, arm)
+        residual = np.array([float(bent @ steps), *moved[-1]]) - wanted
+        change, points = float(np.abs(moved - points).max()), moved
+        if not change < ASTRAY:
+            return None
+        if max(change, float(np.abs(residual).max())) < SETTLED:
+            return points, load
+        # A change of curvature at a point turns the rest of the wire about it.
+        middle = (points[1:] + points[:-1]) / 2
+        reach = points[-1] - middle
+        by_load = np.column_stack([np.ones(len(steps)), middle]) * steps[:, None]
+        by_turn = np.column_stack([np.ones(len(steps)), -reach[:, 1], reach[:, 0]])
+        try:
+            load = load - np.linalg.solve(by_turn.T @ by_load, residual)
+        except np.linalg.LinAlgError:
+            return None
+    return None
+
+
+def _in_turn(
+    steps: Array, free: Array, unloaded: Array, points: Array, load: Array, wanted: Array
+) -> tuple[Array, Array] | None:
+    radius, arm = float(unloaded[0, 0]), -float(unloaded[0, 1])
 
     def shape(load: Array, points: Array) -> tuple[Array, Array]:
         for _ in range(ROUNDS):  # the curvature depends on where the wire lies
@@ -130,7 +170,7 @@ def _solved(
     scale = np.array([1.0, 1.0 / radius, 1.0 / radius]) / float(np.sum(steps))
     for _ in range(ROUNDS):
         points, residual = shape(load, points)
-        if not np.isfinite(residual).all() or np.abs(points).max() > 1e4:  # mm: diverged
+        if not np.isfinite(residual).all() or np.abs(points).max() > ASTRAY:
             return None
         if np.abs(residual).max() < 1e3 * SETTLED:
             return points, load

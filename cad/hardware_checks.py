@@ -11,6 +11,7 @@ import numpy as np
 from synth.cad.dimensions import JointDimensions
 from synth.cad.hardware import insert_of
 from synth.cad.joint import BuiltJoint
+from synth.cad.near_body import NearBody
 from synth.cad.parts import BuiltPart
 from synth.cad.results import CheckResult, at_least, at_most
 from synth.cad.screw_places import ENGAGED
@@ -61,15 +62,16 @@ def _keyed_least(dimensions: JointDimensions, suffix: str, pin: BuiltPart) -> fl
 def check_axial_play(bodies: Bodies) -> list[CheckResult]:
     """Axial travel of the shaft with its parts before a thrust washer meets an ear, from the solids."""
     joint = bodies.joint
-    moving = bodies.halves["lower"]
     turn = joint.turn("lower", joint.dimensions.rest_angle)
-    lower = moving.rotate((0.0, 0.0, turn))
+    lower = bodies.halves["lower"].rotate((0.0, 0.0, turn))
+    upper = NearBody(bodies.halves["upper"]).near(lower, MOST_AXIAL)
+    lower = NearBody(lower).near(upper, MOST_AXIAL)
     found = []
     for way in (-1.0, 1.0):
         free, met = 0.0, MOST_AXIAL
         while met - free > AXIAL_STEP:
             middle = (free + met) / 2
-            shared = float((bodies.halves["upper"] ^ lower.translate((0.0, 0.0, way * middle))).volume())
+            shared = float((upper ^ lower.translate((0.0, 0.0, way * middle))).volume())
             free, met = (middle, met) if shared <= OVERLAP_LIMIT else (free, middle)
         found.append(free)
     text = f"the shaft shifts by {found[0]:.3f} and {found[1]:.3f} mm along the hinge; collars are clamped to set it"

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 SHADES = 128  # palette size: half as many give visible steps on a shaded cylinder, twice as many larger files
+EFFORT = 6  # of zlib's 9 levels: files 7 % larger than by the ninth, in a fifth of its time
 STEP = 4  # of 256 levels a channel, below which two shades are one
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
@@ -37,7 +38,9 @@ def palette_of(pixels: Pixels) -> tuple[Pixels, Pixels]:
     colours = np.minimum(255, levels * STEP)  # the largest byte
     kept = np.sort(np.argsort(-counts, kind="stable")[:SHADES])
     palette = colours[kept]
-    distance = ((colours[:, None, :] - palette[None, :, :]) ** 2).sum(axis=2)
+    # The square of the distance but for the colour's own; in 64-bit floats these integers are exact.
+    exact = palette.astype(np.float64)
+    distance = (exact**2).sum(axis=1) - 2.0 * (colours.astype(np.float64) @ exact.T)
     index = distance.argmin(axis=1)[inverse]
     return palette.astype(np.uint8), index.reshape(height, width).astype(np.uint8)
 
@@ -48,7 +51,7 @@ def write_png(pixels: Pixels, path: Path) -> None:
     height, width = index.shape
     rows = b"".join(b"\x00" + row.tobytes() for row in index)  # filter 0: palette indices have no slope to predict
     header = struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0)
-    chunks = [(b"IHDR", header), (b"PLTE", palette.tobytes()), (b"IDAT", zlib.compress(rows, 9)), (b"IEND", b"")]
+    chunks = [(b"IHDR", header), (b"PLTE", palette.tobytes()), (b"IDAT", zlib.compress(rows, EFFORT)), (b"IEND", b"")]
     path.write_bytes(SIGNATURE + b"".join(_chunk(kind, data) for kind, data in chunks))
 
 

@@ -56,7 +56,9 @@ class Mesh:
     faces: Faces
 
     def turned(self, angle: float, shift: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
-        """Rotated by ``angle`` deg about z, then shifted by mm."""
+        """Rotated by ``angle`` deg about z, then shifted by mm; a mesh that stays where it is, is the same object."""
+        if angle == 0.0 and not any(shift):
+            return self
         c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
         rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         return Mesh(self.vertices @ rotation.T + np.array(shift), self.faces)

@@ -40,6 +40,7 @@ class Camera:
         self._window.SetSize(width, height)
         self._window.SetMultiSamples(4)
         self._window.AddRenderer(self._renderer)
+        self._drawn: dict[tuple[int, Colour], tuple[Mesh, list[Any]]] = {}
 
     def draw(
         self,
@@ -48,8 +49,13 @@ class Camera:
         view: tuple[float, float, float] = VIEW,
         up: tuple[float, float, float] = (0.0, 1.0, 0.0),
         labels: Sequence[tuple[str, tuple[float, float, float]]] = (),
+        *,
+        closed: bool = False,
     ) -> None:
         """Write a PNG of coloured meshes seen from ``view``; ``labels``: words with their places, mm.
+
+        ``closed``: every mesh is an opaque body. The faces that it hides from the viewer are left out, and a mesh that
+        an earlier picture showed is not prepared again.
 
         Raises
         ------
@@ -58,7 +64,7 @@ class Camera:
         """
         self._renderer.RemoveAllViewProps()
         for item in items:
-            for actor in _actors(item[0], item[1], item[2] if len(item) == 3 else 1.0):
+            for actor in self._body(item[0], item[1]) if closed else _actors(*item):
                 self._renderer.AddActor(actor)
         for words, place in labels:
             self._renderer.AddActor(_label(words, place, view))
@@ -66,6 +72,13 @@ class Camera:
         self._renderer.ResetCameraClippingRange()
         self._window.Render()
         self._write(path)
+
+    def _body(self, mesh: Mesh, colour: Colour) -> list[Any]:
+        """Surface and edges of an opaque body, from the earlier pictures if they showed it."""
+        key = (id(mesh), colour)
+        if key not in self._drawn:
+            self._drawn[key] = (mesh, _actors(mesh, colour, closed=True))  # with the mesh, whose id no other one gets
+        return self._drawn[key][1]
 
     def _frame(self, meshes: list[Mesh], view: tuple[float, float, float], up: tuple[float, float, float]) -> None:
         """The tightest parallel projection that contains every vertex."""
@@ -95,7 +108,7 @@ class Camera:
         grab.Update()
         pixels = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars())
         # 0.2 % of the pixels darker than almost white (250 of 255): less is a blank picture.
-        if np.mean(np.any(pixels < 250, axis=1)) < 0.002:
+        if np.mean(np.minimum.reduce([pixels[:, k] for k in range(3)]) < 250) < 0.002:
             raise PreviewError("no pictures: the off-screen window stays blank on this machine")
         width, height, _ = grab.GetOutput().GetDimensions()
         write_png(np.ascontiguousarray(pixels[:, :3].reshape(height, width, 3)[::-1]), path)
@@ -129,8 +142,8 @@ def _require_a_way_to_draw() -> None:
         raise PreviewError(text) from None
 
 
-def _actors(mesh: Mesh, colour: Colour, opacity: float) -> list[Any]:
-    """The shaded surface and its sharp edges."""
+def _actors(mesh: Mesh, colour: Colour, opacity: float = 1.0, closed: bool = False) -> list[Any]:
+    """The shaded surface and its sharp edges; of a ``closed`` mesh only the faces towards the viewer are drawn."""
     from vtkmodules.vtkFiltersCore import vtkFeatureEdges, vtkPolyDataNormals
     from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
@@ -146,6 +159,7 @@ def _actors(mesh: Mesh, colour: Colour, opacity: float) -> list[Any]:
     body.GetProperty().SetColor(*colour)
     body.GetProperty().SetSpecular(0.15)
     body.GetProperty().SetOpacity(opacity)
+    body.GetProperty().SetBackfaceCulling(closed)
     edges = vtkFeatureEdges()
     edges.SetInputData(data)
     edges.SetFeatureAngle(FEATURE_ANGLE)

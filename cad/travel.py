@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from synth.cad.joint import BuiltJoint, free_mesh_at, spring_seats
+from synth.cad.near_body import NearBody
 from synth.cad.parts import BuiltPart, Mesh
 from synth.cad.results import CheckResult, at_least, at_most
 
@@ -65,6 +66,7 @@ class Bodies:
         self.parts = {group: [part for part in parts if part.group == group] for group in ("upper", "lower")}
         self.solids = {part.name: manifold(part.mesh) for part in parts}
         self.halves = {group: united([self.solids[part.name] for part in found]) for group, found in self.parts.items()}
+        self.near = {group: NearBody(half) for group, half in self.halves.items()}
         self.moving = self._moving()
 
     def _moving(self) -> dict[str, Any]:
@@ -87,11 +89,9 @@ class Bodies:
     def round_overlap(self) -> float:
         """Common volume (mm^3) of the upper half with the shaft, and what is keyed on it, turned in eight ways."""
         names = [part.name for part in self.parts["lower"] if is_round(part)]
-        return max(
-            float((self.halves["upper"] ^ turned(self.solids[name], 45.0 * step)).volume())  # an eighth of a turn
-            for name in names
-            for step in range(8)
-        )
+        bodies = [turned(self.solids[name], 45.0 * step) for name in names for step in range(8)]  # an eighth of a turn
+        near = NearBody(self.halves["upper"])
+        return max(float((near.near(body) ^ body).volume()) for body in bodies)
 
     def pair(self, angle: float) -> tuple[str, str, float]:
         """The two parts that overlap most at an angle, and their common volume, mm^3."""
@@ -108,11 +108,8 @@ class Bodies:
     def spring_gap(self, angle: float, search: float) -> tuple[float, str]:
         """Least gap (mm, at most ``search``) of the loaded spring outside its seats to either half, and to which."""
         turns = {"upper": 0.0, "lower": self.joint.turn("lower", angle)}
-        return min(
-            (float(turned(coil, -turns[group]).min_gap(self.halves[group], search)), group)
-            for coil in self.coils(angle)
-            for group in self.parts
-        )
+        bodies = [(turned(coil, -turns[group]), group) for coil in self.coils(angle) for group in self.parts]
+        return min((float(body.min_gap(self.near[group].near(body, search), search)), group) for body, group in bodies)
 
     def coils(self, angle: float, sides: int | None = None) -> list[Any]:
         """Each loaded spring at an angle, outside its seats."""
@@ -126,7 +123,8 @@ class Bodies:
         for group in self.parts:
             turn = self.joint.turn("lower", angle) if group == "lower" else 0.0
             # The springs are turned into the half's frame: one body is moved instead of two.
-            found[group] = max(float((turned(coil, -turn) ^ self.halves[group]).volume()) for coil in coils)
+            bodies = [turned(coil, -turn) for coil in coils]
+            found[group] = max(float((body ^ self.near[group].near(body)).volume()) for body in bodies)
         return found
 
     def seat_overlap(self) -> tuple[float, str]:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from synth.cad import flexed_wire
 from synth.cad.flexed_wire import effective_length, flexed
 
 SPRINGS = [(10.0, 2.17, 14.0), (13.0, 7.17, 16.0), (18.25, 1.04, 27.0), (8.5, 6.17, 12.0), (5.0, 3.6, 0.001)]
@@ -70,3 +71,26 @@ def test_the_wire_keeps_its_length_and_its_end_turns_about_the_axis():
 
 def test_a_wire_bent_too_far_gives_none():
     assert flexed(5.0, 0.6, 0.1, 2000.0) is None
+
+
+@pytest.mark.parametrize(("radius", "coils", "arm"), SPRINGS[:4])
+@pytest.mark.parametrize("closing", [-80.0, 20.0, 120.0])
+def test_load_and_shape_found_together_or_in_turn_are_the_same(monkeypatch, radius, coils, arm, closing):
+    """Two ways to the same equations; the first one is the fast one."""
+    together = flexed(radius, coils, arm, closing)
+    monkeypatch.setattr(flexed_wire, "_together", lambda *given: None)
+    in_turn = flexed(radius, coils, arm, closing)
+    assert together.points == pytest.approx(in_turn.points, abs=1e-5)
+    assert together.torque == pytest.approx(in_turn.torque, rel=1e-5)
+
+
+def test_the_far_end_is_where_the_joint_takes_it():
+    """The boundary conditions, to a thousandth of what a print can show."""
+    radius, arm, closing = 10.0, 14.0, 70.0
+    free, bent = flexed(radius, 3.17, arm, 0.0), flexed(radius, 3.17, arm, closing)
+    turn = math.radians(closing)
+    c, s = math.cos(turn), math.sin(turn)
+    x, y = free.points[-1]
+    assert bent.points[-1] == pytest.approx([c * x - s * y, s * x + c * y], abs=1e-6)
+    heading = float(np.sum((bent.curvature - free.curvature) * np.diff(free.lengths)))
+    assert heading == pytest.approx(turn, abs=1e-6)

@@ -11,6 +11,7 @@ from cad_joints import cleared
 from synth.cad import DamperDimensions, JointDimensions, SpringDimensions
 from synth.cad.checked_layout import lay_out
 from synth.cad.joint import BuiltJoint, assemble
+from synth.cad.near_body import NearBody
 from synth.cad.parts import Mesh
 from synth.cad.pose import loaded_line
 from synth.cad.travel import Bodies, check_spring_room, first_contact, poses, turned
@@ -141,3 +142,30 @@ def test_poses_hold_both_ends_and_are_a_degree_apart():
     assert (found[0], found[-1]) == (60.0, 62.5)
     assert 61.1 in found
     assert max(np.diff(found)) <= 1.0
+
+
+def test_what_lies_near_a_spring_is_as_good_as_the_whole_half(knee):
+    """Overlap and gap of springs that are moved into the halves, with the half cut to their boxes and with all of it."""
+    bodies = Bodies(knee)
+    for group, half in bodies.halves.items():
+        near = NearBody(half)
+        for angle, shift in ((110.0, (0.0, 0.0, 0.0)), (140.0, (1.5, 0.0, 0.0)), (125.0, (0.0, 0.0, 40.0))):
+            [coil] = bodies.coils(angle)
+            moved = coil.translate(shift)
+            whole, part = (float((moved ^ body).volume()) for body in (half, near.near(moved)))
+            assert part == pytest.approx(whole, abs=1e-3)
+            gap = float(moved.min_gap(half, 0.8))
+            assert float(moved.min_gap(near.near(moved, 0.8), 0.8)) == pytest.approx(gap, abs=1e-5)
+    assert (
+        sum(float((bodies.coils(140.0)[0].translate((1.5, 0, 0)) ^ half).volume()) for half in bodies.halves.values())
+        > 1.0
+    )
+
+
+def test_a_cut_is_made_again_for_a_box_that_it_does_not_hold(knee):
+    near = NearBody(Bodies(knee).halves["upper"])
+    low, high = np.array([-5.0, -5.0, -5.0]), np.array([5.0, 5.0, 30.0])
+    first = near.within(low, high)
+    assert near.within(low - 1.0, high) is first
+    assert near.within(low - 30.0, high).volume() > first.volume()
+    assert near.within(low - 30.0, high) is near.within(low, high)
