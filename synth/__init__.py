@@ -9,7 +9,7 @@ nothing else. Everything is loaded when it is first used.
 from __future__ import annotations
 
 import importlib
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
 from synth.compiling.modules import set_class
@@ -106,14 +106,17 @@ __all__ = [
 class _Public(ModuleType):
     """The module ``synth``: its functions are loaded when first used, and win over packages of the same name.
 
-    ``synth.fit`` is the function. Importing ``synth.fit.methods`` would put the package in its place; code takes from
-    packages by ``from synth.fit.methods import ...``, which does not look here.
+    ``synth.fit`` is the function, also after ``synth.fit.methods`` was imported. For ``import synth.fit.methods as
+    methods`` Python asks ``synth.fit`` for ``methods``, and then ``sys.modules`` for that name behind the
+    ``__name__`` of what it asked; so the functions carry the packages' names.
     """
 
     def __getattr__(self, name: str) -> Any:
         if name not in _PUBLIC:
             raise AttributeError(f"module 'synth' has no attribute {name!r}")
         value = getattr(importlib.import_module(_PUBLIC[name]), name)
+        if isinstance(value, FunctionType):
+            value.__name__ = f"{__name__}.{name}"
         super().__setattr__(name, value)
         return value
 

@@ -236,3 +236,15 @@ def test_the_scripts_of_the_documentation_run(script: Path, capsys: pytest.Captu
         "wind_a_spring": "No single spring",
     }
     assert said[script.stem] in shown
+
+
+@pytest.mark.parametrize("first", ["", "import synth.fit.methods; "])
+def test_modules_of_packages_that_share_a_functions_name_are_imported(first):
+    """In a fresh process: what is imported first must not decide what ``synth.fit`` is."""
+    program = first + (
+        "import synth, synth.fit.methods as methods, synth.spring.spring_search as search, "
+        "synth.design.forecast as forecast, synth.hopper.sweep as sweep; from synth.fit import methods as same; "
+        "assert methods is same and methods.fit_by and search.candidates and forecast.forecast and sweep.__name__; "
+        "assert synth.fit.__qualname__ == 'fit' and callable(synth.fit) and callable(synth.hopper)"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)

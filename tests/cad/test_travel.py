@@ -145,9 +145,9 @@ def test_poses_hold_both_ends_and_are_a_degree_apart():
 
 
 def test_what_lies_near_a_spring_is_as_good_as_the_whole_half(knee):
-    """Overlap and gap of springs that are moved into the halves, with the half cut to their boxes and with all of it."""
+    """Overlap and gap of springs that are moved into the halves, with the half cut to their boxes and whole."""
     bodies = Bodies(knee)
-    for group, half in bodies.halves.items():
+    for half in bodies.halves.values():
         near = NearBody(half)
         for angle, shift in ((110.0, (0.0, 0.0, 0.0)), (140.0, (1.5, 0.0, 0.0)), (125.0, (0.0, 0.0, 40.0))):
             [coil] = bodies.coils(angle)
