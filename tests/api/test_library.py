@@ -244,7 +244,7 @@ def test_modules_of_packages_that_share_a_functions_name_are_imported(first):
     program = first + (
         "import synth, synth.fit.methods as methods, synth.spring.spring_search as search, "
         "synth.design.forecast as forecast, synth.hopper.sweep as sweep; from synth.fit import methods as same; "
-        "assert methods is same and methods.fit_by and search.candidates and forecast.forecast and sweep.__name__; "
+        "assert methods is same and methods.fit_by and search.candidates and forecast.Forecast and sweep.__name__; "
         "assert synth.fit.__qualname__ == 'fit' and callable(synth.fit) and callable(synth.hopper)"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
