@@ -6,7 +6,7 @@ import json
 import math
 from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import accumulate, pairwise
 from pathlib import PurePosixPath
 from typing import Any
@@ -27,6 +27,7 @@ MARGIN = 46.0  # px
 ROOM = 120.0  # px, width of a joint's label: a dozen letters of 12 px and the direction
 GHOSTS = 7  # poses between the first and the last
 START, END = Line(BLUE, 4.0), Line(VERMILION, 4.0, "9 4")
+MEASURED, TOLD = Line(BLUE, 1.4), Line(VERMILION, 1.0)
 GHOST, TIP, TRACKED = Line("#b9c2cb", 1.6), Line(GREEN, 1.2), Line(ORANGE, 5.0, dots=True)
 _DEGREES = {"deg": 1.0, "rad": 180.0 / math.pi}  # a unit
 
@@ -62,10 +63,14 @@ class Stick:
 
 @dataclass(frozen=True)
 class FigureMotion:
-    """A trial: ``times`` (n,) s, ``angles`` (n, n_joint) degrees, nan where missing."""
+    """A trial: ``times`` (n,) s, ``angles`` (n, n_joint) degrees, nan where missing.
+
+    ``commands`` : joint -> (n,) degrees, what its servo was told last.
+    """
 
     times: Sequence[float]
     angles: Sequence[tuple[float, ...]]
+    commands: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     @property
     def seen(self) -> list[int]:
@@ -96,8 +101,11 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     lines = [(START, "first pose"), (END, "last pose"), (GHOST, "between"), (TIP, "path of the tip")]
     if any(trial.get("points") for trial in trials):
         lines.append((TRACKED, "points as tracked, scaled to the leg file's length"))
+    told = any(motion is not None and motion.commands for motion in motions.values())
+    if told:
+        lines += [(MEASURED, "measured"), (TOLD, "command")]
     drawn = sum("stick" in item for item in shown)
-    return {"trials": shown, "legend": legend(lines), "drawn": drawn, "total": len(trials)}
+    return {"trials": shown, "legend": legend(lines), "drawn": drawn, "total": len(trials), "told": told}
 
 
 def stick_figure(title: str, stick: Stick, motion: FigureMotion, tracked: Sequence[Sequence[Point]] = ()) -> Markup:
@@ -119,7 +127,7 @@ def stick_figure(title: str, stick: Stick, motion: FigureMotion, tracked: Sequen
     for index, joint in enumerate(stick.joints):
         x, y = place(poses[0][index])
         sense = "↺" if joint.sign > 0 else "↻"
-        words = f"{joint.name} {first[index]:.0f}° {sense}"
+        words = f"{joint.name} {first[index] if abs(first[index]) >= 0.5 else 0.0:.0f}° {sense}"
         halo = 'font-size="12" fill="none" stroke="#fff" stroke-width="4" aria-hidden="true"'
         beside = [place(pose[k])[0] for pose in (poses[0], poses[-1]) for k in (index - 1, index + 1) if k >= 0]
         left = _words_left(x, beside)
@@ -202,7 +210,28 @@ def _motion(result: Result, stick: Stick, file: str) -> FigureMotion | None:
     if table is None or "time" not in table.columns or any(j.name not in table.columns for j in stick.joints):
         return None
     columns = [_in_degrees(table, joint.name) for joint in stick.joints]
-    return FigureMotion(table.columns["time"], list(zip(*columns, strict=True)))
+    angles = list(zip(*columns, strict=True))
+    told = {
+        joint.name: _held(_in_degrees(table, f"{joint.name} command"))
+        for joint in stick.joints
+        if f"{joint.name} command" in table.columns
+    }
+    # A row of commands alone is no sample of the motion: it would break every line.
+    rows = [k for k, pose in enumerate(angles) if any(map(math.isfinite, pose))] if told else range(len(angles))
+    return FigureMotion(
+        [table.columns["time"][k] for k in rows],
+        [angles[k] for k in rows],
+        {name: [values[k] for k in rows] for name, values in told.items()},
+    )
+
+
+def _held(values: Sequence[float]) -> list[float]:
+    """Each value until the next one, nan before the first."""
+    found, last = [], math.nan
+    for value in values:
+        last = value if math.isfinite(value) else last
+        found.append(last)
+    return found
 
 
 def _in_degrees(table: ResultTable, joint: str) -> list[float]:
@@ -249,14 +278,14 @@ def _frame(svg: Svg) -> None:
 
 
 def _panels(stick: Stick, motion: FigureMotion) -> list[TrialPanel]:
-    """Angles over time, a panel a joint."""
-    line = Line(BLUE, 1.4)
-    return [
-        TrialPanel(
-            joint.name, "deg", motion.times, [Curve([pose[index] for pose in motion.angles], line, "measured")], ""
-        )
-        for index, joint in enumerate(stick.joints)
-    ]
+    """Angles over time, with a servo's commands, a panel a joint."""
+    panels = []
+    for index, joint in enumerate(stick.joints):
+        curves = [Curve([pose[index] for pose in motion.angles], MEASURED, "measured")]
+        if joint.name in motion.commands:
+            curves.insert(0, Curve(motion.commands[joint.name], TOLD, "command"))
+        panels.append(TrialPanel(joint.name, "deg", motion.times, curves, ""))
+    return panels
 
 
 SECTION = ReportSection("stick-figure", "The leg as imported", content)

@@ -39,11 +39,16 @@ def import_opening(result: Result) -> Opening:
         f"{notes} note{'s' if notes != 1 else ''} on what was changed or left out, with each trial below."
         if notes
         else "No sample was changed or left out.",
-        [
-            "Check that the leg bends as it did, which shows a wrong sign, side or zero; then run `synth fit fit.yaml` "
-            "in this folder."
-        ],
+        [_next(result)],
         figure,
         "Blue: first pose; vermilion: last." if figure else "",
         Figures(("Trial", "Samples kept", "Rate"), rows, many) if rows else None,
     )
+
+
+def _next(result: Result) -> str:
+    """What to check, and the command that runs the project beside the page."""
+    text = "Check that the leg bends as it did, which shows a wrong sign, side or zero; "
+    if result.path("gap.yaml") is None:
+        return text + "then run `synth fit fit.yaml` in this folder."
+    return text + "and that each joint follows its command. Then run `synth gap gap.yaml --out gap` in this folder."

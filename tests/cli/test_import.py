@@ -17,6 +17,9 @@ from motion.importers.test_deeplabcut import parts, written
 from synth.cli import main
 from synth.files.leg_file import read_leg, write_leg
 from synth.files.recording import read_recording
+from synth.reports import stick_figure
+from synth.reports.reading import Result
+from synth.reports.section import AbsentResult
 
 LEG = "leg.leg.yaml"
 DATA = Path(__file__).resolve().parents[1] / "motion" / "importers" / "data"
@@ -108,6 +111,29 @@ def test_a_log_of_foreign_columns_says_where_they_are_assigned(
     Path("log.yaml").write_text(project + "joints: {arm: {column: position, unit: rad, command: goal_position}}\n")
     assert main(["--quiet", "import", "log.yaml", "--out", "out"]) == 0
     assert "arm command" in (tmp_path / "out" / "trials" / "log.csv").read_text().partition("\n")[0]
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "synth gap gap.yaml --out gap" in page  # a driven leg is diagnosed, not fitted
+    (drawn,) = [
+        block for block in re.findall(r"<script type=.application/json.>(.*?)</script>", page) if "curves" in block
+    ]
+    told, read = json.loads(drawn)["curves"]
+    assert (told["name"], read["name"]) == ("command", "measured")
+    np.testing.assert_allclose(
+        np.radians(told["values"]), [0.3 * np.sin(0.05 * k + 0.1) for k in range(200)], atol=1e-4
+    )
+
+
+def test_rows_of_commands_alone_do_not_break_the_lines_of_the_page(tmp_path: Path) -> None:
+    """Commands of another topic have rows of their own; each is drawn as held, the angles as joined."""
+    arm = {"joints": [{"name": "arm", "zero": {"value": 0.0, "unit": "deg"}, "sign": 1,
+                       "length": {"value": 100.0, "unit": "mm"}}]}  # fmt: skip
+    (tmp_path / "log.csv").write_text("time [s],arm [deg],arm command [deg]\n0,1,\n0.1,,5\n0.2,2,\n0.3,,6\n0.4,3,7\n")
+    shown = stick_figure.content(Result(tmp_path, "import.json", {"leg": arm, "trials": [{"file": "log.csv"}]}))
+    assert not isinstance(shown, AbsentResult)
+    (block,) = re.findall(r"<script type=.application/json.>(.*?)</script>", str(shown["trials"][0]["angles"]))
+    drawn = json.loads(block)
+    assert drawn["time"] == [0.0, 0.2, 0.4]
+    assert [curve["values"] for curve in drawn["curves"]] == [[None, 5.0, 7.0], [1.0, 2.0, 3.0]]
 
 
 def test_a_slow_release_is_cut_and_fitted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
