@@ -25,6 +25,7 @@ SHARED = Path(__file__).resolve().parents[3] / "shared"
 BENCH = SHARED / "rigs" / "servo_bench"
 MODELS = ("m1", "m2", "m3", "m4", "m5", "m6")
 COPPER = 0.0039  # growth of copper's resistance a kelvin, at 20 C (IEC 60028)
+RISING = 1.2  # s, within the first rise of sin(t^2), which ends at sqrt(pi / 2)
 SUBSTEPS = 4  # of a log's sample; one, as the owners take, makes their errors larger by 2 %, eight smaller by .4 %
 # Duty a radian and unit of the firmware's gain as in the owners' code. Nominal motors: torque a current and winding
 # near what the data sheets' stall torque, stall current and free speed give; inertia of rotor and gear by the owners.
@@ -175,6 +176,21 @@ def warming(servo: str) -> dict[str, float]:
     return {**found, "coldest": float(ends.min()), "warmest": float(ends.max())}
 
 
+def command_lead(servo: str) -> float:
+    """Seconds by which a command left before the stamp of its log's row, from the logs of sin(t^2).
+
+    The owners' recorder computes the command, sends it, reads the servo, and stamps the row with the middle of the
+    reading. On its first rise sin(t^2) tells the time at which each command was computed.
+    """
+    found = []
+    for log in logs(servo):
+        if log.trajectory == "sin_time_square":
+            stamp, command = log.columns["timestamp"], log.columns["goal_position"]
+            rising = stamp < RISING
+            found.append(float(np.median(stamp[rising] - np.sqrt(np.arcsin(command[rising])))))
+    return float(np.median(found))
+
+
 def line(servo: str, folder: Path) -> dict[str, object]:
     """The result of ``synth gap`` on a servo's logs, and mean absolute errors, mrad, on the held-out ones."""
     found = read_gap_project(project(folder, servo, scored(servo)))
@@ -205,6 +221,7 @@ def line(servo: str, folder: Path) -> dict[str, object]:
         "remainder": document["remainder"],
         "owners": owners,
         "warming": warming(servo),
+        "command_lead": command_lead(servo),
     }
 
 

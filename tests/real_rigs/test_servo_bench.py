@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from real_rigs.servo_bench import BENCH, MODELS, SERVOS, logs, owners_error, project, published
+from real_rigs.servo_bench import BENCH, MODELS, SERVOS, command_lead, logs, owners_error, project, published
 from synth.cli import main
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import read_gap_project
@@ -35,6 +35,13 @@ def test_what_is_found_predicts_better_than_each_of_the_owners_six_models(tmp_pa
     }
     assert np.mean(ours) < min(theirs.values())
     assert theirs["m1"] / np.mean(ours) > 1.5  # gain of their best model over Coulomb and viscous friction
+
+
+@pytest.mark.parametrize(("servo", "share"), [("xl330", 0.67), ("feetech", 0.66)])
+def test_commands_left_before_their_rows_were_stamped(servo: str, share: float) -> None:
+    """By two thirds of a turn of the recorder's loop on both servos: its order of work, not a servo's delay."""
+    steps = [np.median(np.diff(log.columns["timestamp"])) for log in logs(servo) if log.trajectory == "sin_time_square"]
+    assert command_lead(servo) / np.median(steps) == pytest.approx(share, abs=0.02)
 
 
 def test_import_of_the_benchs_own_logs_is_the_project_that_is_written_by_hand(tmp_path: Path) -> None:
