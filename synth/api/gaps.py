@@ -15,6 +15,7 @@ from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
+from synth.diagnosis.plants.swinging_chain.stand_in import stand_in
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.errors import UserError
 from synth.files.gap_kind import is_hopper_gap
@@ -69,7 +70,9 @@ class Gap(Diagnosed):
         from synth.reports import write_gap_report
 
         write_gap(self.result, self.project, folder)
-        write_simulator_files(self.diagnosed, self._fastest(), folder / "diagnosed")
+        near = stand_in(self.diagnosed, self.project.trials)
+        leg, told = (None, ()) if near is None else (near.leg, near.texts)
+        write_simulator_files(self.diagnosed, self._fastest(), folder / "diagnosed", leg, told)
         write_gap_report(folder)
 
     def _fastest(self) -> Array:

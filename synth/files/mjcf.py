@@ -46,12 +46,18 @@ UNEQUAL = 1.0 + 1e-9
 HELD = ("backlash", "coulomb_friction", *IN_DAMPING, *IN_SPRING, *IN_SERVO)
 
 
-def mjcf_text(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Sequence[RobotLink] = ()) -> str:
+def mjcf_text(
+    leg: Leg,
+    fastest: Array,
+    base: RobotLink | None = None,
+    links: Sequence[RobotLink] = (),
+    notes: Sequence[str] = (),
+) -> str:
     """The leg as an MJCF document; ``fastest`` (n,) rad/s is the speed up to which each damper's curve is represented.
 
     Links hang along -z of their body, joints turn about -y so that a positive angle is counter-clockwise seen with x to
     the right and z up. ``base`` and ``links``: whole bodies and drawn parts; without them a link is a rod, whose
-    inertias other than about the joint axis are those of one of its length.
+    inertias other than about the joint axis are those of one of its length. ``notes`` are comments.
     """
     shown = list(links) or [RobotLink()] * len(leg.joints)
     terms = [damping_terms(joint, float(speed)) for joint, speed in zip(leg.joints, fastest, strict=True)]
@@ -66,6 +72,8 @@ def mjcf_text(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Se
     )
     root = Element("mujoco", model=leg.name)
     root.append(Comment(" written by synth; joint angles are rotations q = sign * (measured - zero) "))
+    for note in notes:
+        root.append(Comment(f" {note} "))
     if leg.effects:
         root.append(Comment(f" not in this model: {', '.join(sorted(leg.effects))} of the base "))
     SubElement(root, "compiler", angle="radian", autolimits="true")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from synth.arrays import Array
@@ -14,21 +15,25 @@ from synth.files.robot_xml import sdf_file, urdf_file
 from synth.swing.leg_model import Leg
 
 
-def write_simulator_files(leg: Leg, fastest: Array, folder: Path) -> dict[str, tuple[str, ...]]:
+def write_simulator_files(
+    leg: Leg, fastest: Array, folder: Path, instead: Leg | None = None, told: Sequence[str] = ()
+) -> dict[str, tuple[str, ...]]:
     """Write ``leg.mjcf.xml``, ``leg.urdf``, ``leg.sdf``, ``leg.usda`` and ``README.md``; file -> its omissions.
 
-    ``fastest`` : (n,) rad/s, speed up to which each damper is represented.
+    ``fastest`` : (n,) rad/s, speed up to which each damper is represented. ``instead`` : the leg for formats with dry
+    friction (USD has none), where it has friction that they lack; ``told`` : what stands for what in it.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    write_text(folder / "leg.mjcf.xml", mjcf_text(leg, fastest))
-    lost = {"leg.mjcf.xml": tuple(_mjcf_lost(leg, fastest))}
-    for name, made in (
-        ("leg.urdf", urdf_file(leg, fastest)),
-        ("leg.sdf", sdf_file(leg, fastest)),
-        ("leg.usda", usd_file(leg, fastest)),
+    near = leg if instead is None else instead
+    write_text(folder / "leg.mjcf.xml", mjcf_text(near, fastest, notes=told))
+    lost = {"leg.mjcf.xml": (*told, *_mjcf_lost(near, fastest))}
+    for name, made, notes in (
+        ("leg.urdf", urdf_file(near, fastest), told),
+        ("leg.sdf", sdf_file(near, fastest), told),
+        ("leg.usda", usd_file(leg, fastest), ()),
     ):
         write_text(folder / name, made.text)
-        lost[name] = made.warnings
+        lost[name] = (*notes, *made.warnings)
     write_text(folder / "README.md", _readme(leg, lost))
     return lost
 
