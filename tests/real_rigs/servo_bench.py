@@ -7,6 +7,7 @@ identified numbers are scored as they score them: mean absolute angle error of a
 
 from __future__ import annotations
 
+import argparse
 import csv
 import json
 import math
@@ -83,7 +84,34 @@ def logs(servo: str) -> list[Log]:
     ]
 
 
-def project(folder: Path, servo: str, held_out: set[str]) -> Path:
+@dataclass(frozen=True)
+class Change:
+    """What should not matter to an answer: commands ``earlier`` by s, the last ``cut`` samples of each log left out,
+    readings changed by ``jitter`` rad RMS; or what once was done: commands as lines, ``lines``, half a sample late.
+    """
+
+    earlier: float = 0.0
+    cut: int = 0
+    jitter: float = 0.0
+    lines: bool = False
+
+
+def _rows(log: Log, change: Change) -> list[str]:
+    """Lines of the trial's CSV; commands at other times have rows of their own."""
+    at, rng = log.columns[: len(log.columns) - change.cut], np.random.default_rng(1)
+    time, told = at["timestamp"], at["goal_position"]
+    read = at["position"] + change.jitter * rng.standard_normal(len(at))
+    sent = time - change.earlier + (0.5 * float(np.median(np.diff(time))) if change.lines else 0.0)
+    rest = [f"{volts:.9g},{on:.9g}" for volts, on in zip(at["input_volts"], at["torque_enable"], strict=True)]
+    if not np.any(sent != time):
+        return [f"{t:.9g},{q:.9g},{c:.9g},{more}" for t, q, c, more in zip(time, read, told, rest, strict=True)]
+    rows = [(t, f"{t:.9g},{q:.9g},,{more}") for t, q, more in zip(time, read, rest, strict=True)]
+    # A nanosecond aside: stamps have five digits, and two rows must not fall together.
+    rows += [(t + 1e-9, f"{t + 1e-9:.12g},,{c:.9g},{more}") for t, c, more in zip(sent, told, rest, strict=True)]
+    return [row for _, row in sorted(rows)]
+
+
+def project(folder: Path, servo: str, held_out: set[str], change: Change = Change()) -> Path:
     """A gap project of a servo's logs, of which ``held_out`` (by name) only score."""
     found, numbers = logs(servo), SERVOS[servo]
     entries = []
@@ -91,11 +119,9 @@ def project(folder: Path, servo: str, held_out: set[str]) -> Path:
         leg = f"{servo}_{log.kp:g}.leg.yaml"
         motor = {**numbers, "gain": numbers["gain"] * log.kp}
         text = LEG.format(name=servo, kp=log.kp, mass=log.mass, length=log.length, inertia=4e-4 * log.mass, **motor)
-        (folder / leg).write_text(text)
-        names = ("timestamp", "position", "goal_position", "input_volts", "torque_enable")
-        table = np.column_stack([log.columns[name] for name in names])
+        (folder / leg).write_text(text + ("      commands: linear\n" if change.lines else ""))
         header = "time [s],arm [rad],arm command [rad],supply [V],arm enabled [1]"
-        np.savetxt(folder / f"{log.name}.csv", table, "%.9g", ",", header=header, comments="")
+        (folder / f"{log.name}.csv").write_text("\n".join([header, *_rows(log, change)]) + "\n")
         entries.append(f"  - {{file: {log.name}.csv, leg: {leg}, held_out: {str(log.name in held_out).lower()}}}")
     lines = ["kind: gap", f"leg: {servo}_{found[0].kp:g}.leg.yaml", "tolerance: {com: 2 %}", "trials:", *entries]
     path = folder / "gap.yaml"
@@ -191,9 +217,9 @@ def command_lead(servo: str) -> float:
     return float(np.median(found))
 
 
-def line(servo: str, folder: Path) -> dict[str, object]:
+def line(servo: str, folder: Path, change: Change = Change()) -> dict[str, object]:
     """The result of ``synth gap`` on a servo's logs, and mean absolute errors, mrad, on the held-out ones."""
-    found = read_gap_project(project(folder, servo, scored(servo)))
+    found = read_gap_project(project(folder, servo, scored(servo), change))
     result = diagnose(found.leg, found.trials, found.tolerance, seed=found.seed)
     document = result.as_json()
     trials = [trial for trial in result.trials if trial.scored]
@@ -226,10 +252,18 @@ def line(servo: str, folder: Path) -> dict[str, object]:
 
 
 def main() -> None:
-    """Print the table: ``PYTHONPATH=tests python -m real_rigs.servo_bench``."""
-    for servo in SERVOS:
+    """Print the table: ``PYTHONPATH=tests python -m real_rigs.servo_bench``; with options what a change does to it."""
+    parser = argparse.ArgumentParser(prog="real_rigs.servo_bench", description=main.__doc__)
+    parser.add_argument("servos", nargs="*", metavar="SERVO", help="xl330, feetech (default: both)")
+    parser.add_argument("--earlier", type=float, default=0.0, help="ms by which commands are earlier")
+    parser.add_argument("--cut", type=int, default=0, help="samples left out at each log's end")
+    parser.add_argument("--jitter", type=float, default=0.0, help="rad RMS by which readings are changed")
+    parser.add_argument("--lines", action="store_true", help="commands as lines, half a sample late")
+    asked = parser.parse_args()
+    change = Change(1e-3 * asked.earlier, asked.cut, asked.jitter, asked.lines)
+    for servo in asked.servos or SERVOS:
         with tempfile.TemporaryDirectory() as folder:
-            print(json.dumps(line(servo, Path(folder)), indent=1))  # noqa: T201
+            print(json.dumps(line(servo, Path(folder), change), indent=1))  # noqa: T201
 
 
 if __name__ == "__main__":
