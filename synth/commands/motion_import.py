@@ -102,9 +102,11 @@ def _read(project: ImportProject, file: str) -> list[ImportedTrial]:
         if not single or not any(isinstance(problem, ColumnProblem) for problem in error.problems):
             raise
         joint = project.leg.joints[0]
-        told = ", command: COLUMN" if isinstance(joint.drive, Servo) and not joint.drive.open_duty else ""
+        told = isinstance(joint.drive, Servo) and not joint.drive.open_duty
         text = "columns are assigned in a project file, which is imported instead: kind: import, leg: ..., "
-        text += f"files: [{Path(file).name}], joints: {{{joint.name}: {{column: COLUMN, unit: deg{told}}}}}"
+        text += f"files: [{Path(file).name}], joints: {{{joint.name}: {{column: COLUMN}}}}; beside it `unit: deg` "
+        text += "where the file states none"
+        text += ", `command: COLUMN` where the command is in the same file" if told else ""
         raise UserError([*error.problems, Problem(text)]) from None
 
 

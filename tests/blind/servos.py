@@ -287,7 +287,8 @@ def _attempt(
     before, left = absorbed.rest_of(whole - still, scored), absorbed.rest_of(whole - alone, scored)
     if kind in ("single", "two") and left > DOMINATES * before:
         raise NotApplicable("no main cause")
-    if kind == "none" and left > SMALL_ONES * SMALL[1] * level:
+    if left > SMALL_ONES * SMALL[1] * level:
+        # A limit sized on the design alone takes more beside a larger motor constant than each of two main causes did.
         raise NotApplicable("small causes that are a large one together: a torque limit that no longer holds the leg")
     alike = [other for name, j in main for other in shown_as(name, j, n)[1:]]
     alike += _alike(setup, still, alone, main, absorbed) if kind == "single" else []

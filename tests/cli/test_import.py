@@ -106,7 +106,8 @@ def test_a_log_of_foreign_columns_says_where_they_are_assigned(
     Path("log.csv").write_text("\n".join(["position,timestamp,goal_position", *rows]) + "\n")
     assert main(["--quiet", "import", "log.csv", "--leg", "arm.leg.yaml", "--out", "out"]) == 2
     said = capsys.readouterr().err
-    assert "files: [log.csv], joints: {arm: {column: COLUMN, unit: deg, command: COLUMN}}" in said
+    assert "files: [log.csv], joints: {arm: {column: COLUMN}}; beside it `unit: deg`" in said
+    assert "`command: COLUMN`" in said
     project = "kind: import\nleg: arm.leg.yaml\nfiles: [log.csv]\ntime: {column: timestamp, unit: s}\n"
     Path("log.yaml").write_text(project + "joints: {arm: {column: position, unit: rad, command: goal_position}}\n")
     assert main(["--quiet", "import", "log.yaml", "--out", "out"]) == 0
