@@ -9,7 +9,8 @@ from synth.reports.quantities import brief
 from synth.reports.reading import Result
 from synth.reports.section import sequence
 
-ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency")  # causes shown first
+# Causes shown first, of a leg with servos too
+ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency", "servo_gain", "gear_load_friction")
 
 
 def rehearsal_opening(result: Result) -> Opening:

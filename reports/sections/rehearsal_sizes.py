@@ -21,7 +21,7 @@ def content(result: Result) -> dict[str, Any]:
         rows.append(
             {
                 "name": f"{str(cause.get('effect')).replace('_', ' ')}, {cause.get('joint')}",
-                "size": cell.text,
+                "size": cell.text if cause.get("cases") else "cannot act here",
                 "gap": cell.small,
                 "of": mapping(cause, "visible_from").get("of", ""),
                 "named": f"{cause.get('named')} of {cause.get('cases')}",

@@ -102,14 +102,17 @@ class RehearsalResult:
         """The answer."""
         large = [o for o in self.of_kind("cause") if o.task.rung >= LARGE]
         nothing, others = self.of_kind("nothing"), self.of_kind("unlisted")
-        seen = sum(shown.rung is not None for shown in self.shown)
+        possible = [shown for shown in self.shown if shown.highest is not None]
+        seen = sum(shown.rung is not None for shown in possible)
         gap = f"with a gap of at least {RUNGS[LARGE]:g} times the unexplained remainder"
         if large:
             text = f"In these trials a cause {gap} is found in {_of(sum(o.right for o in large), len(large))}; "
         else:
             text = f"No cause {gap} was planted; "
         text += (
-            f"{seen} of {len(self.shown)} causes were found at some size." if self.shown else "no smaller one either."
+            f"{_of(seen, len(possible))} causes that can act in this leg were found at some size."
+            if possible
+            else "no smaller one either."
         )
         if nothing:
             text += " With small causes only, an absent cause is named in "

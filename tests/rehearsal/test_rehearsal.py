@@ -267,6 +267,7 @@ def test_a_result_has_sizes_confusions_and_false_alarms(rig: Rig) -> None:
         replace(outcome("", 0, 0, False, verdict="none"), planted=None),
         replace(outcome("", 0, 0, False, 1, verdict="effect"), planted=None, named=(("latency", "hip"),)),
         outcome("cogging", 1, 2, False, verdict="unknown"),
+        outcome("spring_preload", 0, 1, False, verdict="cannot"),
     ]
     found = RehearsalResult("leg", rig, 0, tuple(outcomes), {}).as_json()
     by_effect = {cause["effect"]: cause for cause in found["causes"]}
@@ -277,7 +278,7 @@ def test_a_result_has_sizes_confusions_and_false_alarms(rig: Rig) -> None:
     assert found["nothing_planted"] == {"cases": 2, "right": 1, "taken_for": {"latency (hip)": 1}}
     assert found["not_in_the_library"]["right"] == 1
     assert "named in 1 of 2" in found["sentence"]
-    assert "named in 1 of 2" in found["sentence"]
+    assert "1 of 2 causes that can act in this leg were found" in found["sentence"]
     assert json.dumps(found, allow_nan=False)
 
 
