@@ -39,7 +39,7 @@ PROMISING, LEAST_KEPT = 0.1, 16  # share of the best gain after the first steps,
 REFINED = 6  # single causes that get their own derivatives
 REFINED_SOFT = 12  # the same for compliances: the shared derivatives lack their links, so their fits lag behind
 REFINED_ELSEWHERE = 3  # fits of these causes at another strength that get their own derivatives too
-REFINED_FURTHER = 2  # sets of several causes that get their own derivatives
+REFINED_FURTHER = 4  # sets of several causes that get their own derivatives: what acts alike must be compared alike
 # A second and a third cause
 WORTH = 3.0  # least predicted cost reduction of a further cause
 SECANTS = (1.0, 12.0)  # factors on a start's strengths at which the secant of a cause is evaluated
@@ -48,7 +48,7 @@ AROUND = (0.4, 1.0)  # factors on the strength that the secant predicts
 # Most promising further causes, fitted to a subset of the trials. With 10 the best pair of a rig of seed 4700, 64
 # times the noise, was not among them, and one of 86 was taken; the search took 4 s of 14 longer.
 FURTHER_TRIED = 20
-FURTHER_KEPT = 5  # of those, number fitted to all trials
+FURTHER_KEPT = 8  # of those, number fitted to all trials
 FURTHER_ROUNDS = (2, 3)  # iterations of the fit on the subset, and on all trials
 PLAN = SearchPlan(
     anchors=4,
