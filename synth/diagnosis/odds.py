@@ -63,9 +63,9 @@ class Calibration:
     the fitted trials for an unknown cause to be less probable than not, ``most_of_several`` : the same for several;
     ``steep`` : slope of that probability over the share; ``most_unknown`` : its largest value; ``free_leads`` :
     advantage allowed to a free torque on unseen trials; ``per_unknown_far`` : penalty per unknown, ``per_state_far`` :
-    per initial state of an added link and trial; each is a little more than half the logarithm of the number of
-    independent errors that determine it (Schwarz, Ann. Stat. 6 (1978) 461): 1.7 with 28 of seven trials for an unknown,
-    0.7 with 4 of one trial for a state.
+    per initial state of an added link and trial; about half the logarithm of the number of independent errors that
+    determine it (Schwarz, Ann. Stat. 6 (1978) 461): 28 of seven trials for an unknown (1.7), 4 of one trial for a state
+    (0.7).
     ``accuracy`` : gap
     as a share of the motion (RMS) at which a missing effect is as probable as not if no cause of the library removes
     any of it: models of rigs without faults follow them to 0.05 to 0.5 deg of swings of some 30 deg;
@@ -94,7 +94,7 @@ class Calibration:
     free_leads: float = 0.15
     most_unknown: float = 0.85
     per_unknown_far: float = 2.0
-    per_state_far: float = 1.0
+    per_state_far: float = 0.7
     accuracy: float = 0.015
     accuracy_steep: float = 3.0
 

@@ -11,16 +11,13 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Verdict
 from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, Key, TrialErrors
-from synth.diagnosis.odds import AT_FLOOR, far_share, taken, taken_from_fitted, taken_of
+from synth.diagnosis.odds import far_share, taken, taken_from_fitted, taken_of
 from synth.diagnosis.odds import CALIBRATED as CALIBRATED
 from synth.diagnosis.odds import Calibration as Calibration
 from synth.diagnosis.odds import weigh as weigh
 from synth.estimation.information import LEAST_WEIGHT
 
 LEAST_SHARE = 0.1  # least share of the whole gap (RMS) of a further cause; less does not matter to a user
-# The same of a third one far above the noise: three causes follow almost anything. Thirds of two dirty rigs of seed
-# 4200 took 0.12 and were not there; one of a real ankle takes 0.15, and the other half names the same first cause.
-LEAST_OF_THIRD = 0.13
 # Share of its weight that a cause keeps which removes too little: 5 of 16 such causes were there (seeds 1500 and 4200).
 WORTH_OF_LITTLE = 0.2
 MOST_SCATTER = 1 / 3  # of the gap, largest tolerance for the remainder's scatter between trials
@@ -73,9 +70,9 @@ def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]
     """Those hypotheses of several causes that clearly improve on the best of fewer causes.
 
     One further cause must remove ``share`` of the squared error above the noise, and ``LEAST_SHARE`` of the whole
-    gap (a third one far above the noise ``LEAST_OF_THIRD``): near the noise of the fitted trials, far from it on unseen
-    ones if available. A fold is often the only trial of its kind: a servo's current limit and its motor constant, found
-    at the noise in three logs, missed the one log that reached the limit by 30 floors when that was left out.
+    gap: near the noise of the fitted trials, far from it on unseen ones if available. A fold is often the only trial of
+    its kind: a servo's current limit and its motor constant, found at the noise in three logs, missed the one log that
+    reached the limit by 30 floors when that was left out.
     """
     none, far = next((h for h in hypotheses if not h.keys), None), far_share(hypotheses)
     gap = none.above if none is not None else 0.0
@@ -93,9 +90,7 @@ def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]
                 continue
             unseen = taken(hypothesis, none) - max(taken(h, none) for h in known)
             takes = (1.0 - far) * takes + far * unseen
-        third_far = len(hypothesis.keys) > 2 and hypothesis.ratio > AT_FLOOR
-        least = LEAST_OF_THIRD if third_far else LEAST_SHARE
-        if left**2 <= (1.0 - share) * before**2 and takes >= least:
+        if left**2 <= (1.0 - share) * before**2 and takes >= LEAST_SHARE:
             kept.append(hypothesis)
     return kept
 
