@@ -11,9 +11,9 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Verdict
 from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, Key, TrialErrors
-from synth.diagnosis.odds import far_share, taken, taken_from_fitted, taken_of
 from synth.diagnosis.odds import CALIBRATED as CALIBRATED
 from synth.diagnosis.odds import Calibration as Calibration
+from synth.diagnosis.odds import far_share, taken, taken_from_fitted, taken_of
 from synth.diagnosis.odds import weigh as weigh
 from synth.estimation.information import LEAST_WEIGHT
 
