@@ -104,12 +104,12 @@ def test_at_the_noise_floor_odds_come_from_the_fits() -> None:
 
 
 def test_far_above_the_noise_odds_come_from_the_errors_by_trial() -> None:
-    """Where every trial differs alike the bootstrap adds nothing: the odds are (r1/r2)^(2 sum m / 2)."""
+    """Where every trial differs alike the bootstrap adds nothing: the odds are (r1/r2)^(2 sum m / 2), here of 20 errors together."""
     none = assessed(held_out_error(200, 200, 200), cost=900.0)
     worse = assessed(held_out_error(110, 110, 110), FRICTION, cost=100.0)  # the better of the two in sample, by far
     better = assessed(held_out_error(100, 100, 100), DRAG, cost=400.0)
     weights = weigh([none, worse, better], CALIBRATED)
-    assert weights[2] / weights[1] == pytest.approx((110 / 100) ** 12, rel=1e-3)
+    assert weights[2] / weights[1] == pytest.approx((110 / 100) ** 20, rel=1e-3)
     judged = judge(Hypotheses(none, (worse, better), ()))
     assert judged.accepted.keys == (("quadratic_damping", "knee"),)
 
@@ -140,7 +140,7 @@ def test_fitted_trials_decide_between_causes_where_they_are_known() -> None:
     second = with_fitted(assessed(held_out_error(60, 60, 60), DRAG), 55.0)
     assert FRICTION.size == DRAG.size
     weights = weigh([none, first, second], CALIBRATED)
-    assert weights[1] / weights[2] == pytest.approx((55 / 50) ** 12, rel=1e-2)
+    assert weights[1] / weights[2] == pytest.approx((55 / 50) ** 20, rel=1e-2)
 
 
 def test_a_cause_must_remove_most_of_the_gap_or_an_unknown_one_is_more_probable() -> None:
