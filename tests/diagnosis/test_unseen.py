@@ -104,7 +104,7 @@ def test_at_the_noise_floor_odds_come_from_the_fits() -> None:
 
 
 def test_far_above_the_noise_odds_come_from_the_errors_by_trial() -> None:
-    """Where every trial differs alike the bootstrap adds nothing: the odds are (r1/r2)^(2 sum m / 2), m of 20 together."""
+    """Where every trial differs alike the bootstrap adds nothing: the odds are (r1/r2)^(2 sum m / 2), m at most 20."""
     none = assessed(held_out_error(200, 200, 200), cost=900.0)
     worse = assessed(held_out_error(110, 110, 110), FRICTION, cost=100.0)  # the better of the two in sample, by far
     better = assessed(held_out_error(100, 100, 100), DRAG, cost=400.0)
