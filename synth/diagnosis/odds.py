@@ -67,7 +67,7 @@ class Calibration:
     per initial state of an added link and trial; near half the logarithm of the number of independent errors that
     determine it (Schwarz, Ann. Stat. 6 (1978) 461): 20 for an unknown (1.5), 3 to 8 of one trial for a state (0.5 to
     1). ``accuracy`` : gap as a share of the motion (RMS) at which a missing effect is as probable as not if no cause of
-    the library removes any of it: models of rigs without faults follow them to 0.05 to 0.5 deg of swings of some 30 deg;
+    the library removes any of it: models of rigs without faults follow them to 0.05 to 0.5 deg of swings of 30 deg;
     ``accuracy_steep`` : slope over the share's logarithm. Tuned on dirty rigs of seeds 1500, 4200 and 4700, see
     ``make tune-rigs``.
     """
