@@ -94,7 +94,7 @@ def test_the_verdict_does_not_depend_on_the_hand_driven_start(joint: str, tmp_pa
         assert len(result.scored_on) == 6
         assert result.before.value < 0.75 * result.as_designed.value  # most of it lies within what was not measured
         assert result.before.value > np.radians(0.5)  # and the rest does not
-        assert result.where.joint["hip"] < 1e-6  # it was held
+        assert result.where.joint["hip"] < 1e-4  # it was held; its noise is left
     assert results["cut"].verdict == results["whole"].verdict
 
 
