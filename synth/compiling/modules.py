@@ -21,6 +21,19 @@ def set_class(name: str, kind: type[ModuleType]) -> None:
     sys.modules[name].__class__ = kind
 
 
+@contextmanager
+def left_empty(name: str) -> Iterator[None]:
+    """Within the block an ``import`` of a module that is not loaded yet gives an empty one; afterwards it is unknown."""
+    if name in sys.modules:
+        yield
+        return
+    sys.modules[name] = ModuleType(name)
+    try:
+        yield
+    finally:
+        del sys.modules[name]
+
+
 def module_from_text(name: str, text: str | bytes, file: str | None = None) -> ModuleType:
     """Execute a text as a new module of this name, replacing an earlier one; ``file`` : its source file, if any.
 

@@ -22,8 +22,15 @@ Known = tuple[Mapping[str, float], Mapping[str, int]]  # weighed masses (kg) by 
 
 
 def load_kernel() -> None:
-    """Load the solids' kernel and the meshes' libraries, which takes seconds, before they are needed."""
-    import cadquery  # noqa: F401
+    """Load the solids' kernel and the meshes' libraries, which takes seconds, before they are needed.
+
+    The kernel's Python package imports all of ``vtk``, which is a quarter of that time, and uses nothing of it: its
+    users import the modules of ``vtkmodules`` that they need.
+    """
+    from synth.compiling.modules import left_empty
+
+    with left_empty("vtk"):
+        import cadquery  # noqa: F401
     import manifold3d  # noqa: F401
     import trimesh  # noqa: F401
 

@@ -41,13 +41,20 @@ def candidates(wish: SpringRequirements, material: WireMaterial, only: float | N
             continue
         modulus = material.properties(wire).elastic_modulus * wish.calibration.rate
         product = coil_product(modulus, wire, wish.rate, wish.rate_form)
-        for whole in range(math.floor(limits.max_coils) + 1):
+        for whole in _whole_coils(mean_diameter_for(product, 1.0, wish.leg_lengths) / wire, limits):
             coils = whole + fraction
             if not limits.min_coils <= coils <= limits.max_coils:
                 continue
             mean = mean_diameter_for(product, coils, wish.leg_lengths)
             if limits.index_range[0] <= mean / wire <= limits.index_range[1]:
                 yield check_spring(material, wire, mean, coils, wish.task)
+
+
+def _whole_coils(product: float, limits: SpringLimits) -> range:
+    """Whole coils to try where spring index times coils is ``product``: all that may have an allowed index, and some."""
+    low, high = (product / index if index > 0.0 else math.inf for index in limits.index_range[::-1])
+    first = max(0.0, low - 2.0)  # a fraction of a coil is added to each; one more for rounding
+    return range(math.floor(first), math.floor(max(first, min(limits.max_coils, high + 1.0))) + 1)
 
 
 def lasts(design: SpringDesign, limits: SpringLimits) -> bool:

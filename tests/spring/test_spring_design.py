@@ -13,7 +13,7 @@ from synth.errors import UserError
 from synth.parts import coil_angle
 from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import active_coils, coil_product, mean_diameter_for, rate
-from synth.spring import space, stress
+from synth.spring import space, spring_search, stress
 from synth.spring.design import design_spring
 from synth.spring.evaluate import check_spring, travel_limit
 from synth.spring.spring_requirements import SpringRequirements
@@ -328,3 +328,15 @@ def test_json_has_every_number_beside_its_unit(catalogue: Catalogue) -> None:
             assert node is None or isinstance(node, str), path
 
     no_bare_number(written, "")
+
+
+@pytest.mark.parametrize("leg", [0.0, 0.03, 0.3])
+@pytest.mark.parametrize("rate", [0.03, 1.0, 40.0])
+def test_no_number_of_coils_is_left_out(monkeypatch, catalogue, rate, leg):
+    """Only coils near an allowed index are tried; all numbers of coils give the same springs."""
+    wish = SpringRequirements(rate, math.radians(40.0), math.radians(60.0), leg_lengths=(leg, leg))
+    music = catalogue.find_material("music")
+    found = list(candidates(wish, music))
+    monkeypatch.setattr(spring_search, "_whole_coils", lambda product, limits: range(int(limits.max_coils) + 1))
+    assert found == list(candidates(wish, music))
+    assert found or leg == 0.3

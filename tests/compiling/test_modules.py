@@ -1,0 +1,34 @@
+"""Modules that are left empty while another one is imported."""
+
+from __future__ import annotations
+
+import importlib
+import subprocess
+import sys
+
+import pytest
+
+from synth.compiling.modules import left_empty
+
+
+def test_an_empty_module_is_unknown_afterwards_and_a_loaded_one_stays():
+    with left_empty("this_is_not_there"):
+        empty = importlib.import_module("this_is_not_there")
+        assert not [name for name in vars(empty) if not name.startswith("__")]
+    with pytest.raises(ImportError):
+        importlib.import_module("this_is_not_there")
+    with left_empty("subprocess"):
+        assert sys.modules["subprocess"] is subprocess
+
+
+def test_the_kernel_is_loaded_without_all_of_vtk_which_can_still_be_loaded():
+    """In a fresh process, as a side process begins; a solid is drawn, whose pictures use modules of vtkmodules."""
+    program = (
+        "import sys; from synth.design.solid_work import load_kernel; load_kernel(); "
+        "few = sum(name.startswith('vtkmodules') for name in sys.modules); assert 'vtk' not in sys.modules; "
+        "import cadquery; assert abs(cadquery.Solid.makeBox(1, 2, 3).Volume() - 6.0) < 1e-9; "
+        "assert cadquery.Solid.makeBox(1, 2, 3).toVtkPolyData(0.1).GetNumberOfCells() > 0; "
+        "import vtk; assert hasattr(vtk, 'vtkPolyData'); "
+        "assert few < 0.5 * sum(name.startswith('vtkmodules') for name in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
