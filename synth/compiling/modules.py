@@ -23,7 +23,7 @@ def set_class(name: str, kind: type[ModuleType]) -> None:
 
 @contextmanager
 def left_empty(name: str) -> Iterator[None]:
-    """Within the block an ``import`` of a module that is not loaded yet gives an empty one; afterwards it is unknown."""
+    """Within the block an ``import`` of a module that is not loaded yet gives an empty one, unknown afterwards."""
     if name in sys.modules:
         yield
         return

@@ -51,7 +51,7 @@ def candidates(wish: SpringRequirements, material: WireMaterial, only: float | N
 
 
 def _whole_coils(product: float, limits: SpringLimits) -> range:
-    """Whole coils to try where spring index times coils is ``product``: all that may have an allowed index, and some."""
+    """Whole coils to try where spring index times coils is ``product``: all of an allowed index, and some more."""
     low, high = (product / index if index > 0.0 else math.inf for index in limits.index_range[::-1])
     first = max(0.0, low - 2.0)  # a fraction of a coil is added to each; one more for rounding
     return range(math.floor(first), math.floor(max(first, min(limits.max_coils, high + 1.0))) + 1)
