@@ -73,8 +73,8 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
     if plant.accuracy > 0.0 and _rms(plant, before) <= plant.accuracy:
         judged = of_no_account(judged, found.none)
     stages = _stages(plant, before, found, judged)
-    most = stages.errors.shrink().high
-    if plant.held_out and judged.verdict in ("effect", "tie") and most is not None and most < 0.0:
+    offered = judged.verdict in ("effect", "tie")
+    if offered and judged.accepted.keys and plant.held_out and _worsens(stages.errors):
         judged = contradicted(judged)
     explained = judged.verdict in ("effect", "tie")
     named = judged.verdict != "none"
@@ -96,8 +96,14 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
         left,
         _sentence(plant, judged, explanations, ranked, stages, left),
         next_experiment(plant, plant.rivals(judged), what_is_open(judged.verdict, short)),
-        (*plant.warnings, *plant.remarks(stages), *doubts, *(plant.worse(stages.errors) if explained else ())),
+        (*plant.warnings, *plant.remarks(stages), *doubts, *(plant.worse(stages.errors) if offered else ())),
     )
+
+
+def _worsens(errors: PredictionErrors) -> bool:
+    """Whether the explanation enlarges the error, by the whole 90 % interval."""
+    most = errors.shrink().high
+    return most is not None and most < 0.0
 
 
 def _rms(plant: Plant[F, T, S], predicted: tuple[S, ...]) -> float:

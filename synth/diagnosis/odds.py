@@ -27,13 +27,14 @@ from synth.diagnosis.hypotheses import Assessed, F, TrialErrors
 
 # RMS over the noise floor of the best explanation on unseen trials: below the first it is at the floor, above
 # the second it is a remainder. Explanations of another form than the truth leave up to 3 on clean simulated cases. A
-# remainder of 4.8 floors of a gap of 82 is small causes, not noise: with 9 for the second one spring was 10^20 times as
-# probable there as a shifted free angle that left 6.2, and was not there.
+# remainder of 4.8 floors of a gap of 82 is small causes, not noise: with 9 for the second, a spring that was not there
+# had 10^25 times the odds of a shifted free angle that was, and left 6.3; now they are tied.
 AT_FLOOR, FAR = 3.0, 4.5
 # Largest number of independent errors per trial, because model errors are shared by neighbouring swings, and of all
 # trials, because they share what the model lacks: nearly equal causes (a reading shifted or scaled, a shifted torque)
-# are tied, not separated. Without the second, of 35 rigs of seed 4700 both of two causes were named in 4 of 7 instead
-# of 6, and one more rig without a main cause had one; two real recordings of a double pendulum need the first.
+# are tied, not separated. Without the second limit, of 36 rigs of seed 4700 both of two causes are named in 4 of 7
+# instead of 6, and one more rig without a main cause has one. With 4 a trial instead, two real recordings of a double
+# pendulum tell no pair.
 MOST_INDEPENDENT, MOST_TOGETHER = 8.0, 20.0
 DRAWS = 400  # of the bootstrap: a probability of 0.05 is known to 0.01
 # Weight of the trials as recorded, each counted once, beside the draws: a stated choice. On 99 dirty rigs of seeds 1500
@@ -68,7 +69,7 @@ class Calibration:
     determine it (Schwarz, Ann. Stat. 6 (1978) 461): 20 for an unknown (1.5), 3 to 8 of one trial for a state (0.5 to
     1). ``accuracy`` : gap as a share of the motion (RMS) at which a missing effect is as probable as not if no cause of
     the library removes any of it: models of rigs without faults follow them to 0.05 to 0.5 deg of swings of 30 deg;
-    ``accuracy_steep`` : slope over the share's logarithm. Tuned on dirty rigs of seeds 1500, 4200 and 4700, see
+    ``accuracy_steep`` : slope over the share's logarithm. Tuned on dirty rigs of seeds 1500 and 4200, see
     ``make tune-rigs``.
     """
 

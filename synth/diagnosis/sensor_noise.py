@@ -23,8 +23,8 @@ ORDER = 6  # order of differences that isolate noise: the sixth difference of a 
 FINE_ORDER = 10  # of those of every D-th sample: the motion takes over later
 SAME = 0.2  # joints whose noise differs by a smaller share are assumed to have the same sensor
 FEWEST = 20  # differences: a median of fewer is no noise
-# Scatter about a smooth motion over the noise by differences: from the first on readings were filtered, from the second
-# on they may have been
+# Scatter about a smooth motion over the noise by differences: above the first readings were filtered, above the
+# second they may have been
 FILTERED, DOUBTFUL = 3.0, 1.5
 STRIDES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)  # D: steps of at most a factor 2, which a plateau of an octave contains
 FLAT = 0.5  # exponent of growth with D of independent samples, as few as a trial has

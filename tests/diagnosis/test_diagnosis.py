@@ -226,3 +226,18 @@ def test_an_uninformative_trial_leaves_the_tie() -> None:
     built = shifted(off(HANGING, 1), "knee", 0.1)
     trials = [*recorded(built, seed=2), *recorded(built, AWAY[:1], held_out=0, seed=70, first=50)]
     assert diagnose(HANGING, trials, Tolerance()).verdict == "tie"
+
+
+def test_a_cause_that_unseen_trials_contradict_is_unknown_and_the_trials_are_named() -> None:
+    """The friction of the trials learnt from is gone in the held-out one, which the nominal leg predicts better."""
+    rubbing = with_effects(TWO, {"knee": {"coulomb_friction": {"torque": 0.15}}})
+    learnt = recorded(rubbing, held_out=0)[:3]
+    (free,) = recorded(TWO)[3:]
+    result = diagnose(TWO, [*learnt, free], Tolerance())
+    assert result.shrink.high is not None
+    assert result.shrink.high < 0.0
+    assert result.verdict == "unknown"
+    assert result.probability_unknown >= 0.9
+    assert [text for text in result.warnings if free.name in text and "no better" in text]
+    sure = diagnose(TWO, [*learnt, replace(recorded(rubbing)[3], held_out=True)], Tolerance())
+    assert sure.verdict != "unknown"

@@ -25,9 +25,8 @@ SAMPLES = 300  # of a trial's angles: commands act in full, only the comparison 
 STARTS = (0.01, 0.03, 0.1, 0.3)  # of the weight's torque about the joint, from a good bearing to a worm gear
 STEP = 1e-2  # relative step of the derivatives: above the integrator's error of 1e-6 rad
 ROUNDS = 15  # of the least squares: it settles in five to ten
-NEGLIGIBLE = (
-    1e-3  # of the dry friction, damping at the usual speed: a few steps of the least squares leave it above zero
-)
+# Of the dry friction, damping at the usual speed: a few steps of the least squares leave it above zero.
+NEGLIGIBLE = 1e-3
 DIVERGED = np.pi  # rad, difference that counts where a motion diverged
 
 
