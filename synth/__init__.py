@@ -12,7 +12,7 @@ import importlib
 from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
-from synth.compiling.modules import set_class
+from synth.compiling.modules import set_class, stands_for_package
 
 __version__ = "0.2.0"
 
@@ -106,9 +106,8 @@ __all__ = [
 class _Public(ModuleType):
     """The module ``synth``: its functions are loaded when first used, and win over packages of the same name.
 
-    ``synth.fit`` is the function, also after ``synth.fit.methods`` was imported. For ``import synth.fit.methods as
-    methods`` Python asks ``synth.fit`` for ``methods``, and then ``sys.modules`` for that name behind the
-    ``__name__`` of what it asked; so the functions carry the packages' names.
+    ``synth.fit`` is the function, also after ``synth.fit.methods`` was imported, and ``import synth.fit.methods as
+    methods`` works, see ``stands_for_package``.
     """
 
     def __getattr__(self, name: str) -> Any:
@@ -116,7 +115,7 @@ class _Public(ModuleType):
             raise AttributeError(f"module 'synth' has no attribute {name!r}")
         value = getattr(importlib.import_module(_PUBLIC[name]), name)
         if isinstance(value, FunctionType):
-            value.__name__ = f"{__name__}.{name}"
+            stands_for_package(value, f"{__name__}.{name}")
         super().__setattr__(name, value)
         return value
 

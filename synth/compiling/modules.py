@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType
+from types import FunctionType, ModuleType
 
 
 def is_loaded(name: str) -> bool:
@@ -19,6 +19,15 @@ def is_loaded(name: str) -> bool:
 def set_class(name: str, kind: type[ModuleType]) -> None:
     """Give a loaded module its own class (language reference, "Customizing module attribute access")."""
     sys.modules[name].__class__ = kind
+
+
+def stands_for_package(function: FunctionType, name: str) -> None:
+    """Give a function the name of the package in whose place it stands.
+
+    For ``import synth.fit.methods as methods`` Python asks ``synth.fit`` for ``methods``, and if it has none, looks in
+    ``sys.modules`` for that name behind the ``__name__`` of what it asked (Python reference, import statement).
+    """
+    function.__name__ = name
 
 
 @contextmanager
