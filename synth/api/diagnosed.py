@@ -48,7 +48,7 @@ class Diagnosed(Report):
                 found.probability_none,
                 found.probability_unknown,
             ],
-            "shrink": [*(item.value for item in shrinks), None, None],
-            "shrink low": [*(item.low for item in shrinks), None, None],
-            "shrink high": [*(item.high for item in shrinks), None, None],
+            "shrink": [*(None if item is None else item.value for item in shrinks), None, None],
+            "shrink low": [*(None if item is None else item.low for item in shrinks), None, None],
+            "shrink high": [*(None if item is None else item.high for item in shrinks), None, None],
         }

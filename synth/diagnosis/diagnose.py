@@ -11,7 +11,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Cause, Experiment, Ranked
 from synth.diagnosis.effect_shape import ShapedEffect
-from synth.diagnosis.hypotheses import Assessed, Hypotheses
+from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
 from synth.diagnosis.next_experiment import next_experiment
 from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
 from synth.diagnosis.prediction_error import PredictionErrors, label
@@ -83,7 +83,7 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
     explanations = (causes, *tied)
     left = Remainder.of(stages.errors, "after", *plant.left_where(stages.after))
     say("what next")
-    short = [" and ".join(plant.short_text(cause) for cause in each) for each in explanations]
+    short = [" + ".join(plant.short_text(cause) for cause in each) for each in explanations]
     ranked = _ranked(plant, judged, stages.errors)
     return Findings(
         found,
@@ -123,7 +123,7 @@ def _stages(
         "after": plant.squares(after),
     }
     alone: dict[str, tuple[S, ...]] = {}
-    for single, _ in judged.singles[:RANKED]:
+    for single, _ in _listed(judged):
         predicted = after if single is judged.accepted else plant.as_read(_unseen(plant, single))
         squares[label(single.keys)] = plant.squares(predicted)
         if len(alone) < SHOWN_ALONE:
@@ -194,22 +194,31 @@ def _cause(candidate: ShapedEffect, x: Array, deviation: Array) -> Cause:
     return Cause(effect, place, found)
 
 
+def _listed(judged: Judged[F]) -> list[tuple[Assessed[F], float]]:
+    """The most probable single causes, and those of the accepted explanation however weak they are alone."""
+    offered = {*judged.accepted.keys}
+    return [entry for place, entry in enumerate(judged.singles) if place < RANKED or entry[0].keys[0] in offered]
+
+
 def _ranked(plant: Plant[F, T, S], judged: Judged[F], errors: PredictionErrors) -> tuple[Ranked, ...]:
     """Single causes with their probabilities and the effect of each alone, most probable first."""
-
-    def alone(item: Assessed[F], probability: float) -> Ranked:
-        return Ranked(causes_of(plant, item)[0], probability, errors.shrink(label(item.keys)))
-
-    made = [alone(item, probability) for item, probability in judged.singles[:RANKED]]
+    singles = _listed(judged)
+    made = [
+        Ranked(causes_of(plant, item)[0], probability, errors.shrink(label(item.keys))) for item, probability in singles
+    ]
     made += [Ranked(cause, judged.counts, errors.shrink()) for cause in plant.direct_causes]
-    # A cause that was not found alone may be one of several accepted ones.
-    listed = {item.keys[0] for item, _ in judged.singles[:RANKED]}
+    listed = {item.keys[0] for item, _ in singles}
     for cause, key in zip(causes_of(plant, judged.accepted), judged.accepted.keys, strict=True):
-        if key not in listed:
-            made.append(Ranked(cause, judged.share(key), errors.shrink()))
+        if key not in listed:  # its fit alone diverged
+            made.append(Ranked(cause, judged.share(key), None))
     by_key = {(entry.cause.effect, entry.cause.joint): entry for entry in made}
     order = judged.in_order({key: entry.probability for key, entry in by_key.items()})
     return tuple(by_key[key] for key in order)
+
+
+def _in_all(explanations: Sequence[Sequence[Cause]]) -> set[Key]:
+    """Effect and joint of the causes that every explanation contains."""
+    return set.intersection(*({(cause.effect, cause.joint) for cause in causes} for causes in explanations))
 
 
 def _sentence(
@@ -221,9 +230,12 @@ def _sentence(
     left: Remainder,
 ) -> str:
     several = len(explanations[0]) > 1
-    texts = [[plant.cause_text(cause) for cause in causes] for causes in explanations]
+    direct = {(cause.effect, cause.joint) for cause in plant.direct_causes}
+    common = _in_all(explanations) | direct if judged.verdict == "tie" else set()
+    apart = [[cause for cause in causes if (cause.effect, cause.joint) not in common] for causes in explanations]
+    texts = [[plant.cause_text(cause) for cause in causes] for causes in apart]
     probability = 1.0 - judged.none - judged.unknown if several else judged.probability
-    leading = [(plant.short_text(entry.cause), entry.shrink.value) for entry in ranked]
+    leading = [(plant.short_text(entry.cause), entry.shrink.value) for entry in ranked if entry.shrink is not None]
     wording = plant.wording(stages.errors)
     nearest = " + ".join(plant.short_text(cause) for cause in explanations[0])
     wording = replace(
@@ -233,6 +245,7 @@ def _sentence(
         left=left,
         accuracy=plant.accuracy,
         leading=leading,
+        common=[plant.cause_text(cause) for cause in explanations[0] if (cause.effect, cause.joint) in common],
     )
     text = sentence(judged.verdict, texts[0], texts[1:], probability, wording)
     return text + plant.addendum(judged.verdict, stages)

@@ -35,15 +35,19 @@ class Cause:
 
 @dataclass(frozen=True)
 class Ranked:
-    """A single candidate cause: its probability, and its reduction of the gap on scored trials when alone."""
+    """A single candidate cause: its probability, and its reduction of the gap on scored trials when alone.
+
+    ``shrink`` is None if the cause was fitted beside others only.
+    """
 
     cause: Cause
     probability: float
-    shrink: Estimate
+    shrink: Estimate | None
 
     def as_json(self) -> dict[str, Any]:
         """The entry under ``ranked``."""
-        return {**self.cause.as_json(), "probability": self.probability, "shrink": self.shrink.as_json()}
+        shrink = {} if self.shrink is None else {"shrink": self.shrink.as_json()}
+        return {**self.cause.as_json(), "probability": self.probability, **shrink}
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,8 @@ class ErrorWording:
     trials, see ``scored_on``; ``falls_from`` : the error that a cause reduces, "2.1°". ``takes`` : share of the
     gap that the explanation removes there; ``left`` : the remainder; ``accuracy`` rad, below which a gap does
     not matter, 0 if not given; ``leading`` : single causes in a few words, with the share that each removes;
-    ``nearest`` : the explanation that comes nearest, in a few words.
+    ``nearest`` : the explanation that comes nearest, in a few words. ``common`` : the causes that all tied explanations
+    contain, in words.
     """
 
     nominal: str
@@ -38,6 +39,7 @@ class ErrorWording:
     accuracy: float = 0.0
     leading: Sequence[tuple[str, float]] = ()
     nearest: str = ""
+    common: Sequence[str] = ()
 
 
 def scored_on(held_out: bool, trials: str) -> str:
@@ -67,7 +69,10 @@ def _shown(estimate: Estimate) -> str:
 def sentence(
     verdict: Verdict, causes: Sequence[str], tied: Sequence[Sequence[str]], probability: float, told: ErrorWording
 ) -> str:
-    """The whole diagnosis in two or three sentences; ``causes`` and those of each ``tied`` explanation in words."""
+    """The whole diagnosis in two or three sentences; ``causes`` and those of each ``tied`` explanation in words.
+
+    Of tied explanations without the causes that they have in common, see ``ErrorWording.common``.
+    """
     error, floor, after = f"{told.error} on {told.on}", angle(told.floor), angle(told.after)
     rest = _unexplained(verdict, told)
     if verdict == "none":
@@ -79,16 +84,24 @@ def sentence(
         )
     text = " and ".join(causes)
     if verdict == "tie":
-        ways = " or ".join(" and ".join(option) for option in tied[:2])
         return (
-            f"Either {text}, or {ways}: these trials cannot distinguish them. With any of them {error} falls from "
-            f"{told.falls_from} to about {after}, noise {floor}.{rest}"
+            f"{_ways(told, causes, tied[:2])}: these trials cannot distinguish them. With any of them {error} "
+            f"falls from {told.falls_from} to about {after}, noise {floor}.{rest}"
         )
     them = {1: "it takes", 2: "both take"}.get(len(causes), "together they take")
     return (
         f"{text[0].upper()}{text[1:]}, {100 * probability:.0f} %; {them} {max(told.takes, 0.0):.0%} of the gap: "
         f"{error} falls from {told.falls_from} to {after}, noise {floor}.{rest}".replace("% of", " % of", 1)
     )
+
+
+def _ways(told: ErrorWording, causes: Sequence[str], tied: Sequence[Sequence[str]]) -> str:
+    """Either this or that; what all explanations contain is said once, before."""
+    ways = ", or ".join(" and ".join(option) for option in (causes, *tied))
+    if not told.common:
+        return f"Either {ways}"
+    text = " and ".join(told.common)
+    return f"{text[0].upper()}{text[1:]}, and either {ways}"
 
 
 def _nothing(told: ErrorWording, error: str, floor: str) -> str:

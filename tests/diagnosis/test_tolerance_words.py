@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,6 +43,26 @@ def test_a_wrong_number_is_stated_in_tolerances(found: Cause, words: str) -> Non
 def test_a_mass_error_is_stated_as_a_share() -> None:
     told = in_words(cause("link_mass", "share", 0.031), "plain", TWO, USUAL)
     assert told == "the knee's link is 3.1 % heavier than designed, three of your tolerances"
+
+
+@pytest.mark.parametrize(
+    ("found", "words"),
+    [
+        (cause("spring_rate", "rate", -4 * 0.03 * 1.5), "the knee's spring is 12 % softer than designed, four of your"),
+        (cause("viscous_damping", "rate", 0.8 * 0.015), "the knee's damper is 80 % stronger than designed"),
+        (cause("spring_preload", "shift", np.radians(3.0)), "plain, six of your tolerances"),
+    ],
+)
+def test_a_part_is_compared_with_the_designed_one(found: Cause, words: str) -> None:
+    assert in_words(found, "plain", TWO, USUAL).startswith(words)
+
+
+def test_a_damper_where_none_was_designed_is_no_share() -> None:
+    without = replace(TWO, joints=(TWO.joints[0], replace(TWO.joints[1], damper=None)))
+    assert (
+        in_words(cause("viscous_damping", "rate", 0.01), "plain", without, Tolerances.of(without, Tolerance()))
+        == "plain"
+    )
 
 
 def test_a_mass_off_by_four_tolerances_is_named_with_that_figure() -> None:

@@ -28,7 +28,7 @@ def half_of(name: str, folder: Path, half: int) -> dict[str, Any]:
         "verdict": found["verdict"],
         "first": [[cause["effect"], cause["joint"]] for cause in ranked[:3]],
         "probability": ranked[0]["probability"] if ranked else None,
-        "shrink": ranked[0]["shrink"]["value"] if ranked else None,
+        "shrink": ranked[0].get("shrink", {}).get("value") if ranked else None,
         "shrink_of_all": found["gap"]["shrink"]["value"],
         "remainder_times_noise": found["remainder"]["times_noise"],
         "explanation": [[cause["effect"], cause["joint"]] for cause in found["explanation"]],

@@ -58,14 +58,14 @@ def start(legs: LegLanes, joint: int, rotation: Array) -> Array:
 EFFECT = Effect(
     name="link_flexibility",
     meaning="a link, or its coupling to the joint, bends",
-    phrase="carries a link that bends",
+    phrase="carries a link, or a coupling to it, that bends",
     formula="the link cut at place (share of its length), its parts joined by stiffness and a light damper",
     source="pseudo-rigid-body model: Howell, Compliant Mechanisms (2001), ch. 5",
     way="structure",
     shows_locked=True,
     parameters=(
         Parameter("stiffness", "N*m/rad", prior=stiff(20.0, 200.0), meaning="of the hinge that represents the bend"),
-        Parameter("place", "1", 0.0, meaning="where it bends, share of the length; 0 is the coupling"),
+        Parameter("place", "1", 0.0, natural=False, meaning="where it bends, share of the length; 0 is the coupling"),
     ),
     strengths=("stiffness",),
     shapes=(

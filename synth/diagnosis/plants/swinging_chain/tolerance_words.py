@@ -14,6 +14,12 @@ COUNTED = {
     "viscous_damping": (("rate", "damper_rate"),),
     "spring_preload": (("shift", "rest"),),
 }
+# Effect -> the part, and the words for more and for less of its number.
+NUMBER_WORDS = {
+    "link_mass": ("link", "heavier", "lighter"),
+    "spring_rate": ("spring", "stiffer", "softer"),
+    "viscous_damping": ("damper", "stronger", "weaker"),
+}
 RATES = ("spring_rate", "damper_rate")  # their values are given in N m/rad, not as a share
 MOST = 12.0  # tolerances; beyond it the number was never measured, and a count of tolerances is meaningless
 LEAST = 1.5  # tolerances; a smaller deviation is expected
@@ -37,15 +43,23 @@ def in_tolerances(cause: Cause, leg: Leg, tolerances: Tolerances) -> str:
 
 
 def in_words(cause: Cause, plain: str, leg: Leg, tolerances: Tolerances) -> str:
-    """``the knee's link is 3.1 % heavier than designed, three of your tolerances``; ``plain`` without such a count."""
+    """``the knee's link is 3.1 % heavier than designed, three of your tolerances``; ``plain`` without a nominal."""
+    share = _share(cause, leg)
+    if share:
+        part, more, less = NUMBER_WORDS[cause.effect]
+        sense = more if share > 0.0 else less
+        plain = f"the {cause.joint}'s {part} is {abs(100.0 * share):.2g} % {sense} than designed"
     counted = in_tolerances(cause, leg, tolerances)
-    if not counted:
-        return plain
-    if cause.effect == "link_mass":
-        share = cause.parameters["share"].value
-        sense = "heavier" if share > 0.0 else "lighter"
-        plain = f"the {cause.joint}'s link is {abs(100.0 * share):.2g} % {sense} than designed"
-    return f"{plain}, {counted}"
+    return f"{plain}, {counted}" if counted else plain
+
+
+def _share(cause: Cause, leg: Leg) -> float:
+    """The change of a number as a share of the design's; 0 if it is no such number, or the design has none."""
+    if cause.effect not in NUMBER_WORDS or cause.joint not in leg.joint_names:
+        return 0.0
+    ((parameter, quantity),) = COUNTED[cause.effect]
+    nominal = _nominal(leg, leg.joint_names.index(cause.joint), quantity) if quantity in RATES else 1.0
+    return cause.parameters[parameter].value / nominal if parameter in cause.parameters and nominal > 0.0 else 0.0
 
 
 def _nominal(leg: Leg, joint: int, quantity: str) -> float:
