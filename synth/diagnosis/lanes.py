@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import ShapedEffect
 
 Hypothesis = tuple[ShapedEffect, ...]
+Kept = dict[Any, Any]  # of a predictor's own kind
 
 
 @dataclass(frozen=True)
@@ -60,5 +61,10 @@ class LanePredictor(Protocol):
     def predict(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
         """(m, n, n_lane) rad in the sense of q for each block; nan if the motion diverged."""
 
-    def together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]]) -> list[list[Array]]:
-        """Like ``predict``, for the groups of one of the ``runs``."""
+    def together(
+        self, trial: AngleTrial, groups: Sequence[Sequence[Block]], kept: Kept | None = None
+    ) -> list[list[Array]]:
+        """Like ``predict``, for the groups of one of the ``runs``.
+
+        ``kept`` : what does not depend on the trial or on the states; one for all trials of these groups.
+        """

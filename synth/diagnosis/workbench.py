@@ -17,7 +17,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, Whitener
-from synth.diagnosis.lanes import Block, Hypothesis, LanePredictor
+from synth.diagnosis.lanes import Block, Hypothesis, Kept, LanePredictor
 from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, LeastSquares, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
 from synth.estimation.normal_equations import ParameterStep, StepLimits
@@ -151,11 +151,12 @@ class Workbench:
         hypotheses = [fit.hypothesis for fit in fits]
         packed = self.predictor.groups(hypotheses, [1 + len(unknowns) for unknowns in moved])
         runs = self.predictor.runs(hypotheses, packed, -(-TASKS * (thread_count() - 1) // len(self.trials)))
+        kept: list[Kept] = [{} for _ in runs]
 
         def one(job: int) -> list[tuple[int, T]]:
             i, run = divmod(job, len(runs))
             groups = [[_lanes_of(fits[f], i, moved[f]) for f in packed[g]] for g in runs[run]]
-            found = self.predictor.together(self.trials[i], groups)
+            found = self.predictor.together(self.trials[i], groups, kept[run])
             return [
                 (f, use(i, fits[f], out))
                 for g, readings in zip(runs[run], found, strict=True)

@@ -8,12 +8,22 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.swing.effects import Effect, effect_named
 from synth.swing.lane_layout import FIRST_LAW, HOLDING, MOST_MEMORIES, SERVOS, Layout
 
+Switches = NDArray[np.int64]  # (2, 2 + n_law), see ``ActiveEffects.active``
 BEND_TOLERANCE = 1e3  # factor on the tolerance for a bristle's bend, which is 1 at most, against that of an angle
+
+
+@dataclass(frozen=True)
+class LaneGroups:
+    """Groups of at most sixteen lanes that share their steps, each (n_row, n_lane), and the effects on in each."""
+
+    lanes: Sequence[Array]
+    switched: Sequence[Switches]
 
 
 @dataclass(frozen=True)
@@ -45,7 +55,12 @@ class ActiveEffects:
         starts = np.cumsum([0, *[len(group) for group in groups[:-1]]])
         return np.array([row for group in groups for row in group]), starts
 
-    def active(self, lanes: Array) -> np.ndarray[Any, np.dtype[np.int64]]:
+    def groups(self, lanes: Array, between: Sequence[int] | NDArray[np.intp]) -> LaneGroups:
+        """Groups of the columns of ``lanes`` (n_row, n_lane), split before these indices; each has its own effects."""
+        split = np.split(lanes, between, axis=1)
+        return LaneGroups(split, [self.active(group) for group in split])
+
+    def active(self, lanes: Array) -> Switches:
         """(2, 2 + n_law) extra torques that any column of ``lanes`` (n_row, n_lane) switches on; see ``integrate``."""
         rows, starts = self._switches
         switches = np.logical_or.reduceat(np.any(lanes[rows] != 0.0, axis=1), starts)
@@ -57,7 +72,7 @@ class ActiveEffects:
                 both[0, FIRST_LAW + index] = 0
         return both
 
-    def states(self, active: np.ndarray[Any, np.dtype[np.int64]], workspace: Array) -> tuple[Any, ...]:
+    def states(self, active: Switches, workspace: Array) -> tuple[Any, ...]:
         """Rows of state and derivative, tolerance factors and events; active memories are set to their start values.
 
         A memory is a state only at joints at which its effect is on in some lane, because even a bristle without

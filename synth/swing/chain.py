@@ -15,7 +15,7 @@ from synth.arrays import Array
 from synth.compiling import code_cache
 from synth.compiling.numba_internals import as_argument, entry_point
 from synth.drives.servo import ServoSignals
-from synth.swing.active_effects import ActiveEffects
+from synth.swing.active_effects import ActiveEffects, LaneGroups, Switches
 from synth.swing.chain_modules import PLAIN, ModuleText, chain_modules
 from synth.swing.effects import Effect, registered
 from synth.swing.known_torque import KnownTorque, delayed, for_integrator
@@ -167,7 +167,7 @@ class Chain:
         factors, limits = np.empty(FACTORS, dtype=np.float32), (tolerance, tolerance)
         integrate(*functions, flat, self.layout.n, times, limits, steps, out, where, room, factors)
 
-    def _bends(self, active: np.ndarray[Any, np.dtype[np.int64]], lanes: Array) -> bool:
+    def _bends(self, active: Switches, lanes: Array) -> bool:
         """Whether the implicit step is used: bent damper curves, and no effect, servo or known torque beside them.
 
         Chains of more than ``MOST_STAGED`` links have the explicit step only.
@@ -221,10 +221,14 @@ class Chain:
         late = lanes[self.layout.rows("servo_delay")][list(held)]
         return int(sum(min(len(np.unique(row)), LANES) for row in late))
 
-    def _own_effect(self, lanes: Array) -> bool:
+    @cached_property
+    def _users_own(self) -> list[int]:
+        """Indices of the effects from outside this package among the switches."""
+        return [FIRST_LAW + i for i, effect in enumerate(self.effects) if not effect.module.startswith("synth.")]
+
+    def _own_effect(self, switched: Sequence[Switches]) -> bool:
         """Whether an effect from outside this package acts in some lane."""
-        switched = self.acting.active(lanes)[1, FIRST_LAW:]
-        return any(on and not e.module.startswith("synth.") for e, on in zip(self.effects, switched, strict=True))
+        return bool(self._users_own) and any(active[1, self._users_own].any() for active in switched)
 
     @cached_property
     def _drive_rows(self) -> list[int]:
@@ -242,7 +246,7 @@ class Chain:
 
     def run(
         self,
-        lanes: Array | Sequence[Array],
+        lanes: Array | LaneGroups,
         times: Array,
         tolerance: float = 1e-6,
         *,
@@ -257,8 +261,8 @@ class Chain:
         Parameters
         ----------
         lanes : (n_row, n_lane), from ``parameters`` with rows ``rotation`` and ``rate`` holding the initial state.
-            Each group of 16 shares its steps: put a nominal lane and its perturbed copies in one group. Or a list of
-            such groups with at most 16 lanes each, of which each needs only its own effects.
+            Each group of 16 shares its steps: put a nominal lane and its perturbed copies in one group. Or such groups
+            themselves, of which each needs only its own effects.
         times : (n_time,) s, increasing.
         tolerance : relative and absolute (rad, rad/s) error a step.
         known_torque : times (m,) s and torques on q (m, n) N m; each lane's drive rows change their gain, offset and
@@ -272,39 +276,35 @@ class Chain:
         (n_time, n, n_lane) rad, or with ``rates`` (n_time, 2 n, n_lane) rad and rad/s; nan from the time at which a
         group diverges or exceeds ``max_steps``.
         """
-        own = not isinstance(lanes, np.ndarray)
-        groups = _groups_of(lanes) if isinstance(lanes, np.ndarray) else list(lanes)
-        lanes = lanes if isinstance(lanes, np.ndarray) else np.concatenate(groups, axis=1)
-        n, n_lane = self.layout.n, lanes.shape[1]
-        if unit != 1.0 and not self._own_effect(lanes):
-            slow = [group * self._in_unit(unit) for group in groups] if own else lanes * self._in_unit(unit)
-            driven = None if known_torque is None else (known_torque[0] / unit, known_torque[1] * unit**2)
-            scaled = None if signals is None else replace(signals, time=signals.time / unit)
-            found = self.run(
-                slow, times / unit, tolerance,
-                rates=rates, known_torque=driven, signals=scaled, max_steps=max_steps,
-            )  # fmt: skip
-            if rates:
-                found[:, n:] /= unit
-            return found
-        wrong = known_torque is not None and bool(np.any(lanes[self._drive_rows]))
-        periods = lanes[self.layout.rows("servo_period")].max(axis=1)
+        if isinstance(lanes, LaneGroups):
+            groups, switched = lanes.lanes, lanes.switched
+        else:
+            groups = _groups_of(lanes)
+            switched = [self.acting.active(lanes)] * len(groups)
+        n, n_lane = self.layout.n, sum(group.shape[1] for group in groups)
+        if unit != 1.0 and not self._own_effect(switched):
+            groups = [group * self._in_unit(unit) for group in groups]
+            times = times / unit
+            known_torque = None if known_torque is None else (known_torque[0] / unit, known_torque[1] * unit**2)
+            signals = None if signals is None else replace(signals, time=signals.time / unit)
+        else:
+            unit = 1.0
+        wrong = known_torque is not None and any(np.any(group[self._drive_rows]) for group in groups)
+        periods = np.max([group[self.layout.rows("servo_period")].max(axis=1) for group in groups], axis=0)
         held = np.flatnonzero(periods).tolist()
         known, told = for_integrator(known_torque, n, signals, held)
-        changes = 0 if signals is None else len(told[0]) * self._delays(lanes, signals.held)
+        late = 0 if signals is None else max(self._delays(group, signals.held) for group in groups)
+        changes = 0 if signals is None else len(told[0]) * late
         times = np.ascontiguousarray(times, dtype=float)
         samples = sum(float(times[-1] - times[0]) / periods[j] for j in held)
         # Steps may end at knots and do end at control steps.
         limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * (len(known[0]) + ceil(samples) + changes)
         shown, width = 2 * n if rates else n, n_lane - groups[-1].shape[1] + LANES
         result = np.empty((len(times), shown, width))
-        active = self.acting.active(lanes)
-        anywhere = bool(active.any())
         workspace = np.empty((self.layout.n_row, LANES))
         flat, out, room, first = workspace.reshape(-1), result.reshape(-1), np.empty(WORKING), 0
-        for group in groups:  # a group writes 16 columns; the next one overwrites those that it does not have
-            if own and anywhere:
-                active = self.acting.active(group)
+        for group, active in zip(groups, switched, strict=True):
+            # A group writes 16 columns; the next one overwrites those that it does not have.
             workspace[:, : group.shape[1]] = group
             workspace[:, group.shape[1] :] = group[:, :1]
             where = shown, width, first
@@ -319,6 +319,8 @@ class Chain:
             integrate(
                 *functions, workspace, flat, n, states, active, known, told, times, limits, steps, out, where, room,
             )  # fmt: skip
+        if rates and unit != 1.0:
+            result[:, n:] /= unit
         return result[:, :, :n_lane]
 
 

@@ -145,9 +145,9 @@ def test_groups_of_lanes_in_one_run_equal_runs_of_their_own() -> None:
     rubbing = robot().with_joints(knee={"effects": {"coulomb_friction": {"torque": 0.05}}})
     legs = [robot(SPRING * f) for f in (1.0, 1.1, 0.9)] + [rubbing, rubbing] + [robot(DAMPER * f) for f in (1.0, 2.0)]
     lanes = np.stack([lane(leg, [0.3, -1.0, 0.7], [1.0, 0.0, -2.0]) for leg in legs], axis=1)
-    groups = np.split(lanes, [3, 5], axis=1)
+    groups = chain.acting.groups(lanes, [3, 5])
     together = chain.run(groups, times, 1e-8)
-    apart = [chain.run(group, times, 1e-8) for group in groups]
+    apart = [chain.run(group, times, 1e-8) for group in groups.lanes]
     np.testing.assert_array_equal(together, np.concatenate(apart, axis=2))
     assert np.ptp(together[-1], axis=1).min() > 1e-3
 

@@ -17,6 +17,7 @@ from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual
 from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
 from synth.diagnosis.influence import hangs_on
+from synth.diagnosis.odds import far_share
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_figures import squares, trial_gaps
@@ -136,7 +137,9 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return left_where(self.scene.leg, self.scored, predicted, self.scene.usual)
 
     def freely(self, found: Hypotheses[EvaluatedHypothesis]) -> TrialErrors | None:
-        """The remainder with the most effective free torque."""
+        """The remainder with the most effective free torque; None where causes reach the noise: nothing lacks."""
+        if far_share([found.none, *found.singles, *found.several]) == 0.0:
+            return None
         torques = self.free_torques(found.none.fit)
         return torques[0].unseen if torques else None
 
@@ -194,6 +197,10 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
             at_best = self.scene.tolerances.leg(leg, nominal.unknowns)
             self._free = free_torques(leg, at_best, self.bench, nominal, sizes)
         return self._free
+
+    def lacking(self, findings: any_plant.Findings[EvaluatedHypothesis, Array]) -> bool:
+        """Whether the library leaves something that a torque of free shape may describe."""
+        return findings.judged.verdict == "unknown" or self.freely(findings.found) is not None
 
     def addendum(self, verdict: Verdict, stages: StagePredictions[EvaluatedHypothesis, Array]) -> str:
         """Place and shape of the missing torque, if no effect of the library explains it."""
@@ -292,7 +299,7 @@ def diagnose(
         scored_on=tuple(trial.recording.name for trial in scene.scored),
         trials=trial_gaps(nominal, scene.scored, stages, missing, plant.held_out, scene.usual),
         diagnosed=diagnosed_leg(leg, tolerances, findings.best, scene.coarse if findings.explained else ()),
-        free_torque=plant.free_torques(findings.found.none.fit),
+        free_torque=plant.free_torques(findings.found.none.fit) if plant.lacking(findings) else (),
     )
 
 

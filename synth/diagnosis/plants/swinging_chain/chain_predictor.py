@@ -6,15 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import ClassVar, cast
+from typing import ClassVar, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.lanes import Block, Hypothesis
+from synth.diagnosis.lanes import Block, Hypothesis, Kept
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
+from synth.swing.active_effects import LaneGroups
 from synth.swing.chain import compiled_chain
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
@@ -26,6 +27,29 @@ _Placed = tuple[Candidate, Array, Places]  # with its unknowns, or their values,
 TOLERANCE = 1e-6  # of the integrator, rad: a 16-bit encoder resolves 1e-4
 MOST_GROUPS = 16  # in one call: the readings of 500 samples and 3 joints then take 3 MB
 STEPS = 12_000  # of one trajectory before it is aborted
+
+
+class _Added(NamedTuple):
+    """Links that a structure adds: its ``place``, the legs with them, and the new ``links``."""
+
+    place: tuple[str, int]
+    candidate: Candidate
+    legs: LegLanes
+    links: range
+
+
+class _Common(NamedTuple):
+    """Blocks without their states, as all trials of one leg under the same conditions have them.
+
+    ``added`` : links of structures; ``legs``, ``workspace`` (n_row, n_lane) and its ``groups`` include them.
+    ``readings`` : errors of the encoders.
+    """
+
+    legs: LegLanes
+    added: tuple[_Added, ...]
+    readings: tuple[_Placed, ...]
+    workspace: Array
+    groups: LaneGroups
 
 
 @dataclass(frozen=True)
@@ -94,74 +118,97 @@ class Predictor:
                     result[i] = reading
         return [found for found in result if found is not None]
 
-    def together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]]) -> list[list[Array]]:
-        """Like ``predict``, for the groups of one of the ``runs``."""
+    def together(
+        self, trial: AngleTrial, groups: Sequence[Sequence[Block]], kept: Kept | None = None
+    ) -> list[list[Array]]:
+        """Like ``predict``, for the groups of one of the ``runs``; ``kept`` as in ``LanePredictor``."""
         return [
             found if len(group) < 2 or np.all(np.isfinite(found[0][-1])) else self._alone(trial, group)
-            for group, found in zip(groups, self._together(trial, groups), strict=True)
+            for group, found in zip(groups, self._together(trial, groups, {} if kept is None else kept), strict=True)
         ]
 
     def _alone(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
-        return [found[0] for found in self._together(trial, [[block] for block in blocks])]
+        return [found[0] for found in self._together(trial, [[block] for block in blocks], {})]
 
-    def _together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]]) -> list[list[Array]]:
+    def _together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]], kept: Kept) -> list[list[Array]]:
         """Readings of blocks of equal structures; those of a group share their steps."""
         blocks = [block for group in groups for block in group]
-        n, widths = len(self.leg.joints), [block.unknowns.shape[1] for block in blocks]
-        total, ends = sum(widths), np.cumsum([0, *widths])
-        legs = self._designed_of(trial.recording.leg or self.leg).repeated(total)
-        self.tolerances.apply(legs, np.concatenate([b.unknowns[: self.tolerances.size] for b in blocks], axis=1))
+        n, ends = len(self.leg.joints), np.cumsum([0, *(block.unknowns.shape[1] for block in blocks)])
+        between = ends[np.cumsum([len(group) for group in groups[:-1]], dtype=int)]
+        common = self._common(trial, blocks, between, kept)
         state = np.concatenate([block.state[: 2 * n] for block in blocks], axis=1)
-        pending: list[_Placed] = []
-        readings: list[_Placed] = []
-        for candidate, x, lanes in self._gathered(blocks):
-            way = candidate.effect.way
-            if way == "torque":
-                _put(legs, candidate, candidate.in_rotation(x), lanes)
-            elif way in ("leg", "drive"):
-                _change(legs, candidate, candidate.values(x), lanes)
-            elif way == "reading":
-                readings.append((candidate, candidate.values(x), lanes))
-            else:
-                pending.append((candidate, candidate.values(x), lanes))
-        for j in trial.recording.conditions.locked:  # the joint was locked at the trial's reading
-            read = trial.recording.rotation[0, j]
-            held = np.full(total, read)
-            for _ in range(3 if any(candidate.joint == j for candidate, _, _ in readings) else 0):
-                held += read - self._as_read(readings, j, trial, np.tile(held, (2, 1)), np.zeros((2, total)))[0]
-            state[j], state[n + j] = held, 0.0
-        departures = _departures(blocks, n, total) if pending else {}
-        legs, rotation, rates = _extended(legs, pending, departures, state)
+        self._hold(trial, common.readings, state)
+        rotation, rates = state[:n], state[n:]
+        if common.added:
+            rotation, rates = _started(common.added, _departures(blocks, n, int(ends[-1])), rotation, rates)
+        legs, workspace = common.legs, common.workspace.copy()
         chain = compiled_chain(legs.n)
-        workspace = chain.lanes(legs, trial.recording.conditions)
-        own = list(legs.own)
         workspace[chain.layout.rows("rotation")], workspace[chain.layout.rows("rate")] = rotation, rates
-        known = trial.recording.known_torque
+        own = list(legs.own)
+        known, signals = trial.recording.known_torque, trial.recording.signals
         if known is not None and legs.n > n:
             wide = np.zeros((len(known[0]), legs.n))
             wide[:, own] = known[1]
             known = (known[0], wide)
-        signals = trial.recording.signals
         if signals is not None and legs.n > n:
             signals = signals.widened(legs.n, own)
-        between = ends[np.cumsum([len(group) for group in groups[:-1]], dtype=int)]
         out = chain.run(
-            np.split(workspace, between, axis=1),
+            replace(common.groups, lanes=np.split(workspace, between, axis=1)),
             trial.time,
             self.tolerance,
-            rates=bool(readings),
+            rates=bool(common.readings),
             known_torque=known,
             signals=signals,
             max_steps=STEPS,
             unit=trial.time_unit,
         )
         found = out if out.shape[1] == n else out[:, own]
-        if readings:
+        if common.readings:
             turning = out[:, [legs.n + j for j in own]]
-            for j in sorted({candidate.joint for candidate, _, _ in readings}):
-                found[:, j] = self._as_read(readings, j, trial, found[:, j], turning[:, j])
+            for j in sorted({candidate.joint for candidate, _, _ in common.readings}):
+                found[:, j] = self._as_read(common.readings, j, trial, found[:, j], turning[:, j])
         each = iter([found[:, :, first:last] for first, last in pairwise(ends)])
         return [[next(each) for _ in group] for group in groups]
+
+    def _common(self, trial: AngleTrial, blocks: Sequence[Block], between: Places, kept: Kept) -> _Common:
+        """What trials of one leg under the same conditions have in common; it is looked up in ``kept``.
+
+        Two threads may both make it: they make the same.
+        """
+        key = id(trial.recording.leg), trial.recording.conditions
+        if key not in kept:
+            legs = self._designed_of(trial.recording.leg or self.leg).repeated(sum(b.unknowns.shape[1] for b in blocks))
+            self.tolerances.apply(legs, np.concatenate([b.unknowns[: self.tolerances.size] for b in blocks], axis=1))
+            pending: list[_Placed] = []
+            readings: list[_Placed] = []
+            for candidate, x, lanes in self._gathered(blocks):
+                way = candidate.effect.way
+                if way == "torque":
+                    _put(legs, candidate, candidate.in_rotation(x), lanes)
+                elif way in ("leg", "drive"):
+                    _change(legs, candidate, candidate.values(x), lanes)
+                elif way == "reading":
+                    readings.append((candidate, candidate.values(x), lanes))
+                else:
+                    pending.append((candidate, candidate.values(x), lanes))
+            added = _extended(legs, pending, [place for block in blocks for place in _structures_of(block)])
+            legs = added[-1].legs if added else legs
+            chain = compiled_chain(legs.n)
+            workspace = chain.lanes(legs, trial.recording.conditions)
+            groups = chain.acting.groups(workspace, between)
+            kept[key] = _Common(legs, added, tuple(readings), workspace, groups)
+        found: _Common = kept[key]
+        return found
+
+    def _hold(self, trial: AngleTrial, readings: Sequence[_Placed], state: Array) -> None:
+        """Set the joints that were locked at the trial's reading in ``state`` (2 n, n_lane)."""
+        n = len(state) // 2
+        for j in trial.recording.conditions.locked:
+            read = trial.recording.rotation[0, j]
+            held = np.full(state.shape[1], read)
+            for _ in range(3 if any(candidate.joint == j for candidate, _, _ in readings) else 0):
+                held += read - self._as_read(readings, j, trial, np.tile(held, (2, 1)), np.zeros((2, len(held))))[0]
+            state[j], state[n + j] = held, 0.0
 
     @cached_property
     def _designed(self) -> dict[int, tuple[Leg, LegLanes]]:
@@ -313,29 +360,36 @@ def _departures(blocks: Sequence[Block], n: int, total: int) -> dict[tuple[str, 
     return found
 
 
-def _extended(
-    legs: LegLanes,
-    pending: Sequence[_Placed],
-    departures: Mapping[tuple[str, int], Array],
-    state: Array,
-) -> tuple[LegLanes, Array, Array]:
-    """The chain including links of structure effects; initial rotations and rates (n_link, n_lane)."""
-    n, total = len(state) // 2, state.shape[1]
-    rotation, rate = state[:n], state[n:]
-    for place in departures:
+def _structures_of(block: Block) -> list[tuple[str, int]]:
+    """The places of the structures among a block's candidates, in their order."""
+    return [_place(candidate) for candidate in _chain(block.hypothesis) if candidate.effect.way == "structure"]
+
+
+def _extended(legs: LegLanes, pending: Sequence[_Placed], places: Sequence[tuple[str, int]]) -> tuple[_Added, ...]:
+    """The chain with the links of one structure effect after the other, in the order in which blocks name them."""
+    added = []
+    for place in dict.fromkeys(places):
         items = [item for item in pending if _place(item[0]) == place]
         candidate = items[0][0]
-        wide = np.empty((len(candidate.effect.parameters), total))
+        wide = np.empty((len(candidate.effect.parameters), legs.n_lane))
         for _, values, lanes in items:
             wide[:, lanes] = values
         made = candidate.effect.function()(legs, legs.own[candidate.joint], *wide)
-        new = range(made.newest, made.newest + made.n - legs.n)
-        rotation = made.started(candidate.effect, candidate.joint, rotation)
-        rate = np.insert(rate, [new.start] * len(new), 0.0, axis=0)
-        held = rotation.copy()
-        for k, link in enumerate(new):
-            far, fast = made.initial_deviation(link, made.own[candidate.joint], held)
-            rotation[link] += far * departures[place][2 * k]
-            rate[link] += fast * departures[place][2 * k + 1]
+        added.append(_Added(place, candidate, made, range(made.newest, made.newest + made.n - legs.n)))
         legs = made
-    return legs, rotation, rate
+    return tuple(added)
+
+
+def _started(
+    added: Sequence[_Added], departures: Mapping[tuple[str, int], Array], rotation: Array, rates: Array
+) -> tuple[Array, Array]:
+    """Initial rotations and rates (n_link, n_lane) with those of the added links."""
+    for place, candidate, legs, links in added:
+        rotation = legs.started(candidate.effect, candidate.joint, rotation)
+        rates = np.insert(rates, [links.start] * len(links), 0.0, axis=0)
+        held = rotation.copy()
+        for k, link in enumerate(links):
+            far, fast = legs.initial_deviation(link, legs.own[candidate.joint], held)
+            rotation[link] += far * departures[place][2 * k]
+            rates[link] += fast * departures[place][2 * k + 1]
+    return rotation, rates
