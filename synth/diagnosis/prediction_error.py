@@ -64,6 +64,16 @@ class PredictionErrors:
         """1 - after/before of the RMS above the noise floor, subtracted quadratically; 0 without a gap."""
         return self._estimate(lambda pick: self._shrink(label, pick), "1")
 
+    def chance_below(self, share: float, least: float) -> float:
+        """Probability that the explanation shrinks the gap by less than ``share``, over trials and blocks of time.
+
+        0 if the gap is less than ``least`` noise floors: too small to tell.
+        """
+        floor = _rms(self.noise, self.counts, None)
+        if _rms(self.squares["before"], self.counts, None) < least * floor:
+            return 0.0
+        return float(np.mean(self._shrink("after", self._picks()) < share))
+
     def _shrink(self, label: str, pick: Picks | None) -> Array:
         floor = _rms(self.noise, self.counts, pick) ** 2
         before = _rms(self.squares["before"], self.counts, pick) ** 2 - floor
@@ -71,11 +81,13 @@ class PredictionErrors:
         some = before > 0.05 * floor  # a smaller gap has no meaningful share
         return np.where(some, 1.0 - np.sqrt(np.maximum(after, 0.0) / np.where(some, before, 1.0)), 0.0)
 
-    def _estimate(self, figure: Callable[[Picks | None], Array], unit: str) -> Estimate:
-        generator = np.random.default_rng(self.seed)
+    def _picks(self) -> Picks:
+        """(RESAMPLES, n_cell) cells of each resample."""
         cells = self.counts.size
-        picks = generator.integers(0, cells, (RESAMPLES, cells))
-        low, high = np.percentile(figure(picks), [5.0, 95.0])  # 90 % interval
+        return np.random.default_rng(self.seed).integers(0, cells, (RESAMPLES, cells))
+
+    def _estimate(self, figure: Callable[[Picks | None], Array], unit: str) -> Estimate:
+        low, high = np.percentile(figure(self._picks()), [5.0, 95.0])  # 90 % interval
         value = float(figure(None))
         return Estimate(value, unit, min(float(low), value), max(float(high), value))
 

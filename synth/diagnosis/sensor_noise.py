@@ -112,10 +112,12 @@ def _of_filtered(recordings: Sequence[Recording], noise: Array, step: Array, sca
     filter let through, it is that of the other channels, or the scatter about a smooth motion, which is less.
     """
     let = np.zeros(len(noise))
-    for j in np.flatnonzero(scatter >= DOUBTFUL).tolist():
+    # Rounding alone from one reading to the next: a smooth motion may follow filtered noise, without any scatter.
+    rounding = noise <= ROUNDED * step / np.sqrt(12.0) + LEAST
+    for j in np.flatnonzero((scatter >= DOUBTFUL) | rounding).tolist():
         let[j] = _let_through(recordings, j, float(step[j]))
     usual = float(np.median(let[let > 0.0])) if (let > 0.0).any() else 0.0
-    unseen = (scatter >= FILTERED) & (let == 0.0) & (noise <= ROUNDED * step / np.sqrt(12.0) + LEAST)
+    unseen = (scatter >= FILTERED) & (let == 0.0) & rounding
     let[unseen] = np.maximum(usual, (scatter * noise)[unseen])
     return np.maximum(noise, let)
 

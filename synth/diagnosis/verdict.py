@@ -22,7 +22,7 @@ LEAST_SHARE = 0.1  # least share of the whole gap (RMS) of a further cause; less
 WORTH_OF_LITTLE = 0.2
 MOST_SCATTER = 1 / 3  # of the gap, largest tolerance for the remainder's scatter between trials
 COUNTS = 0.95  # probability of visible coarse counts; not tuned
-CONTRADICTED = 0.9  # least probability of an unknown cause if the held-out trials contradict the explanation: a choice
+CONTRADICTED = 0.9  # probability of an unknown cause if held-out trials surely contradict the explanation: a choice
 
 
 @dataclass(frozen=True)
@@ -247,12 +247,13 @@ def of_no_account(judged: Judged[F], none: Assessed[F]) -> Judged[F]:
     return replace(judged, verdict="none", accepted=none, tied=(), singles=singles, none=1.0, unknown=0.0)
 
 
-def contradicted(judged: Judged[F]) -> Judged[F]:
-    """The verdict for an explanation that predicts the held-out trials worse than the nominal leg does."""
-    unknown = max(judged.unknown, CONTRADICTED)
+def doubted(judged: Judged[F], fails: float) -> Judged[F]:
+    """The verdict with the probability that held-out trials contradict the explanation."""
+    unknown = 1.0 - (1.0 - judged.unknown) * (1.0 - CONTRADICTED * fails)
     kept = (1.0 - unknown) / max(1.0 - judged.unknown, 1e-12)
     singles = tuple((item, probability * kept) for item, probability in judged.singles)
-    return replace(judged, verdict="unknown", tied=(), singles=singles, none=judged.none * kept, unknown=unknown)
+    made = replace(judged, singles=singles, none=judged.none * kept, unknown=unknown)
+    return replace(made, verdict="unknown", tied=()) if unknown > 0.5 else made
 
 
 def open_explanations(judged: Judged[F]) -> list[tuple[F, float]]:

@@ -74,6 +74,19 @@ def test_noise_of_filtered_readings_is_what_the_filter_let_through(cutoff: float
     assert (found.scatter > FILTERED).all()
 
 
+def test_noise_of_readings_filtered_so_much_that_a_smooth_motion_follows_them() -> None:
+    """A fine sensor at 1 kHz: from one reading to the next only the file's rounding is left."""
+    time = np.arange(0.0, 1.5, 0.001)
+    noise, generator = np.radians(0.004), np.random.default_rng(5)
+    low = butter(2, 50.0, fs=1000.0)
+    clean = recorded(LEG, noise=0.0, held_out=0, time=time)
+    shaken = [replace(t, angles=t.angles + noise * generator.standard_normal(t.angles.shape)) for t in clean]
+    smooth = [replace(t, angles=filtfilt(*low, t.angles, axis=0)) for t in shaken]
+    written = [replace(t, angles=np.radians(np.round(np.degrees(t.angles), 5))) for t in smooth]
+    apart = [filtfilt(*low, a.angles - b.angles, axis=0) for a, b in zip(shaken, clean, strict=True)]
+    np.testing.assert_allclose(sensor(read(written)).noise, np.std(np.concatenate(apart)), rtol=0.35)
+
+
 def test_a_channel_with_more_noise_is_not_pooled_with_the_others() -> None:
     generator = np.random.default_rng(3)
     louder = [

@@ -36,6 +36,18 @@ def test_shrink_is_zero_without_a_gap() -> None:
     assert misses(0.1, 0.05, 0.1).shrink().value == 0.0
 
 
+def test_the_chance_of_a_small_shrink_is_that_over_resamples() -> None:
+    assert misses(1.0, 0.9, 0.0).chance_below(0.2, 2.0) == 1.0
+    assert misses(1.0, 0.5, 0.0).chance_below(0.2, 2.0) == 0.0
+    assert misses(0.19, 0.19, 0.1).chance_below(0.2, 2.0) == 0.0  # a gap of 1.9 floors tells nothing
+    counts = np.ones((25, BLOCKS))
+    after = np.zeros_like(counts)
+    after.ravel()[:64] = 1.0  # the mean square is binomial; a shrink below 0.2 means more than 0.64
+    found = PredictionErrors({"before": counts, "after": after}, counts, 0.0 * counts, seed=1).chance_below(0.199, 2.0)
+    exact = np.mean(np.random.default_rng(2).binomial(100, 0.64, 200_000) > 64)
+    assert found == pytest.approx(exact, abs=0.08)
+
+
 def test_rms_figures_are_over_samples_not_over_blocks() -> None:
     found = misses(0.02, 0.01, 0.005)
     assert (found.figure("before").value, found.figure("before").unit) == (

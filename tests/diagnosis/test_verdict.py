@@ -11,7 +11,7 @@ from diagnosis.simulated_releases import TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.hypotheses import Assessed, Hypotheses
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
-from synth.diagnosis.verdict import CALIBRATED, CONTRADICTED, contradicted, judge, paying, weigh
+from synth.diagnosis.verdict import CALIBRATED, CONTRADICTED, doubted, judge, paying, weigh
 from synth.diagnosis.workbench import EvaluatedHypothesis
 from synth.fit.recordings import recordings
 
@@ -177,9 +177,10 @@ def test_only_close_weights_are_a_tie() -> None:
 
 def test_an_explanation_that_predicts_unseen_trials_worse_is_unknown() -> None:
     sure = judge(Hypotheses(NONE, (assessed(50.0, 1.0, FRICTION), *SINGLES[1:]), ()))
-    doubted = contradicted(sure)
-    assert (sure.verdict, doubted.verdict) == ("effect", "unknown")
-    assert doubted.unknown == CONTRADICTED
-    total = doubted.none + doubted.unknown + sum(probability for _, probability in doubted.singles)
-    assert total == pytest.approx(1.0)
-    assert doubted.accepted is sure.accepted  # the nearest explanation is shown
+    for fails, verdict in ((0.0, "effect"), (0.2, "effect"), (0.7, "unknown"), (1.0, "unknown")):
+        found = doubted(sure, fails)
+        assert found.verdict == verdict
+        assert found.unknown == pytest.approx(1.0 - (1.0 - sure.unknown) * (1.0 - CONTRADICTED * fails))
+        total = found.none + found.unknown + sum(probability for _, probability in found.singles)
+        assert total == pytest.approx(1.0)
+        assert found.accepted is sure.accepted  # the nearest explanation is shown
