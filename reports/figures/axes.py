@@ -64,15 +64,22 @@ class Axes:
 
 
 def ticks(low: float, high: float, most: int) -> list[float]:
-    """Multiples of 1, 2 or 5 times a power of ten in [low, high], at most so many."""
+    """Multiples of 1, 2 or 5 times a power of ten in [low, high], at most so many; of 4 where 5 gives only one."""
     if not high > low:
         return [low]
     exponent = math.floor(math.log10((high - low) / max(1, most)))
-    for step in (m * 10.0**e for e in (exponent, exponent + 1, exponent + 2) for m in (1, 2, 5)):
-        first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-        if last - first + 1 <= most:
-            return [k * step for k in range(first, last + 1)]
+    for m, e in ((m, e) for e in (exponent, exponent + 1, exponent + 2) for m in (1, 2, 5)):
+        step = m * 10.0**e
+        found = _multiples(step, low, high)
+        if len(found) <= most:
+            between = _multiples(0.8 * step, low, high)
+            return between if m == 5 and len(found) < 2 <= len(between) <= most else found
     return [low]
+
+
+def _multiples(step: float, low: float, high: float) -> list[float]:
+    """All within [low, high]."""
+    return [k * step for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
 
 
 def log_ticks(low: float, high: float, most: int) -> list[float]:

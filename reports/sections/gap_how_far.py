@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from synth.reports.figures.bars import Bar, BarColumn, bar_figure
 from synth.reports.figures.legend import legend
-from synth.reports.figures.palette import AFTER, BEFORE, GREEN, ORANGE, PURPLE, RECORDED, SKY, Line
+from synth.reports.figures.palette import AFTER, BEFORE, COMMAND, GREEN, ORANGE, PURPLE, RECORDED, SKY, Line
 from synth.reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
 from synth.reports.quantities import brief, interval_of, number, share_text
 from synth.reports.reading import Json, Result, value_of
@@ -27,8 +27,9 @@ STEPS = (
     ("best_possible", "best possible", "the best fit with any effects of the library"),
     ("noise_floor", "noise floor", "noise of the sensors"),
 )
-_LINES = {"measured": RECORDED, "before": BEFORE, "after": AFTER}
+_LINES = {"command": COMMAND, "measured": RECORDED, "before": BEFORE, "after": AFTER}
 MAIN = ((RECORDED, "measured"), (BEFORE, "before: nominal at its best"), (AFTER, "after"))
+TOLD = (COMMAND, "command")  # of a servo
 ALONE = (Line(GREEN, 1.5, "8 3"), Line(PURPLE, 1.7, "2 2.5"), Line(ORANGE, 1.7, "8 3 2 3"), Line(SKY, 1.7, "1 3"))
 WIDTH, LABEL = 470.0, 110.0  # px
 
@@ -50,7 +51,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "joints": [{"name": name, **joint, "noise": mapping(result.content, "noise").get(name)}
                    for name, joint in joints.items()],
         "trials": trials,
-        "legend": legend(MAIN, switched(result)),
+        "legend": legend(_main(result, trials), switched(result)),
         "figures": _figures(result, [trial for trial in trials if str(trial.get("file")) in shown]),
         "total": len(trials),
         "held_out": all(trial.get("held_out") for trial in trials),
@@ -59,6 +60,13 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "remainder": _remainder(mapping(result.content, "remainder")),
         "explained": result.content.get("verdict") in ("effect", "tie"),
     }  # fmt: skip
+
+
+def _main(result: Result, trials: Sequence[Mapping[str, Any]]) -> tuple[tuple[Line, str], ...]:
+    """Lines and words of the legend; with the command where a servo drives a joint."""
+    responses = (read_response(result, str(trial.get("predicted"))) for trial in trials)
+    told = any(response is not None and response.joints("command") for response in responses)
+    return (*MAIN, TOLD) if told else MAIN
 
 
 def _remainder(left: Json) -> Json:
@@ -146,7 +154,7 @@ def worst_figure(result: Result) -> FirstFigure | None:
         lower = trial_figure("errors before and after", below, shared_limits(below), _name(trial))
         words = f"{trial.get('file')}, {worst.joint}: the largest error; below, what is left."
         stick = following(result, _name(trial), response.table, "measured")
-        return FirstFigure(legend(MAIN, switched(result)) + upper + lower, words, stick)
+        return FirstFigure(legend(_main(result, [trial]), switched(result)) + upper + lower, words, stick)
     return None
 
 

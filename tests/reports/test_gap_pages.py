@@ -132,6 +132,21 @@ def test_a_locked_joint_and_lost_samples_are_empty_cells_and_no_panel(written: F
     assert [drawing.count("angle [°]") for drawing in found] == [1, 1]
 
 
+def test_a_servo_s_command_stands_beside_its_angle(written: Folder, effect: GapResult) -> None:
+    """In the figure of each scored trial and in the first one, in the legend, and in the file; at no other joint."""
+    told = [replace(trial, command={"knee": trial.measured[:, 1] + 0.1}) for trial in effect.trials]
+    folder = written(replace(effect, trials=tuple(told)))
+    columns = columns_of(folder / "predicted" / "check_7.csv")
+    np.testing.assert_allclose(columns["knee command [deg]"], np.degrees(told[-1].command["knee"]), rtol=1e-9)
+    assert "hip command [deg]" not in columns
+    html, _ = page_of(folder / "report.html")
+    drawings = re.findall("check_7.csv: measured.*?</svg>", html.split("<main>")[1])
+    assert [drawing.count('data-curve="command"') for drawing in drawings] == [
+        int(joint == "knee") for joint in effect.leg.joint_names
+    ]
+    assert html.count('<span data-curve="command">') == 2
+
+
 def with_single_causes(effect: GapResult) -> GapResult:
     """Dry friction alone does what the explanation does, latency alone makes twice the error."""
     found = []

@@ -87,6 +87,12 @@ def test_ticks_are_few_even_and_inside(span: float, low: float, most: int) -> No
     assert all(math.isclose(step, steps[0], rel_tol=1e-3) for step in steps)
 
 
+def test_an_axis_has_a_scale() -> None:
+    """Of 48 to either side fifties leave only the zero."""
+    assert ticks(-48.0, 48.0, 4) == [-40.0, 0.0, 40.0]
+    assert ticks(-50.0, 50.0, 4) == [-50.0, 0.0, 50.0]
+
+
 @settings(deadline=None)  # the machine may be busy
 @given(st.floats(1e-3, 1e3), st.floats(1.05, 1e5))
 def test_logarithmic_ticks_are_inside(low: float, ratio: float) -> None:

@@ -13,6 +13,7 @@ from synth.diagnosis.plants.swinging_chain.chain_result import TrialGap
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, phases
 from synth.diagnosis.prediction_error import BLOCKS
 from synth.diagnosis.workbench import EvaluatedHypothesis
+from synth.drives.servo import Servo
 from synth.swing.leg_model import Leg
 
 
@@ -60,6 +61,17 @@ def trial_gaps(
                 held_out=held_out,
                 scored=True,
                 alone={name: nominal.to_measured(each[index]) for name, each in stages.alone.items()},
+                command=_commands(nominal, trial),
             )
         )
     return tuple(made)
+
+
+def _commands(nominal: Leg, trial: AngleTrial) -> dict[str, Array]:
+    """Name of each joint with a commanded servo -> (m,) rad, in its measured angle."""
+    signals = trial.recording.signals
+    if signals is None:
+        return {}
+    told = nominal.to_measured(signals.told(trial.time))
+    servos = [(j, joint) for j, joint in enumerate(nominal.joints) if isinstance(joint.drive, Servo)]
+    return {joint.name: told[:, j] for j, joint in servos if not joint.drive.open_duty}

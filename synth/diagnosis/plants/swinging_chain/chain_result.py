@@ -28,7 +28,8 @@ class TrialGap:
     ``missing_torque`` (m, n) N m, needed by the nominal leg's best fit to move as measured (nan if
     unknown), ``speed`` (m, n) rad/s and ``deflection`` (m, n) rad from the free angle; ``phase`` (m,) index into
     ``PHASES``. ``scored`` : used for the figures of the gap. ``alone`` : label of a single cause -> (m, n) rad with
-    only that cause, for the most probable ones.
+    only that cause, for the most probable ones. ``command`` : name of a joint that a servo drives -> (m,) rad, as it
+    was told at each sample.
     """
 
     name: str
@@ -44,6 +45,7 @@ class TrialGap:
     held_out: bool
     scored: bool
     alone: Mapping[str, Array] = field(default_factory=dict)
+    command: Mapping[str, Array] = field(default_factory=dict)
 
 
 Over = Literal["deflection", "speed"]  # independent variable of a free torque

@@ -56,9 +56,11 @@ def command_columns(time: Array, command: Mapping[str, Array]) -> dict[str, Arra
 
 
 def predicted_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
-    """Time, and each joint's measured angle, the nominal leg's best fit and the explanation, deg."""
+    """Time, and each joint's command if it has one, measured angle, the nominal leg's best fit and explanation, deg."""
     columns: dict[str, Array] = {"time [s]": trial.time}
     for j, name in enumerate(joints):
+        if name in trial.command:
+            columns[f"{name} command [deg]"] = np.degrees(trial.command[name])
         for kind in ("measured", "before", "after"):
             columns[f"{name} {kind} [deg]"] = np.degrees(getattr(trial, kind)[:, j])
     return columns
