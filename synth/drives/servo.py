@@ -45,22 +45,23 @@ class Servo:
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """The servo in the order of ``servo_torque``'s arguments from ``gain`` on, its delay and its control steps.
+        """The servo in the order of ``servo_torque``'s arguments from ``gain`` on, then what is not of the law.
 
-        These are their period, the first of them, and the steps of its duty. All numbers are finite.
+        These are its delay, of control steps their period, the first of them, and the steps of the duty; 1/ohm of its
+        winding. All numbers are finite.
         """
         motor = self.motor
         if motor is None:
             limit = min(self.torque_limit, UNLIMITED)
             # An unlimited duty at one volt and one newton metre per volt.
             controller = self.gain, self.damping_gain, self.dead_band, UNLIMITED, 0.0
-            return *controller, 1.0, 0.0, limit, 0.0, self.delay, self.control_period, 0.0, 0.0
+            return *controller, 1.0, 0.0, limit, 0.0, self.delay, self.control_period, 0.0, 0.0, 0.0
         limit = min(self.torque_limit, self.current_limit * motor.torque_a_current, UNLIMITED)
         sag = self.source_resistance / motor.resistance
         strength, back_emf = motor.strength, motor.short_circuit_damping
         damping = self.damping_gain - motor.lag * self.gain
         controller = self.gain, damping, self.dead_band, self.duty_limit, self.open_duty
-        control = self.control_period, motor.lag, self.duty_steps
+        control = self.control_period, motor.lag, self.duty_steps, 1.0 / motor.resistance
         return *controller, strength, back_emf, limit, sag, self.delay + motor.lag, *control
 
     def torque(self, error: Array, rate: Array, supply: Array | float, enabled: Array | float = 1.0) -> Array:
@@ -73,6 +74,19 @@ class TorqueDrive:
     """A motor whose current is recorded: its torque is known."""
 
     motor: GearedMotor
+
+
+def fed_together(drives: Sequence[Servo | TorqueDrive | None]) -> list[int]:
+    """Indices of the servos that one source feeds: those of several motors whose stated supply is the same.
+
+    Of several such groups the largest; of equally large ones the first.
+    """
+    groups: dict[float, list[int]] = {}
+    for index, drive in enumerate(drives):
+        if isinstance(drive, Servo) and drive.motor is not None and not drive.open_duty:
+            groups.setdefault(drive.supply, []).append(index)
+    largest = max(groups.values(), key=len, default=[])
+    return largest if len(largest) > 1 else []
 
 
 OF_THE_LAW = 9  # arguments of ``servo_torque`` among a servo's numbers
@@ -108,6 +122,15 @@ class ServoSignals:
     def later(self, start: float) -> ServoSignals:
         """The same with time counted from ``start`` s."""
         return replace(self, time=self.time - start)
+
+    def told(self, time: Array) -> Array:
+        """(k, n) rad, the commands at ``time`` (k,) s: the last sample of a held one, between two of another."""
+        last = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, None)
+        columns = [
+            self.command[last, j] if j in self.held else np.interp(time, self.time, self.command[:, j])
+            for j in range(self.command.shape[1])
+        ]
+        return np.stack(columns, axis=1)
 
     def at(self, time: Array, delay: Array) -> tuple[Array, Array, Array]:
         """Command delayed by each joint's ``delay`` (n,) s, supply and switch, each (k, n) at ``time`` (k,) s.

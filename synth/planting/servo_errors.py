@@ -105,6 +105,8 @@ def source_resistance(rng: np.random.Generator, setup: Setup, scale: Scale, j: i
     _motor(setup, j)
     if any(t.inputs is not None and np.ptp(t.inputs.supply[:, j]) > 0.0 for t in setup.trials):
         raise NotApplicable("the supply was measured")
+    if len(setup.true.servos) > 1:
+        raise NotApplicable("one source feeds several servos, which the generator's engine does not know")
     return _form(setup, j, "sag", 2.0, "source")
 
 

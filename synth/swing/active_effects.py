@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.swing.effects import Effect, effect_named
-from synth.swing.lane_layout import FIRST_LAW, HOLDING, MOST_MEMORIES, SERVOS, Layout
+from synth.swing.lane_layout import FIRST_LAW, HOLDING, MOST_MEMORIES, SERVOS, SHARING, Layout
 
 Switches = NDArray[np.int64]  # (2, 2 + n_law), see ``ActiveEffects.active``
 BEND_TOLERANCE = 1e3  # factor on the tolerance for a bristle's bend, which is 1 at most, against that of an angle
@@ -67,6 +67,8 @@ class ActiveEffects:
         both = np.array([switches, switches], dtype=np.int64)
         if switches[SERVOS] and np.any(lanes[self.layout.rows("servo_period")]):
             both[:, SERVOS] = HOLDING
+        if switches[SERVOS] and np.any(lanes[self.layout.row("source")]):
+            both[:, SERVOS] += SHARING
         for index, rows in self._needs_load.items():
             if both[1, FIRST_LAW + index] and np.any(lanes[rows]):
                 both[0, FIRST_LAW + index] = 0

@@ -17,7 +17,7 @@ from numba import float64, int64, njit, types, uint64
 from synth.compiling.compiled import compiled
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing import driven_steps, turning_events
-from synth.swing.lane_layout import HOLDING, LANES, MOST_LINKS, MOST_MEMORIES, ROOMS, SERVOS, Layout
+from synth.swing.lane_layout import HOLDING, LANES, MOST_LINKS, MOST_MEMORIES, ROOMS, SERVOS, SHARING, Layout
 
 # Tableau and dense output of Dormand & Prince 5(4): Hairer, Norsett & Wanner, Solving ODEs I, table II.5.2 and
 # section II.6.
@@ -271,8 +271,9 @@ def integrate(  # type: ignore[no-untyped-def]
     given = (derivative, active, modes, known)
     cursor, k1 = int64(0), int64(_K1)  # typed values, because numba would recompile for each literal
     # Whether duties or commands are held; the step size before a cut at a change; place among the held commands.
-    holds, wanted, sample = WHOLE and active[0, SERVOS] == HOLDING, 0.0, int64(0)
+    holds, wanted, sample = False, 0.0, int64(0)
     if WHOLE:
+        holds = active[0, SERVOS] == HOLDING or active[0, SERVOS] == HOLDING + SHARING
         for j in range(n, min(2 * n, len(known[2]))):
             holds = holds or (active[0, SERVOS] != 0 and known[2][j] >= driven_steps.HELD_STILL)
     if WHOLE and holds:

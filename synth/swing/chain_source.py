@@ -9,7 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from synth.compiling.elimination import factorise, substitute
-from synth.swing.lane_layout import CURVE_POINTS, DUTY, FIRST_LAW, LANES, MOST_LINKS, WINDING, LaneLaw, Layout
+from synth.swing.lane_layout import (
+    CURVE_POINTS,
+    DUTY,
+    FIRST_LAW,
+    LANES,
+    MOST_LINKS,
+    SOURCE,
+    WINDING,
+    LaneLaw,
+    Layout,
+)
 
 HEADER = '''"""Written by synth.swing.chain_source."""
 from math import sqrt
@@ -19,6 +29,10 @@ from synth.compiling.trigonometry import sine_cosine
 '''
 DECORATOR = "@compiled('{signature}', fastmath=True, error_model='numpy', nogil=True)"
 
+# Of Newton's method for the drop of a common source, whose equation has a bend at each limit of a current: with two
+# joints two turns leave a part in 1e6 unless a limit is passed (tests/drives/test_shared_source.py).
+SOURCE_TURNS = 4
+LEAST_VOLTS = 1e-3  # behind a drop: no division by zero at joints without a supply
 OF_WORKSPACE = DECORATOR.format(signature="void(float64[::1])")
 
 
@@ -130,7 +144,7 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
         "if active[0] > 0:",
         *_curves(layout, at),
     ]
-    lines += ["if active[1] != 0:", *_servos(at, each)]
+    lines += ["if active[1] != 0:", *_servos(layout, at, each)]
     for index, law in enumerate(layout.laws):
         given = [at("rotation"), at("rate"), f"{at('rotation')} - {at('rest')}"]
         given += [at(block) for block in ("spring_rate", "damper_rate", *forces_of(law))]
@@ -179,22 +193,67 @@ def _curves(layout: Layout, at: Callable[[str], str]) -> list[str]:
     ]
 
 
-def _servos(at: Callable[[str], str], each: str) -> list[str]:
-    """Lines of ``extra_torques`` for servos; with a switch of 2 some joint's duty is held between control steps."""
+def _servos(layout: Layout, at: Callable[[str], str], each: str) -> list[str]:
+    """Lines of ``extra_torques`` for servos, see ``lane_layout.SERVOS``."""
     duty, winding = (", ".join(at(name) for name in names) for names in (DUTY, WINDING))
     seen = [
         f"            error = {at('command')} - {at('rotation')}",
         f"            duty = servo_duty(error, {at('rate')}, {duty}) + {at('servo_open_duty')}",
     ]
+    free = f"free = unlimited_torque(duty, {at('rate')}, {{}}, {winding})"
     put = [
-        f"            free = unlimited_torque(duty, {at('rate')}, {at('supply')}, {winding})",
+        f"            {free.format(at('supply'))}",
         f"            value = limited(free, {at('enabled')}, {at('servo_torque_limit')})",
         f"            {at('unlimited_drive')} = {at('enabled')} * free",
         f"            {at('drive_torque')} = value",
         f"            {at('extra_torque')} += value",
     ]
     held = f"            duty = {at('held_duty')} if {at('servo_period')} > 0.0 else duty"
-    return ["    if active[1] == 1:", f"        {each}", *seen, *put, "    else:", f"        {each}", *seen, held, *put]
+    drop = f"Z[{layout.row('source_drop') * LANES} + (e & {LANES - 1})]"
+    lowered = at("supply") + " - " + drop
+    sagging = [f"            duty = {at('duty')}", f"            {free.format(lowered)}", *put[1:]]
+    return [
+        "    if active[1] == 1:", f"        {each}", *seen, *put,
+        "    elif active[1] == 2:", f"        {each}", *seen, held, *put,
+        "    else:", f"        {each}", *seen, held, f"            {at('duty')} = duty",
+        *_common_source(layout, at, free), f"        {each}", *sagging,
+    ]  # fmt: skip
+
+
+def _common_source(layout: Layout, at: Callable[[str], str], free: str) -> list[str]:
+    """Lines that set the drop (V) of the source that feeds several windings, by Newton's method from no drop.
+
+    The source carries each winding's current times the share of its voltage that the winding sees: the duty, or less
+    where a limit of the current lowers it. At a given drop the currents are those of ``unlimited_torque`` and
+    ``limited``, of which each is linear in the drop or constant.
+    """
+    ohms, drop, drawn, slope = (f"Z[{layout.row(name) * LANES} + l]" for name in SOURCE)
+    lanes = f"for l in range({LANES}):"
+    return [
+        f"        {lanes}",
+        f"            {drop} = 0.0",
+        f"        for turn in range({SOURCE_TURNS}):",
+        f"            {lanes}",
+        f"                {drawn} = 0.0",
+        f"                {slope} = 1.0",
+        f"            for j in range(n & {MOST_LINKS}):",
+        f"                {lanes}",
+        f"                    e = j * {LANES} + l",
+        f"                    duty = {at('duty')}",
+        f"                    volts = max({at('supply')} - {drop}, {LEAST_VOLTS})",
+        f"                    {free.format('volts')}",
+        f"                    value = limited(free, {at('enabled')}, {at('servo_torque_limit')})",
+        f"                    fed = {ohms} * {at('servo_conductance')}",
+        f"                    strength = {at('servo_strength')} if {at('servo_strength')} > 0.0 else 1.0",
+        f"                    lowered = (value + {at('servo_back_emf')} * {at('rate')}) / (strength * volts)",
+        f"                    inside = abs(free) <= {at('servo_torque_limit')}",
+        "                    seen = duty if inside else lowered",
+        f"                    {drawn} += fed * seen * value / strength",
+        f"                    own = duty * duty / (1.0 + {at('servo_sag')} * duty * duty)",
+        f"                    {slope} += fed * {at('enabled')} * own if inside else 0.0",
+        f"            {lanes}",
+        f"                {drop} -= ({drop} - {drawn}) / {slope}",
+    ]
 
 
 def bearing_forces(layout: Layout) -> str:

@@ -23,17 +23,22 @@ WORKING = ROOMS * (2 * MOST_LINKS + MOST_MEMORIES) * LANES
 # Errors of a known torque: gain (share), offset N m, delay s (in the workspace: minus the first lane's delay).
 DRIVE = ("torque_gain", "torque_offset", "torque_delay")
 # Parameters of a servo: of its duty and of its winding in the order of ``drives.servo_law``'s arguments, the delay of
-# its command, and its control steps: period and first of them (s; period 0: continuous), steps of its duty
-# (0: none).
+# its command, its control steps: period and first of them (s; period 0: continuous), steps of its duty (0: none), and
+# the conductance of its winding on the leg's common source, 1/ohm (0: not fed by it).
 DUTY = ("servo_gain", "servo_damping_gain", "servo_dead_band", "servo_duty_limit")
 WINDING = ("servo_strength", "servo_back_emf", "servo_sag")
 CONTROL = ("servo_period", "servo_phase", "servo_duty_steps")
 SERVO = (
     *DUTY, "servo_open_duty", "servo_strength", "servo_back_emf", "servo_torque_limit", "servo_sag", "servo_delay",
-    *CONTROL,
+    *CONTROL, "servo_conductance",
 )  # fmt: skip
 SIGNALS = ("command", "supply", "enabled")  # of a servo at the current time: rad on q, V, 1 or 0
-SERVOS, HOLDING = 1, 2  # index of the servos' switch; its value where some duty is held between control steps, else 1
+# Index of the servos' switch; its value where some duty is held between control steps, else 1; and what is added where
+# a common source has a resistance.
+SERVOS, HOLDING, SHARING = 1, 2, 2
+# Of a common source: its resistance, ohm; its drop, V; what its joints draw at that drop, times the resistance, V; and
+# the slope by which that differs from the drop.
+SOURCE = ("source", "source_drop", "source_drawn", "source_slope")
 FIRST_LAW = 2  # index of the first effect's switch, after those of damper curves and servos
 _ONE_A_JOINT = (
     "rotation", "rate", "acceleration", "extra_torque", "spring_rate", "rest", "damper_rate",
@@ -43,6 +48,7 @@ _ONE_A_JOINT = (
     *SERVO,
     *SIGNALS,
     "drive_torque", "unlimited_drive",  # of the servo, on q; the same if nothing limited its current
+    "duty",  # of a servo on a common source
     "held_duty", "next_control",  # of a servo with control steps: its duty, and the time of its next look, s
 )  # fmt: skip
 _FOR_EFFECTS = (
@@ -76,6 +82,7 @@ class Layout:
         """Block name -> (first row, number of rows), in the order of the rows."""
         sizes = dict.fromkeys(_ONE_A_JOINT, MOST_LINKS)
         sizes |= {"inertia": MOST_LINKS * (MOST_LINKS + 1) // 2, "gravity": MOST_LINKS, "tilt": 1, "weight": 1}
+        sizes |= dict.fromkeys(SOURCE, 1)
         sizes |= dict.fromkeys(_FOR_EFFECTS, MOST_LINKS) | {"factors": MOST_LINKS * (MOST_LINKS + 3) // 2}
         for law in self.laws:
             sizes[law.name] = law.n_parameter * MOST_LINKS

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.drives.servo import Servo
+from synth.drives.servo import Servo, fed_together
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.lane_layout import CURVE_POINTS, DRIVE, LANES, MOST_LINKS, SERVO, Layout
@@ -26,12 +26,13 @@ _PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_
 class LegLanes:
     """Columns of legs; every array has ``n_lane`` columns and may be changed in place.
 
-    ``length``, ``com`` (n, n_lane) m, ``mass`` kg, ``inertia`` kg m^2 about the com, ``spring_rate`` N m/rad, ``rest``
-    rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad, ``armature`` kg m^2 (turns with the
-    joint); ``tilt`` (n_lane,) rad; ``drive`` (3, n, n_lane) errors of a known torque on q: gain (share), offset N m,
-    delay s; ``servo`` (10, n, n_lane) parameters of the servos in the order of ``SERVO``, 0 without a servo;
-    ``weightless`` (n,) links on which gravity does no work (a sliding base). ``torques`` : name of a torque effect ->
-    (n_parameter, n, n_lane) in the sense of q. ``curves`` : clamp speeds and slopes (2, 12) of each joint, or None.
+    ``length``, ``com`` (n, n_lane) m, ``mass`` kg, ``inertia`` kg m^2 about the com, ``spring_rate`` N m/rad,
+    ``rest`` rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad, ``armature`` kg m^2 (turns
+    with the joint); ``tilt`` (n_lane,) rad; ``source`` (n_lane,) ohm of the source that feeds several servos;
+    ``drive`` (3, n, n_lane) errors of a known torque on q: gain (share), offset N m, delay s; ``servo`` (14, n,
+    n_lane) parameters of the servos in the order of ``SERVO``, 0 without a servo; ``weightless`` (n,) links on
+    which gravity does no work (a sliding base). ``torques`` : name of a torque effect -> (n_parameter, n, n_lane)
+    in the sense of q. ``curves`` : clamp speeds and slopes (2, 12) of each joint, or None.
     """
 
     length: Array
@@ -50,6 +51,7 @@ class LegLanes:
     servo: Array
     torques: dict[str, Array] = field(default_factory=dict)
     own: tuple[int, ...] = ()  # index in the chain of each joint of the leg
+    source: Array = field(default_factory=lambda: np.zeros(1))
     newest: int = -1  # index of the link that was inserted last, before others of the same effect
 
     @property
@@ -94,6 +96,7 @@ class LegLanes:
             drive=np.zeros((len(DRIVE), len(joints), n_lane)),
             servo=_servos(leg, n_lane),
             own=tuple(range(len(joints))),
+            source=np.zeros(n_lane),
         )
         for index, joint in enumerate(joints):
             for name, given in joint.effects.items():
@@ -101,9 +104,16 @@ class LegLanes:
                 if effect.way == "torque":
                     made.put(effect, index, in_rotation(effect, joint.sign, joint.zero, given))
                 elif effect.way == "drive":
-                    values = [np.full(n_lane, given.get(p.name, effect.defaults[p.name])) for p in effect.parameters]
-                    effect.function()(made, index, joint.sign, *values)
+                    effect.function()(made, index, joint.sign, *made.columns(effect, given))
+        for name, given in leg.effects.items():
+            effect = effect_named(name)
+            if effect.way == "drive":
+                effect.function()(made, 0, 1, *made.columns(effect, given))
         return made
+
+    def columns(self, effect: Effect, given: Mapping[str, float]) -> list[Array]:
+        """Each parameter of an effect (n_lane,), with defaults."""
+        return [np.full(self.n_lane, given.get(p.name, effect.defaults[p.name])) for p in effect.parameters]
 
     def repeated(self, n_lane: int) -> LegLanes:
         """The first leg in ``n_lane`` columns; a copy."""
@@ -123,6 +133,7 @@ class LegLanes:
             armature=wide(self.armature),
             torques={name: wide(values) for name, values in self.torques.items()},
             tilt=wide(self.tilt),
+            source=wide(self.source),
             weightless=self.weightless.copy(),
             drive=wide(self.drive),
             servo=wide(self.servo),
@@ -151,8 +162,7 @@ class LegLanes:
         held += [(e, 0, leg.effects[e.name]) for e in registered() if e.name in leg.effects]
         for effect, joint, given in held:
             if effect.way == "structure":
-                values = [np.full(n_lane, given.get(p.name, effect.defaults[p.name])) for p in effect.parameters]
-                legs = effect.function()(legs, legs.own[joint], *values)
+                legs = effect.function()(legs, legs.own[joint], *legs.columns(effect, given))
                 full = legs.started(effect, joint, full)
         return legs, full
 
@@ -210,6 +220,7 @@ class LegLanes:
             own=own,
             newest=before,
             tilt=self.tilt.copy(),
+            source=self.source.copy(),
         )
 
     def write(self, layout: Layout, locked: tuple[int, ...], tip: Tip, tilt: float, off: Array) -> Array:
@@ -237,6 +248,7 @@ class LegLanes:
         lanes[layout.rows("gravity")] = self.gravity * moment * (1.0 - self.weightless[:, None])
         lanes[layout.row("tilt")] = self.tilt + tilt
         lanes[layout.row("weight")] = self.gravity
+        lanes[layout.row("source")] = self.source
         free = np.ones(n)
         free[list(locked)] = 0.0
         lanes[layout.rows("free")] = free[:, None]
@@ -268,11 +280,14 @@ class LegLanes:
 
 
 def _servos(leg: Leg, n_lane: int) -> Array:
-    """(10, n, n_lane) parameters of each joint's servo in the order of ``SERVO``, 0 without a servo."""
+    """(14, n, n_lane) parameters of each joint's servo in the order of ``SERVO``, 0 without a servo."""
     numbers = np.zeros((len(SERVO), len(leg.joints), n_lane))
+    shared = fed_together([joint.drive for joint in leg.joints])
     for index, joint in enumerate(leg.joints):
         if isinstance(joint.drive, Servo):
             numbers[:, index] = np.array(joint.drive.numbers)[:, None]
+            if index not in shared:
+                numbers[SERVO.index("servo_conductance"), index] = 0.0
     return numbers
 
 

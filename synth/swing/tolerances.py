@@ -17,7 +17,7 @@ QUANTITIES = (*LINK_QUANTITIES, "spring_rate", "damper_rate", "rest", "torque_co
 # For each motor constant: the parameters of a servo that change with it, and the power.
 MOTOR_POWERS = {
     "torque_constant": {"servo_strength": 1, "servo_torque_limit": 1, "servo_back_emf": 2},
-    "resistance": {"servo_strength": -1, "servo_back_emf": -1, "servo_sag": -1},
+    "resistance": {"servo_strength": -1, "servo_back_emf": -1, "servo_sag": -1, "servo_conductance": -1},
 }
 
 

@@ -102,7 +102,8 @@ class Case:
         varied = Setup(self.rich.design, self.rich.supply, self.rich.commands[:VARIED])
         at_rest = varied.moved(varied.design)
         target, absorbed = varied.moved(self.alone), Absorbed.of(varied, at_rest)
-        return (effect, joint) in _alike(varied, at_rest, target, [self.main], absorbed, [(effect, joint)])
+        asked = ("source_resistance", 0) if joint < 0 else (effect, joint)  # of a whole leg's causes it has this one
+        return asked in _alike(varied, at_rest, target, [self.main], absorbed, [asked])
 
     @property
     def labels(self) -> list[str]:

@@ -49,10 +49,11 @@ class Rig(NamedTuple):
 def shown_as(effect: str, joint: int, n: int) -> list[tuple[str, int]]:
     """A cause that was put at one of ``n`` joints, and what it cannot be told from: (effect, joint), itself first.
 
-    One source feeds all joints. One joint alone read late is as its command late: from rest the whole motion is later.
+    One source feeds all joints: of several it is the whole leg's (joint -1, its base). One joint alone read late is as
+    its command late: from rest the whole motion is later.
     """
-    if effect == "source_resistance":
-        return [(effect, joint), *((effect, k) for k in range(n) if k != joint)]
+    if effect == "source_resistance" and n > 1:
+        return [("shared_source_resistance", -1)]
     return [(effect, joint), *([("latency", joint)] if effect == "command_delay" and n == 1 else [])]
 
 
@@ -101,9 +102,10 @@ def _follow(joints, source, times, command, supply):  # type: ignore[no-untyped-
 @njit(cache=True)
 def _torques(joints, source, supply, duty, q, w, motor, load, warm, h):  # type: ignore[no-untyped-def]
     """Motors' torques and gravity's, and the growth of the windings' resistances after h s, in place."""
+    volts = _behind_source(joints, source, supply, duty, w, warm)
     for j in range(len(q)):
         p = joints[j]
-        current = (duty[j] * supply - p[7] * w[j]) / (p[8] * (1.0 + warm[j]) + source * duty[j] * duty[j])
+        current = (duty[j] * volts - p[7] * w[j]) / (p[8] * (1.0 + warm[j]))
         current = min(max(current, -p[9]), p[9])
         motor[j] = p[7] * current
         if p[24] != 0.0:
@@ -117,6 +119,29 @@ def _torques(joints, source, supply, duty, q, w, motor, load, warm, h):  # type:
         far = joints[1, 1] * g * joints[1, 2] * math.sin(q[0] + q[1])
         near = (joints[0, 1] * joints[0, 2] + joints[1, 1] * joints[0, 0]) * g * math.sin(q[0])
         load[0], load[1] = -near - far, -far
+
+
+@njit(cache=True)
+def _behind_source(joints, source, supply, duty, w, warm):  # type: ignore[no-untyped-def]
+    """V that all joints get, by bisection: what the source carries is the power that the windings take, over it.
+
+    A limit of a winding's current lowers the voltage that it takes, not the current alone.
+    """
+    if source == 0.0:
+        return supply
+    low, high = 0.05 * supply, 4.0 * supply
+    for _ in range(45):
+        volts, drawn = 0.5 * (low + high), 0.0
+        for j in range(len(duty)):
+            p = joints[j]
+            ohms = p[8] * (1.0 + warm[j])
+            current = min(max((duty[j] * volts - p[7] * w[j]) / ohms, -p[9]), p[9])
+            drawn += current * (ohms * current + p[7] * w[j]) / volts
+        if volts + source * drawn > supply:
+            high = volts
+        else:
+            low = volts
+    return 0.5 * (low + high)
 
 
 @njit(cache=True)

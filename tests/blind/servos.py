@@ -291,11 +291,12 @@ def _attempt(
         # A limit sized on the design alone takes more beside a larger motor constant than each of two main causes did.
         raise NotApplicable("small causes that are a large one together: a torque limit that no longer holds the leg")
     alike = [other for name, j in main for other in shown_as(name, j, n)[1:]]
-    alike += _alike(setup, still, alone, main, absorbed) if kind == "single" else []
-    label = [f"joint{k + 1}" for k in range(n)]
+    also = _alike(setup, still, alone, main, absorbed) if kind == "single" else []
+    alike += [shown for name, j in also for shown in shown_as(name, j, n)]
+    label = [f"joint{k + 1}" for k in range(n)] + ["base"]
     answer = {
         "kind": kind,
-        "effects": [{"effect": name, "joint": label[k]} for name, k in main],
+        "effects": [{"effect": seen, "joint": label[k]} for name, j in main for seen, k in shown_as(name, j, n)[:1]],
         "small": [{"effect": seen, "joint": label[k]} for name, j in small for seen, k in shown_as(name, j, n)],
         "numbers_called": [["link_mass", label[j]], ["link_inertia", label[j]]],
         "alike": [[name, label[k]] for name, k in alike],
@@ -304,7 +305,7 @@ def _attempt(
         "best_possible_deg": math.degrees(math.hypot(min(left, before), floor)),
     }
     name = f"servo_{seed}_{number:03d}"
-    _write(rng, setup, whole, floor, label, out / name)
+    _write(rng, setup, whole, floor, label[:n], out / name)
     return name, answer
 
 
@@ -327,6 +328,8 @@ def _alike(
     for name, change in LIBRARY.items():
         for j in range(len(setup.design.joints)):
             if (name, j) == main[0] or (among is not None and (name, j) not in among):
+                continue
+            if name == "source_resistance" and (j or main[0][0] == name):  # one for all joints
                 continue
 
             def left(size: float, change: Change = change, j: int = j) -> float:

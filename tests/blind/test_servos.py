@@ -2,32 +2,47 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from blind.servo_engine import follow, shown_as
+from blind.servo_engine import Rig, follow, shown_as
 from blind.servos import LIBRARY, OUTSIDE, Setup, _level, _rms, _setup, _write, make_case, plan
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import read_gap_project
 from synth.fit.recordings import recordings
 from synth.swing.chain import simulate
+from synth.swing.leg_model import Leg
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_both_engines_move_the_design_alike(seed: int, tmp_path: Path) -> None:
-    """Two engines that share no line, each holding every command: 0.1 ms steps against RK5(4)."""
+@pytest.mark.parametrize(("seed", "source"), [(1, 0.0), (2, 0.0), (3, 0.0), (2, 0.4), (3, 0.4)])
+def test_both_engines_move_a_leg_alike(seed: int, source: float, tmp_path: Path) -> None:
+    """Two engines that share no line, each holding every command: 0.1 ms steps against RK5(4).
+
+    ``source`` : resistance of the source of all joints, over that of the first winding.
+    """
     rng = np.random.default_rng(seed)
     setup = _setup(rng)
-    moved = setup.moved(setup.design)
+    rig = Rig(setup.design.joints, source * float(setup.design.joints[0, 8]))
+    moved = setup.moved(rig)
     joints = len(setup.design.joints)
     _write(rng, setup, moved, 0.0, [f"joint{k + 1}" for k in range(joints)], tmp_path / "rig")
     project = read_gap_project(tmp_path / "rig" / "gap.yaml")
+    leg = with_source(project.leg, rig.source)
     for k, recording in enumerate(recordings(project.leg, project.trials, ())):
         start = moved[k][0]
-        found = simulate(project.leg, start, 0.0 * start, recording.time, signals=recording.signals, tolerance=1e-8)
+        found = simulate(leg, start, 0.0 * start, recording.time, signals=recording.signals, tolerance=1e-8)
         assert np.degrees(np.sqrt(np.mean((found - moved[k]) ** 2))) < 0.0005
+
+
+def with_source(leg: Leg, ohms: float) -> Leg:
+    if len(leg.joints) > 1:
+        return replace(leg, effects={"shared_source_resistance": {"resistance": ohms}})
+    motor = leg.joints[0].drive.motor  # type: ignore[union-attr]
+    share = ohms / motor.resistance  # type: ignore[union-attr]
+    return leg.with_joints(**{leg.joints[0].name: {"effects": {"source_resistance": {"share": share}}}})
 
 
 def test_friction_holds_a_joint_that_the_motor_cannot_move() -> None:
@@ -55,7 +70,8 @@ def test_what_cannot_be_told_apart_is_as_right() -> None:
     two = next(s for s in setups if len(s.design.joints) == 2)
     at = [LIBRARY["source_resistance"](two.design, j, 0.3) for j in range(2)]
     np.testing.assert_array_equal(two.moved(at[0]), two.moved(at[1]))
-    assert shown_as("source_resistance", 1, 2) == [("source_resistance", 1), ("source_resistance", 0)]
+    assert shown_as("source_resistance", 1, 2) == [("shared_source_resistance", -1)]
+    assert shown_as("source_resistance", 0, 1) == [("source_resistance", 0)]
     one = next(s for s in setups if len(s.design.joints) == 1)
     late = one.moved(one.design.changed(0, delay=0.02))
     np.testing.assert_allclose(late[:, 4:], one.moved(one.design)[:, :-4], atol=1e-3)

@@ -182,6 +182,7 @@ def test_every_effect_is_a_candidate_or_is_read_from_the_recordings() -> None:
         "servo",
         "motor",
         "stated supply",
+        "shared supply",
         "time to warm",
     }  # no torque is known in these trials, and no drive is there
     of_drives = {effect.name for effect in registered() if driven & set(effect.needs)}

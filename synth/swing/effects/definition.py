@@ -31,7 +31,9 @@ from synth.swing.lane_layout import UsesDrive
 __all__ = ["Effect", "Parameter", "Prior", "Shape", "positive", "signed", "size", "stiff"]
 
 Way = Literal["torque", "leg", "drive", "reading", "structure"]
-Need = Literal["spring", "no spring", "damper", "torque", "servo", "motor", "stated supply", "time to warm"]
+Need = Literal[
+    "spring", "no spring", "damper", "torque", "servo", "motor", "stated supply", "shared supply", "time to warm"
+]
 FUNCTIONS: dict[str, str] = {
     "torque": "torque",
     "leg": "change",
@@ -59,7 +61,8 @@ class Effect(PlantEffect):
     ``kin`` : effects with the same word reverse at the same times at a joint, so legs with either may share their
     steps; a joint cannot have two of them.
     ``belongs_to`` : the part with which a design replaces the effect; an effect of the joint itself remains.
-    ``needs`` : the joint must have one of these: a spring or damper with a rate, or a known torque in some trial.
+    ``needs`` : the joint, or the leg, must have one of these: a spring or damper with a rate, a known torque in some
+    trial.
     ``shows_locked`` : it is visible although its joint is locked, by the pose of the links or by their mass.
     """
 

@@ -1,4 +1,4 @@
-"""Voltage sag: the supply has an internal resistance."""
+"""Voltage sag at one driven joint: its source has an internal resistance."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ EFFECT = Effect(
     formula="voltage = duty (supply - duty current share resistance)",
     source="Thevenin source behind a half bridge, whose supply carries duty times the winding's current",
     way="drive",
-    needs=("stated supply",),  # a measured supply includes its sag
+    needs=("stated supply",),  # of its own: a measured supply includes its sag, see also ``shared_source_resistance``
     parameters=(
         Parameter("share", "1", prior=size(0.2), natural=False, meaning="source resistance over winding resistance"),
     ),

@@ -12,7 +12,7 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
-from synth.drives.servo import Servo
+from synth.drives.servo import Servo, fed_together
 from synth.estimation.parameters import Parameter
 from synth.motion.smoothing import Mask
 from synth.swing.damper_curves import torque_at
@@ -36,7 +36,8 @@ class NaturalSizes:
     leg's weight, or the driving force without gravity; ``length`` (n,) m of the link; ``middle`` (n,) rad of the
     motion's range, ``half`` (n,) its half width, ``settled`` (n,) the spring's deflection at the end of the trials
     (median), all in the sense of q; ``time`` s, the reciprocal of the highest frequency of the trials; ``damping`` (n,)
-    N m s/rad of the designed dampers; ``mass`` kg of the whole leg.
+    N m s/rad of the designed dampers; ``mass`` kg of the whole leg; ``winding`` ohm, of the windings that one source
+    feeds, in parallel.
     """
 
     angle: Array
@@ -50,6 +51,7 @@ class NaturalSizes:
     time: float
     damping: Array
     mass: float
+    winding: float = 1.0
 
     def of(self, unit: str, joint: int) -> float:
         """Natural size of a unit at a joint; 1 for units that have none."""
@@ -69,6 +71,7 @@ class NaturalSizes:
             "s/rad": 1.0 / speed,
             "kg*m^2": torque * angle / speed**2,
             "N/m": torque / angle / self.length[joint] ** 2,
+            "ohm": self.winding,
         }
         return float(sizes.get(unit, 1.0))
 
@@ -104,7 +107,15 @@ def scales(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
     damping = np.array([_rate(joint.damper, float(w)) for joint, w in zip(leg.joints, speed, strict=True)])
     middle = 0.5 * (low + high)
     settled = np.array([np.median(each) if each else at for each, at in zip(ends, rest, strict=True)]) - rest
-    return NaturalSizes(angle, speed, torque, force, length, middle, half, settled, RECIPROCAL * pace, damping, mass)
+    time, winding = RECIPROCAL * pace, _in_parallel(leg)
+    return NaturalSizes(angle, speed, torque, force, length, middle, half, settled, time, damping, mass, winding)
+
+
+def _in_parallel(leg: Leg) -> float:
+    """Ohm, of the windings that one source feeds; 1 without."""
+    motors = (leg.joints[j].drive.motor for j in fed_together([joint.drive for joint in leg.joints]))
+    conductance = sum(1.0 / motor.resistance for motor in motors if motor is not None)
+    return 1.0 / conductance if conductance else 1.0
 
 
 def _unsprung(leg: Leg, free: AbstractSet[int]) -> Mask:
@@ -228,8 +239,15 @@ def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[
         found |= {"time to warm"} if drive.motor is not None and longest >= WARMING else set()
         signals = [trial.recording.signals for trial in trials if joint in trial.free]
         measured = any(each is not None and np.ptp(each.supply[:, joint]) > 0.0 for each in signals)
-        found |= {"stated supply"} if drive.motor is not None and not measured else set()
+        shared = joint in fed_together([each.drive for each in leg.joints])
+        found |= {"shared supply" if shared else "stated supply"} if drive.motor is not None and not measured else set()
     return found
+
+
+def _of_the_leg(leg: Leg, trials: Sequence[AngleTrial]) -> AbstractSet[str]:
+    """What a leg has on which an effect of the base can act, of what ``_present`` finds at a joint."""
+    free = {j for trial in trials for j in trial.free}
+    return {"shared supply"} if any("shared supply" in _present(leg, j, trials) for j in free) else set()
 
 
 def candidates(leg: Leg, trials: Sequence[AngleTrial], found: NaturalSizes) -> list[Candidate]:
@@ -241,10 +259,10 @@ def candidates(leg: Leg, trials: Sequence[AngleTrial], found: NaturalSizes) -> l
         first = min(free, default=0) if effect.way == "leg" else 0
         places = range(first, len(leg.joints)) if effect.shows_locked else free
         for joint in [0] if effect.where == "base" else places:
-            there = _present(leg, joint, trials)
+            there = _of_the_leg(leg, trials) if effect.where == "base" else _present(leg, joint, trials)
             for shape in effect.shapes:
                 candidate = Candidate(effect, shape, joint, found, leg)
-                if effect.where == "joint" and not (_met(effect.needs, there) and _met(shape.needs, there)):
+                if not (_met(effect.needs, there) and _met(shape.needs, there)):
                     continue
                 if len(leg.joints) + candidate.links <= MOST_LINKS:
                     made.append(candidate)
