@@ -113,7 +113,8 @@ def scales(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
 
 def _in_parallel(leg: Leg) -> float:
     """Ohm, of the windings that one source feeds; 1 without."""
-    motors = (leg.joints[j].drive.motor for j in fed_together([joint.drive for joint in leg.joints]))
+    drives = [joint.drive for joint in leg.joints]
+    motors = [drive.motor for j, drive in enumerate(drives) if drive is not None and j in fed_together(drives)]
     conductance = sum(1.0 / motor.resistance for motor in motors if motor is not None)
     return 1.0 / conductance if conductance else 1.0
 

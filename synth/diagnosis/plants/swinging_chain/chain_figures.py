@@ -73,5 +73,5 @@ def _commands(nominal: Leg, trial: AngleTrial) -> dict[str, Array]:
     if signals is None:
         return {}
     told = nominal.to_measured(signals.told(trial.time))
-    servos = [(j, joint) for j, joint in enumerate(nominal.joints) if isinstance(joint.drive, Servo)]
-    return {joint.name: told[:, j] for j, joint in servos if not joint.drive.open_duty}
+    drives = [(j, joint.name, joint.drive) for j, joint in enumerate(nominal.joints)]
+    return {name: told[:, j] for j, name, drive in drives if isinstance(drive, Servo) and not drive.open_duty}
