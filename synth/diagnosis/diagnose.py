@@ -23,8 +23,8 @@ from synth.estimation.intervals import NORMAL90, Estimate
 RANKED = 8  # listed single causes; each costs a prediction of every scored trial
 SHOWN_ALONE = 4  # single causes whose predictions are stored for the page, the most probable first
 # An explanation must take this share of the gap on held-out trials, where the gap is so many noise floors: a choice. Of
-# 38 explanations named in 47 dirty rigs of seed 4800, the three that took least (-54, 17 and 24 %) were wrong, the next one
-# (29 %) was right.
+# 38 explanations named in 47 dirty rigs of seed 4800, the three that took least (-54, 17 and 24 %) were wrong, the next
+# one (29 %) was right.
 LEAST_UNSEEN, MEANINGFUL = 0.25, 2.0
 SHOWN = {"rad": "deg", "rad/s": "deg/s", "H": "mH"}  # display units
 

@@ -62,14 +62,19 @@ def test_only_held_out_trials_are_scored_where_there_are_any() -> None:
     assert [trial.name for trial in found().trials if trial.scored] == ["3.csv"]
 
 
-def test_held_out_trials_do_not_influence_the_diagnosis() -> None:
-    """Spoilt ones change the score and nothing that was found."""
+def test_held_out_trials_change_neither_the_causes_nor_their_ratios() -> None:
+    """Spoilt ones change the score, and so how sure it is that the cause is in the library."""
     trials = recorded(BUILT, seed=2)
     spoilt = [replace(t, angles=t.angles + 0.2 * t.held_out) for t in trials]
     result = diagnose(TWO, spoilt, Tolerance())
     assert result.explanation == found().explanation
-    assert [entry.probability for entry in result.ranked] == [entry.probability for entry in found().ranked]
+    assert [entry.cause for entry in result.ranked] == [entry.cause for entry in found().ranked]
+    known = (1.0 - result.probability_unknown) / (1.0 - found().probability_unknown)
+    expected = [known * entry.probability for entry in found().ranked]
+    assert [entry.probability for entry in result.ranked] == pytest.approx(expected)
     assert result.after.value > 5.0 * found().after.value
+    assert result.shrink.value < 0.25
+    assert (found().verdict, result.verdict) == ("effect", "unknown")
 
 
 def test_without_held_out_trials_each_is_predicted_by_the_others() -> None:
