@@ -23,6 +23,7 @@ class Servo:
     command. With a ``control_period`` s it samples command and angle only at each multiple of that time and holds
     the duty, or the torque, in between; 0: continuous control. ``duty_steps`` : number of steps of its duty from 0
     to 1; 0: none. ``linear_commands`` : it interpolates between two commands, instead of holding each to the next.
+    ``command_rate_limit`` rad/s, by which its own command approaches the given one (a profile velocity); 0: at once.
 
     In a winding with inductance the torque is delayed by ``lag`` s. To first order this delays the command by the
     same time, reduces the damping gain by gain times lag, and reduces the apparent inertia of the rotor.
@@ -42,27 +43,30 @@ class Servo:
     control_period: float = 0.0
     duty_steps: float = 0.0
     linear_commands: bool = False
+    command_rate_limit: float = 0.0
 
     @property
     def numbers(self) -> tuple[float, ...]:
         """The servo in the order of ``servo_torque``'s arguments from ``gain`` on, then what is not of the law.
 
         These are its delay, of control steps their period, the first of them, and the steps of the duty; 1/ohm of its
-        winding. All numbers are finite.
+        winding, and the limit of its command's rate. All numbers are finite.
         """
         motor = self.motor
         if motor is None:
             limit = min(self.torque_limit, UNLIMITED)
             # An unlimited duty at one volt and one newton metre per volt.
             controller = self.gain, self.damping_gain, self.dead_band, UNLIMITED, 0.0
-            return *controller, 1.0, 0.0, limit, 0.0, self.delay, self.control_period, 0.0, 0.0, 0.0
+            control = self.delay, self.control_period, 0.0, 0.0, 0.0, self.command_rate_limit
+            return *controller, 1.0, 0.0, limit, 0.0, *control
         limit = min(self.torque_limit, self.current_limit * motor.torque_a_current, UNLIMITED)
         sag = self.source_resistance / motor.resistance
         strength, back_emf = motor.strength, motor.short_circuit_damping
         damping = self.damping_gain - motor.lag * self.gain
         controller = self.gain, damping, self.dead_band, self.duty_limit, self.open_duty
-        control = self.control_period, motor.lag, self.duty_steps, 1.0 / motor.resistance
-        return *controller, strength, back_emf, limit, sag, self.delay + motor.lag, *control
+        control = self.control_period, motor.lag, self.duty_steps
+        more = 1.0 / motor.resistance, self.command_rate_limit
+        return *controller, strength, back_emf, limit, sag, self.delay + motor.lag, *control, *more
 
     def torque(self, error: Array, rate: Array, supply: Array | float, enabled: Array | float = 1.0) -> Array:
         """(m,) N m along a motion: the result of ``servo_torque``, without the delay and without control steps."""

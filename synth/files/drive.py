@@ -53,6 +53,7 @@ class DriveKeys(FileModel):
     current_limit: Annotated[float, Quantity("A", above=0)] | None = None
     supply: Annotated[float, Quantity("V", above=0)] | None = None
     source_resistance: Annotated[float, Quantity("ohm", least=0)] = 0.0
+    command_rate_limit: Annotated[float, Quantity("rad/s", least=0)] = 0.0
     control_period: Annotated[float, Quantity("s", above=0, most=0.1)] | None = None
     duty_steps: Annotated[int, Field(ge=1)] | None = None
     commands: Literal["held", "linear"] | None = None
@@ -78,6 +79,8 @@ class DriveKeys(FileModel):
             raise refusal(f'"gain" is missing: write it, for example gain: {"2 1/rad" if self.motor else "20 N*m/rad"}')
         if self.duty_steps is not None and self.control_period is None:
             raise refusal('"duty_steps" needs the time between two duties: write it, for example control_period: 1 ms')
+        if self.command_rate_limit and self.commands == "linear":
+            raise refusal('"command_rate_limit" needs held commands; leave out "commands: linear"')
         if self.kind != "torque" and self.motor is not None and self.motor.resistance is None:
             raise refusal('"resistance" of the motor is missing: write it, for example resistance: 2 ohm')
         if self.kind == "servo" and self.motor is not None and self.supply is None:
@@ -116,10 +119,12 @@ class DriveKeys(FileModel):
             control_period=self.control_period or 0.0,
             duty_steps=float(self.duty_steps or 0),
             linear_commands=self.commands == "linear",
+            command_rate_limit=self.command_rate_limit,
         )
 
 
-WITHOUT_MOTOR = ("gain", "damping_gain", "delay", "dead_band", "torque_limit", "control_period", "commands")
+WITHOUT_MOTOR = ("gain", "damping_gain", "delay", "dead_band", "torque_limit", "control_period", "commands",
+                 "command_rate_limit")  # fmt: skip
 GAIN_UNITS = {True: ("1/rad", "s/rad"), False: ("N*m/rad", "N*m*s/rad")}  # with a motor, without
 
 
@@ -148,6 +153,7 @@ def drive_text(drive: Drive) -> dict[str, Any]:
             "current_limit": (drive.current_limit, np.inf, "A"), "supply": (drive.supply, 1.0, "V"),
             "source_resistance": (drive.source_resistance, 0.0, "ohm"),
             "control_period": (drive.control_period, 0.0, "s"),
+            "command_rate_limit": (drive.command_rate_limit, 0.0, "deg/s"),
         }  # fmt: skip
         bare = {"supply"} if motor is None or drive.open_duty else set()
         made |= {

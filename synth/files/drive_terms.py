@@ -11,7 +11,7 @@ Effects of the drive are in these numbers.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import inf
+from math import degrees, inf
 
 from synth.drives.servo import UNLIMITED, Servo
 from synth.swing.effects import effect_named
@@ -81,6 +81,8 @@ def _terms(drive: Servo, found: dict[str, float]) -> DriveTerms:
     lost = []
     if found["servo_dead_band"] > 0.0:
         lost.append(f"its dead band of {found['servo_dead_band']:.3g} rad")
+    if found["servo_command_rate"] > 0.0:
+        lost.append(f"the limit of its command's rate, {degrees(found['servo_command_rate']):.3g} deg/s")
     if found["servo_sag"] > 0.0:
         lost.append("the sag of its supply; the supply is constant here")
     if cut < AS_GOOD_AS_UNLIMITED and found["servo_back_emf"] > 0.0:

@@ -28,6 +28,12 @@ ROTATION, RATE, DUTY_GAIN, DAMPING, DEAD, MOST_DUTY, PERIOD, PHASE, STEPS, HELD,
         "servo_phase", "servo_duty_steps", "held_duty", "next_control",
     )
 )  # fmt: skip
+SLEW_RATE, SLEW_FROM, SLEW_SINCE, SLEW_GOAL, SLEW_SHOWN, SLEW_SLOPE, SLEW_SHORT = (
+    Layout(1).row(block) * LANES
+    for block in (
+        "servo_command_rate", "slew_from", "slew_since", "slew_goal", "slew_shown", "slew_slope", "slew_short",
+    )
+)  # fmt: skip
 SHARE = 1e-6  # of a control period, rounding of a delay in periods
 NEVER = 1e300  # s
 ANY_BEND, HELD_STILL = 1e100, 1e200  # tolerated deviations of a command that is sampled, and of one that is held
@@ -52,7 +58,8 @@ def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
     """Write the servo signals, interpolated linearly, to their rows; returns the new cursor.
 
     ``known[1]`` contains (m, 4 n) torques, commands, supplies and switches. Each lane has its own
-    delay of the commands. Held commands are written by ``look`` alone.
+    delay of the commands. Held commands are written by ``look`` alone, but for those that approach another at a limited
+    rate.
     """
     times, values, bend = known
     if len(times) > 1:
@@ -65,6 +72,9 @@ def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
             for j in range(n):
                 column = (s + 1) * n + j
                 if bend[column] >= HELD_STILL:
+                    for e in range(j * LANES, (j + 1) * LANES):
+                        if Z[SLEW_SLOPE + e] != 0.0:
+                            Z[SIGNALS + e] = Z[SLEW_SHOWN + e] + Z[SLEW_SLOPE + e] * (t - Z[SLEW_SINCE + e])
                     continue
                 value = values[cursor, column] + share * (values[cursor + 1, column] - values[cursor, column])
                 for lane in range(LANES):
@@ -187,7 +197,7 @@ def look(Z, n, known, told, t, start, sample):  # type: ignore[no-untyped-def]
     for j in range(n):
         if Z[PERIOD + j * LANES] > 0.0:
             if start or Z[NEXT + j * LANES] <= t + SAME_TIME:
-                sample = _control(Z, n, j, known, told, t, sample)
+                sample = _control(Z, n, j, known, told, t, sample, start)
         elif known[2][n + j] >= HELD_STILL:
             moments, commands = told
             for lane in range(LANES):
@@ -198,11 +208,50 @@ def look(Z, n, known, told, t, start, sample):  # type: ignore[no-untyped-def]
                     while k < len(moments) and commands[k, j] == Z[SIGNALS + e]:
                         k += 1
                     Z[NEXT + e] = moments[k] + Z[LATE + e] if k < len(moments) else NEVER
+                    if Z[SLEW_RATE + e] > 0.0:
+                        _slew(Z, e, t, start)
     return sample
 
 
+@njit(inline="never", **_called)
+def _slew(Z, e, t, start):  # type: ignore[no-untyped-def]
+    """Let a lane's own command approach the held one at its limited rate, until that changes or is reached.
+
+    Where it is reached within a short interval between two commands, a line with the same mean and first moment stands
+    for it: steps that ended at each lane's own moment in each interval would take far longer.
+    """
+    goal, rate = Z[SIGNALS + e], Z[SLEW_RATE + e]
+    now = goal
+    if not start:
+        most = rate * (t - Z[SLEW_SINCE + e])
+        now = Z[SLEW_FROM + e] + min(max(Z[SLEW_GOAL + e] - Z[SLEW_FROM + e], -most), most)
+    away, left = goal - now, Z[NEXT + e] - t
+    needed = abs(away) / rate
+    Z[SLEW_FROM + e], Z[SLEW_SINCE + e], Z[SLEW_GOAL + e] = now, t, goal
+    Z[SLEW_SHOWN + e], Z[SLEW_SLOPE + e] = goal, 0.0
+    if needed > SAME_TIME and left <= Z[SLEW_SHORT + e] and needed < left:
+        share = needed / left
+        slope = away * share * (3.0 - 2.0 * share) / left
+        Z[SLEW_SLOPE + e] = slope
+        Z[SLEW_SHOWN + e] = goal - 0.5 * (away * share + slope * left)
+    elif needed > SAME_TIME:
+        Z[SLEW_SLOPE + e] = math.copysign(rate, away)
+        Z[SLEW_SHOWN + e] = now
+        Z[NEXT + e] = min(Z[NEXT + e], t + needed)
+    Z[SIGNALS + e] = Z[SLEW_SHOWN + e]
+
+
 @njit(**_called)
-def _control(Z, n, j, known, told, t, sample):  # type: ignore[no-untyped-def]
+def _limited_step(Z, e, command, period):  # type: ignore[no-untyped-def]
+    """The command of a servo with control steps: it comes nearer by at most the limited rate times its period."""
+    most = Z[SLEW_RATE + e] * period
+    limited = Z[SLEW_FROM + e] + min(max(command - Z[SLEW_FROM + e], -most), most)
+    Z[SLEW_FROM + e] = limited
+    return limited
+
+
+@njit(**_called)
+def _control(Z, n, j, known, told, t, sample, start):  # type: ignore[no-untyped-def]
     """Set the duty of a servo whose control step is now, and the time of its next; returns the new sample.
 
     A lane's delay counts in control steps; a fraction of one is linear between the two commands, so that a motion is
@@ -230,6 +279,10 @@ def _control(Z, n, j, known, told, t, sample):  # type: ignore[no-untyped-def]
             if share > SHARE:
                 earlier = commands[_told_at(moments, moment - period, sample), j]
                 command += share * (earlier - command)
+        if Z[SLEW_RATE + e] > 0.0:
+            if start:
+                Z[SLEW_FROM + e] = command
+            command = _limited_step(Z, e, command, period)
         duty = servo_duty(
             command - Z[ROTATION + e],
             Z[RATE + e],

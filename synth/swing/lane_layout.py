@@ -23,14 +23,15 @@ WORKING = ROOMS * (2 * MOST_LINKS + MOST_MEMORIES) * LANES
 # Errors of a known torque: gain (share), offset N m, delay s (in the workspace: minus the first lane's delay).
 DRIVE = ("torque_gain", "torque_offset", "torque_delay")
 # Parameters of a servo: of its duty and of its winding in the order of ``drives.servo_law``'s arguments, the delay of
-# its command, its control steps: period and first of them (s; period 0: continuous), steps of its duty (0: none), and
-# the conductance of its winding on the leg's common source, 1/ohm (0: not fed by it).
+# its command, its control steps: period and first of them (s; period 0: continuous), steps of its duty (0: none),
+# the conductance of its winding on the leg's common source, 1/ohm (0: not fed by it), and the limit of its command's
+# rate, rad/s (0: none).
 DUTY = ("servo_gain", "servo_damping_gain", "servo_dead_band", "servo_duty_limit")
 WINDING = ("servo_strength", "servo_back_emf", "servo_sag")
 CONTROL = ("servo_period", "servo_phase", "servo_duty_steps")
 SERVO = (
     *DUTY, "servo_open_duty", "servo_strength", "servo_back_emf", "servo_torque_limit", "servo_sag", "servo_delay",
-    *CONTROL, "servo_conductance",
+    *CONTROL, "servo_conductance", "servo_command_rate",
 )  # fmt: skip
 SIGNALS = ("command", "supply", "enabled")  # of a servo at the current time: rad on q, V, 1 or 0
 # Index of the servos' switch; its value where some duty is held between control steps, else 1; and what is added where
@@ -49,6 +50,10 @@ _ONE_A_JOINT = (
     *SIGNALS,
     "drive_torque", "unlimited_drive",  # of the servo, on q; the same if nothing limited its current
     "duty",  # of a servo on a common source
+    # Of a servo whose command's rate is limited: its limited command when it last changed course, when that was, the
+    # command that it approaches; the line by which it counts until it changes course again, its start (rad) and slope
+    # (rad/s); an interval in which that line stands for a bent one (s, see ``driven_steps``).
+    "slew_from", "slew_since", "slew_goal", "slew_shown", "slew_slope", "slew_short",
     "held_duty", "next_control",  # of a servo with control steps: its duty, and the time of its next look, s
 )  # fmt: skip
 _FOR_EFFECTS = (

@@ -19,6 +19,9 @@ from synth.swing.lane_layout import CURVE_POINTS, DRIVE, LANES, MOST_LINKS, SERV
 from synth.swing.leg_model import Leg, Tip
 
 INITIAL_ACCELERATION = 0.3  # of g: the load of a compliant link may accelerate so much when a recording begins
+# s between two commands: a limited command that reaches its goal in so short a time counts as a line of the same mean
+# and first moment; at 200 Hz a joint is then exact to 2e-5 rad (tests/drives/test_command_rate.py).
+SLEW_SHORT = 0.012
 _PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_rate", "armature")
 
 
@@ -29,7 +32,7 @@ class LegLanes:
     ``length``, ``com`` (n, n_lane) m, ``mass`` kg, ``inertia`` kg m^2 about the com, ``spring_rate`` N m/rad,
     ``rest`` rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad, ``armature`` kg m^2 (turns
     with the joint); ``tilt`` (n_lane,) rad; ``source`` (n_lane,) ohm of the source that feeds several servos;
-    ``drive`` (3, n, n_lane) errors of a known torque on q: gain (share), offset N m, delay s; ``servo`` (14, n,
+    ``drive`` (3, n, n_lane) errors of a known torque on q: gain (share), offset N m, delay s; ``servo`` (15, n,
     n_lane) parameters of the servos in the order of ``SERVO``, 0 without a servo; ``weightless`` (n,) links on
     which gravity does no work (a sliding base). ``torques`` : name of a torque effect -> (n_parameter, n, n_lane)
     in the sense of q. ``curves`` : clamp speeds and slopes (2, 12) of each joint, or None.
@@ -259,6 +262,7 @@ class LegLanes:
         if self.servo.any():
             for block, numbers in zip(SERVO, self.servo, strict=True):
                 lanes[layout.rows(block)] = numbers
+            lanes[layout.rows("slew_short")] = SLEW_SHORT
         for block, values in (
             ("spring_rate", self.spring_rate), ("rest", self.rest), ("damper_rate", self.damper_rate),
             ("length", self.length), ("carried_mass", carried), ("first_moment", moment),
@@ -280,7 +284,7 @@ class LegLanes:
 
 
 def _servos(leg: Leg, n_lane: int) -> Array:
-    """(14, n, n_lane) parameters of each joint's servo in the order of ``SERVO``, 0 without a servo."""
+    """(15, n, n_lane) parameters of each joint's servo in the order of ``SERVO``, 0 without a servo."""
     numbers = np.zeros((len(SERVO), len(leg.joints), n_lane))
     shared = fed_together([joint.drive for joint in leg.joints])
     for index, joint in enumerate(leg.joints):

@@ -21,11 +21,12 @@ PERIOD = 1  # steps between two samples of the controller: 10 kHz
 # Columns a joint. Link: length, mass, com, inertia about it. Servo: duty a radian, duty s a radian, largest duty,
 # torque constant, resistance, largest current, dead band, delay of the command, rotor's inertia. Friction: dry, more at
 # rest, speed over which that falls, its power, share of the motor's torque, share of the load's, viscous. What is in no
-# library: rate to which the controller limits the command (0: none), cogging torque, cogs a turn, integral gain.
+# library: cogging torque, cogs a turn, integral gain, s over which the controller smooths the command; and in it, the
+# rate to which the controller limits the command (0: none).
 LINK = ("length", "mass", "com", "inertia")
 SERVO = ("gain", "damping", "duty", "constant", "resistance", "current", "dead", "delay", "rotor")
 FRICTION = ("dry", "rest", "speed", "power", "of_motor", "of_load", "viscous")
-OTHER = ("rate", "cogging", "cogs", "integral")
+OTHER = ("rate", "cogging", "cogs", "integral", "smooth")
 # Winding: growth of its resistance in the end at a torque of ``reference``, two thirds of it after ``warming`` s.
 HEAT = ("rise", "reference", "warming")
 COLUMNS = (*LINK, *SERVO, *FRICTION, *OTHER, *HEAT)
@@ -69,7 +70,7 @@ def _follow(joints, source, times, command, supply):  # type: ignore[no-untyped-
     per = max(round(spacing / STEP), 1)
     h = spacing / per
     q, w = command[0].copy(), np.zeros(n)
-    duty, wound, slewed = np.zeros(n), np.zeros(n), command[0].copy()
+    duty, wound, slewed, smooth = np.zeros(n), np.zeros(n), command[0].copy(), command[0].copy()
     motor, load, free, warm = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     qm, wm, before = q.copy(), w.copy(), w.copy()  # in the middle of a step; rates at the end of the one before
     out = np.empty((count, n))
@@ -86,10 +87,14 @@ def _follow(joints, source, times, command, supply):  # type: ignore[no-untyped-
                     p = joints[j]
                     k = min(max(int((now - p[11]) / spacing + 1e-6), 0), count - 1)
                     wanted = command[k, j]
-                    if p[20] > 0.0:
+                    if p[20] > 0.0:  # in the middle of the step, as all that acts in it
                         most = p[20] * PERIOD * h
-                        wanted = slewed[j] + min(max(wanted - slewed[j], -most), most)
-                    slewed[j] = wanted
+                        moved = min(max(wanted - slewed[j], -most), most)
+                        wanted = slewed[j] + 0.5 * moved
+                        slewed[j] += moved
+                    if p[24] > 0.0:
+                        smooth[j] += PERIOD * h / p[24] * (wanted - smooth[j])
+                        wanted = smooth[j]
                     error = wanted - qm[j]
                     error -= min(max(error, -p[10]), p[10])
                     wound[j] = min(max(wound[j] + p[23] * error * PERIOD * h, -p[6]), p[6])
@@ -108,8 +113,8 @@ def _torques(joints, source, supply, duty, q, w, motor, load, warm, h):  # type:
         current = (duty[j] * volts - p[7] * w[j]) / (p[8] * (1.0 + warm[j]))
         current = min(max(current, -p[9]), p[9])
         motor[j] = p[7] * current
-        if p[24] != 0.0:
-            warm[j] += h / p[26] * (p[24] * (motor[j] / p[25]) ** 2 * (1.0 + warm[j]) - warm[j])
+        if p[25] != 0.0:
+            warm[j] += h / p[27] * (p[25] * (motor[j] / p[26]) ** 2 * (1.0 + warm[j]) - warm[j])
         if p[21] != 0.0:
             motor[j] += p[21] * math.sin(p[22] * q[j])
     g = 9.81

@@ -76,6 +76,7 @@ LIBRARY: dict[str, Change] = {
     "viscous_damping": lambda rig, j, size: rig.changed(j, viscous=0.3 * _level(rig, j) * size),
     "drive_torque_limit": _limit,
     "command_delay": _put("delay", 0.08),
+    "command_rate_limit": lambda rig, j, size: rig.changed(j, rate=80.0 * math.exp(-5.8 * size)),
     "servo_dead_band": _put("dead", 0.1),
     "servo_gain": _scale("gain", -0.9),
     "motor_constant": _scale("constant", 0.7),
@@ -86,9 +87,9 @@ LIBRARY: dict[str, Change] = {
     ),
 }
 OUTSIDE: dict[str, Change] = {
-    "slew_limit": lambda rig, j, size: rig.changed(j, rate=8.0 * math.exp(-3.5 * size)),
     "cogging": lambda rig, j, size: rig.changed(j, cogging=0.8 * _level(rig, j) * size, cogs=11.0),
     "integral": lambda rig, j, size: rig.changed(j, integral=float(rig.joints[j, 4]) * 6.0 * size),
+    "smoothed_command": lambda rig, j, size: rig.changed(j, smooth=0.15 * size),
 }
 
 

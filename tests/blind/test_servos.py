@@ -37,6 +37,20 @@ def test_both_engines_move_a_leg_alike(seed: int, source: float, tmp_path: Path)
         assert np.degrees(np.sqrt(np.mean((found - moved[k]) ** 2))) < 0.0005
 
 
+@pytest.mark.parametrize(("rate", "delay"), [(2.0, 0.0), (6.0, 0.013)])
+def test_both_engines_limit_a_command_s_rate_alike(rate: float, delay: float, tmp_path: Path) -> None:
+    setup = _setup(np.random.default_rng(1))
+    moved = setup.moved(setup.design.changed(0, rate=rate, delay=delay))
+    _write(np.random.default_rng(1), setup, moved, 0.0, ["joint1"], tmp_path / "rig")
+    project = read_gap_project(tmp_path / "rig" / "gap.yaml")
+    effects = {"command_rate_limit": {"rate": rate}, "command_delay": {"delay": delay}}
+    leg = project.leg.with_joints(joint1={"effects": effects})
+    for k, recording in enumerate(recordings(project.leg, project.trials, ())):
+        start = moved[k][0]
+        found = simulate(leg, start, 0.0 * start, recording.time, signals=recording.signals, tolerance=1e-8)
+        assert np.degrees(np.sqrt(np.mean((found - moved[k]) ** 2))) < 0.002  # of 0.0015 to 0.006 of noise
+
+
 def with_source(leg: Leg, ohms: float) -> Leg:
     if len(leg.joints) > 1:
         return replace(leg, effects={"shared_source_resistance": {"resistance": ohms}})

@@ -181,6 +181,7 @@ def test_every_effect_is_a_candidate_or_is_read_from_the_recordings() -> None:
         "torque",
         "servo",
         "motor",
+        "held commands",
         "stated supply",
         "shared supply",
         "time to warm",

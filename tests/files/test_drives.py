@@ -45,6 +45,10 @@ def leg_file(folder: Path, drive: str) -> Path:
             Servo(20.0, 0.5, torque_limit=3.0),
         ),
         (
+            "{kind: servo, gain: 20 N*m/rad, command_rate_limit: 180 deg/s}",
+            Servo(20.0, command_rate_limit=np.pi),
+        ),
+        (
             "{kind: servo, gain: 2 1/rad, supply: 12 V, control_period: 8 ms, duty_steps: 885, " + MOTOR + "}",
             Servo(2.0, supply=12.0, motor=GearedMotor(3.5, 2e-3, 200.0, 0.8), control_period=8e-3, duty_steps=885.0),
         ),
@@ -83,6 +87,7 @@ def test_a_drive_is_read_and_written(tmp_path: Path, drive: str, wanted: Servo |
         ("{kind: torque, delay: 5 ms, motor: {torque_constant: 1 N*m/A}}", '"delay" does not apply'),
         ("{kind: servo, gain: 2 1/rad, duty_steps: 885, supply: 12 V, " + MOTOR + "}", '"duty_steps" needs the time'),
         ("{kind: servo, gain: 2 N*m/rad, control_period: 1 ms, duty_steps: 885}", '"duty_steps" does not apply'),
+        ("{kind: servo, gain: 2 N*m/rad, command_rate_limit: 2 rad/s, commands: linear}", "needs held commands"),
         ("{kind: voltage, control_period: 1 ms, " + MOTOR + "}", '"control_period" does not apply'),
         ("{kind: hydraulic}", "hydraulic"),
     ],

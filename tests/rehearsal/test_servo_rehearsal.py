@@ -121,7 +121,11 @@ def test_a_servo_s_cause_is_planted_and_found(tmp_path: Path) -> None:
 
 
 def test_control_steps_and_interpolated_commands_are_refused(tmp_path: Path) -> None:
-    for key, other in {"control_period": {"control_period": 5e-3}, "linear": {"linear_commands": True}}.items():
+    for key, other in {
+        "control_period": {"control_period": 5e-3},
+        "linear": {"linear_commands": True},
+        "command_rate": {"command_rate_limit": 3.0},
+    }.items():
         unknown = ARM.with_joints(arm={"drive": replace(SERVO, **other)})
         with pytest.raises(UserError, match=key):
             users_rig(read_gap_project(written(tmp_path / key, unknown)))

@@ -50,6 +50,8 @@ KEYS: dict[str, str] = {
     "drive.torque_limit": "Largest torque that the drive gives at the joint.",
     "drive.current_limit": "Current limit of the driver.",
     "drive.supply": "Supply voltage, if recordings have no `supply [V]`.",
+    "drive.command_rate_limit": "Rate at which the servo's own command approaches the given one, its profile velocity; "
+    "0: at once.",
     "drive.source_resistance": "Resistance of battery and leads, which causes voltage sag.",
     "drive.control_period": "Sampling period of the controller, which samples at its multiples from the trial's start; "
     "the duty (without a motor: the torque) is held in between.",

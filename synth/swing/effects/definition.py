@@ -32,8 +32,9 @@ __all__ = ["Effect", "Parameter", "Prior", "Shape", "positive", "signed", "size"
 
 Way = Literal["torque", "leg", "drive", "reading", "structure"]
 Need = Literal[
-    "spring", "no spring", "damper", "torque", "servo", "motor", "stated supply", "shared supply", "time to warm"
-]
+    "spring", "no spring", "damper", "torque", "servo", "held commands", "motor", "stated supply", "shared supply",
+    "time to warm",
+]  # fmt: skip
 FUNCTIONS: dict[str, str] = {
     "torque": "torque",
     "leg": "change",

@@ -235,6 +235,7 @@ def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[
     drive = leg.joints[joint].drive
     if isinstance(drive, Servo):
         found |= {"servo"} if drive.gain else set()
+        found |= {"held commands"} if drive.gain and not drive.linear_commands else set()
         found |= {"motor"} if drive.motor is not None else set()
         longest = max((float(trial.time[-1]) for trial in trials if joint in trial.free), default=0.0)
         found |= {"time to warm"} if drive.motor is not None and longest >= WARMING else set()
