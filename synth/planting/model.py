@@ -39,6 +39,7 @@ class PlantedServo(NamedTuple):
     rise: float = 0.0
     reference: float = 0.0
     warming: float = 0.0
+    command_rate: float = 0.0  # rad/s at which its own command approaches the given one; 0: at once
 
     def with_constants(self, constant: float, resistance: float) -> PlantedServo:
         """With the motor's constants times these factors."""
@@ -55,6 +56,8 @@ class PlantedServo(NamedTuple):
             return self.with_constants(*(value if name == each else 1.0 for each in MOTOR_PARAMETERS))
         if name == "torque_limit":
             return self._replace(torque_limit=min(self.torque_limit, value))
+        if name == "command_rate":
+            return self._replace(command_rate=min(self.command_rate or value, value))
         if name == "gain":
             return self._replace(gain=self.gain * value)
         values = [float(each) for each in self[1:]]

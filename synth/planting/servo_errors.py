@@ -16,6 +16,7 @@ LATEST, WIDEST = 0.1, 0.2  # s and rad: a command later, a dead band wider than 
 MOST_LOST = 0.6  # of a drive's torque, in its gear; a self-locking one loses half
 HOTTEST = 1.5  # growth of a copper winding's resistance; at twice that it burns
 LONG_ENOUGH = 15.0  # s of a trial, in which a winding warms
+SLOWEST = 5.0  # natural logarithms by which the lowest planted rate is below ten times the joint's own speed
 WEAKEST = 5.0  # natural logarithms by which the smallest planted torque limit is below the standing torque
 
 
@@ -100,6 +101,22 @@ def drive_torque_limit(rng: np.random.Generator, setup: Setup, scale: Scale, j: 
     )
 
 
+def command_rate_limit(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """A command that is approached at a limited rate: the larger the size, the slower."""
+    _servo(setup, j)
+    quickest, good = 10.0 * float(scale.speed[j]), PlantedSensor.good(setup.true.n)
+
+    def rate(size: float) -> float:
+        return quickest * math.exp(-SLOWEST * size)
+
+    return Form(
+        "rate",
+        1.0,
+        lambda s: (Truth(setup.true, servo_errors=((j, "command_rate", rate(s)),)), good),
+        lambda s: {"value": rate(s)},
+    )
+
+
 def source_resistance(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A supply that sags under the joint's current; a measured supply has its sag."""
     _motor(setup, j)
@@ -135,6 +152,7 @@ def winding_heating(rng: np.random.Generator, setup: Setup, scale: Scale, j: int
 
 SERVO_ERRORS: dict[str, Maker] = {
     "command_delay": command_delay,
+    "command_rate_limit": command_rate_limit,
     "servo_gain": servo_gain,
     "servo_dead_band": servo_dead_band,
     "motor_constant": motor_constant,

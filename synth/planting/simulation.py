@@ -17,10 +17,13 @@ from synth.planting.torque_laws import (
     DRIVE_TABLE,
     GEAR,
     SERVO,
+    SERVO_NUMBERS,
     SLACK,
     SLACK_ARM,
     STICK_SLIP,
 )
+
+SLEW_STEP = 5e-4  # s, of a command that is approached at a limited rate: 0.01 deg at 1 rad/s is a step's largest error
 
 
 class Assembly(NamedTuple):
@@ -108,19 +111,36 @@ def _tables(truth: Truth, trial: PlantedTrial) -> tuple[Array, tuple[Law, ...]]:
             count += len(times)
     if trial.inputs is not None:
         for servo in truth.servos():
-            made.append(Law(SERVO, servo.joint, (float(count), float(len(trial.inputs.time)))))
-            rows.append(_servo_table(servo, trial.inputs))
-            count += len(rows[-1])
+            inputs = slewed(trial.inputs, servo) if servo.command_rate > 0.0 else trial.inputs
+            made.append(Law(SERVO, servo.joint, (float(count), float(len(inputs.time)))))
+            rows.append(_servo_table(servo, inputs))
             count += len(rows[-1])
     return np.ascontiguousarray(np.concatenate(rows)), tuple(made)
 
 
 def _servo_table(servo: PlantedServo, inputs: ServoInputs) -> Array:
     """(13 + 3 k, 2): the servo's numbers in the first column, then command, supply and switch over time."""
-    numbers = np.zeros((len(servo) - 1, 2))
-    numbers[:, 0] = servo[1:]
+    numbers = np.zeros((SERVO_NUMBERS, 2))
+    numbers[:, 0] = servo[1 : 1 + SERVO_NUMBERS]
     columns = (values[:, servo.joint] for values in inputs[1:])
     return np.concatenate([numbers, *(np.column_stack([inputs.time, column]) for column in columns)])
+
+
+def slewed(inputs: ServoInputs, servo: PlantedServo) -> ServoInputs:
+    """With a command that approaches the given one at a limited rate, in steps of ``SLEW_STEP`` at their middles."""
+    time = np.arange(inputs.time[0], inputs.time[-1] + SLEW_STEP, SLEW_STEP)
+    last = np.clip(np.searchsorted(inputs.time, time + 1e-9, side="right") - 1, 0, None)
+    command, most = inputs.command[last].copy(), servo.command_rate * SLEW_STEP
+    now = float(command[0, servo.joint])
+    for k, goal in enumerate(command[:, servo.joint].tolist()):
+        move = min(max(goal - now, -most), most)
+        command[k, servo.joint] = now + 0.5 * move
+        now += move
+
+    def between(values: Array) -> Array:
+        return np.stack([np.interp(time, inputs.time, column) for column in values.T], axis=1)
+
+    return ServoInputs(time, command, between(inputs.supply), between(inputs.enabled))
 
 
 def _segments(whole: list[float], bend: Bend) -> list[list[float]]:

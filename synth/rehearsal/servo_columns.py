@@ -71,4 +71,8 @@ def drive_inputs(folder: Path, trial: Trial, leg: Leg, start: float) -> DriveInp
 def planted_servos(leg: Leg) -> tuple[PlantedServo, ...]:
     """The leg's servos for the generator's engine."""
     drives = ((j, joint.drive) for j, joint in enumerate(leg.joints))
-    return tuple(PlantedServo(j, *drive.numbers[:OF_THE_LAW]) for j, drive in drives if isinstance(drive, Servo))
+    return tuple(
+        PlantedServo(j, *drive.numbers[:OF_THE_LAW], command_rate=drive.command_rate_limit)
+        for j, drive in drives
+        if isinstance(drive, Servo)
+    )

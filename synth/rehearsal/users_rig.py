@@ -135,9 +135,6 @@ def _refuse(leg: OurLeg) -> None:
         if isinstance(joint.drive, Servo) and joint.drive.control_period > 0.0:
             text = "has a servo with a control_period, which the rehearsal's engine does not support: its servos look "
             problems.append(Problem(text + "all the time. Leave it out for the rehearsal", key=joint.name))
-        if isinstance(joint.drive, Servo) and joint.drive.command_rate_limit > 0.0:
-            text = "has a servo with a command_rate_limit, which the rehearsal's engine does not support: its servos "
-            problems.append(Problem(text + "take each command at once. Leave it out for the rehearsal", key=joint.name))
         if isinstance(joint.drive, Servo) and joint.drive.linear_commands:
             text = "has a servo with commands: linear, which the rehearsal's engine does not support: its servos hold "
             problems.append(Problem(text + "each command. Leave it out for the rehearsal", key=joint.name))

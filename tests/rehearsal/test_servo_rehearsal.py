@@ -70,7 +70,31 @@ def test_the_generator_s_servo_moves_a_leg_as_the_other_engine_does(tmp_path: Pa
         assert np.degrees(np.sqrt(np.mean((ours[:, :1] - theirs) ** 2))) < 0.005
 
 
+def test_each_of_two_servos_has_its_own_numbers(tmp_path: Path) -> None:
+    """The second one read beyond its table once, and turned as it liked."""
+    other = replace(SERVO, gain=4.0, motor=replace(SERVO.motor, resistance=5.0))
+    links = Link(0.12, 0.3, 0.1, 3e-4), Link(0.1, 0.1, 0.05, 1e-4)
+    leg = Leg("two", (Joint("hip", links[0], drive=SERVO), Joint("knee", links[1], drive=other)))
+    command = np.stack([0.6 * np.sin(5.0 * TIME), 0.5 * np.sign(np.sin(7.0 * TIME))], axis=1)
+    angle = simulate(
+        leg,
+        [0.0, 0.0],
+        [0.0, 0.0],
+        TIME,
+        signals=ServoSignals(TIME, command, 7.4 + 0 * command, 1 + 0 * command, (0, 1)),
+    )
+    write_leg(leg, tmp_path / "two.leg.yaml")
+    table = np.column_stack([TIME, angle, command])
+    head = "time [s],hip [rad],knee [rad],hip command [rad],knee command [rad]"
+    np.savetxt(tmp_path / "0.csv", table, "%.9g", ",", header=head, comments="")
+    (tmp_path / "gap.yaml").write_text("kind: gap\nleg: two.leg.yaml\ntrials: [0.csv]\n")
+    rig = users_rig(read_gap_project(tmp_path / "gap.yaml"))
+    found = release(Truth(rig.nominal), rig.trials[0]._replace(pose=np.zeros(2), speed=np.zeros(2)), 1e-4).at(TIME)
+    assert np.degrees(np.sqrt(np.mean((found - angle) ** 2))) < 0.01
+
+
 CAUSES = {
+    "command_rate_limit": ({"rate": 2.5}, {"servo_errors": ((0, "command_rate", 2.5),)}),
     "source_resistance": ({"share": 0.4}, {"servo_errors": ((0, "sag", 0.4),)}),
     "gear_load_friction": (
         {"torque": 0.0, "share": 0.15, "backdriven": 0.0, "fall": 0.0, "speed": 1.0, "presliding": 1e-4},
@@ -124,7 +148,6 @@ def test_control_steps_and_interpolated_commands_are_refused(tmp_path: Path) -> 
     for key, other in {
         "control_period": {"control_period": 5e-3},
         "linear": {"linear_commands": True},
-        "command_rate": {"command_rate_limit": 3.0},
     }.items():
         unknown = ARM.with_joints(arm={"drive": replace(SERVO, **other)})
         with pytest.raises(UserError, match=key):
