@@ -57,8 +57,8 @@ class Servo:
             limit = min(self.torque_limit, UNLIMITED)
             # An unlimited duty at one volt and one newton metre per volt.
             controller = self.gain, self.damping_gain, self.dead_band, UNLIMITED, 0.0
-            control = self.delay, self.control_period, 0.0, 0.0, 0.0, self.command_rate_limit
-            return *controller, 1.0, 0.0, limit, 0.0, *control
+            timing = self.delay, self.control_period, 0.0, 0.0
+            return *controller, 1.0, 0.0, limit, 0.0, *timing, 0.0, self.command_rate_limit
         limit = min(self.torque_limit, self.current_limit * motor.torque_a_current, UNLIMITED)
         sag = self.source_resistance / motor.resistance
         strength, back_emf = motor.strength, motor.short_circuit_damping

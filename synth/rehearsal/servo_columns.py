@@ -72,7 +72,7 @@ def planted_servos(leg: Leg) -> tuple[PlantedServo, ...]:
     """The leg's servos for the generator's engine."""
     drives = ((j, joint.drive) for j, joint in enumerate(leg.joints))
     return tuple(
-        PlantedServo(j, *drive.numbers[:OF_THE_LAW], command_rate=drive.command_rate_limit)
+        PlantedServo(j, *drive.numbers[:OF_THE_LAW])._replace(command_rate=drive.command_rate_limit)
         for j, drive in drives
         if isinstance(drive, Servo)
     )
