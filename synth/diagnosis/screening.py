@@ -16,7 +16,8 @@ from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.threads import in_parallel
 
 DIVERGED = 1e6  # whitened residual of a diverged motion
-WEIGHINGS = 3  # renewals of the weight, which grows as the remainder falls
+WEIGHINGS = 5  # renewals of the weight, which grows as the remainder falls, and of the tolerances at their bounds
+HOLD = 1e6  # times the largest second derivative: keeps a tolerance at its bound
 
 LADDER = (0.1, 1.0, -1.0, 4.0, -4.0, 12.0, 30.0, 70.0)  # factors on a start's strengths
 # The same for compliances, the stiffer the more expensive; the softest is as soft as the joint's own spring.
@@ -127,17 +128,26 @@ def _squares(rows: Array) -> Array:
 
 
 def _stepped(bench: Workbench, matrix: Array, gradient: Array, squares: Array, at: Array) -> tuple[Array, Array]:
-    """Sum of squares after one undamped step of each fit, and the steps; an unknown outside the prior's range has none.
+    """Sum of squares after one undamped step of each fit, and the steps; tolerances stop at their bounds.
 
-    ``matrix`` (p, p) or (n_fit, p, p), ``gradient`` and ``at`` (n_fit, p), ``squares`` (n_fit,).
+    ``matrix`` (p, p) or (n_fit, p, p), ``gradient`` and ``at`` (n_fit, p), ``squares`` (n_fit,). Far above the noise the
+    priors hold no tolerance back: unbounded, they would explain in this prediction what no fit lets them explain.
     """
-    prior = np.eye(at.shape[1])
+    low, high = bench.bounds(())
+    count, prior = len(low), np.eye(at.shape[1])
+    lowest, highest = low - at[:, :count], high - at[:, :count]
     left: Array = squares
     step: Array = np.zeros_like(at)
+    stopped = np.zeros_like(at)  # 1 for a tolerance at its bound
     for _ in range(WEIGHINGS):
         weight = (2.0 / (1.0 + left / bench.total))[:, None]
-        right = (weight * gradient + at)[:, :, None]
-        step = -np.asarray(np.linalg.solve(weight[:, :, None] * matrix + prior, right))[:, :, 0]
+        whole = weight[:, :, None] * matrix + prior
+        hold = stopped * (HOLD * np.abs(whole).max(axis=(1, 2)))[:, None]
+        right = (weight * gradient + at - hold * step)[:, :, None]
+        step = -np.asarray(np.linalg.solve(whole + hold[:, :, None] * prior, right))[:, :, 0]
+        own = step[:, :count]
+        stopped[:, :count] = np.maximum(stopped[:, :count], (own <= lowest) | (own >= highest))
+        step[:, :count] = np.clip(own, lowest, highest)
         bent = np.einsum("fp,fp->f", step, (matrix @ step[:, :, None])[:, :, 0])
         left = np.maximum(squares + 2.0 * np.einsum("fp,fp->f", gradient, step) + bent, 0.0)
     return left, step
