@@ -16,7 +16,7 @@ from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.threads import in_parallel
 
 DIVERGED = 1e6  # whitened residual of a diverged motion
-WEIGHINGS = 5  # renewals of the weight, which grows as the remainder falls, and of the tolerances at their bounds
+WEIGHINGS = 8  # renewals of the weight, which grows as the remainder falls, and of the tolerances at their bounds
 HOLD = 1e6  # times the largest second derivative: keeps a tolerance at its bound
 
 LADDER = (0.1, 1.0, -1.0, 4.0, -4.0, 12.0, 30.0, 70.0)  # factors on a start's strengths
@@ -130,14 +130,16 @@ def _squares(rows: Array) -> Array:
 def _stepped(bench: Workbench, matrix: Array, gradient: Array, squares: Array, at: Array) -> tuple[Array, Array]:
     """Sum of squares after one undamped step of each fit, and the steps; tolerances stop at their bounds.
 
-    ``matrix`` (p, p) or (n_fit, p, p), ``gradient`` and ``at`` (n_fit, p), ``squares`` (n_fit,). Far above the noise the
-    priors hold no tolerance back: unbounded, they would explain in this prediction what no fit lets them explain.
+    ``matrix`` (p, p) or (n_fit, p, p), ``gradient`` and ``at`` (n_fit, p), ``squares`` (n_fit,). Far above the noise
+    the priors hold no tolerance back: unbounded, they would explain in this prediction what no fit lets them explain.
+    The bounds by an active set (Nocedal & Wright, *Numerical Optimization* 2006, ch. 16.5), all tolerances at once;
+    the best of the iterates.
     """
     low, high = bench.bounds(())
     count, prior = len(low), np.eye(at.shape[1])
     lowest, highest = low - at[:, :count], high - at[:, :count]
-    left: Array = squares
-    step: Array = np.zeros_like(at)
+    step, best = np.zeros_like(at), np.zeros_like(at)
+    left, least = squares, np.full(len(at), np.inf)
     stopped = np.zeros_like(at)  # 1 for a tolerance at its bound
     for _ in range(WEIGHINGS):
         weight = (2.0 / (1.0 + left / bench.total))[:, None]
@@ -145,12 +147,17 @@ def _stepped(bench: Workbench, matrix: Array, gradient: Array, squares: Array, a
         hold = stopped * (HOLD * np.abs(whole).max(axis=(1, 2)))[:, None]
         right = (weight * gradient + at - hold * step)[:, :, None]
         step = -np.asarray(np.linalg.solve(whole + hold[:, :, None] * prior, right))[:, :, 0]
+        step[:, :count] = np.clip(step[:, :count], lowest, highest)
+        change = (matrix @ step[:, :, None])[:, :, 0]
+        left = np.maximum(squares + np.einsum("fp,fp->f", 2.0 * gradient + change, step), 0.0)
+        cost = bench.total * np.log1p(left / bench.total) + 0.5 * _squares(at + step)
+        best = np.where((cost < least)[:, None], step, best)
+        least = np.minimum(cost, least)
+        uphill = (weight * (gradient + change) + at + step)[:, :count]
         own = step[:, :count]
-        stopped[:, :count] = np.maximum(stopped[:, :count], (own <= lowest) | (own >= highest))
-        step[:, :count] = np.clip(own, lowest, highest)
-        bent = np.einsum("fp,fp->f", step, (matrix @ step[:, :, None])[:, :, 0])
-        left = np.maximum(squares + 2.0 * np.einsum("fp,fp->f", gradient, step) + bent, 0.0)
-    return left, step
+        stopped[:, :count] = ((own <= lowest) & (uphill > 0.0)) | ((own >= highest) & (uphill < 0.0))
+    change = (matrix @ best[:, :, None])[:, :, 0]
+    return np.maximum(squares + np.einsum("fp,fp->f", 2.0 * gradient + change, best), 0.0), best
 
 
 def rungs(fit: EvaluatedHypothesis, first: int) -> list[EvaluatedHypothesis]:
