@@ -30,6 +30,7 @@ STRIDES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)  # D: steps of at most a factor 2, 
 FLAT = 0.5  # exponent of growth with D of independent samples, as few as a trial has
 STEEPER = 1.5  # times that exponent, growth at smaller D if a filter is the reason
 OF_MOTION = 3e-3  # of the motion, below which differences of every D-th sample are not yet the motion's own
+FINE = 1e-4  # of the motion, below which the step of the readings is a file's rounding, not an encoder's count
 LEAST = 1e-9  # rad: so that readings of a simulation have some noise
 ROUNDED = 2.0  # times the noise of rounding, below which differences show the rounding
 
@@ -114,7 +115,8 @@ def _of_filtered(recordings: Sequence[Recording], noise: Array, step: Array, sca
     let = np.zeros(len(noise))
     # Rounding alone from one reading to the next: a smooth motion may follow filtered noise, without any scatter.
     rounding = noise <= ROUNDED * step / np.sqrt(12.0) + LEAST
-    for j in np.flatnonzero((scatter >= DOUBTFUL) | rounding).tolist():
+    fine = np.array([width < FINE * _moved(recordings, j) for j, width in enumerate(step)])
+    for j in np.flatnonzero((scatter >= DOUBTFUL) | (rounding & fine)).tolist():
         let[j] = _let_through(recordings, j, float(step[j]))
     usual = float(np.median(let[let > 0.0])) if (let > 0.0).any() else 0.0
     unseen = (scatter >= FILTERED) & (let == 0.0) & rounding
@@ -137,18 +139,24 @@ def _let_through(recordings: Sequence[Recording], joint: int, step: float) -> fl
         ]
         known = [each for each in found if np.isfinite(each)]
         deviations.append(float(np.sqrt(np.median(known))) if known else np.nan)
-    seen = np.array(deviations)
+    seen = np.where(np.array(deviations) > 0.0, deviations, np.nan)  # zero: coarse counts of a joint at rest
     growth = np.diff(np.log(seen)) / np.diff(np.log(STRIDES))
-    moved = max(float(np.std(r.rotation[r.counts[:, joint], joint])) for r in free)
+    moved = _moved(recordings, joint)
     tells = (seen[:-1] > ROUNDED * step / np.sqrt(12.0)) & (seen[1:] < OF_MOTION * moved) & np.isfinite(growth)
     if tells[0] and growth[0] < FLAT:
         return float(seen[0])
     for k in np.flatnonzero(tells).tolist():
         later = growth[k + 1] if k + 1 < len(growth) and tells[k + 1] else np.inf
-        steep = np.max(growth[:k], initial=0.0) >= STEEPER * max(growth[k], FLAT)
+        steep = np.nanmax(growth[:k], initial=0.0) >= STEEPER * max(growth[k], FLAT)
         if steep and growth[k] <= later:
             return float(np.sqrt(seen[k] * seen[k + 1]))
     return 0.0
+
+
+def _moved(recordings: Sequence[Recording], joint: int) -> float:
+    """RMS (rad) of a joint's motion about its mean in the trial in which it moves most; 0 if it is never free."""
+    free = [r for r in recordings if joint in r.free]
+    return max((float(np.std(r.rotation[r.counts[:, joint], joint])) for r in free), default=0.0)
 
 
 def _on_grid(recordings: Sequence[Recording], step: Array) -> Mask:
