@@ -12,7 +12,7 @@ from contextlib import suppress
 
 TIMESTAMP = "2000-01-01T00:00:00"  # in every header instead of the clock
 _STATEMENT = re.compile(r"#(\d+) = (.*?);\n", re.DOTALL)
-_ROUNDING = re.compile(r"-?\d+\.\d*E-(?:1[2-9]|[2-9]\d)(?![\d.])")
+_SMALL = re.compile(r"E-(?:1[2-9]|[2-9]\d)(?![\d.])")  # the exponent of a number below 1e-11
 _FIRST_STYLE = re.compile(r"^#(\d+) = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION\(", re.MULTILINE)
 _STYLES = (
     "STYLED_ITEM('color',(#{0}),#{item})",
@@ -38,9 +38,21 @@ def normalised_step(text: str) -> str:
 
 
 def _without_rounding(text: str) -> str:
-    """Numbers under 1e-12 as zero; each statement on one line, since a number's length changes the line breaks."""
+    """Numbers under 1e-12 as zero, without a sign; each statement on one line, whose breaks depend on the numbers.
+
+    A search for the exponent, and for the line break itself, is ten times as fast as one for the number before it.
+    """
     head, mark, data = text.partition("DATA;\n")
-    return head + mark + _ROUNDING.sub("0.", re.sub(r"(?<!;)\n\s*", "", data))
+    data = re.sub(r"\n\s*", "", data.replace(";\n", "\0")).replace("\0", ";\n")
+    pieces, last = [], 0
+    for match in _SMALL.finditer(data):
+        start = match.start()
+        while data[start - 1] in "0123456789.-":
+            start -= 1
+        pieces += [data[last:start], "0."]
+        last = match.end()
+    data = "".join((*pieces, data[last:]))
+    return head + mark + data.replace("-0.,", "0.,").replace("-0.)", "0.)")
 
 
 def _encoded(text: str) -> str:

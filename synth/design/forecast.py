@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from hashlib import blake2b
 from math import sqrt
 from typing import Any
@@ -108,6 +109,23 @@ def damper_tolerance(option: DamperOption, asked: ToleranceOptions) -> DamperTol
     return DamperTolerance(share, known.per_kelvin, known.exponents, known.source)
 
 
+@lru_cache(maxsize=8)
+def latin_hypercube(n: int, n_sample: int, seed: int) -> Array:
+    """(n, n_sample) in [-1, 1]: of each row one draw in each of ``n_sample`` equal strata, in random order.
+
+    McKay, Beckman and Conover, Technometrics 21 (1979) 239. The same numbers as ``scipy.stats.qmc.LatinHypercube``
+    gives, whose import takes 0.7 s.
+    """
+    random = np.random.default_rng(seed).spawn(1)[0]
+    within = random.uniform(size=(n_sample, n))
+    strata = np.tile(np.arange(1, n_sample + 1), (n, 1))
+    for row in strata:
+        random.shuffle(row)
+    drawn = 2.0 * ((strata - within.T) / n_sample) - 1.0
+    drawn.setflags(write=False)
+    return np.asarray(drawn)
+
+
 class Forecaster:
     """Draws the tolerances of sets of parts in one leg."""
 
@@ -144,10 +162,7 @@ class Forecaster:
 
     def _draws(self, n: int, n_sample: int) -> Array:
         """(4 n + 1, n_sample) in [-1, 1]: four causes per joint, then temperature."""
-        from scipy.stats.qmc import LatinHypercube  # imported here: it takes 0.7 s, and only a design forecasts
-
-        drawn = LatinHypercube(4 * n + 1, rng=np.random.default_rng(self.seed)).random(n_sample)
-        return np.asarray(2.0 * drawn.T - 1.0)
+        return latin_hypercube(4 * n + 1, n_sample, self.seed)
 
     def _columns(self, parts: SetParts, draws: Array) -> list[Array]:
         """Columns (ROWS, n_lane) by joint for draws (4 n + 1, n_lane)."""

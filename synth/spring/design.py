@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from synth.parts.catalogs import Catalogue
@@ -12,7 +13,7 @@ from synth.spring.nearest_springs import NearestSpring, limits_in_the_way, neare
 from synth.spring.preferred_springs import preferred
 from synth.spring.spring_requirements import SpringRequirements, require_possible
 from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign
-from synth.spring.spring_search import candidates, distinct_wires, lasts, ranked
+from synth.spring.spring_search import candidates, distinct_wires, feasible_candidates, lasts, ranked
 from synth.units import quantity
 
 
@@ -80,14 +81,14 @@ def design_spring(
     material = catalogue.find_material(wish.material)
     if (held := _of_held_wire(wish, material)) is not None:
         return SpringResult(wish, held, (), (), ())
-    found = list(candidates(wish, material))
-    good = [design for design in found if design.feasible]
+    good = list(feasible_candidates(wish, material))
     if good:
-        kept, notes = preferred(good, found, wish)
+        kept, notes = preferred(good, partial(candidates, wish, material), wish)
         best, *others = distinct_wires(ranked(kept, wish.objective))
         wanting = lasting and not lasts(best, wish.limits)
         longer = tuple(nearest_lasting(wish, material, catalogue)) if wanting else ()
         return SpringResult(wish, best, tuple(others[:n_alternative]), (), (), longer, notes)
+    found = list(candidates(wish, material))
     nearest = nearest_springs(found, wish, material, catalogue)
     return SpringResult(wish, None, (), tuple(limits_in_the_way(found, wish)), tuple(nearest))
 
@@ -98,7 +99,7 @@ def _of_held_wire(wish: SpringRequirements, material: WireMaterial) -> SpringDes
         return None
     kept = [
         design
-        for design in candidates(wish, material, wish.held_wire)
-        if design.feasible and lasts(design, wish.limits) and design.body_coils >= FEWEST_COILS
+        for design in feasible_candidates(wish, material, wish.held_wire)
+        if lasts(design, wish.limits) and design.body_coils >= FEWEST_COILS
     ]
     return next(iter(ranked(kept, wish.objective)), None)

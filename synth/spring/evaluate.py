@@ -64,6 +64,28 @@ def check_spring(
     return replace(design, violations=violations) if violations else design
 
 
+def surely_broken(material: WireMaterial, sizes: tuple[float, float, float], task: SpringTask) -> bool:
+    """Whether a spring violates the limit on stress, diameter or length; False leaves it to ``check_spring``.
+
+    A twentieth of the time of ``check_spring``, for a search in which most candidates are of too thin a wire.
+    ``sizes``: wire diameter m, mean diameter m, body coils, as there.
+    """
+    d, mean, coils = sizes
+    wire, limits, more = material.properties(d), task.limits, 1.0 + SLACK
+    active = active_coils(coils, mean, task.leg_lengths)
+    used = rate(wire.elastic_modulus * task.calibration.rate, d, mean, active, task.rate_form)
+    moment = used * max(task.travel, task.opening_travel)
+    if stress.bending_stress(moment, d, mean) > wire.static_limit * wire.strength.value / limits.safety * more:
+        return True
+    if limits.max_outer_diameter is not None:
+        opened = space.wound_mean_diameter(mean, coils, -min(task.opening_travel, MOST_UNWOUND * coils))
+        if opened + d > limits.max_outer_diameter * more:
+            return True
+    if limits.max_body_length is not None:
+        return space.body_length(d, coils, travel=task.travel) > limits.max_body_length * more
+    return False
+
+
 @dataclass(frozen=True)
 class _Coil:
     """The sizes of a spring, as in ``check_spring``."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Literal
 
 from synth.parts.catalogs import Catalogue
@@ -14,7 +15,7 @@ from synth.spring.evaluate import travel_limit
 from synth.spring.preferred_springs import preferred
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
-from synth.spring.spring_search import candidates, describe, ranked, worst_excess
+from synth.spring.spring_search import candidates, describe, feasible_candidates, ranked, worst_excess
 
 ROOM = frozenset({"outer_diameter", "body_length"})  # limits that more room in the joint would lift
 OTHER_MATERIALS = ("oil tempered", "chrome vanadium", "chrome silicon")  # sold thicker or stronger than music wire
@@ -104,10 +105,9 @@ def _parallel(wish: SpringRequirements, material: WireMaterial) -> Iterator[Near
     """
     for count in range(2, MOST_IN_PARALLEL + 1):
         shared = replace(wish, rate=wish.rate / count)
-        found = list(candidates(shared, material))
-        good = [each for each in found if each.feasible]
+        good = list(feasible_candidates(shared, material))
         if good:
-            kept, notes = preferred(good, found, shared)
+            kept, notes = preferred(good, partial(candidates, shared, material), shared)
             design = replace(ranked(kept, wish.objective)[0], count=count)
             text = (
                 f"{count} in parallel, each within the limits and {wish.rate / count:.4g} N*m/rad: {describe(design)}"
@@ -130,10 +130,9 @@ def _smaller_travel(
     travel = math.radians(math.floor(math.degrees(furthest) * 10.0) / 10.0)  # users set angles to a tenth of a degree
     opening = min(wish.opening_travel, OPENING * travel)
     shorter = replace(wish, travel=travel, opening_travel=opening)
-    shorter_found = list(candidates(shorter, material))
-    good = [each for each in shorter_found if each.feasible]
+    good = list(feasible_candidates(shorter, material))
     if good:
-        kept, notes = preferred(good, shorter_found, shorter)
+        kept, notes = preferred(good, partial(candidates, shorter, material), shorter)
         design = ranked(kept, wish.objective)[0]
         asked = f"{math.degrees(travel):.3g} deg of {math.degrees(wish.travel):.3g} deg"
         if opening < wish.opening_travel:
@@ -159,6 +158,6 @@ def _other_material(wish: SpringRequirements, material: WireMaterial, catalogue:
     for name in OTHER_MATERIALS:
         other = catalogue.find_material(name)
         if other.name != material.name:
-            designs += [each for each in candidates(replace(wish, material=name), other) if each.feasible]
+            designs += feasible_candidates(replace(wish, material=name), other)
     for design in ranked(designs, wish.objective)[:1]:
         yield NearestSpring("other_material", f"{design.material} wire: {describe(design)}", design)

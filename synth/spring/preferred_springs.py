@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign
 from synth.spring.spring_search import describe, lasts, worst_excess
 
 
 def preferred(
-    good: list[SpringDesign], found: list[SpringDesign], wish: SpringRequirements
+    good: list[SpringDesign], found: Callable[[], Iterable[SpringDesign]], wish: SpringRequirements
 ) -> tuple[list[SpringDesign], tuple[str, ...]]:
     """Of the springs that keep the limits, those that last; of these, those with ``FEWEST_COILS`` coils or more.
 
-    A preference that no spring meets is dropped, and a note gives the reason. ``found`` are all candidates.
+    A preference that no spring meets is dropped, and a note gives the reason. ``found`` gives all candidates.
     """
     notes = []
     lasting = [design for design in good if lasts(design, wish.limits)]
@@ -26,7 +28,7 @@ def preferred(
     many = [design for design in good if design.body_coils >= FEWEST_COILS]
     if many or wish.limits.max_coils < FEWEST_COILS:
         return many or good, tuple(notes)
-    stiff = [d for d in found if d.body_coils >= FEWEST_COILS and (not lasting or lasts(d, wish.limits))]
+    stiff = [d for d in found() if d.body_coils >= FEWEST_COILS and (not lasting or lasts(d, wish.limits))]
     nearest = min(stiff, key=worst_excess, default=None)
     why = (
         "no stock wire gives the rate with an allowed spring index"

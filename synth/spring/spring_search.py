@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from synth.parts.coil_angle import coil_fraction
 from synth.parts.coil_rate import coil_product, mean_diameter_for
 from synth.parts.wire import WireMaterial
-from synth.spring.evaluate import check_spring
+from synth.spring.evaluate import check_spring, surely_broken
 from synth.spring.spring_requirements import Objective, SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits
 
@@ -26,8 +26,26 @@ SAME_WIRE = 1e-6  # relative: wire diameters this close are one size
 ENDLESS = 1.5  # strength over stress at 1e6 cycles; above it, more strength does not count as longer life
 
 
-def candidates(wish: SpringRequirements, material: WireMaterial, only: float | None = None) -> Iterator[SpringDesign]:
-    """Every spring of stock wire with the required rate and included angle, including those that violate limits.
+def feasible_candidates(
+    wish: SpringRequirements, material: WireMaterial, only: float | None = None
+) -> Iterator[SpringDesign]:
+    """The candidates that keep all limits; ``only`` as in ``candidates``."""
+    for sizes in _sizes(wish, material, only):
+        if not surely_broken(material, sizes, wish.task):
+            design = check_spring(material, *sizes, wish.task)
+            if design.feasible:
+                yield design
+
+
+def candidates(wish: SpringRequirements, material: WireMaterial) -> Iterator[SpringDesign]:
+    """Every spring of stock wire with the required rate and included angle, including those that violate limits."""
+    return (check_spring(material, *sizes, wish.task) for sizes in _sizes(wish, material, None))
+
+
+def _sizes(
+    wish: SpringRequirements, material: WireMaterial, only: float | None
+) -> Iterator[tuple[float, float, float]]:
+    """Wire diameter, mean diameter (m) and body coils of every candidate.
 
     ``only``: a wire diameter, m, to which the search is restricted. All candidates keep the limits on spring index and
     coils, because the formulas do not hold outside them.
@@ -47,7 +65,7 @@ def candidates(wish: SpringRequirements, material: WireMaterial, only: float | N
                 continue
             mean = mean_diameter_for(product, coils, wish.leg_lengths)
             if limits.index_range[0] <= mean / wire <= limits.index_range[1]:
-                yield check_spring(material, wire, mean, coils, wish.task)
+                yield wire, mean, coils
 
 
 def _whole_coils(product: float, limits: SpringLimits) -> range:

@@ -10,7 +10,7 @@ import pytest
 from synth.design import part_lanes
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
-from synth.design.forecast import Forecaster, damper_tolerance, spring_tolerance
+from synth.design.forecast import Forecaster, damper_tolerance, latin_hypercube, spring_tolerance
 from synth.design.part_lanes import Acting, PartLanes
 from synth.design.response import WantedRelease, WantedResponse
 from synth.files.project_options import ToleranceOptions
@@ -176,3 +176,11 @@ def test_forecasts_do_not_depend_on_the_number_of_threads(
         monkeypatch.setattr(part_lanes, "thread_count", lambda threads=threads: threads)
         found.append(forecaster(spring.rate, ToleranceOptions()).forecast([(spring, MEASURED)], 96))
     assert found[0] == found[1] == found[2]
+
+
+@pytest.mark.parametrize(("n", "n_sample", "seed"), [(13, 64, 0), (5, 200, 7)])
+def test_draws_are_those_of_scipys_latin_hypercube(n: int, n_sample: int, seed: int) -> None:
+    from scipy.stats.qmc import LatinHypercube
+
+    drawn = LatinHypercube(n, rng=np.random.default_rng(seed)).random(n_sample)
+    np.testing.assert_array_equal(latin_hypercube(n, n_sample, seed), 2.0 * drawn.T - 1.0)
