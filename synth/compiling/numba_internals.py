@@ -2,7 +2,8 @@
 
 Benefits: stored code is used only if complete and unchanged (``KeptCode``); a step takes a tenth less time
 (``UNCOUNTED``); each start of an integration saves the time of ten steps (``entry_point``); a process starts 0.1 s
-faster (``without_products``). Without them every process compiles again, with the same results.
+faster (``without_products``); a result does not depend on what was compiled in its process
+(``link_privately``). Without them every process compiles again, with results equal but for the last bits.
 ``pyproject.toml`` bounds numba from above: raise the bound once ``tests/compiling`` passes with a new release.
 """
 
@@ -11,6 +12,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import pickle
+import re
 import sys
 from collections.abc import Callable
 from functools import cache
@@ -28,11 +30,13 @@ FOLDER = "code"
 
 try:
     from numba.core.caching import NullCache
+    from numba.core.codegen import CPUCodeLibrary
     from numba.core.compiler import CompileResult
     from numba.core.options import DefaultOptions
     from numba.core.serialize import dumps
 except ImportError:  # a release that has moved them
     NullCache, CompileResult, DefaultOptions, dumps = object, object, object, None
+    CPUCodeLibrary = object
 
 
 def _is_known() -> bool:
@@ -44,6 +48,31 @@ def _is_known() -> bool:
 KEEPS_CODE = _is_known()
 # Without allocations, arrays need no reference counts: these are locked operations, a tenth of a step's time.
 UNCOUNTED: dict[str, Any] = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
+
+_OURS = re.compile(r"_ZN\d+synth[_\d]")  # the mangled name of a function of this package or of a generated module
+
+
+def link_privately() -> None:
+    """Let each compiled function call its own copies of our other functions.
+
+    numba links such copies under one name, and the loader uses the first copy in the process for all callers. Copies
+    were optimised for their callers and round differently, so a result would depend on whether code was compiled or
+    loaded. Functions of other packages are linked as before.
+    """
+    optimise = getattr(CPUCodeLibrary, "_optimize_final_module", None)
+    if optimise is None:
+        return
+
+    def private_and_optimised(library: Any) -> None:
+        for function in library._final_module.functions:
+            if not function.is_declaration and function.linkage.name == "linkonce_odr" and _OURS.match(function.name):
+                function.linkage = "internal"
+        optimise(library)
+
+    CPUCodeLibrary._optimize_final_module = private_and_optimised
+
+
+link_privately()
 
 
 def keep_code(made: Any, function: Callable[..., Any], options: dict[str, Any]) -> None:
@@ -116,7 +145,8 @@ class KeptCode(NullCache):  # type: ignore[misc]
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
         self._name = f"{function.__module__}.{function.__qualname__}"
         code = function.__code__.co_code
-        self._depends = (numba.__version__, sys.version, _sources(function), code, sorted(options.items()))
+        versions = numba.__version__, sys.version, _folder_hash(Path(__file__).parent)
+        self._depends = (*versions, _sources(function), code, sorted(options.items()))
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The function's code for the signature and this processor; None if it must be compiled."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib.metadata
+import os
 import pickle
 import re
+import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -91,6 +93,32 @@ def test_code_of_an_independent_module_is_stored(tmp_path: Path, monkeypatch: py
         assert made.quarter(8.0) == 2.0
     (kept,) = {path.name for path in (tmp_path / "code").iterdir() if ".quarter." in path.name}
     assert kept in taken
+
+
+HASHED_STEP = """
+import hashlib
+import numpy as np
+from synth.swing.chain import compiled_chain
+from synth.swing.stage_rows import FACTORS, ROOM
+
+chain, random = compiled_chain(2), np.random.default_rng(0)
+stages = chain.sources["stages"].load()
+lanes, work = random.uniform(0.5, 1.5, chain.layout.n_row * 16), random.uniform(0.5, 1.5, ROOM)
+factors = np.zeros(FACTORS, dtype=np.float32)
+stages.begin(lanes, work)
+stages.iterate(lanes, work, factors, 1)
+stages.filter_error(work)
+print(hashlib.sha256(work.tobytes() + factors.tobytes()).hexdigest())
+"""
+
+
+def test_compiled_and_loaded_code_round_alike(tmp_path: Path) -> None:
+    """Both functions called here call ``equations``, which is optimised into each in another way."""
+    environment = {**os.environ, "SYNTH_CACHE": str(tmp_path)}
+    command = [sys.executable, "-c", HASHED_STEP]
+    found = [subprocess.run(command, env=environment, capture_output=True, check=True).stdout for _ in range(2)]
+    assert list((tmp_path / "code").glob("*iterate*"))
+    assert found[0] == found[1] != b""
 
 
 @pytest.mark.parametrize("mode", [0o666, 0o620])
