@@ -120,7 +120,9 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
     shares, put_back = Shares(), []
 
     def put(owner: Any, name: str, label: str | Callable[..., str]) -> None:
-        put_back.append((owner, name, owner.__dict__[name]))
+        # Methods of a class stand in it or in one that it inherits from.
+        owner = next(each for each in getattr(owner, "__mro__", (owner,)) if name in vars(each))
+        put_back.append((owner, name, vars(owner)[name]))
         setattr(owner, name, shares.timed(getattr(owner, name), label))
 
     def one_thread(function: Callable[[int], Any], count: int) -> list[Any]:
@@ -143,9 +145,9 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
                 self.__dict__[which] = (timed, *called)
         return run(self, *arguments, **named)
 
-    def together(self: Any, trial: Any, blocks: Any, _inner: Any = chain_predictor.Predictor._together) -> Any:
-        label[0] = _kind(blocks[0].hypothesis)
-        return _inner(self, trial, blocks)
+    def together(self: Any, trial: Any, groups: Any, kept: Any, _inner: Any = chain_predictor.Predictor._together) -> Any:
+        label[0] = _kind(groups[0][0].hypothesis)
+        return _inner(self, trial, groups, kept)
 
     put_back += [(Chain, "run", run), (chain_predictor.Predictor, "_together", chain_predictor.Predictor._together)]
     Chain.run = run_labelled  # type: ignore[method-assign]
