@@ -145,11 +145,13 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
                 self.__dict__[which] = (timed, *called)
         return run(self, *arguments, **named)
 
-    def together(self: Any, trial: Any, groups: Any, kept: Any, _inner: Any = chain_predictor.Predictor._together) -> Any:
-        label[0] = _kind(groups[0][0].hypothesis)
-        return _inner(self, trial, groups, kept)
+    inner = chain_predictor.Predictor._together
 
-    put_back += [(Chain, "run", run), (chain_predictor.Predictor, "_together", chain_predictor.Predictor._together)]
+    def together(self: Any, trial: Any, groups: Any, kept: Any) -> Any:
+        label[0] = _kind(groups[0][0].hypothesis)
+        return inner(self, trial, groups, kept)
+
+    put_back += [(Chain, "run", run), (chain_predictor.Predictor, "_together", inner)]
     Chain.run = run_labelled  # type: ignore[method-assign]
     chain_predictor.Predictor._together = together  # type: ignore[method-assign]
     put(Chain, "run", "lanes into the compiled code and out")
