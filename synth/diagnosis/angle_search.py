@@ -22,6 +22,7 @@ from synth.diagnosis.restarts import beside_best, exchanged, fitted_again, has_o
 from synth.diagnosis.score import first_state, fresh, score
 from synth.diagnosis.screening import leverage, prospects, rungs, strengthened
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
+from synth.diagnosis.simpler_shapes import worth_their_unknowns
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.swing.chain import Conditions
 
@@ -146,7 +147,7 @@ class AngleExplorer:
         if several:
             refined = best_of_each([*refined, *beside_best(bench, self.candidates, refined)])
             refined = exchanged(bench, refined[:REFINED], self._designed) + refined[REFINED:]
-        return best_of_each([*refined, *rest])
+        return best_of_each([*self._worth_their_unknowns(refined), *rest])
 
     @cached_property
     def _starts(self) -> list[EvaluatedHypothesis]:
@@ -176,6 +177,11 @@ class AngleExplorer:
         fits = [*framed, *refine(self.bench, [anchor.fit for anchor in anchors if anchor.fit.frame is None])]
         found = further(self.bench, self._sifting, fits, self.candidates)
         return [*refine(self.bench, found[:REFINED_FURTHER]), *found[REFINED_FURTHER:]]
+
+    def _worth_their_unknowns(self, refined: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
+        """Fits with their own derivatives, each in the shape that the odds prefer."""
+        floors = min((self.ratio(fit) for fit in refined), default=1.0)
+        return worth_their_unknowns(self.bench, refined, self.candidates, floors)
 
     def ratio(self, fit: EvaluatedHypothesis) -> float:
         """RMS of a fit over the noise floor."""

@@ -105,10 +105,24 @@ CALIBRATED = Calibration()
 def far_share(hypotheses: Sequence[Assessed[F]]) -> float:
     """Distance of the best explanation from the noise: 0 at the floor, 1 if its remainder is the model's own."""
     known = [h.unseen.typical for h in hypotheses if h.unseen is not None]
-    if not known:
-        return 0.0
-    place = np.log(max(min(known), 1e-9) / AT_FLOOR) / np.log(FAR / AT_FLOOR)
-    return float(np.clip(place, 0.0, 1.0))
+    return _far(min(known)) if known else 0.0
+
+
+def _far(floors: float) -> float:
+    """The same of an RMS over the noise floor."""
+    return float(np.clip(np.log(max(floors, 1e-9) / AT_FLOOR) / np.log(FAR / AT_FLOOR), 0.0, 1.0))
+
+
+def price_of_unknown(floors: float, total: float, calibration: Calibration = CALIBRATED) -> float:
+    """What an unknown must take off a fit's cost for the odds to gain by it.
+
+    ``floors`` : RMS of the best fit over the noise. Far from the noise ``MOST_TOGETHER`` errors count, each by half
+    the logarithm of its square, while the cost counts the logarithm for ``total`` samples.
+    """
+    share = _far(floors)
+    return (1.0 - share) * calibration.per_parameter + share * calibration.per_unknown_far * total / (
+        0.5 * MOST_TOGETHER
+    )
 
 
 def weigh(hypotheses: Sequence[Assessed[F]], calibration: Calibration, singles: int = 0) -> Array:
