@@ -163,6 +163,19 @@ def test_a_gap_that_nothing_explains_is_unknown_if_it_exceeds_a_models_accuracy(
     assert judge(Hypotheses(none, (little,), ()), motion=motion).verdict == verdict
 
 
+@pytest.mark.parametrize(("share", "verdict"), [(0.1, "unknown"), (2.0, "none")])
+def test_a_stated_accuracy_decides_which_gap_may_be_a_models_own_error(share: float, verdict: str) -> None:
+    """A gap of 500 floors, of which the project allows a tenth, or twice as much."""
+    scene, _ = scene_of(TWO, recorded(TWO), Tolerance(), 0)
+    noise = float(np.sqrt(np.mean(scene.usual**2)))
+    stated = replace(scene, accuracy=share * 500.0 * noise)
+    none = with_fitted(assessed(held_out_error(*[500] * 4)), 500.0)
+    little = with_fitted(assessed(held_out_error(*[490] * 4), FRICTION), 490.0)
+    motion = stated.motion_trusted(CALIBRATED.accuracy)
+    assert judge(Hypotheses(none, (little,), ()), motion=motion).verdict == verdict
+    assert scene.motion_trusted(CALIBRATED.accuracy) == scene.motion
+
+
 def test_pairs_that_differ_in_their_small_cause_give_the_common_cause() -> None:
     none = with_fitted(assessed(held_out_error(*[1000] * 4)), 1000.0)
     alone = with_fitted(assessed(held_out_error(*[250] * 4), FRICTION), 250.0)

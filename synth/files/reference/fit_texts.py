@@ -72,7 +72,7 @@ KEYS: dict[str, str] = {
     "gap.trials": "Recordings of the built leg.",
     "gap.tolerance": "Uncertainty of the design; deviations within it are not unmodelled effects.",
     "gap.noise": "Joint -> known RMS noise of its sensor.",
-    "gap.accuracy": "A smaller gap does not matter.",
+    "gap.accuracy": "A smaller gap does not matter; a larger one that nothing explains is unknown.",
     "gap.next_command": "What the command that `synth gap` suggests to a servo-driven leg may ask.",
     "next_command.length": "Of the command.",
     "next_command.limits": "Joint -> its limits.",

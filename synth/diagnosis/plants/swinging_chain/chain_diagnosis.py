@@ -86,6 +86,10 @@ class Scene:
         squares = [np.nanvar(t.measured[:, t.free], axis=0) / self.usual[t.free] ** 2 for t in self.given]
         return float(np.sqrt(np.mean(np.concatenate(squares))))
 
+    def motion_trusted(self, share: float) -> float:
+        """Motion of which a ``share`` may be the model's error, over the noise; a stated accuracy is that error."""
+        return self.accuracy / (share * float(np.sqrt(np.mean(self.usual**2)))) or self.motion
+
 
 class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     """A leg of links that swings from releases, or is driven by known torques."""
@@ -93,7 +97,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def __init__(self, scene: Scene, warnings: tuple[str, ...]) -> None:
         self.scene, self.bench, self.warnings, self.seed = scene, scene.bench, warnings, scene.seed
         self.scored, self.held_out, self.n_tolerance = scene.scored, bool(scene.held), scene.bench.n_tolerance
-        self.accuracy, self.motion = scene.accuracy, scene.motion
+        self.accuracy, self.motion = scene.accuracy, scene.motion_trusted(self.calibration.accuracy)
         self.most_rivals = MOST_RIVALS if has_servo(scene.leg, scene.given) else RIVALS
         self.independent = EFFECTIVE * len(scene.leg.joints)
         self._free: tuple[FreeTorque, ...] | None = None
