@@ -15,6 +15,7 @@ from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
+from synth.diagnosis.plants.swinging_chain.plain_drive import drive_error
 from synth.diagnosis.plants.swinging_chain.stand_in import stand_in
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.errors import UserError
@@ -72,7 +73,8 @@ class Gap(Diagnosed):
         write_gap(self.result, self.project, folder)
         near = stand_in(self.diagnosed, self.project.trials)
         leg, told = (None, ()) if near is None else (near.leg, near.texts)
-        write_simulator_files(self.diagnosed, self._fastest(), folder / "diagnosed", leg, told)
+        driven = drive_error(self.diagnosed, self.project.trials)
+        write_simulator_files(self.diagnosed, self._fastest(), folder / "diagnosed", leg, told, driven)
         write_gap_report(folder)
 
     def _fastest(self) -> Array:

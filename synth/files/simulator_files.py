@@ -16,17 +16,23 @@ from synth.swing.leg_model import Leg
 
 
 def write_simulator_files(
-    leg: Leg, fastest: Array, folder: Path, instead: Leg | None = None, told: Sequence[str] = ()
+    leg: Leg,
+    fastest: Array,
+    folder: Path,
+    instead: Leg | None = None,
+    told: Sequence[str] = (),
+    driven: Sequence[str] = (),
 ) -> dict[str, tuple[str, ...]]:
     """Write ``leg.mjcf.xml``, ``leg.urdf``, ``leg.sdf``, ``leg.usda`` and ``README.md``; file -> its omissions.
 
     ``fastest`` : (n,) rad/s, speed up to which each damper is represented. ``instead`` : the leg for formats with dry
-    friction (USD has none), where it has friction that they lack; ``told`` : what stands for what in it.
+    friction (USD has none), where it has friction that they lack; ``told`` : what stands for what in it. ``driven`` :
+    the error that MuJoCo's actuators leave.
     """
     folder.mkdir(parents=True, exist_ok=True)
     near = leg if instead is None else instead
-    write_text(folder / "leg.mjcf.xml", mjcf_text(near, fastest, notes=told))
-    lost = {"leg.mjcf.xml": (*told, *_mjcf_lost(near, fastest))}
+    write_text(folder / "leg.mjcf.xml", mjcf_text(near, fastest, notes=(*told, *driven)))
+    lost = {"leg.mjcf.xml": (*told, *_mjcf_lost(near, fastest), *driven)}
     for name, made, notes in (
         ("leg.urdf", urdf_file(near, fastest), told),
         ("leg.sdf", sdf_file(near, fastest), told),

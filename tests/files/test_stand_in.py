@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array
+from synth.diagnosis.plants.swinging_chain.plain_drive import drive_error
 from synth.diagnosis.plants.swinging_chain.stand_in import stand_in
 from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo, ServoSignals
@@ -95,3 +96,25 @@ def test_no_other_friction_and_damping_come_nearer() -> None:
 def test_a_leg_whose_friction_is_constant_needs_none() -> None:
     plain = ARM.with_joints(arm={"effects": {"coulomb_friction": {"torque": 0.05, "presliding": 1e-4}}})
     assert stand_in(plain, trials()) is None
+
+
+@pytest.mark.parametrize("change", [{"dead_band": 0.02}, {"current_limit": 1.0}, {"source_resistance": 1.5}])
+def test_the_error_of_a_drive_that_mujoco_lacks_is_mujocos_own(change: dict[str, float], tmp_path: Path) -> None:
+    leg = replace(ARM, joints=(replace(ARM.joints[0], drive=replace(SERVO, **change), effects={}),))
+    (text,) = drive_error(leg, trials())
+    write_simulator_files(leg, np.full(1, 10.0), tmp_path, driven=(text,))
+    assert f"<!-- {text} -->" in (tmp_path / "leg.mjcf.xml").read_text()
+    assert text in (tmp_path / "README.md").read_text()
+    apart = [
+        (in_mujoco(tmp_path / "leg.mjcf.xml", command) - simulate(leg, [0.0], [0.0], TIMES, signals=signals(command)))[
+            ::10
+        ]
+        for command in COMMANDS
+    ]
+    (stated,) = (float(x) for x in re.findall(r"([\d.]+) deg", text))
+    assert stated > 0.05
+    assert np.degrees(np.sqrt(np.mean(np.square(apart)))) == pytest.approx(stated, rel=0.1)
+
+
+def test_a_drive_that_mujoco_has_leaves_nothing_to_state() -> None:
+    assert drive_error(replace(ARM, joints=(replace(ARM.joints[0], effects={}),)), trials()) == ()

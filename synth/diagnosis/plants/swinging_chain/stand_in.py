@@ -55,7 +55,7 @@ def stand_in(leg: Leg, trials: Sequence[Trial]) -> StandIn | None:
 
     made = recordings(leg, trials, ())
     few = [made[k] for k in sorted({round(x) for x in np.linspace(0, len(made) - 1, MOST_TRIALS)})]
-    wanted = [_motion(leg, recording) for recording in few]
+    wanted = [motion(leg, recording) for recording in few]
     scale = np.ravel([(_weight(leg, j), _weight(leg, j) / _speed(few, j)) for j in places])
     free = np.ravel([(True, _rate(leg.joints[j]) is not None) for j in places])
 
@@ -64,7 +64,7 @@ def stand_in(leg: Leg, trials: Sequence[Trial]) -> StandIn | None:
         numbers = np.zeros(len(scale))
         numbers[free] = share
         other = _replaced(leg, places, numbers * scale)
-        each = [_motion(other, r) - w for r, w in zip(few, wanted, strict=True)]
+        each = [motion(other, r) - w for r, w in zip(few, wanted, strict=True)]
         flat = np.concatenate([x.ravel() for x in each])
         return np.asarray(np.nan_to_num(flat, nan=DIVERGED, posinf=DIVERGED, neginf=-DIVERGED))
 
@@ -76,7 +76,7 @@ def stand_in(leg: Leg, trials: Sequence[Trial]) -> StandIn | None:
     numbers = np.zeros(len(scale))
     numbers[free] = found.x
     numbers[1::2] = np.where(numbers[1::2] > NEGLIGIBLE * numbers[::2], numbers[1::2], 0.0)
-    left, without = _rms(found.fun), _rms(apart(np.zeros(int(free.sum()))))
+    left, without = rms_degrees(found.fun), rms_degrees(apart(np.zeros(int(free.sum()))))
     return StandIn(_replaced(leg, places, numbers * scale), tuple(_texts(leg, places, numbers * scale, left, without)))
 
 
@@ -85,12 +85,12 @@ def _dry(free: Array) -> Array:
     return np.array([1.0 if index % 2 == 0 else 0.0 for index in np.flatnonzero(free)])
 
 
-def _rms(difference: Array) -> float:
+def rms_degrees(difference: Array) -> float:
     """In degrees."""
     return float(np.degrees(np.sqrt(np.mean(difference**2))))
 
 
-def _motion(leg: Leg, recording: Recording) -> Array:
+def motion(leg: Leg, recording: Recording) -> Array:
     """(m, n) rad, from the state at the recording's start under its commands; nan if it diverged."""
     every = max(1, len(recording.time) // SAMPLES)
     time = recording.time[::every]
