@@ -191,7 +191,7 @@ def test_scores_of_three_rigs() -> None:
 
 
 def test_a_tie_is_counted_by_all_its_alternatives_and_by_the_best() -> None:
-    """ "This or that" is no false alarm by the second count where one of both is there."""
+    """A tie says one or the other: no false alarm by the second count where one of both is there."""
     none = {**ANSWER, "kind": "none", "effects": [], "alike": []}
     either = View("tie", ((("backlash", "knee"), 0.5),), (("backlash", "knee"),), ((("latency", "hip"),),), after=0.1)
     neither = View(
