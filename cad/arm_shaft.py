@@ -10,6 +10,8 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from synth.cad import kernel
+
 Form = Literal["round", "d", "square", "hex"]
 FORMS: tuple[Form, ...] = ("round", "d", "square", "hex")
 SIDES: dict[Form, int] = {"square": 4, "hex": 6}  # of a section
@@ -35,19 +37,16 @@ def flat_distance(form: Form, size: float) -> float:
 
 def build_section(form: Form, size: float, grow: float, bottom: float, top: float) -> Any:
     """A section as a cadquery Solid along z, ``grow`` mm larger on every side."""
-    import cadquery as cq
-
     if form in SIDES:
         count, radius = SIDES[form], circumradius(form, size + 2 * grow)
         turns = [math.radians(180.0 / count + 360.0 * k / count) for k in range(count)]
-        corners = [cq.Vector(radius * math.cos(turn), radius * math.sin(turn), bottom) for turn in turns]
-        face = cq.Face.makeFromWires(cq.Wire.makePolygon(corners, close=True))
-        return cq.Solid.extrudeLinear(face, cq.Vector(0, 0, top - bottom))
-    rod = cq.Solid.makeCylinder(size / 2 + grow, top - bottom, cq.Vector(0, 0, bottom))
+        corners = [(radius * math.cos(turn), radius * math.sin(turn), bottom) for turn in turns]
+        return kernel.prism(corners, (0.0, 0.0, top - bottom))
+    rod = kernel.cylinder(size / 2 + grow, top - bottom, (0.0, 0.0, bottom))
     if form == "round":
         return rod
     flat = flat_distance(form, size) + grow
-    block = cq.Solid.makeBox(size, 2 * size, top - bottom, cq.Vector(flat, -size, bottom))
+    block = kernel.block((size, 2 * size, top - bottom), (flat, -size, bottom))
     return rod.cut(block).Solids()[0]
 
 
@@ -95,17 +94,15 @@ class ShaftShape:
 
 def build_shaft(shape: ShaftShape) -> Any:
     """The shaft as one cadquery Solid."""
-    import cadquery as cq
-
     radius, (wide, deep) = shape.diameter / 2, shape.pocket
-    rod = cq.Solid.makeCylinder(radius, shape.top - shape.bottom, cq.Vector(0, 0, shape.bottom))
+    rod = kernel.cylinder(radius, shape.top - shape.bottom, (0.0, 0.0, shape.bottom))
     cuts = [cross_hole(height, size / 2, 2 * shape.diameter, turn) for height, size, turn in shape.pins]
     if shape.form != "round" and shape.form_length > 0.0:
         low, high = shape.bottom - 1.0, shape.bottom + shape.form_length
-        ring = cq.Solid.makeCylinder(2 * shape.diameter, high - low, cq.Vector(0, 0, low))
+        ring = kernel.cylinder(2 * shape.diameter, high - low, (0.0, 0.0, low))
         cuts.append(ring.cut(build_section(shape.form, shape.form_size, 0.0, low - 1.0, high + 1.0)))
     if deep > 0.0:
-        cuts.append(cq.Solid.makeCylinder(wide / 2, deep + 1.0, cq.Vector(0, 0, shape.top - deep)))
+        cuts.append(kernel.cylinder(wide / 2, deep + 1.0, (0.0, 0.0, shape.top - deep)))
     return rod.cut(*cuts).Solids()[0] if cuts else rod
 
 
@@ -121,11 +118,9 @@ def shaft_volume(shape: ShaftShape) -> float:
 
 def cross_hole(height: float, radius: float, reach: float, turn: float, start: float | None = None) -> Any:
     """A cylinder square to the hinge at a height, from ``start`` (mm; None: -reach) to ``reach`` along ``turn`` deg."""
-    import cadquery as cq
-
     low = -reach if start is None else start
     x, y = math.cos(math.radians(turn)), math.sin(math.radians(turn))
-    return cq.Solid.makeCylinder(radius, reach - low, cq.Vector(low * x, low * y, height), cq.Vector(x, y, 0))
+    return kernel.cylinder(radius, reach - low, (low * x, low * y, height), (x, y, 0.0))
 
 
 def cross_volume(outer: float, inner: float, radius: float) -> float:
@@ -144,10 +139,8 @@ def cross_volume(outer: float, inner: float, radius: float) -> float:
 
 def build_ring(outer: float, bore: float, bottom: float, top: float) -> Any:
     """A ring (cadquery Solid) about the hinge axis: bearing, collar or thrust washer, by its diameters (mm)."""
-    import cadquery as cq
-
-    body = cq.Solid.makeCylinder(outer / 2, top - bottom, cq.Vector(0, 0, bottom))
-    return body.cut(cq.Solid.makeCylinder(bore / 2, top - bottom + 2, cq.Vector(0, 0, bottom - 1))).Solids()[0]
+    body = kernel.cylinder(outer / 2, top - bottom, (0.0, 0.0, bottom))
+    return body.cut(kernel.cylinder(bore / 2, top - bottom + 2, (0.0, 0.0, bottom - 1))).Solids()[0]
 
 
 def ring_volume(outer: float, bore: float, height: float) -> float:

@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from synth.cad import kernel
 from synth.cad.arm_shaft import Form, build_section, cross_hole, cross_volume, flat_distance, section_area
 from synth.cad.fittings import AdapterDimensions
 from synth.cad.hardware import Pin, insert_of
@@ -39,10 +40,8 @@ def pin_heights(adapter: AdapterDimensions) -> tuple[float, float]:
 
 def build_adapter(adapter: AdapterDimensions, hub: Hub, output_pin: Pin | None) -> Any:
     """The adapter as one cadquery Solid; ``output_pin``: through a round output."""
-    import cadquery as cq
-
     length, low = adapter.length, pin_heights(adapter)[1]
-    body = cq.Solid.makeCylinder(hub.radius, length, cq.Vector(0, 0, -length))
+    body = kernel.cylinder(hub.radius, length, (0.0, 0.0, -length))
     cuts = [
         build_section("round", hub.shaft, hub.fit, -adapter.shaft_grip, 1.0),
         build_section(adapter.form, adapter.output_diameter, hub.fit, -length - 1.0, -length + adapter.output_grip),

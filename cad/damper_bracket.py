@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from synth.cad import kernel
 from synth.cad.arm_shaft import cross_hole, cross_volume
 from synth.cad.fittings import DamperDimensions
 from synth.cad.outline import Point
@@ -49,9 +50,7 @@ class Sleeve:
 
 
 def _cylinder(radius: float, bottom: float, top: float, at: Point = (0.0, 0.0)) -> Any:
-    import cadquery as cq
-
-    return cq.Solid.makeCylinder(radius, top - bottom, cq.Vector(at[0], at[1], bottom))
+    return kernel.cylinder(radius, top - bottom, (at[0], at[1], bottom))
 
 
 def build_bracket(sleeve: Sleeve, screws: Sequence[Point]) -> Any:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from synth.cad import kernel
 from synth.cad.dimensions import JointDimensions
 from synth.cad.fittings import EncoderDimensions
 from synth.cad.layout import SUNK_ASIDE, JointLayout
@@ -48,9 +49,7 @@ def _sunk(dimensions: JointDimensions, layout: JointLayout) -> tuple[float, floa
 
 
 def _cylinder(radius: float, bottom: float, top: float, at: Point = (0.0, 0.0)) -> Any:
-    import cadquery as cq
-
-    return cq.Solid.makeCylinder(radius, top - bottom, cq.Vector(at[0], at[1], bottom))
+    return kernel.cylinder(radius, top - bottom, (at[0], at[1], bottom))
 
 
 def build_seat(dimensions: JointDimensions, layout: JointLayout) -> Any:

@@ -10,11 +10,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from synth.cad import kernel
 from synth.cad.arm_layout import OVERHANG, ArmLayout
 from synth.cad.arm_shaft import cross_hole, cross_volume
 from synth.cad.dimensions import JointDimensions
 from synth.cad.encoder_seat import seat_height
 from synth.cad.hardware import insert_of, screw_of
+from synth.cad.kernel import prism
 from synth.cad.layout import (
     BEARING_SUNK,
     SUNK_ASIDE,
@@ -53,26 +55,13 @@ def pocket_depth(dimensions: JointDimensions) -> float:
 
 
 def cylinder(radius: float, bottom: float, top: float, at: Point = (0.0, 0.0)) -> Any:
-    """A cadquery Solid parallel to the hinge axis."""
-    import cadquery as cq
-
-    return cq.Solid.makeCylinder(radius, top - bottom, cq.Vector(at[0], at[1], bottom))
+    """A cylinder parallel to the hinge axis."""
+    return kernel.cylinder(radius, top - bottom, (at[0], at[1], bottom))
 
 
 def box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]) -> Any:
-    """A cadquery Solid along the axes."""
-    import cadquery as cq
-
-    return cq.Solid.makeBox(x[1] - x[0], y[1] - y[0], z[1] - z[0], cq.Vector(x[0], y[0], z[0]))
-
-
-def prism(points: list[tuple[float, float, float]], way: tuple[float, float, float]) -> Any:
-    """A flat polygon extruded along a vector, as a cadquery Solid."""
-    import cadquery as cq
-
-    corners = [cq.Vector(*point) for point in points]
-    face = cq.Face.makeFromWires(cq.Wire.makePolygon(corners, close=True))
-    return cq.Solid.extrudeLinear(face, cq.Vector(*way))
+    """A cuboid along the axes, between two places on each."""
+    return kernel.block((x[1] - x[0], y[1] - y[0], z[1] - z[0]), (x[0], y[0], z[0]))
 
 
 def in_arm_frame(solid: Any, arm: ArmLayout) -> Any:
@@ -82,12 +71,8 @@ def in_arm_frame(solid: Any, arm: ArmLayout) -> Any:
 
 def ring_sector(inner: float, outer: float, sector: tuple[float, float], bottom: float, top: float) -> Any:
     """A sector of a ring between two angles, deg."""
-    import cadquery as cq
-
-    whole = cq.Solid.makeCylinder(
-        outer, top - bottom, cq.Vector(0, 0, bottom), cq.Vector(0, 0, 1), sector[1] - sector[0]
-    ).rotate((0, 0, 0), (0, 0, 1), sector[0])
-    return whole.cut(cylinder(inner, bottom - 1, top + 1))
+    whole = kernel.cylinder(outer, top - bottom, (0.0, 0.0, bottom), angle=sector[1] - sector[0])
+    return whole.rotate((0, 0, 0), (0, 0, 1), sector[0]).cut(cylinder(inner, bottom - 1, top + 1))
 
 
 def v_groove(arm: ArmLayout, wire: float, way: int) -> Any:
@@ -109,12 +94,9 @@ def v_groove(arm: ArmLayout, wire: float, way: int) -> Any:
 
 def _socket(dimensions: JointDimensions, layout: JointLayout, start: float, way: int) -> tuple[Any, list[Any]]:
     """A round socket for the link's tube from y = way * start outwards: its body, and what is cut from it."""
-    import cadquery as cq
-
-    direction = cq.Vector(0, way, 0)
-    origin = cq.Vector(0, way * start, 0)
-    body = cq.Solid.makeCylinder(layout.socket_outer, layout.socket_depth, origin, direction)
-    bore = cq.Solid.makeCylinder(dimensions.link_width / 2 + dimensions.fit, layout.socket_depth + 1, origin, direction)
+    along = ((0.0, way * start, 0.0), (0.0, way, 0.0))
+    body = kernel.cylinder(layout.socket_outer, layout.socket_depth, *along)
+    bore = kernel.cylinder(dimensions.link_width / 2 + dimensions.fit, layout.socket_depth + 1, *along)
     at = (0.0, socket_screw_at(layout, start, way))
     screw, far = cross_screw(layout), layout.socket_outer + 1
     cuts = [bore, cylinder(screw.screw.hole / 2, -far, far, at)]

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from synth.cad import kernel
 from synth.cad.dimensions import JointDimensions
 from synth.cad.layout import JointLayout
 from synth.cad.outlines import flange_size, mount_screws
@@ -15,16 +16,13 @@ from synth.cad.outlines import flange_size, mount_screws
 
 def build_flange(dimensions: JointDimensions, layout: JointLayout) -> tuple[Any, list[Any]]:
     """The flange (cadquery Solid) in the joint's frame, and the screws' holes to cut from it."""
-    import cadquery as cq
-
     mount = dimensions.mount
     assert mount is not None
     across, along = flange_size(dimensions, layout)
     start = layout.upper_bottom
-    plate = cq.Solid.makeBox(across, mount.thickness, along, cq.Vector(-across / 2, start, -along / 2))
-    up = cq.Vector(0, 1, 0)
+    plate = kernel.block((across, mount.thickness, along), (-across / 2, start, -along / 2))
     holes = [
-        cq.Solid.makeCylinder(mount.bolt_diameter / 2, mount.thickness + 2, cq.Vector(x, start - 1, z), up)
+        kernel.cylinder(mount.bolt_diameter / 2, mount.thickness + 2, (x, start - 1, z), (0.0, 1.0, 0.0))
         for x, z in mount_screws(dimensions, layout)
     ]
     return plate, holes

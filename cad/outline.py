@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from synth.cad import facets, kernel
+
 Point = tuple[float, float]
 _TINY = 1e-9  # mm, below the modeller's own tolerance of 1e-7
 _SHORTEST = 2e-7  # mm: twice the modeller's tolerance, below which it builds no edge
@@ -111,12 +113,15 @@ class Hull:
         return double / 2
 
     def extrude(self, bottom: float, top: float) -> Any:
-        """A cadquery Solid between two heights, mm."""
-        import cadquery as cq
-
+        """A solid between two heights, mm."""
         if not self.tangents:
             disc = self.discs[0]
-            return cq.Solid.makeCylinder(disc.radius, top - bottom, cq.Vector(disc.x, disc.y, bottom))
+            return kernel.cylinder(disc.radius, top - bottom, (disc.x, disc.y, bottom))
+        if kernel.in_facets():
+            points = [at for disc, *sweep in self.arcs for at in facets.arc_points(disc.x, disc.y, disc.radius, *sweep)]
+            return facets.extruded(points, bottom, top)
+        import cadquery as cq
+
         edges, last = [], _on(self.arcs[-1][0], self.arcs[-1][2])
         for disc, start, end in self.arcs:
             first, middle, final = (_on(disc, angle) for angle in (start, (start + end) / 2, end))

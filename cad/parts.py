@@ -11,6 +11,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.cad.kernel import is_faceted, moments
+from synth.cad.moments import Moments
+
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
 Group = Literal["upper", "lower", "spring"]
@@ -18,6 +21,8 @@ Group = Literal["upper", "lower", "spring"]
 # Chord error of the meshes. The angular one dominates on small radii and is therefore always given.
 LINEAR_TOLERANCE = 0.05  # mm: an eighth of a print line
 ANGULAR_TOLERANCE = 0.15  # rad: 42 chords to a circle, 0.1 % off its radius at 5 mm
+
+SAME_POINT = 1e-8  # mm: corners of two faces' meshes this close are one point; the kernel's own tolerance is 1e-7
 
 # RGB; distinguishable without colour vision.
 COLOURS: dict[str, tuple[float, float, float]] = {
@@ -73,6 +78,16 @@ class Mesh:
         """Least and largest coordinates (3,), mm."""
         return self.vertices.min(axis=0), self.vertices.max(axis=0)
 
+    @property
+    def closed(self) -> bool:
+        """Whether every edge belongs to two faces, which run along it in opposite directions."""
+        count = len(self.vertices)
+        ahead, back = (
+            np.sort(np.concatenate([self.faces[:, i] * count + self.faces[:, j] for i, j in ways]))
+            for ways in (((0, 1), (1, 2), (2, 0)), ((1, 0), (2, 1), (0, 2)))
+        )
+        return len(ahead) > 0 and bool(np.all(np.diff(ahead) > 0)) and bool(np.all(ahead == back))
+
     @cached_property
     def manifold(self) -> Any:
         """The mesh as a manifold3d solid; empty where it is not closed."""
@@ -105,24 +120,6 @@ class LateMesh(Mesh):
         object.__setattr__(self, "vertices", made.vertices)
         object.__setattr__(self, "faces", made.faces)
         return getattr(made, name)
-
-
-@dataclass(frozen=True)
-class Moments:
-    """Mass properties apart from density: volume mm^3, its centre mm, inertia of unit density mm^5.
-
-    ``tensor``: xx, yy, zz, xy, xz, yz of the inertia matrix about the centre; products with the minus sign that they
-    have in the matrix.
-    """
-
-    volume: float
-    centre: tuple[float, float, float]
-    tensor: tuple[float, float, float, float, float, float]
-
-    @property
-    def about_z(self) -> float:
-        """About the hinge's direction through the centre, mm^5."""
-        return self.tensor[2]
 
 
 @dataclass(frozen=True)
@@ -161,15 +158,11 @@ class BuiltPart:
 
     @cached_property
     def _moments(self) -> Moments:
-        from OCP.BRepGProp import BRepGProp
-        from OCP.GProp import GProp_GProps
-
-        found = GProp_GProps()
-        BRepGProp.VolumeProperties_s(self.solid.wrapped, found)
-        centre, matrix = found.CentreOfMass(), found.MatrixOfInertia()
-        places = ((1, 1), (2, 2), (3, 3), (1, 2), (1, 3), (2, 3))
-        xx, yy, zz, xy, xz, yz = (float(matrix.Value(*place)) for place in places)
-        return Moments(float(found.Mass()), (centre.X(), centre.Y(), centre.Z()), (xx, yy, zz, xy, xz, yz))
+        found = moments(self.solid)
+        # Facets are as exact as the part's closed form, if it has one.
+        return (
+            found if not is_faceted(self.solid) or self.exact_volume is None else found.with_volume(self.exact_volume)
+        )
 
     def mass(self, print_density: float) -> float | None:
         """Mass in g, printed parts solid at ``print_density`` g/cm^3; None if the material is unknown."""
@@ -200,10 +193,16 @@ def mesh_of(solid: Any, signs: tuple[int, int, int] = (1, 1, 1)) -> Mesh:
 
 def _mesh_of(solid: Any) -> Mesh:
     """Mesh of a solid whose faces share the points of their edges, so that merging them closes it."""
-    import trimesh
+    return _ordered(*_merged(*_triangles(solid)))
 
-    merged = trimesh.Trimesh(*_triangles(solid), process=True)
-    return _ordered(np.asarray(merged.vertices, dtype=np.float64), np.asarray(merged.faces, dtype=np.int64))
+
+def _merged(vertices: Array, faces: Faces) -> tuple[Array, Faces]:
+    """Vertices within ``SAME_POINT`` as one, the first of them."""
+    kinds, first, place = np.unique(
+        np.round(vertices / SAME_POINT).astype(np.int64), axis=0, return_index=True, return_inverse=True
+    )
+    del kinds
+    return vertices[first], np.asarray(place, dtype=np.int64).reshape(-1)[faces]
 
 
 def _ordered(vertices: Array, faces: Faces) -> Mesh:

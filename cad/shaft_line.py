@@ -8,14 +8,19 @@ tongue is pinned to the shaft.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
 
 from synth.cad.dimensions import JointDimensions
 from synth.cad.hardware import Pin, insert_of, pin_at_least
 from synth.cad.layout import JointLayout
 from synth.cad.outline import Point, unit
+
+Array = NDArray[np.float64]
 
 AXIAL_GAP = 0.02  # mm, between a lip and its thrust washer as drawn: collars are clamped against them by hand
 PIN_WALL = 1.2  # mm of print around a pin's hole: three lines
@@ -25,7 +30,7 @@ RIM = 1.0  # mm, on which an encoder's housing lies
 FLOOR = 1.2  # mm of print between a collar and an encoder: three lines
 BLIND = 0.3  # mm, depth of the pin's hole beyond its end
 TURNS = range(0, 360, 5)  # deg, directions that are tried for the pin's hole
-WAYS = tuple(unit(turn) for turn in TURNS)
+WAYS = np.array([unit(turn) for turn in TURNS])
 SAMPLES = 8  # points along a horn or the stem, from which the hole keeps a distance
 
 
@@ -89,6 +94,7 @@ def lay_shaft(dimensions: JointDimensions, layout: JointLayout, bottom: float) -
     )
 
 
+@lru_cache(maxsize=64)  # asked for by each part on the shaft
 def _pin_angle(layout: JointLayout, pin: Pin) -> float:
     """The direction of the pin's hole with enough print beside the inserts, farthest from horns and stem.
 
@@ -96,16 +102,16 @@ def _pin_angle(layout: JointLayout, pin: Pin) -> float:
     """
     hole, enough = insert_of(layout.seat.screw).hole / 2, pin.size / 2 + AMPLE
     inserts = [(at, hole) for at in layout.lower.screws]
-    beside = [min(_spare(way, inserts), enough) for way in WAYS]
-    others, most = _obstacles(layout), max(beside)
-    left = [turn for turn, spare in zip(TURNS, beside, strict=True) if spare == most]
-    return float(max(left, key=lambda turn: _spare(unit(turn), others)))
+    beside = np.minimum(_spares(WAYS, inserts), enough)
+    clear = beside == beside.max()
+    return float(TURNS[int(np.argmax(np.where(clear, _spares(WAYS, _obstacles(layout)), -np.inf)))])
 
 
 def pin_spare(layout: JointLayout, line: ShaftLine) -> float:
     """Print (mm) between the pin's hole and the nearest insert."""
     hole = insert_of(layout.seat.screw).hole / 2
-    return _spare(unit(line.pin_angle), [(at, hole) for at in layout.lower.screws]) - line.pin.size / 2
+    way = np.array([unit(line.pin_angle)])
+    return float(_spares(way, [(at, hole) for at in layout.lower.screws])[0]) - line.pin.size / 2
 
 
 def _obstacles(layout: JointLayout) -> list[tuple[Point, float]]:
@@ -122,11 +128,10 @@ def _obstacles(layout: JointLayout) -> list[tuple[Point, float]]:
     return found
 
 
-def _spare(way: Point, discs: Sequence[tuple[Point, float]]) -> float:
-    """Distance (mm) at which a ray from the hinge along the unit vector ``way`` passes the nearest of some discs."""
-    x, y = way
-    found = []
-    for at, radius in discs:
-        along = at[0] * x + at[1] * y
-        found.append((abs(at[0] * y - at[1] * x) if along > 0.0 else math.hypot(*at)) - radius)
-    return min(found)
+def _spares(ways: Array, discs: Sequence[tuple[Point, float]]) -> Array:
+    """Distance (n,) mm at which a ray from the hinge along each unit vector ``ways`` (n, 2) passes the nearest disc."""
+    x, y = ways[:, :1], ways[:, 1:]
+    at, radius = np.array([place for place, _ in discs]), np.array([radius for _, radius in discs])
+    passed = np.abs(at[:, 0] * y - at[:, 1] * x)
+    ahead = at[:, 0] * x + at[:, 1] * y > 0.0
+    return np.asarray((np.where(ahead, passed, np.hypot(at[:, 0], at[:, 1])) - radius).min(axis=1))

@@ -13,7 +13,8 @@ from typing import Any
 from synth.cad.arm_layout import ArmLayout
 from synth.cad.dimensions import JointDimensions
 from synth.cad.hardware import Screw, insert_of, screw_of
-from synth.cad.hinge import MARK, box, cylinder, in_arm_frame, prism, v_groove
+from synth.cad.hinge import MARK, box, cylinder, in_arm_frame, v_groove
+from synth.cad.kernel import prism
 from synth.cad.layout import VERNIER, VERNIER_STEP, JointLayout
 from synth.cad.outline import Point
 from synth.cad.outlines import plate_outline

@@ -7,16 +7,19 @@ along -y (right hand) or +y (left hand), the second arm leaves at the top.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.cad import facets, kernel
 from synth.cad.dimensions import SpringDimensions
 
 Array = NDArray[np.float64]
 SIDES = 20  # of the mesh's tube
 STEPS_PER_TURN = 48  # points of the helix: 1 - cos(pi/48) = 0.2 % of the radius between two
+FINE_SIDES, FINE_STEPS = 12, 144  # of the facets from which its mass is computed
 
 
 def coil_length(spring: SpringDimensions) -> float:
@@ -80,6 +83,12 @@ def build_spring(spring: SpringDimensions, arm_length: float) -> Any:
     Frenet frame. A sweep with a fixed binormal is valid and watertight but has 4 % of the volume; with a spline
     through helix points the volume is 8 % off. Neither may be used; the volume check would detect both.
     """
+    if kernel.in_facets():
+        # Points of the helix stand outside it by as much as makes their chords' mean square radius its own.
+        step = math.tau / FINE_STEPS
+        wide = 1.0 / math.sqrt(1.0 - 2.0 / 3.0 * math.sin(step / 2) ** 2)
+        line = centre_line(replace(spring, mean_diameter=wide * spring.mean_diameter), arm_length, FINE_STEPS)
+        return facets.meshed(*tube_mesh(line, spring.wire_diameter, FINE_SIDES))
     import cadquery as cq
 
     free, start, finish, far = (cq.Vector(*corner) for corner in _ends(spring, arm_length))
