@@ -49,7 +49,7 @@ def test_mass_and_inertia_of_every_part_equal_those_of_its_mesh(leg: BuiltLeg) -
 def test_moments_of_facets_are_those_of_the_solids(leg: BuiltLeg) -> None:
     """Every part of every joint; 1e-5 is the kernel's own error where a screw's hole crosses a tube.
 
-    The facets of a spring are straight between points 2.5 deg apart, so its centre is within 5e-3 mm and its inertia within 3e-4.
+    The facets of a spring are straight between points 2.5 deg apart: its centre is within 5e-3 mm, its inertia 3e-4.
     """
     fine = build_leg_of_facets(leg.dimensions)
     assert [part.name for part in fine.parts] == [part.name for part in leg.parts]
