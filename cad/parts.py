@@ -237,7 +237,7 @@ def _triangles(solid: Any) -> tuple[Array, Faces]:
         points = [node(index) for index in range(1, surface.NbNodes() + 1)]
         if not place.IsIdentity():
             points = [point.Transformed(place.Transformation()) for point in points]
-        vertices += [(point.X(), point.Y(), point.Z()) for point in points]
+        vertices += [point.Coord() for point in points]
         corners = [triangle(index).Get() for index in range(1, surface.NbTriangles() + 1)]
         if face.wrapped.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
             corners = [(a, c, b) for a, b, c in corners]

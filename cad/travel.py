@@ -88,10 +88,13 @@ class Bodies:
 
     def round_overlap(self) -> float:
         """Common volume (mm^3) of the upper half with the shaft, and what is keyed on it, turned in eight ways."""
-        names = [part.name for part in self.parts["lower"] if is_round(part)]
-        bodies = [turned(self.solids[name], 45.0 * step) for name in names for step in range(8)]  # an eighth of a turn
-        near = NearBody(self.halves["upper"])
-        return max(float((near.near(body) ^ body).volume()) for body in bodies)
+        return max(self._most_turned(self.solids[part.name]) for part in self.parts["lower"] if is_round(part))
+
+    def _most_turned(self, body: Any) -> float:
+        """Largest common volume (mm^3) of the upper half with a round body, turned in steps of an eighth."""
+        near = NearBody(self.halves["upper"])  # its own: what is near a washer is little
+        bodies = [turned(body, 45.0 * step) for step in range(8)]
+        return max(float((near.near(each) ^ each).volume()) for each in bodies)
 
     def pair(self, angle: float) -> tuple[str, str, float]:
         """The two parts that overlap most at an angle, and their common volume, mm^3."""

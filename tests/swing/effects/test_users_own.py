@@ -13,6 +13,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import synth.swing.effects
+from compiled_code import with_code
 from swing.effects.one_joint import INERTIA, RATE, leg
 from swing.effects.test_mirror import GIVEN
 from synth.errors import UserError
@@ -253,7 +254,7 @@ for source in chain.sources.values():
     source.load()
 print(there, sum(chain.extra_torques.stats.cache_misses.values()), "cogging" in [e.name for e in chain.effects])
 """
-    environment = os.environ | {"SYNTH_CACHE": str(tmp_path / "cache")}
+    environment = os.environ | {"SYNTH_CACHE": str(with_code(tmp_path / "cache", 1, but="torques"))}
     told = [
         subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
         for _ in range(2)
