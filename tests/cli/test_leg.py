@@ -206,25 +206,6 @@ def test_urdf_and_sdf_are_valid_and_their_losses_reported(result: Path, design: 
     assert [text.split()[0] for text in lost] == ["leg.urdf", "leg.sdf"]
 
 
-def test_a_failed_gate_writes_a_report_with_picture_and_no_parts(
-    project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = edited(project, tmp_path, replace_in("leg-design.yaml", "[320 mm, 132 mm, 154 mm]", "[90 mm, 90 mm, 15 mm]"))
-    out = tmp_path / "out"
-    assert main(["--quiet", "leg", str(path), "--out", str(out)]) == 2
-    said = capsys.readouterr().err
-    assert "the joints are not exported" in said
-    assert "knee_damper_bracket: print: bed" in said
-    design = json.loads((out / "design.json").read_text())
-    failed = [check for check in design["solids"]["checks"] if not check["passed"]]
-    assert failed
-    assert {check["name"] for check in failed} == {"print: bed"}
-    assert not (out / "parts").exists()
-    assert f"{len(failed)} of {len(design['solids']['checks'])} checks failed" in (out / "report.html").read_text()
-    if not any("no pictures" in note for note in design["solids"]["notes"]):
-        assert all((out / check["picture"]).stat().st_size > 1000 for check in failed)
-
-
 def edited(project: Path, tmp_path: Path, edit: Edit) -> Path:
     copy = tmp_path / "project"
     shutil.copytree(project, copy)
@@ -337,17 +318,6 @@ def test_constraints_that_exclude_every_part_are_reported(
     assert "make: true" in said
 
 
-def test_an_impossible_dimension_is_named(project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    edit = replace_in("leg-design.yaml", "cad:", "cad: {shaft_diameter: 45 mm} #")
-    file = edited(project, tmp_path, edit)
-    status = main(["--quiet", "leg", str(file), "--out", str(tmp_path / "out")])
-    said = capsys.readouterr().err
-    assert status == 2
-    assert "mm" in said
-    assert "--no-cad" in said
-    assert not (tmp_path / "out").exists()
-
-
 def test_dry_run_writes_nothing(project: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert main(["--quiet", "leg", str(project / "leg-design.yaml"), "--out", str(out), "--dry-run"]) == 0
@@ -365,28 +335,70 @@ def test_a_driven_motion_is_not_scaled(project: Path, tmp_path: Path, capsys: py
     assert "torque columns" in capsys.readouterr().err
 
 
-def test_a_single_link_through_the_straight_pose_is_designed(tmp_path: Path) -> None:
-    """Any limb, not the thesis' alone: one joint, measured from straight, clockwise, with its own name."""
+@pytest.fixture(scope="module")
+def elbow(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project of any limb, not the thesis' alone: one joint, measured from straight, clockwise, with its own name."""
     import numpy as np
 
     from synth.files.leg_file import write_leg
     from synth.swing.chain import simulate
     from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
+    folder = tmp_path_factory.mktemp("elbow")
     leg = Leg("arm", (Joint("elbow", Link(0.3, 0.5, 0.15, 4e-3), 0.0, -1, None, Spring(2.0, 0.3), Damper(0.05)),))
-    write_leg(leg, tmp_path / "arm.leg.yaml")
+    write_leg(leg, folder / "arm.leg.yaml")
     generator, time = np.random.default_rng(1), np.arange(0, 2, 0.01)
     for index, start in enumerate((0.8, -0.6, 1.2)):
         motion = leg.to_measured(simulate(leg, leg.to_rotation(np.array([start])), np.zeros(1), time))[:, 0]
         noisy = np.degrees(motion) + generator.normal(0, 0.1, len(time))
         rows = "".join(f"{t:.3f},{a:.4f}\n" for t, a in zip(time, noisy, strict=True))
-        (tmp_path / f"release_{index}.csv").write_text("time [s],elbow [deg]\n" + rows)
-    (tmp_path / "project.yaml").write_text(
+        (folder / f"release_{index}.csv").write_text("time [s],elbow [deg]\n" + rows)
+    (folder / "leg-design.yaml").write_text(
         "kind: leg-design\nsource: {leg: arm.leg.yaml, trials: [release_*.csv]}\ntarget: arm.leg.yaml\n"
     )
+    return folder
+
+
+def test_a_single_link_through_the_straight_pose_is_designed(elbow: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    assert main(["--quiet", "leg", str(tmp_path / "project.yaml"), "--out", str(out), "--no-pictures"]) == 0
+    assert main(["--quiet", "leg", str(elbow / "leg-design.yaml"), "--out", str(out), "--no-pictures"]) == 0
     design = json.loads((out / "design.json").read_text())
     assert design["stages"]["target"]["joints"]["elbow"]["spring_rate"]["value"] == pytest.approx(2.0, rel=0.01)
     assert (out / "parts" / "elbow_lower.step").is_file()
     assert any("the upper arm cannot lie" in note for note in design["solids"]["notes"])
+
+
+def test_a_failed_gate_writes_a_report_with_picture_and_no_parts(
+    elbow: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A bed too small for some parts: another one leaves the stored design as it is."""
+    small = "cad: {bed: [90 mm, 90 mm, 15 mm]}\n"
+    path = edited(elbow, tmp_path, lambda folder: _append(folder / "leg-design.yaml", small))
+    out = tmp_path / "out"
+    assert main(["--quiet", "leg", str(path), "--out", str(out)]) == 2
+    said = capsys.readouterr().err
+    assert "the joints are not exported" in said
+    assert "elbow_damper_bracket: print: bed" in said
+    design = json.loads((out / "design.json").read_text())
+    failed = [check for check in design["solids"]["checks"] if not check["passed"]]
+    assert failed
+    assert {check["name"] for check in failed} == {"print: bed"}
+    assert not (out / "parts").exists()
+    assert f"{len(failed)} of {len(design['solids']['checks'])} checks failed" in (out / "report.html").read_text()
+    if not any("no pictures" in note for note in design["solids"]["notes"]):
+        assert all((out / check["picture"]).stat().st_size > 1000 for check in failed)
+
+
+def test_an_impossible_dimension_is_named(elbow: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    thick = "cad: {shaft_diameter: 45 mm}\n"
+    file = edited(elbow, tmp_path, lambda folder: _append(folder / "leg-design.yaml", thick))
+    status = main(["--quiet", "leg", str(file), "--out", str(tmp_path / "out")])
+    said = capsys.readouterr().err
+    assert status == 2
+    assert "mm" in said
+    assert "--no-cad" in said
+    assert not (tmp_path / "out").exists()
+
+
+def _append(path: Path, text: str) -> None:
+    path.write_text(path.read_text() + text)
