@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from synth.cad.moments import Moments
+from synth.cad.moments import Moments, Vector
 
-Vector = tuple[float, float, float]
 SAGITTA = 0.02  # mm, of a chord under its arc: masses of the built-in example's parts are then within 1e-5 (test)
 LEAST = 32  # chords to a whole circle
 

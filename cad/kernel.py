@@ -1,7 +1,8 @@
 """The shapes from which every solid of a joint is built: exact ones (cadquery), or fine facets for masses alone.
 
 The builders describe a part once. Within ``faceted()`` they build ``facets.Facets`` instead of cadquery's solids, which
-have the same methods: ``fuse``, ``cut``, ``rotate``, ``translate``, ``mirror``, ``Solids``.
+have the same methods: ``fuse``, ``cut``, ``rotate``, ``translate``, ``mirror``, ``Solids``. Dimensions are read without
+either kernel, so both are imported where they are used.
 """
 
 from __future__ import annotations
@@ -11,12 +12,10 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
-from synth.cad import facets
-from synth.cad.facets import Vector
-from synth.cad.moments import Moments, exact_moments
+from synth.cad.moments import Moments, Vector, exact_moments
 
 _faceted: ContextVar[bool] = ContextVar("faceted", default=False)
-UP: Vector = (0.0, 0.0, 1.0)
+UP: Vector = (0.0, 0.0, 1.0)  # along the hinge
 
 
 @contextmanager
@@ -39,6 +38,8 @@ def cylinder(
 ) -> Any:
     """A cylinder on its base's centre, mm; of less than 360 deg, which stands on z: a sector from the x axis on."""
     if in_facets():
+        from synth.cad import facets
+
         return facets.cylinder(radius, height, base, direction, angle)
     import cadquery as cq
 
@@ -48,6 +49,8 @@ def cylinder(
 def block(size: Vector, corner: Vector) -> Any:
     """A cuboid along the axes, mm."""
     if in_facets():
+        from synth.cad import facets
+
         x, y, z = corner
         points = [(x, y), (x + size[0], y), (x + size[0], y + size[1]), (x, y + size[1])]
         return facets.extruded(points, z, z + size[2])
@@ -59,6 +62,8 @@ def block(size: Vector, corner: Vector) -> Any:
 def prism(corners: Sequence[Vector], way: Vector) -> Any:
     """A flat convex polygon extruded along a vector, mm."""
     if in_facets():
+        from synth.cad import facets
+
         return facets.prism(corners, way)
     import cadquery as cq
 
@@ -73,4 +78,6 @@ def moments(solid: Any) -> Moments:
 
 def is_faceted(solid: Any) -> bool:
     """Whether a solid is one of facets."""
-    return isinstance(solid, facets.Facets)
+    from synth.cad.facets import Facets
+
+    return isinstance(solid, Facets)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+Vector = tuple[float, float, float]
+
 
 @dataclass(frozen=True)
 class Moments:
@@ -15,7 +17,7 @@ class Moments:
     """
 
     volume: float
-    centre: tuple[float, float, float]
+    centre: Vector
     tensor: tuple[float, float, float, float, float, float]
 
     @property

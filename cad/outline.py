@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from synth.cad import facets, kernel
+from synth.cad import kernel
 
 Point = tuple[float, float]
 _TINY = 1e-9  # mm, below the modeller's own tolerance of 1e-7
@@ -118,6 +118,8 @@ class Hull:
             disc = self.discs[0]
             return kernel.cylinder(disc.radius, top - bottom, (disc.x, disc.y, bottom))
         if kernel.in_facets():
+            from synth.cad import facets
+
             points = [at for disc, *sweep in self.arcs for at in facets.arc_points(disc.x, disc.y, disc.radius, *sweep)]
             return facets.extruded(points, bottom, top)
         import cadquery as cq

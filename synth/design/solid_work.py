@@ -32,6 +32,10 @@ def load_kernel() -> None:
     with left_empty("vtk"):
         import cadquery  # noqa: F401
     import manifold3d  # noqa: F401
+    import scipy.optimize  # noqa: F401  # the gates' linear programme
+
+    from synth.cad import assembly, checks, export, printing  # noqa: F401
+    from synth.design import part_masses  # noqa: F401
 
 
 def joint_masses(

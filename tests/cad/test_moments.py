@@ -70,7 +70,7 @@ def test_a_cylinder_of_facets_has_the_closed_form_of_a_sector(angle: float) -> N
     half = np.radians(angle) / 2
     reach = 10.0 / 3 * np.sin(half) / half
     assert found.volume == pytest.approx(half * 25 * 2, rel=1e-8)  # manifold3d rounds outlines to 1e-8
-    assert found.centre == pytest.approx((1 + reach * np.cos(half), 2 + reach * np.sin(half), 4.0), abs=5e-4)
+    assert found.centre == pytest.approx((1 + reach * np.cos(half), 2 + reach * np.sin(half), 4.0), abs=1e-3)
 
 
 def test_a_prism_of_facets_may_be_concave_and_oblique() -> None:
