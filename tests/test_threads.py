@@ -65,3 +65,21 @@ def test_there_is_one_pool() -> None:
         if made.search(path.read_text(encoding="utf-8"))
     ]
     assert found == ["synth/threads.py"]
+
+
+def test_linear_algebra_of_a_diagnosis_has_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where numpy was loaded with more; afterwards it is as it was."""
+    import numpy as np
+    from threadpoolctl import threadpool_info, threadpool_limits
+
+    def used() -> set[int]:
+        return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+    assert np.eye(2).trace() == 2.0  # loaded
+    for name in threads.LIBRARIES:
+        monkeypatch.delenv(name, raising=False)
+    with threadpool_limits(limits=2, user_api="blas"):
+        before = used()
+        with threads.one_thread_of_linear_algebra():
+            assert used() == {1}
+        assert used() == before

@@ -19,6 +19,7 @@ from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.sentences import sentence, what_is_open
 from synth.diagnosis.verdict import Judged, doubted, judge, of_no_account
 from synth.estimation.intervals import NORMAL90, Estimate
+from synth.threads import one_thread_of_linear_algebra
 
 RANKED = 8  # listed single causes; each costs a prediction of every scored trial
 SHOWN_ALONE = 4  # single causes whose predictions are stored for the page, the most probable first
@@ -66,6 +67,7 @@ class Findings(Generic[F, S]):
         }
 
 
+@one_thread_of_linear_algebra()
 def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S]:
     """Find what distinguishes the built leg from the nominal one; ``say`` receives the current stage."""
     found = plant.search(say)
