@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
+from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.prediction_error import BLOCKS
 from synth.diagnosis.workbench import RULE, EvaluatedHypothesis, HypothesisFits, Workbench
 from synth.estimation.intervals import NORMAL90
@@ -80,22 +80,22 @@ def by_trial(bench: Workbench, residuals: Sequence[Array]) -> TrialErrors:
 
 
 def with_unseen(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) -> Hypotheses[EvaluatedHypothesis]:
-    """The hypotheses, with the errors by trial of the leading ones; unchanged if there is only one trial."""
+    """The hypotheses with their errors by trial, of the leading ones also those of unseen trials.
+
+    Unchanged if there is only one trial.
+    """
     if len(bench.trials) < 2:
         return found
     sizes = {len(item.keys) for item in found.several}
     several = [item for size in sizes for item in [s for s in found.several if len(s.keys) == size][:SEVERAL]]
     items = [found.none, *found.singles[:SINGLES], *several]
     left = unseen(bench, [item.fit for item in items])
-    known = {
-        id(item): replace(item, unseen=each, seen=by_trial(bench, item.fit.residuals))
-        for item, each in zip(items, left, strict=True)
-    }
-    return Hypotheses(
-        known[id(found.none)],
-        tuple(known.get(id(item), item) for item in found.singles),
-        tuple(known.get(id(item), item) for item in found.several),
-    )
+    known = {id(item): each for item, each in zip(items, left, strict=True)}
+
+    def judged(item: Assessed[EvaluatedHypothesis]) -> Assessed[EvaluatedHypothesis]:
+        return replace(item, unseen=known.get(id(item)), seen=by_trial(bench, item.fit.residuals))
+
+    return Hypotheses(judged(found.none), tuple(map(judged, found.singles)), tuple(map(judged, found.several)))
 
 
 def jackknife(each: Array) -> Array:

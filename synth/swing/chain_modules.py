@@ -17,9 +17,7 @@ PLAIN = ("chain", "plain")  # the modules that springs, linear dampers and gravi
 DRIVES = ("synth.drives.motor_law", "synth.drives.servo_law")
 # Modules that the compiled integrator inlines; a change of one recompiles it.
 CALLED = (
-    "synth.swing.lane_layout", "synth.swing.stable_pair", "synth.swing.explicit_steps", "synth.swing.driven_steps",
-    "synth.swing.turning_events",
-    "synth.swing.effects.inlined",
+    "synth.swing.lane_layout", "synth.swing.driven_steps", "synth.swing.turning_events", "synth.swing.effects.inlined",
     *DRIVES,
 )  # fmt: skip
 
@@ -58,11 +56,11 @@ def chain_modules(layout: Layout, effects: tuple[Effect, ...]) -> dict[str, Modu
     )
     files = tuple(source_file(module) for module in modules)
     integrator = source_file("synth.swing.chain_integrator").read_text(encoding="utf-8")
-    plain = with_constant(with_constant(integrator, "WHOLE", False), "LINKS", layout.n)
+    plain = with_constant(integrator, "WHOLE", False)
     called = tuple(map(source_file, CALLED))
     made = {
         "chain": ModuleText(f"chain{layout.n}", chain_source.right_hand_side(layout), files[:1]),
-        "plain": ModuleText(f"plain{layout.n}", plain, called[:3]),
+        "plain": ModuleText("plain", plain, called[:1]),
         "torques": ModuleText("torques", chain_source.extra_torques(layout, imports), files),
         "bearing": ModuleText(f"bearing{layout.n}", chain_source.bearing_forces(layout), files[:1]),
         "integrator": ModuleText("integrator", integrator, called),

@@ -51,6 +51,12 @@ def named_causes(view: View) -> set[Key]:
     return {key for keys in (view.explanation, *view.tied) for key in keys}
 
 
+def best_named(answer: Answer, view: View) -> set[Key]:
+    """Of an effect its causes; of a tie, which says "this or that", the alternative with the fewest that are absent."""
+    alternatives = [set(view.explanation), *map(set, view.tied)]
+    return min(alternatives, key=lambda keys: len(keys - there(answer))) if named_causes(view) else set()
+
+
 def right_first(answer: Answer, view: View) -> bool:
     """Whether the first-ranked cause is right for the main one: for calibration."""
     return view.first[0] in (there(answer) if answer["kind"] == "none" else as_right(answer))
@@ -88,8 +94,13 @@ def scores(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list[Sco
                 for n in of["single"])),
         _share("false_alarm", "no main cause: one named that is not there",
                (not named_causes(views[n]) <= there(answers[n]) for n in of["none"])),
+        _share("false_alarm_of_all", "the same, where of a tie no alternative is all there",
+               (not best_named(answers[n], views[n]) <= there(answers[n]) for n in of["none"])),
         _share("invented", "any rig: a cause named that is not there",
                (not named_causes(views[n]) <= there(answers[n]) for n in answers if answers[n]["kind"] != "unknown")),
+        _share("invented_in_all", "the same, where of a tie no alternative is all there",
+               (not best_named(answers[n], views[n]) <= there(answers[n])
+                for n in answers if answers[n]["kind"] != "unknown")),
         _share("unknown_flagged", "main cause outside the list: flagged",
                (views[n].verdict == "unknown" for n in of["unknown"])),
         _share("unknown_wrong", f"main cause outside the list: another name with more than {CONFIDENT:.0%}",

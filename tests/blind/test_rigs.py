@@ -188,3 +188,17 @@ def test_scores_of_three_rigs() -> None:
     assert found["joint"].reached == "goal"
     assert "MISSED" in rigs.table(scores(answers, views))
     assert len(rigs.failures(answers, views).splitlines()) == 2
+
+
+def test_a_tie_is_counted_by_all_its_alternatives_and_by_the_best() -> None:
+    """A tie says one or the other: no false alarm by the second count where one of both is there."""
+    none = {**ANSWER, "kind": "none", "effects": [], "alike": []}
+    either = View("tie", ((("backlash", "knee"), 0.5),), (("backlash", "knee"),), ((("latency", "hip"),),), after=0.1)
+    neither = View(
+        "tie", ((("backlash", "knee"), 0.5),), (("backlash", "knee"),), ((("base_tilt", "base"),),), after=0.1
+    )
+    found = {score.key: score.value for score in scores({"a": none, "b": none}, {"a": either, "b": neither})}
+    assert found["false_alarm"] == 1.0
+    assert found["false_alarm_of_all"] == 0.5
+    assert found["invented"] == 1.0
+    assert found["invented_in_all"] == 0.5
