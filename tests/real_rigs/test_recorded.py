@@ -37,8 +37,8 @@ DOMINATES = {
 }
 
 
-# Half a of the driven pendulum is a tie of dry friction and one that falls with speed: rounding decides which is first. On an
-# AMD EPYC it is the latter, on the Xeon before it the former, by one and the same program.
+# Half a of the driven pendulum is a tie of dry friction and one that falls with speed: rounding decides which is first.
+# On an AMD EPYC it is the latter, on the Xeon before it the former, by one and the same program.
 BY_MACHINE = pytest.mark.xfail(strict=False, reason="a tie whose first cause differs by machine")
 
 
