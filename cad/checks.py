@@ -32,6 +32,8 @@ ANGLE_TOLERANCE = 1e-3  # deg, for rounding in the solids; windings are off by d
 
 def check_part(part: BuiltPart) -> list[CheckResult]:
     """One valid solid, the volume from the closed form, and a closed mesh of that volume."""
+    import trimesh
+
     solids, volume = len(part.solid.Solids()), _volume(part)
     valid = solids == 1 and part.solid.isValid() and volume > 0
     results = [
@@ -41,10 +43,11 @@ def check_part(part: BuiltPart) -> list[CheckResult]:
         limit = SPRING_VOLUME_LIMIT if part.family == "spring" else SOLID_VOLUME_LIMIT
         error = abs(volume / part.exact_volume - 1.0)
         results.append(at_most("volume", part.name, error, limit, "", f"solid against {part.exact_volume:.2f} mm^3"))
+    mesh = trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, process=False)
     # manifold3d turns a mesh that it cannot use into an empty body, which would pass every overlap check.
-    body = manifold(part.mesh)
-    closed = part.mesh.closed and not body.is_empty()
-    bodies = len(body.decompose())
+    usable = not manifold(part.mesh).is_empty()
+    closed = bool(mesh.is_watertight and mesh.is_winding_consistent and usable)
+    bodies = int(mesh.body_count)
     results.append(
         CheckResult(
             "closed mesh", part.name, closed and bodies == 1, float(bodies), 1.0, "bodies", "watertight, outward"

@@ -29,12 +29,8 @@ class Facets:
         """Turned about an axis through the origin along y or z, which is all that the builders ask for."""
         if start != (0, 0, 0) or end[0] != 0 or (end[1] != 0) == (end[2] != 0):
             raise ValueError(f"no axis along y or z through the origin: {start} to {end}")
-        turns = (
-            (0.0, math.copysign(angle, end[1] * angle), 0.0)
-            if end[1]
-            else (0.0, 0.0, math.copysign(angle, end[2] * angle))
-        )
-        return Facets(self.body.rotate(turns))
+        signed = math.copysign(1.0, end[1] or end[2]) * angle
+        return Facets(self.body.rotate((0.0, signed, 0.0) if end[1] else (0.0, 0.0, signed)))
 
     def translate(self, way: Vector) -> Facets:
         """Shifted."""

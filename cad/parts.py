@@ -22,8 +22,6 @@ Group = Literal["upper", "lower", "spring"]
 LINEAR_TOLERANCE = 0.05  # mm: an eighth of a print line
 ANGULAR_TOLERANCE = 0.15  # rad: 42 chords to a circle, 0.1 % off its radius at 5 mm
 
-SAME_POINT = 1e-8  # mm: corners of two faces' meshes this close are one point; the kernel's own tolerance is 1e-7
-
 # RGB; distinguishable without colour vision.
 COLOURS: dict[str, tuple[float, float, float]] = {
     "upper": (0.30, 0.47, 0.66),
@@ -77,16 +75,6 @@ class Mesh:
     def box(self) -> tuple[Array, Array]:
         """Least and largest coordinates (3,), mm."""
         return self.vertices.min(axis=0), self.vertices.max(axis=0)
-
-    @property
-    def closed(self) -> bool:
-        """Whether every edge belongs to two faces, which run along it in opposite directions."""
-        count = len(self.vertices)
-        ahead, back = (
-            np.sort(np.concatenate([self.faces[:, i] * count + self.faces[:, j] for i, j in ways]))
-            for ways in (((0, 1), (1, 2), (2, 0)), ((1, 0), (2, 1), (0, 2)))
-        )
-        return len(ahead) > 0 and bool(np.all(np.diff(ahead) > 0)) and bool(np.all(ahead == back))
 
     @cached_property
     def manifold(self) -> Any:
@@ -159,10 +147,10 @@ class BuiltPart:
     @cached_property
     def _moments(self) -> Moments:
         found = moments(self.solid)
+        if self.exact_volume is None or not is_faceted(self.solid):
+            return found
         # Facets are as exact as the part's closed form, if it has one.
-        return (
-            found if not is_faceted(self.solid) or self.exact_volume is None else found.with_volume(self.exact_volume)
-        )
+        return found.with_volume(self.exact_volume)
 
     def mass(self, print_density: float) -> float | None:
         """Mass in g, printed parts solid at ``print_density`` g/cm^3; None if the material is unknown."""
@@ -193,16 +181,10 @@ def mesh_of(solid: Any, signs: tuple[int, int, int] = (1, 1, 1)) -> Mesh:
 
 def _mesh_of(solid: Any) -> Mesh:
     """Mesh of a solid whose faces share the points of their edges, so that merging them closes it."""
-    return _ordered(*_merged(*_triangles(solid)))
+    import trimesh
 
-
-def _merged(vertices: Array, faces: Faces) -> tuple[Array, Faces]:
-    """Vertices within ``SAME_POINT`` as one, the first of them."""
-    kinds, first, place = np.unique(
-        np.round(vertices / SAME_POINT).astype(np.int64), axis=0, return_index=True, return_inverse=True
-    )
-    del kinds
-    return vertices[first], np.asarray(place, dtype=np.int64).reshape(-1)[faces]
+    merged = trimesh.Trimesh(*_triangles(solid), process=True)
+    return _ordered(np.asarray(merged.vertices, dtype=np.float64), np.asarray(merged.faces, dtype=np.int64))
 
 
 def _ordered(vertices: Array, faces: Faces) -> Mesh:

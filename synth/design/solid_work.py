@@ -22,7 +22,7 @@ Known = tuple[Mapping[str, float], Mapping[str, int]]  # weighed masses (kg) by 
 
 
 def load_kernel() -> None:
-    """Load the solids' kernel and the meshes' library, which takes seconds, before they are needed.
+    """Load the solids' kernel and the meshes' libraries, which takes seconds, before they are needed.
 
     The kernel's Python package imports all of ``vtk``, which is a quarter of that time, and uses nothing of it: its
     users import the modules of ``vtkmodules`` that they need.
@@ -33,6 +33,7 @@ def load_kernel() -> None:
         import cadquery  # noqa: F401
     import manifold3d  # noqa: F401
     import scipy.optimize  # noqa: F401  # the gates' linear programme
+    import trimesh  # noqa: F401
 
     from synth.cad import assembly, checks, export, printing  # noqa: F401
     from synth.design import part_masses  # noqa: F401

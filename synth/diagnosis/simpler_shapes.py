@@ -4,7 +4,7 @@ An effect has shapes with few and with more unknowns. Fits are kept by their cos
 the richer shape is kept even where it ends as the simpler one: friction that falls with speed, by nothing. The odds
 would then charge a cause for unknowns that it does not need. On the logs of an XL330 (``docs/driven_legs.md``) the two
 shapes end within one part in a thousand of each other's cost, rounding decided which was kept, and the price of its two
-idle unknowns moved the first place to a rival that errs by a third more.
+idle unknowns moved the first place to a rival that errs by half more.
 """
 
 from __future__ import annotations

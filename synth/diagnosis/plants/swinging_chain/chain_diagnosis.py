@@ -87,8 +87,10 @@ class Scene:
         return float(np.sqrt(np.mean(np.concatenate(squares))))
 
     def motion_trusted(self, share: float) -> float:
-        """Motion of which a ``share`` may be the model's error, over the noise; a stated accuracy is that error."""
-        return self.accuracy / (share * float(np.sqrt(np.mean(self.usual**2)))) or self.motion
+        """The motion over the noise; if an accuracy is stated, the motion of which it is this ``share``."""
+        if self.accuracy == 0.0:
+            return self.motion
+        return self.accuracy / (share * float(np.sqrt(np.mean(self.usual**2))))
 
 
 class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
