@@ -32,6 +32,7 @@ def half_of(name: str, folder: Path, half: int) -> dict[str, Any]:
         "shrink_of_all": found["gap"]["shrink"]["value"],
         "remainder_times_noise": found["remainder"]["times_noise"],
         "explanation": [[cause["effect"], cause["joint"]] for cause in found["explanation"]],
+        "tied": [[[cause["effect"], cause["joint"]] for cause in other] for other in found["tied"]],
         "parameters": [cause["parameters"] for cause in found["explanation"]],
         "none": found["probability_none"],
         "unknown": found["probability_unknown"],

@@ -37,22 +37,20 @@ DOMINATES = {
 }
 
 
-# Half a of the driven pendulum is a tie of dry friction and one that falls with speed: rounding decides which is first.
-# On an AMD EPYC it is the latter, on the Xeon before it the former, by one and the same program.
-BY_MACHINE = pytest.mark.xfail(strict=False, reason="a tie whose first cause differs by machine")
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=BY_MACHINE if name == "driven pendulum" else ()) for name in DOMINATES]
-)
+@pytest.mark.parametrize("name", list(DOMINATES))
 def test_both_halves_of_a_rig_give_the_same_first_cause(name: str, tmp_path: Path) -> None:
     first, taken = DOMINATES[name]
     halves = [half_of(name, tmp_path, half) for half in (0, 1)]
     for half in halves:
         assert half["verdict"] in ("effect", "tie")
-        assert tuple(half["first"][0]) == first
+        assert list(first) in [*half["explanation"], *(cause for other in half["tied"] for cause in other)]
         assert half["shrink_of_all"] > taken  # on the other half
         assert half["remainder_times_noise"] > 20.0
+    same = all(tuple(half["first"][0]) == first for half in halves)
+    if name == "driven pendulum" and not same:
+        # Its motion has many minima: on an AMD EPYC half a is a tie that friction falling with speed leads, 58 to 16 %.
+        pytest.xfail("half a is a tie whose first cause differs by machine")
+    assert same
     assert "the halves agree" in row(name, halves)
 
 
