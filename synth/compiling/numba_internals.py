@@ -146,7 +146,12 @@ class KeptCode(NullCache):  # type: ignore[misc]
         self._name = f"{function.__module__}.{function.__qualname__}"
         code = function.__code__.co_code
         versions = numba.__version__, sys.version, _folder_hash(Path(__file__).parent)
-        self._depends = (*versions, _sources(function), code, sorted(options.items()))
+        self._depends = (
+            *versions,
+            _sources(function),
+            code,
+            [(name, _ordered(options[name])) for name in sorted(options)],
+        )
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The function's code for the signature and this processor; None if it must be compiled."""
@@ -165,6 +170,11 @@ class KeptCode(NullCache):  # type: ignore[misc]
         folder = own_folder(FOLDER)
         digest = hashlib.sha256(repr((self._depends, sig, codegen.magic_tuple())).encode()).hexdigest()
         return None if folder is None else folder / f"{self._name}.{digest[:20]}"
+
+
+def _ordered(option: Any) -> Any:
+    """An option whose text is the same in every process: the order of a set of strings is not."""
+    return sorted(option) if isinstance(option, (set, frozenset)) else option
 
 
 def _sources(function: Callable[..., Any]) -> str:

@@ -121,6 +121,34 @@ def test_compiled_and_loaded_code_round_alike(tmp_path: Path) -> None:
     assert found[0] == found[1] != b""
 
 
+KEPT_WITH_RULES = """
+from numba import types
+from synth.compiling.numba_internals import KeptCode
+
+def half(x):
+    return 0.5 * x
+
+class Codegen:
+    def magic_tuple(self):
+        return ()
+
+print(KeptCode(half, {"fastmath": {"nsz", "arcp", "contract", "afn", "reassoc"}})._path(types.float64, Codegen()))
+"""
+
+
+def test_each_process_finds_the_code_of_rules_in_a_set(tmp_path: Path) -> None:
+    """The order of a set of words differs from process to process: each compiled the jumps' recorder again."""
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", KEPT_WITH_RULES], check=True, capture_output=True, text=True,
+            env={**os.environ, "SYNTH_CACHE": str(tmp_path), "PYTHONHASHSEED": seed},
+        ).stdout
+        for seed in ("1", "2")
+    }  # fmt: skip
+    assert len(found) == 1
+    assert str(tmp_path) in found.pop()
+
+
 @pytest.mark.parametrize("mode", [0o666, 0o620])
 def test_nothing_is_unpickled_that_others_can_write(mode: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SYNTH_CACHE", str(tmp_path))
