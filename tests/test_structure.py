@@ -7,13 +7,13 @@ from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 from tool_modules import tool
 
 ROOT = Path(__file__).resolve().parents[1]
 GRAPH = tool("architecture")
 FILES: dict[str, Path] = GRAPH.modules()
-# Everything may ask the root for its version; the root loads its public names only when they are first used.
-IMPORTS: dict[str, set[str]] = {name: others - {"synth"} for name, others in GRAPH.imports(FILES).items()}
 # DESIGN: each floor may import its own and those above it in this list.
 FLOORS = (
     (
@@ -42,8 +42,14 @@ ASIDE = ("cad", "reports")  # every floor may use them; they import nothing else
 KNOWN_CIRCLES: set[frozenset[str]] = set()
 
 
-def test_no_module_imports_itself_by_others() -> None:
-    assert {frozenset(circle) for circle in GRAPH.cycles(IMPORTS)} == KNOWN_CIRCLES
+@pytest.fixture(scope="module")
+def imports() -> dict[str, set[str]]:
+    """Everything may ask the root for its version; the root loads its public names only when they are first used."""
+    return {name: others - {"synth"} for name, others in GRAPH.imports(FILES).items()}
+
+
+def test_no_module_imports_itself_by_others(imports: dict[str, set[str]]) -> None:
+    assert {frozenset(circle) for circle in GRAPH.cycles(imports)} == KNOWN_CIRCLES
 
 
 def test_circles_are_found() -> None:
@@ -91,9 +97,9 @@ def imported(node: ast.AST) -> list[str]:
     return [node.module] if isinstance(node, ast.ImportFrom) and node.module and not node.level else []
 
 
-def test_no_floor_imports_a_higher_one() -> None:
+def test_no_floor_imports_a_higher_one(imports: dict[str, set[str]]) -> None:
     upward = []
-    for name, others in IMPORTS.items():
+    for name, others in imports.items():
         for other in sorted(others - {"synth"}):
             if room(name) in ASIDE:
                 if room(other) != room(name):

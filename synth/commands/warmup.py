@@ -37,7 +37,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     for n_link in wanted:
         progress.compiling(n_link)
     if arguments.links is None:
-        _compile_jumps(progress)
+        compile_jumps(progress)
     spent = time.perf_counter() - start
     folder = cache_folder()
     files = [path for path in (folder / "code").glob("*") if path.is_file()]
@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     return 0
 
 
-def _compile_jumps(progress: Progress) -> None:
+def compile_jumps(progress: Progress) -> None:
     """Compile every bending model, the recorder, the planar form and the pull-up."""
     import numpy as np
 
