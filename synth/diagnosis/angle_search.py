@@ -223,7 +223,9 @@ def few_trials(bench: Workbench) -> list[int]:
     for i in order:
         kinds.setdefault(bench.trials[i].recording.conditions, i)
     first = sorted(kinds.values(), key=order.index)
-    return sorted([*first, *[i for i in order if i not in first]][:SIFTED])
+    chosen = [*first, *[i for i in order if i not in first]]
+    taken = np.cumsum([bench.trials[i].share for i in chosen])  # of pieces as many as make so many recordings
+    return sorted(chosen[: int(np.searchsorted(taken, SIFTED - 1e-9)) + 1])
 
 
 def _spread(fit: EvaluatedHypothesis, few: Sequence[int], designed: EvaluatedHypothesis) -> EvaluatedHypothesis:

@@ -23,6 +23,7 @@ class AngleTrial:
     """One trial, thinned: ``time`` (m,) s from 0, ``measured`` (m, n) rad in the sense of q, ``counts`` (m, n).
 
     ``relative`` (m, n): standard deviation of a sample relative to its channel's noise; None if all are equal.
+    ``cut`` : what it is a piece of; None for a whole recording.
     """
 
     recording: Recording
@@ -31,6 +32,17 @@ class AngleTrial:
     counts: Mask
     held_out: bool
     relative: Array | None = None
+    cut: Cut | None = None
+
+    @property
+    def whole(self) -> AngleTrial:
+        """The recording that it is a piece of, or itself."""
+        return self.cut.whole if self.cut else self
+
+    @property
+    def share(self) -> float:
+        """Its share of the samples of the whole recording."""
+        return len(self.time) / len(self.whole.time)
 
     @property
     def free(self) -> list[int]:
@@ -47,6 +59,21 @@ class AngleTrial:
         """(n,) number of samples that count."""
         return np.asarray(self.counts.sum(axis=0), dtype=float)
 
+    def piece(self, first: int, last: int) -> AngleTrial:
+        """The samples from ``first`` to before ``last``, from an initial state of their own."""
+        begin, part = float(self.time[first]), slice(first, last)
+        relative = None if self.relative is None else self.relative[part]
+        recording = self.recording.between(begin, float(self.time[last - 1]))
+        return AngleTrial(
+            recording,
+            self.time[part] - begin,
+            self.measured[part],
+            self.counts[part],
+            self.held_out,
+            relative,
+            Cut(self, first),
+        )
+
     def thinner(self, samples: int) -> AngleTrial:
         """About ``samples`` of the samples, evenly spaced."""
         every = max(1, round(len(self.time) / samples))
@@ -58,6 +85,14 @@ class AngleTrial:
             counts=self.counts[::every],
             relative=relative,
         )
+
+
+@dataclass(frozen=True)
+class Cut:
+    """What a piece is cut from: the ``whole`` trial, and the index of the piece's first sample there."""
+
+    whole: AngleTrial
+    first: int
 
 
 @dataclass(frozen=True)

@@ -179,7 +179,7 @@ def _without_each(bench: Workbench, found: Assessed[EvaluatedHypothesis]) -> lis
     for out, trial in enumerate(bench.trials):
         step = np.clip(fit.unknowns + normal.without(out), low, high) - fit.unknowns
         squares = max(normal.squares_without(out, step), 0.0)
-        rest = bench.total - float(np.minimum(trial.counted, bench.effective).sum())
+        rest = bench.total - float(bench.independent(trial).sum())
         unknowns = fit.unknowns + step
         cost = rest * float(np.log1p(squares / rest)) + 0.5 * float(unknowns @ unknowns)
         left, seen = (each.without(out) if each is not None else None for each in (found.unseen, found.seen))

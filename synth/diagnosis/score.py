@@ -37,7 +37,7 @@ def _one(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial) -> tuple
     begun = np.concatenate([first_state(trial), np.zeros(2 * links)])
     cost, prediction, state = _with_state(bench, fit, trial, begun)
     white = bench.whitener(trial).count
-    if cost > 0.5 * FAR_OFF**2 * float(np.minimum(trial.counted, bench.effective).sum()):
+    if cost > 0.5 * FAR_OFF**2 * float(bench.independent(trial).sum()):
         grown = begun
         for share in GROWING:
             grown = _with_state(bench, fit, trial, grown, round(share * white))[2]

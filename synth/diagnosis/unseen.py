@@ -36,15 +36,19 @@ def folds(bench: Workbench) -> list[tuple[int, ...]]:
     """Indices of the trials that are left out together.
 
     Trials of one kind (locked joints, tip, tilt, leg) are distributed over the folds, so that no fold takes all of
-    a kind
-    with several.
+    a kind with several. Pieces of one recording stay together, unless it is the only one.
     """
-    kinds: dict[object, list[int]] = {}
+    groups: dict[int, list[int]] = {}
     for index, trial in enumerate(bench.trials):
-        kinds.setdefault((trial.recording.conditions, id(trial.recording.leg)), []).append(index)
-    dealt = [index for kind in kinds.values() for index in kind]
+        groups.setdefault(id(trial.whole), []).append(index)
+    together = list(groups.values()) if len(groups) > 1 else [[index] for index in range(len(bench.trials))]
+    kinds: dict[object, list[list[int]]] = {}
+    for group in together:
+        recording = bench.trials[group[0]].recording
+        kinds.setdefault((recording.conditions, id(recording.leg)), []).append(group)
+    dealt = [group for kind in kinds.values() for group in kind]
     count = min(len(dealt), MOST_FOLDS)
-    return [tuple(sorted(dealt[k::count])) for k in range(count)]
+    return [tuple(sorted(index for group in dealt[k::count] for index in group)) for k in range(count)]
 
 
 def unseen(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[TrialErrors]:
@@ -149,7 +153,7 @@ def kept(bench: Workbench, residuals: Sequence[Array], out: Sequence[int]) -> tu
     """Whitened sum of squares and effective samples of all trials except ``out``."""
     inside = [i for i in range(len(bench.trials)) if i not in out]
     squares = float(sum(float(residuals[i] @ residuals[i]) for i in inside))
-    return squares, float(sum(np.minimum(bench.trials[i].counted, bench.effective).sum() for i in inside))
+    return squares, float(sum(bench.independent(bench.trials[i]).sum() for i in inside))
 
 
 def _out(fit: EvaluatedHypothesis) -> tuple[int, ...]:
@@ -167,7 +171,7 @@ def cells(bench: Workbench, index: int, residual: Array) -> tuple[Array, Array, 
     counts = np.array([part.sum() for part in np.array_split(where, BLOCKS)], dtype=float)
     squares = np.array([part.sum() for part in np.array_split(floors**2, BLOCKS)]) / np.maximum(counts, 1.0)
     channels = [floors[where[:, j], j] for j in trial.free if where[:, j].any()]
-    return squares, counts, sum(independent(channel, bench.effective) for channel in channels)
+    return squares, counts, sum(independent(channel, trial.share * bench.effective) for channel in channels)
 
 
 def independent(error: Array, most: float) -> float:

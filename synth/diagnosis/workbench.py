@@ -86,7 +86,7 @@ class Workbench:
     @cached_property
     def total(self) -> float:
         """Effective samples of all trials and joints."""
-        return float(sum(np.minimum(t.counts.sum(axis=0), self.effective).sum() for t in self.trials))
+        return float(sum(self.independent(trial).sum() for trial in self.trials))
 
     def cost(self, squares: float, unknowns: Array) -> float:
         """Cost of a whitened sum of squares and unknowns, in units of log-likelihood.
@@ -99,7 +99,11 @@ class Workbench:
 
     def tempering(self, trial: AngleTrial) -> Array:
         """(n,) factor on a channel's errors, because its samples are not independent."""
-        return np.sqrt(np.maximum(trial.counted / self.effective, 1.0))
+        return np.sqrt(np.maximum(trial.counted / (trial.share * self.effective), 1.0))
+
+    def independent(self, trial: AngleTrial) -> Array:
+        """(n,) samples of a trial that count as independent; pieces of a recording together count as much as it."""
+        return np.minimum(trial.counted, trial.share * self.effective)
 
     def sigma(self, trial: AngleTrial) -> Array:
         """(n,) or, if samples differ, (m, n) rad."""

@@ -130,6 +130,26 @@ class Recording:
             signals=drive_signals,
         )
 
+    def between(self, begin: float, end: float) -> Recording:
+        """The samples from ``begin`` to ``end``, s, with the time from 0; smoothed as before."""
+        inside = (self.time >= begin - 1e-9) & (self.time <= end + 1e-9)
+        old = self.smoothed
+        grid = slice(int(np.argmin(np.abs(old.time - begin))), int(np.argmin(np.abs(old.time - end))) + 1)
+        smoothed = replace(
+            old, time=old.time[grid] - begin, angle=old.angle[grid], rate=old.rate[grid], gap=old.gap[grid]
+        )
+        known = self.known_torque
+        return replace(
+            self,
+            name=f"{self.name} from {begin:.3g} s",
+            time=self.time[inside] - begin,
+            rotation=self.rotation[inside],
+            counts=self.counts[inside],
+            smoothed=smoothed,
+            known_torque=None if known is None else (known[0] - begin, known[1]),
+            signals=None if self.signals is None else self.signals.later(begin),
+        )
+
     def stretched(self, factor: float) -> Recording:
         """The same motion ``factor`` times slower: equal amplitudes, lower rates.
 

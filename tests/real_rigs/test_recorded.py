@@ -45,12 +45,8 @@ def test_both_halves_of_a_rig_give_the_same_first_cause(name: str, tmp_path: Pat
         assert half["verdict"] in ("effect", "tie")
         assert list(first) in [*half["explanation"], *(cause for other in half["tied"] for cause in other)]
         assert half["shrink_of_all"] > taken  # on the other half
-        assert half["remainder_times_noise"] > 20.0
-    same = all(tuple(half["first"][0]) == first for half in halves)
-    if name == "driven pendulum" and not same:
-        # Its motion has many minima: on an AMD EPYC half a is a tie that friction falling with speed leads, 58 to 16 %.
-        pytest.xfail("half a is a tie whose first cause differs by machine")
-    assert same
+        assert half["remainder_times_noise"] > 10.0
+        assert tuple(half["first"][0]) == first
     assert "the halves agree" in row(name, halves)
 
 

@@ -28,6 +28,7 @@ from synth.diagnosis.plants.swinging_chain.chain_where import left_where, missin
 from synth.diagnosis.plants.swinging_chain.command_menu import has_servo
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.plants.swinging_chain.free_torque import described, free_torques
+from synth.diagnosis.plants.swinging_chain.pieces import cut_sentence, in_pieces, joined, wholes
 from synth.diagnosis.plants.swinging_chain.tolerance_words import in_words
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
@@ -62,7 +63,10 @@ MOST_RIVALS, DOUBT = 6, 0.3
 
 @dataclass(frozen=True)
 class Scene:
-    """The data that all stages of a diagnosis share."""
+    """The data that all stages of a diagnosis share.
+
+    ``given``, ``held`` : recordings, or pieces of them; ``scored`` too. Figures are of the ``wholes``.
+    """
 
     leg: Leg
     tolerances: Tolerances
@@ -83,7 +87,7 @@ class Scene:
     @property
     def motion(self) -> float:
         """RMS of the motion about its mean over the noise, of all joints that are free."""
-        squares = [np.nanvar(t.measured[:, t.free], axis=0) / self.usual[t.free] ** 2 for t in self.given]
+        squares = [np.nanvar(t.measured[:, t.free], axis=0) / self.usual[t.free] ** 2 for t in wholes(self.given)]
         return float(np.sqrt(np.mean(np.concatenate(squares))))
 
     def motion_trusted(self, share: float) -> float:
@@ -99,6 +103,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def __init__(self, scene: Scene, warnings: tuple[str, ...]) -> None:
         self.scene, self.bench, self.warnings, self.seed = scene, scene.bench, warnings, scene.seed
         self.scored, self.held_out, self.n_tolerance = scene.scored, bool(scene.held), scene.bench.n_tolerance
+        self.whole = wholes(scene.scored)
         self.accuracy, self.motion = scene.accuracy, scene.motion_trusted(self.calibration.accuracy)
         self.most_rivals = MOST_RIVALS if has_servo(scene.leg, scene.given) else RIVALS
         self.independent = EFFECTIVE * len(scene.leg.joints)
@@ -140,7 +145,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def left_where(self, predicted: Sequence[Array]) -> tuple[dict[str, float], dict[str, float]]:
         """By joint and phase, in squared degrees above the noise."""
-        return left_where(self.scene.leg, self.scored, predicted, self.scene.usual)
+        return left_where(self.scene.leg, self.whole, joined(self.scored, predicted), self.scene.usual)
 
     def freely(self, found: Hypotheses[EvaluatedHypothesis]) -> TrialErrors | None:
         """The remainder with the most effective free torque; None where causes reach the noise: nothing lacks."""
@@ -150,25 +155,37 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return torques[0].unseen if torques else None
 
     def squares(self, predicted: Sequence[Array]) -> Array:
-        """Squared errors of the rotations."""
-        return squares(self.scored, predicted)
+        """Squared errors of the rotations, recording by recording."""
+        return squares(self.whole, joined(self.scored, predicted))
 
     def samples(self) -> tuple[Array, Array]:
         """Samples that count, and the sum expected from noise alone."""
-        counts = squares(self.scored, [np.ones_like(t.measured) + t.measured for t in self.scored])
-        return counts, squares(self.scored, [t.measured + self.scene.usual for t in self.scored])
+        counts = squares(self.whole, [np.ones_like(t.measured) + t.measured for t in self.whole])
+        return counts, squares(self.whole, [t.measured + self.scene.usual for t in self.whole])
 
     def with_direct_causes(self, judged: Judged[EvaluatedHypothesis]) -> Judged[EvaluatedHypothesis]:
         """The verdict with coarse counts included."""
         return with_counts(judged, len(self.scene.coarse) > 0)
 
+    def shown(
+        self, stages: StagePredictions[EvaluatedHypothesis, Array]
+    ) -> StagePredictions[EvaluatedHypothesis, Array]:
+        """The predictions recording by recording."""
+        return replace(
+            stages,
+            as_designed=joined(self.scored, stages.as_designed),
+            before=joined(self.scored, stages.before),
+            after=joined(self.scored, stages.after),
+            alone={cause: joined(self.scored, predicted) for cause, predicted in stages.alone.items()},
+        )
+
     def remarks(self, stages: StagePredictions[EvaluatedHypothesis, Array]) -> tuple[str, ...]:
         """Trials whose error by the nominal leg's best fit is far larger than the others'."""
         rms = []
-        for trial, predicted in zip(self.scored, stages.before, strict=True):
+        for trial, predicted in zip(self.whole, joined(self.scored, stages.before), strict=True):
             squared = np.where(trial.counts, (predicted - trial.measured) ** 2, 0.0).sum(axis=0)
             rms.append(np.sqrt(np.where(trial.counted > 0, squared / np.maximum(trial.counted, 1.0), np.nan)))
-        names = [trial.recording.name for trial in self.scored]
+        names = [trial.recording.name for trial in self.whole]
         return tuple(odd_trials(names, self.scene.leg.joint_names, np.array(rms)))
 
     def doubts(self, found: Hypotheses[EvaluatedHypothesis], judged: Judged[EvaluatedHypothesis]) -> tuple[str, ...]:
@@ -181,7 +198,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return ErrorWording(
             nominal="the nominal leg",
             error="the error",
-            on=scored_on(self.held_out, "trials" if any(t.recording.driven for t in self.scored) else "releases"),
+            on=scored_on(self.held_out, "trials" if any(t.recording.driven for t in self.whole) else "releases"),
             falls_from=angle(before),
             before=before,
             after=after,
@@ -243,7 +260,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         """A warning if the explanation fits its own trials but predicts scored ones no better."""
         before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
         # In squares: 5 % worse.
-        names = [trial.recording.name for trial, b, a in zip(self.scored, before, after, strict=True) if a > 1.1 * b]
+        names = [trial.recording.name for trial, b, a in zip(self.whole, before, after, strict=True) if a > 1.1 * b]
         if not names:
             return ()
         text = (
@@ -290,11 +307,12 @@ def diagnose(
     nominal = tolerances.leg(leg, findings.found.none.fit.unknowns)
     # The torque of accepted effects is missing from the leg without them, not from one whose dampers replace them.
     bare = tolerances.leg(leg, findings.best.unknowns[: tolerances.size])
-    missing = [missing_torque(bare, trial) for trial in scene.scored]
+    missing = [missing_torque(bare, trial) for trial in plant.whole]
+    shown = plant.shown(stages)
     return GapResult(
         **findings.fields(),
         leg=leg,
-        where=where(nominal, scene.scored, stages.before, scene.usual, missing, _blamed(judged, leg)),
+        where=where(nominal, plant.whole, shown.before, scene.usual, missing, _blamed(judged, leg)),
         as_designed=errors.figure("as_designed"),
         before=errors.figure("before"),
         after=errors.figure("after"),
@@ -302,8 +320,8 @@ def diagnose(
         shrink=errors.shrink(),
         best_possible=errors.best_possible,
         noise=dict(zip(leg.joint_names, scene.usual.tolist(), strict=True)),
-        scored_on=tuple(trial.recording.name for trial in scene.scored),
-        trials=trial_gaps(nominal, scene.scored, stages, missing, plant.held_out, scene.usual),
+        scored_on=tuple(trial.recording.name for trial in plant.whole),
+        trials=trial_gaps(nominal, plant.whole, shown, missing, plant.held_out, scene.usual),
         diagnosed=diagnosed_leg(leg, tolerances, findings.best, scene.coarse if findings.explained else ()),
         free_torque=plant.free_torques(findings.found.none.fit) if plant.lacking(findings) else (),
     )
@@ -329,14 +347,15 @@ def scene_of(
             f"{len(learnt)} of {len(learnt) + len(spare)} trials, one of each kind and the rest spread evenly, are "
             f"learnt from; the other {len(spare)} only score"
         )
-    given = tuple(learnt)
     held = (*(trial for trial in prepared if trial.held_out), *(replace(trial, held_out=True) for trial in spare))
-    found = sensor([trial.recording for trial in given])
+    found = sensor([trial.recording for trial in learnt])
     for joint, known in (noise or {}).items():
         found.noise[leg.joint_names.index(joint)] = known
     coarse = coarse_counts(found)
     tolerances = Tolerances.of(leg, tolerance)
     predictor = Predictor(leg, tolerances)
+    given, held = in_pieces(leg, predictor, learnt), in_pieces(leg, predictor, held)
+    warnings += filter(None, [cut_sentence([*given, *held])])
     usual = usual_noise(found, coarse)
     bench = Workbench(predictor, tuple(at_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE)
     return Scene(leg, tolerances, bench, given, held, coarse, usual, seed), tuple(warnings)

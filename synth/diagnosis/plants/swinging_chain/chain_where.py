@@ -48,7 +48,7 @@ def missing_torque(leg: Leg, trial: AngleTrial) -> MissingTorque:
     conditions = trial.recording.conditions
     found = coefficients(leg, conditions.tip)
     momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, leg.tilt + conditions.tilt)
-    known = force + _joint_torques(leg, smoothed.angle, smoothed.rate)
+    known = force + joint_torques(leg, smoothed.angle, smoothed.rate)
     driven = trial.recording.known_force(leg)
     if driven is not None:
         known = known + driven
@@ -63,7 +63,7 @@ def missing_torque(leg: Leg, trial: AngleTrial) -> MissingTorque:
     return MissingTorque(smoothed.time[starts + support // 2], torque)
 
 
-def _joint_torques(leg: Leg, angle: Array, rate: Array) -> Array:
+def joint_torques(leg: Leg, angle: Array, rate: Array) -> Array:
     """(n_time, n) N m of springs and dampers along a motion; effects of the leg file are not included."""
     torque = np.zeros_like(angle)
     for j, joint in enumerate(leg.joints):
@@ -177,7 +177,7 @@ def _thirds(leg: Leg, trial: AngleTrial) -> dict[str, NDArray[np.int64]]:
     nearest = np.clip(np.searchsorted(smoothed.time, trial.time), 0, len(smoothed.time) - 1)
     speed = np.abs(smoothed.rate[nearest])
     position = np.abs(smoothed.angle[nearest] - leg.rest)
-    load = np.abs(_joint_torques(leg, smoothed.angle, smoothed.rate)[nearest])
+    load = np.abs(joint_torques(leg, smoothed.angle, smoothed.rate)[nearest])
     time = np.repeat(trial.time[:, None], len(leg.joints), axis=1)
     sized = {"speed": speed, "position": position, "load": load, "time": time}
     return {
