@@ -6,6 +6,10 @@ together. Choices that depend on the fit use these draws instead.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import overload
+
 import numpy as np
 
 from synth.arrays import Array
@@ -37,6 +41,33 @@ def draws(values: Array, covariance: Array, refits: Bootstrap | None, links: Lin
     return np.asarray(values + normal @ half.T * root + moved)
 
 
-def drawn_legs(unknowns: SpringsAndDampers, drawn: Array) -> list[Leg]:
-    """The leg with each draw (m, p) of its springs and dampers; known damper curves are kept."""
-    return [unknowns.fitted_leg(values) for values in np.clip(drawn, unknowns.lower, unknowns.upper)]
+@dataclass(frozen=True, eq=False)
+class DrawnLegs(Sequence[Leg]):
+    """The leg with each draw of its springs and dampers, made when it is asked for; known damper curves are kept.
+
+    ``values`` : (n_draw, n_unknown), within the bounds of the search.
+    """
+
+    unknowns: SpringsAndDampers
+    values: Array
+
+    @classmethod
+    def of(cls, unknowns: SpringsAndDampers, drawn: Array) -> DrawnLegs:
+        """From draws (n_draw, n_unknown) that may be outside the bounds."""
+        return cls(unknowns, np.clip(drawn, unknowns.lower, unknowns.upper))
+
+    def __len__(self) -> int:
+        """Number of draws."""
+        return len(self.values)
+
+    @overload
+    def __getitem__(self, index: int) -> Leg: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> DrawnLegs: ...
+
+    def __getitem__(self, index: int | slice) -> Leg | DrawnLegs:
+        """One leg, or some."""
+        if isinstance(index, slice):
+            return DrawnLegs(self.unknowns, self.values[index])
+        return self.unknowns.fitted_leg(self.values[index])

@@ -14,7 +14,7 @@ from synth.fit.fit_problem import NOTHING_NEAR, model_of, sought_by
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
 from synth.fit.free_motion_start import cut_of, later, look, start_sentence, unseen
-from synth.fit.least_squares import Solution, Stage
+from synth.fit.least_squares import FitStart, Solution, Stage
 from synth.fit.recordings import Recording
 from synth.fit.refinement import or_another_start, refine
 from synth.fit.report_fit import MISFIT, FittedTreatments, Treatment, result_of
@@ -98,7 +98,13 @@ def _fit_near(
     values = sought_by(model).pack(rates, model.leg.to_rotation(common), damping)
     shifts = np.array([local.shift for local in locals_])
     stage = refine(
-        model, recordings, values, locals_, options.weight, np.full_like(spread, LEAST_SPREAD), centre=shifts, rounds=2
+        model,
+        recordings,
+        FitStart(values, locals_),
+        options.weight,
+        np.full_like(spread, LEAST_SPREAD),
+        centre=shifts,
+        rounds=2,
     )
     if not np.isfinite(stage.solution.cost):
         raise UserError(NOTHING_NEAR)
@@ -128,7 +134,7 @@ def _treatments(
         if np.isfinite(solution.cost):
             locals_ = [replace(local, shift=np.zeros_like(local.shift)) for local in solution.locals]
     none = np.zeros(n)
-    stage = refine(model, recordings, values, locals_, options.weight, none)
+    stage = refine(model, recordings, FitStart(values, locals_), options.weight, none)
     if not made:
         stage = or_another_start(model, recordings, stage, scatter, none, weight=options.weight, seed=options.seed)
     made["common"] = Treatment(stage, none)
@@ -145,12 +151,12 @@ def _per_trial(
 ) -> tuple[Treatment, Array]:
     """Separate free angles, first almost free, then within the spread found; probability (n,)."""
     weight, nearly_free = options.weight, np.full(len(model.leg.joints), WIDE)
-    wide = refine(model, recordings, values, locals_, weight, nearly_free)
+    wide = refine(model, recordings, FitStart(values, locals_), weight, nearly_free)
     wide = or_another_start(model, recordings, wide, scatter, nearly_free, weight=weight, seed=options.seed)
     shift = np.array([local.shift for local in wide.solution.locals])
     found = heterogeneity(shift, shift_variances(model, recordings, wide.solution))
     spread = np.maximum(found.spread, LEAST_SPREAD)
-    stage = refine(model, recordings, wide.solution.values, wide.solution.locals, weight, spread)
+    stage = refine(model, recordings, FitStart.at(wide.solution), weight, spread)
     return Treatment(stage, np.where(found.spread > LEAST_SPREAD, found.spread, 0.0)), found.probability
 
 

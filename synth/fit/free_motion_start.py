@@ -110,7 +110,8 @@ def unseen(
     if reference is None:
         return None
     solution = stage.solution
-    known = refine(model, reference, solution.values, _locals(reference, solution), weight, stage.weights.spread)
+    begin = FitStart(solution.values, _locals(reference, solution))
+    known = refine(model, reference, begin, weight, stage.weights.spread)
     if not np.isfinite(known.solution.cost):
         return None
     first = _difference(model, recordings, known, solution)

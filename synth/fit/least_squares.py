@@ -8,12 +8,13 @@ normal equations are arrow-shaped (see ``estimation.normal_equations``); damping
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, Nielsen, minimise
+from synth.estimation.levenberg_marquardt import CONVERGED, Iterate, LeastSquares, Nielsen, minimise
 from synth.estimation.normal_equations import ArrowNormal, Information, ParameterStep, StepLimits
 from synth.fit.recordings import Recording
 from synth.fit.rounding import Rounding
@@ -24,8 +25,12 @@ HUBER = 3.0  # noise standard deviations beyond which a residual counts linearly
 FLAT = 1e-6  # least curvature of a count's likelihood, which almost vanishes in the middle of a wide count
 LARGEST_STEP = 1.0  # of a log rate, or rad of a rest angle: the linearisation is invalid beyond a factor of e
 DAMPING = 1e-3  # initial, relative to the diagonal (Nielsen 1999: 1e-3 for a good start)
-# A scale at most halves in a step; a step that predicts less than a tenth of the tolerance is not tried.
-RULE = Nielsen(least=1e-12, most=1e10, memory=0.5, settled=0.1, hardly_damped=DAMPING)
+# A scale at most halves in a step; a step that predicts less than the tolerance is not simulated (see ``_settled``).
+RULE = Nielsen(least=1e-12, most=1e10, memory=0.5, settled=1.0, hardly_damped=DAMPING)
+REPEATED = replace(RULE, settled=0.1)  # where lanes are too large to store, the last step is simulated
+# Log-likelihood: most that the last step may gain to be taken by the sensitivities alone. It moves no estimate by more
+# than 0.3 of its deviation, over which they hardly change.
+LINEAR = 0.05
 KEPT = 2**26  # bytes of lanes that are stored, so that other weights at the same point need no simulation
 
 
@@ -93,6 +98,12 @@ class _TrajectoryFit(LeastSquares[_State]):
     weights: Weights
     tolerance: float
     fixed: bool
+
+    @cached_property
+    def own_priors(self) -> list[Array]:
+        """Each trial's precision (l,) of its own unknowns' priors."""
+        spread, model = self.weights.spread, self.model
+        return [start_precision(recording, spread, model.shifted(recording)) for recording in self.recordings]
 
     def evaluate(self, points: Sequence[_State]) -> list[_State]:
         """Costs, gradients and information."""
@@ -164,12 +175,38 @@ def solve(
     """
     problem = _TrajectoryFit(model, recordings, weights, tolerance, fixed)
     begun = Iterate(_assess(problem, start.values, tuple(start.locals), start.lanes), start.damping)
-    (end,) = minimise(problem, [begun], RULE, max_iterations)
-    found = end.point
+    (end,) = minimise(problem, [begun], RULE if begun.point.lanes else REPEATED, max_iterations)
+    found = _settled(problem, end) if end.reason == CONVERGED else end.point
     assert found.information is not None
     return Solution(
         found.unknowns, found.locals, found.predictions, found.cost, end.count, end.reason, found.information,
         end.damping, found.lanes,
+    )  # fmt: skip
+
+
+def _settled(problem: _TrajectoryFit, end: Iterate[_State]) -> _State:
+    """The end of the iteration after the last step, which gains less than the tolerance, taken by the sensitivities.
+
+    Simulating it would only confirm it: the error of the linearisation is of second order in a step that is a small
+    part of the estimates' deviations. The information is that of the point before. After a step that gains more than
+    ``LINEAR`` only the predictions are given, from which the noise can be estimated.
+    """
+    at = end.point
+    if end.damping > RULE.hardly_damped or not at.lanes:
+        return at
+    normal = problem.normal(at)
+    (step,) = normal.steps(at.unknowns, np.array([RULE.least]), normal.scale, problem.bounds(at), problem.limits(at))
+    gain = normal.predicted_fall(step)
+    if not 0.0 <= gain <= problem.tolerance:
+        return at
+    steps = (np.concatenate([step.common, own]) for own in step.own)
+    lanes = tuple(found.after(own) for found, own in zip(at.lanes, steps, strict=True))
+    predictions = tuple(found.prediction for found in lanes)
+    if gain > LINEAR:
+        return replace(at, predictions=predictions)
+    moved = problem.moved(at, step)
+    return replace(
+        at, unknowns=moved.unknowns, locals=moved.locals, cost=at.cost - gain, predictions=predictions, lanes=lanes
     )  # fmt: skip
 
 
@@ -189,7 +226,7 @@ def _assess(
     def one(t: int) -> tuple[_Part, Array, Sensitivity | None]:
         found = lanes[t] if lanes else model.sensitivity(recordings[t], values, locals_[t])
         part = _normal(recordings[t], found, weights.noise[t], len(values), weights.rounding)
-        _own_priors(part, recordings[t], locals_[t], weights, t, model.shifted(recordings[t]))
+        _own_priors(part, problem, t, locals_[t])
         small = found.out.nbytes <= kept
         return part, found.prediction if small else found.prediction.copy(), found if small else None
 
@@ -210,18 +247,17 @@ def _assess(
     )
 
 
-def _own_priors(
-    part: _Part, recording: Recording, local: Local, weights: Weights, t: int, shifted: Sequence[int]
-) -> None:
+def _own_priors(part: _Part, problem: _TrajectoryFit, t: int, local: Local) -> None:
     """Add the priors of a trial's own unknowns: initial state, and shifts."""
-    free, start = recording.free, recording.start
-    precision = start_precision(recording, weights.spread, shifted)
-    off = local.shift[shifted] if weights.centre is None else (local.shift - weights.centre[t])[shifted]
-    off = np.concatenate([(local.rotation - start.angle)[free], (local.rate - start.rate)[free], off])
-    places = np.arange(len(precision))
-    part.own[places, places] += precision
-    part.own_gradient[places] += precision * off
-    part.cost += 0.5 * float(precision @ off**2)
+    recording, centre = problem.recordings[t], problem.weights.centre
+    free, start, shifted = recording.free, recording.start, problem.model.shifted(recording)
+    shift = local.shift if centre is None else local.shift - centre[t]
+    off = np.concatenate([(local.rotation - start.angle)[free], (local.rate - start.rate)[free], shift[shifted]])
+    precision = problem.own_priors[t]
+    pull = precision * off
+    part.own.flat[:: len(off) + 1] += precision
+    part.own_gradient += pull
+    part.cost += 0.5 * float(pull @ off)
 
 
 def start_precision(recording: Recording, spread: Array, shifted: Sequence[int]) -> Array:
@@ -250,12 +286,11 @@ def _normal(
 ) -> _Part:
     """One trial's contribution to the normal equations, Huber-weighted."""
     cost, root, residual = _weighted(recording, found.prediction, noise, rounding)
-    jacobian = found.differences()
-    jacobian *= root[:, :, None]
-    jacobian = jacobian.reshape(residual.size, -1)
+    jacobian = found.differences().reshape(residual.size, -1)
+    jacobian *= root.reshape(-1, 1)
     plan, p = found.plan, n_common
     normal = ((jacobian.T @ jacobian) / plan.area)[plan.square]
-    gradient = (jacobian.T @ residual.ravel() / plan.width)[plan.order]
+    gradient = (residual.ravel() @ jacobian / plan.width)[plan.order]
     return _Part(cost, normal[:p, :p], gradient[:p], normal[:p, p:], normal[p:, p:], gradient[p:])
 
 
@@ -274,14 +309,15 @@ def _weighted(
     rounded = [j for j, item in enumerate(rounding) if item is not None]
     root[:, rounded] = 0.0
     residual = (prediction - recording.rotation) * root
-    size = np.abs(residual)
-    if np.max(size) <= HUBER:  # the usual case; False for nan
-        cost = 0.5 * float(np.vdot(residual, residual))
-    else:
-        inside = size <= HUBER
-        cost = float(np.sum(np.where(inside, 0.5 * residual**2, HUBER * (size - 0.5 * HUBER))))
-        weight = np.sqrt(np.where(inside, 1.0, HUBER / np.maximum(size, HUBER)))
-        root, residual = root * weight, residual * weight
+    cost = 0.5 * float(np.vdot(residual, residual))
+    flat, scales = residual.ravel(), root.ravel()
+    far = np.flatnonzero(np.abs(flat) > HUBER)
+    if len(far):
+        size = np.abs(flat[far])
+        cost += float(np.sum(HUBER * (size - 0.5 * HUBER) - 0.5 * size**2))
+        weight = np.sqrt(HUBER / size)
+        scales[far] *= weight
+        flat[far] *= weight
     for j in rounded:
         cost += _rounded(recording, prediction, j, rounding[j], root, residual)
     return cost, root, residual

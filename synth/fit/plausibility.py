@@ -18,6 +18,7 @@ from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
 from synth.fit.fit_result import FitResult
 from synth.fit.free_motion_start import later
+from synth.fit.least_squares import FitStart
 from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
 from synth.fit.report_fit import AT_BOUND
@@ -200,11 +201,9 @@ def _left(leg: Leg, recordings: Sequence[Recording], hopeful: float = np.inf) ->
     A rough fit that leaves more than ``hopeful`` rad is not refined.
     """
     model = model_of(leg)
-    guess = weak_form_start(model, recordings, COMMON)
+    start = FitStart(weak_form_start(model, recordings, COMMON).values, first_locals(recordings))
     for rounds in (0, 1):
-        stage = refine(
-            model, recordings, guess.values, first_locals(recordings), "noise", np.zeros(len(leg.joints)), rounds=rounds
-        )
+        stage = refine(model, recordings, start, "noise", np.zeros(len(leg.joints)), rounds=rounds)
         if not np.isfinite(stage.solution.cost):
             return float("inf")
         found = float(np.sqrt(np.nansum(root_mean_square(recordings, stage.solution.predictions) ** 2)))

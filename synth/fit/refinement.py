@@ -31,8 +31,7 @@ POOR = 4.0  # times the samples' own scatter: above it other starts are tried
 def refine(
     model: TrajectoryModel,
     recordings: Sequence[Recording],
-    values: Array,
-    locals_: Sequence[Local],
+    start: FitStart,
     weight: str,
     spread: Array,
     *,
@@ -47,12 +46,14 @@ def refine(
     spread : (n,) rad of the rest angles' shifts, about zero or ``centre`` (n_trial, n) rad.
     """
     relative, counts = _relative_noise(recordings, weight), encoder_counts(recordings)
-    lanes = shared_out(lambda t: model.sensitivity(recordings[t], values, locals_[t]), len(recordings))
+    lanes = start.lanes or shared_out(
+        lambda t: model.sensitivity(recordings[t], start.values, start.locals[t]), len(recordings)
+    )
     predictions = [found.prediction for found in lanes]
     noise = np.nan_to_num(clipped_rms(recordings, predictions), nan=FIRST_NOISE, posinf=FIRST_NOISE) + 1e-6
     weights = Weights(relative * noise, spread, centre)
     solution = solve(
-        model, recordings, FitStart(values, locals_, NEAR_DAMPING, lanes), weights,
+        model, recordings, replace(start, damping=NEAR_DAMPING, lanes=lanes), weights,
         max_iterations=ROUGH_ITERATIONS, tolerance=ROUGHLY,
     )  # fmt: skip
     del lanes  # a copy for every trial, of which the solution keeps the small parts
@@ -140,7 +141,7 @@ def or_another_start(
     for k in order[:KEPT_STARTS]:
         found = screened(drawn[k], first_locals(some))
         if found.cost < here.cost - 1.0:
-            refined = refine(model, recordings, found.values, first_locals(recordings), weight, spread)
+            refined = refine(model, recordings, FitStart(found.values, first_locals(recordings)), weight, spread)
             if np.isfinite(refined.solution.cost) and _misfit(recordings, refined) < _misfit(recordings, best):
                 best = refined
     return best

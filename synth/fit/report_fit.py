@@ -11,7 +11,7 @@ from synth.arrays import Array
 from synth.estimation.chi_squared import chi_squared_exceeded
 from synth.estimation.intervals import NORMAL90, Estimate
 from synth.fit.bootstrap import Bootstrap, bootstrap
-from synth.fit.draws import drawn_legs, draws
+from synth.fit.draws import DrawnLegs, draws
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import sought_by
 from synth.fit.fit_result import FitResult, JointFit, TrialFit, Variant
@@ -129,7 +129,7 @@ def result_of(
         static=static,
         proposals=proposals(model, recordings, chosen),
         families=alike,
-        drawn=tuple(drawn_legs(unknowns, drawn)),
+        drawn=DrawnLegs.of(unknowns, drawn),
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
         sources=sources_of(unknowns, spreads[mode], links[mode]),
     )

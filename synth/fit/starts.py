@@ -22,6 +22,9 @@ from synth.threads import shared_out
 WINDOWS = (0.1, 0.2, 0.05)  # s, weak-form windows that are tried
 NATURAL_STARTS = ((3.0, 20.0), (6.0, 100.0), (1.0, 2.0), (4.0, 5.0))  # Hz of k/I, 1/s of b/I
 END_SHARE = 10  # one of so many samples, at a trial's end, gives its rest pose
+# Tolerance of the integration, 1e-4 rad being far below the differences between candidates, and samples a trial at
+# which these are compared: a motion of some periods needs tens.
+RANKING, RANKED = 1e-4, 125
 DRAWN = 24  # random starts, tried if the fit from the weak form is ``POOR``
 DRAWN_FREQUENCY, DRAWN_DECAY = (1.0, 10.0), (1.0, 100.0)  # Hz of k/I, 1/s of b/I
 DRAWN_REST = 0.2  # rad about the mean final pose of the trials
@@ -79,29 +82,45 @@ def balanced_rests(leg: Leg, recordings: Sequence[Recording], ends: Sequence[Arr
     -------
     (n_trial, n, c) rad.
     """
-    found = []
-    for recording, end in zip(recordings, ends, strict=True):
-        known = coefficients(leg, recording.conditions.tip)
-        weight = static_torque(known, end, leg.tilt + recording.conditions.tilt)
-        found.append(end[:, None] + weight[:, None] / spring_rate)
-    return np.array(found)
+    poses = _end_poses(leg, recordings, ends)
+    return np.asarray(poses.angle[:, :, None] + poses.weight[:, :, None] / spring_rate)
+
+
+@dataclass(frozen=True)
+class _Poses:
+    """``angle`` (n_trial, n) rad and ``weight`` (n_trial, n) N m, the joint torques that hold them against gravity."""
+
+    angle: Array
+    weight: Array
+
+
+def _end_poses(leg: Leg, recordings: Sequence[Recording], ends: Sequence[Array]) -> _Poses:
+    """The final poses (n,) rad a trial, with their weight."""
+    tips = {recording.conditions.tip for recording in recordings}
+    known = {tip: coefficients(leg, tip) for tip in tips}
+    weight = [
+        static_torque(known[recording.conditions.tip], end, leg.tilt + recording.conditions.tilt)
+        for recording, end in zip(recordings, ends, strict=True)
+    ]
+    return _Poses(np.array(ends), np.array(weight))
 
 
 def weak_form_start(model: TrajectoryModel, recordings: Sequence[Recording], options: LegFitOptions) -> FirstGuess:
     """The weak form's solution with the window whose trajectories are nearest to the trials."""
     leg, inertia, unknowns = model.leg, outboard_inertia(model.leg), sought_by(model)
     curves = [options.curves.get(name) for name in leg.joint_names]
-    ends = [_end(recording) for recording in recordings]
+    known = np.array([curve is not None for curve in curves])
+    poses = _end_poses(leg, recordings, [_end(recording) for recording in recordings])
     weak, tried = WeakForm(leg, recordings, curves), []
     for window in WINDOWS:
         for found in weak.solve(window)[: 2 if len(recordings) > 1 else 1]:
-            usable = (found.spring_rate > 0) & ((found.damper_rate > 0) | np.array([c is not None for c in curves]))
+            usable = (found.spring_rate > 0) & ((found.damper_rate > 0) | known)
             # Noise, or a joint that moves as no passive one does, can make a rate negative. The joint then starts at
             # typical limb values: from springy to well damped.
             for frequency, decay in NATURAL_STARTS if not np.all(usable) else NATURAL_STARTS[:1]:
                 rate = np.where(usable, found.spring_rate, inertia * (2 * np.pi * frequency) ** 2)
                 damping = np.where(usable, found.damper_rate, inertia * decay)
-                own = balanced_rests(leg, recordings, ends, rate[:, None])[:, :, 0]
+                own = poses.angle + poses.weight / rate
                 rest = np.where(usable, np.nan_to_num(found.rest), np.median(own, axis=0))
                 own = np.where(usable & found.per_trial, found.rest_by_trial, own)
                 shift = np.clip(np.nan_to_num(own - rest), -2 * WIDE, 2 * WIDE) * (options.free_angle != "common")
@@ -133,11 +152,13 @@ def quick_costs(
 ) -> Array:
     """(n_candidate,) squared residuals of trajectories from the smoothed initial states; inf if the motion diverges.
 
+    They only rank the candidates, so they are integrated to ``RANKING`` and compared at ``RANKED`` samples a trial.
+
     ``candidates`` : unknowns (p,) each, all lanes of one simulation per trial. ``shifts`` : of the rest angles,
-    (n_trial, n)
-    rad per candidate.
+    (n_trial, n) rad per candidate.
     """
     values, locals_ = np.stack(candidates, axis=1), first_locals(recordings)
+    model, recordings = model.at_tolerance(RANKING), [recording.thinned(RANKED) for recording in recordings]
     none = np.zeros((recordings[0].rotation.shape[1], len(candidates)))
 
     def one(t: int) -> Array:

@@ -94,21 +94,34 @@ class _Plan:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """One trial's perturbed lanes ``out`` (m, n, n_lane) rad, the input of residuals and normal equations."""
+    """One trial's perturbed lanes ``out`` (m, n, n_lane) rad, the input of residuals and normal equations.
+
+    ``shift`` (m, n) rad moves all lanes, after a step that was not simulated.
+    """
 
     out: Array
     plan: _Plan
+    shift: Array | None = None
 
     @property
     def prediction(self) -> Array:
         """(m, n) rad."""
-        return self.out[:, :, 0]
+        return self.out[:, :, 0] if self.shift is None else self.out[:, :, 0] + self.shift
 
-    def differences(self, room: Array | None = None) -> Array:
-        """(m, n, n_step) rad, differences of the moved lanes, not yet divided; into ``room`` if given."""
+    def differences(self) -> Array:
+        """(m, n, n_step) rad, differences of the moved lanes, not yet divided."""
         if len(self.plan.moved) < LANES:
-            return np.subtract(self.out[:, :, 1:], self.out[:, :, :1], out=room)
-        return np.subtract(self.out[:, :, self.plan.moved], self.out[:, :, self.plan.still], out=room)
+            return self.out[:, :, 1:] - self.out[:, :, :1]
+        return self.out[:, :, self.plan.moved] - self.out[:, :, self.plan.still]
+
+    def after(self, step: Array) -> Sensitivity:
+        """The same after a small step of the common and the trial's own unknowns, by the differences of the lanes."""
+        plan, n_lane = self.plan, self.out.shape[2]
+        shares = np.bincount(plan.order, weights=step, minlength=len(plan.width)) / plan.width
+        by_lane = np.bincount(plan.moved, weights=shares, minlength=n_lane)
+        by_lane -= np.bincount(plan.still, weights=shares, minlength=n_lane)
+        shift = (self.out.reshape(-1, n_lane) @ by_lane).reshape(self.out.shape[:2])
+        return Sensitivity(self.out, plan, shift if self.shift is None else self.shift + shift)
 
 
 class TrajectoryModel:
@@ -121,7 +134,9 @@ class TrajectoryModel:
 
     def at_tolerance(self, tolerance: float) -> TrajectoryModel:
         """The same, integrated to another relative tolerance."""
-        return TrajectoryModel(self.chain, self.leg, self.unknowns, tolerance)
+        other = TrajectoryModel(self.chain, self.leg, self.unknowns, tolerance)
+        other._base, other._plans = self._base, self._plans  # neither depends on it
+        return other
 
     def shifted(self, recording: Recording) -> list[int]:
         """Joints whose rest angle may shift in this trial: free, with the rest angle among the unknowns."""

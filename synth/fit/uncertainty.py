@@ -35,26 +35,43 @@ def clipped_rms(recordings: Sequence[Recording], predictions: Sequence[Array]) -
 
     The fit estimates each joint's noise from it, so that a glitch does not dominate. It is not a measure of the fit.
     """
-    widths = encoder_counts(recordings)
     columns = _by_joint(recordings, predictions)
-    return np.array([_clipped(column, float(width)) for column, width in zip(columns, widths, strict=True)])
+    sizes = [np.abs(column) for column in columns]
+    scales = [1.4826 * _median(size) + 1e-12 for size in sizes]
+    found = [_clipped(size, scale) for size, scale in zip(sizes, scales, strict=True)]
+    far = [j for j, (size, scale) in enumerate(zip(sizes, scales, strict=True)) if len(size) and size.max() > 6 * scale]
+    if far:  # at rest on one count all residuals may be almost zero
+        widths = encoder_counts(recordings)
+        for j in far:
+            found[j] = _clipped(sizes[j], max(scales[j], float(widths[j]) / np.sqrt(12.0)))
+    return np.array(found)
 
 
 def _by_joint(recordings: Sequence[Recording], predictions: Sequence[Array]) -> list[Array]:
     """Each joint's residuals (m,) rad at all counted samples of all trials."""
-    stacked = np.concatenate([residuals(r, p) for r, p in zip(recordings, predictions, strict=True)])
-    return [column[np.isfinite(column)] for column in stacked.T]
+    stacked = np.concatenate(predictions) - np.concatenate([recording.rotation for recording in recordings])
+    good = np.isfinite(stacked) & np.concatenate([recording.counts for recording in recordings])
+    if good.all():
+        return list(np.ascontiguousarray(stacked.T))
+    return [column[mask] for column, mask in zip(stacked.T, good.T, strict=True)]
 
 
-def _clipped(values: Array, count: float) -> float:
-    """RMS of residuals (m,) rad truncated at six robust deviations; ``count`` rad of an encoder, 0 for none."""
-    if not len(values):
+def _median(size: Array) -> float:
+    """Of (m,) values that are finite; nan for none."""
+    if not len(size):
         return float("nan")
-    size = np.abs(values)
-    scale = 1.4826 * float(np.median(size)) + 1e-12
-    if size.max() > 6 * scale:  # at rest on one count all residuals may be almost zero
-        scale = max(scale, count / np.sqrt(12.0))
-    return float(np.sqrt(np.mean(np.clip(values, -6 * scale, 6 * scale) ** 2)))
+    middle = len(size) // 2
+    if len(size) % 2:
+        return float(np.partition(size, middle)[middle])
+    return float(np.partition(size, (middle - 1, middle))[middle - 1 : middle + 1].mean())
+
+
+def _clipped(size: Array, scale: float) -> float:
+    """RMS of residuals of these sizes (m,) rad truncated at six times ``scale`` rad."""
+    if not len(size):
+        return float("nan")
+    held = np.minimum(size, 6 * scale)
+    return float(np.sqrt(np.vdot(held, held) / len(held)))
 
 
 def sample_scatter(recordings: Sequence[Recording]) -> Array:
@@ -71,24 +88,34 @@ def correlation_times(recordings: Sequence[Recording], predictions: Sequence[Arr
     sequence). White noise gives 1; a model error that oscillates with the leg gives tens.
     """
     n = recordings[0].rotation.shape[1]
-    factors = np.ones(n)
-    for j in range(n):
-        longest = max(len(r.time) for r in recordings) // 2
-        summed, count = np.zeros(longest), np.zeros(longest)
-        for recording, prediction in zip(recordings, predictions, strict=True):
-            value = np.nan_to_num(residuals(recording, prediction)[:, j])
-            size = 1 << (2 * len(value) - 1).bit_length()
-            spectrum = np.abs(np.fft.rfft(value, size)) ** 2
-            lags = np.fft.irfft(spectrum, size)[: min(longest, len(value))]
-            summed[: len(lags)] += lags
-            count[: len(lags)] += recording.counts[:, j].any()
-        if summed[0] <= 0.0:
-            continue
-        rho = summed / summed[0]
-        pairs = rho[1:-1:2] + rho[2::2]
-        stop = int(np.argmax(pairs <= 0)) if np.any(pairs <= 0) else len(pairs)
-        factors[j] = max(1.0, 1.0 + 2.0 * float(pairs[:stop].sum()))
-    return factors
+    longest = max(len(r.time) for r in recordings) // 2
+    summed = np.zeros((longest, n))
+    for recording, prediction in zip(recordings, predictions, strict=True):
+        off = prediction - recording.rotation
+        value = np.where(recording.counts & np.isfinite(off), off, 0.0)
+        lags = _autocorrelation(value)[:longest]
+        summed[: len(lags)] += lags
+    return np.array([_factor(column) for column in summed.T])
+
+
+def _autocorrelation(value: Array) -> Array:
+    """(m, n) sums of products of (m, n) values that are so many samples apart."""
+    m = len(value)
+    size = 1 << (2 * m - 1).bit_length()
+    transformed = np.fft.rfft(np.ascontiguousarray(value.T), size)
+    power = transformed.real**2 + transformed.imag**2
+    return np.asarray(np.fft.irfft(power, size)[:, :m].T)
+
+
+def _factor(summed: Array) -> float:
+    """The factor from one joint's autocorrelation (longest,), not normalised."""
+    if summed[0] <= 0.0:
+        return 1.0
+    rho = summed / summed[0]
+    pairs = rho[1:-1:2] + rho[2::2]
+    ends = pairs <= 0
+    stop = int(np.argmax(ends)) if ends.any() else len(pairs)
+    return max(1.0, 1.0 + 2.0 * float(pairs[:stop].sum()))
 
 
 def covariance(model: TrajectoryModel, solution: Solution, *, with_prior: bool = True) -> Array:

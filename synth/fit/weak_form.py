@@ -16,8 +16,8 @@ import numpy as np
 from synth.arrays import Array
 from synth.fit.recordings import Recording
 from synth.swing.damper_curves import torque_at
-from synth.swing.leg_model import DamperCurve, Leg
-from synth.swing.mechanics import coefficients, momentum_and_force
+from synth.swing.leg_model import DamperCurve, Leg, Tip
+from synth.swing.mechanics import Coefficients, absolute, coefficients
 
 
 @dataclass(frozen=True)
@@ -60,11 +60,8 @@ class WeakForm:
         n = len(leg.joints)
         self.recordings, self.curves = recordings, list(curves) if curves else [None] * n
         self._signals = []  # (m, 3 n) angle, momentum, and known force
-        for recording in recordings:
+        for recording, (momentum, force) in zip(recordings, _momenta(leg, recordings), strict=True):
             smoothed = recording.smoothed
-            tilt = leg.tilt + recording.conditions.tilt
-            found = coefficients(leg, recording.conditions.tip)
-            momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, tilt)
             driven = recording.known_force(recording.leg or leg)
             if driven is not None:
                 force = force + driven
@@ -78,12 +75,16 @@ class WeakForm:
 
         ``window`` : s, the support of the bumps; at least eight samples, at most half a recording.
         """
-        equations = [self._equations(t, window) for t in range(len(self.recordings))]
-        return self._estimate(equations, per_trial=False), self._estimate(equations, per_trial=True)
+        products = np.array([self._products(t, window) for t in range(len(self.recordings))])
+        return self._estimate(products, per_trial=False), self._estimate(products, per_trial=True)
 
-    def _equations(self, t: int, window: float) -> _Equations:
-        """One recording's, all joints at once."""
-        smoothed, n = self.recordings[t].smoothed, len(self.curves)
+    def _products(self, t: int, window: float) -> Array:
+        """(n, 4, 4) each joint's scalar products of the columns of k and b, the right side and the column of k * rest.
+
+        They are zero for a joint that is locked in this recording.
+        """
+        recording, n = self.recordings[t], len(self.curves)
+        smoothed = recording.smoothed
         step, count = float(smoothed.time[1] - smoothed.time[0]), len(smoothed.time)
         support = max(8, min(round(window / step), (count - 1) // 2))
         u = np.linspace(-1.0, 1.0, support + 1)
@@ -93,62 +94,73 @@ class WeakForm:
         windows = view(self._signals[t], support + 1, axis=0)[: count - support : every]
         if smoothed.gap.any():
             windows = windows[~view(smoothed.gap, support + 1)[: count - support : every].any(axis=1)]
-        found = np.ascontiguousarray(windows) @ (np.stack([bump, slope], axis=1) * step)
-        angle, momentum, force = found[:, :n], found[:, n : 2 * n], found[:, 2 * n :]
-        columns = np.stack([-angle[:, :, 0], angle[:, :, 1]])
-        return _Equations(columns, -momentum[:, :, 1] - force[:, :, 0], float(bump.sum()) * step)
+        by_bump, by_slope = (np.stack([bump, slope]) * step @ windows.transpose(0, 2, 1)).transpose(1, 2, 0)
+        columns = np.empty((n, 4, len(windows)))
+        columns[:, 0], columns[:, 1] = -by_bump[:n], by_slope[:n]
+        columns[:, 2] = -by_slope[n : 2 * n] - by_bump[2 * n :]
+        columns[:, 3] = float(bump.sum()) * step
+        columns[list(recording.conditions.locked)] = 0.0
+        return columns @ columns.transpose(0, 2, 1)
 
-    def _estimate(self, equations: Sequence[_Equations], *, per_trial: bool) -> LinearEstimate:
-        n, count = len(self.curves), len(equations)
-        rate, damping = np.full(n, np.nan), np.full(n, np.nan)
-        rest, by_trial = np.full(n, np.nan), np.full((count, n), np.nan)
-        for j, curve in enumerate(self.curves):
-            own = [t for t in range(count) if j in self.recordings[t].free and len(equations[t].side)]
-            if own:
-                groups = [[t] for t in own] if per_trial else [own]
-                found, rests = _joint(
-                    [_pooled([equations[t] for t in group], j) for group in groups], curve is not None
-                )
-                rate[j], damping[j] = found[0], 0.0 if curve else found[1]
-                rest[j] = by_trial[:, j] = np.median(rests)
-                if per_trial:
-                    by_trial[own, j] = rests
-        return LinearEstimate(rate, damping, rest, by_trial, per_trial)
-
-
-@dataclass(frozen=True)
-class _Equations:
-    """Columns of k and b (2, n_window, n), right side (n_window, n), and the column of k * rest."""
-
-    columns: Array
-    side: Array
-    constant: float
-
-
-def _pooled(equations: Sequence[_Equations], j: int) -> tuple[Array, Array, Array]:
-    """Columns (2, N), side (N,) and the rest angle's column (N,) of one joint in trials that share it."""
-    columns = np.concatenate([e.columns[:, :, j] for e in equations], axis=1)
-    side = np.concatenate([e.side[:, j] for e in equations])
-    return columns, side, np.concatenate([np.full(len(e.side), e.constant) for e in equations])
+    def _estimate(self, products: Array, *, per_trial: bool) -> LinearEstimate:
+        """From the products (n_trial, n, 4, 4)."""
+        groups = products if per_trial else products.sum(axis=0, keepdims=True)
+        known = np.array([curve is not None for curve in self.curves])
+        # The columns of the rests, each zero but in its group, are projected out first (Frisch & Waugh, Econometrica 1,
+        # 1933).
+        constant = np.where(groups[:, :, 3, 3] > 0.0, groups[:, :, 3, 3], np.inf)
+        share = groups[:, :, 3] / constant[:, :, None]
+        reduced = (groups - groups[:, :, :, 3, None] * share[:, :, None, :]).sum(axis=0)
+        matrix, side = reduced[:, :2, :2], reduced[:, :2, 2]
+        matrix[known, 1], matrix[known, :, 1], side[known, 1] = 0.0, 0.0, 0.0
+        scale = np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))
+        scale = np.where(scale > 0.0, scale, np.inf)
+        inverse = np.linalg.pinv(matrix / (scale[:, :, None] * scale[:, None, :]), rcond=1e-15, hermitian=True)
+        found = (inverse @ (side / scale)[:, :, None])[:, :, 0] / scale
+        found[(products[:, :, 3, 3] == 0.0).all(axis=0)] = np.nan
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rests = (share[:, :, 2] - np.einsum("ja,tja->tj", found, share[:, :, :2])) / found[:, 0]
+        rests[np.isinf(constant)] = np.nan
+        rest = np.array([_median(own) for own in rests.T])
+        by_trial = np.broadcast_to(rest, products.shape[:2]).copy()
+        if per_trial:
+            by_trial = np.where(np.isfinite(rests), rests, by_trial)
+        return LinearEstimate(found[:, 0], found[:, 1], rest, by_trial, per_trial)
 
 
-def _joint(groups: Sequence[tuple[Array, Array, Array]], damper_known: bool) -> tuple[Array, Array]:
-    """Spring and damper rate, and the rest angle of each group.
+def momentum_and_force(known: Coefficients, rotation: Array, rate: Array, tilt: float) -> tuple[Array, Array]:
+    """``mechanics.momentum_and_force`` from the sines and cosines of n angles instead of n^2 differences.
 
-    The rests' columns, each zero but in its group, are projected out first (Frisch & Waugh, Econometrica 1, 1933).
+    With C_i = sum_j A_ij cos(phi_j) w_j and S_i likewise of the sines, sum_j A_ij cos(phi_i - phi_j) w_j is
+    cos(phi_i) C_i + sin(phi_i) S_i, and with the sine of the difference sin(phi_i) C_i - cos(phi_i) S_i.
     """
-    used = 1 if damper_known else 2
-    designs, sides = [], []
-    for columns, side, constant in groups:
-        unit = constant / np.sqrt(constant @ constant)
-        designs.append(columns[:used] - np.outer(columns[:used] @ unit, unit))
-        sides.append(side - (side @ unit) * unit)
-    design, right = np.concatenate(designs, axis=1), np.concatenate(sides)
-    scale = np.sqrt(np.sum(design**2, axis=1)) + 1e-300
-    design /= scale[:, None]
-    found = np.linalg.lstsq(design @ design.T, design @ right, rcond=None)[0] / scale
-    rests = [
-        constant @ (side - found @ columns[:used]) / (constant @ constant) / found[0]
-        for columns, side, constant in groups
-    ]
-    return found, np.array(rests)
+    phi, omega = absolute(rotation, tilt), np.cumsum(rate, axis=1)
+    sine, cosine = np.sin(phi), np.cos(phi)
+    along, across = (cosine * omega) @ known.inertia, (sine * omega) @ known.inertia
+    momentum = cosine * along + sine * across
+    force = omega * (cosine * across - sine * along) - known.gravity * sine
+    outboard = (np.cumsum(values[:, ::-1], axis=1)[:, ::-1] for values in (momentum, force))
+    return next(outboard) + known.armature * rate, next(outboard)
+
+
+def _momenta(leg: Leg, recordings: Sequence[Recording]) -> list[tuple[Array, Array]]:
+    """Momentum and force (m, n) of each recording, of those under the same conditions in one call."""
+    alike: dict[tuple[Tip, float], list[int]] = {}
+    for t, recording in enumerate(recordings):
+        alike.setdefault((recording.conditions.tip, leg.tilt + recording.conditions.tilt), []).append(t)
+    found: dict[int, tuple[Array, Array]] = {}
+    for (tip, tilt), members in alike.items():
+        motions = [recordings[t].smoothed for t in members]
+        angle, rate = (np.concatenate([getattr(m, name) for m in motions]) for name in ("angle", "rate"))
+        both = momentum_and_force(coefficients(leg, tip), angle, rate, tilt)
+        ends = np.cumsum([len(m.time) for m in motions])[:-1]
+        parts = (np.split(values, ends) for values in both)
+        found |= dict(zip(members, zip(*parts, strict=True), strict=True))
+    return [found[t] for t in range(len(recordings))]
+
+
+def _median(values: Array) -> float:
+    """Of the finite values; nan if there are none."""
+    known = np.sort(values[np.isfinite(values)])
+    middle = len(known) // 2
+    return float(0.5 * (known[middle] + known[-1 - middle])) if len(known) else float("nan")

@@ -65,6 +65,27 @@ def test_prediction_and_jacobian_equal_single_simulations(locked: tuple[str, ...
         np.testing.assert_allclose(found.local[:, :, k], (up - down) / 2e-5, atol=2e-5)
 
 
+@pytest.mark.parametrize("locked", [(), ("knee",)])
+def test_lanes_after_a_small_step_equal_its_simulation(locked: tuple[str, ...]) -> None:
+    leg = robot()
+    recording = recorded(
+        leg, [release(leg, (9, -17, -24), np.random.default_rng(1), locked=locked), *releases(leg, 0)]
+    )[0]
+    model, values = model_of(leg)
+    local, free = local_of(recording, 0.02), len(recording.free)
+    size = 1e-3  # a third of a deviation of the thesis' fits; what is left is of its square
+    common, own = size * np.cos(np.arange(9)), size * np.sin(np.arange(3 * free))
+    moved = model.sensitivity(recording, values, local).after(np.concatenate([common, own]))
+    there = model.sensitivity(recording, values + common, model.step_local(recording, local, own))
+    np.testing.assert_allclose(moved.prediction, there.prediction, atol=30 * size**2)
+    assert (
+        np.abs(moved.prediction - there.prediction).max() < 0.02 * np.abs(moved.prediction - moved.out[:, :, 0]).max()
+    )
+    twice = moved.after(-np.concatenate([common, own]))
+    np.testing.assert_allclose(twice.prediction, twice.out[:, :, 0], atol=1e-12)
+    np.testing.assert_array_equal(twice.differences(), moved.differences())
+
+
 def test_integration_error_does_not_narrow_intervals_of_an_overdamped_joint() -> None:
     leg = robot([60.0, *SPRING[1:]], [12.0, *DAMPER[1:]])
     recordings = recorded(leg, releases(leg, 3, Rig(noise=0.3), count=4))

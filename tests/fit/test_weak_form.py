@@ -11,8 +11,9 @@ from fit.simulated_legs import DAMPER, RELEASES, SPRING, Rig, bare, recorded, re
 from peers.mujoco_leg import simulate_states
 from synth.files.trial_list import Trial
 from synth.fit.recordings import Recording
-from synth.fit.weak_form import LinearEstimate, weak_form
+from synth.fit.weak_form import LinearEstimate, momentum_and_force, weak_form
 from synth.motion.smoothing import Smoothed
+from synth.swing import mechanics
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Damper, DamperCurve, Leg
 
@@ -54,6 +55,18 @@ def test_noise_free_recordings_recover_the_leg_to_a_thousandth(per_trial: bool, 
     found = weak_form(bare(leg), recorded(leg, releases(leg, 0, SILENT)), window=window, per_trial_rest=per_trial)
     assert misses(found).max() < 1.5e-3
     np.testing.assert_allclose(found.rest_by_trial, np.tile(REST, (7, 1)), atol=1e-3)
+
+
+def test_momentum_and_force_are_those_of_the_mechanics() -> None:
+    random = np.random.default_rng(1)
+    known = replace(mechanics.coefficients(robot(), 0.05), armature=np.array([1e-3, 2e-3, 3e-3]))
+    angle, rate = random.normal(size=(2, 40, 3))
+    for ours, reference in zip(
+        momentum_and_force(known, angle, 9 * rate, 0.1),
+        mechanics.momentum_and_force(known, angle, 9 * rate, 0.1),
+        strict=True,
+    ):
+        np.testing.assert_allclose(ours, reference, rtol=1e-12, atol=1e-14)
 
 
 def test_noisy_recordings_recover_the_leg_to_five_per_cent() -> None:
