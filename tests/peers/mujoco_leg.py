@@ -134,7 +134,7 @@ def simulate_states(
     rate = np.zeros_like(rotation)
     data.qpos[:], data.qvel[:] = np.asarray(rotation0)[free], np.asarray(rate0)[free]
     rate[0, free] = data.qvel
-    with _passive_torque(leg, free, rotation[0], extra_torque, friction_width):
+    with _passive_torque(leg, data, free, rotation[0], extra_torque, friction_width):
         for sample, interval in enumerate(np.diff(times), start=1):
             count = max(1, math.ceil(interval / step - 1e-9))
             model.opt.timestep = interval / count
@@ -147,9 +147,17 @@ def simulate_states(
 
 @contextmanager
 def _passive_torque(
-    leg: Leg, free: list[int], rotation0: Array, extra_torque: ExtraTorque | None, friction_width: float
+    leg: Leg,
+    data: mujoco.MjData,
+    free: list[int],
+    rotation0: Array,
+    extra_torque: ExtraTorque | None,
+    friction_width: float,
 ) -> Iterator[None]:
-    """What MuJoCo's joints lack, added at every stage of a step through its callback for passive forces."""
+    """What MuJoCo's joints lack, added at every stage of a step through its callback for passive forces.
+
+    The callback takes most of a simulation's time: it works on views of ``data`` that are made once, in plain numbers.
+    """
     curves = {i: joint.damper.curve for i, joint in enumerate(leg.joints) if joint.damper and joint.damper.curve}
     friction = {i: _friction(joint) for i, joint in enumerate(leg.joints) if joint.effects}
     if not curves and not friction and extra_torque is None:
@@ -158,15 +166,20 @@ def _passive_torque(
     if friction and friction_width <= 0:
         raise ValueError("coulomb_friction needs friction_width, the speed over which it is smoothed")
 
-    def add(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        rotation, rate = rotation0.copy(), np.zeros_like(rotation0)
-        rotation[free], rate[free] = data.qpos, data.qvel
-        torque = np.zeros_like(rate) if extra_torque is None else extra_torque(rotation, rate)
-        for i, curve in curves.items():
-            torque[i] -= curve_torque(curve, rate[i])
-        for i, largest in friction.items():
-            torque[i] -= largest * rate[i] / math.hypot(rate[i], friction_width)
-        data.qfrc_passive[:] += torque[free]
+    angles, rates, passive = data.qpos, data.qvel, data.qfrc_passive
+    own = [(place, curves.get(i), friction.get(i, 0.0)) for place, i in enumerate(free) if i in curves or i in friction]
+    rotation, rate = rotation0.copy(), np.zeros_like(rotation0)
+
+    def add(*_: object) -> None:
+        for place, curve, largest in own:
+            speed = rates.item(place)
+            torque = 0.0 if curve is None else -curve_torque(curve, speed)
+            if largest:
+                torque -= largest * speed / math.hypot(speed, friction_width)
+            passive[place] += torque
+        if extra_torque is not None:
+            rotation[free], rate[free] = angles, rates
+            passive[:] += extra_torque(rotation, rate)[free]
 
     mujoco.set_mjcb_passive(add)
     try:
