@@ -116,30 +116,31 @@ class PartLanes:
         return np.sqrt(self._square(columns))
 
     def _square(self, columns: Sequence[Array]) -> Array:
-        n_lane = columns[0].shape[1]
+        """(n_joint, n_lane) rad^2, mean over all samples of the releases; groups of lanes and releases in parallel."""
+        n_lane, n_release = columns[0].shape[1], len(self.releases)
         # The groups of lanes do not depend on the number of threads, so the result is the same on any machine.
         share = min(CHUNK, LANES * -(-n_lane // (LANES * thread_count())))
-        assert len(self._still) == len(self.releases)  # computed here, before threads use it
+        assert len(self._still) == n_release  # computed here, before threads use it
 
         def part(index: int) -> Array:
-            chunk = slice(index * share, (index + 1) * share)
-            return self._mean_square([each[:, chunk] for each in columns])
+            group, k = divmod(index, n_release)
+            return self._sum_of_squares(k, [each[:, group * share : (group + 1) * share] for each in columns])
 
-        return np.concatenate(in_parallel(part, -(-n_lane // share)), axis=1)
+        parts = in_parallel(part, n_release * -(-n_lane // share))
+        sums = [np.sum(parts[first : first + n_release], axis=0) for first in range(0, len(parts), n_release)]
+        mean = np.concatenate(sums, axis=1) / np.maximum(self._counts, 1)[:, None]
+        return np.where(np.isfinite(mean), mean, np.pi**2)
 
     @cached_property
     def _still(self) -> list[Array]:
         """(n_row,) of each release: the chain's parameters that do not depend on the parts."""
         return [self.wanted.chain.parameters(self.leg, release.conditions) for release in self.releases]
 
-    def _mean_square(self, columns: Sequence[Array]) -> Array:
-        square = np.zeros((len(columns), columns[0].shape[1]))
-        for k, (release, wanted) in enumerate(zip(self.releases, self.motions, strict=True)):
-            off = self._motion(k, columns) - wanted[:, :, None]
-            off[:, list(release.conditions.locked)] = 0.0
-            square += np.sum(off**2, axis=0)
-        mean = square / np.maximum(self._counts, 1)[:, None]
-        return np.where(np.isfinite(mean), mean, np.pi**2)
+    def _sum_of_squares(self, number: int, columns: Sequence[Array]) -> Array:
+        """(n_joint, n_lane) rad^2, over the samples of one release in which each joint is free."""
+        off = self._motion(number, columns) - self.motions[number][:, :, None]
+        off[:, list(self.releases[number].conditions.locked)] = 0.0
+        return np.asarray(np.sum(off**2, axis=0))
 
     def residuals(self, index: Index, every: int = 1) -> Array:
         """(n_sample, n_set) residuals whose squares sum to the squared error; of every ``every``-th motion sample."""
