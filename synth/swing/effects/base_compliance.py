@@ -16,6 +16,7 @@ from synth.swing.effects.definition import Effect, Parameter, Shape, positive, s
 if TYPE_CHECKING:
     from synth.arrays import Array
     from synth.swing.leg_lanes import LegLanes
+    from synth.swing.leg_model import Leg
 
 LEVER = 100.0  # leg lengths; such a long link hardly rotates when its end slides
 LEAST = 0.02  # of the leg's own mass or inertia, lower limit of the mount's
@@ -62,6 +63,24 @@ def _mount(
     )
 
 
+def bounded(leg: Leg, slowest: float, values: Array) -> Array:
+    """Parameters (n_parameter, n_lane), the stiffnesses at least those of a mount that sways at ``slowest``, 1/s.
+
+    Sliding and rocking each by themselves, with the leg straight and rigid.
+    """
+    stiffness, mass, rocking, arm, inertia, ratio = values
+    length, com = np.array([(joint.link.length, joint.link.com) for joint in leg.joints]).T
+    own, about = np.array([(joint.link.mass, joint.link.inertia) for joint in leg.joints]).T
+    reach = np.cumsum(length) - length + com
+    leg_inertia, carried = float((about + own * reach**2).sum()), float(own.sum())
+    sliding = np.maximum(mass, LEAST * carried) + carried
+    hung = (about[:, None] + own[:, None] * (reach[:, None] + arm) ** 2).sum(axis=0)  # about the rocking point
+    turning = np.maximum(inertia, LEAST * leg_inertia) + hung
+    stiffness = np.where(stiffness > 0.0, np.maximum(stiffness, slowest**2 * sliding), stiffness)
+    rocking = np.where(rocking > 0.0, np.maximum(rocking, slowest**2 * turning), rocking)
+    return np.array([stiffness, mass, rocking, arm, inertia, ratio])
+
+
 def start(legs: LegLanes, joint: int, rotation: Array) -> Array:
     """Deflections (n_new, n_lane) rad of the mount while the leg is held, due to the first joint's spring.
 
@@ -90,6 +109,7 @@ EFFECT = Effect(
         Parameter("damping_ratio", "1", 0.05, positive(0.05, 0.7, upper=0.7), natural=False),
     ),
     strengths=("stiffness", "rocking_stiffness"),
+    bounds="bounded",
     shapes=(
         Shape(
             ("rocking_stiffness", "arm", "inertia", "damping_ratio"),

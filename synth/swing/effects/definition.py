@@ -65,6 +65,8 @@ class Effect(PlantEffect):
     ``needs`` : the joint, or the leg, must have one of these: a spring or damper with a rate, a known torque in some
     trial.
     ``shows_locked`` : it is visible although its joint is locked, by the pose of the links or by their mass.
+    ``bounds`` : name of its function that keeps estimated parameters plausible for a leg whose slowest joint swings at
+    a given rate, 1/s.
     """
 
     way: Way
@@ -80,6 +82,7 @@ class Effect(PlantEffect):
     kin: str = ""
     needs: tuple[Need, ...] = ()
     shows_locked: bool = False
+    bounds: str = ""
 
     def function(self, name: str = "") -> Callable[..., Any]:
         """The function of its module that applies it."""

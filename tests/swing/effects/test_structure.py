@@ -168,6 +168,19 @@ def test_a_rocking_mount_and_the_link_swing_as_two_bodies(arm: float) -> None:
     assert np.abs(expected - rested).max() > 1e-5
 
 
+def test_a_mount_is_kept_as_fast_as_it_must_be() -> None:
+    """Alone under the rigid leg it then sways at that rate; a stiffer one, and a direction that is rigid, stay."""
+    inertia, mass, arm, slowest = 0.02, 0.4, -0.1, 12.0
+    soft = np.array([[0.0, 50.0, 0.0], [mass] * 3, [1.0, 0.0, 500.0], [arm] * 3, [inertia] * 3, [0.05] * 3])
+    kept = effect_named("base_compliance").function("bounded")(mounted(), slowest, soft)
+    rocks = kept[2, 0] / rocking_masses(inertia, arm)[0, 0]
+    slides = kept[0, 1] / (mass + LINK.mass)
+    assert np.sqrt([rocks, slides]) == pytest.approx(slowest)
+    assert kept[2, 1] == kept[0, 0] == 0.0
+    np.testing.assert_array_equal(kept[:, 2], soft[:, 2])
+    np.testing.assert_array_equal(kept[[1, 3, 4, 5]], soft[[1, 3, 4, 5]])
+
+
 def test_a_mount_that_slides_and_rocks_swings_with_the_link_as_three_bodies() -> None:
     # x of the pivot, theta of the mount about it, q of the link, the joint at ``arm`` below the pivot: for small motion
     # the joint goes sideways by x + arm theta and the link's centre of mass by that and com (theta + q)

@@ -25,6 +25,9 @@ from synth.swing.mechanics import coefficients, outboard_inertia
 
 LEAST_ANGLE = 0.02  # rad, about a degree: natural size of a joint that hardly moves
 WARMING = 15.0  # s, least length of a log that shows a winding warm: a fifth of its rise at the usual 60 s
+# A mount sways at least so much faster than the slowest joint: a slower one would be seen. Without the limit it is a
+# second pendulum with a state of its own in each trial, which imitates what the library lacks and wrong masses.
+FASTER = 1.5
 RECIPROCAL = 2.0  # times the pace: the reciprocal of a sinusoid's angular frequency, see ``motion.pace``
 
 
@@ -37,7 +40,7 @@ class NaturalSizes:
     motion's range, ``half`` (n,) its half width, ``settled`` (n,) the spring's deflection at the end of the trials
     (median), all in the sense of q; ``time`` s, the reciprocal of the highest frequency of the trials; ``damping`` (n,)
     N m s/rad of the designed dampers; ``mass`` kg of the whole leg; ``winding`` ohm, of the windings that one source
-    feeds, in parallel.
+    feeds, in parallel; ``slow`` 1/s, the lowest natural frequency of a joint.
     """
 
     angle: Array
@@ -52,6 +55,7 @@ class NaturalSizes:
     damping: Array
     mass: float
     winding: float = 1.0
+    slow: float = 0.0
 
     def of(self, unit: str, joint: int) -> float:
         """Natural size of a unit at a joint; 1 for units that have none."""
@@ -108,7 +112,14 @@ def scales(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
     middle = 0.5 * (low + high)
     settled = np.array([np.median(each) if each else at for each, at in zip(ends, rest, strict=True)]) - rest
     time, winding = RECIPROCAL * pace, _in_parallel(leg)
-    return NaturalSizes(angle, speed, torque, force, length, middle, half, settled, time, damping, mass, winding)
+    sizes = angle, speed, torque, force, length, middle, half, settled, time, damping, mass, winding
+    return NaturalSizes(*sizes, slow=_slowest(leg, speed / half))
+
+
+def _slowest(leg: Leg, swung: Array) -> float:
+    """1/s, lowest natural frequency of a joint of the straight hanging leg; without stiffness as it ``swung`` (n,)."""
+    stiffness = leg.spring_rate + np.cumsum(coefficients(leg).gravity[::-1])[::-1]
+    return float(np.min(np.where(stiffness > 0.0, np.sqrt(np.abs(stiffness) / outboard_inertia(leg)), swung)))
 
 
 def _in_parallel(leg: Leg) -> float:
@@ -197,6 +208,13 @@ class Candidate(ShapedEffect):
             return np.asarray(joint.sign * self.scales.settled[self.joint] + value)
         middle = joint.zero + joint.sign * self.scales.middle[self.joint]
         return np.asarray(middle + value * self.scales.half[self.joint])
+
+    def values(self, x: Array) -> Array:
+        """As for any effect, kept plausible for this leg."""
+        found = super().values(x)
+        if not self.effect.bounds:
+            return found
+        return np.asarray(self.effect.function(self.effect.bounds)(self.leg, FASTER * self.scales.slow, found))
 
     def in_rotation(self, x: Array) -> Array:
         """Like ``values``, converted to the sense of q where direction matters."""
