@@ -131,7 +131,11 @@ def test_a_chosen_part_is_not_its_own_substitute(design: dict) -> None:  # type:
         assert joint["damper"]["part"] not in [other["part"] for other in joint["damper_alternatives"]]
 
 
-def test_the_same_input_gives_the_same_bytes(project: Path, result: Path, tmp_path: Path) -> None:
+def test_the_same_input_gives_the_same_bytes(
+    project: Path, result: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On one core too, where nothing is done in side processes."""
+    monkeypatch.setenv("SYNTH_THREADS", "1")
     again = ["--quiet", "leg", str(project / "leg-design.yaml"), "--no-cache", "--out", str(tmp_path / "again")]
     assert main(again) == 0
     first, second = hashes(result), hashes(tmp_path / "again")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,14 @@ def bare_links(folder: Path) -> None:
         assert mass in text
         text = text.replace(mass, "60 g", 1)
     path.write_text(text.replace("kg*m^2}", "kg*m^2, includes: none}"))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def in_this_process() -> Iterator[None]:
+    """Side processes would load the solids' kernel again, twice, for each of the designs."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SYNTH_THREADS", "1")
+        yield
 
 
 @pytest.fixture(scope="module")
