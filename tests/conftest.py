@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import gc
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,15 @@ for name in LIBRARIES:
 
 TESTS = Path(__file__).resolve().parent
 
-gc.disable()  # while hundreds of modules are imported there is nothing to collect: a fifth of that time
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """While hundreds of modules are imported there is no garbage to look for, which took a fifth of that time."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -25,8 +34,3 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     with (TESTS / "long_modules.csv").open(encoding="utf-8", newline="") as file:
         seconds = {TESTS.parent / row["module"]: float(row["seconds"]) for row in csv.DictReader(file)}
     items.sort(key=lambda item: -seconds.get(item.path, 0.0))  # in a module the order stays
-
-
-def pytest_collection_finish() -> None:
-    """All tests are imported."""
-    gc.enable()
