@@ -30,6 +30,12 @@ def direction(rate, reverse_speed):  # type: ignore[no-untyped-def]
 
 
 @inlined
+def direction_slope(along, rate, reverse_speed):  # type: ignore[no-untyped-def]
+    """Derivative by the rate, s/rad, of the ``direction`` whose value is ``along``."""
+    return (1.0 - along * along) / sqrt(rate * rate + reverse_speed * reverse_speed)
+
+
+@inlined
 def after_friction(torque, along, rate, friction, viscous):  # type: ignore[no-untyped-def]
     """Torque less the motor's friction, N m: ``friction`` N m against ``along``, ``viscous`` N m s/rad."""
     return torque - friction * along - viscous * rate
@@ -40,3 +46,9 @@ def transmitted_share(push, along, driving, braking):  # type: ignore[no-untyped
     """Torque behind the gear over that before: ``driving`` where ``push`` is ``along`` the motion, or ``braking``."""
     with_it = along if push >= 0.0 else -along
     return 0.5 * (driving + braking) + 0.5 * with_it * (driving - braking)
+
+
+@inlined
+def transmitted_slope(push, driving, braking):  # type: ignore[no-untyped-def]
+    """Derivative of ``transmitted_share`` by ``along``."""
+    return 0.5 * (driving - braking) if push >= 0.0 else 0.5 * (braking - driving)

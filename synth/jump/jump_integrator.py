@@ -15,7 +15,7 @@ from numba import float64, int64, types
 
 from synth.compiling.compiled import compiled
 from synth.jump.jump_layout import LANES
-from synth.jump.jump_step import compiled_step
+from synth.jump.jump_step import ROOM, compiled_step
 from synth.jump.outcomes import (
     APEX,
     CLEARANCE,
@@ -48,7 +48,7 @@ _signature = int64(
     _rhs, float64[:, ::1], int64[::1], float64, float64, float64, int64, float64, float64[:, ::1], float64[:, ::1]
 )
 _rules: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True}
-error_weights, try_step = compiled_step(_rules)
+views, try_step, take = compiled_step(_rules)
 
 
 @compiled(_signature, **_rules)
@@ -76,23 +76,18 @@ def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcom
     normal, foot, foot_speed, com_speed, com = where[2], where[3], where[4], where[5], where[6]
     gear, drawn, bend, alive, height, energy = where[7], where[8], where[9], where[10], where[11], where[12]
     n_row = Z.shape[0]
-    x = np.empty((n, LANES))
-    K = np.empty((4, n, LANES))
-    error_sum = np.empty(LANES)
-    weight = error_weights(n)
+    F, S = Z.reshape(-1), np.empty(ROOM)
+    x, begun, _, A, error_sum = views(S, n)
     n_angle = (n - 3) // 2
     for lane in range(LANES):
         Z[alive, lane] = 1.0
         for c in range(N_OUTCOME):
             outcome[c, lane] = 0.0
-        for j in range(n):
-            x[j, lane] = Z[j, lane]
     rhs(Z)
     for lane in range(LANES):
         outcome[START_COM, lane] = Z[com, lane]
         outcome[GEAR_TORQUE_AT_START, lane] = Z[gear, lane]
-        for j in range(n):
-            K[0, j, lane] = Z[d + j, lane]
+    take(F, S, n, d)
     t = 0.0
     h = first_step
     steps = 0
@@ -104,7 +99,7 @@ def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcom
             trace[0, 1 + c] = Z[c, 0]
         traced = 1
     while running > 0:
-        try_step(rhs, Z, x, K, d, h, weight, tolerance, error_sum)
+        try_step(rhs, Z, F, S, n, d, h, tolerance)
         steps += 1
         error = 1e-30
         for lane in range(LANES):
@@ -112,10 +107,7 @@ def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcom
         error = math.sqrt(error / n)
         if error <= 1.0:
             t += h
-            for j in range(n):
-                for lane in range(LANES):
-                    x[j, lane] = Z[j, lane]
-                    K[0, j, lane] = K[3, j, lane]
+            take(F, S, n, d)
             for lane in range(LANES):
                 if Z[alive, lane] == 0.0:
                     continue
@@ -137,7 +129,7 @@ def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcom
                 elif x[height, lane] <= 0.0 or abs(Z[bend, lane]) > 0.999:  # sine of the last piece at its limit
                     ended = COLLAPSED
                 elif t >= duration or (
-                    t > SETTLED and at <= 0.0 and abs(speed) < CREEP and abs(K[0, 1 + n_angle, lane]) < 0.5
+                    t > SETTLED and at <= 0.0 and abs(speed) < CREEP and abs(begun[1 + n_angle, lane]) < 0.5
                 ):
                     ended = TOO_WEAK  # by now, or at rest: held, or stretched without lifting off
                 if ended != RUNNING:
@@ -146,7 +138,9 @@ def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcom
                     Z[alive, lane] = 0.0
                     running -= 1
                     for j in range(n):
-                        K[0, j, lane] = 0.0
+                        begun[j, lane] = 0.0
+                    for j in range(n_angle):
+                        A[j, lane] = 0.0
             if traced < len(trace):
                 trace[traced, 0] = t
                 for c in range(n_row):

@@ -26,6 +26,7 @@ class JumpLayout:
         sizes = {
             "height": 1, "angle": n, "speed": 1, "rate": n - 1, "current": 1, "energy": 1,
             "derivative": 2 * n + 3,
+            "own_slope": n,  # of the accelerations over the motor's rate; follows the derivative, see ``jump_step``
             # outputs of the right-hand side beside the derivative
             "normal": 1, "foot": 1, "foot_speed": 1, "com_speed": 1, "com": 1, "gear_torque": 1, "drawn": 1, "bend": 1,
             # parameters

@@ -30,7 +30,9 @@ from math import sqrt
 
 from synth.compiling.compiled import compiled
 from synth.compiling.trigonometry import sine_cosine
-from synth.drives.motor_law import after_friction, current_change, direction, steady_line, transmitted_share
+from synth.drives.motor_law import (
+    after_friction, current_change, direction, direction_slope, steady_line, transmitted_share, transmitted_slope,
+)
 
 
 @compiled('void(float64[:, ::1])', fastmath=True, error_model='numpy', nogil=True)
@@ -182,7 +184,13 @@ def _motor(layout: JumpLayout) -> list[str]:
         f"rotor = {z('rotor_inertia')}",
         "push = torque + rotor * free1",  # what would reach the gear if the link moved on without it
         f"factor = transmitted_share(push, sign, {z('driving')}, {z('braking')})",
-        "gear = factor * push / (1.0 + factor * rotor * column1)",
+        "share = 1.0 / (1.0 + factor * rotor * column1)",
+        "gear = factor * push * share",
+        # Its slope over omega by friction and gear alone, the stiff part of the motor: see ``synth.jump.jump_step``.
+        f"steep = direction_slope(sign, omega, {z('reverse_speed')})",
+        f"of_factor = steep * transmitted_slope(push, {z('driving')}, {z('braking')})",
+        f"of_push = -{z('friction')} * steep - {z('viscous')}",
+        "gear_slope = share * (share * push * of_factor + factor * of_push)",
     ]
 
 
@@ -190,7 +198,9 @@ def _outputs(layout: JumpLayout) -> list[str]:
     """Derivative rows and what the integrator looks at; a lane that is done stands still."""
     n, last = layout.n, layout.n - 1
     d = layout.row("derivative")
+    own = layout.row("own_slope")
     lines = [f"alive = Z[{layout.row('alive')}, l]"]
+    lines += [f"Z[{own + i}, l] = alive * column{i} * gear_slope" for i in range(n)]
     lines += [f"Z[{d}, l] = alive * Z[{layout.row('speed')}, l]"]
     lines += [f"Z[{d + 1 + i}, l] = alive * w{i}" for i in range(n)]
     lines += [f"Z[{d + 1 + n + i}, l] = alive * (free{i} - column{i} * gear)" for i in range(n)]

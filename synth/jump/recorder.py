@@ -15,7 +15,7 @@ from numba import float64, int64, types
 
 from synth.compiling.compiled import compiled
 from synth.jump.jump_layout import LANES
-from synth.jump.jump_step import compiled_step
+from synth.jump.jump_step import ROOM, compiled_step
 
 LONGEST = 1e-3  # s: at least one step per row of a figure's table
 _rhs = types.FunctionType(types.void(float64[:, ::1]))
@@ -26,7 +26,7 @@ _signature = int64(
 _rules: dict[str, Any] = {
     "fastmath": {"nsz", "arcp", "contract", "afn", "reassoc"}, "error_model": "numpy", "nogil": True,
 }  # fmt: skip
-error_weights, try_step = compiled_step(_rules)
+views, try_step, take = compiled_step(_rules)
 
 
 @compiled(_signature, **_rules)
@@ -51,23 +51,18 @@ def record(rhs, Z, where, rows, times, tolerance, first_step, max_steps, out):  
     n, d, alive = where[0], where[1], where[2]
     m = len(rows)
     n_time = times.shape[0]
-    x = np.empty((n, LANES))
-    K = np.empty((4, n, LANES))
+    F, S = Z.reshape(-1), np.empty(ROOM)
+    x, begun, reached, _, error_sum = views(S, n)
     old = np.empty((m, LANES))
-    error_sum = np.empty(LANES)
-    weight = error_weights(n)
     following = np.zeros(LANES, dtype=np.int64)
     for lane in range(LANES):
         Z[alive, lane] = 1.0
-        for j in range(n):
-            x[j, lane] = Z[j, lane]
     out[:] = np.nan
     rhs(Z)
+    take(F, S, n, d)
     last = 0.0
     for lane in range(LANES):
         last = max(last, times[n_time - 1, lane])
-        for j in range(n):
-            K[0, j, lane] = Z[d + j, lane]
         for r in range(m):
             old[r, lane] = Z[rows[r], lane]
         while following[lane] < n_time and times[following[lane], lane] <= 0.0:
@@ -76,7 +71,7 @@ def record(rhs, Z, where, rows, times, tolerance, first_step, max_steps, out):  
             following[lane] += 1
     t, h, steps = 0.0, first_step, 0
     while t < last and steps < max_steps and h > 1e-10:
-        try_step(rhs, Z, x, K, d, h, weight, tolerance, error_sum)
+        try_step(rhs, Z, F, S, n, d, h, tolerance)
         steps += 1
         error = 1e-30
         for lane in range(LANES):
@@ -93,7 +88,7 @@ def record(rhs, Z, where, rows, times, tolerance, first_step, max_steps, out):  
                             a, b = x[row, lane], Z[row, lane]
                             out[following[lane], r, lane] = (
                                 a + u * u * (3.0 - 2.0 * u) * (b - a)
-                                + h * u * (1.0 - u) * ((1.0 - u) * K[0, row, lane] - u * K[3, row, lane])
+                                + h * u * (1.0 - u) * ((1.0 - u) * begun[row, lane] - u * reached[row, lane])
                             )  # fmt: skip
                         else:
                             out[following[lane], r, lane] = old[r, lane] + u * (Z[row, lane] - old[r, lane])
@@ -102,9 +97,7 @@ def record(rhs, Z, where, rows, times, tolerance, first_step, max_steps, out):  
             for lane in range(LANES):
                 for r in range(m):
                     old[r, lane] = Z[rows[r], lane]
-                for j in range(n):
-                    x[j, lane] = Z[j, lane]
-                    K[0, j, lane] = K[3, j, lane]
+            take(F, S, n, d)
         factor = 0.9 * error ** (-1.0 / 3.0)  # safety 0.9, at most a fifth: as in ``jump_integrator``
         if not (factor > 0.2):
             factor = 0.2
