@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.compiling.code_cache import load
+from synth.compiling.numba_internals import as_argument, entry_point
 from synth.jump import jump_integrator, jump_source
 from synth.jump.hopper_leg import Contact, HopperLeg, Motor
 from synth.jump.jump_layout import LANES, LAYOUTS, JumpLayout
@@ -41,19 +42,21 @@ class Jumper:
 
     def run(self, lanes: Array, tolerance: float = TOLERANCE, duration: float = DURATION) -> Array:
         """Outcomes (n_outcome, n_lane), rows as ``outcomes.OUTCOMES``, of ``models.lane``'s lanes (n_row, n_lane)."""
-        outcome = np.empty((N_OUTCOME, lanes.shape[1]))
-
+        outcome, (jump, right_hand_side) = np.empty((N_OUTCOME, lanes.shape[1])), self._compiled
+        where, untraced = self.where, np.empty((0, 1 + self.layout.n_row))
+        workspace, found = np.empty((self.layout.n_row, LANES)), np.empty((N_OUTCOME, LANES))
         for first in range(0, lanes.shape[1], LANES):
             group = lanes[:, first : first + LANES]
-            workspace = np.empty((self.layout.n_row, LANES))
             workspace[:, : group.shape[1]] = group
             workspace[:, group.shape[1] :] = group[:, :1]
-            found = np.empty((N_OUTCOME, LANES))
-            self.jump(self.right_hand_side, workspace, self.where, duration, tolerance, FIRST_STEP, MAX_STEPS, FALL,
-                      found, np.empty((0, 1 + self.layout.n_row)))  # fmt: skip
+            jump(right_hand_side, workspace, where, duration, tolerance, FIRST_STEP, MAX_STEPS, FALL, found, untraced)
             outcome[:, first : first + LANES] = found[:, : group.shape[1]]
-
         return outcome
+
+    @cached_property
+    def _compiled(self) -> tuple[Any, Any]:
+        """Both functions, whose lookup through numba costs as much as twenty steps at each call."""
+        return entry_point(self.jump), as_argument(self.right_hand_side)
 
     def trace(
         self, parameters: Array, tolerance: float = TOLERANCE, duration: float = DURATION, fall: float = FALL
