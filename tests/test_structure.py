@@ -118,12 +118,10 @@ LONG = {
     "synth.swing.curve_integrator.integrate_curves": "compiled: one loop over steps, its pieces are inlined already",
     "synth.jump.planar_engine._accelerations": "compiled: one system of equations, filled row by row",
     "synth.jump.jump_integrator.jump": "compiled: one loop over steps",
-    "synth.jump.recorder.record": "compiled: one loop over steps",
 }
 # What takes more arguments all the same, and why.
 MANY = {
     "synth.swing.chain.simulate": "a documented call of notebooks and users' scripts: state and conditions by keyword",
-    "synth.jump.jump_step._try_step": "compiled by its caller",
     "synth.motion.importers.registry.loader": "a decorator whose keywords describe a format, each in one word",
 }
 
