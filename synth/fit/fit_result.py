@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from synth.fit.interval_sources import IntervalSource
 from synth.fit.proposal import Proposal
 from synth.fit.ridge_family import RidgeFamily
 from synth.fit.static_points import JudgedPoint
-from synth.motion.characteristics import Characteristics
+from synth.motion.characteristics import Characteristics, characteristics
 from synth.motion.first_state import FirstState
 from synth.remarks import remarks_json
 from synth.swing.chain import Conditions
@@ -86,6 +87,24 @@ class StartFit:
         return np.abs(off)
 
 
+@dataclass(frozen=True, eq=False)
+class RecordedMotion:
+    """The smoothed motion of a trial's free joints: ``time`` (m,) s; measured ``angle`` (m, k), ``noise`` (k,) rad."""
+
+    joints: tuple[str, ...]
+    time: Array
+    angle: Array
+    noise: Array
+
+    @cached_property
+    def characteristics(self) -> Mapping[str, Characteristics]:
+        """Joint -> characteristics of its motion, of the recording and not of the model: they describe the data."""
+        return {
+            name: characteristics(self.time, self.angle[:, k], float(self.noise[k]))
+            for k, name in enumerate(self.joints)
+        }
+
+
 @dataclass(frozen=True)
 class TrialFit:
     """One trial and its fit, measured angles in rad.
@@ -104,9 +123,14 @@ class TrialFit:
     rotation: Array
     rate: Array
     start: StartFit
-    characteristics: Mapping[str, Characteristics]
+    motion: RecordedMotion
     held_out: bool = False
     conditions: Conditions = field(default_factory=Conditions)
+
+    @property
+    def characteristics(self) -> Mapping[str, Characteristics]:
+        """Joint -> characteristics of its recorded motion."""
+        return self.motion.characteristics
 
     def as_json(self, joints: tuple[str, ...]) -> dict[str, Any]:
         """The trial's entry of ``fit.json``."""

@@ -8,11 +8,10 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90
-from synth.fit.fit_result import JointFit, StartFit, TrialFit
+from synth.fit.fit_result import JointFit, RecordedMotion, StartFit, TrialFit
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local
 from synth.fit.uncertainty import residuals
-from synth.motion.characteristics import characteristics
 from synth.motion.first_state import FirstState
 from synth.swing.leg_model import Leg
 
@@ -28,10 +27,7 @@ def trial_fits(
     *,
     held_out: bool = False,
 ) -> tuple[TrialFit, ...]:
-    """Each recording and its prediction, in measured angles, with the characteristics of the recorded motion.
-
-    Characteristics are computed from the smoothed recording, not from the model: they describe the data.
-    """
+    """Each recording and its prediction, in measured angles, with the recorded motion."""
     common = np.array([joint.free_angle.value for joint in joints.values()])
     fits = []
     for recording, local, prediction in zip(recordings, locals_, predictions, strict=True):
@@ -40,11 +36,11 @@ def trial_fits(
         rms = np.full(len(counted), np.nan)
         rms[counted] = np.sqrt(np.nanmean(residual[:, counted] ** 2, axis=0))
         smoothed = recording.smoothed
-        measured = leg.to_measured(smoothed.angle)
-        found = {
-            leg.joint_names[j]: characteristics(smoothed.time, measured[:, j], float(smoothed.noise[j]))
-            for j in recording.free
-        }
+        free = recording.free
+        motion = RecordedMotion(
+            tuple(leg.joint_names[j] for j in free), smoothed.time,
+            leg.to_measured(smoothed.angle)[:, free], smoothed.noise[free],
+        )  # fmt: skip
         rotation = np.where(recording.counts, recording.rotation, np.nan)
         fits.append(
             TrialFit(
@@ -57,7 +53,7 @@ def trial_fits(
                 local.rotation,
                 local.rate,
                 _start(leg, recording, local),
-                found,
+                motion,
                 held_out,
                 recording.conditions,
             )
