@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.swing.effects import Effect, effect_named
-from synth.swing.lane_layout import FIRST_LAW, HOLDING, MOST_MEMORIES, SERVOS, SHARING, Layout
+from synth.swing.lane_layout import FIRST_LAW, HOLDING, MOST_LINKS, MOST_MEMORIES, SERVOS, SHARING, Layout
 
 Switches = NDArray[np.int64]  # (2, 2 + n_law), see ``ActiveEffects.active``
 BEND_TOLERANCE = 1e3  # factor on the tolerance for a bristle's bend, which is 1 at most, against that of an angle
@@ -75,7 +75,7 @@ class ActiveEffects:
         return both
 
     def states(self, active: Switches, workspace: Array) -> tuple[Any, ...]:
-        """Rows of state and derivative, tolerance factors and events; active memories are set to their start values.
+        """Rows of memories and their derivatives, tolerance factors and events; memories are set to their start values.
 
         A memory is a state only at joints at which its effect is on in some lane, because even a bristle without
         friction would cost steps.
@@ -107,15 +107,14 @@ class ActiveEffects:
         layout = self.layout
         if len(on) > MOST_MEMORIES:
             raise ValueError(f"{len(on)} memories of effects at once; the integrator can hold {MOST_MEMORIES}")
-        state, derivative = layout.states(on)
-        factors = np.ones(len(state))
-        factors[2 * layout.n :] = [BEND_TOLERANCE if effect_named(name).bristle else 1.0 for name, _ in on]
-        bends, plays = (np.full((len(state), width), -1, dtype=np.int64) for width in (2, 3))
-        for index, (name, joint) in enumerate(on, start=2 * layout.n):
+        state, derivative = layout.memories(on)
+        factors = np.array([BEND_TOLERANCE if effect_named(name).bristle else 1.0 for name, _ in on])
+        bends, plays = (np.full((len(on), width), -1, dtype=np.int64) for width in (2, 3))
+        for index, (name, joint) in enumerate(on):
             effect = effect_named(name)
             if effect.bristle:
                 give = layout.parameter_rows(name, effect.index(effect.bristle)).start
-                bends[index] = layout.n + joint, give + joint
+                bends[index] = MOST_LINKS + joint, give + joint
             elif effect.play:
                 gap = layout.parameter_rows(name, effect.index(effect.play)).start
                 plays[index] = joint, gap + joint, layout.row("rest", joint)

@@ -160,7 +160,7 @@ class Chain:
         tolerance: float,
         steps: int,
         out: Array,
-        where: tuple[int, int, int],
+        where: tuple[int, int, int, int],
         room: Array,
     ) -> None:
         """Integrate the lanes in the workspace ``flat`` by ``curve_integrator``."""
@@ -300,15 +300,15 @@ class Chain:
         samples = sum(float(times[-1] - times[0]) / periods[j] for j in held)
         # Steps may end at knots and do end at control steps.
         limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * (len(known[0]) + ceil(samples) + changes)
-        shown, width = 2 * n if rates else n, n_lane - groups[-1].shape[1] + LANES
-        result = np.empty((len(times), shown, width))
-        workspace = np.empty((self.layout.n_row, LANES))
-        flat, out, room, first = workspace.reshape(-1), result.reshape(-1), np.empty(WORKING), 0
+        shown = 2 * n if rates else n
+        result = np.empty((len(times), shown, n_lane))
+        room = np.empty(WORKING + self.layout.n_row * LANES)
+        flat, out, first = room[WORKING:], result.reshape(-1), 0
+        workspace = flat.reshape(self.layout.n_row, LANES)
         for group, active in zip(groups, switched, strict=True):
-            # A group writes 16 columns; the next one overwrites those that it does not have.
             workspace[:, : group.shape[1]] = group
             workspace[:, group.shape[1] :] = group[:, :1]
-            where = shown, width, first
+            where = shown, n_lane, first, group.shape[1]
             first += group.shape[1]
             if not len(known[0]) and self._bends(active, group):
                 self._step_implicitly(flat, times, tolerance, steps, out, where, room)
@@ -318,11 +318,11 @@ class Chain:
                 known, told = for_integrator(self._late(known_torque, workspace), n, signals, held)
             states = self.acting.states(active, workspace)
             integrate(
-                *functions, workspace, flat, n, states, active, known, told, times, limits, steps, out, where, room,
+                *functions, room, n, states, active, known, told, times, limits, steps, out, where,
             )  # fmt: skip
         if rates and unit != 1.0:
             result[:, n:] /= unit
-        return result[:, :, :n_lane]
+        return result
 
 
 def _groups_of(lanes: Array) -> list[Array]:

@@ -17,8 +17,8 @@ PLAIN = ("chain", "plain")  # the modules that springs, linear dampers and gravi
 DRIVES = ("synth.drives.motor_law", "synth.drives.servo_law")
 # Modules that the compiled integrator inlines; a change of one recompiles it.
 CALLED = (
-    "synth.swing.lane_layout", "synth.swing.driven_steps", "synth.swing.turning_events", "synth.swing.effects.inlined",
-    *DRIVES,
+    "synth.swing.lane_layout", "synth.swing.dormand_prince", "synth.swing.explicit_steps", "synth.swing.driven_steps",
+    "synth.swing.turning_events", "synth.swing.effects.inlined", *DRIVES,
 )  # fmt: skip
 
 
@@ -56,11 +56,11 @@ def chain_modules(layout: Layout, effects: tuple[Effect, ...]) -> dict[str, Modu
     )
     files = tuple(source_file(module) for module in modules)
     integrator = source_file("synth.swing.chain_integrator").read_text(encoding="utf-8")
-    plain = with_constant(integrator, "WHOLE", False)
+    plain = with_constant(with_constant(integrator, "WHOLE", False), "LINKS", layout.n)
     called = tuple(map(source_file, CALLED))
     made = {
         "chain": ModuleText(f"chain{layout.n}", chain_source.right_hand_side(layout), files[:1]),
-        "plain": ModuleText("plain", plain, called[:1]),
+        "plain": ModuleText(f"plain{layout.n}", plain, called[:3]),
         "torques": ModuleText("torques", chain_source.extra_torques(layout, imports), files),
         "bearing": ModuleText(f"bearing{layout.n}", chain_source.bearing_forces(layout), files[:1]),
         "integrator": ModuleText("integrator", integrator, called),

@@ -67,7 +67,7 @@ _iterate = types.FunctionType(types.void(_array, _array, float32[::1], int64))
 _filter = types.FunctionType(types.void(_array))
 _signature = types.UniTuple(int64, 2)(
     types.UniTuple(int64, 2), _begin, _iterate, _filter, _array, int64, _array, types.UniTuple(float64, 2), int64,
-    _array, types.UniTuple(int64, 3), _array, float32[::1],
+    _array, types.UniTuple(int64, 4), _array, float32[::1],
 )  # fmt: skip
 _called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
 _inlined: dict[str, Any] = {"inline": "always", **_called}
@@ -108,20 +108,20 @@ def _error(relative, absolute, half, h, S):  # type: ignore[no-untyped-def]
 @njit(**_inlined)
 def _samples(h, t, half, S, times, i, out, where):  # type: ignore[no-untyped-def]
     """Write the samples from ``times[i]`` on that lie within the step; returns the index of the next one."""
-    shown, wide, first = where
+    shown, wide, first, count = where
     while i < len(times) and times[i] <= t + h + 1e-12:
         p = (times[i] - t) / h
         bow = (1.0 - p / _C1) * (1.0 - p / _C2) * (1.0 - p)
         swept = p * (1.0 + p * (_B1 + p * (_B2 + p * _B3)))
         for j in range(half // LANES):
             place = ((i * shown + j) * wide + first) & PLACE
-            for lane in range(LANES):
+            for lane in range(count):
                 e = j * LANES + lane
                 turned = p * (S[_P0 + e] + p * (0.5 * S[_P1 + e] + p * (1.0 / 3.0) * S[_P2 + e]))
                 out[place + lane] = S[_ANGLE + e] + h * (turned + swept * (S[_SPEED + e] - S[_P0 + e]))
         for j in range(shown - half // LANES):
             place = ((i * shown + half // LANES + j) * wide + first) & PLACE
-            for lane in range(LANES):
+            for lane in range(count):
                 e = j * LANES + lane
                 rate = S[_P0 + e] + p * (S[_P1 + e] + p * S[_P2 + e])
                 out[place + lane] = rate + bow * (S[_SPEED + e] - S[_P0 + e])
@@ -163,7 +163,7 @@ def integrate_curves(rows, begin, iterate, filter_error, flat, n, times, limits,
     -------
     steps, reason : as in ``chain_integrator.integrate``.
     """
-    shown, wide, first = where
+    shown, wide, first, count = where
     half = n * LANES
     for e in range(half):
         flat[_TORQUE + e] = 0.0
@@ -175,7 +175,7 @@ def integrate_curves(rows, begin, iterate, filter_error, flat, n, times, limits,
         S[_CURVE_SPEED + e] = flat[rows[0] * LANES + e]
         S[_CURVE_SLOPE + e] = flat[rows[1] * LANES + e]
     for j in range(shown):
-        for lane in range(LANES):
+        for lane in range(count):
             e = (j if j < n else j - n) * LANES + lane
             out[j * wide + first + lane] = S[_ANGLE + e] if j < n else S[_SPEED + e]
     t, end, i = times[0], times[-1], 1
@@ -223,7 +223,7 @@ def integrate_curves(rows, begin, iterate, filter_error, flat, n, times, limits,
         if i < len(times) and (h < 1e-10 or steps >= max_steps):
             reason = TOO_MANY_STEPS if steps >= max_steps else STEP_TOO_SMALL
             for k in range(i * shown, len(times) * shown):
-                for lane in range(LANES):
+                for lane in range(count):
                     out[k * wide + first + lane] = np.nan
             break
     return steps, reason

@@ -17,7 +17,7 @@ CURVE_POINTS = 12  # points of a damper's torque-speed curve
 MOST_LINKS = 7  # six of a leg, and one that an effect adds. Binary 111: a mask that excludes negative n
 MOST_MEMORIES = 8 * MOST_LINKS  # of effects that are on at the same time
 ROOMS = 19  # arrays of the size of a state that the integrator uses
-# Number of doubles of the integrator's own array: ``ROOMS`` arrays of states and memories.
+# Number of doubles of the integrator's own blocks, which stand before the workspace in one array.
 WORKING = ROOMS * (2 * MOST_LINKS + MOST_MEMORIES) * LANES
 
 # Errors of a known torque: gain (share), offset N m, delay s (in the workspace: minus the first lane's delay).
@@ -48,6 +48,7 @@ _ONE_A_JOINT = (
     *DRIVE,
     *SERVO,
     *SIGNALS,
+    "sine", "cosine",  # of the link's angle from straight down, see ``chain_source.link_directions``
     "drive_torque", "unlimited_drive",  # of the servo, on q; the same if nothing limited its current
     "duty",  # of a servo on a common source
     # Of a servo whose command's rate is limited: its limited command when it last changed course, when that was, the
@@ -126,11 +127,6 @@ class Layout:
         """Row of the inertia coefficient of links i <= j."""
         return self.row("inertia", i * self.n - i * (i - 1) // 2 + (j - i))
 
-    def states(self, memories: Sequence[tuple[str, int]] = ()) -> tuple[list[int], list[int]]:
-        """Rows of the state and of its time derivative: rotations, rates, then ``memories`` (law, joint)."""
-        n = self.n
-        state = [self.row(block, j) for block in ("rotation", "rate") for j in range(n)]
-        derivative = [self.row(block, j) for block in ("rate", "acceleration") for j in range(n)]
-        state += [self.row(f"{law} memory", j) for law, j in memories]
-        derivative += [self.row(f"{law} memory rate", j) for law, j in memories]
-        return state, derivative
+    def memories(self, of: Sequence[tuple[str, int]]) -> tuple[list[int], list[int]]:
+        """Rows of memories (law, joint), and of their time derivatives."""
+        return [self.row(f"{law} memory", j) for law, j in of], [self.row(f"{law} memory rate", j) for law, j in of]

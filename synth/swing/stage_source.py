@@ -5,8 +5,8 @@
 
 from __future__ import annotations
 
-from synth.compiling.elimination import factorise, substitute
-from synth.swing.chain_source import DECORATOR, HEADER, equations_of_motion, lane_loop
+from synth.compiling.elimination import solve
+from synth.swing.chain_source import DECORATOR, HEADER, equations_of_motion, lane_loop, link_directions
 from synth.swing.lane_layout import CURVE_POINTS, LANES, Layout
 from synth.swing.stage_rows import (
     AT_SHARES,
@@ -40,7 +40,7 @@ def stage_functions(layout: Layout) -> str:
     """
     n = layout.n
     texts = [
-        lane_loop("equations", _equations(layout), "Z, S, base", _INNER),
+        lane_loop("equations", _equations(layout), "Z, S, base", _INNER, link_directions(layout)),
         _joint_loop("average_torques", n, _average(slopes=True)),
         _joint_loop("torques_alone", n, _average(slopes=False)),
         lane_loop("factorise_stages", _factorise(n), "S, L", _INNER),
@@ -239,7 +239,7 @@ def _filter(n: int) -> list[str]:
         force = f"{_at('start', MASSES + a)} - {_at('start_torque', a)} - {_at('spring', a)} * u{a}"
         moved = " + ".join(f"m{min(a, b)}{max(a, b)} * v{b}" for b in range(n))
         lines.append(f"r{a} = g * ({force}) + {moved}")
-    lines += factorise(n) + substitute(n, "e", [f"r{a}" for a in range(n)])
+    lines += solve(n, ("e", [f"r{a}" for a in range(n)]))
     for a in range(n):
         lines += [f"{_at('rate_error', a)} = e{a}", f"{_at('angle_error', a)} = u{a} + g * e{a}"]
     return lines

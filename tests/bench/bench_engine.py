@@ -39,7 +39,7 @@ ERROR = 1e-6  # rad
 TARGET, OFF_SHARE = 60_000.0, 0.7  # trajectories a second; share of it that is to be left with all effects compiled in
 BENT_ERROR, EXPONENT, BENT_AT = 3e-6, 0.45, 5.0  # rad; of the damper's law; rad/s where it meets the linear damper
 COUNT = 1024  # trajectories of ours in one call
-SETTINGS = (1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 1e-8)
+SETTINGS = (1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 1e-8)
 
 
 @dataclass(frozen=True)
@@ -233,7 +233,7 @@ def work(tolerance: float) -> tuple[float, float]:
     """Steps of a lane group, and floating-point operations a trajectory, counted in the generated text."""
     chain = compiled_chain(3)
     sine = operations(ast.parse(inspect.getsource(trigonometry.sine_cosine.py_func)))
-    each = operations(_lane_loop(chain_source.right_hand_side(Layout(3, chain.layout.laws))), sine)
+    each = _operations_of_lane(chain_source.right_hand_side(Layout(3, chain.layout.laws)), sine)
     steps = []
 
     def counted(*arguments):  # type: ignore[no-untyped-def]
@@ -242,17 +242,26 @@ def work(tolerance: float) -> tuple[float, float]:
     counting, (seen, *called) = replace(chain), chain._plain
     counting.__dict__["_plain"] = (counted, *called)
     counting.run(our_lanes(chain, *timing_set(112)), thesis.TIMES, tolerance)
-    of_stages = 6 * (2 * 21 + 12 + 6 + 2 * 12)  # six states: stages, error, its scale, dense output
+    # Three links: sums of accelerations for angles and rates, the error and its scale, dense output of the angles.
+    of_stages = 3 * (2 * 2 * 17 + 2 * 6 + 2 * (2 * 6 + 6) + 2 * 6 + 8)
     of_samples = 501 * 3 * 7
     mean = float(np.mean(steps))
     return mean, mean * (6 * each + of_stages) + of_samples
 
 
-def _lane_loop(text: str) -> ast.AST:
-    """The loop over lanes of a generated right-hand side, without its subscripts."""
-    tree = ast.parse(text)
-    (loop,) = [node for node in ast.walk(tree) if isinstance(node, ast.For)]
-    return loop
+def _operations_of_lane(text: str, sine_cosine: int) -> int:
+    """Operations that the loops over lanes of a three-link right-hand side do for one lane."""
+    loops = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.For)]
+    count = 0
+    for loop in loops:
+        assert isinstance(loop.iter, ast.Call)
+        (length,) = [ast.literal_eval(each) for each in loop.iter.args]
+        body = ast.Module(loop.body, [])
+        for node in ast.walk(body):
+            if isinstance(node, ast.Subscript):  # sums of indices are done by the compiler
+                node.slice = ast.Constant(0)
+        count += length // LANES * operations(body, sine_cosine)
+    return count
 
 
 @njit(fastmath={"contract"})

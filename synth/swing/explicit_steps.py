@@ -1,0 +1,197 @@
+"""Pieces of an explicit Runge-Kutta step for sixteen lanes: stages, estimated error, dense output.
+
+They are inlined into ``chain_integrator``. ``S`` is its array: the blocks named here, then the workspace of
+``lane_layout``. The length ``half`` of the loops is n_link * 16. Sums are written out, because a loop would store and
+load the partial sum at each term; angles take the accelerations themselves, see ``dormand_prince``.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from numba import njit
+
+from synth.compiling.numba_internals import UNCOUNTED
+from synth.swing import turning_events
+from synth.swing.dormand_prince import DENSE, ERROR, NODES, STAGES, TURNED_DENSE, TURNED_ERROR, TURNED_STAGES
+from synth.swing.lane_layout import LANES, MOST_LINKS, MOST_MEMORIES, ROOMS, WORKING, Layout
+
+_, _A1, _A2, _A3, _A4, _A5, _A6 = STAGES
+_, _B1, _B2, _B3, _B4, _B5, _B6 = TURNED_STAGES
+_E, _EE, _D, _DD = ERROR, TURNED_ERROR, DENSE, TURNED_DENSE
+
+# First indices of these blocks of the workspace, the same for every number of links, and of the links' states there.
+ROTATION, RATE, ACCELERATION, TORQUE = (
+    WORKING + Layout(1).row(block) * LANES for block in ("rotation", "rate", "acceleration", "extra_torque")
+)
+# The integrator's own blocks: rooms for a state, of ``MOST_LINKS`` angles, as many rates, and the memories. Derivatives
+# have no angles' part, because it is a state's rates.
+MEMORY = 2 * MOST_LINKS * LANES
+ROOM = MEMORY + MOST_MEMORIES * LANES
+X, Y, V, R1, R2, R3, R4, ALLOWED, SLIDES, DUE, EXPECTED, BACK = (k * ROOM for k in range(ROOMS - 7))
+OF_RATES = MOST_LINKS * LANES
+DERIVATIVES = (ROOMS - 7) * ROOM
+K1, K2, K3, K4, K5, K6, K7 = (DERIVATIVES + k * ROOM + OF_RATES for k in range(7))
+XW, YW, VW = X + OF_RATES, Y + OF_RATES, V + OF_RATES
+# Of the memories in these rooms.
+_X, _Y, _V, _ALLOWED = (room + MEMORY for room in (X, Y, V, ALLOWED))
+_M1, _M2, _M3, _M4, _M5, _M6, _M7 = (DERIVATIVES + k * ROOM + MEMORY for k in range(7))
+PLACE = (1 << 48) - 1  # mask that excludes negative indices; wrap-around indexing would need a gather instruction
+_called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
+# numba inlines functions with one call site, because LLVM would call them with forty arguments.
+_once: dict[str, Any] = {"inline": "always", **_called}
+
+
+@njit(**_called)
+def put_memories(S, x, state):  # type: ignore[no-untyped-def]
+    """Copy memories to their rows of the workspace."""
+    for m in range(len(state)):
+        row, place = (WORKING + state[m] * LANES) & PLACE, (x + m * LANES) & PLACE
+        for lane in range(LANES):
+            S[row + lane] = S[place + lane]
+
+
+@njit(**_once)
+def stage(s, h, S, half):  # type: ignore[no-untyped-def]
+    """Write angles and rates of stage ``s`` to the workspace; those of 6, the end of the step, to ``Y`` too."""
+    if s == 1:
+        for e in range(half):
+            w, a1 = S[XW + e], S[K1 + e]
+            S[ROTATION + e] = S[X + e] + h * (NODES[1] * w)
+            S[RATE + e] = w + h * (_A1[0] * a1)
+    elif s == 2:
+        for e in range(half):
+            w, a1 = S[XW + e], S[K1 + e]
+            S[ROTATION + e] = S[X + e] + h * (NODES[2] * w + h * (_B2[0] * a1))
+            S[RATE + e] = w + h * (_A2[0] * a1 + _A2[1] * S[K2 + e])
+    elif s == 3:
+        for e in range(half):
+            w, a1, a2 = S[XW + e], S[K1 + e], S[K2 + e]
+            S[ROTATION + e] = S[X + e] + h * (NODES[3] * w + h * (_B3[0] * a1 + _B3[1] * a2))
+            S[RATE + e] = w + h * (_A3[0] * a1 + _A3[1] * a2 + _A3[2] * S[K3 + e])
+    elif s == 4:
+        for e in range(half):
+            w, a1, a2, a3 = S[XW + e], S[K1 + e], S[K2 + e], S[K3 + e]
+            S[ROTATION + e] = S[X + e] + h * (NODES[4] * w + h * (_B4[0] * a1 + _B4[1] * a2 + _B4[2] * a3))
+            S[RATE + e] = w + h * (_A4[0] * a1 + _A4[1] * a2 + _A4[2] * a3 + _A4[3] * S[K4 + e])
+    elif s == 5:
+        for e in range(half):
+            w, a1, a2, a3, a4 = S[XW + e], S[K1 + e], S[K2 + e], S[K3 + e], S[K4 + e]
+            turned = _B5[0] * a1 + _B5[1] * a2 + _B5[2] * a3 + _B5[3] * a4
+            S[ROTATION + e] = S[X + e] + h * (w + h * turned)
+            S[RATE + e] = w + h * (_A5[0] * a1 + _A5[1] * a2 + _A5[2] * a3 + _A5[3] * a4 + _A5[4] * S[K5 + e])
+    else:
+        for e in range(half):
+            w, a1, a3, a4, a5 = S[XW + e], S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e]
+            q = S[X + e] + h * (w + h * (_B6[0] * a1 + _B6[2] * a3 + _B6[3] * a4 + _B6[4] * a5))
+            w += h * (_A6[0] * a1 + _A6[2] * a3 + _A6[3] * a4 + _A6[4] * a5 + _A6[5] * S[K6 + e])
+            S[Y + e] = q
+            S[YW + e] = w
+            S[ROTATION + e] = q
+            S[RATE + e] = w
+
+
+@njit(inline="never", **_called)
+def stage_of_memories(s, h, S, state):  # type: ignore[no-untyped-def]
+    """The same for memories; their stage is in ``Y``."""
+    size = len(state) * LANES
+    if s == 1:
+        for e in range(size):
+            S[_Y + e] = S[_X + e] + h * (_A1[0] * S[_M1 + e])
+    elif s == 2:
+        for e in range(size):
+            S[_Y + e] = S[_X + e] + h * (_A2[0] * S[_M1 + e] + _A2[1] * S[_M2 + e])
+    elif s == 3:
+        for e in range(size):
+            S[_Y + e] = S[_X + e] + h * (_A3[0] * S[_M1 + e] + _A3[1] * S[_M2 + e] + _A3[2] * S[_M3 + e])
+    elif s == 4:
+        for e in range(size):
+            first = _A4[0] * S[_M1 + e] + _A4[1] * S[_M2 + e]
+            S[_Y + e] = S[_X + e] + h * (first + _A4[2] * S[_M3 + e] + _A4[3] * S[_M4 + e])
+    elif s == 5:
+        for e in range(size):
+            first = _A5[0] * S[_M1 + e] + _A5[1] * S[_M2 + e]
+            S[_Y + e] = S[_X + e] + h * (first + _A5[2] * S[_M3 + e] + _A5[3] * S[_M4 + e] + _A5[4] * S[_M5 + e])
+    else:
+        for e in range(size):
+            first = _A6[0] * S[_M1 + e] + _A6[2] * S[_M3 + e]
+            S[_Y + e] = S[_X + e] + h * (first + _A6[3] * S[_M4 + e] + _A6[4] * S[_M5 + e] + _A6[5] * S[_M6 + e])
+    put_memories(S, Y + MEMORY, state)
+
+
+@njit(**_once)
+def difference(h, S, relative, absolute, half):  # type: ignore[no-untyped-def]
+    """Write the squared ratios of estimated error to tolerance of angles and rates together to ``V``."""
+    for e in range(half):
+        a1, a3, a4, a5, a6 = S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e], S[K6 + e]
+        q = h * h * (_EE[0] * a1 + _EE[2] * a3 + _EE[3] * a4 + _EE[4] * a5 + _EE[5] * a6)
+        w = h * (_E[0] * a1 + _E[2] * a3 + _E[3] * a4 + _E[4] * a5 + _E[5] * a6 + _E[6] * S[K7 + e])
+        q /= absolute + relative * max(abs(S[X + e]), abs(S[Y + e]))
+        w /= absolute + relative * max(abs(S[XW + e]), abs(S[YW + e]))
+        S[V + e] = q * q + w * w
+
+
+@njit(inline="never", **_called)
+def difference_of_memories(h, bends, S, n_memory, relative, absolute):  # type: ignore[no-untyped-def]
+    """Write the same of memories to their part of ``V``; clips bends."""
+    y, v = S[Y : Y + ROOM], S[V : V + ROOM]
+    for e in range(n_memory):
+        first = _E[0] * S[_M1 + e] + _E[2] * S[_M3 + e] + _E[3] * S[_M4 + e]
+        S[_V + e] = h * (first + _E[4] * S[_M5 + e] + _E[5] * S[_M6 + e] + _E[6] * S[_M7 + e])
+    turning_events.bound_bends(bends, y, v)
+    for e in range(n_memory):
+        share = S[_V + e] / (S[_ALLOWED + e] * (absolute + relative * max(abs(S[_X + e]), abs(S[_Y + e]))))
+        S[_V + e] = share * share
+
+
+@njit(**_once)
+def hardest(S, links, n_memory):  # type: ignore[no-untyped-def]
+    """The largest ratio of estimated error to tolerance over all lanes."""
+    for j in range(1, links):
+        for lane in range(LANES):
+            S[V + lane] += S[V + j * LANES + lane]
+    for m in range(n_memory // LANES):
+        for lane in range(LANES):
+            S[V + lane] += S[V + MEMORY + m * LANES + lane]
+    largest = 1e-30
+    for lane in range(LANES):
+        largest = max(largest, S[V + lane])
+    return math.sqrt(largest / (2 * links + n_memory // LANES))
+
+
+@njit(**_once)
+def samples(h, t, S, half, times, i, out, where):  # type: ignore[no-untyped-def]
+    """Write the samples from ``times[i]`` on that lie within the step; returns the index of the next one."""
+    shown, wide, first, count = where
+    for e in range(half):
+        a1, a3, a4, a5, a6 = S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e], S[K6 + e]
+        dy = S[Y + e] - S[X + e]
+        bs = h * S[XW + e] - dy
+        S[R1 + e] = dy
+        S[R2 + e] = bs
+        S[R3 + e] = dy - h * S[YW + e] - bs
+        S[R4 + e] = h * h * (_DD[0] * a1 + _DD[2] * a3 + _DD[3] * a4 + _DD[4] * a5 + _DD[5] * a6)
+    if shown * LANES > half:
+        for e in range(half):
+            a1, a3, a4, a5, a6 = S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e], S[K6 + e]
+            a7, dy = S[K7 + e], S[YW + e] - S[XW + e]
+            bs = h * a1 - dy
+            S[R1 + OF_RATES + e] = dy
+            S[R2 + OF_RATES + e] = bs
+            S[R3 + OF_RATES + e] = dy - h * a7 - bs
+            S[R4 + OF_RATES + e] = h * (_D[0] * a1 + _D[2] * a3 + _D[3] * a4 + _D[4] * a5 + _D[5] * a6 + _D[6] * a7)
+    while i < len(times) and times[i] <= t + h + 1e-12:
+        p = (times[i] - t) / h
+        u = 1.0 - p
+        for part in range(shown * LANES // half):
+            place, row = ((i * shown + part * (half // LANES)) * wide + first) & PLACE, (part * OF_RATES) & PLACE
+            for _ in range(half // LANES):
+                for lane in range(count):
+                    e = row + lane
+                    tail = S[R2 + e] + p * (S[R3 + e] + u * S[R4 + e])
+                    out[place + lane] = S[X + e] + p * (S[R1 + e] + u * tail)
+                place = (place + wide) & PLACE
+                row = (row + LANES) & PLACE
+        i += 1
+    return i
