@@ -19,7 +19,7 @@ from synth.swing.active_effects import ActiveEffects, LaneGroups, Switches
 from synth.swing.chain_modules import PLAIN, ModuleText, chain_modules
 from synth.swing.effects import Effect, registered
 from synth.swing.known_torque import KnownTorque, delayed, for_integrator
-from synth.swing.lane_layout import CURVE_POINTS, DRIVE, FIRST_LAW, LANES, WORKING, LaneLaw, Layout
+from synth.swing.lane_layout import CURVE_POINTS, DRIVE, FIRST_LAW, LANES, SERVOS, WORKING, LaneLaw, Layout
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg, Tip
 from synth.swing.stage_rows import FACTORS
@@ -145,6 +145,22 @@ class Chain:
     @cached_property
     def _plain(self) -> tuple[Any, ...]:
         return entry_point(self.integrate_plain), as_argument(self.right_hand_side), 0, 0, 0
+
+    @cached_property
+    def _rubbing(self) -> tuple[Any, ...]:
+        integrate = self.sources["friction"].load().integrate_rubbing
+        return entry_point(integrate), *self._whole[1:]
+
+    @cached_property
+    def _bristles_and_plays(self) -> tuple[list[int], list[int]]:
+        """Indices of the effects with a bristle, and of those with backlash, among the switches."""
+        each = list(enumerate(self.effects, start=FIRST_LAW))
+        return [i for i, effect in each if effect.bristle], [i for i, effect in each if effect.play]
+
+    def _rubs(self, active: Switches) -> bool:
+        """Whether ``friction_integrator`` is used: a bristle, and neither a servo nor backlash beside it."""
+        on, (bristles, plays) = active[1].tolist(), self._bristles_and_plays
+        return not on[SERVOS] and any(on[i] for i in bristles) and not any(on[i] for i in plays)
 
     @cached_property
     def _curves(self) -> tuple[Any, ...]:
@@ -312,6 +328,11 @@ class Chain:
             first += group.shape[1]
             if not len(known[0]) and self._bends(active, group):
                 self._step_implicitly(flat, times, tolerance, steps, out, where, room)
+                continue
+            if not len(known[0]) and self._rubs(active):
+                integrate, *functions = self._rubbing
+                states = self.acting.states(active, workspace)
+                integrate(*functions, room, n, states, active, times, limits, steps, out, where)
                 continue
             integrate, *functions = self._whole if active.any() or len(known[0]) else self._plain
             if wrong and known_torque is not None:

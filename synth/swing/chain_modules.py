@@ -18,7 +18,7 @@ DRIVES = ("synth.drives.motor_law", "synth.drives.servo_law")
 # Modules that the compiled integrator inlines; a change of one recompiles it.
 CALLED = (
     "synth.swing.lane_layout", "synth.swing.dormand_prince", "synth.swing.explicit_steps", "synth.swing.driven_steps",
-    "synth.swing.turning_events", "synth.swing.effects.inlined", *DRIVES,
+    "synth.swing.turning_events", "synth.swing.turning_times", "synth.swing.effects.inlined", *DRIVES,
 )  # fmt: skip
 
 
@@ -57,6 +57,7 @@ def chain_modules(layout: Layout, effects: tuple[Effect, ...]) -> dict[str, Modu
     files = tuple(source_file(module) for module in modules)
     integrator = source_file("synth.swing.chain_integrator").read_text(encoding="utf-8")
     plain = with_constant(with_constant(integrator, "WHOLE", False), "LINKS", layout.n)
+    friction = source_file("synth.swing.friction_integrator").read_text(encoding="utf-8")
     called = tuple(map(source_file, CALLED))
     made = {
         "chain": ModuleText(f"chain{layout.n}", chain_source.right_hand_side(layout), files[:1]),
@@ -64,6 +65,7 @@ def chain_modules(layout: Layout, effects: tuple[Effect, ...]) -> dict[str, Modu
         "torques": ModuleText("torques", chain_source.extra_torques(layout, imports), files),
         "bearing": ModuleText(f"bearing{layout.n}", chain_source.bearing_forces(layout), files[:1]),
         "integrator": ModuleText("integrator", integrator, called),
+        "friction": ModuleText("friction", friction, called),
     }
     if layout.n <= MOST_STAGED:
         implicit = source_file("synth.swing.curve_integrator").read_text(encoding="utf-8")

@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
+from numba import njit, types
+from numba.extending import overload
 
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing import turning_events
@@ -43,6 +44,17 @@ _called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": Tr
 _once: dict[str, Any] = {"inline": "always", **_called}
 
 
+def of_lane(step, S, e):  # type: ignore[no-untyped-def]
+    """The step (s) of entry ``e``: ``step`` itself, or where lanes have steps of their own and it is their place."""
+    return S[step + e] if isinstance(step, int) else step
+
+
+@overload(of_lane, inline="always", jit_options=_called)
+def _of_lane(step, S, e):  # type: ignore[no-untyped-def]
+    """The same for compiled code."""
+    return (lambda step, S, e: S[step + e]) if isinstance(step, types.Integer) else (lambda step, S, e: step)
+
+
 @njit(**_called)
 def put_memories(S, x, state):  # type: ignore[no-untyped-def]
     """Copy memories to their rows of the workspace."""
@@ -53,36 +65,42 @@ def put_memories(S, x, state):  # type: ignore[no-untyped-def]
 
 
 @njit(**_once)
-def stage(s, h, S, half):  # type: ignore[no-untyped-def]
+def stage(s, step, S, half):  # type: ignore[no-untyped-def]
     """Write angles and rates of stage ``s`` to the workspace; those of 6, the end of the step, to ``Y`` too."""
     if s == 1:
         for e in range(half):
+            h = of_lane(step, S, e)
             w, a1 = S[XW + e], S[K1 + e]
             S[ROTATION + e] = S[X + e] + h * (NODES[1] * w)
             S[RATE + e] = w + h * (_A1[0] * a1)
     elif s == 2:
         for e in range(half):
+            h = of_lane(step, S, e)
             w, a1 = S[XW + e], S[K1 + e]
             S[ROTATION + e] = S[X + e] + h * (NODES[2] * w + h * (_B2[0] * a1))
             S[RATE + e] = w + h * (_A2[0] * a1 + _A2[1] * S[K2 + e])
     elif s == 3:
         for e in range(half):
+            h = of_lane(step, S, e)
             w, a1, a2 = S[XW + e], S[K1 + e], S[K2 + e]
             S[ROTATION + e] = S[X + e] + h * (NODES[3] * w + h * (_B3[0] * a1 + _B3[1] * a2))
             S[RATE + e] = w + h * (_A3[0] * a1 + _A3[1] * a2 + _A3[2] * S[K3 + e])
     elif s == 4:
         for e in range(half):
+            h = of_lane(step, S, e)
             w, a1, a2, a3 = S[XW + e], S[K1 + e], S[K2 + e], S[K3 + e]
             S[ROTATION + e] = S[X + e] + h * (NODES[4] * w + h * (_B4[0] * a1 + _B4[1] * a2 + _B4[2] * a3))
             S[RATE + e] = w + h * (_A4[0] * a1 + _A4[1] * a2 + _A4[2] * a3 + _A4[3] * S[K4 + e])
     elif s == 5:
         for e in range(half):
+            h = of_lane(step, S, e)
             w, a1, a2, a3, a4 = S[XW + e], S[K1 + e], S[K2 + e], S[K3 + e], S[K4 + e]
             turned = _B5[0] * a1 + _B5[1] * a2 + _B5[2] * a3 + _B5[3] * a4
             S[ROTATION + e] = S[X + e] + h * (w + h * turned)
             S[RATE + e] = w + h * (_A5[0] * a1 + _A5[1] * a2 + _A5[2] * a3 + _A5[3] * a4 + _A5[4] * S[K5 + e])
     else:
         for e in range(half):
+            h = of_lane(step, S, e)
             w, a1, a3, a4, a5 = S[XW + e], S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e]
             q = S[X + e] + h * (w + h * (_B6[0] * a1 + _B6[2] * a3 + _B6[3] * a4 + _B6[4] * a5))
             w += h * (_A6[0] * a1 + _A6[2] * a3 + _A6[3] * a4 + _A6[4] * a5 + _A6[5] * S[K6 + e])
@@ -93,37 +111,44 @@ def stage(s, h, S, half):  # type: ignore[no-untyped-def]
 
 
 @njit(inline="never", **_called)
-def stage_of_memories(s, h, S, state):  # type: ignore[no-untyped-def]
+def stage_of_memories(s, step, S, state):  # type: ignore[no-untyped-def]
     """The same for memories; their stage is in ``Y``."""
     size = len(state) * LANES
     if s == 1:
         for e in range(size):
+            h = of_lane(step, S, e)
             S[_Y + e] = S[_X + e] + h * (_A1[0] * S[_M1 + e])
     elif s == 2:
         for e in range(size):
+            h = of_lane(step, S, e)
             S[_Y + e] = S[_X + e] + h * (_A2[0] * S[_M1 + e] + _A2[1] * S[_M2 + e])
     elif s == 3:
         for e in range(size):
+            h = of_lane(step, S, e)
             S[_Y + e] = S[_X + e] + h * (_A3[0] * S[_M1 + e] + _A3[1] * S[_M2 + e] + _A3[2] * S[_M3 + e])
     elif s == 4:
         for e in range(size):
+            h = of_lane(step, S, e)
             first = _A4[0] * S[_M1 + e] + _A4[1] * S[_M2 + e]
             S[_Y + e] = S[_X + e] + h * (first + _A4[2] * S[_M3 + e] + _A4[3] * S[_M4 + e])
     elif s == 5:
         for e in range(size):
+            h = of_lane(step, S, e)
             first = _A5[0] * S[_M1 + e] + _A5[1] * S[_M2 + e]
             S[_Y + e] = S[_X + e] + h * (first + _A5[2] * S[_M3 + e] + _A5[3] * S[_M4 + e] + _A5[4] * S[_M5 + e])
     else:
         for e in range(size):
+            h = of_lane(step, S, e)
             first = _A6[0] * S[_M1 + e] + _A6[2] * S[_M3 + e]
             S[_Y + e] = S[_X + e] + h * (first + _A6[3] * S[_M4 + e] + _A6[4] * S[_M5 + e] + _A6[5] * S[_M6 + e])
     put_memories(S, Y + MEMORY, state)
 
 
 @njit(**_once)
-def difference(h, S, relative, absolute, half):  # type: ignore[no-untyped-def]
+def difference(step, S, relative, absolute, half):  # type: ignore[no-untyped-def]
     """Write the squared ratios of estimated error to tolerance of angles and rates together to ``V``."""
     for e in range(half):
+        h = of_lane(step, S, e)
         a1, a3, a4, a5, a6 = S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e], S[K6 + e]
         q = h * h * (_EE[0] * a1 + _EE[2] * a3 + _EE[3] * a4 + _EE[4] * a5 + _EE[5] * a6)
         w = h * (_E[0] * a1 + _E[2] * a3 + _E[3] * a4 + _E[4] * a5 + _E[5] * a6 + _E[6] * S[K7 + e])
@@ -133,10 +158,11 @@ def difference(h, S, relative, absolute, half):  # type: ignore[no-untyped-def]
 
 
 @njit(inline="never", **_called)
-def difference_of_memories(h, bends, S, n_memory, relative, absolute):  # type: ignore[no-untyped-def]
+def difference_of_memories(step, bends, S, n_memory, relative, absolute):  # type: ignore[no-untyped-def]
     """Write the same of memories to their part of ``V``; clips bends."""
     y, v = S[Y : Y + ROOM], S[V : V + ROOM]
     for e in range(n_memory):
+        h = of_lane(step, S, e)
         first = _E[0] * S[_M1 + e] + _E[2] * S[_M3 + e] + _E[3] * S[_M4 + e]
         S[_V + e] = h * (first + _E[4] * S[_M5 + e] + _E[5] * S[_M6 + e] + _E[6] * S[_M7 + e])
     turning_events.bound_bends(bends, y, v)
@@ -146,14 +172,20 @@ def difference_of_memories(h, bends, S, n_memory, relative, absolute):  # type: 
 
 
 @njit(**_once)
-def hardest(S, links, n_memory):  # type: ignore[no-untyped-def]
-    """The largest ratio of estimated error to tolerance over all lanes."""
+def add_up(S, links, n_memory):  # type: ignore[no-untyped-def]
+    """Add the squared ratios of error to tolerance of all states to the first sixteen entries of ``V``, one a lane."""
     for j in range(1, links):
         for lane in range(LANES):
             S[V + lane] += S[V + j * LANES + lane]
     for m in range(n_memory // LANES):
         for lane in range(LANES):
             S[V + lane] += S[V + MEMORY + m * LANES + lane]
+
+
+@njit(**_once)
+def hardest(S, links, n_memory):  # type: ignore[no-untyped-def]
+    """The largest ratio of estimated error to tolerance over all lanes."""
+    add_up(S, links, n_memory)
     largest = 1e-30
     for lane in range(LANES):
         largest = max(largest, S[V + lane])
@@ -161,10 +193,10 @@ def hardest(S, links, n_memory):  # type: ignore[no-untyped-def]
 
 
 @njit(**_once)
-def samples(h, t, S, half, times, i, out, where):  # type: ignore[no-untyped-def]
-    """Write the samples from ``times[i]`` on that lie within the step; returns the index of the next one."""
-    shown, wide, first, count = where
+def courses(step, S, half, with_rates):  # type: ignore[no-untyped-def]
+    """Write the coefficients of the angles' courses over the step to ``R1`` to ``R4``, also the rates' if wanted."""
     for e in range(half):
+        h = of_lane(step, S, e)
         a1, a3, a4, a5, a6 = S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e], S[K6 + e]
         dy = S[Y + e] - S[X + e]
         bs = h * S[XW + e] - dy
@@ -172,8 +204,9 @@ def samples(h, t, S, half, times, i, out, where):  # type: ignore[no-untyped-def
         S[R2 + e] = bs
         S[R3 + e] = dy - h * S[YW + e] - bs
         S[R4 + e] = h * h * (_DD[0] * a1 + _DD[2] * a3 + _DD[3] * a4 + _DD[4] * a5 + _DD[5] * a6)
-    if shown * LANES > half:
+    if with_rates:
         for e in range(half):
+            h = of_lane(step, S, e)
             a1, a3, a4, a5, a6 = S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e], S[K6 + e]
             a7, dy = S[K7 + e], S[YW + e] - S[XW + e]
             bs = h * a1 - dy
@@ -181,6 +214,13 @@ def samples(h, t, S, half, times, i, out, where):  # type: ignore[no-untyped-def
             S[R2 + OF_RATES + e] = bs
             S[R3 + OF_RATES + e] = dy - h * a7 - bs
             S[R4 + OF_RATES + e] = h * (_D[0] * a1 + _D[2] * a3 + _D[3] * a4 + _D[4] * a5 + _D[5] * a6 + _D[6] * a7)
+
+
+@njit(**_once)
+def samples(h, t, S, half, times, i, out, where):  # type: ignore[no-untyped-def]
+    """Write the samples from ``times[i]`` on that lie within the step; returns the index of the next one."""
+    shown, wide, first, count = where
+    courses(h, S, half, shown * LANES > half)
     while i < len(times) and times[i] <= t + h + 1e-12:
         p = (times[i] - t) / h
         u = 1.0 - p
