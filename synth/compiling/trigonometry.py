@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-TURNS = 1.0 / (2.0 * np.pi)
+TURNS = 1.0 / (2.0 * np.pi)  # in one rad
 # 2 pi as a sum of two doubles: the second is the rounding error of the first.
 TURN, REST_OF_TURN = 2.0 * np.pi, 2.4492935982947064e-16
 

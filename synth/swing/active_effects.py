@@ -12,10 +12,15 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.swing.effects import Effect, effect_named
-from synth.swing.lane_layout import FIRST_LAW, HOLDING, MOST_LINKS, MOST_MEMORIES, SERVOS, SHARING, Layout
+from synth.swing.lane_layout import CURVE_POINTS, FIRST_LAW, HOLDING, MOST_LINKS, MOST_MEMORIES, SERVOS, SHARING, Layout
 
 Switches = NDArray[np.int64]  # (2, 2 + n_law), see ``ActiveEffects.active``
 BEND_TOLERANCE = 1e3  # factor on the tolerance for a bristle's bend, which is 1 at most, against that of an angle
+
+# Slope of a damper curve at rest over that at high speed, above which the implicit step is used: 1.5 is a power law of
+# exponent 0.93 over a ratio of 500 in speed. Below, the explicit step is as fast and more accurate.
+BENT = 1.5
+LEAST_UNBOUNDED = 1e6  # rad/s; the last segment of a curve ends at ``damper_curves.UNBOUNDED``, in any unit of time
 
 
 @dataclass(frozen=True)
@@ -73,6 +78,26 @@ class ActiveEffects:
             if both[1, FIRST_LAW + index] and np.any(lanes[rows]):
                 both[0, FIRST_LAW + index] = 0
         return both
+
+    def bends(self, active: Switches, lanes: Array) -> bool:
+        """Whether the implicit step is used: bent damper curves, and no effect, servo or known torque beside them."""
+        if not active[0, 0] or active[:, 1:].any():
+            return False
+        blocks = (lanes[self.layout.rows(block)] for block in ("curve_speed", "curve_slope"))
+        speed, slope = (block.reshape(self.layout.n, CURVE_POINTS, -1) for block in blocks)
+        at_rest, at_speed = slope.sum(axis=1), np.where(speed >= LEAST_UNBOUNDED, slope, 0.0).sum(axis=1)
+        return bool(np.any(at_rest > BENT * at_speed))
+
+    @cached_property
+    def _bristles_and_plays(self) -> tuple[list[int], list[int]]:
+        """Indices of the effects with a bristle, and of those with backlash, among the switches."""
+        each = list(enumerate(self.effects, start=FIRST_LAW))
+        return [i for i, effect in each if effect.bristle], [i for i, effect in each if effect.play]
+
+    def rubs(self, active: Switches) -> bool:
+        """Whether ``friction_integrator`` is used: a bristle, and neither a servo nor backlash beside it."""
+        on, (bristles, plays) = active[1].tolist(), self._bristles_and_plays
+        return not on[SERVOS] and any(on[i] for i in bristles) and not any(on[i] for i in plays)
 
     def states(self, active: Switches, workspace: Array) -> tuple[Any, ...]:
         """Rows of memories and their derivatives, tolerance factors and events; memories are set to their start values.

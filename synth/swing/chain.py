@@ -19,7 +19,7 @@ from synth.swing.active_effects import ActiveEffects, LaneGroups, Switches
 from synth.swing.chain_modules import PLAIN, ModuleText, chain_modules
 from synth.swing.effects import Effect, registered
 from synth.swing.known_torque import KnownTorque, delayed, for_integrator
-from synth.swing.lane_layout import CURVE_POINTS, DRIVE, FIRST_LAW, LANES, SERVOS, WORKING, LaneLaw, Layout
+from synth.swing.lane_layout import DRIVE, FIRST_LAW, LANES, WORKING, LaneLaw, Layout
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg, Tip
 from synth.swing.stage_rows import FACTORS
@@ -28,10 +28,6 @@ from synth.units import quantity
 
 MAX_STEPS = 20_000  # of one trajectory, which is nan beyond this; three links need about 140 per second
 FIRST_STEP = 1e-3  # s, a thousandth of a period of a limb; the error control corrects it at once
-# Slope of a damper curve at rest over that at high speed, above which the implicit step is used: 1.5 is a power law of
-# exponent 0.93 over a ratio of 500 in speed. Below, the explicit step is as fast and more accurate.
-BENT = 1.5
-LEAST_UNBOUNDED = 1e6  # rad/s; the last segment of a curve ends at ``damper_curves.UNBOUNDED``, in any unit of time
 # Power of time in the unit of each block of rows outside the effects; 0 for all other blocks.
 IN_TIME = {
     "rate": -1, "spring_rate": -2, "damper_rate": -1, "gravity": -2, "weight": -2, "curve_speed": -1,
@@ -152,17 +148,6 @@ class Chain:
         return entry_point(integrate), *self._whole[1:]
 
     @cached_property
-    def _bristles_and_plays(self) -> tuple[list[int], list[int]]:
-        """Indices of the effects with a bristle, and of those with backlash, among the switches."""
-        each = list(enumerate(self.effects, start=FIRST_LAW))
-        return [i for i, effect in each if effect.bristle], [i for i, effect in each if effect.play]
-
-    def _rubs(self, active: Switches) -> bool:
-        """Whether ``friction_integrator`` is used: a bristle, and neither a servo nor backlash beside it."""
-        on, (bristles, plays) = active[1].tolist(), self._bristles_and_plays
-        return not on[SERVOS] and any(on[i] for i in bristles) and not any(on[i] for i in plays)
-
-    @cached_property
     def _curves(self) -> tuple[Any, ...]:
         stages = self.sources["stages"].load()
         called = (as_argument(made) for made in (stages.begin, stages.iterate, stages.filter_error))
@@ -183,18 +168,6 @@ class Chain:
         integrate, *functions = self._curves
         factors, limits = np.empty(FACTORS, dtype=np.float32), (tolerance, tolerance)
         integrate(*functions, flat, self.layout.n, times, limits, steps, out, where, room, factors)
-
-    def _bends(self, active: Switches, lanes: Array) -> bool:
-        """Whether the implicit step is used: bent damper curves, and no effect, servo or known torque beside them.
-
-        Chains of more than ``MOST_STAGED`` links have the explicit step only.
-        """
-        if "curves" not in self.sources or not active[0, 0] or active[:, 1:].any():
-            return False
-        blocks = (lanes[self.layout.rows(block)] for block in ("curve_speed", "curve_slope"))
-        speed, slope = (block.reshape(self.layout.n, CURVE_POINTS, -1) for block in blocks)
-        at_rest, at_speed = slope.sum(axis=1), np.where(speed >= LEAST_UNBOUNDED, slope, 0.0).sum(axis=1)
-        return bool(np.any(at_rest > BENT * at_speed))
 
     @cached_property
     def _off(self) -> Array:
@@ -326,21 +299,17 @@ class Chain:
             workspace[:, group.shape[1] :] = group[:, :1]
             where = shown, n_lane, first, group.shape[1]
             first += group.shape[1]
-            if not len(known[0]) and self._bends(active, group):
+            if not len(known[0]) and "curves" in self.sources and self.acting.bends(active, group):
                 self._step_implicitly(flat, times, tolerance, steps, out, where, room)
                 continue
-            if not len(known[0]) and self._rubs(active):
-                integrate, *functions = self._rubbing
-                states = self.acting.states(active, workspace)
-                integrate(*functions, room, n, states, active, times, limits, steps, out, where)
+            states, rest = self.acting.states(active, workspace), (times, limits, steps, out, where)
+            if not len(known[0]) and self.acting.rubs(active):
+                self._rubbing[0](*self._rubbing[1:], room, n, states, active, *rest)
                 continue
             integrate, *functions = self._whole if active.any() or len(known[0]) else self._plain
             if wrong and known_torque is not None:
                 known, told = for_integrator(self._late(known_torque, workspace), n, signals, held)
-            states = self.acting.states(active, workspace)
-            integrate(
-                *functions, room, n, states, active, known, told, times, limits, steps, out, where,
-            )  # fmt: skip
+            integrate(*functions, room, n, states, active, known, told, *rest)
         if rates and unit != 1.0:
             result[:, n:] /= unit
         return result

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 Row = tuple[float, ...]
 
-NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
+NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)  # shares of the step at which the stages lie
 # Row s: weights of the derivatives so far in stage s; the last row is the end of the step.
 STAGES: tuple[Row, ...] = (
     (),

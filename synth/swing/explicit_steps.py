@@ -44,7 +44,7 @@ _called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": Tr
 _once: dict[str, Any] = {"inline": "always", **_called}
 
 
-def of_lane(step, S, e):  # type: ignore[no-untyped-def]
+def of_lane(step: Any, S: Any, e: int) -> Any:
     """The step (s) of entry ``e``: ``step`` itself, or where lanes have steps of their own and it is their place."""
     return S[step + e] if isinstance(step, int) else step
 

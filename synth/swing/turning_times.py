@@ -77,7 +77,7 @@ def turns_within(bends, slides, Z, x, y, K, step, cut, leader):  # type: ignore[
             late = (turned >> int64(leader[lane])) & 1 != 0 and cut[lane] == NEVER and h > 0.0
             if late and y[e] * sense > EVENT_WINDOW * abs(K[6, e]):
                 where = _turn(x[e], y[e], h, e, K, sense, 1.0, 1.0 + _BEYOND)
-                cut[lane] = where * h if where < 1.0 + 0.99 * _BEYOND else NEVER
+                cut[lane] = where * h if where < 1.0 + _BEYOND else NEVER
 
 
 @inlined
