@@ -22,7 +22,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from synth.compiling.elimination import solve
+from synth.compiling.elimination import factorise, substitute
 from synth.jump.jump_layout import LANES, JumpLayout
 
 HEADER = '''"""Written by synth.jump.jump_source."""
@@ -160,8 +160,9 @@ def _reduced(layout: JumpLayout) -> list[str]:
         for j in range(i, last):
             cross = f"r{i} * m{j}{last} + r{j} * m{i}{last} + r{i} * r{j} * m{last}{last}"
             lines.append(f"J{i + 1}{j + 1} = m{i}{j} + {cross}")
-    unit = ["1.0" if i == 1 else "0.0" for i in range(n)]
-    lines += solve(n, ("free", [f"right{i}" for i in range(n)]), ("column", unit))
+    lines += factorise(n)
+    lines += substitute(n, "free", [f"right{i}" for i in range(n)])
+    lines += substitute(n, "column", ["1.0" if i == 1 else "0.0" for i in range(n)])
     return lines
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from three_links import LEG
 
 from synth.arrays import Array
 from synth.swing import dormand_prince as pair
@@ -11,6 +10,7 @@ from synth.swing.chain import FIRST_STEP, Chain, compiled_chain
 from synth.swing.effects import effect_named
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
+from three_links import LEG
 
 TIMES = np.linspace(0.0, 0.5, 126)
 FRICTION = (0.15, 0.02, 0.005)  # N m
