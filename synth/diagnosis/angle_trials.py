@@ -118,10 +118,10 @@ class Whitener:
         """Number of samples that count."""
         return len(self.measured)
 
-    def lanes(self, prediction: Array, out: Array | None = None) -> Array:
+    def lanes(self, prediction: Array) -> Array:
         """(n_lane, count) from predictions (m, n, n_lane) rad."""
         taken = prediction.reshape(-1, prediction.shape[2])[self.index].T
-        found = np.empty(taken.shape) if out is None else out
+        found = np.empty(taken.shape)
         np.subtract(taken, self.measured, out=found)
         found *= self.scale
         return found

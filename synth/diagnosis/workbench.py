@@ -112,7 +112,7 @@ class Workbench:
 
     def residual(self, trial: AngleTrial, prediction: Array, state: Array) -> Array:
         """(M,) whitened residual of one trial; inf if the motion diverged."""
-        found = self._residual(trial, self.whitener(trial), prediction[:, :, None], state)
+        found = self._residual(trial, self.whitener(trial).lanes(prediction[:, :, None])[0], state)
         return np.where(np.isfinite(found), found, np.inf)
 
     def whitener(self, trial: AngleTrial) -> Whitener:
@@ -120,13 +120,13 @@ class Workbench:
         return Whitener.of(trial, self.sigma(trial))
 
     @staticmethod
-    def _residual(trial: AngleTrial, white: Whitener, prediction: Array, state: Array) -> Array:
-        """(M,) of a prediction's first lane; not finite if it diverged."""
+    def _residual(trial: AngleTrial, first: Array, state: Array) -> Array:
+        """(M,) of a prediction's ``first`` lane, whitened (count,); not finite if it diverged."""
         rate, deviation = trial.recording.initial_rate
-        free, n = trial.free, len(rate)
-        found = np.zeros(white.count + 2 * len(free) + len(state) - 2 * n)
-        white.lanes(prediction[:, :, :1], found[None, : white.count])
-        prior = found[white.count + len(free) :]  # rotations have no prior
+        free, n, count = trial.free, len(rate), len(first)
+        found = np.zeros(count + 2 * len(free) + len(state) - 2 * n)
+        found[:count] = first
+        prior = found[count + len(free) :]  # rotations have no prior
         prior[: len(free)] = (state[n : 2 * n][free] - rate[free]) / deviation[free]
         prior[len(free) :] = state[2 * n :]
         return found
@@ -136,7 +136,7 @@ class Workbench:
         whites = [self.whitener(trial) for trial in self.trials]
 
         def used(i: int, fit: EvaluatedHypothesis, out: Array) -> Array:
-            return self._residual(self.trials[i], whites[i], out, fit.states[i])
+            return self._residual(self.trials[i], whites[i].lanes(out[:, :, :1])[0], fit.states[i])
 
         return self._predicted(fits, None, used)
 
@@ -240,9 +240,9 @@ class Workbench:
         p, whites = self.n_tolerance, [self.whitener(trial) for trial in self.trials]
 
         def used(i: int, fit: EvaluatedHypothesis, out: Array) -> tuple[Array, Array]:
-            residual = self._residual(self.trials[i], whites[i], out, fit.states[i])
-            slopes = np.zeros((out.shape[2] - 1, len(residual)))
             lanes = whites[i].lanes(out)
+            residual = self._residual(self.trials[i], lanes[0], fit.states[i])
+            slopes = np.zeros((out.shape[2] - 1, len(residual)))
             slopes[:, : whites[i].count] = (lanes[1:] - lanes[0]) / STEP
             return residual, slopes.T
 
