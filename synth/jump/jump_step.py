@@ -28,6 +28,7 @@ from numba import njit
 from synth.jump.jump_layout import LANES
 
 G = 0.2837703455755491  # the stability function of A alone then vanishes for large steps: ``tests/hopper/test_step``
+# From the order conditions of a W-method (the same test).
 G21, G31, G32 = -1.5 * G, 1.125 * G, -2.25 * G
 
 # First indices of state, derivatives of the stages, slopes, weights and auxiliary lanes in the step's own array. With

@@ -20,7 +20,7 @@ from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
 from synth.swing.tolerances import Tolerances
 
-MOUNT = {"rocking_stiffness": 30.0, "arm": 0.1, "inertia": 0.004, "damping_ratio": 0.03}
+MOUNT = {"rocking_stiffness": 40.0, "arm": 0.1, "inertia": 0.004, "damping_ratio": 0.03}
 LATE = 3  # samples
 
 
