@@ -23,7 +23,7 @@ class AngleTrial:
     """One trial, thinned: ``time`` (m,) s from 0, ``measured`` (m, n) rad in the sense of q, ``counts`` (m, n).
 
     ``relative`` (m, n): standard deviation of a sample relative to its channel's noise; None if all are equal.
-    ``cut`` : what it is a piece of; None for a whole recording.
+    ``part_of`` : the trial that it is a piece of, None for a whole recording; ``share`` : of that one's samples.
     """
 
     recording: Recording
@@ -32,17 +32,13 @@ class AngleTrial:
     counts: Mask
     held_out: bool
     relative: Array | None = None
-    cut: Cut | None = None
+    part_of: AngleTrial | None = None
+    share: float = 1.0
 
     @property
     def whole(self) -> AngleTrial:
         """The recording that it is a piece of, or itself."""
-        return self.cut.whole if self.cut else self
-
-    @property
-    def share(self) -> float:
-        """Its share of the samples of the whole recording."""
-        return len(self.time) / len(self.whole.time)
+        return self.part_of or self
 
     @property
     def free(self) -> list[int]:
@@ -63,15 +59,15 @@ class AngleTrial:
         """The samples from ``first`` to before ``last``, from an initial state of their own."""
         begin, part = float(self.time[first]), slice(first, last)
         relative = None if self.relative is None else self.relative[part]
-        recording = self.recording.between(begin, float(self.time[last - 1]))
-        return AngleTrial(
-            recording,
-            self.time[part] - begin,
-            self.measured[part],
-            self.counts[part],
-            self.held_out,
-            relative,
-            Cut(self, first),
+        return replace(
+            self,
+            recording=self.recording.between(begin, float(self.time[last - 1])),
+            time=self.time[part] - begin,
+            measured=self.measured[part],
+            counts=self.counts[part],
+            relative=relative,
+            part_of=self,
+            share=(last - first) / len(self.time),
         )
 
     def thinner(self, samples: int) -> AngleTrial:
@@ -85,14 +81,6 @@ class AngleTrial:
             counts=self.counts[::every],
             relative=relative,
         )
-
-
-@dataclass(frozen=True)
-class Cut:
-    """What a piece is cut from: the ``whole`` trial, and the index of the piece's first sample there."""
-
-    whole: AngleTrial
-    first: int
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from synth.arrays import Array
 from synth.fit.recordings import Recording
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import DamperCurve, Leg, Tip
-from synth.swing.mechanics import Coefficients, absolute, coefficients
+from synth.swing.mechanics import coefficients, momentum_and_force
 
 
 @dataclass(frozen=True)
@@ -126,21 +126,6 @@ class WeakForm:
         if per_trial:
             by_trial = np.where(np.isfinite(rests), rests, by_trial)
         return LinearEstimate(found[:, 0], found[:, 1], rest, by_trial, per_trial)
-
-
-def momentum_and_force(known: Coefficients, rotation: Array, rate: Array, tilt: float) -> tuple[Array, Array]:
-    """``mechanics.momentum_and_force`` from the sines and cosines of n angles instead of n^2 differences.
-
-    With C_i = sum_j A_ij cos(phi_j) w_j and S_i likewise of the sines, sum_j A_ij cos(phi_i - phi_j) w_j is
-    cos(phi_i) C_i + sin(phi_i) S_i, and with the sine of the difference sin(phi_i) C_i - cos(phi_i) S_i.
-    """
-    phi, omega = absolute(rotation, tilt), np.cumsum(rate, axis=1)
-    sine, cosine = np.sin(phi), np.cos(phi)
-    along, across = (cosine * omega) @ known.inertia, (sine * omega) @ known.inertia
-    momentum = cosine * along + sine * across
-    force = omega * (cosine * across - sine * along) - known.gravity * sine
-    outboard = (np.cumsum(values[:, ::-1], axis=1)[:, ::-1] for values in (momentum, force))
-    return next(outboard) + known.armature * rate, next(outboard)
 
 
 def _momenta(leg: Leg, recordings: Sequence[Recording]) -> list[tuple[Array, Array]]:

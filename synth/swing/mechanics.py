@@ -69,14 +69,16 @@ def momentum_and_force(coefficient: Coefficients, rotation: Array, rate: Array, 
         Lagrange's equation in absolute rotations, summed over the links outboard of j, so that only joint j's torque
         remains in it.
     """
-    phi = absolute(rotation, tilt)
-    omega = np.cumsum(rate, axis=-1)
-    difference = phi[:, :, None] - phi[:, None, :]
-    momentum = np.einsum("ij,tij,tj->ti", coefficient.inertia, np.cos(difference), omega)
-    force = -np.einsum("ij,tij,tj,ti->ti", coefficient.inertia, np.sin(difference), omega, omega)
-    force -= coefficient.gravity * np.sin(phi)
-    own = coefficient.armature * rate
-    return np.cumsum(momentum[:, ::-1], axis=1)[:, ::-1] + own, np.cumsum(force[:, ::-1], axis=1)[:, ::-1]
+    # From the sines and cosines of n angles, not of n^2 differences. With C_i = sum_j A_ij cos(phi_j) w_j and S_i
+    # likewise of the sines, sum_j A_ij cos(phi_i - phi_j) w_j is cos(phi_i) C_i + sin(phi_i) S_i, and with the sine of
+    # the difference sin(phi_i) C_i - cos(phi_i) S_i.
+    phi, omega = absolute(rotation, tilt), np.cumsum(rate, axis=-1)
+    sine, cosine = np.sin(phi), np.cos(phi)
+    along, across = (cosine * omega) @ coefficient.inertia, (sine * omega) @ coefficient.inertia
+    momentum = cosine * along + sine * across
+    force = omega * (cosine * across - sine * along) - coefficient.gravity * sine
+    outboard = (np.cumsum(values[:, ::-1], axis=1)[:, ::-1] for values in (momentum, force))
+    return next(outboard) + coefficient.armature * rate, next(outboard)
 
 
 def mass_matrix(coefficient: Coefficients, rotation: Array, tilt: float) -> Array:

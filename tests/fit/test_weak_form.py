@@ -11,7 +11,7 @@ from fit.simulated_legs import DAMPER, RELEASES, SPRING, Rig, bare, recorded, re
 from peers.mujoco_leg import simulate_states
 from synth.files.trial_list import Trial
 from synth.fit.recordings import Recording
-from synth.fit.weak_form import LinearEstimate, momentum_and_force, weak_form
+from synth.fit.weak_form import LinearEstimate, weak_form
 from synth.motion.smoothing import Smoothed
 from synth.swing import mechanics
 from synth.swing.chain import simulate
@@ -57,15 +57,18 @@ def test_noise_free_recordings_recover_the_leg_to_a_thousandth(per_trial: bool, 
     np.testing.assert_allclose(found.rest_by_trial, np.tile(REST, (7, 1)), atol=1e-3)
 
 
-def test_momentum_and_force_are_those_of_the_mechanics() -> None:
+def test_momentum_and_force_are_lagranges() -> None:
+    """Of absolute angles phi: sum A_ij cos(phi_i - phi_j) w_j, and its force, summed over the links outboard."""
     random = np.random.default_rng(1)
     known = replace(mechanics.coefficients(robot(), 0.05), armature=np.array([1e-3, 2e-3, 3e-3]))
-    angle, rate = random.normal(size=(2, 40, 3))
-    for ours, reference in zip(
-        momentum_and_force(known, angle, 9 * rate, 0.1),
-        mechanics.momentum_and_force(known, angle, 9 * rate, 0.1),
-        strict=True,
-    ):
+    angle, rate = random.normal(size=(2, 40, 3)) * np.array([1.0, 9.0])[:, None, None]
+    phi, omega = mechanics.absolute(angle, 0.1), np.cumsum(rate, axis=1)
+    apart = phi[:, :, None] - phi[:, None, :]
+    momentum = np.einsum("ij,tij,tj->ti", known.inertia, np.cos(apart), omega)
+    force = -np.einsum("ij,tij,tj,ti->ti", known.inertia, np.sin(apart), omega, omega) - known.gravity * np.sin(phi)
+    expected = [np.cumsum(each[:, ::-1], axis=1)[:, ::-1] for each in (momentum, force)]
+    expected[0] = expected[0] + known.armature * rate
+    for ours, reference in zip(mechanics.momentum_and_force(known, angle, rate, 0.1), expected, strict=True):
         np.testing.assert_allclose(ours, reference, rtol=1e-12, atol=1e-14)
 
 

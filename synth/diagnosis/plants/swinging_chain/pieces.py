@@ -4,7 +4,7 @@ Over the top of a pendulum a deviation grows like exp(t sqrt(g / l)). A predicti
 tells little about the leg after a few such times: the cost gets many minima, and the best fit to the whole recording
 need not follow any part of it. Pieces with initial states of their own are followed by a model that is nearly right
 (multiple shooting: Bock, *Recent advances in parameter identification techniques for O.D.E.*, 1983). On a pendulum
-that a known torque swings up (``tests/real_rigs``) a torque that is a fifth too small left 120 noise floors in the
+that a known torque swings up (``tests/real_rigs``) a torque that is a quarter too small left 120 noise floors in the
 minimum found on whole recordings, and 57 in the one reached by way of pieces.
 """
 
@@ -25,7 +25,7 @@ from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 from synth.threads import in_parallel
 
-MOST_GROWTH = 8.0  # times a deviation: damped swings stay below 2, a pendulum of .5 m at its top takes .6 s to reach it
+MOST_GROWTH = 8.0  # times a deviation: limbs stay below 6, a pendulum of .5 m at its top reaches it in .6 s
 PERIOD = 4.0 * np.pi  # paces, which are half a radian of the motion's phase each
 KEPT = 0.5  # share of a deviation left after a period, from which on a leg hardly forgets: a damping ratio of .11
 LOST = 0.25  # of the motion, error of the nominal leg beyond which it does not follow it
@@ -151,7 +151,7 @@ def joined(trials: Sequence[AngleTrial], predicted: Sequence[Array]) -> tuple[Ar
 
 def cut_sentence(trials: Sequence[AngleTrial]) -> str:
     """The remark on recordings that were cut; empty without any."""
-    cut = [trial for trial in trials if trial.cut]
+    cut = [trial for trial in trials if trial.part_of]
     if not cut:
         return ""
     whole, length = wholes(cut), float(np.median([trial.time[-1] for trial in cut]))
