@@ -20,7 +20,7 @@ from synth.diagnosis.hypotheses import Assessed, Hypotheses
 from synth.diagnosis.odds import CALIBRATED
 from synth.diagnosis.restarts import beside_best, exchanged, fitted_again, has_other_minima, refine
 from synth.diagnosis.score import first_state, fresh, score
-from synth.diagnosis.screening import leverage, prospects, rungs, strengthened
+from synth.diagnosis.screening import leverage, overshoots, prospects, rungs, strengthened
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
 from synth.diagnosis.simpler_shapes import worth_their_unknowns
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
@@ -366,7 +366,8 @@ def _beside(
             plain = replace(here, hypothesis=(*here.hypothesis, candidate), residuals=(), columns=(), cost=np.inf)
             for point in candidate.starts():
                 start = fresh(replace(plain, unknowns=np.concatenate([here.unknowns, point])))
-                starts += [strengthened(start, first, secant) for secant in SECANTS]
+                secants = [secant for secant in SECANTS if not overshoots(start, first, secant)]
+                starts += [strengthened(start, first, secant) for secant in secants]
     gains = zip(leverage(bench, starts, here), starts, strict=True)
     order = sorted(((left, best, start) for (left, best), start in gains), key=lambda item: item[0])
     chosen: dict[tuple[str, str], list[EvaluatedHypothesis]] = {}
