@@ -1,16 +1,19 @@
 """Processes of this program beside it, for work that holds the interpreter's lock: the solids of a leg's joints.
 
-Each is one Python interpreter that keeps what it has imported and built between calls. They are started plainly (no
-``multiprocessing``), so a user's script without ``if __name__ == "__main__"`` is not run again in them. They end with
-this process, even if it is killed. With one thread (``SYNTH_THREADS=1``, one core, a task of a folder) there is none,
-and every call is carried out here.
+Each is one Python interpreter that keeps what it has imported and built between calls. The first is started plainly
+(no ``multiprocessing``), so a user's script without ``if __name__ == "__main__"`` is not run again in it; the others
+are its copies where a system can copy a process. They end with this process, even if it is killed. With one thread
+(``SYNTH_THREADS=1``, one core, a task of a folder) there is none, and every call is carried out here.
 """
 
 from __future__ import annotations
 
+import gc
+import importlib
 import os
 import pickle
 import queue
+import signal
 import subprocess
 import sys
 import threading
@@ -18,12 +21,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import IO, Any, BinaryIO
 
 from synth.threads import LIBRARIES, VARIABLE, thread_count
 
 _LENGTH = 8  # bytes of a call's length before it
-MOST = 4  # processes; each takes 0.3 GB with the solids' kernel loaded
+MOST = 4  # processes; each takes 0.3 GB with the solids' kernel loaded, most of it shared where they are copies
+AT_REST = 0.5  # s in which a process that works on nothing ends
 
 
 @dataclass(frozen=True)
@@ -36,21 +40,29 @@ class SideCall:
 
 
 class SideProcess:
-    """One process; calls are answered in order."""
+    """One process; calls are answered in order. ``twin``: one that the first process forks, by its pipe's two ends."""
 
-    def __init__(self, prepare: Callable[[], None]) -> None:
-        paths = [entry or str(Path.cwd()) for entry in sys.path]
-        program = f"import sys; sys.path[:0] = {paths!r}; from {__name__} import serve; serve()"
-        environment = {**os.environ, VARIABLE: "1", **{name: os.environ.get(name, "1") for name in LIBRARIES}}
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment
-        )
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._calls, self._answers = self._process.stdin, self._process.stdout
+    def __init__(self, calls: IO[bytes], answers: IO[bytes], process: subprocess.Popen[bytes] | None = None) -> None:
+        self._calls, self._answers, self._process = calls, answers, process
         self._lock = threading.Lock()
-        self._send(SideCall(prepare, ()))
-        self._unread = 1  # answers to come before that of the next call
+        self._pid: int | None = None
+
+    @property
+    def pid(self) -> int:
+        """Its number, once it has prepared itself.
+
+        Raises
+        ------
+        EOFError, OSError
+            If the process has ended.
+        """
+        with self._lock:
+            return self._ready()
+
+    def _ready(self) -> int:
+        if self._pid is None:
+            self._pid = pickle.load(self._answers)
+        return self._pid
 
     def answer(self, call: SideCall) -> tuple[bool, Any]:
         """Whether the function returned, and its result or what it raised.
@@ -61,25 +73,62 @@ class SideProcess:
             If the process has ended.
         """
         with self._lock:  # two threads of a user's program may design at once
-            self._send(call)
-            while self._unread:
-                pickle.load(self._answers)
-                self._unread -= 1
+            self._ready()
+            text = pickle.dumps((call.function, call.arguments))
+            self._calls.write(len(text).to_bytes(_LENGTH, "little") + text)
+            self._calls.flush()
             passed, value = pickle.load(self._answers)
         return passed, value
 
-    def _send(self, call: SideCall) -> None:
-        text = pickle.dumps((call.function, call.arguments))
-        self._calls.write(len(text).to_bytes(_LENGTH, "little") + text)
-        self._calls.flush()
-
     def close(self) -> None:
-        """End it now, whatever it does."""
-        self._process.kill()
-        self._process.wait()
-        for stream in (self._calls, self._answers):
-            with suppress(OSError):
-                stream.close()
+        """End it now, whatever it does; of twins the first one last, which waits for the others."""
+        if self._process is None and self._pid is not None:
+            with suppress(OSError):  # not reaped while the first process lives, so the number is no other process's
+                os.kill(self._pid, signal.SIGKILL)
+        with suppress(OSError):
+            self._calls.close()  # at the end of its calls a process ends
+        if self._process is not None:
+            try:
+                self._process.wait(AT_REST)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+        with suppress(OSError):
+            self._answers.close()
+
+
+def _started(count: int, prepare: Callable[[], None]) -> list[SideProcess]:
+    """``count`` processes that begin with ``prepare()``.
+
+    On Linux one that has done so is copied: to load the solids' kernel takes 2 s of a processor. Other systems cannot
+    copy a process, or not one that has loaded their graphics.
+    """
+    if not sys.platform.startswith("linux"):
+        return [_family(1, prepare)[0] for _ in range(count)]
+    return _family(count, prepare)
+
+
+def _family(count: int, prepare: Callable[[], None]) -> list[SideProcess]:
+    """A process and the twins that it forks when it has prepared itself."""
+    pipes = [(os.pipe(), os.pipe()) for _ in range(count - 1)]
+    theirs = [(calls[0], answers[1]) for calls, answers in pipes]
+    paths = [entry or str(Path.cwd()) for entry in sys.path]
+    task = f"{prepare.__module__!r}, {prepare.__qualname__!r}, {theirs!r}"
+    program = f"import sys; sys.path[:0] = {paths!r}; from {__name__} import serve; serve({task})"
+    environment = {**os.environ, VARIABLE: "1", **{name: os.environ.get(name, "1") for name in LIBRARIES}}
+    process = subprocess.Popen(
+        [sys.executable, "-c", program],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=environment,
+        pass_fds=[end for pair in theirs for end in pair],
+    )
+    assert process.stdin is not None
+    assert process.stdout is not None
+    for end in (end for pair in theirs for end in pair):
+        os.close(end)
+    twins = [SideProcess(os.fdopen(calls[1], "wb"), os.fdopen(answers[0], "rb")) for calls, answers in pipes]
+    return [SideProcess(process.stdin, process.stdout, process), *twins]
 
 
 _open: list[SideProcess] = []
@@ -100,7 +149,7 @@ def side_processes(most: int, prepare: Callable[[], None]) -> Iterator[None]:
     if _open or count < 2:
         yield
         return
-    _open.extend(SideProcess(prepare) for _ in range(count))
+    _open.extend(_started(count, prepare))
     try:
         yield
     finally:
@@ -164,17 +213,37 @@ class _Shared:
         return values
 
 
-def serve() -> None:
-    """The life of a side process: answer calls from standard input until it closes."""
-    import signal
+def serve(module: str, prepare: str, twins: Sequence[tuple[int, int]]) -> None:
+    """The life of a side process: prepare, fork the twins, answer calls from standard input until it closes.
 
+    ``twins``: descriptors of each one's calls and answers.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is the parent's
-    calls, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    ends = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDWR)
     os.dup2(nothing, 0)
     os.dup2(nothing, 1)  # kernels print there
+    with suppress(Exception):  # what is missing is said by the call that needs it
+        getattr(importlib.import_module(module), prepare)()
+    gc.freeze()  # what is loaded stays shared
+    forked: list[int] = []
+    others = {ends, *twins}
+    for twin in twins:
+        if (number := os.fork()) == 0:
+            ends, forked = twin, []
+            break
+        forked.append(number)
+    for end in (end for pair in others - {ends} for end in pair):
+        os.close(end)
+    _answer(os.fdopen(ends[0], "rb"), os.fdopen(ends[1], "wb"), forked)
+
+
+def _answer(calls: BinaryIO, answers: BinaryIO, forked: Sequence[int]) -> None:
+    """Send the number of this process, then answer calls for ever."""
+    answers.write(pickle.dumps(os.getpid()))
+    answers.flush()
     waiting: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(calls, waiting), daemon=True).start()
+    threading.Thread(target=_listen, args=(calls, waiting, forked), daemon=True).start()
     while True:
         text = waiting.get()
         try:
@@ -186,8 +255,13 @@ def serve() -> None:
         answers.flush()
 
 
-def _listen(calls: BinaryIO, waiting: queue.SimpleQueue[bytes]) -> None:
-    """Queue the calls; at the end of the input the parent has ended, and so does this process."""
+def _listen(calls: BinaryIO, waiting: queue.SimpleQueue[bytes], forked: Sequence[int]) -> None:
+    """Queue the calls; at the end of the input the parent wants no more or has ended, and so does this process.
+
+    It waits for its twins, so that their time is counted as that of the program.
+    """
     while len(length := calls.read(_LENGTH)) == _LENGTH:
         waiting.put(calls.read(int.from_bytes(length, "little")))
+    for number in forked:
+        os.waitpid(number, 0)
     os._exit(0)

@@ -58,7 +58,7 @@ def test_errors_are_raised_with_what_they_hold_and_the_processes_go_on() -> None
 def test_what_a_dead_process_leaves_is_done_here() -> None:
     with side_processes(2, nothing):
         for each in beside._open:
-            os.kill(each._process.pid, signal.SIGKILL)
+            os.kill(each.pid, signal.SIGKILL)
         assert carried_out([SideCall(square, (k,), k) for k in range(2)]) == [(0, os.getpid()), (1, os.getpid())]
 
 
@@ -74,7 +74,7 @@ def test_the_processes_end_with_a_parent_that_is_killed() -> None:
         "from synth.side_processes import *; from synth import side_processes as s; import time\n"
         "def main():\n"
         "    with side_processes(2, int):\n"
-        "        print(*(each._process.pid for each in s._open), flush=True)\n"
+        "        print(*(each.pid for each in s._open), flush=True)\n"
         "        time.sleep(60)\n"
         "main()"
     )
