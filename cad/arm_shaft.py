@@ -139,8 +139,12 @@ def cross_volume(outer: float, inner: float, radius: float) -> float:
 
 def build_ring(outer: float, bore: float, bottom: float, top: float) -> Any:
     """A ring (cadquery Solid) about the hinge axis: bearing, collar or thrust washer, by its diameters (mm)."""
-    body = kernel.cylinder(outer / 2, top - bottom, (0.0, 0.0, bottom))
-    return body.cut(kernel.cylinder(bore / 2, top - bottom + 2, (0.0, 0.0, bottom - 1))).Solids()[0]
+    return kernel.placed(_ring, (outer, bore, top - bottom), (0.0, 0.0, bottom))
+
+
+def _ring(outer: float, bore: float, height: float) -> Any:
+    body = kernel.cylinder(outer / 2, height)
+    return body.cut(kernel.cylinder(bore / 2, height + 2, (0.0, 0.0, -1.0))).Solids()[0]
 
 
 def ring_volume(outer: float, bore: float, height: float) -> float:

@@ -7,9 +7,10 @@ either kernel, so both are imported where they are used.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import lru_cache
 from typing import Any
 
 from synth.cad.moments import Moments, Vector, exact_moments
@@ -69,6 +70,24 @@ def prism(corners: Sequence[Vector], way: Vector) -> Any:
 
     face = cq.Face.makeFromWires(cq.Wire.makePolygon([cq.Vector(*corner) for corner in corners], close=True))
     return cq.Solid.extrudeLinear(face, cq.Vector(*way))
+
+
+def placed(build: Callable[..., Any], arguments: tuple[Any, ...], shift: Vector) -> Any:
+    """``build(*arguments)`` shifted by mm; the solid is built, and its mesh made, once for all its places.
+
+    A joint has two dozen screws of a handful of sizes.
+    """
+    solid = _built_once(build, arguments, in_facets())
+    if in_facets():
+        return solid.translate(shift)
+    import cadquery as cq
+
+    return solid.moved(cq.Location(cq.Vector(*shift)))
+
+
+@lru_cache(maxsize=256)  # some twenty a leg
+def _built_once(build: Callable[..., Any], arguments: tuple[Any, ...], faceted: bool) -> Any:
+    return build(*arguments)
 
 
 def moments(solid: Any) -> Moments:

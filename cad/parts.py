@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -180,11 +180,24 @@ def mesh_of(solid: Any, signs: tuple[int, int, int] = (1, 1, 1)) -> Mesh:
 
 
 def _mesh_of(solid: Any) -> Mesh:
+    """Mesh of a solid; of one that ``kernel.placed`` has shifted, that of the solid in its first place, shifted."""
+    place = solid.wrapped.Location()
+    if place.IsIdentity():
+        return _ordered(*_merged(solid))
+    vertices, faces = _merged_once(type(solid)(solid.wrapped.Located(type(place)())))
+    shift = place.Transformation().TranslationPart()
+    return _ordered(vertices + np.array([shift.X(), shift.Y(), shift.Z()]), faces)
+
+
+def _merged(solid: Any) -> tuple[Array, Faces]:
     """Mesh of a solid whose faces share the points of their edges, so that merging them closes it."""
     import trimesh
 
     merged = trimesh.Trimesh(*_triangles(solid), process=True)
-    return _ordered(np.asarray(merged.vertices, dtype=np.float64), np.asarray(merged.faces, dtype=np.int64))
+    return np.asarray(merged.vertices, dtype=np.float64), np.asarray(merged.faces, dtype=np.int64)
+
+
+_merged_once = lru_cache(maxsize=256)(_merged)
 
 
 def _ordered(vertices: Array, faces: Faces) -> Mesh:

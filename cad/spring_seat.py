@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from synth.cad import kernel
 from synth.cad.arm_layout import ArmLayout
 from synth.cad.dimensions import JointDimensions
 from synth.cad.hardware import Screw, insert_of, screw_of
@@ -84,14 +85,19 @@ def cap_volume(dimensions: JointDimensions, arm: ArmLayout) -> float:
 
 def build_screw(screw: Screw, length: float, face: float, way: int, at: Point, *, washer: bool = False) -> Any:
     """A screw whose head lies on a face at height ``face``, its head towards ``way``; with or without a washer."""
-    under = face + way * (screw.washer_thickness if washer else 0.0)
+    return kernel.placed(_screw, (screw, length, way, washer), (*at, face))
+
+
+def _screw(screw: Screw, length: float, way: int, washer: bool) -> Any:
+    """A screw on the hinge axis whose head lies at height 0."""
+    under = way * (screw.washer_thickness if washer else 0.0)
     low, high = sorted((under, under + way * screw.head_height))
-    body = cylinder(screw.head_diameter / 2, low, high, at)
+    body = cylinder(screw.head_diameter / 2, low, high)
     low, high = sorted((under, under - way * length))
-    body = body.fuse(cylinder(screw.size / 2, low, high, at))
+    body = body.fuse(cylinder(screw.size / 2, low, high))
     if washer:
-        low, high = sorted((face, under))
-        body = body.fuse(cylinder(screw.washer / 2, low, high, at))
+        low, high = sorted((0.0, under))
+        body = body.fuse(cylinder(screw.washer / 2, low, high))
     return body.Solids()[0]
 
 
