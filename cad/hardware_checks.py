@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -66,16 +67,38 @@ def check_axial_play(bodies: Bodies) -> list[CheckResult]:
     lower = bodies.halves["lower"].rotate((0.0, 0.0, turn))
     upper = NearBody(bodies.halves["upper"]).near(lower, MOST_AXIAL)
     lower = NearBody(lower).near(upper, MOST_AXIAL)
-    found = []
-    for way in (-1.0, 1.0):
-        free, met = 0.0, MOST_AXIAL
-        while met - free > AXIAL_STEP:
-            middle = (free + met) / 2
-            shared = float((upper ^ lower.translate((0.0, 0.0, way * middle))).volume())
-            free, met = (middle, met) if shared <= OVERLAP_LIMIT else (free, middle)
-        found.append(free)
+
+    def beyond(shift: float) -> float:
+        return float((upper ^ lower.translate((0.0, 0.0, shift))).volume()) - OVERLAP_LIMIT
+
+    found = [last_free(lambda shift, way=way: beyond(way * shift), MOST_AXIAL, AXIAL_STEP) for way in (-1.0, 1.0)]  # type: ignore[misc]
     text = f"the shaft shifts by {found[0]:.3f} and {found[1]:.3f} mm along the hinge; collars are clamped to set it"
     return [at_most("axial play", joint.part("shaft").name, sum(found), AXIAL_LIMIT, "mm", text)]
+
+
+def last_free(beyond: Callable[[float], float], end: float, step: float) -> float:
+    """Where bisection from 0 to ``end``, down to ``step``, finds the last place at which a rising function is below 0.
+
+    That place depends on the root alone, so it is guessed by the line through the last two values above 0: an overlap
+    that grows linearly takes five evaluations instead of ten. The function is below 0 at 0 and above it at the end.
+    """
+    parts = 2 ** math.ceil(math.log2(end / step))
+    free, met = 0, parts
+    above: list[tuple[int, float]] = []  # places and values, the last two of a line that meets the root
+    lines = 0
+    while met - free > 1:
+        place, lines = (free + met) // 2, lines + 1
+        if len(above) > 1 and lines % 3:  # every third place is the middle, for a function that is far from a line
+            (far, more), (near, less) = above[-2:]
+            root = near - less * (far - near) / (more - less) if more > less else near
+            place = min(max(math.floor(root), free + 1), met - 1)
+        value = beyond(end * place / parts)
+        if value <= 0.0:
+            free = place
+        else:
+            met = place
+            above.append((place, value))
+    return end * free / parts
 
 
 def check_screws(joint: BuiltJoint) -> list[CheckResult]:

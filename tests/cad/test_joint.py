@@ -23,6 +23,7 @@ from synth.cad.checks import (
     check_screws,
     require,
 )
+from synth.cad.hardware_checks import last_free
 from synth.cad.joint import BuiltJoint, build_joint, orient
 from synth.cad.leg_joints import build_leg
 from synth.cad.parts import Mesh, mesh_of
@@ -209,3 +210,21 @@ def test_unprintable_parts_are_reported_with_a_remedy(leg):
     )
     assert thin == pytest.approx(joint.dimensions.wall, rel=0.01)
     assert thick == pytest.approx(1.5 * thin, rel=0.01)
+
+
+def test_the_last_free_place_is_that_of_bisection() -> None:
+    """An overlap of nothing up to a root and rising from there, straight or bent."""
+    for root, power in ((0.0207, 1.0), (0.3333, 1.0), (0.5, 2.0), (0.999, 1.0), (0.12, 0.5)):
+        asked: list[float] = []
+
+        def beyond(place: float, root: float = root, power: float = power, asked: list[float] = asked) -> float:
+            asked.append(place)
+            return float(40.0 * max(place - root, 0.0) ** power - 1e-3)
+
+        found, steps = last_free(beyond, 1.0, 1e-3), len(asked)
+        free, met = 0.0, 1.0
+        while met - free > 1e-3:
+            middle = (free + met) / 2
+            free, met = (middle, met) if beyond(middle) <= 0.0 else (free, middle)
+        assert found == free
+        assert steps <= (7 if root < 0.1 else 10 if power == 1.0 else 20)

@@ -10,9 +10,11 @@ import pytest
 import trimesh
 
 from synth.cad import BuiltLeg, build_leg, facets
+from synth.cad.hardware import screw_of
 from synth.cad.kernel import is_faceted
 from synth.cad.leg_joints import build_leg_of_facets
 from synth.cad.parts import ANGULAR_TOLERANCE, LINEAR_TOLERANCE, BuiltPart, _triangles, mesh_of
+from synth.cad.spring_seat import build_screw, screw_volume
 from synth.cad.travel import manifold
 
 PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
@@ -94,6 +96,8 @@ def test_a_mesh_is_made_on_first_use() -> None:
     asked, box = [], cq.Solid.makeBox(1, 2, 3)
 
     class Solid:
+        wrapped = box.wrapped
+
         def mesh(self, *tolerances: float) -> None:
             asked.append(tolerances)
             box.mesh(*tolerances)
@@ -108,6 +112,21 @@ def test_a_mesh_is_made_on_first_use() -> None:
     assert len(asked) == 1
     with pytest.raises(AttributeError):
         mesh.colour  # noqa: B018
+
+
+def test_a_screw_in_two_places_is_one_solid_with_one_mesh() -> None:
+    screw = screw_of(3.0)
+    one = build_screw(screw, 12.0, 5.0, 1, (1.0, 2.0), washer=True)
+    other = build_screw(screw, 12.0, -7.0, 1, (30.0, 0.0), washer=True)
+    assert one.wrapped.TShape() is other.wrapped.TShape()
+    low, high = mesh_of(one), mesh_of(other)
+    moved = np.sort(high.vertices - (29.0, -2.0, -12.0), axis=0)
+    np.testing.assert_allclose(moved, np.sort(low.vertices, axis=0), atol=1e-12)
+    assert low.volume == pytest.approx(high.volume, rel=1e-12)
+    end = cq.Vector(1, 2, 5 + screw.washer_thickness)
+    shank = cq.Solid.makeCylinder(screw.size / 2, 12.0, end, cq.Vector(0, 0, -1))
+    assert one.Volume() == pytest.approx(screw_volume(screw, 12.0, washer=True), rel=1e-9)
+    assert one.intersect(shank).Volume() == pytest.approx(shank.Volume(), rel=1e-9)
 
 
 def test_mesh_moments_and_body_of_a_part_are_cached(leg: BuiltLeg) -> None:
