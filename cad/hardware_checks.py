@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -68,10 +69,10 @@ def check_axial_play(bodies: Bodies) -> list[CheckResult]:
     upper = NearBody(bodies.halves["upper"]).near(lower, MOST_AXIAL)
     lower = NearBody(lower).near(upper, MOST_AXIAL)
 
-    def beyond(shift: float) -> float:
-        return float((upper ^ lower.translate((0.0, 0.0, shift))).volume()) - OVERLAP_LIMIT
+    def beyond(way: float, shift: float) -> float:
+        return float((upper ^ lower.translate((0.0, 0.0, way * shift))).volume()) - OVERLAP_LIMIT
 
-    found = [last_free(lambda shift, way=way: beyond(way * shift), MOST_AXIAL, AXIAL_STEP) for way in (-1.0, 1.0)]  # type: ignore[misc]
+    found = [last_free(partial(beyond, way), MOST_AXIAL, AXIAL_STEP) for way in (-1.0, 1.0)]
     text = f"the shaft shifts by {found[0]:.3f} and {found[1]:.3f} mm along the hinge; collars are clamped to set it"
     return [at_most("axial play", joint.part("shaft").name, sum(found), AXIAL_LIMIT, "mm", text)]
 
@@ -82,7 +83,7 @@ def last_free(beyond: Callable[[float], float], end: float, step: float) -> floa
     That place depends on the root alone, so it is guessed by the line through the last two values above 0: an overlap
     that grows linearly takes five evaluations instead of ten. The function is below 0 at 0 and above it at the end.
     """
-    parts = 2 ** math.ceil(math.log2(end / step))
+    parts = 1 << math.ceil(math.log2(end / step))
     free, met = 0, parts
     above: list[tuple[int, float]] = []  # places and values, the last two of a line that meets the root
     lines = 0
