@@ -17,7 +17,7 @@ from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
 from synth.diagnosis.prediction_error import PredictionErrors, label
 from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.sentences import sentence, what_is_open
-from synth.diagnosis.verdict import Judged, doubted, judge, of_no_account
+from synth.diagnosis.verdict import Judged, doubted, doubted_further, judge, of_no_account
 from synth.estimation.intervals import NORMAL90, Estimate
 from synth.threads import one_thread_of_linear_algebra
 
@@ -72,7 +72,9 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
     """Find what distinguishes the built leg from the nominal one; ``say`` receives the current stage."""
     found = plant.search(say)
     weighed = judge(found, plant.calibration, free=plant.freely(found), motion=plant.motion)
-    doubts = plant.doubts(found, weighed)
+    doubts, chance = plant.doubts(found, weighed)
+    if weighed.verdict in ("effect", "tie"):
+        weighed = doubted_further(weighed, chance)
     judged = plant.with_direct_causes(weighed)
     say("reduction of the gap")
     before = _unseen(plant, found.none)

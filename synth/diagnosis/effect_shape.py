@@ -33,6 +33,11 @@ class ShapedEffect(ABC):
         return 0
 
     @property
+    def part(self) -> str:
+        """The part of its place that it describes, "spring" or "damper"; empty if none."""
+        return ""
+
+    @property
     def nearly_linear(self) -> bool:
         """Whether its unknowns enter almost linearly, like a shifted reading or a mass."""
         return False

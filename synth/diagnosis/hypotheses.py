@@ -28,6 +28,10 @@ class HypothesisCause(Protocol):
     def links(self) -> int:
         """Number of links that it adds to the leg."""
 
+    @property
+    def part(self) -> str:
+        """The part of its place that it describes, "spring" or "damper"; empty if none."""
+
 
 class FittedHypothesis(Protocol):
     """A hypothesis fitted to trials."""
@@ -130,9 +134,10 @@ class Assessed(Generic[F]):
 class Hypotheses(Generic[F]):
     """All fitted hypotheses of a search: ``none``, ``singles``, and ``several`` with two or three causes.
 
-    Each in order of cost.
+    Each in order of cost. ``small`` : small causes beside which the leading hypotheses were fitted too.
     """
 
     none: Assessed[F]
     singles: tuple[Assessed[F], ...]
     several: tuple[Assessed[F], ...]
+    small: tuple[Key, ...] = ()

@@ -38,12 +38,23 @@ class Hangs:
 
     ``turned`` : (name, the verdict without it) of each recording that changes the verdict. ``open`` : names of
     those that may change it by the closed form and were not refitted. ``odd`` : (name, misfit of the others without
-    it, misfit of all, both in noise floors) of a recording that most of the misfit comes from.
+    it, misfit of all, both in noise floors) of a recording that most of the misfit comes from. ``of`` : number of
+    recordings.
     """
 
     turned: tuple[tuple[str, str], ...] = ()
     open: tuple[str, ...] = ()
     odd: tuple[tuple[str, float, float], ...] = ()
+    of: int = 0
+
+    @property
+    def chance(self) -> float:
+        """Probability that a further recording changes the verdict, if one of these does; 0 if none does.
+
+        With Jeffreys' prior (Krichevsky & Trofimov, IEEE Trans. Inf. Theory 27 (1981) 199): of three recordings of the
+        robot's hip one carries the verdict of that half, and the other half has another one.
+        """
+        return (len(self.turned) + 0.5) / (self.of + 1.0) if self.turned else 0.0
 
     def warnings(self) -> tuple[str, ...]:
         """In sentences."""
@@ -85,6 +96,7 @@ def hangs_on(
         return Hangs()
     chosen = {id(item): item for item, _ in judged.weighed[:HEAVIEST]}
     chosen |= {id(item): item for item in (found.none, *found.singles[:1])}  # reference for several causes
+    chosen |= {id(item): item for item in _with_small(found, list(chosen.values()))}
     steps = {key: _without_each(bench, item) for key, item in chosen.items()}
     doubtful: list[tuple[float, int]] = []
     for i in range(len(bench.trials)):
@@ -103,7 +115,7 @@ def hangs_on(
     left = sorted(i for _, i in doubtful[MOST_REFITTED:])
     best = judged.accepted if judged.verdict in ("effect", "tie") else found.none
     odd = _odd(bench, best, steps[id(best)]) if id(best) in steps else ()
-    return Hangs(tuple(turned), tuple(bench.trials[i].recording.name for i in left), odd)
+    return Hangs(tuple(turned), tuple(bench.trials[i].recording.name for i in left), odd, len(bench.trials))
 
 
 def _odd(
@@ -142,7 +154,16 @@ def _again(
     """Odds of the given hypotheses under the keys of those they stand for."""
     singles = tuple(here[id(item)] for item in found.singles if id(item) in here)
     several = tuple(here[id(item)] for item in found.several if id(item) in here)
-    return judge(Hypotheses(here[id(found.none)], singles, several), calibration, len(found.singles), free, motion)
+    some = Hypotheses(here[id(found.none)], singles, several, found.small)
+    return judge(some, calibration, len(found.singles), free, motion)
+
+
+def _with_small(
+    found: Hypotheses[EvaluatedHypothesis], chosen: Sequence[Assessed[EvaluatedHypothesis]]
+) -> list[Assessed[EvaluatedHypothesis]]:
+    """The sets that add small causes to one of these, by which they are weighed."""
+    main = [set(item.keys) for item in chosen if item.keys]
+    return [item for item in found.several if any(keys < {*item.keys} <= {*keys, *found.small} for keys in main)]
 
 
 def _refitted(

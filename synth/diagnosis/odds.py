@@ -16,14 +16,14 @@ removed separated it better from rigs without a main cause. Trials left out deci
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from math import factorial
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.hypotheses import Assessed, F, TrialErrors
+from synth.diagnosis.hypotheses import Assessed, F, Key, TrialErrors
 
 # RMS over the noise floor of the best explanation on unseen trials: below the first it is at the floor, above
 # the second it is a remainder. Explanations of another form than the truth leave up to 3 on clean simulated cases. A
@@ -36,6 +36,7 @@ AT_FLOOR, FAR = 3.0, 4.5
 # instead of 6, and one more rig without a main cause has one. With 4 a trial instead, two real recordings of a double
 # pendulum tell no pair.
 MOST_INDEPENDENT, MOST_TOGETHER = 8.0, 20.0
+LEAST_SHARE = 0.1  # least share of the whole gap (RMS) of a further cause; less does not matter to a user
 DRAWS = 400  # of the bootstrap: a probability of 0.05 is known to 0.01
 # Weight of the trials as recorded, each counted once, beside the draws: a stated choice. On 99 dirty rigs of seeds 1500
 # and 4200 no score changes by more than 0.01 between 0 and 0.5.
@@ -125,13 +126,19 @@ def price_of_unknown(floors: float, total: float, calibration: Calibration = CAL
     )
 
 
-def weigh(hypotheses: Sequence[Assessed[F]], calibration: Calibration, singles: int = 0) -> Array:
+def weigh(
+    hypotheses: Sequence[Assessed[F]],
+    calibration: Calibration,
+    singles: int = 0,
+    prior_of: Sequence[Assessed[F]] | None = None,
+) -> Array:
     """(n,) posterior weights: prior times exp(-cost / temperature), with a penalty for each unknown.
 
     Far from the noise from the errors by trial instead, see above; in between a mixture of both.
-    ``singles`` : number of single causes, if not all are among the hypotheses.
+    ``singles`` : number of single causes, if not all are among the hypotheses. ``prior_of`` : the hypotheses whose
+    number of causes sets the prior, if others.
     """
-    counts = np.array([len(h.keys) for h in hypotheses])
+    counts = np.array([len(h.keys) for h in prior_of or hypotheses])
     unknowns = np.array([h.n_unknown for h in hypotheses])
     singles = max(int(np.sum(counts == 1)), singles, 1)
     together = [calibration.none, calibration.single, calibration.pair, calibration.triple]
@@ -146,6 +153,53 @@ def weigh(hypotheses: Sequence[Assessed[F]], calibration: Calibration, singles: 
         return _normalised(logarithms[:, None])[:, 0]
     draws = _normalised(logarithms[:, None] - share * _drawn(hypotheses))
     return np.asarray(AS_RECORDED * draws[:, 0] + (1.0 - AS_RECORDED) * draws[:, 1:].mean(axis=1))
+
+
+def weigh_beside(
+    hypotheses: Sequence[Assessed[F]],
+    beside: Sequence[Assessed[F]],
+    small: Collection[Key],
+    calibration: Calibration,
+    singles: int = 0,
+) -> Array:
+    """(n,) weights as by ``weigh``, divided among the causes by what they leave beside the same small causes.
+
+    ``beside`` : all fitted sets, some of them a hypothesis with ``small`` causes. Against none the hypotheses have the
+    weight that they have alone: small causes are in every rig, and do not show that there is a large one.
+    """
+    weights = weigh(hypotheses, calibration, singles)
+    named = [frozenset(h.keys) for h in hypotheses if h.keys]
+    # A set belongs to the largest hypotheses in it: what a further large cause removes is not its parts' merit.
+    largest = [(h, [keys for keys in named if keys <= set(h.keys)]) for h in beside if frozenset(h.keys) not in named]
+    own = {
+        keys: [h for h, within in largest if keys in within and not any(keys < other for other in within)]
+        for keys in named
+    }
+    best = []
+    for h in hypotheses:
+        sets = [s for s in own.get(frozenset(h.keys), []) if {*s.keys} <= {*h.keys, *small}]
+        best.append(_best_beside(h, [s for s in sets if adds_little(s, h, hypotheses[0])], calibration))
+    if all(with_small is h for with_small, h in zip(best, hypotheses, strict=True)):
+        return weights
+    fair = weigh(best, calibration, singles, prior_of=hypotheses)
+    causes = np.array([bool(h.keys) for h in hypotheses])
+    total = float(weights[causes].sum())
+    return np.where(causes, fair * total / max(float(fair[causes].sum()), 1e-300), weights)
+
+
+def adds_little(item: Assessed[F], own: Assessed[F], none: Assessed[F]) -> bool:
+    """Whether each cause that a set adds to a hypothesis takes less than ``LEAST_SHARE`` of the gap, on average."""
+    added = len(item.keys) - len(own.keys)
+    return taken_from_fitted(item, none) - taken_from_fitted(own, none) < LEAST_SHARE * added
+
+
+def _best_beside(own: Assessed[F], beside: Sequence[Assessed[F]], calibration: Calibration) -> Assessed[F]:
+    """A hypothesis, or the most probable of the sets with small causes beside it, unknowns charged."""
+    sets = [own, *beside]
+    if len(sets) == 1:
+        return own
+    left = _drawn(sets)[:, 0] + calibration.per_unknown_far * np.array([h.n_unknown for h in sets])
+    return sets[int(np.argmin(left))]
 
 
 def _normalised(logarithms: Array) -> Array:

@@ -154,9 +154,9 @@ class Plant(ABC, Generic[F, T, S]):
         """Warnings on scored trials, independent of the verdict."""
         return ()
 
-    def doubts(self, found: Hypotheses[F], judged: Judged[F]) -> tuple[str, ...]:
-        """Warnings about recordings that the verdict depends on."""
-        return ()
+    def doubts(self, found: Hypotheses[F], judged: Judged[F]) -> tuple[tuple[str, ...], float]:
+        """Warnings about recordings that the verdict depends on, and the probability that a further one changes it."""
+        return (), 0.0
 
     @abstractmethod
     def wording(self, errors: PredictionErrors) -> ErrorWording:

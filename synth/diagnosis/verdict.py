@@ -12,16 +12,15 @@ from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Verdict
 from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, Key, TrialErrors
 from synth.diagnosis.odds import CALIBRATED as CALIBRATED
+from synth.diagnosis.odds import LEAST_SHARE, far_share, taken, taken_from_fitted, weigh_beside
 from synth.diagnosis.odds import Calibration as Calibration
-from synth.diagnosis.odds import far_share, taken, taken_from_fitted, taken_of
 from synth.diagnosis.odds import weigh as weigh
+from synth.diagnosis.unknown_cause import beyond_accuracy, least_share, of_unknown
 from synth.estimation.information import LEAST_WEIGHT
 
-LEAST_SHARE = 0.1  # least share of the whole gap (RMS) of a further cause; less does not matter to a user
 LITTLE = 1.0 / 6.0  # of the whole gap, that one of several causes takes which cannot be told apart: it is not named
 # Share of its weight that a cause keeps which removes too little: 5 of 16 such causes were there (seeds 1500 and 4200).
 WORTH_OF_LITTLE = 0.2
-MOST_SCATTER = 1 / 3  # of the gap, largest tolerance for the remainder's scatter between trials
 COUNTS = 0.95  # probability of visible coarse counts; not tuned
 CONTRADICTED = 0.9  # probability of an unknown cause if held-out trials surely contradict the explanation: a choice
 
@@ -111,20 +110,13 @@ def judge(
     that contains it, by its contribution there: they sum to at most 1. If several are needed, it is the weight of all
     sets that contain it: each of two may have all that the doubt of several leaves.
     """
-    hypotheses = paying([found.none, *found.singles, *found.several], calibration.pays)
-    weights = _worth(hypotheses, weigh(hypotheses, calibration, singles))
+    fitted = [found.none, *found.singles, *found.several]
+    hypotheses = paying(fitted, calibration.pays)
+    weights = _worth(hypotheses, weigh_beside(hypotheses, fitted, found.small, calibration, singles))
     heaviest = _heaviest(hypotheses, weights)
     best = hypotheses[heaviest]
-    unknown = _unknown(found.none, best, calibration)
-    doubt = calibration.doubt if len(best.keys) < 2 else calibration.doubt_of_several
-    far = far_share(hypotheses)
-    if far > 0.0:
-        unexplained = max(1.0 - float(weights[0]), _beyond_accuracy(found.none.above / motion, calibration))
-        missing, doubt_far = _unknown_far(hypotheses, heaviest, unexplained, free, calibration)
-        unknown = (1.0 - far) * unknown + far * missing
-        doubt = (1.0 - far) * doubt + far * doubt_far
-    if best.keys:
-        unknown = 1.0 - (1.0 - unknown) * (1.0 - doubt)
+    unexplained = max(1.0 - float(weights[0]), beyond_accuracy(found.none.above / motion, calibration))
+    unknown = of_unknown(hypotheses, best, unexplained, free, calibration)
     by_key: dict[Key, float] = {}
     costs = {frozenset(hypothesis.keys): hypothesis.cost for hypothesis in hypotheses}
     for hypothesis, weight in zip(hypotheses[1:], weights[1:], strict=True):
@@ -171,7 +163,7 @@ def _worth(hypotheses: Sequence[Assessed[F]], weights: Array) -> Array:
     far, none = far_share(hypotheses), hypotheses[0]
     if far == 0.0 or none.keys:
         return weights
-    least = _least(hypotheses)
+    least = least_share(hypotheses)
     little = np.array([bool(h.keys) and _mean_share(h, none) < least for h in hypotheses])
     kept = weights * np.where(little, 1.0 - far * (1.0 - WORTH_OF_LITTLE), 1.0)
     kept[0] += weights.sum() - kept.sum()
@@ -181,60 +173,6 @@ def _worth(hypotheses: Sequence[Assessed[F]], weights: Array) -> Array:
 def _mean_share(item: Assessed[F], none: Assessed[F]) -> float:
     """Share of the gap that a hypothesis removes, the mean of those of fitted and of unseen trials."""
     return 0.5 * (taken(item, none) + taken_from_fitted(item, none))
-
-
-def _least(hypotheses: Sequence[Assessed[F]]) -> float:
-    """Least share of the gap that a cause must remove: more than the remainder's scatter between trials.
-
-    A smaller reduction is variation between trials, not a missing effect; a third of the gap always suffices.
-    """
-    best = min((h.unseen for h in hypotheses if h.unseen is not None), key=lambda unseen: unseen.typical)
-    scatter = float(np.std(0.5 * np.log(np.maximum(best.by_trial, 1e-9)), ddof=1))
-    return float(np.clip(scatter, LEAST_SHARE, MOST_SCATTER))
-
-
-def _beyond_accuracy(share: float, calibration: Calibration) -> float:
-    """Probability that a gap of this share of the motion is more than a model's accuracy."""
-    return float(1.0 / (1.0 + (calibration.accuracy / max(share, 1e-12)) ** calibration.accuracy_steep))
-
-
-def _unknown_far(
-    hypotheses: Sequence[Assessed[F]],
-    heaviest: int,
-    missing: float,
-    free: TrialErrors | None,
-    calibration: Calibration,
-) -> tuple[float, float]:
-    """Probability of an unknown cause, and its least value, if the remainder is far above the noise.
-
-    High if no cause alone removes most of the gap and several do not either, if a free-form torque removes much more
-    than they, or if the best explanation predicts trials no better that were left out of its fit. ``missing`` :
-    probability that an effect is missing at all; it rises if a free-form torque removes more than the scatter between
-    trials. The least value is the probability that a further trial contradicts the ones that agree, with Jeffreys'
-    prior (Krichevsky & Trofimov, IEEE Trans. Inf. Theory 27 (1981) 199). Several causes imitate an unknown one more
-    easily, so they leave more doubt where no single one suffices.
-    """
-    none, best = hypotheses[0], hypotheses[heaviest]
-    freely = taken_of(free, none.unseen) if free is not None and none.unseen is not None else 0.0
-    leads = max(freely - (taken(best, none) if best.keys else 0.0) - calibration.free_leads, 0.0)
-    telling = float(np.clip((freely - _least(hypotheses)) / calibration.free_leads, 0.0, 1.0))
-    missing = max(missing, telling)
-
-    def short(items: Sequence[Assessed[F]], most: float) -> float:
-        """Probability that an unknown cause is in what the best of these leaves."""
-        share = max((taken_from_fitted(h, none) for h in items), default=0.0)
-        return float(1.0 / (1.0 + np.exp(-calibration.steep * (most - share + leads))))
-
-    # What predicts trials left out of its fit no better explains the others by chance, however well.
-    fails = float(1.0 / (1.0 + np.exp(calibration.steep * (taken(best, none) - LEAST_SHARE)))) if best.keys else 0.0
-    trials = max((len(h.unseen.by_trial) for h in hypotheses if h.unseen is not None), default=0)
-    doubt = 0.5 / (trials + 1.0)
-    alone = short([h for h in hypotheses if len(h.keys) == 1], calibration.most)
-    if len(best.keys) < 2:
-        return calibration.most_unknown * missing * max(alone, fails), doubt
-    together = short([h for h in hypotheses if len(h.keys) > 1], calibration.most_of_several)
-    doubt += max(calibration.doubt_of_several - doubt, 0.0) * alone
-    return calibration.most_unknown * missing * max(min(alone, together), fails), doubt
 
 
 def _credit(found: Assessed[F], costs: Mapping[frozenset[Key], float]) -> dict[Key, float]:
@@ -270,7 +208,12 @@ def of_no_account(judged: Judged[F], none: Assessed[F]) -> Judged[F]:
 
 def doubted(judged: Judged[F], fails: float) -> Judged[F]:
     """The verdict with the probability that held-out trials contradict the explanation."""
-    unknown = 1.0 - (1.0 - judged.unknown) * (1.0 - CONTRADICTED * fails)
+    return doubted_further(judged, CONTRADICTED * fails)
+
+
+def doubted_further(judged: Judged[F], chance: float) -> Judged[F]:
+    """The verdict with a further probability that its explanation does not hold: "unknown" above a half."""
+    unknown = 1.0 - (1.0 - judged.unknown) * (1.0 - chance)
     kept = (1.0 - unknown) / max(1.0 - judged.unknown, 1e-12)
     singles = tuple((item, probability * kept) for item, probability in judged.singles)
     made = replace(judged, singles=singles, none=judged.none * kept, unknown=unknown)
@@ -296,17 +239,6 @@ def with_doubt(judged: Judged[F], doubt: float, most: int) -> list[tuple[F, floa
     others = [item.fit for item, _ in judged.weighed if item.keys and id(item.fit) not in known][: most - len(near)]
     kept = 1.0 - doubt if others else 1.0
     return [(fit, kept * weight / total) for fit, weight in near] + [(fit, doubt / len(others)) for fit in others]
-
-
-def _unknown(none: Assessed[F], best: Assessed[F], calibration: Calibration) -> float:
-    """Probability of an unknown cause, from the share of the gap that the best explanation leaves."""
-    gap = max(none.ratio**2 - 1.0, 1e-9)
-    left = max(best.ratio**2 - calibration.clean**2, 0.0) / gap
-    if left <= 0.0 or none.ratio < calibration.clean:
-        return 0.0
-    allowed = calibration.left if len(best.keys) < 2 else calibration.left_by_several
-    allowed *= min(1.0, calibration.far / best.ratio) ** 0.5
-    return float(1.0 / (1.0 + np.exp(-calibration.misfit * np.log(left / allowed))))
 
 
 def _verdict(

@@ -17,6 +17,7 @@ from blind.asked import Asked
 from blind.views import Key, View
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.verdict import Calibration, judge, with_counts
+from synth.swing.effects import registered
 
 FACTORS = (0.5, 0.7, 1.4, 2.0)  # on each number of a calibration, one at a time: a better value would show
 
@@ -28,6 +29,12 @@ class Cause:
     key: Key
     size: int
     links: int = 0
+
+    @property
+    def part(self) -> str:
+        """As of a candidate; empty for an effect of the jumping leg."""
+        effect = next((each for each in registered() if each.name == self.key[0]), None)
+        return "" if effect is None or effect.belongs_to == "joint" else effect.belongs_to
 
 
 @dataclass(frozen=True)
@@ -55,6 +62,7 @@ class Searched:
             "none": _hypothesis_json(self.found.none),
             "singles": [_hypothesis_json(item) for item in self.found.singles],
             "several": [_hypothesis_json(item) for item in self.found.several],
+            "small": [list(key) for key in self.found.small],
             "coarse": dict(self.coarse),
             "free": _errors_json(self.free),
             "motion": self.motion if np.isfinite(self.motion) else None,
@@ -89,6 +97,7 @@ def read(document: Mapping[str, Any]) -> Searched:
         hypothesis(document["none"]),
         tuple(map(hypothesis, document["singles"])),
         tuple(map(hypothesis, document["several"])),
+        tuple((effect, joint) for effect, joint in document.get("small", ())),
     )
     motion = document["motion"]
     return Searched(found, document["coarse"], errors(document["free"]), np.inf if motion is None else motion)

@@ -186,6 +186,11 @@ class Candidate(ShapedEffect):
         return self.effect.way in ("leg", "reading")
 
     @property
+    def part(self) -> str:
+        """The spring or damper that a design would replace with the effect; empty for one of the joint or base."""
+        return "" if self.effect.belongs_to == "joint" else self.effect.belongs_to
+
+    @property
     def is_compliance(self) -> bool:
         """A compliant structure."""
         return self.effect.way == "structure"

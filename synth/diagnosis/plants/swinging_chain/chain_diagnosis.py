@@ -12,6 +12,7 @@ from synth.arrays import Array
 from synth.diagnosis import diagnose as any_plant
 from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial, copies, spread
+from synth.diagnosis.companions import with_companions
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
@@ -119,7 +120,9 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         leg, given = self.scene.leg, self.scene.given
         found = search(self.bench, candidates(leg, given, scales(leg, given)), say)
         say("trials left out")
-        return with_unseen(self.bench, found)
+        found = with_unseen(self.bench, found)
+        say("small causes beside the leading ones")
+        return with_companions(self.bench, found)
 
     def designed(self) -> EvaluatedHypothesis:
         """The unchanged nominal leg."""
@@ -188,9 +191,12 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         names = [trial.recording.name for trial in self.whole]
         return tuple(odd_trials(names, self.scene.leg.joint_names, np.array(rms)))
 
-    def doubts(self, found: Hypotheses[EvaluatedHypothesis], judged: Judged[EvaluatedHypothesis]) -> tuple[str, ...]:
-        """Recordings that the verdict depends on."""
-        return hangs_on(self.bench, found, judged, self.calibration, self.freely(found), self.motion).warnings()
+    def doubts(
+        self, found: Hypotheses[EvaluatedHypothesis], judged: Judged[EvaluatedHypothesis]
+    ) -> tuple[tuple[str, ...], float]:
+        """Recordings that the verdict depends on, and the probability that a further one changes it."""
+        hangs = hangs_on(self.bench, found, judged, self.calibration, self.freely(found), self.motion)
+        return hangs.warnings(), hangs.chance
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
         """The words of the sentence for the errors."""

@@ -1,0 +1,113 @@
+"""Leading hypotheses with the same small causes beside each, so that a small cause does not decide between them.
+
+A rig has small causes beside its main one. What a hypothesis leaves ALONE mixes both: a spring softer on one side, at
+the hip, left 19 times the noise beside a small backlash at the knee and 102 without, a scaled encoder 66 without, in
+the trials where the backlash shows little. So the leading hypotheses are fitted again beside the small causes that the
+search found, each beside the same ones, and compared by what they leave then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.angle_search import ratio
+from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
+from synth.diagnosis.odds import CALIBRATED, adds_little, far_share
+from synth.diagnosis.restarts import refine
+from synth.diagnosis.score import fresh
+from synth.diagnosis.search import best_of_each
+from synth.diagnosis.unseen import by_trial
+from synth.diagnosis.verdict import judge, paying
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+
+COMPANIONS = 2  # small causes beside each leading hypothesis: as many as the search ever adds to a single cause
+LEADERS, LEAST_WEIGHT = 6, 0.02  # hypotheses compared, and their least weight: a rival below it has odds below 50
+CHEAPEST = 2  # single causes of the lowest cost that are compared in any case, though a trial may speak against them
+FACTORS = (1.0, 0.3)  # on a small cause's unknowns, starts beside another hypothesis
+MOST_CAUSES = 3  # of a hypothesis, with its small causes
+Small = tuple[ShapedEffect, Array]  # a small cause and its unknowns
+
+
+def with_companions(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) -> Hypotheses[EvaluatedHypothesis]:
+    """The hypotheses, with the leading ones also fitted beside the same small causes.
+
+    ``found`` : with errors by trial. Unchanged near the noise, where nothing small is left, or if there is no small
+    cause.
+    """
+    known = [found.none, *found.singles, *found.several]
+    if far_share(known) == 0.0:
+        return found
+    paid = paying(known, CALIBRATED.pays)
+    small = _small(found, paid, bench.n_tolerance)
+    if not small:
+        return found
+    tried = {frozenset(item.keys) for item in known}
+    fits = [fit for leader in _leaders(found, paid) for fit in _beside(bench, leader.fit, small, tried)]
+    made = [_assessed(bench, fit) for fit in best_of_each(refine(bench, fits))]
+    several = tuple(sorted([*found.several, *made], key=lambda item: item.cost))
+    return replace(found, several=several, small=tuple(cause.key for cause, _ in small))
+
+
+def _small(
+    found: Hypotheses[EvaluatedHypothesis], paid: Sequence[Assessed[EvaluatedHypothesis]], size: int
+) -> list[Small]:
+    """The causes that the best sets have beside a hypothesis that pays, without paying themselves.
+
+    Without links of their own: their states would start from nothing beside another hypothesis.
+    """
+    pays, chosen, main = {frozenset(item.keys) for item in paid}, dict[Key, Small](), frozenset[Key]()
+    for item in found.several:
+        keys = frozenset(item.keys)
+        within = [each for each in paid if each.keys and set(each.keys) < keys]
+        largest = min(within, key=lambda each: each.cost, default=None)
+        if keys in pays or largest is None or not adds_little(item, largest, found.none):
+            continue
+        main = main or frozenset(largest.keys)
+        place = size
+        for cause in item.fit.hypothesis if main < keys else ():
+            if cause.key not in main and cause.key not in chosen and not cause.links:
+                chosen[cause.key] = cause, item.fit.unknowns[place : place + cause.size]
+            place += cause.size
+        if len(chosen) >= COMPANIONS:
+            break
+    return list(chosen.values())[:COMPANIONS]
+
+
+def _leaders(
+    found: Hypotheses[EvaluatedHypothesis], paid: Sequence[Assessed[EvaluatedHypothesis]]
+) -> list[Assessed[EvaluatedHypothesis]]:
+    """The hypotheses with the largest weights, and the single causes of the lowest cost."""
+    weighed = [item for item, weight in judge(found).weighed if item.keys and weight > LEAST_WEIGHT][:LEADERS]
+    cheapest = [item for item in found.singles[:CHEAPEST] if all(item is not other for other in weighed)]
+    return [*weighed, *cheapest]
+
+
+def _beside(
+    bench: Workbench, fit: EvaluatedHypothesis, small: Sequence[Small], tried: set[frozenset[Key]]
+) -> list[EvaluatedHypothesis]:
+    """Starts of a hypothesis with the first of the small causes, and with all, that were not ``tried`` yet."""
+    free = [each for each in small if each[0].stands_beside(fit.hypothesis)][: MOST_CAUSES - len(fit.keys)]
+    made = []
+    for count in range(1, len(free) + 1):
+        keys = frozenset((*fit.keys, *(cause.key for cause, _ in free[:count])))
+        if keys not in tried:
+            tried.add(keys)
+            starts = [_start(bench, fit, free[:count], factor) for factor in FACTORS]
+            made.append(min(bench.evaluate(starts), key=lambda each: each.cost))
+    return [start for start in made if np.isfinite(start.cost)]
+
+
+def _start(bench: Workbench, fit: EvaluatedHypothesis, small: Sequence[Small], factor: float) -> EvaluatedHypothesis:
+    hypothesis = (*fit.hypothesis, *(cause for cause, _ in small))
+    unknowns = np.concatenate([fit.unknowns, *(factor * point for _, point in small)])
+    plain = replace(fit, hypothesis=hypothesis, unknowns=unknowns, residuals=(), columns=(), cost=np.inf, frame=None)
+    return fresh(bench.awake(plain))
+
+
+def _assessed(bench: Workbench, fit: EvaluatedHypothesis) -> Assessed[EvaluatedHypothesis]:
+    return Assessed(fit, fit.cost, ratio(bench, fit), seen=by_trial(bench, fit.residuals))
