@@ -40,10 +40,16 @@ class AngleTrial:
         """The recording that it is a piece of, or itself."""
         return self.part_of or self
 
-    @property
+    @cached_property
     def free(self) -> list[int]:
         """Joints that are not locked."""
         return self.recording.free
+
+    @cached_property
+    def rate_prior(self) -> tuple[Array, Array]:
+        """Mean and standard deviation of the initial rates of the free joints, rad/s."""
+        mean, deviation = self.recording.initial_rate
+        return mean[self.free], deviation[self.free]
 
     @cached_property
     def time_unit(self) -> float:
@@ -101,7 +107,7 @@ class Whitener:
         scale = 1.0 / np.broadcast_to(sigma, trial.measured.shape)
         return cls(index, trial.measured.reshape(-1)[index], scale.reshape(-1)[index])
 
-    @property
+    @cached_property
     def count(self) -> int:
         """Number of samples that count."""
         return len(self.measured)

@@ -26,7 +26,7 @@ class Block:
     n + 2 m,
     n_lane): true (not measured) rotations and rates at the trial's start; below them, two per link that the
     candidates add, its deflection and rate relative to the state when held, whitened. Links without
-    an entry start as if held.
+    an entry start as if held. One column if all lanes start alike.
     """
 
     hypothesis: Hypothesis
@@ -61,10 +61,8 @@ class LanePredictor(Protocol):
     def predict(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
         """(m, n, n_lane) rad in the sense of q for each block; nan if the motion diverged."""
 
-    def together(
-        self, trial: AngleTrial, groups: Sequence[Sequence[Block]], kept: Kept | None = None
-    ) -> list[list[Array]]:
-        """Like ``predict``, for the groups of one of the ``runs``.
+    def together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]], kept: Kept | None = None) -> Array:
+        """(m, n, n_lane) like ``predict``, of all blocks in order, for the groups of one of the ``runs``.
 
         ``kept`` : what does not depend on the trial or on the states; one for all trials of these groups.
         """

@@ -117,26 +117,32 @@ class Workbench:
 
     def whitener(self, trial: AngleTrial) -> Whitener:
         """Of a trial's predictions."""
-        return Whitener.of(trial, self.sigma(trial))
+        if id(trial) not in self._whiteners:
+            self._whiteners[id(trial)] = trial, Whitener.of(trial, self.sigma(trial))
+        return self._whiteners[id(trial)][1]
+
+    @cached_property
+    def _whiteners(self) -> dict[int, tuple[AngleTrial, Whitener]]:
+        """The results of ``whitener``; a trial that is kept here keeps its identity."""
+        return {}
 
     @staticmethod
     def _residual(trial: AngleTrial, first: Array, state: Array) -> Array:
         """(M,) of a prediction's ``first`` lane, whitened (count,); not finite if it diverged."""
-        rate, deviation = trial.recording.initial_rate
-        free, n, count = trial.free, len(rate), len(first)
+        rate, deviation = trial.rate_prior
+        free, n, count = trial.free, trial.measured.shape[1], len(first)
         found = np.zeros(count + 2 * len(free) + len(state) - 2 * n)
         found[:count] = first
         prior = found[count + len(free) :]  # rotations have no prior
-        prior[: len(free)] = (state[n : 2 * n][free] - rate[free]) / deviation[free]
+        prior[: len(free)] = (state[n : 2 * n][free] - rate) / deviation
         prior[len(free) :] = state[2 * n :]
         return found
 
     def residuals(self, fits: Sequence[EvaluatedHypothesis]) -> list[list[Array]]:
         """(M,) whitened residuals of every fit, one list per trial; not finite if a motion diverged."""
-        whites = [self.whitener(trial) for trial in self.trials]
 
-        def used(i: int, fit: EvaluatedHypothesis, out: Array) -> Array:
-            return self._residual(self.trials[i], whites[i].lanes(out[:, :, :1])[0], fit.states[i])
+        def used(i: int, fit: EvaluatedHypothesis, lanes: Array) -> Array:
+            return self._residual(self.trials[i], lanes[0], fit.states[i])
 
         return self._predicted(fits, None, used)
 
@@ -146,26 +152,27 @@ class Workbench:
         first: int | None,
         use: Callable[[int, EvaluatedHypothesis, Array], T],
     ) -> list[list[T]]:
-        """``use`` of every fit's prediction in every trial, one list per trial.
+        """``use`` of every fit's whitened lanes (n_lane, count) in every trial, one list per trial.
 
         A fit's lanes: itself, and for each unknown from ``first`` a copy with that unknown stepped; None for no copy.
         A trial's groups of lanes are predicted in few calls, but in enough to occupy all cores to the end.
         """
-        moved = [range(len(fit.unknowns) if first is None else first, len(fit.unknowns)) for fit in fits]
+        wide = [_stepped(fit.unknowns, first) for fit in fits]
+        widths = [unknowns.shape[1] for unknowns in wide]
         hypotheses = [fit.hypothesis for fit in fits]
-        packed = self.predictor.groups(hypotheses, [1 + len(unknowns) for unknowns in moved])
+        packed = self.predictor.groups(hypotheses, widths)
         runs = self.predictor.runs(hypotheses, packed, -(-TASKS * (thread_count() - 1) // len(self.trials)))
         kept: list[Kept] = [{} for _ in runs]
 
         def one(job: int) -> list[tuple[int, T]]:
             i, run = divmod(job, len(runs))
-            groups = [[_lanes_of(fits[f], i, moved[f]) for f in packed[g]] for g in runs[run]]
-            found = self.predictor.together(self.trials[i], groups, kept[run])
-            return [
-                (f, use(i, fits[f], out))
-                for g, readings in zip(runs[run], found, strict=True)
-                for f, out in zip(packed[g], readings, strict=True)
+            groups = [
+                [Block(fits[f].hypothesis, wide[f], fits[f].states[i][:, None]) for f in packed[g]] for g in runs[run]
             ]
+            white = self.whitener(self.trials[i]).lanes(self.predictor.together(self.trials[i], groups, kept[run]))
+            order = [f for g in runs[run] for f in packed[g]]
+            ends = np.cumsum([widths[f] for f in order]).tolist()
+            return [(f, use(i, fits[f], white[end - widths[f] : end])) for f, end in zip(order, ends, strict=True)]
 
         done = in_parallel(one, len(runs) * len(self.trials))
         result = []
@@ -237,13 +244,14 @@ class Workbench:
 
     def evaluate(self, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """Residuals and the effects' columns of many fits, packed into common lanes."""
-        p, whites = self.n_tolerance, [self.whitener(trial) for trial in self.trials]
+        p = self.n_tolerance
 
-        def used(i: int, fit: EvaluatedHypothesis, out: Array) -> tuple[Array, Array]:
-            lanes = whites[i].lanes(out)
+        def used(i: int, fit: EvaluatedHypothesis, lanes: Array) -> tuple[Array, Array]:
             residual = self._residual(self.trials[i], lanes[0], fit.states[i])
-            slopes = np.zeros((out.shape[2] - 1, len(residual)))
-            slopes[:, : whites[i].count] = (lanes[1:] - lanes[0]) / STEP
+            slopes = np.zeros((len(lanes) - 1, len(residual)))
+            change = slopes[:, : lanes.shape[1]]
+            np.subtract(lanes[1:], lanes[0], out=change)
+            change /= STEP
             return residual, slopes.T
 
         parts = self._predicted(fits, p, used)
@@ -296,12 +304,13 @@ class Workbench:
         return np.concatenate(lows), np.concatenate(highs)
 
 
-def _lanes_of(fit: EvaluatedHypothesis, trial: int, moved: Sequence[int]) -> Block:
-    """A fit in a trial, and with each of the ``moved`` unknowns stepped."""
-    count = len(moved)
-    unknowns = np.repeat(fit.unknowns[:, None], count + 1, axis=1)
-    unknowns[moved, np.arange(1, count + 1)] += STEP
-    return Block(fit.hypothesis, unknowns, np.repeat(fit.states[trial][:, None], count + 1, axis=1))
+def _stepped(unknowns: Array, first: int | None) -> Array:
+    """(p, n_lane) the unknowns, and with each of them from ``first`` on stepped; None for no step."""
+    count = 0 if first is None else len(unknowns) - first
+    wide = np.repeat(unknowns[:, None], count + 1, axis=1)
+    moved = np.arange(len(unknowns) - count, len(unknowns))
+    wide[moved, np.arange(1, count + 1)] += STEP
+    return wide
 
 
 def state_rows(trial: AngleTrial, state: Array) -> list[int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +14,7 @@ from synth.arrays import Array
 from synth.swing.effects import Effect, effect_named
 from synth.swing.lane_layout import CURVE_POINTS, FIRST_LAW, HOLDING, MOST_LINKS, MOST_MEMORIES, SERVOS, SHARING, Layout
 
+Memories = tuple[tuple[str, int], ...]  # effect and joint
 Switches = NDArray[np.int64]  # (2, 2 + n_law), see ``ActiveEffects.active``
 BEND_TOLERANCE = 1e3  # factor on the tolerance for a bristle's bend, which is 1 at most, against that of an angle
 
@@ -25,10 +26,21 @@ LEAST_UNBOUNDED = 1e6  # rad/s; the last segment of a curve ends at ``damper_cur
 
 @dataclass(frozen=True)
 class LaneGroups:
-    """Groups of at most sixteen lanes that share their steps, each (n_row, n_lane), and the effects on in each."""
+    """Groups of at most sixteen lanes that share their steps, and what is on in each: all that a start does not change.
+
+    ``lanes`` : each (n_row, n_lane); ``bent``, ``memories`` : the results of ``bends`` and ``remembered``. ``state`` (2
+    n, n_lane) rad, rad/s of all groups in order: initial rotations and rates instead of those in ``lanes``.
+    """
 
     lanes: Sequence[Array]
     switched: Sequence[Switches]
+    bent: Sequence[bool]
+    memories: Sequence[Memories]
+    state: Array | None = None
+
+    def starting(self, state: Array) -> LaneGroups:
+        """The same legs from another initial state."""
+        return replace(self, state=state)
 
 
 @dataclass(frozen=True)
@@ -62,8 +74,14 @@ class ActiveEffects:
 
     def groups(self, lanes: Array, between: Sequence[int] | NDArray[np.intp]) -> LaneGroups:
         """Groups of the columns of ``lanes`` (n_row, n_lane), split before these indices; each has its own effects."""
-        split = np.split(lanes, between, axis=1)
-        return LaneGroups(split, [self.active(group) for group in split])
+        return self.on_in(np.split(lanes, between, axis=1))
+
+    def on_in(self, groups: Sequence[Array]) -> LaneGroups:
+        """These groups, each (n_row, n_lane), with their own effects."""
+        switched = [self.active(group) for group in groups]
+        each = list(zip(switched, groups, strict=True))
+        bent = [self.bends(active, group) for active, group in each]
+        return LaneGroups(groups, switched, bent, [self.remembered(active, group) for active, group in each])
 
     def active(self, lanes: Array) -> Switches:
         """(2, 2 + n_law) extra torques that any column of ``lanes`` (n_row, n_lane) switches on; see ``integrate``."""
@@ -99,36 +117,54 @@ class ActiveEffects:
         on, (bristles, plays) = active[1].tolist(), self._bristles_and_plays
         return not on[SERVOS] and any(on[i] for i in bristles) and not any(on[i] for i in plays)
 
-    def states(self, active: Switches, workspace: Array) -> tuple[Any, ...]:
-        """Rows of memories and their derivatives, tolerance factors and events; memories are set to their start values.
+    @cached_property
+    def _memory_rows(self) -> list[tuple[int, Effect, slice, list[slice], Array]]:
+        """Of each effect with a memory: its switch, itself, rows of the memory, of parameters, of strengths (s, n)."""
+        layout, found = self.layout, []
+        for index, effect in enumerate(self.effects, start=FIRST_LAW):
+            if effect.memory:
+                rows = [layout.parameter_rows(effect.name, p) for p in range(len(effect.parameters))]
+                strengths = [np.arange(layout.n_row)[rows[effect.index(name)]] for name in effect.strengths]
+                memory = layout.rows(f"{effect.name} memory")
+                found.append((index, effect, memory, rows, np.array(strengths)))
+        return found
+
+    def remembered(self, active: Switches, lanes: Array) -> Memories:
+        """The memories that are states of these lanes.
 
         A memory is a state only at joints at which its effect is on in some lane, because even a bristle without
         friction would cost steps.
         """
-        layout, on = self.layout, []
-        switches = active[1, FIRST_LAW:]
-        remembering = [each for each, switch in zip(self.effects, switches, strict=True) if switch and each.memory]
-        for effect in remembering:
-            deflection = workspace[layout.rows("rotation")] - workspace[layout.rows("rest")]
-            values = [workspace[layout.parameter_rows(effect.name, p)] for p in range(len(effect.parameters))]
-            workspace[layout.rows(f"{effect.name} memory")] = effect.function("start")(deflection, *values)
-            strengths = [values[effect.index(name)] for name in effect.strengths]
-            on += [(effect.name, int(j)) for j in np.flatnonzero(np.any(np.array(strengths) != 0.0, axis=(0, 2)))]
+        on: list[tuple[str, int]] = []
+        for index, effect, _, _, strengths in self._memory_rows:
+            if active[1, index]:
+                joints = np.flatnonzero(np.any(lanes[strengths] != 0.0, axis=(0, 2)))
+                on += [(effect.name, j) for j in joints.tolist()]
+        return tuple(on)
+
+    def states(self, active: Switches, workspace: Array, on: Memories) -> tuple[Any, ...]:
+        """Rows of memories and their derivatives, tolerance factors and events; memories are set to their start values.
+
+        ``on`` : the result of ``remembered``.
+        """
+        for index, effect, memory, rows, _ in self._memory_rows:
+            if active[1, index]:
+                deflection = workspace[self.layout.rows("rotation")] - workspace[self.layout.rows("rest")]
+                workspace[memory] = effect.function("start")(deflection, *(workspace[each] for each in rows))
         return self._rows(on)
 
     @cached_property
-    def _made(self) -> dict[tuple[tuple[str, int], ...], tuple[Any, ...]]:
+    def _made(self) -> dict[Memories, tuple[Any, ...]]:
         """Cache of ``_rows``: the same few sets of memories recur."""
         return {}
 
-    def _rows(self, on: Sequence[tuple[str, int]]) -> tuple[Any, ...]:
-        """The result of ``states`` for these memories (effect, joint)."""
-        key = tuple(on)
-        if key not in self._made:
-            self._made[key] = self._newly(on)
-        return self._made[key]
+    def _rows(self, on: Memories) -> tuple[Any, ...]:
+        """The result of ``states`` for these memories."""
+        if on not in self._made:
+            self._made[on] = self._newly(on)
+        return self._made[on]
 
-    def _newly(self, on: Sequence[tuple[str, int]]) -> tuple[Any, ...]:
+    def _newly(self, on: Memories) -> tuple[Any, ...]:
         layout = self.layout
         if len(on) > MOST_MEMORIES:
             raise ValueError(f"{len(on)} memories of effects at once; the integrator can hold {MOST_MEMORIES}")

@@ -234,6 +234,33 @@ class Chain:
         delay -= first[:, None]
         return delayed(known, first) if np.any(first) else known
 
+    def _fill(self, workspace: Array, group: Array, state: Array | None, factors: Array | None) -> None:
+        """Write a group's lanes into the workspace (n_row, 16), in another unit of time by ``factors`` (n_row, 1).
+
+        ``state`` (2 n, at least as many lanes): initial rotations and rates instead of those in the group.
+        """
+        width = group.shape[1]
+        own = workspace[:, :width]
+        if factors is None:
+            own[:] = group
+        else:
+            np.multiply(group, factors, out=own)
+        if state is not None:
+            rotation, rate = self.layout.rows("rotation"), self.layout.rows("rate")
+            own[rotation] = state[: self.layout.n, :width]
+            own[rate] = state[self.layout.n :, :width]
+            if factors is not None:
+                own[rate] *= factors[rate]
+        workspace[:, width:] = workspace[:, :1]
+
+    def _groups_of(self, lanes: Array) -> LaneGroups:
+        """Groups of sixteen lanes each, the last with the rest, with the effects that act in any of them."""
+        split = [lanes[:, first : first + LANES] for first in range(0, lanes.shape[1], LANES)]
+        active = self.acting.active(lanes)
+        bent = [self.acting.bends(active, group) for group in split]
+        memories = [self.acting.remembered(active, group) for group in split]
+        return LaneGroups(split, [active] * len(split), bent, memories)
+
     def run(
         self,
         lanes: Array | LaneGroups,
@@ -266,27 +293,26 @@ class Chain:
         (n_time, n, n_lane) rad, or with ``rates`` (n_time, 2 n, n_lane) rad and rad/s; nan from the time at which a
         group diverges or exceeds ``max_steps``.
         """
-        if isinstance(lanes, LaneGroups):
-            groups, switched = lanes.lanes, lanes.switched
-        else:
-            groups = _groups_of(lanes)
-            switched = [self.acting.active(lanes)] * len(groups)
-        n, n_lane = self.layout.n, sum(group.shape[1] for group in groups)
-        if unit != 1.0 and not self._own_effect(switched):
-            groups = [group * self._in_unit(unit) for group in groups]
+        if not isinstance(lanes, LaneGroups):
+            lanes = self._groups_of(lanes)
+        n, n_lane = self.layout.n, sum(group.shape[1] for group in lanes.lanes)
+        if unit != 1.0 and not self._own_effect(lanes.switched):
+            factors = self._in_unit(unit)
             times = times / unit
             known_torque = None if known_torque is None else (known_torque[0] / unit, known_torque[1] * unit**2)
             signals = None if signals is None else replace(signals, time=signals.time / unit)
         else:
-            unit = 1.0
-        wrong = known_torque is not None and any(np.any(group[self._drive_rows]) for group in groups)
-        periods = np.max([group[self.layout.rows("servo_period")].max(axis=1) for group in groups], axis=0)
-        held = np.flatnonzero(periods).tolist()
-        known, told = for_integrator(known_torque, n, signals, held)
-        late = 0 if signals is None else max(self._delays(group, signals.held) for group in groups)
-        changes = 0 if signals is None else len(told[0]) * late
+            unit, factors = 1.0, None
+        wrong = known_torque is not None and any(np.any(group[self._drive_rows]) for group in lanes.lanes)
+        samples, changes, held = 0.0, 0, []
         times = np.ascontiguousarray(times, dtype=float)
-        samples = sum(float(times[-1] - times[0]) / periods[j] for j in held)
+        if signals is not None:
+            periods = np.max([group[self.layout.rows("servo_period")].max(axis=1) for group in lanes.lanes], axis=0)
+            held = np.flatnonzero(periods).tolist()
+            samples = sum(float(times[-1] - times[0]) * unit / periods[j] for j in held)
+        known, told = for_integrator(known_torque, n, signals, held)
+        if signals is not None:
+            changes = len(told[0]) * max(self._delays(group, signals.held) for group in lanes.lanes)
         # Steps may end at knots and do end at control steps.
         limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * (len(known[0]) + ceil(samples) + changes)
         shown = 2 * n if rates else n
@@ -294,15 +320,15 @@ class Chain:
         room = np.empty(WORKING + self.layout.n_row * LANES)
         flat, out, first = room[WORKING:], result.reshape(-1), 0
         workspace = flat.reshape(self.layout.n_row, LANES)
-        for group, active in zip(groups, switched, strict=True):
-            workspace[:, : group.shape[1]] = group
-            workspace[:, group.shape[1] :] = group[:, :1]
+        each = zip(lanes.lanes, lanes.switched, lanes.bent, lanes.memories, strict=True)
+        for group, active, bent, memories in each:
             where = shown, n_lane, first, group.shape[1]
+            self._fill(workspace, group, None if lanes.state is None else lanes.state[:, first:], factors)
             first += group.shape[1]
-            if not len(known[0]) and "curves" in self.sources and self.acting.bends(active, group):
+            if bent and not len(known[0]) and "curves" in self.sources:
                 self._step_implicitly(flat, times, tolerance, steps, out, where, room)
                 continue
-            states, rest = self.acting.states(active, workspace), (times, limits, steps, out, where)
+            states, rest = self.acting.states(active, workspace, memories), (times, limits, steps, out, where)
             if not len(known[0]) and self.acting.rubs(active):
                 self._rubbing[0](*self._rubbing[1:], room, n, states, active, *rest)
                 continue
@@ -313,11 +339,6 @@ class Chain:
         if rates and unit != 1.0:
             result[:, n:] /= unit
         return result
-
-
-def _groups_of(lanes: Array) -> list[Array]:
-    """Views of (n_row, n_lane) with sixteen lanes each, the last with the rest."""
-    return [lanes[:, first : first + LANES] for first in range(0, lanes.shape[1], LANES)]
 
 
 def compiled_chain(n: int) -> Chain:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import ClassVar, NamedTuple, cast
 
 import numpy as np
@@ -16,7 +15,7 @@ from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.lanes import Block, Hypothesis, Kept
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.swing.active_effects import LaneGroups
-from synth.swing.chain import compiled_chain
+from synth.swing.chain import Chain, compiled_chain
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
@@ -48,7 +47,7 @@ class _Common(NamedTuple):
     legs: LegLanes
     added: tuple[_Added, ...]
     readings: tuple[_Placed, ...]
-    workspace: Array
+    chain: Chain
     groups: LaneGroups
 
 
@@ -112,38 +111,35 @@ class Predictor:
         hypotheses, widths = [block.hypothesis for block in blocks], [block.unknowns.shape[1] for block in blocks]
         groups = self.groups(hypotheses, widths)
         for run in self.runs(hypotheses, groups, 1):
-            found = self.together(trial, [[blocks[i] for i in groups[g]] for g in run])
-            for g, readings in zip(run, found, strict=True):
-                for i, reading in zip(groups[g], readings, strict=True):
-                    result[i] = reading
+            out, first = self.together(trial, [[blocks[i] for i in groups[g]] for g in run]), 0
+            for i in (i for g in run for i in groups[g]):
+                result[i] = out[:, :, first : first + widths[i]]
+                first += widths[i]
         return [found for found in result if found is not None]
 
-    def together(
-        self, trial: AngleTrial, groups: Sequence[Sequence[Block]], kept: Kept | None = None
-    ) -> list[list[Array]]:
+    def together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]], kept: Kept | None = None) -> Array:
         """Like ``predict``, for the groups of one of the ``runs``; ``kept`` as in ``LanePredictor``."""
-        return [
-            found if len(group) < 2 or np.all(np.isfinite(found[0][-1])) else self._alone(trial, group)
-            for group, found in zip(groups, self._together(trial, groups, {} if kept is None else kept), strict=True)
-        ]
+        found, first = self._together(trial, groups, {} if kept is None else kept), 0
+        for group in groups:
+            last = first + sum(block.unknowns.shape[1] for block in group)
+            if len(group) > 1 and not np.isfinite(found[-1, :, first:last]).all():
+                found[:, :, first:last] = self._together(trial, [[block] for block in group], {})
+            first = last
+        return found
 
-    def _alone(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
-        return [found[0] for found in self._together(trial, [[block] for block in blocks], {})]
-
-    def _together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]], kept: Kept) -> list[list[Array]]:
-        """Readings of blocks of equal structures; those of a group share their steps."""
+    def _together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]], kept: Kept) -> Array:
+        """Readings (m, n, n_lane) of blocks of equal structures; those of a group share their steps."""
         blocks = [block for group in groups for block in group]
-        n, ends = len(self.leg.joints), np.cumsum([0, *(block.unknowns.shape[1] for block in blocks)])
+        widths = [block.unknowns.shape[1] for block in blocks]
+        n, ends = len(self.leg.joints), np.cumsum([0, *widths])
         between = ends[np.cumsum([len(group) for group in groups[:-1]], dtype=int)]
         common = self._common(trial, blocks, between, kept)
-        state = np.concatenate([block.state[: 2 * n] for block in blocks], axis=1)
+        state = _states_of(blocks, widths, 2 * n)
         self._hold(trial, common.readings, state)
-        rotation, rates = state[:n], state[n:]
         if common.added:
-            rotation, rates = _started(common.added, _departures(blocks, n, int(ends[-1])), rotation, rates)
-        legs, workspace = common.legs, common.workspace.copy()
-        chain = compiled_chain(legs.n)
-        workspace[chain.layout.rows("rotation")], workspace[chain.layout.rows("rate")] = rotation, rates
+            rotation, rates = _started(common.added, _departures(blocks, n, int(ends[-1])), state[:n], state[n:])
+            state = np.concatenate([rotation, rates])
+        legs, chain = common.legs, common.chain
         own = list(legs.own)
         known, signals = trial.recording.known_torque, trial.recording.signals
         if known is not None and legs.n > n:
@@ -153,7 +149,7 @@ class Predictor:
         if signals is not None and legs.n > n:
             signals = signals.widened(legs.n, own)
         out = chain.run(
-            replace(common.groups, lanes=np.split(workspace, between, axis=1)),
+            common.groups.starting(state),
             trial.time,
             self.tolerance,
             rates=bool(common.readings),
@@ -167,8 +163,7 @@ class Predictor:
             turning = out[:, [legs.n + j for j in own]]
             for j in sorted({candidate.joint for candidate, _, _ in common.readings}):
                 found[:, j] = self._as_read(common.readings, j, trial, found[:, j], turning[:, j])
-        each = iter([found[:, :, first:last] for first, last in pairwise(ends)])
-        return [[next(each) for _ in group] for group in groups]
+        return found
 
     def _common(self, trial: AngleTrial, blocks: Sequence[Block], between: Places, kept: Kept) -> _Common:
         """What trials of one leg under the same conditions have in common; it is looked up in ``kept``.
@@ -194,9 +189,8 @@ class Predictor:
             added = _extended(legs, pending, [place for block in blocks for place in _structures_of(block)])
             legs = added[-1].legs if added else legs
             chain = compiled_chain(legs.n)
-            workspace = chain.lanes(legs, trial.recording.conditions)
-            groups = chain.acting.groups(workspace, between)
-            kept[key] = _Common(legs, added, tuple(readings), workspace, groups)
+            groups = chain.acting.groups(chain.lanes(legs, trial.recording.conditions), between)
+            kept[key] = _Common(legs, added, tuple(readings), chain, groups)
         found: _Common = kept[key]
         return found
 
@@ -344,6 +338,14 @@ def _place(candidate: Candidate) -> tuple[str, int]:
     return candidate.effect.name, candidate.joint
 
 
+def _states_of(blocks: Sequence[Block], widths: Sequence[int], count: int) -> Array:
+    """The first ``count`` rows of the blocks' states, (count, n_lane); a state of one column stands for all lanes."""
+    if all(block.state.shape[1] == 1 for block in blocks):
+        return np.repeat(np.concatenate([block.state[:count] for block in blocks], axis=1), widths, axis=1)
+    each = zip(blocks, widths, strict=True)
+    return np.concatenate([np.broadcast_to(block.state[:count], (count, width)) for block, width in each], axis=1)
+
+
 def _departures(blocks: Sequence[Block], n: int, total: int) -> dict[tuple[str, int], Array]:
     """For each structure, the displacement of its links from the held position (2 m, n_lane), see ``Block``."""
     found: dict[tuple[str, int], Array] = {}
@@ -354,7 +356,7 @@ def _departures(blocks: Sequence[Block], n: int, total: int) -> dict[tuple[str, 
             if candidate.effect.way == "structure":
                 given = block.state[below : below + 2 * candidate.links]
                 wide = found.setdefault(_place(candidate), np.zeros((2 * candidate.links, total)))
-                wide[: len(given), first:last] = given
+                wide[: len(given), first:last] = given  # of one column or of all
                 below += 2 * candidate.links
         first = last
     return found
