@@ -129,11 +129,16 @@ def thinned(times: Sequence[float], values: Sequence[float], buckets: int) -> li
     kept: list[Point] = []
     for bucket in range(buckets):
         first, last = bucket * n // buckets, (bucket + 1) * n // buckets
-        known = [i for i in range(first, last) if math.isfinite(values[i])]
-        if not known:
-            kept.append((times[first], math.nan))
-            continue
-        ends = {min(known, key=values.__getitem__), max(known, key=values.__getitem__)}
+        part = values[first:last]
+        known: Sequence[int]
+        if math.isfinite(sum(part)):
+            known, ends = range(first, last), {first + part.index(min(part)), first + part.index(max(part))}
+        else:
+            known = [i for i in range(first, last) if math.isfinite(values[i])]
+            if not known:
+                kept.append((times[first], math.nan))
+                continue
+            ends = {min(known, key=values.__getitem__), max(known, key=values.__getitem__)}
         if bucket == 0:
             ends.add(known[0])
         if bucket == buckets - 1:

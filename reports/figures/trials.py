@@ -116,14 +116,14 @@ def _numbers(panel: TrialPanel, axes: Axes, unit: str) -> dict[str, Any]:
         "unit": unit,
         "x": [axes.x.low, axes.x.high, axes.x.start, axes.x.end],
         "y": [axes.y.low, axes.y.high, axes.y.start, axes.y.end],
-        "time": [_short(time) for time in panel.times[::every]],
-        "curves": [
-            {"name": c.name, "dots": c.line.dots, "values": [_short(value) for value in c.values[::every]]}
-            for c in panel.curves
-        ],
+        "time": _short(panel.times[::every]),
+        "curves": [{"name": c.name, "dots": c.line.dots, "values": _short(c.values[::every])} for c in panel.curves],
     }
 
 
-def _short(value: float) -> float | None:
-    """Five digits; None for what is missing."""
-    return float(f"{value:.5g}") if math.isfinite(value) else None
+def _short(values: Sequence[float]) -> list[float | None]:
+    """Five digits of each; None for what is missing."""
+    texts = ("%.5g " * len(values) % tuple(values)).split()
+    if math.isfinite(sum(values)):
+        return list(map(float, texts))
+    return [float(text) if math.isfinite(value) else None for text, value in zip(texts, values, strict=True)]

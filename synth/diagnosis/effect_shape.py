@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -56,7 +57,7 @@ class ShapedEffect(ABC):
         """Number of unknowns."""
         return len(self.shape.free)
 
-    @property
+    @cached_property
     def priors(self) -> list[Prior]:
         """The unknowns'."""
         return [_prior(self.effect.parameters[self.effect.index(name)]) for name in self.shape.free]
@@ -72,6 +73,12 @@ class ShapedEffect(ABC):
 
     def bounds(self) -> tuple[Array, Array]:
         """Whitened bounds (size,); a strength keeps its sign if its prior has one."""
+        low, high = self._bounds
+        return low.copy(), high.copy()
+
+    @cached_property
+    def _bounds(self) -> tuple[Array, Array]:
+        """The result of ``bounds``, which every step of every fit asks for."""
         low, high = np.empty(self.size), np.empty(self.size)
         for k, (name, prior) in enumerate(zip(self.shape.free, self.priors, strict=True)):
             strength = name in self.effect.strengths and not prior.log

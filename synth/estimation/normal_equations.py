@@ -174,7 +174,9 @@ class NormalEquations(ABC):
         for _ in range(HELD_ROUNDS):
             moving = ~held
             step[:] = 0.0
-            if moving.any():
+            if moving.all():
+                step[:] = -np.linalg.solve(matrix, gradient)
+            elif moving.any():
                 step[moving] = -np.linalg.solve(matrix[np.ix_(moving, moving)], gradient[moving])
             outward = ((at <= low) & (step < 0.0)) | ((at >= high) & (step > 0.0))
             if not np.any(outward & ~held):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -12,35 +12,24 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.swing.effects import Effect, effect_named
-from synth.swing.lane_layout import CURVE_POINTS, FIRST_LAW, HOLDING, MOST_LINKS, MOST_MEMORIES, SERVOS, SHARING, Layout
+from synth.swing.lane_groups import LaneGroups, Memories, Switches, full_group
+from synth.swing.lane_layout import (
+    CURVE_POINTS,
+    FIRST_LAW,
+    HOLDING,
+    MOST_LINKS,
+    MOST_MEMORIES,
+    SERVOS,
+    SHARING,
+    Layout,
+)
 
-Memories = tuple[tuple[str, int], ...]  # effect and joint
-Switches = NDArray[np.int64]  # (2, 2 + n_law), see ``ActiveEffects.active``
 BEND_TOLERANCE = 1e3  # factor on the tolerance for a bristle's bend, which is 1 at most, against that of an angle
 
 # Slope of a damper curve at rest over that at high speed, above which the implicit step is used: 1.5 is a power law of
 # exponent 0.93 over a ratio of 500 in speed. Below, the explicit step is as fast and more accurate.
 BENT = 1.5
 LEAST_UNBOUNDED = 1e6  # rad/s; the last segment of a curve ends at ``damper_curves.UNBOUNDED``, in any unit of time
-
-
-@dataclass(frozen=True)
-class LaneGroups:
-    """Groups of at most sixteen lanes that share their steps, and what is on in each: all that a start does not change.
-
-    ``lanes`` : each (n_row, n_lane); ``bent``, ``memories`` : the results of ``bends`` and ``remembered``. ``state`` (2
-    n, n_lane) rad, rad/s of all groups in order: initial rotations and rates instead of those in ``lanes``.
-    """
-
-    lanes: Sequence[Array]
-    switched: Sequence[Switches]
-    bent: Sequence[bool]
-    memories: Sequence[Memories]
-    state: Array | None = None
-
-    def starting(self, state: Array) -> LaneGroups:
-        """The same legs from another initial state."""
-        return replace(self, state=state)
 
 
 @dataclass(frozen=True)
@@ -74,14 +63,16 @@ class ActiveEffects:
 
     def groups(self, lanes: Array, between: Sequence[int] | NDArray[np.intp]) -> LaneGroups:
         """Groups of the columns of ``lanes`` (n_row, n_lane), split before these indices; each has its own effects."""
-        return self.on_in(np.split(lanes, between, axis=1))
+        split = np.split(lanes, between, axis=1)
+        return self.together(split, [self.active(group) for group in split])
 
-    def on_in(self, groups: Sequence[Array]) -> LaneGroups:
-        """These groups, each (n_row, n_lane), with their own effects."""
-        switched = [self.active(group) for group in groups]
+    def together(self, groups: Sequence[Array], switched: Sequence[Switches]) -> LaneGroups:
+        """These groups, each (n_row, n_lane), with the effects that are switched on in each."""
+        widths = [group.shape[1] for group in groups]
         each = list(zip(switched, groups, strict=True))
         bent = [self.bends(active, group) for active, group in each]
-        return LaneGroups(groups, switched, bent, [self.remembered(active, group) for active, group in each])
+        memories = [self.remembered(active, group) for active, group in each]
+        return LaneGroups([full_group(group) for group in groups], widths, switched, bent, memories)
 
     def active(self, lanes: Array) -> Switches:
         """(2, 2 + n_law) extra torques that any column of ``lanes`` (n_row, n_lane) switches on; see ``integrate``."""
@@ -118,7 +109,7 @@ class ActiveEffects:
         return not on[SERVOS] and any(on[i] for i in bristles) and not any(on[i] for i in plays)
 
     @cached_property
-    def _memory_rows(self) -> list[tuple[int, Effect, slice, list[slice], Array]]:
+    def _memory_rows(self) -> list[tuple[int, Effect, slice, list[slice], NDArray[np.intp]]]:
         """Of each effect with a memory: its switch, itself, rows of the memory, of parameters, of strengths (s, n)."""
         layout, found = self.layout, []
         for index, effect in enumerate(self.effects, start=FIRST_LAW):

@@ -15,10 +15,11 @@ from synth.arrays import Array
 from synth.compiling import code_cache
 from synth.compiling.numba_internals import as_argument, entry_point
 from synth.drives.servo import ServoSignals
-from synth.swing.active_effects import ActiveEffects, LaneGroups, Switches
+from synth.swing.active_effects import ActiveEffects
 from synth.swing.chain_modules import PLAIN, ModuleText, chain_modules
 from synth.swing.effects import Effect, registered
 from synth.swing.known_torque import KnownTorque, delayed, for_integrator
+from synth.swing.lane_groups import LaneGroups, Switches, write_group
 from synth.swing.lane_layout import DRIVE, FIRST_LAW, LANES, WORKING, LaneLaw, Layout
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg, Tip
@@ -196,9 +197,9 @@ class Chain:
         return found
 
     def _in_unit(self, unit: float) -> Array:
-        """(n_row, 1) factors that convert lanes to a unit of time, s; cached, because trials share few units."""
+        """(n_row * 16,) factors that convert lanes to a unit of time, s; cached, because trials share few units."""
         if unit not in self._factors:
-            self._factors[unit] = unit ** -self._time_exponents[:, None]
+            self._factors[unit] = np.repeat(unit**-self._time_exponents, LANES)
         return self._factors[unit]
 
     @cached_property
@@ -234,32 +235,10 @@ class Chain:
         delay -= first[:, None]
         return delayed(known, first) if np.any(first) else known
 
-    def _fill(self, workspace: Array, group: Array, state: Array | None, factors: Array | None) -> None:
-        """Write a group's lanes into the workspace (n_row, 16), in another unit of time by ``factors`` (n_row, 1).
-
-        ``state`` (2 n, at least as many lanes): initial rotations and rates instead of those in the group.
-        """
-        width = group.shape[1]
-        own = workspace[:, :width]
-        if factors is None:
-            own[:] = group
-        else:
-            np.multiply(group, factors, out=own)
-        if state is not None:
-            rotation, rate = self.layout.rows("rotation"), self.layout.rows("rate")
-            own[rotation] = state[: self.layout.n, :width]
-            own[rate] = state[self.layout.n :, :width]
-            if factors is not None:
-                own[rate] *= factors[rate]
-        workspace[:, width:] = workspace[:, :1]
-
     def _groups_of(self, lanes: Array) -> LaneGroups:
         """Groups of sixteen lanes each, the last with the rest, with the effects that act in any of them."""
         split = [lanes[:, first : first + LANES] for first in range(0, lanes.shape[1], LANES)]
-        active = self.acting.active(lanes)
-        bent = [self.acting.bends(active, group) for group in split]
-        memories = [self.acting.remembered(active, group) for group in split]
-        return LaneGroups(split, [active] * len(split), bent, memories)
+        return self.acting.together(split, [self.acting.active(lanes)] * len(split))
 
     def run(
         self,
@@ -295,7 +274,7 @@ class Chain:
         """
         if not isinstance(lanes, LaneGroups):
             lanes = self._groups_of(lanes)
-        n, n_lane = self.layout.n, sum(group.shape[1] for group in lanes.lanes)
+        n, n_lane = self.layout.n, sum(lanes.widths)
         if unit != 1.0 and not self._own_effect(lanes.switched):
             factors = self._in_unit(unit)
             times = times / unit
@@ -320,11 +299,11 @@ class Chain:
         room = np.empty(WORKING + self.layout.n_row * LANES)
         flat, out, first = room[WORKING:], result.reshape(-1), 0
         workspace = flat.reshape(self.layout.n_row, LANES)
-        each = zip(lanes.lanes, lanes.switched, lanes.bent, lanes.memories, strict=True)
-        for group, active, bent, memories in each:
-            where = shown, n_lane, first, group.shape[1]
-            self._fill(workspace, group, None if lanes.state is None else lanes.state[:, first:], factors)
-            first += group.shape[1]
+        each = zip(lanes.lanes, lanes.widths, lanes.switched, lanes.bent, lanes.memories, strict=True)
+        for group, width, active, bent, memories in each:
+            where, last = (shown, n_lane, first, width), first + width
+            write_group(self.layout, flat, group, None if lanes.state is None else lanes.state[:, first:last], factors)
+            first = last
             if bent and not len(known[0]) and "curves" in self.sources:
                 self._step_implicitly(flat, times, tolerance, steps, out, where, room)
                 continue

@@ -147,7 +147,8 @@ def test_groups_of_lanes_in_one_run_equal_runs_of_their_own() -> None:
     lanes = np.stack([lane(leg, [0.3, -1.0, 0.7], [1.0, 0.0, -2.0]) for leg in legs], axis=1)
     groups = chain.acting.groups(lanes, [3, 5])
     together = chain.run(groups, times, 1e-8)
-    apart = [chain.run(group, times, 1e-8) for group in groups.lanes]
+    each = zip(groups.lanes, groups.widths, strict=True)
+    apart = [chain.run(group[:, :width], times, 1e-8) for group, width in each]
     np.testing.assert_array_equal(together, np.concatenate(apart, axis=2))
     assert np.ptp(together[-1], axis=1).min() > 1e-3
 
@@ -165,7 +166,7 @@ def test_the_integrator_without_effects_moves_the_leg_as_the_one_with_all_of_the
 def test_too_many_memories_are_refused() -> None:
     chain = compiled_chain(3)
     with pytest.raises(ValueError, match="can hold 56"):
-        chain.acting._rows([("coulomb_friction", 0)] * (MOST_MEMORIES + 1))
+        chain.acting._rows((("coulomb_friction", 0),) * (MOST_MEMORIES + 1))
 
 
 def test_lanes_that_are_alike_give_the_same_bits() -> None:

@@ -14,8 +14,8 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.lanes import Block, Hypothesis, Kept
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
-from synth.swing.active_effects import LaneGroups
 from synth.swing.chain import Chain, compiled_chain
+from synth.swing.lane_groups import LaneGroups
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
