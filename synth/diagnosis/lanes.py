@@ -58,8 +58,11 @@ class LanePredictor(Protocol):
     def runs(self, hypotheses: Sequence[Hypothesis], groups: Sequence[Sequence[int]], least: int) -> list[list[int]]:
         """Indices of groups that one call of ``together`` predicts, in at least ``least`` calls if possible."""
 
-    def predict(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
-        """(m, n, n_lane) rad in the sense of q for each block; nan if the motion diverged."""
+    def predict(self, trial: AngleTrial, blocks: Sequence[Block], kept: Kept | None = None) -> list[Array]:
+        """(m, n, n_lane) rad in the sense of q for each block; nan if the motion diverged.
+
+        ``kept`` : as in ``together``, one for all calls with blocks that differ in their states only.
+        """
 
     def together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]], kept: Kept | None = None) -> Array:
         """(m, n, n_lane) like ``predict``, of all blocks in order, for the groups of one of the ``runs``.

@@ -9,6 +9,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.lanes import Kept
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench, state_rows
 from synth.estimation.gauss_newton import LocalProblem, gauss_newton
 from synth.threads import in_parallel
@@ -28,27 +29,33 @@ def first_state(trial: AngleTrial) -> Array:
 
 def score(bench: Workbench, fit: EvaluatedHypothesis, trials: Sequence[AngleTrial]) -> list[tuple[Array, Array]]:
     """Prediction (m, n) rad in the sense of q of each trial by a fixed hypothesis, and its initial state."""
-    return in_parallel(lambda i: _one(bench, fit, trials[i]), len(trials))
+    kept: Kept = {}
+    return in_parallel(lambda i: _one(bench, fit, trials[i], kept), len(trials))
 
 
-def _one(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial) -> tuple[Array, Array]:
+def _one(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, kept: Kept) -> tuple[Array, Array]:
     """With the best-fitting initial state; if that is far off, also with one found on growing parts of the trial."""
     links = sum(candidate.links for candidate in fit.hypothesis)
     begun = np.concatenate([first_state(trial), np.zeros(2 * links)])
-    cost, prediction, state = _with_state(bench, fit, trial, begun)
+    cost, prediction, state = _with_state(bench, fit, trial, kept, begun)
     white = bench.whitener(trial).count
     if cost > 0.5 * FAR_OFF**2 * float(bench.independent(trial).sum()):
         grown = begun
         for share in GROWING:
-            grown = _with_state(bench, fit, trial, grown, round(share * white))[2]
-        better, also, other = _with_state(bench, fit, trial, grown)
+            grown = _with_state(bench, fit, trial, kept, grown, round(share * white))[2]
+        better, also, other = _with_state(bench, fit, trial, kept, grown)
         if better < cost:
             return also, other
     return prediction, state
 
 
 def _with_state(
-    bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, begun: Array, first: int | None = None
+    bench: Workbench,
+    fit: EvaluatedHypothesis,
+    trial: AngleTrial,
+    kept: Kept,
+    begun: Array,
+    first: int | None = None,
 ) -> tuple[float, Array, Array]:
     """Cost, prediction and the best-fitting initial state near ``begun``, by the ``first`` samples or by all."""
     rows = state_rows(trial, begun)
@@ -62,7 +69,7 @@ def _with_state(
 
     def assess(free: Array) -> LocalProblem[Array]:
         state = state_at(free)
-        prediction, slopes = bench.slopes(trial, fit, state, ())
+        prediction, slopes = bench.slopes(trial, fit, state, (), kept)
         residual = bench.residual(trial, prediction, state)
         matrix = np.concatenate([slopes, below])
         residual[later], matrix[later] = 0.0, 0.0

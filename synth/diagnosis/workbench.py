@@ -183,13 +183,13 @@ class Workbench:
 
     def frame(self, fit: EvaluatedHypothesis) -> Linearisation:
         """Derivatives at a fit's point."""
-        return Linearisation(
-            tuple(in_parallel(lambda i: self._part(self.trials[i], fit, fit.states[i]), len(self.trials)))
-        )
+        kept: Kept = {}
+        parts = in_parallel(lambda i: self._part(self.trials[i], fit, fit.states[i], kept), len(self.trials))
+        return Linearisation(tuple(parts))
 
-    def _part(self, trial: AngleTrial, fit: EvaluatedHypothesis, state: Array) -> TrialLinearisation:
+    def _part(self, trial: AngleTrial, fit: EvaluatedHypothesis, state: Array, kept: Kept) -> TrialLinearisation:
         alive = list(self.predictor.open_tolerances)
-        _, slopes = self.slopes(trial, fit, state, alive)
+        _, slopes = self.slopes(trial, fit, state, alive, kept)
         below = self.state_prior(trial, state)
         count, extra = len(slopes), len(below)
         tolerance = np.zeros((count + extra, self.n_tolerance))
@@ -198,11 +198,16 @@ class Workbench:
         return TrialLinearisation(tolerance, q, r)
 
     def slopes(
-        self, trial: AngleTrial, fit: EvaluatedHypothesis, state: Array, unknowns: Sequence[int]
+        self,
+        trial: AngleTrial,
+        fit: EvaluatedHypothesis,
+        state: Array,
+        unknowns: Sequence[int],
+        kept: Kept | None = None,
     ) -> tuple[Array, Array]:
         """Prediction (m, n) rad of a trial, and its whitened derivatives (samples that count, n_unknown + n_state).
 
-        By these ``unknowns``, then by the ``state_rows``.
+        By these ``unknowns``, then by the ``state_rows``. ``kept`` : one for all calls with the same fit and unknowns.
         """
         n = trial.measured.shape[1]
         moves = [(True, k, STEP) for k in unknowns]
@@ -217,7 +222,7 @@ class Workbench:
             for column, (common, index, step) in enumerate(chunk, start=1):
                 (values if common else states)[index, column] += step
             blocks.append(Block(fit.hypothesis, values, states))
-        found = self.predictor.predict(trial, blocks)
+        found = self.predictor.predict(trial, blocks, kept)
         white = self.whitener(trial)
         change, first = np.empty((len(moves), white.count)), 0
         for out in found:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,7 @@ from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual
 from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
 from synth.diagnosis.influence import hangs_on
+from synth.diagnosis.lanes import Kept
 from synth.diagnosis.odds import far_share
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
@@ -260,7 +262,13 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def forecast(self, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array) -> TrialForecast | None:
         """What a hypothesis predicts of an imagined trial."""
-        return forecast(self.bench, fit, trial, covariance)
+        _, kept = self._forecasts.setdefault(id(fit), (fit, {}))
+        return forecast(self.bench, fit, trial, covariance, kept)
+
+    @cached_property
+    def _forecasts(self) -> dict[int, tuple[EvaluatedHypothesis, Kept]]:
+        """What forecasts by one fit have in common; the fit is kept for its identity."""
+        return {}
 
     def worse(self, errors: PredictionErrors) -> tuple[str, ...]:
         """A warning if the explanation fits its own trials but predicts scored ones no better."""

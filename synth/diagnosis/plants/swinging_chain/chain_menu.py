@@ -8,6 +8,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.lanes import Kept
 from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.plants.swinging_chain.command_menu import CommandLimits, CommandMenu, has_servo
 from synth.diagnosis.plants.swinging_chain.command_programme import Programme
@@ -135,12 +136,19 @@ def _imagined(
     return AngleTrial(recording, time, held, counts, held_out=False)
 
 
-def forecast(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array) -> TrialForecast | None:
-    """Prediction and its uncertainty, whitened by the noise; initial state free. None if it diverges."""
+def forecast(
+    bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array, kept: Kept
+) -> TrialForecast | None:
+    """Prediction and its uncertainty, whitened by the noise; initial state free. None if it diverges.
+
+    ``kept`` : one for all trials of the fit.
+    """
     state = np.concatenate([trial.measured[0], np.zeros(trial.measured.shape[1])])
-    count = len(fit.unknowns)
-    prediction, slopes = bench.slopes(trial, fit, state, range(count))
+    # By the unknowns that are not fixed.
+    moved = [*bench.predictor.open_tolerances, *range(bench.n_tolerance, len(fit.unknowns))]
+    prediction, slopes = bench.slopes(trial, fit, state, moved, kept)
     if not (np.all(np.isfinite(prediction)) and np.all(np.isfinite(slopes))):
         return None
     mean = (prediction / bench.sigma(trial))[trial.counts]
-    return TrialForecast(mean, slopes[:, :count] @ np.linalg.cholesky(covariance), slopes[:, count:])
+    open_ = np.linalg.cholesky(covariance)[moved]
+    return TrialForecast(mean, slopes[:, : len(moved)] @ open_, slopes[:, len(moved) :])

@@ -101,8 +101,10 @@ class Predictor:
             made += [indices[part::parts] for part in range(parts)]
         return made
 
-    def predict(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
+    def predict(self, trial: AngleTrial, blocks: Sequence[Block], kept: Kept | None = None) -> list[Array]:
         """(m, n, n_lane) rad in the sense of q for each block; nan if the motion diverged.
+
+        ``kept`` : as in ``together``, for calls with blocks that differ in their states only.
 
         Blocks of equal structure step together as far as sixteen lanes allow; if one makes the others fail
         because it diverges or never stops turning, each is simulated alone.
@@ -110,8 +112,9 @@ class Predictor:
         result: list[Array | None] = [None] * len(blocks)
         hypotheses, widths = [block.hypothesis for block in blocks], [block.unknowns.shape[1] for block in blocks]
         groups = self.groups(hypotheses, widths)
-        for run in self.runs(hypotheses, groups, 1):
-            out, first = self.together(trial, [[blocks[i] for i in groups[g]] for g in run]), 0
+        for number, run in enumerate(self.runs(hypotheses, groups, 1)):
+            own = None if kept is None else kept.setdefault(number, {})
+            out, first = self.together(trial, [[blocks[i] for i in groups[g]] for g in run], own), 0
             for i in (i for g in run for i in groups[g]):
                 result[i] = out[:, :, first : first + widths[i]]
                 first += widths[i]
