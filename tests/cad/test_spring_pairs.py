@@ -16,14 +16,14 @@ from synth.cad import (
     SpringDimensions,
 )
 from synth.cad.checked_layout import lay_out
-from synth.cad.checks import check_interference, check_joint
+from synth.cad.checks import check_joint
 from synth.cad.hardware import screw_of
 from synth.cad.hinge import build_lower
 from synth.cad.joint import BuiltJoint, assemble, build_joint
 from synth.cad.parts import mesh_of
 from synth.cad.play import find_play
 from synth.cad.strength import stresses
-from synth.cad.travel import Bodies, manifold
+from synth.cad.travel import Bodies, check_spring_room, manifold
 
 SPRING = SpringDimensions(2.032, 17.018, 6.17, 120.0)
 PAIR = cleared(JointDimensions(
@@ -72,7 +72,7 @@ def test_the_lower_half_is_symmetric(pair: BuiltJoint) -> None:
 def test_gates_detect_a_second_spring_without_room_or_with_a_loose_cap(pair: BuiltJoint) -> None:
     blind = build_lower(PAIR, replace(pair.layout, mirrored=False, floor_bottom=-pair.layout.half_width))
     parts = tuple(replace(p, solid=blind, mesh=mesh_of(blind)) if p.family == "lower" else p for p in pair.parts)
-    failed = [c for c in check_interference(BuiltJoint(PAIR, pair.layout, parts)) if not c.passed]
+    failed = [c for c in check_spring_room(Bodies(BuiltJoint(PAIR, pair.layout, parts))) if not c.passed]
     assert any(c.name == "overlap" and "the lower half" in c.text for c in failed)
     first, second = (find_play(Bodies(loose(pair, f"lower_cap{which}", way)), spring)
                      for which, way, spring in (("", 1.0, pair.springs[0]), ("_2", -1.0, pair.springs[1])))  # fmt: skip

@@ -15,6 +15,7 @@ import trimesh
 from synth.cli import main
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "leg"
+RELEASES = 3
 DENSITY = {"print": 1200.0, "spring steel": 7850.0, "steel": 7850.0, "aluminium tube": 2700.0}  # kg/m^3
 
 
@@ -40,6 +41,8 @@ def in_this_process() -> Iterator[None]:
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("masses") / "leg"
     shutil.copytree(EXAMPLE, folder)
+    for number in range(RELEASES + 1, 8):  # masses do not depend on how many there are
+        (folder / "animal" / "releases" / f"release_{number}.csv").unlink()
     bare_links(folder)
     return folder
 
@@ -190,7 +193,7 @@ def test_mujoco_confirms_the_response_and_detects_a_wrong_model(
     pytest.importorskip("mujoco")
     assert main(["--quiet", "check", str(result)]) == 0
     said = capsys.readouterr().out
-    assert "all 21 checks hold" in said
+    assert f"all {3 * RELEASES} checks hold" in said
     copy = tmp_path / "wrong"
     shutil.copytree(result, copy)
     path = copy / "leg.mjcf.xml"
