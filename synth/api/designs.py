@@ -11,17 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from synth.api.design_input import inputs_of, read_design
 from synth.api.report import Cell, Panel, Report, Stage, silent
 from synth.design.leg_design import LegDesign, design_leg
 from synth.design.solid_work import load_kernel
 from synth.errors import UserError
-from synth.files.leg_project import LegProject, read_leg_project
+from synth.files.leg_project import LegProject
 from synth.files.plain_value import Remade, digest_of
 from synth.files.project_options import CadOptions
 from synth.files.stage_cache import StageCache, key_of
-from synth.fit.wanted_motion import with_wanted_leg
 from synth.parts.catalogs import Catalogue
-from synth.parts.resolver import resolver
 from synth.remarks import remark_json
 from synth.side_processes import side_processes
 from synth.swing.chain import Chain, compiled_chain
@@ -145,18 +144,6 @@ class Design(Report):
         return None
 
 
-def read_design(path: str | Path) -> tuple[LegProject, Catalogue]:
-    """Read a project of kind ``leg-design`` with its legs, trials and catalogues.
-
-    Raises
-    ------
-    UserError
-        With every mistake of the project, its legs, trials and curves.
-    """
-    project = read_leg_project(path, open_catalogue=lambda paths: resolver(Catalogue.load(paths)))
-    return with_wanted_leg(project), Catalogue.load(project.catalogs)
-
-
 def design(
     what: str | Path | LegProject,
     catalogue: Catalogue | None = None,
@@ -224,13 +211,6 @@ def _made(project: LegProject, catalogue: Catalogue, solids: bool, stage: Stage)
         return (design_with_masses if solids else design_leg)(project, catalogue, stage)
     except cad.DimensionError as error:
         raise not_drawable(error, project) from None
-
-
-def inputs_of(project: LegProject) -> list[tuple[str, str]]:
-    """Name and hash of every input file."""
-    trials = [*project.trials, *(trial for damper in project.dampers.values() for trial in damper.trials)]
-    files = [(item.name, item.sha256) for item in project.inputs]
-    return [*files, *((trial.name, trial.sha256) for trial in trials)]
 
 
 def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[str]) -> None:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from synth.api.designs import design, inputs_of, read_design
+from synth.api.design_input import inputs_of, read_design
+from synth.api.designs import design
 from synth.batch.folder_summary import add_failed, add_row
 from synth.batch.folder_task import FolderTask, files_of
 from synth.batch.task_outcome import versions

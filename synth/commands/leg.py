@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     _only_for_folders(arguments)
     from functools import partial
 
-    from synth.api.designs import inputs_of, read_design
+    from synth.api.design_input import inputs_of, read_design
     from synth.commands.answers import tell
     from synth.commands.leg_parts import parts_text, require_known_joints, with_options
     from synth.files.output import output_folder

@@ -9,7 +9,6 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.drives.motor import GearedMotor
-from synth.drives.servo_law import servo_torque
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,10 @@ class Servo:
 
     def torque(self, error: Array, rate: Array, supply: Array | float, enabled: Array | float = 1.0) -> Array:
         """(m,) N m along a motion: the result of ``servo_torque``, without the delay and without control steps."""
-        return np.asarray(_along(error, rate, supply, enabled, *self.numbers[:OF_THE_LAW]))
+        from synth.drives.servo_law import servo_torque  # with numba, which takes longer to import than a leg to read
+
+        along = np.vectorize(servo_torque.py_func, otypes=[float])
+        return np.asarray(along(error, rate, supply, enabled, *self.numbers[:OF_THE_LAW]))
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,6 @@ def fed_together(drives: Sequence[Servo | TorqueDrive | None]) -> list[int]:
 
 OF_THE_LAW = 9  # arguments of ``servo_torque`` among a servo's numbers
 UNLIMITED = 1e12  # N m or duty: above any real limit, and still finite
-_along = np.vectorize(servo_torque.py_func, otypes=[float])
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,34 @@
+"""Reading of a design's project, apart from the design: a run whose input is unchanged needs nothing else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from synth.files.leg_project import LegProject, read_leg_project
+from synth.parts.catalogs import Catalogue
+from synth.parts.resolver import resolver
+
+
+def read_design(path: str | Path) -> tuple[LegProject, Catalogue]:
+    """Read a project of kind ``leg-design`` with its legs, trials and catalogues.
+
+    A motion that is wanted by its characteristics is computed, and is then the project's trial.
+
+    Raises
+    ------
+    UserError
+        With every mistake of the project, its legs, trials and curves.
+    """
+    project = read_leg_project(path, open_catalogue=lambda paths: resolver(Catalogue.load(paths)))
+    if project.wanted:
+        from synth.fit.wanted_motion import with_wanted_leg  # with the equations of motion, 0.3 s
+
+        project = with_wanted_leg(project)
+    return project, Catalogue.load(project.catalogs)
+
+
+def inputs_of(project: LegProject) -> list[tuple[str, str]]:
+    """Name and hash of every input file."""
+    trials = [*project.trials, *(trial for damper in project.dampers.values() for trial in damper.trials)]
+    files = [(item.name, item.sha256) for item in project.inputs]
+    return [*files, *((trial.name, trial.sha256) for trial in trials)]
