@@ -207,8 +207,7 @@ def write_page(
 def environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("synth.reports", "templates"),
-        # No cache of compiled templates on disk: jinja would unpickle and run files in the temporary folder. Compiling
-        # all templates takes 0.2 s.
+        # Not jinja's own cache of compiled templates: it unpickles and runs files in the temporary folder.
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,

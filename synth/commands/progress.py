@@ -127,13 +127,13 @@ class Progress:
         links = f"{n_link} link{'s' if n_link > 1 else ''}"
         text = f"loading the equations of motion for {links}"
         if not is_compiled(n_link, plain=not effects):
+            without_products()
             # Measured on two idle cores, nothing on disk: 3 s for three links, 9 s with effects; since then the
             # implicit step of bent damper curves is compiled too, 9 s of a busy processor.
             what, spent = ("with effects", "8 to 20") if effects else ("without effects", "3 to 6")
             once = f"{what}, once on this machine, {spent} s; stored in {cache_folder()}"
             text = f"compiling the equations of motion for {links} ({once})"
         with self.stage(text):
-            without_products()
             compiled_chain(n_link).load(plain=not effects)
 
     def _tick(self, key: object, label: str, start: float, finished: threading.Event) -> None:
