@@ -53,7 +53,7 @@ def study_case(seed: int, case: Case | None = None) -> dict[str, Any]:
         "driven": recorder.driven,
         "duration": float(case.trials[0].time[-1]),
     }
-    seen = [_hand_until(case, trial) for trial in case.trials]
+    seen = [hand_until(case, trial) for trial in case.trials]
     record["hands"] = [None if until is None else round(until, 4) for until in seen]
     variants: dict[str, list[Trial]] = {}
     known = [until for until in seen if until is not None]
@@ -65,13 +65,13 @@ def study_case(seed: int, case: Case | None = None) -> dict[str, Any]:
             variants["recorded"] = list(case.trials)
     record["headline"] = "default"
     options = LegFitOptions(tolerance=TOLERANCE_OF_LINKS)
-    record["fits"] = {name: _fitted(case, case.off, trials, options) for name, trials in variants.items()}
-    record["fits"]["default"] = _fitted(case, case.off, case.trials, replace(options, release="free"))
-    record["fits"]["exact"] = _fitted(case, case.bare, case.trials, LegFitOptions(release="free"))
+    record["fits"] = {name: fitted(case, case.off, trials, options) for name, trials in variants.items()}
+    record["fits"]["default"] = fitted(case, case.off, case.trials, replace(options, release="free"))
+    record["fits"]["exact"] = fitted(case, case.bare, case.trials, LegFitOptions(release="free"))
     return record
 
 
-def _hand_until(case: Case, trial: Trial) -> float | None:
+def hand_until(case: Case, trial: Trial) -> float | None:
     """End of the detected external torque, s; None if none is detected, or the detection fails. All start in motion."""
     try:
         found = find_release(trial.time, trial.angles, case.bare)
@@ -87,7 +87,7 @@ def _cut(trial: Trial, start: float) -> Trial:
     return replace(trial, time=trial.time[first:], angles=trial.angles[first:])
 
 
-def _fitted(case: Case, given: Leg, trials: Sequence[Trial], options: LegFitOptions) -> dict[str, Any]:
+def fitted(case: Case, given: Leg, trials: Sequence[Trial], options: LegFitOptions) -> dict[str, Any]:
     start = time.process_time()
     try:
         made = recordings(given, trials)

@@ -16,6 +16,7 @@ from robustness.numbers import Record, exact_lines, hand_lines, hands, headline,
 from robustness.page import write_page
 from robustness.random_legs import Recorder, random_case, random_recorder
 from robustness.study import study_case
+from robustness.unseen import main as unseen_main
 
 LEGS = 20
 MOST_TRIALS = 5  # so that the sample takes seconds
@@ -116,3 +117,17 @@ def test_the_recorded_motion_is_also_mujocos(seed: int) -> None:
     rate = generator.normal(0.0, 0.2, 3)
     other = simulate(case.leg, rotation[0], rate, trial.time, step=1e-4)
     assert np.abs(other - rotation).max() < math.radians(1e-3)
+
+
+def test_the_study_of_unseen_hands_fits_those_only_and_goes_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Seed 900211 is a leg of one link whose hand its one recording does not show."""
+    seen = [{"seed": seed} for seed in range(900000, 900211)]
+    (tmp_path / "legs.jsonl").write_text("".join(json.dumps(record) + "\n" for record in seen))
+    unseen_main(["--seed", "900", "--count", "212", "--to", str(tmp_path)])
+    records = [json.loads(text) for text in (tmp_path / "legs.jsonl").read_text().splitlines()]
+    assert records[:-1] == seen
+    assert records[-1]["seed"] == 900211
+    assert records[-1]["fit"]["done"]
+    assert "of 3 intervals, 1 legs of 212" in capsys.readouterr().out
