@@ -102,10 +102,11 @@ def fit_project(given: Ready) -> FitResult:
 
 def write_fit(result: FitResult, folder: Path) -> None:
     """Write ``fit.json``, the fitted leg, responses and a report."""
-    from synth.files.kept_templates import keep_templates
+    from synth.files.kept_templates import KeptTemplates
     from synth.reports import write_fit_report
+    from synth.reports.page import environment
 
-    keep_templates()
+    environment().bytecode_cache = KeptTemplates()
     write_json(folder / "fit.json", result.as_json())
     write_leg(result.leg, folder / "fitted.leg.yaml")
     write_fit_responses(result, folder / "responses" / "source")

@@ -35,15 +35,6 @@ class KeptTemplates(jinja2.BytecodeCache):
             write_sealed(path, bucket.bytecode_to_string())
 
 
-def keep_templates() -> None:
-    """Take the templates of the pages from the cache, and store those that are not there."""
-    from synth.reports.page import environment
-
-    templates = environment()
-    if templates.bytecode_cache is None:
-        templates.bytecode_cache = KeptTemplates()
-
-
 def _path(bucket: Bucket) -> Path | None:
     folder, made_by = own_folder(FOLDER), bucket.environment
     options = made_by.trim_blocks, made_by.lstrip_blocks, made_by.keep_trailing_newline, made_by.autoescape
