@@ -118,10 +118,17 @@ def build_leg_of_facets(dimensions: LegDimensions) -> BuiltLeg:
     DimensionError
         with everything that does not fit, in all joints.
     """
-    with faceted():
-        leg = build_leg(dimensions)
-        parts = tuple(assemble(joint, lay_out(joint)) for joint in dimensions.joints)
-        return replace(leg, joints=parts, links=tuple(leg.links))
+    exact, count = build_leg(dimensions), len(dimensions.joints)
+
+    def joint(index: int) -> BuiltJoint:
+        with faceted():
+            return assemble(dimensions.joints[index], lay_out(dimensions.joints[index]))
+
+    def link(index: int) -> BuiltPart:
+        with faceted():
+            return exact.links[index]
+
+    return replace(exact, joints=BuiltWhenUsed(count, joint), links=BuiltWhenUsed(count, link))
 
 
 @lru_cache(maxsize=2)  # one leg is worked on at a time; the next one's joints may be the same

@@ -44,17 +44,23 @@ def joint_masses(
 ) -> tuple[PartMass, ...]:
     """Every part's mass, joint by joint, of facets and therefore within 1e-5; arguments as ``masses_of``.
 
-    Here and not in the side processes: facets take a twentieth of a second a joint, and no kernel.
-
     Raises
     ------
     cad.DimensionError
         with everything that does not fit, in all joints.
     """
+    _laid_out(dimensions)
+    calls = [SideCall(_masses, (dimensions, k, weighed, pieces), place) for k, place in _places(dimensions)]
+    return tuple(mass for found in carried_out(calls) for mass in found)
+
+
+def _masses(
+    dimensions: LegDimensions, index: int, weighed: Mapping[str, float], pieces: Mapping[str, int]
+) -> tuple[PartMass, ...]:
     from synth.cad.leg_joints import build_leg_of_facets
     from synth.design.part_masses import masses_of
 
-    return masses_of(build_leg_of_facets(dimensions), weighed, pieces, range(len(dimensions.joints)))
+    return masses_of(build_leg_of_facets(dimensions), weighed, pieces, [index])
 
 
 def _laid_out(dimensions: LegDimensions) -> None:
