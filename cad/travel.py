@@ -65,21 +65,22 @@ class Bodies:
         parts = [part for part in (*joint.parts, *([link] if link else [])) if part.group != "spring"]
         self.parts = {group: [part for part in parts if part.group == group] for group in ("upper", "lower")}
         self.solids = {part.name: manifold(part.mesh) for part in parts}
-        self.halves = {group: united([self.solids[part.name] for part in found]) for group, found in self.parts.items()}
+        moving = self._moving()
+        self.moving = {group: united([self.solids[name] for name in names]) for group, names in moving.items()}
+        self.halves = {
+            group: united([self.moving[group], *(self.solids[p.name] for p in found if p.name not in moving[group])])
+            for group, found in self.parts.items()
+        }
         self.near = {group: NearBody(half) for group, half in self.halves.items()}
-        self.moving = self._moving()
 
-    def _moving(self) -> dict[str, Any]:
-        """The halves without parts that cannot collide: shaft and adapter (round), and those outside all others."""
+    def _moving(self) -> dict[str, list[str]]:
+        """Each half's parts, by name, without those that cannot collide: round ones, those beside the other half."""
         lower = [part for part in self.parts["lower"] if not is_round(part)]
         low, high = (end([end(p.mesh.vertices[:, 2]) for p in lower]) for end in (min, max))
         upper = [
             p for p in self.parts["upper"] if p.mesh.vertices[:, 2].min() < high and p.mesh.vertices[:, 2].max() > low
         ]
-        return {
-            group: united([self.solids[part.name] for part in found])
-            for group, found in (("upper", upper), ("lower", lower))
-        }
+        return {"upper": [part.name for part in upper], "lower": [part.name for part in lower]}
 
     def overlap(self, angle: float) -> float:
         """Common volume (mm^3) of both halves at a measured joint angle, deg, without round parts."""
