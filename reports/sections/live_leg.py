@@ -51,7 +51,7 @@ def _fit(joint: Json) -> Json:
 def glb_text(result: Result) -> str:
     """The whole leg's GLB, deflated, in base 64; empty without one."""
     data = _glb(result)
-    return "" if data is None else base64.b64encode(zlib.compress(data, 9)).decode("ascii")
+    return "" if data is None else base64.b64encode(zlib.compress(data)).decode("ascii")
 
 
 def _glb(result: Result) -> bytes | None:

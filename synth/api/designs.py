@@ -217,9 +217,12 @@ def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[s
     """Write design.json and its page, and list every other file with its hash."""
     from synth.design.page_data import page_json
     from synth.design.write_design import design_json
+    from synth.files.kept_templates import KeptTemplates
     from synth.files.output import write_json
     from synth.reports import write_leg_report
+    from synth.reports.page import environment
 
+    environment().bytecode_cache = KeptTemplates()
     write_json(folder / "page.json", page_json(design))
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     content = design_json(design, files, folder, extra)

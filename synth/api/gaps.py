@@ -68,8 +68,11 @@ class Gap(Diagnosed):
     def write(self, folder: Path) -> None:
         """``gap.json``, predictions, the diagnosed leg (also for simulators), and a report."""
         from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
+        from synth.files.kept_templates import KeptTemplates
         from synth.reports import write_gap_report
+        from synth.reports.page import environment
 
+        environment().bytecode_cache = KeptTemplates()
         write_gap(self.result, self.project, folder)
         near = stand_in(self.diagnosed, self.project.trials)
         leg, told = (None, ()) if near is None else (near.leg, near.texts)
