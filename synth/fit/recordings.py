@@ -103,7 +103,7 @@ class Recording:
         """The distinct counted readings of each joint, rad, rising; those of an encoder show its counts."""
         return tuple(np.unique(self.rotation[self.counts[:, j], j]) for j in range(self.rotation.shape[1]))
 
-    @property
+    @cached_property
     def free(self) -> list[int]:
         """Joints that are not locked."""
         return [j for j in range(self.rotation.shape[1]) if j not in self.conditions.locked]

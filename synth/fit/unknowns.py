@@ -138,7 +138,7 @@ class SpringsAndDampers:
         """(n_unknown,) upper bounds."""
         return self._box[1]
 
-    @property
+    @cached_property
     def rest_index(self) -> tuple[int | None, ...]:
         """Index of each joint's rest angle."""
         n = len(self.leg.joints)

@@ -8,6 +8,7 @@ rule, Theory Probab. Appl. 35 (1990) 454).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -47,19 +48,21 @@ def first_state(time: Array, angle: Array, counts: Mask, scatter: Array) -> Firs
             found[2:, j] = np.inf
             continue
         since, value = time[good] - time[0], angle[good, j]
-        weights = _weights(since[:fewest], 3)
+        weights = _weights(since[:fewest].tobytes(), 3)
         middle = weights @ value[:fewest]
         noise = NOISE_FACTOR * scatter[j] * np.sqrt((weights**2).sum(axis=1))
         bias = np.zeros(2)
         for degree, share in OTHERS:
             points = round(share * fewest)
-            bias = np.maximum(bias, np.abs(_weights(since[:points], degree) @ value[:points] - middle))
+            bias = np.maximum(bias, np.abs(_weights(since[:points].tobytes(), degree) @ value[:points] - middle))
         found[:, j] = *middle, *np.hypot(noise, bias)
     return FirstState(*found)
 
 
-def _weights(since: Array, degree: int) -> Array:
-    """(2, points): weights of samples at ``since`` (points,) s that give value and slope at time zero."""
+@lru_cache(maxsize=256)  # joints and recordings with the same clock share them
+def _weights(times: bytes, degree: int) -> Array:
+    """(2, points): weights of samples at ``times``, (points,) s as bytes, that give value and slope at time zero."""
+    since = np.frombuffer(times)
     scale = float(since[-1]) or 1.0
     inverse = np.linalg.pinv(np.vander(since / scale, degree + 1, increasing=True))
     return np.asarray(np.stack([inverse[0], inverse[1] / scale]))
