@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import radians
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -155,7 +156,7 @@ def read_leg(
     problems: list[Problem] = []
     file = check_part(_Leg, document, document.value, (), problems)
     raw = document.value.get("joints")
-    reader = _Reader(document, resolve_part, _allowed(effects), problems)
+    reader = _Reader(document, resolve_part, effects, problems)
     items = list(enumerate(raw[:6])) if isinstance(raw, list) else []
     joints = [reader.joint(item, ("joints", index)) for index, item in items]
     base = reader.effects(document.value.get("effects"), ("effects",), where="base")
@@ -281,8 +282,13 @@ class _Reader:
 
     document: Document
     resolve_part: PartResolver | None
-    specifications: Mapping[str, Effect]
+    given: Sequence[Effect] | None
     problems: list[Problem]
+
+    @cached_property
+    def specifications(self) -> Mapping[str, Effect]:
+        """The effects by name; read when a leg has some, because their laws load the compiler."""
+        return _allowed(self.given)
 
     def joint(self, value: object, key: Key) -> Joint | None:
         raw_effects = value.get("effects") if isinstance(value, dict) else None
