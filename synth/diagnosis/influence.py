@@ -39,22 +39,23 @@ class Hangs:
     ``turned`` : (name, the verdict without it) of each recording that changes the verdict. ``open`` : names of
     those that may change it by the closed form and were not refitted. ``odd`` : (name, misfit of the others without
     it, misfit of all, both in noise floors) of a recording that most of the misfit comes from. ``of`` : number of
-    recordings.
+    recordings; ``against`` : of those without which the verdict has none of its causes.
     """
 
     turned: tuple[tuple[str, str], ...] = ()
     open: tuple[str, ...] = ()
     odd: tuple[tuple[str, float, float], ...] = ()
     of: int = 0
+    against: int = 0
 
     @property
     def chance(self) -> float:
-        """Probability that a further recording changes the verdict, if one of these does; 0 if none does.
+        """Probability that a further recording contradicts the verdict, if it needs one of these; 0 if it needs none.
 
         With Jeffreys' prior (Krichevsky & Trofimov, IEEE Trans. Inf. Theory 27 (1981) 199): of three recordings of the
         robot's hip one carries the verdict of that half, and the other half has another one.
         """
-        return (len(self.turned) + 0.5) / (self.of + 1.0) if self.turned else 0.0
+        return (self.against + 0.5) / (self.of + 1.0) if self.against else 0.0
 
     def warnings(self) -> tuple[str, ...]:
         """In sentences."""
@@ -105,17 +106,19 @@ def hangs_on(
         if _differs(judged, again):
             doubtful.append((_weight(judged, again), i))
     doubtful.sort()
-    turned = []
+    turned, against = [], 0
     for _, i in sorted(doubtful[:MOST_REFITTED], key=lambda item: item[1]):
         near, freely = [made[i] for made in steps.values()], free.without(i) if free is not None else None
         again = _again(found, dict(zip(steps, _refitted(bench, near, i), strict=True)), calibration, freely, motion)
         said = _said(again)
         if said and _differs(judged, again):
             turned.append((bench.trials[i].recording.name, said))
+            against += not _shares_a_cause(judged, again)
     left = sorted(i for _, i in doubtful[MOST_REFITTED:])
     best = judged.accepted if judged.verdict in ("effect", "tie") else found.none
     odd = _odd(bench, best, steps[id(best)]) if id(best) in steps else ()
-    return Hangs(tuple(turned), tuple(bench.trials[i].recording.name for i in left), odd, len(bench.trials))
+    names = tuple(bench.trials[i].recording.name for i in left)
+    return Hangs(tuple(turned), names, odd, len(bench.trials), against)
 
 
 def _odd(
@@ -216,6 +219,12 @@ def _said(judged: Judged[EvaluatedHypothesis]) -> str:
         return "no effect would be missing" if judged.none > SURE else ""
     names = " and ".join(f"{effect} ({place})" for effect, place in judged.accepted.keys)
     return f"it would be {names}" if judged.weighed[0][1] > SURE and judged.unknown < 1.0 - SURE else ""
+
+
+def _shares_a_cause(judged: Judged[EvaluatedHypothesis], again: Judged[EvaluatedHypothesis]) -> bool:
+    """Whether a verdict without one recording still names some of the causes, if not all of them."""
+    known = {key for item in (judged.accepted, *judged.tied) for key in item.keys}
+    return again.verdict in ("effect", "tie") and not known.isdisjoint(again.accepted.keys)
 
 
 def _differs(judged: Judged[EvaluatedHypothesis], again: Judged[EvaluatedHypothesis]) -> bool:

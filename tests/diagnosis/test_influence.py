@@ -10,11 +10,18 @@ import pytest
 
 from diagnosis.simulated_releases import TWO, off, recorded, with_effects
 from synth.diagnosis import influence
+from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.diagnosis_result import Verdict
 from synth.diagnosis.hypotheses import Assessed
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
-from synth.diagnosis.workbench import Workbench
+from synth.diagnosis.verdict import Judged
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.files.gap_project import Tolerance
+from synth.fit.recordings import recordings
 
+TRIALS = [angle_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
+FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
 FRICTION = {"hip": {"coulomb_friction": {"torque": 0.12}}}
 
 
@@ -52,3 +59,23 @@ def test_only_the_most_influential_recordings_are_refitted_without(monkeypatch: 
     assert len(refits) == influence.MOST_REFITTED
     (open_,) = [text for text in result.warnings if "may also depend on" in text]
     assert all(f"{out}.csv" not in open_.replace(",", " ").split() for out in refits)
+
+
+def test_a_verdict_that_hangs_on_a_recording_is_less_sure() -> None:
+    """One of three: (1 + 1/2) / (3 + 1); a recording without which a further cause is missing leaves the first sure."""
+    assert influence.Hangs((("a.csv", "none"),), of=3, against=1).chance == pytest.approx(0.375)
+    assert influence.Hangs((("a.csv", "hip alone"),), of=3, against=0).chance == 0.0
+    assert influence.Hangs(of=3).chance == 0.0
+
+
+def test_naming_some_of_the_causes_does_not_contradict_a_verdict() -> None:
+    def judged(verdict: Verdict, *effects: str) -> Judged[EvaluatedHypothesis]:
+        causes = tuple(next(each for each in FOUND if each.key == (name, "hip")) for name in effects)
+        fit = EvaluatedHypothesis(causes, np.zeros(sum(cause.size for cause in causes)), ())
+        return Judged(verdict, Assessed(fit, 1.0, 1.0), (), (), 0.0, 0.0)
+
+    both = judged("effect", "coulomb_friction", "encoder_offset")
+    assert influence._shares_a_cause(both, judged("effect", "coulomb_friction"))
+    assert not influence._shares_a_cause(both, judged("effect", "quadratic_damping"))
+    assert not influence._shares_a_cause(both, judged("unknown", "coulomb_friction"))
+    assert not influence._shares_a_cause(both, judged("none"))
