@@ -206,7 +206,7 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
         raise UserError(Problem(text, file=trial.name))
     locked = tuple(names.index(name) for name in trial.locked)
     counts = ~lost
-    smoothed = _with_velocities(leg, trial, read, smooth(time, rotation, lost))
+    smoothed = _with_velocities(leg, trial, read, smooth(time, rotation, lost, locked=locked))
     for j in locked:
         held = float(np.median(rotation[~lost[:, j], j]))
         rotation[:, j], smoothed.angle[:, j], smoothed.rate[:, j] = held, held, 0.0

@@ -77,3 +77,16 @@ def test_a_quiet_velocity_is_used_and_a_noisy_one_is_not() -> None:
     assert error(0.01) < 0.2 * float(np.std(smoothed.rate[:, 0] - truth))
     np.testing.assert_array_equal(with_velocities(smoothed, GRID, truth[:, None] + np.nan).rate, smoothed.rate)
     assert error(100.0) == pytest.approx(float(np.std(smoothed.rate[:, 0] - truth)))
+
+
+def test_a_locked_joint_does_not_set_the_pace() -> None:
+    """What a fine sensor reads there, filtered, is above its noise and faster than the swing of the other joint."""
+    time = np.arange(0.0, 2.0, 0.002)
+    swing = 0.5 * np.cos(6.0 * time) * np.exp(-0.5 * time)
+    jitter = 3e-5 * np.convolve(np.random.default_rng(0).standard_normal(len(time) + 8), np.hanning(9), "valid")
+    both, lost = np.column_stack([swing, jitter]), np.zeros((len(time), 2), dtype=bool)
+    alone = smooth(time, both[:, :1], lost[:, :1])
+    assert smooth(time, both, lost).pace < 0.2 * alone.pace
+    locked = smooth(time, both, lost, locked=[1])
+    assert locked.pace == alone.pace
+    np.testing.assert_array_equal(locked.rate[:, 0], alone.rate[:, 0])
