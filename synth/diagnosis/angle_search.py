@@ -20,23 +20,18 @@ from synth.diagnosis.hypotheses import Assessed, Hypotheses
 from synth.diagnosis.odds import CALIBRATED
 from synth.diagnosis.restarts import beside_best, exchanged, fitted_again, has_other_minima, refine
 from synth.diagnosis.score import first_state, fresh, score
-from synth.diagnosis.screening import leverage, overshoots, prospects, rungs, strengthened
+from synth.diagnosis.screened_causes import same_shape, screen
+from synth.diagnosis.screening import leverage, overshoots, prospects, strengthened
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
 from synth.diagnosis.simpler_shapes import worth_their_unknowns
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.swing.chain import Conditions
 
 BASE_ROUNDS = 5  # steps of the nominal leg, from which all candidates start
-SCREEN_ROUNDS = (2, 2, 2)  # iterations of all starts, of each candidate's best shapes, of the promising ones
 SIFTED, SIFTED_SAMPLES = 4, 300  # trials used in the first screening, and samples of each
 SIFTING_TOLERANCE = 1e-5  # relative tolerance of the integrator while candidates are only ranked
 SAME_START = 0.05  # of the largest motion: where initial rotations are nearer, one screening suffices
-TRIED_STARTS = 3  # of each candidate
-LEAST_PROMISE, LEAST_TRIED = 0.5, 40  # least predicted cost reduction of a start, and number tried in any case
-KEPT_SHAPES = 3  # shapes of each candidate that continue
-KEPT_STARTS = 2  # starts of each cause that continue from the screening to all trials
 CLOSER = 16  # of those, number fitted before the best are refined
-PROMISING, LEAST_KEPT = 0.1, 16  # share of the best gain after the first steps, and number, that continue
 REFINED = 6  # single causes that get their own derivatives
 REFINED_SOFT = 12  # the same for compliances: the shared derivatives lack their links, so their fits lag behind
 REFINED_ELSEWHERE = 3  # fits of these causes at another strength that get their own derivatives too
@@ -140,7 +135,8 @@ class AngleExplorer:
         best = best_of_each([*found, *again])
         chosen = [fit for place, fit in enumerate(best) if place < (REFINED_SOFT if _soft(fit) else REFINED)]
         rest = [fit for fit in best if all(fit is not other for other in chosen)]
-        refined = best_of_each(refine(bench, [*chosen, *_elsewhere(bench, chosen, found)]))
+        others = [*_elsewhere(bench, chosen, found), *_in_another_shape(chosen, found)]
+        refined = best_of_each(refine(bench, [*chosen, *others]))
         ends = fitted_again(bench, refined, self._designed)
         several = has_other_minima(refined, ends, self._nominal)
         refined = best_of_each([*refined, *ends])
@@ -160,11 +156,11 @@ class AngleExplorer:
         return [recorded, self._designed] if max(apart) > SAME_START else [recorded]
 
     def _screened(self, start: EvaluatedHypothesis, still: float) -> list[EvaluatedHypothesis]:
-        """The best fits of each cause, screened from one start; ``still`` as in ``_screen``."""
+        """The best fits of each cause, screened from one start; ``still`` as in ``screen``."""
         some, few = self._sifting.bench, self._sifting.few
         there = EvaluatedHypothesis((), start.unknowns, tuple(start.states[i] for i in few))
         (there,) = some.evaluate([there])
-        screened = _screen(some, self.candidates, replace(there, frame=some.frame(there)), still)
+        screened = screen(some, self.candidates, replace(there, frame=some.frame(there)), still)
         spread = self.bench.evaluate([_spread(fit, few, start) for fit in screened])
         closer = self.bench.solve([fresh(fit) for fit in spread[:CLOSER]], start.frame, 2)
         return [*closer, *spread[CLOSER:]]
@@ -206,9 +202,22 @@ def _elsewhere(
     return best_of_each(apart)[:REFINED_ELSEWHERE]
 
 
+def _in_another_shape(
+    chosen: Sequence[EvaluatedHypothesis], found: Sequence[EvaluatedHypothesis]
+) -> list[EvaluatedHypothesis]:
+    """Screened fits of the best few of the chosen causes in another shape.
+
+    Shapes are screened with the derivatives of the designed leg, which follow a strong cause a part of the way only: a
+    delay of 30 ms ended there behind a filter of 19 ms, which leaves three times as much.
+    """
+    first = {fit.keys: fit for fit in chosen[:REFINED_ELSEWHERE]}
+    apart = [fit for fit in found if fit.keys in first and not same_shape(fit, first[fit.keys])]
+    return best_of_each(apart)
+
+
 def _strengths_differ(bench: Workbench, fit: EvaluatedHypothesis, other: EvaluatedHypothesis) -> bool:
     """Whether the strengths of a single cause differ by more than a factor of two, or in sign."""
-    if fit.hypothesis[0].shape is not other.hypothesis[0].shape:
+    if not same_shape(fit, other):
         return False
     names = fit.hypothesis[0].shape.free
     strong = [bench.n_tolerance + k for k, name in enumerate(names) if name in fit.hypothesis[0].effect.strengths]
@@ -234,71 +243,6 @@ def _spread(fit: EvaluatedHypothesis, few: Sequence[int], designed: EvaluatedHyp
     for place, i in enumerate(few):
         states[i] = fit.states[place]
     return replace(fit, states=tuple(states), residuals=(), columns=(), cost=np.inf, frame=None)
-
-
-def _screen(
-    bench: Workbench, candidates: Sequence[ShapedEffect], designed: EvaluatedHypothesis, still: float
-) -> list[EvaluatedHypothesis]:
-    """Every candidate from every start; the best shapes of each cause, in order of cost.
-
-    ``still`` : cost of the nominal leg's best fit. The search starts from the designed leg, not from that fit: if a
-    cause is missing, the best fit lies many tolerances away, far from the true leg and cause.
-    """
-    starts = [
-        EvaluatedHypothesis((candidate,), np.concatenate([designed.unknowns, start]), designed.states)
-        for candidate in candidates
-        for start in candidate.starts()
-    ]
-    fits = bench.solve(_promising(bench, starts, designed), designed.frame, SCREEN_ROUNDS[0])
-    fits = _gaining(fits, still, 0.3 * PROMISING, 2 * LEAST_KEPT)[0]
-    kept: dict[tuple[str, str], list[EvaluatedHypothesis]] = {}
-    for fit in fits:
-        kept.setdefault(fit.keys[0], []).append(fit)
-    chosen = [fit for group in kept.values() for fit in sorted(group, key=lambda f: f.cost)[:KEPT_SHAPES]]
-    chosen = bench.solve(chosen, designed.frame, SCREEN_ROUNDS[1])
-    going, rest = _gaining(chosen, still, PROMISING, LEAST_KEPT)
-    fits = [*bench.solve(going, designed.frame, SCREEN_ROUNDS[2]), *rest]
-    fits.sort(key=lambda fit: fit.cost)
-    seen: dict[tuple[str, str], int] = {}
-    best = []
-    for fit in fits:
-        seen[fit.keys[0]] = seen.get(fit.keys[0], 0) + 1
-        if np.isfinite(fit.cost) and seen[fit.keys[0]] <= KEPT_STARTS:
-            best.append(fit)
-    return best
-
-
-def _gaining(
-    fits: Sequence[EvaluatedHypothesis], still: float, share: float, least: int
-) -> tuple[list[EvaluatedHypothesis], list[EvaluatedHypothesis]]:
-    """Fits that have gained at least a share of the best gain, ``least`` in any case; and the others."""
-    order = sorted(fits, key=lambda fit: fit.cost)
-    wanted = share * (still - order[0].cost) if order else 0.0
-    cut = max(least, sum(still - fit.cost > wanted for fit in order))
-    return order[:cut], order[cut:]
-
-
-def _promising(
-    bench: Workbench, starts: Sequence[EvaluatedHypothesis], designed: EvaluatedHypothesis
-) -> list[EvaluatedHypothesis]:
-    """The starts of each candidate, at several strengths, with the lowest predicted cost.
-
-    A strong cause changes a swing too much for a search from a small strength: the phase is lost.
-    """
-    p = bench.n_tolerance
-    ladders = [rungs(start, p) for start in starts]
-    left = prospects(bench, [fit for ladder in ladders for fit in ladder], designed)
-    best: dict[int, list[tuple[float, EvaluatedHypothesis]]] = {}
-    place = 0
-    for start, ladder in zip(starts, ladders, strict=True):
-        rung = int(np.argmin(left[place : place + len(ladder)]))
-        best.setdefault(id(start.hypothesis[0]), []).append((left[place + rung], ladder[rung]))
-        place += len(ladder)
-    (alone,) = prospects(bench, [EvaluatedHypothesis((), designed.unknowns, designed.states)], designed)
-    chosen = [sorted(found, key=lambda item: item[0])[:TRIED_STARTS] for found in best.values()]
-    tried = sorted((item for found in chosen for item in found), key=lambda item: item[0])
-    worth = max(LEAST_TRIED, sum(cost < alone - LEAST_PROMISE for cost, _ in tried))
-    return bench.evaluate([fit for _, fit in tried[:worth]])
 
 
 def ratio(bench: Workbench, fit: EvaluatedHypothesis) -> float:
