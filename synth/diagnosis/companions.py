@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from synth.arrays import Array
 from synth.diagnosis.angle_search import ratio
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
-from synth.diagnosis.odds import CALIBRATED, adds_little, far_share
+from synth.diagnosis.odds import CALIBRATED, adds_little, far_share, price_of_unknown
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.score import fresh
 from synth.diagnosis.search import best_of_each
@@ -43,7 +44,7 @@ def with_companions(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) ->
     if far_share(known) == 0.0:
         return found
     paid = paying(known, CALIBRATED.pays)
-    small = _small(found, paid, bench.n_tolerance)
+    small = _small(bench, found, paid)
     if not small:
         return found
     tried = {frozenset(item.keys) for item in known}
@@ -54,23 +55,26 @@ def with_companions(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) ->
 
 
 def _small(
-    found: Hypotheses[EvaluatedHypothesis], paid: Sequence[Assessed[EvaluatedHypothesis]], size: int
+    bench: Workbench, found: Hypotheses[EvaluatedHypothesis], paid: Sequence[Assessed[EvaluatedHypothesis]]
 ) -> list[Small]:
-    """The causes that the best sets have beside a hypothesis that pays, without paying themselves.
+    """The causes that the best sets, their unknowns charged, have beside a hypothesis that pays, without paying.
 
-    Without links of their own: their states would start from nothing beside another hypothesis.
+    Without links of their own: their states would start from nothing beside another hypothesis. All of them can stand
+    beside each other: of dry friction and one that falls with speed at a joint the better one.
     """
     pays, chosen, main = {frozenset(item.keys) for item in paid}, dict[Key, Small](), frozenset[Key]()
-    for item in found.several:
+    price = price_of_unknown(min((item.ratio for item in found.several), default=1.0), bench.total)
+    for item in sorted(found.several, key=lambda each: each.cost + price * each.n_unknown):
         keys = frozenset(item.keys)
         within = [each for each in paid if each.keys and set(each.keys) < keys]
         largest = min(within, key=lambda each: each.cost, default=None)
         if keys in pays or largest is None or not adds_little(item, largest, found.none):
             continue
         main = main or frozenset(largest.keys)
-        place = size
+        place = bench.n_tolerance
         for cause in item.fit.hypothesis if main < keys else ():
-            if cause.key not in main and cause.key not in chosen and not cause.links:
+            beside = [known for known, _ in chosen.values()]
+            if cause.key not in main and not cause.links and cause.stands_beside(beside):
                 chosen[cause.key] = cause, item.fit.unknowns[place : place + cause.size]
             place += cause.size
         if len(chosen) >= COMPANIONS:
@@ -90,15 +94,16 @@ def _leaders(
 def _beside(
     bench: Workbench, fit: EvaluatedHypothesis, small: Sequence[Small], tried: set[frozenset[Key]]
 ) -> list[EvaluatedHypothesis]:
-    """Starts of a hypothesis with the first of the small causes, and with all, that were not ``tried`` yet."""
-    free = [each for each in small if each[0].stands_beside(fit.hypothesis)][: MOST_CAUSES - len(fit.keys)]
+    """Starts of a hypothesis with each of the small causes, and with all, that were not ``tried`` yet."""
+    free = [each for each in small if each[0].stands_beside(fit.hypothesis)]
     made = []
-    for count in range(1, len(free) + 1):
-        keys = frozenset((*fit.keys, *(cause.key for cause, _ in free[:count])))
-        if keys not in tried:
-            tried.add(keys)
-            starts = [_start(bench, fit, free[:count], factor) for factor in FACTORS]
-            made.append(min(bench.evaluate(starts), key=lambda each: each.cost))
+    for count in range(1, min(len(free), MOST_CAUSES - len(fit.keys)) + 1):
+        for some in combinations(free, count):
+            keys = frozenset((*fit.keys, *(cause.key for cause, _ in some)))
+            if keys not in tried:
+                tried.add(keys)
+                starts = [_start(bench, fit, some, factor) for factor in FACTORS]
+                made.append(min(bench.evaluate(starts), key=lambda each: each.cost))
     return [start for start in made if np.isfinite(start.cost)]
 
 
