@@ -2,12 +2,13 @@
 
 The predictive test of a change in a regression (Chow, Econometrica 28 (1960) 591), on means over blocks: a torque
 that the leg does not produce shifts neighbouring samples alike, the sensor's noise does not, so that in the sum of
-squares fewer independent terms hold the same shift.
+squares fewer independent terms hold the same shift. Parameters that are not known exactly shift the blocks of all
+recordings together: their covariance is added to that of the noise.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,19 +44,42 @@ class LaterScatter:
         explained = bool(np.all((rms < EXPLAINED * sample_scatter(recordings)) | np.isnan(rms)))
         return cls(rms * np.sqrt(correlation_times(recordings, predictions)), explained)
 
-    def agreement(self, recordings: Sequence[Recording], predictions: Sequence[Array], until: float) -> float:
-        """The probability that samples before ``until`` s lie so far off ``predictions``; 1 if that is not far."""
+    def agreement(
+        self,
+        recordings: Sequence[Recording],
+        predictions: Sequence[Array],
+        until: float,
+        errors: Sequence[Array] = (),
+    ) -> float:
+        """The probability that samples before ``until`` s lie so far off ``predictions``; 1 if that is not far.
+
+        ``errors`` : (k, n, c) rad a recording, change of these samples' predictions per standard deviation of each
+        parameter that is not known exactly: links of the leg file, whose errors all recordings share.
+        """
         if not self.explained:
             return 1.0
-        total, count = 0.0, 0
-        for recording, prediction in zip(recordings, predictions, strict=True):
-            early = recording.time < until
-            block = (recording.time[early] / BLOCK).astype(np.intp)
-            for j in recording.free:
-                good = recording.counts[early, j]
-                off = (prediction[early, j] - recording.rotation[early, j])[good] / self.deviation[j]
-                size = np.bincount(block[good])
-                filled = size > 0
-                total += float(np.sum(np.bincount(block[good], weights=off)[filled] ** 2 / size[filled]))
-                count += int(filled.sum())
+        errors = errors or [np.zeros((int(np.sum(r.time < until)), r.rotation.shape[1], 0)) for r in recordings]
+        blocks = [
+            block
+            for recording, prediction, error in zip(recordings, predictions, errors, strict=True)
+            for block in self._blocks(recording, prediction, until, error)
+        ]
+        off, shared = np.concatenate([block[:, 0] for block in blocks]), np.vstack([block[:, 1:] for block in blocks])
+        # The square in units of unit noise and shared errors together, by the matrix inversion lemma.
+        pulled = shared.T @ off
+        explained = pulled @ np.linalg.solve(np.eye(len(pulled)) + shared.T @ shared, pulled)
+        total, count = float(off @ off - explained), len(off)
         return chi_squared_above(count, total) if total > SIZE * count else 1.0
+
+    def _blocks(self, recording: Recording, prediction: Array, until: float, error: Array) -> Iterator[Array]:
+        """(b, 1 + c) for each free joint: sums over blocks of misfit and errors, over the sum's own deviation."""
+        early = recording.time < until
+        block = (recording.time[early] / BLOCK).astype(np.intp)
+        for j in recording.free:
+            good = recording.counts[early, j]
+            misfit = prediction[early, j] - recording.rotation[early, j]
+            columns = np.column_stack([misfit, error[:, j]])[good]
+            size = np.bincount(block[good])
+            filled = size > 0
+            sums = np.column_stack([np.bincount(block[good], weights=column) for column in columns.T])
+            yield sums[filled] / (self.deviation[j] * np.sqrt(size[filled]))[:, None]

@@ -53,7 +53,7 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions | 
     if not np.isfinite(chosen.stage.solution.cost):
         raise UserError(NOTHING_NEAR)
     if seen is not None:
-        hidden = unseen(model, recordings, chosen.stage, options.weight, cut_of(seen) if seen.known else 0.0)
+        hidden = unseen(model, recordings, chosen.stage, options, cut_of(seen) if seen.known else 0.0)
         if hidden is not None:
             return _fit_later(leg, recordings, options, hidden.cut, start_sentence(seen, hidden.cut, hidden))
     softened = _softened(model, recordings, chosen.stage, scatter)

@@ -5,13 +5,15 @@ Each recording is tested by itself: a torque that no spring and damper of the le
 two differ by more than their covariances allow, an external torque acts at the start (Hausman, Econometrica 46 (1978)
 1251: the estimate from all samples is efficient, so the covariance of the difference is the difference of the
 covariances). Where the later samples hardly determine the rates, as those of an overdamped leg, this tells nothing; but
-then the first samples lie off the fit to all by more than the later ones scatter (``early_misfit``).
+then the first samples lie off the fit to all by more than the later ones scatter (``early_misfit``). Both tests allow
+for the errors of the leg file's links, which move the two estimates, and bend the motion, differently.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +21,9 @@ from synth.arrays import Array
 from synth.estimation.chi_squared import chi_squared_above
 from synth.estimation.intervals import spectrum
 from synth.fit.early_misfit import LaterScatter
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
+from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
 from synth.fit.starts import first_locals
@@ -98,13 +102,14 @@ class LateFreeMotion:
 
 
 def unseen(
-    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, weight: str, least: float = 0.0
+    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, options: LegFitOptions, least: float = 0.0
 ) -> LateFreeMotion | None:
     """Test whether all samples and later ones fit the same leg; None if they do, or if there are too few.
 
     Parameters
     ----------
     stage : the fit to all samples.
+    options : of that fit; the links' tolerances are allowed for.
     least : s, the shortest cut considered.
     """
     longest = min(recording.time[-1] for recording in recordings)
@@ -114,11 +119,12 @@ def unseen(
         return None
     solution = stage.solution
     known = refine(
-        model, reference, FitStart(solution.values, _locals(reference, solution)), weight, stage.weights.spread
+        model, reference, FitStart(solution.values, _locals(reference, solution)), options.weight, stage.weights.spread
     )
     if not np.isfinite(known.solution.cost):
         return None
-    test = _Later(model, reference, known, LaterScatter.of(reference, known.solution.predictions), begin)
+    scatter = LaterScatter.of(reference, known.solution.predictions)
+    test = _Later(model, reference, known, scatter, begin, options)
     first = test.agreement(recordings, solution, 0.0)
     if first >= SIGNIFICANCE:
         return None
@@ -140,13 +146,14 @@ def _locals(recordings: Sequence[Recording], solution: Solution) -> list[Local]:
 
 @dataclass(frozen=True)
 class _Later:
-    """The fit ``known`` to ``samples``, those from ``begin`` s, and their ``scatter`` about it."""
+    """The fit ``known`` to ``samples``, those from ``begin`` s, and their ``scatter`` about it; ``options`` of both."""
 
     model: TrajectoryModel
     samples: Sequence[Recording]
     known: Stage
     scatter: LaterScatter
     begin: float
+    options: LegFitOptions
 
     def agreement(self, some: Sequence[Recording], start: Solution, cut: float) -> float:
         """The probability that ``some``, the samples from ``cut`` s, and the later ones belong to one leg."""
@@ -154,31 +161,53 @@ class _Later:
         here = solve(self.model, some, FitStart(start.values, start.locals), weights, tolerance=0.01)
         if not np.isfinite(here.cost):
             return 1.0
-        return min(self._rates(here), self.scatter.agreement(some, here.predictions, self.begin - cut))
+        early = self.begin - cut
+        first = self.scatter.agreement(some, here.predictions, early)
+        rates = self._rates(here)
+        if min(first, rates) < SIGNIFICANCE:  # with exact links; their errors can only make it likelier
+            found = self._errors(some, Stage(here, weights), early)
+            if found is not None and self._errors_later is not None:
+                apart = self._errors_later.considered.sensitivity - found.considered.sensitivity
+                first = self.scatter.agreement(some, here.predictions, early, found.first)
+                rates = self._rates(here, apart)
+        return min(first, rates if rates >= SIGNIFICANCE else max(rates, self._likelihood(here)))
 
-    def _rates(self, here: Solution) -> float:
-        """Of the two sets of rates, by the estimates and, if they differ, by the later samples' likelihood too.
+    def _errors(self, samples: Sequence[Recording], stage: Stage, until: float = 0.0) -> LinkErrors | None:
+        """What the links' errors do to a fit, and to its predictions before ``until`` s; None if a motion diverges."""
+        widths = link_widths(self.model.leg, self.options.tolerance)
+        found = link_errors(self.model, samples, stage, widths, self.options.static, until=until)
+        return found if found is not None and np.isfinite(found.considered.sensitivity).all() else None
+
+    @cached_property
+    def _errors_later(self) -> LinkErrors | None:
+        return self._errors(self.samples, self.known)
+
+    def _rates(self, here: Solution, apart: Array | None = None) -> float:
+        """Of the two sets of rates; ``apart`` as in ``same_leg``."""
+        later_fit = self.known.solution
+        both = covariance(self.model, here), covariance(self.model, later_fit)
+        return same_leg(here.values, both[0], later_fit.values, both[1], apart)
+
+    def _likelihood(self, here: Solution) -> float:
+        """The probability that the later samples fit the rates ``here`` so much worse than their own.
 
         Along a ridge covariances hold near the estimate only: an overdamped leg without a hand differed by p = 2e-13,
         where its later samples fit the rates of all as well as their own.
         """
         later_fit = self.known.solution
-        both = covariance(self.model, here), covariance(self.model, later_fit)
-        found = same_leg(here.values, both[0], later_fit.values, both[1])
-        if found >= SIGNIFICANCE:
-            return found
         begin = FitStart(here.values, later_fit.locals)
         weights = replace(self.known.weights, centre=None)
         held = solve(self.model, self.samples, begin, weights, tolerance=0.01, fixed=True)
         if not np.isfinite(held.cost):
-            return found
-        return max(found, chi_squared_above(len(here.values), 2.0 * (held.cost - later_fit.cost)))
+            return 0.0
+        return chi_squared_above(len(here.values), 2.0 * (held.cost - later_fit.cost))
 
 
-def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array) -> float:
+def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array, apart: Array | None = None) -> float:
     """Probability of so large a difference between an efficient estimate (p,) and one from part of the samples.
 
-    Directions that the part determines as well as the whole are left out.
+    Directions that the part determines as well as the whole are left out. ``apart`` (p, c): by how much more the part's
+    estimate moves than the whole's, per standard deviation of each parameter that both were given and is not exact.
     """
     root = np.linalg.cholesky(later_cov + 1e-15 * np.eye(len(values)) * np.trace(later_cov))
     whitened = np.linalg.solve(root, np.linalg.solve(root, cov).T)
@@ -187,7 +216,11 @@ def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array) -
     tells = 1.0 - share > UNTOLD
     if not tells.any():
         return 1.0
-    return chi_squared_above(int(tells.sum()), float(np.sum(off[tells] ** 2 / (1.0 - share[tells]))))
+    spread = np.diag(1.0 - share[tells])
+    if apart is not None:
+        moved = vector[:, tells].T @ np.linalg.solve(root, apart)
+        spread += moved @ moved.T
+    return chi_squared_above(int(tells.sum()), float(off[tells] @ np.linalg.solve(spread, off[tells])))
 
 
 def start_sentence(seen: Seen, cut: float, hidden: LateFreeMotion | None) -> str:

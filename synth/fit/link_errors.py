@@ -14,11 +14,13 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.estimation.consider import Considered, Coupling, consider
+from synth.estimation.normal_equations import Information
 from synth.files.static_points_file import StaticPoint
+from synth.files.tolerance import Tolerance
 from synth.fit.least_squares import Stage, sample_weights
 from synth.fit.recordings import Recording
 from synth.fit.static_points import balances
-from synth.fit.trajectories import Index, Local, TrajectoryModel
+from synth.fit.trajectories import FIT_STEPS, Index, Local, TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
@@ -27,6 +29,9 @@ from synth.swing.tolerances import LINK_QUANTITIES, QUANTITIES, Tolerances
 from synth.threads import shared_out
 
 STEP = 1e-4  # of a logarithm; the integration's error at 1e-7 is a thousandth of the change
+# A motion near the fit's limit of steps, as of a stiff leg driven by a hand, needs more with its links moved: two of 78
+# such legs had no sensitivity.
+MOST_STEPS = 4 * FIT_STEPS
 WORDS = {"length": "length", "mass": "mass", "com": "centre of mass", "inertia": "inertia"}
 
 
@@ -36,12 +41,14 @@ class LinkErrors:
 
     ``names`` : (joint, quantity) of each considered parameter, quantity one of ``LINK_QUANTITIES``. ``deviation``
     (c,) of
-    its logarithm.
+    its logarithm. ``first`` : (k, n, c) rad a trial, change of the prediction of its first k samples per deviation of
+    each parameter, the estimates and the trial's initial state following.
     """
 
     names: tuple[tuple[str, str], ...]
     deviation: Array
     considered: Considered
+    first: tuple[Array, ...] = ()
 
     @property
     def covariance(self) -> Array:
@@ -55,6 +62,8 @@ def link_errors(
     stage: Stage,
     widths: Array,
     static: Sequence[StaticPoint] = (),
+    *,
+    until: float = 0.0,
 ) -> LinkErrors | None:
     """The sensitivity of the estimates to the links' parameters; None if all are exact, or the motion diverges.
 
@@ -62,6 +71,7 @@ def link_errors(
     ----------
     widths : (4, n) standard deviation of the logarithm of each link's length, mass, centre of mass and inertia.
     static : the static points of the fit, which depend on the same links' weight.
+    until : s, end of the first samples, whose predictions' errors are wanted too.
     """
     open_ = np.flatnonzero(widths.ravel() > 0.0)
     solution, weights = stage.solution, stage.weights
@@ -70,22 +80,48 @@ def link_errors(
     deviation, legs = widths.ravel()[open_], _moved_legs(model.leg, open_)
     n_common = len(solution.values)
 
-    def one(t: int) -> Coupling:
+    def one(t: int) -> _Effect:
         recording, local = recordings[t], solution.locals[t]
         moved = _moved(model, recording, legs, solution.values, local) * deviation
         found = model.evaluate(recording, solution.values, local)
         assert found.common is not None
         assert found.local is not None
         root = sample_weights(recording, found.prediction, weights.noise[t], weights.rounding)
-        moved = (moved * root[:, :, None]).reshape(-1, len(open_))
-        both = np.concatenate([found.common, found.local], axis=2) * root[:, :, None]
-        product = both.reshape(len(moved), -1).T @ moved
-        return Coupling(product[:n_common], product[n_common:])
+        both = np.concatenate([found.common, found.local], axis=2)
+        weighted = (both * root[:, :, None]).reshape(root.size, -1)
+        product = weighted.T @ (moved * root[:, :, None]).reshape(root.size, -1)
+        first = recording.time < until
+        return _Effect(Coupling(product[:n_common], product[n_common:]), moved[first], both[first])
 
-    couplings = shared_out(one, len(recordings))
+    effects = shared_out(one, len(recordings))
     beside = _of_points(model, solution.values, open_, static) * deviation if static else None
+    considered = consider(solution.information, [effect.coupling for effect in effects], beside)
     names = [(name, quantity) for quantity in LINK_QUANTITIES for name in model.leg.joint_names]
-    return LinkErrors(tuple(names[k] for k in open_), deviation, consider(solution.information, couplings, beside))
+    first = tuple(effect.left(considered, solution.information, t) for t, effect in enumerate(effects))
+    return LinkErrors(tuple(names[k] for k in open_), deviation, considered, first)
+
+
+@dataclass(frozen=True)
+class _Effect:
+    """One trial's ``coupling``; of its first samples ``moved`` (k, n, c), and ``slopes`` (k, n, p + l) by unknowns."""
+
+    coupling: Coupling
+    moved: Array
+    slopes: Array
+
+    def left(self, considered: Considered, information: Information, trial: int) -> Array:
+        """(k, n, c) rad, what of ``moved`` remains when common and own unknowns follow."""
+        common = considered.sensitivity
+        pulled = self.coupling.own + information.cross[trial].T @ common
+        own = -np.linalg.solve(information.own[trial], pulled)
+        return np.asarray(self.moved + self.slopes @ np.concatenate([common, own]))
+
+
+def link_widths(leg: Leg, tolerance: Tolerance | None) -> Array:
+    """(4, n) standard deviations of the logarithms for a project's tolerances; zero if the links are exact."""
+    if tolerance is None:
+        return np.zeros((len(LINK_QUANTITIES), len(leg.joints)))
+    return tolerance.widths(leg)[: len(LINK_QUANTITIES)]
 
 
 def _moved_legs(leg: Leg, numbers: Index) -> list[tuple[LegLanes, int]]:
@@ -111,7 +147,7 @@ def _moved(
         lanes = model.chain.lanes(group, recording.conditions)
         repeated = np.repeat(values[:, None], count, axis=1)
         state = np.repeat(np.concatenate([local.rotation, local.rate])[:, None], count, axis=1)
-        out = model.run_lanes(recording, lanes, repeated, state, local.shift[:, None])
+        out = model.run_lanes(recording, lanes, repeated, state, local.shift[:, None], MOST_STEPS)
         found.append((out[:, :, 1:] - out[:, :, :1]) / STEP)
     assert layout.n == len(local.rotation)
     return np.concatenate(found, axis=2)

@@ -17,7 +17,7 @@ from synth.fit.fit_problem import sought_by
 from synth.fit.fit_result import FitResult, JointFit, TrialFit, Variant
 from synth.fit.interval_sources import sources_of
 from synth.fit.least_squares import Solution, Stage
-from synth.fit.link_errors import LinkErrors, link_errors
+from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.odd_trials import odd_trials
 from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording, thinned_sentences
@@ -30,7 +30,6 @@ from synth.fit.unknowns import SpringsAndDampers
 from synth.remarks import decisive, noted
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Leg, Spring
-from synth.swing.tolerances import LINK_QUANTITIES
 
 MISPLACED = 3.0  # standard deviations from which a static point is reported
 LEAST_MISFIT = np.radians(0.3)  # smallest reported misfit: a few counts of a coarse encoder
@@ -86,7 +85,7 @@ def result_of(
     spreads, chosen = {name: covariance(model, solution) for name, solution in solutions.items()}, solutions[mode]
     refits, lost = _refits(model, recordings, fitted.stage, spreads[mode], options)
     links = {
-        name: link_errors(model, recordings, each.stage, _link_widths(leg, options), options.static)
+        name: link_errors(model, recordings, each.stage, link_widths(leg, options.tolerance), options.static)
         for name, each in treatments.items()
     }
     offsets = _offsets(fitted, spreads, refits, links)
@@ -161,13 +160,6 @@ def _offsets(
     if fitted.least is not None:
         offsets[fitted.mode] = _reaching(offsets[fitted.mode], chosen, fitted.least.values)
     return offsets
-
-
-def _link_widths(leg: Leg, options: LegFitOptions) -> Array:
-    """(4, n) the project's tolerances of the links."""
-    if options.tolerance is None:
-        return np.zeros((len(LINK_QUANTITIES), len(leg.joints)))
-    return options.tolerance.widths(leg)[: len(LINK_QUANTITIES)]
 
 
 def _with_links(offsets: tuple[Array, Array], covariance: Array) -> tuple[Array, Array]:

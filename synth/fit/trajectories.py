@@ -180,7 +180,15 @@ class TrajectoryModel:
         lanes = np.repeat(self._lane(recording.conditions)[:, None], values.shape[1], axis=1)
         return self.run_lanes(recording, lanes, values, state, shift)
 
-    def run_lanes(self, recording: Recording, lanes: Array, values: Array, state: Array, shift: Array) -> Array:
+    def run_lanes(
+        self,
+        recording: Recording,
+        lanes: Array,
+        values: Array,
+        state: Array,
+        shift: Array,
+        max_steps: int = FIT_STEPS,
+    ) -> Array:
         """Like ``run``, for ``lanes`` (n_row, n_lane) of legs whose links may differ; the array is modified."""
         layout = self.chain.layout
         self.unknowns.write(lanes, values)
@@ -192,7 +200,7 @@ class TrajectoryModel:
             self.tolerance,
             known_torque=recording.known_torque,
             signals=recording.signals,
-            max_steps=FIT_STEPS,
+            max_steps=max_steps,
         )
 
     def evaluate(self, recording: Recording, values: Array, local: Local, *, jacobian: bool = True) -> Evaluation:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fit.simulated_legs import Rig, bare, recorded, releases, robot
-from robustness.random_legs import random_case
+from robustness.random_legs import TOLERANCE_OF_LINKS, random_case
 from synth.estimation.intervals import Estimate
 from synth.fit.early_misfit import LaterScatter
 from synth.fit.estimate import fit_leg
@@ -38,6 +38,25 @@ def test_the_probability_of_a_difference_is_uniform_where_there_is_none() -> Non
         assert np.mean(np.array(found) < quantile) == pytest.approx(quantile, abs=0.07)
     assert same_leg(values, whole, values + 20.0, part) < 1e-6
     assert same_leg(values, whole, values + 20.0, whole) == 1.0  # a part that knows as much says nothing
+
+
+def test_an_error_that_moves_both_estimates_is_no_difference() -> None:
+    """Probabilities stay uniform where the leg file's errors move the part's estimate by more than the whole's."""
+    generator = np.random.default_rng(2)
+    root, extra, apart = generator.normal(size=(4, 4)), generator.normal(size=(4, 4)), generator.normal(size=(4, 2))
+    whole, part = root @ root.T, root @ root.T + extra @ extra.T
+    apart *= 10.0
+    with_errors, without = [], []
+    for _ in range(400):
+        values = np.linalg.cholesky(whole) @ generator.normal(size=4)
+        more = values + np.linalg.cholesky(part - whole) @ generator.normal(size=4) + apart @ generator.normal(size=2)
+        with_errors.append(same_leg(values, whole, more, part, apart))
+        without.append(same_leg(values, whole, more, part))
+    for quantile in (0.1, 0.5, 0.9):
+        assert np.mean(np.array(with_errors) < quantile) == pytest.approx(quantile, abs=0.07)
+    assert np.mean(np.array(without) < 1e-4) > 0.5
+    unmoved = np.linalg.svd(apart)[0][:, -1]
+    assert same_leg(values, whole, values + 60.0 * unmoved, part, apart) < 1e-6
 
 
 @pytest.mark.parametrize("seed", [5001, 5004])
@@ -103,9 +122,22 @@ def test_early_samples_off_by_more_than_later_scatter_are_told_from_noise() -> N
     noisy = replace(scatter, deviation=np.full(len(leg.joints), 0.01))
     assert noisy.agreement(made, pushed, 0.3) < 1e-6
     assert noisy.agreement([one.later(60) for one in made], [each[60:] for each in pushed], 0.2) == 1.0
+    push = [0.02 * (one.time < 0.1)[:, None] * np.ones_like(one.rotation) for one in made]
+    shared = [each[one.time < 0.3][:, :, None] for one, each in zip(made, push, strict=True)]
+    assert noisy.agreement(made, pushed, 0.3, shared) == 1.0  # one standard deviation of what is not known exactly
+    assert noisy.agreement(made, pushed, 0.3, [0.01 * each for each in shared]) < 1e-6  # a hundred
     assert replace(noisy, explained=False).agreement(made, pushed, 0.3) == 1.0  # another law, not a hand
     far = LaterScatter.of(made, [one.rotation + 0.1 for one in made])
     assert not far.explained
+
+
+@pytest.mark.parametrize("seed", [930000, 930055])
+def test_a_free_leg_whose_links_are_off_by_their_tolerances_is_kept_whole(seed: int) -> None:
+    """By noise alone p < 1e-10 for rates of all and of later samples, in the second leg for the first samples too."""
+    case = random_case(seed, replace(random_case(seed).recorder, driven=0.0))
+    made = recordings(case.off, case.trials)
+    assert fit_leg(case.off, made, FREE).cut > 0.0  # links taken as exact
+    assert fit_leg(case.off, made, replace(FREE, tolerance=TOLERANCE_OF_LINKS)).cut == 0.0
 
 
 def test_a_free_leg_is_fitted_from_its_first_sample() -> None:

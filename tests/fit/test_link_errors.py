@@ -72,6 +72,32 @@ def test_link_sensitivity_of_a_pendulum_equals_the_closed_form() -> None:
         assert moved == pytest.approx(expected[quantity], abs=0.015)
 
 
+def test_first_predictions_move_with_the_links_as_refits_do() -> None:
+    leg = robot()
+    trials, given = releases(leg, 3)[:2], bare(leg)
+    made = recordings(given, trials)
+    values, n = estimates(fit_leg(given, made, LegFitOptions(free_angle="common"))), len(leg.joints)
+    values[n : 2 * n] = leg.to_rotation(leg.sign * values[n : 2 * n])
+    weights = Weights(np.full((len(made), n), 1e-3), np.zeros(n))
+
+    def refitted(given: Leg) -> Stage:
+        start = FitStart(values, first_locals(made))
+        return Stage(solve(model_of(given), made, start, weights, tolerance=1e-6), weights)
+
+    found = link_errors(model_of(given), made, refitted(given), np.full((4, n), MOVED), until=0.2)
+    assert found is not None
+    for column in (3, 7, 11):  # mass of hip, com of knee, inertia of ankle
+        ends = []
+        for sign in (1.0, -1.0):
+            x = np.zeros(3 * len(QUANTITIES))
+            x[column] = sign * MOVED
+            ends.append(refitted(Tolerances(np.ones((len(QUANTITIES), 3))).leg(given, x)).solution.predictions)
+        for trial, recording in enumerate(made):
+            first = recording.time < 0.2
+            moved = (ends[0][trial] - ends[1][trial])[first] / 2
+            assert found.first[trial][:, :, column] == pytest.approx(moved, abs=0.1 * np.abs(moved).max() + 1e-7)
+
+
 def test_link_sensitivity_of_a_leg_equals_refits_with_static_points() -> None:
     leg = robot()
     trials, given = releases(leg, 3)[:3], bare(leg)
