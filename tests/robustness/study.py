@@ -100,6 +100,7 @@ def fitted(case: Case, given: Leg, trials: Sequence[Trial], options: LegFitOptio
         "done": True,
         "cpu": round(seconds, 3),
         "free_angle": result.free_angle,
+        "cut": round(result.cut, 4),
         "over": _over_truth(case, result, made),
     }
     joints = []

@@ -130,4 +130,15 @@ def test_the_study_of_unseen_hands_fits_those_only_and_goes_on(
     assert records[:-1] == seen
     assert records[-1]["seed"] == 900211
     assert records[-1]["fit"]["done"]
-    assert "of 3 intervals, 1 legs of 212" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "of 3 intervals, 1 legs of 212" in said
+    assert "cut: 1 of 1 legs" in said
+
+
+def test_a_leg_that_no_hand_drives_counts_as_cut_without_need(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    unseen_main(["--free", "--seed", "900", "--count", "1", "--to", str(tmp_path)])
+    (record,) = [json.loads(text) for text in (tmp_path / "legs.jsonl").read_text().splitlines()]
+    assert record["fit"]["cut"] == 0.0
+    assert "cut: 0 of 1 legs" in capsys.readouterr().out
