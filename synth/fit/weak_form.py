@@ -113,7 +113,8 @@ class WeakForm:
         reduced = (groups - groups[:, :, :, 3, None] * share[:, :, None, :]).sum(axis=0)
         matrix, side = reduced[:, :2, :2], reduced[:, :2, 2]
         matrix[known, 1], matrix[known, :, 1], side[known, 1] = 0.0, 0.0, 0.0
-        scale = np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))
+        # A joint that hardly moves leaves nothing but rounding, which may be negative.
+        scale = np.sqrt(np.maximum(np.diagonal(matrix, axis1=1, axis2=2), 0.0))
         scale = np.where(scale > 0.0, scale, np.inf)
         inverse = np.linalg.pinv(matrix / (scale[:, :, None] * scale[:, None, :]), rcond=1e-15, hermitian=True)
         found = (inverse @ (side / scale)[:, :, None])[:, :, 0] / scale

@@ -130,6 +130,17 @@ def test_a_gap_in_the_recording_is_skipped_not_interpolated() -> None:
     assert misses(weak_form(bare(leg), unmarked)).max() > 0.02
 
 
+def test_a_joint_whose_angle_is_constant_raises_no_numerical_warning() -> None:
+    """Projected onto its rest angle nothing but rounding remains of its column, of either sign."""
+    leg = robot()
+    (one,) = recorded(leg, releases(leg, 1, SILENT, 1))
+    for angle in np.linspace(0.1, 2.0, 20):
+        still = replace(one.smoothed, angle=one.smoothed.angle.copy(), rate=one.smoothed.rate.copy())
+        still.angle[:, 2], still.rate[:, 2] = angle, 0.0
+        found = weak_form(leg, [replace(one, smoothed=still)])
+        assert np.isfinite(found.spring_rate[:2]).all()
+
+
 def test_a_joint_that_is_locked_everywhere_is_nan() -> None:
     leg = robot()
     recordings = recorded(leg, releases(leg, 0, SILENT, 2))
