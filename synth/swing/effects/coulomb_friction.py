@@ -14,7 +14,7 @@ PRESLIDING_PARAMETER = Parameter(  # of every effect with a bristle
     PRESLIDING_PRIOR,
     off=PRESLIDING,
     natural=False,
-    meaning="elastic deflection before it slides",
+    meaning="elastic deflection before it slides: friction torque over initial stiffness",
 )
 
 
@@ -22,7 +22,7 @@ PRESLIDING_PARAMETER = Parameter(  # of every effect with a bristle
 def torque(rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, friction, presliding):  # type: ignore[no-untyped-def]
     """Friction torque with the bristle's bend (-1..1) as memory; at rest it balances any torque below ``friction``."""
     change = bristle(rate, memory, presliding)
-    return -friction * held(memory, change), change
+    return -friction * held(memory, change, presliding), change
 
 
 def start(deflection, friction, presliding):  # type: ignore[no-untyped-def]
@@ -34,8 +34,9 @@ EFFECT = Effect(
     name="coulomb_friction",
     meaning="dry friction, constant in speed",
     phrase="lacks dry friction",
-    formula="-torque z (3 - z^2) / 2, dz/dt = w / presliding up to |z| = 1",
-    source="Coulomb 1785; the bristle: Prandtl's element, ZAMM 8 (1928) 85; sticking as in Dahl, TOR-158 (1968)",
+    formula="-torque z, dz/dt = (w - |w| z) / presliding; without presliding it reverses and holds at once",
+    source="Coulomb 1785; presliding: Dahl, TOR-158 (1968), the bristles of LuGre: Canudas de Wit, Olsson, Astrom & "
+    "Lischinsky, IEEE TAC 40 (1995) 419",
     way="torque",
     linear=True,
     memory=True,

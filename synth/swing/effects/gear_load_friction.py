@@ -29,7 +29,7 @@ def torque(  # type: ignore[no-untyped-def]
     load = max(share + (backdriven if drive * rate < 0.0 else 0.0), 0.0)  # load takes no friction away
     level = (unloaded + load * abs(drive)) * stribeck_share(rate, speed, fall)
     change = bristle(rate, memory, presliding)
-    return -level * held(memory, change), change
+    return -level * held(memory, change, presliding), change
 
 
 def start(deflection, unloaded, share, backdriven, fall, speed, presliding):  # type: ignore[no-untyped-def]

@@ -1,7 +1,8 @@
 """Building blocks of compiled effects, inlined into the lane loop, where branch-free code is vectorised.
 
 All dry friction here uses a bristle: it sticks with an elastic deflection of ``presliding``, at least
-``LEAST_PRESLIDING``. When a joint reverses, ``synth.swing.turning_events`` reverses the friction, at once without
+``LEAST_PRESLIDING``; more is intended and follows Dahl's law (before, a bristle that was linear in its bend left 4 to 9
+times the noise of LuGre friction of 60 times, Dahl's law leaves 1.0 to 1.2: ``tests/blind/test_forms.py``). When a joint reverses, ``synth.swing.turning_events`` reverses the friction, at once without
 presliding, so sliding friction is not smoothed: one swing agrees with the closed form within 1e-6 rad. The remaining
 error is the bristle's deflection while it holds a joint. With torques of 1 to 20 % of the spring's at 1 rad it is 2e-4
 rad RMS and at most 1e-3 rad in legs of three links, against a presliding of 1e-5 rad. A bristle costs 1.05 to 2.5 times
@@ -19,34 +20,46 @@ from numba.extending import intrinsic
 
 from synth.compiling.inlining import inlined
 
-__all__ = ["bend_that_holds", "bristle", "held", "inlined", "power", "stribeck_share"]
+__all__ = ["bend_that_holds", "bristle", "dahl_share", "held", "inlined", "power", "stribeck_share"]
 
 LEAST_PRESLIDING = 2e-4  # rad, least presliding of a holding bristle; less makes a held joint stiff to integrate
 BRISTLE_DAMPING = 0.001  # s; more makes a held joint stiff to integrate, less lets it oscillate
+ASYMPTOTE = 1.02  # of Dahl's law, over the friction torque: sliding is reached, and is not stiff
+
+
+@inlined
+def dahl_share(presliding):  # type: ignore[no-untyped-def]
+    """1 for a bristle with an intended presliding, 0 for one that only holds, in between just above the least."""
+    return max(0.0, min(1.0, 10.0 * (presliding / LEAST_PRESLIDING - 1.0)))
 
 
 @inlined
 def bristle(rate, memory, presliding):  # type: ignore[no-untyped-def]
     """Rate of change of a bristle's bend (memory, -1..1), which follows the motion until the bristle slides.
 
-    Elastic, then perfectly plastic (Prandtl's element). It is not stiff while the joint slides; Dahl's smooth law is,
-    because its bend relaxes with ``rate / presliding``, ten thousand per second. A step may carry the bend beyond its
+    With an intended presliding, Dahl's law ``dz/dt = (w - |w| z) / presliding`` (Dahl, TOR-158, 1968; the bristles of
+    LuGre: Canudas de Wit et al., IEEE TAC 40 (1995) 419). Its bend relaxes with ``rate / presliding``, ten thousand per
+    second, while the joint slides; so its asymptote lies 2 % beyond the bound, where the bend stays. A bristle that
+    only holds a joint is elastic, then perfectly plastic (Prandtl's element). A step may carry the bend beyond its
     bound, where the torque is that at the bound; the integrator clips it (``Effect.bristle``).
     """
     sliding = (abs(memory) >= 1.0) & (rate * memory > 0.0)
-    return 0.0 if sliding else rate / max(presliding, LEAST_PRESLIDING)
+    share = dahl_share(presliding)
+    change = (1.0 + share * (ASYMPTOTE - 1.0)) * rate - share * abs(rate) * memory
+    return 0.0 if sliding else change / max(presliding, LEAST_PRESLIDING)
 
 
 @inlined
-def held(memory, change):  # type: ignore[no-untyped-def]
-    """Share of the friction torque that a bristle exerts at bend z and its rate of change: z (3 - z^2) / 2.
+def held(memory, change, presliding=0.0):  # type: ignore[no-untyped-def]
+    """Share of the friction torque that a bristle exerts at bend z and its rate of change.
 
-    The rate damps oscillations of a sticking joint. The cubic passes into sliding without a kink, which saves steps
-    when sixteen lanes begin to slide at different times, and exerts more torque than a linear function.
+    z with an intended presliding, else z (3 - z^2) / 2. The rate damps oscillations of a sticking joint. The cubic
+    passes into sliding without a kink, which saves steps when sixteen lanes begin to slide at different times, and
+    exerts more torque than a linear function.
     """
     damped = memory + BRISTLE_DAMPING * change if abs(memory) < 1.0 else memory
     z = max(-1.0, min(1.0, damped))
-    return z * (1.5 - 0.5 * z * z)
+    return z * (1.0 + (1.0 - dahl_share(presliding)) * (0.5 - 0.5 * z * z))
 
 
 @inlined

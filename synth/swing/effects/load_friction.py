@@ -14,7 +14,7 @@ def torque(  # type: ignore[no-untyped-def]
     """The bristle of Coulomb friction with a strength in proportion to the present load."""
     level = radius * force + share * abs(spring_rate * deflection)
     change = bristle(rate, memory, presliding)
-    return -level * held(memory, change), change
+    return -level * held(memory, change, presliding), change
 
 
 def start(deflection, radius, share, presliding):  # type: ignore[no-untyped-def]

@@ -25,7 +25,7 @@ def torque(  # type: ignore[no-untyped-def]
     """The bristle of Coulomb friction with a strength that follows Stribeck's curve."""
     level = friction * stribeck_share(rate, speed, fall)
     change = bristle(rate, memory, presliding)
-    return -level * held(memory, change), change
+    return -level * held(memory, change, presliding), change
 
 
 def start(deflection, friction, fall, speed, presliding):  # type: ignore[no-untyped-def]
@@ -37,7 +37,7 @@ EFFECT = Effect(
     name="stribeck_friction",
     meaning="dry friction that falls with speed",
     phrase="lacks dry friction that falls with speed",
-    formula="-s torque (1 - fall + fall exp(-(w/speed)^2)), s = z (3 - z^2) / 2 as for dry friction",
+    formula="-s torque (1 - fall + fall exp(-(w/speed)^2)), s the bend z of dry friction",
     source="Stribeck 1902; Armstrong-Helouvry, Dupont & Canudas de Wit, Automatica 30 (1994) 1083, eq. 5",
     way="torque",
     linear=True,
