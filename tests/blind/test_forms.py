@@ -70,9 +70,12 @@ def left(case: Case, cause: PlantedCause, folder: Path) -> tuple[float, float]:
 # the same, otherwise 1.5 times the measured value, the closest fit of the family.
 FORMS = [
     ("coulomb_friction", 0, "stick-slip", 2.0),
-    ("coulomb_friction", 1, "bristles", 7.5),
+    ("coulomb_friction", 1, "bristles", 1.6),
+    ("coulomb_friction", 6, "bristles", 1.6),
     ("stribeck_friction", 0, "stick-slip, rational", 2.0),
+    ("stribeck_friction", 1, "bristles, rational", 1.6),
     ("load_friction", 0, "bearing, sticking", 2.0),
+    ("load_friction", 1, "mesh, bristles", 1.6),
     ("shear_thinning_damping", 0, "Cross", 2.3),
     ("shear_thinning_damping", 2, "power law over plateau", 2.3),
     ("quadratic_damping", 0, "square and cube", 1.6),

@@ -1,11 +1,12 @@
 """Building blocks of compiled effects, inlined into the lane loop, where branch-free code is vectorised.
 
 All dry friction here uses a bristle: it sticks with an elastic deflection of ``presliding``, at least
-``LEAST_PRESLIDING``; more is intended and follows Dahl's law (before, a bristle that was linear in its bend left 4 to 9
-times the noise of LuGre friction of 60 times, Dahl's law leaves 1.0 to 1.2: ``tests/blind/test_forms.py``). When a joint reverses, ``synth.swing.turning_events`` reverses the friction, at once without
-presliding, so sliding friction is not smoothed: one swing agrees with the closed form within 1e-6 rad. The remaining
-error is the bristle's deflection while it holds a joint. With torques of 1 to 20 % of the spring's at 1 rad it is 2e-4
-rad RMS and at most 1e-3 rad in legs of three links, against a presliding of 1e-5 rad. A bristle costs 1.05 to 2.5 times
+``LEAST_PRESLIDING``. A larger presliding is intended and follows Dahl's law: of LuGre friction of 60 times the noise it
+leaves 1.0 to 1.2 times, a bristle whose rate is that of the joint leaves 4 to 9 (``tests/blind/test_forms.py``). When a
+joint reverses, ``synth.swing.turning_events`` reverses the friction, at once without presliding, so sliding friction is
+not smoothed: one swing agrees with the closed form within 1e-6 rad. The remaining error is the bristle's deflection
+while it holds a joint. With torques of 1 to 20 % of the spring's at 1 rad it is 2e-4 rad RMS and at most 1e-3 rad in
+legs of three links, against a presliding of 1e-5 rad. A bristle costs 1.05 to 2.5 times
 the steps of a leg without friction, and 4.5 times if strong friction holds a joint.
 """
 
