@@ -115,7 +115,6 @@ COMPILED = {"compiled", "compiled_when_called", "njit", "inlined"}
 # What is longer all the same, and why.
 LONG = {
     "synth.swing.chain_integrator.integrate": "compiled: one loop over steps, its pieces are inlined functions already",
-    "synth.swing.curve_integrator.integrate_curves": "compiled: one loop over steps, its pieces are inlined already",
     "synth.jump.planar_engine._accelerations": "compiled: one system of equations, filled row by row",
     "synth.jump.jump_integrator.jump": "compiled: one loop over steps",
 }

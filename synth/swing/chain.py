@@ -23,7 +23,7 @@ from synth.swing.lane_groups import LaneGroups, Switches, write_group
 from synth.swing.lane_layout import DRIVE, FIRST_LAW, LANES, WORKING, LaneLaw, Layout
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg, Tip
-from synth.swing.stage_rows import FACTORS
+from synth.swing.stage_rows import SINGLE_ROOM
 from synth.swing.time_unit import time_exponent
 from synth.units import quantity
 
@@ -167,8 +167,8 @@ class Chain:
     ) -> None:
         """Integrate the lanes in the workspace ``flat`` by ``curve_integrator``."""
         integrate, *functions = self._curves
-        factors, limits = np.empty(FACTORS, dtype=np.float32), (tolerance, tolerance)
-        integrate(*functions, flat, self.layout.n, times, limits, steps, out, where, room, factors)
+        single, limits = np.empty(SINGLE_ROOM, dtype=np.float32), (tolerance, tolerance)
+        integrate(*functions, flat, self.layout.n, times, limits, steps, out, where, room, single)
 
     @cached_property
     def _off(self) -> Array:

@@ -70,7 +70,8 @@ def chain_modules(layout: Layout, effects: tuple[Effect, ...]) -> dict[str, Modu
     }
     if layout.n <= MOST_STAGED:
         implicit = source_file("synth.swing.curve_integrator").read_text(encoding="utf-8")
-        rows = tuple(map(source_file, ("synth.swing.lane_layout", "synth.swing.stage_rows")))
+        inlined = ("lane_layout", "stage_rows", "lane_clocks", "curve_clocks", "curve_bends")
+        rows = tuple(source_file(f"synth.swing.{name}") for name in inlined)
         made["stages"] = ModuleText(f"stages{layout.n}", stage_source.stage_functions(layout), files[:1])
         made["curves"] = ModuleText("curves", implicit, rows)
     return made

@@ -99,16 +99,16 @@ HASHED_STEP = """
 import hashlib
 import numpy as np
 from synth.swing.chain import compiled_chain
-from synth.swing.stage_rows import FACTORS, ROOM
+from synth.swing.stage_rows import ROOM, SINGLE_ROOM
 
 chain, random = compiled_chain(2), np.random.default_rng(0)
 stages = chain.sources["stages"].load()
 lanes, work = random.uniform(0.5, 1.5, chain.layout.n_row * 16), random.uniform(0.5, 1.5, ROOM)
-factors = np.zeros(FACTORS, dtype=np.float32)
+single = np.zeros(SINGLE_ROOM, dtype=np.float32)
 stages.begin(lanes, work)
-stages.iterate(lanes, work, factors, 1)
-stages.filter_error(work)
-print(hashlib.sha256(work.tobytes() + factors.tobytes()).hexdigest())
+stages.iterate(lanes, work, single, 1)
+stages.filter_error(work, single)
+print(hashlib.sha256(work.tobytes() + single.tobytes()).hexdigest())
 """
 
 

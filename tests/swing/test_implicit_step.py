@@ -22,8 +22,8 @@ from synth.swing.stage_rows import AT_SHARES, INTEGRAL, NODES, SHARE_WEIGHTS, WE
 LINK = Link(0.2, 0.74, 0.091, 3.5e-3)
 ABOUT_HINGE = LINK.inertia + LINK.mass * LINK.com**2
 TIMES = np.linspace(0.0, 1.0, 201)
-# rad at the usual tolerance of 1e-6; a curve with one sharp bend is nearly dry friction, which jumps within a step
-LARGEST = {"power law": 3e-6, "measured": 3e-6, "friction with a linear rate": 8e-6}
+# rad at the usual tolerance of 1e-6; a curve with one sharp bend is nearly dry friction, and steps end at that bend
+LARGEST = {"power law": 3e-6, "measured": 3e-6, "friction with a linear rate": 1e-6}
 FREE = Conditions()
 MEASURED = DamperCurve((0.05, 0.2, 0.5, 1.5, 4.0), (0.05, 0.11, 0.17, 0.29, 0.42))
 
@@ -212,6 +212,33 @@ def test_lanes_give_derivatives() -> None:
     for k in (1, 2, 3):
         derivative, expected = ((motion[:, :, k] - motion[:, :, 0]) / change for motion in (found, exact))
         assert np.abs(derivative - expected).max() < 0.01 * np.abs(expected).max()
+
+
+def different_legs() -> tuple[Chain, Array]:
+    """Sixteen legs, the dampers of the last four times as strong as those of the first."""
+    chain, lane = lanes_of(damped_robot(CURVES["power law"]), [0.5, -0.9, 0.6])
+    lanes = np.repeat(lane, 16, axis=1)
+    lanes[chain.layout.rows("curve_slope")] *= np.geomspace(0.5, 2.0, 16)
+    return chain, lanes
+
+
+def test_different_legs_step_on_their_own() -> None:
+    chain, lanes = different_legs()
+    counting, steps = counted(chain)
+    together = counting.run(lanes, TIMES)
+    alone = np.concatenate([counting.run(lanes[:, k : k + 1], TIMES) for k in range(16)], axis=2)
+    assert np.abs(together - alone).max() < 2.0 * LARGEST["power law"]
+    assert steps[0] < 0.4 * sum(steps[1:])  # many of them end in the same iteration
+
+
+def test_a_lost_lane_leaves_the_others_alone() -> None:
+    chain, lanes = different_legs()
+    expected = chain.run(lanes, TIMES)
+    lanes[chain.layout.row("spring_rate"), 5] = np.nan
+    found = chain.run(lanes, TIMES)
+    assert np.isnan(found[1:, :, 5]).all()
+    others = [k for k in range(16) if k != 5]
+    assert np.abs(found - expected)[:, :, others].max() < 2.0 * LARGEST["power law"]
 
 
 def test_where_it_is_used() -> None:
