@@ -95,8 +95,8 @@ FILTER = 1.0 / _REAL_ROOT
 ERROR = FILTER / 3.0 * np.array([-13.0 - 7.0 * _ROOT, -13.0 + 7.0 * _ROOT, -1.0])
 # rad/s of a rate's error that count as 1 rad of an angle's: those of a swing at 3 Hz, and this share of the rate (1/s)
 # at which a damper ends a wrong speed: its least slope in the step over the joint's entry of the mass matrix. With 0
-# legs with power laws and tables take 1.7 times the steps and err 0.5 to 0.9 times as much; with 1 they err 1.1 times as
-# much.
+# legs with power laws and tables take 1.7 times the steps and err 0.5 to 0.9 times as much; with 1 they err 1.1 times
+# as much.
 RATE_SCALE, DAMPED = 20.0, 0.7
 # Gauss nodes in a step at which the damper's torque is averaged: Abramowitz & Stegun, table 25.4. Against four, six
 # halve the errors of power laws and tables at equal steps; twelve gain nothing more and double the curve's time.
