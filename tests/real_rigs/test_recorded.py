@@ -29,19 +29,20 @@ def test_every_trial_is_in_one_half_and_can_be_read(name: str, tmp_path: Path) -
     assert all((recording.known_torque is not None) == (name == "driven pendulum") for recording in made)
 
 
-# What `make rigs` shows of these; the knee's halves agree on a cause that neither accepts.
+# What `make rigs` shows of these: first cause, share taken, halves that accept it. The knee's halves agree on a cause
+# that neither accepts; half b of the ankle is unknown, because its verdict depends on each of three recordings.
 DOMINATES = {
-    "double pendulum": (("coulomb_friction", "lower"), 0.6),  # its authors' model is viscous
-    "robot ankle": (("link_flexibility", "ankle"), 0.6),  # the coupling is hardly stiffer than the spring
+    "double pendulum": (("coulomb_friction", "lower"), 0.6, 2),  # its authors' model is viscous
+    "robot ankle": (("link_flexibility", "ankle"), 0.6, 1),  # a coupling hardly stiffer than the spring
 }
 
 
 @pytest.mark.parametrize("name", list(DOMINATES))
 def test_both_halves_of_a_rig_give_the_same_first_cause(name: str, tmp_path: Path) -> None:
-    first, taken = DOMINATES[name]
+    first, taken, accepting = DOMINATES[name]
     halves = [half_of(name, tmp_path, half) for half in (0, 1)]
+    assert sum(half["verdict"] in ("effect", "tie") for half in halves) >= accepting
     for half in halves:
-        assert half["verdict"] in ("effect", "tie")
         assert list(first) in [*half["explanation"], *(cause for other in half["tied"] for cause in other)]
         assert half["shrink_of_all"] > taken  # on the other half
         assert half["remainder_times_noise"] > 10.0
