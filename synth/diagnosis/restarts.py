@@ -21,7 +21,7 @@ from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 
 FRAMES, CONVERGED = 8, 1.0  # most renewals of the derivatives, which stop when the cost falls by less
 PROBED = 2  # best causes that are fitted again from the designed leg
-APART = 0.1  # of the best cause's gain: ends that differ by more are different minima, not unfinished steps
+APART = 0.05  # of the best cause's gain: ends that differ by more are different minima, not unfinished steps
 LEAST_APART = 3.0  # in log-likelihood, a factor of 20
 DONORS = 4  # best causes whose tolerances and initial states the others start from
 STRENGTHS = (0.7, 1.4)  # factors on a cause's unknowns from which it is fitted again
