@@ -138,7 +138,7 @@ def advance(end, S):  # type: ignore[no-untyped-def]
 
 @njit(**_called)
 def resize(S):  # type: ignore[no-untyped-def]
-    """Change the size of the steps of lanes whose step has ended, by its error; returns the smallest.
+    """Change the size of the steps of lanes whose step has ended, by its error.
 
     Proportional-integral control for an estimate of order 3, as in ``chain_integrator``, with powers as products of
     square roots, which are vectorised: 7/32 of the error and 3/64 of the last; 1/4 after a rejected step.

@@ -61,8 +61,8 @@ def test_scaled_time_has_the_same_cause_and_figures(scale: float, sprung: bool) 
     assert other.shrink.value == pytest.approx(usual.shrink.value, abs=0.02)
     assert torque == pytest.approx(FRICTION, rel=0.05)
     if sprung:
-        # Friction that falls within a two-hundredth of the top speed acts as constant friction does. Whether its narrow
-        # optimum is found differs with rounding, so at one scale the odds are 2.5, at another 6: a tie or none.
+        # Friction that falls within a two-hundredth of the top speed acts as constant friction does. Its narrow optimum
+        # is found at two of the three scales, with odds of 1 to 3, a tie; at the third constant friction has no rival.
         assert other.verdict in ("effect", "tie")
         assert usual.after.value < 1.5 * usual.noise_floor.value  # alone, it explains all
 

@@ -1,13 +1,13 @@
 """Building blocks of compiled effects, inlined into the lane loop, where branch-free code is vectorised.
 
 All dry friction here uses a bristle: it sticks with an elastic deflection of ``presliding``, at least
-``LEAST_PRESLIDING``. A larger presliding is intended and follows Dahl's law: of LuGre friction of 60 times the noise it
-leaves 1.0 to 1.2 times, a bristle whose rate is that of the joint leaves 4 to 9 (``tests/blind/test_forms.py``). When a
-joint reverses, ``synth.swing.turning_events`` reverses the friction, at once without presliding, so sliding friction is
-not smoothed: one swing agrees with the closed form within 1e-6 rad. The remaining error is the bristle's deflection
-while it holds a joint. With torques of 1 to 20 % of the spring's at 1 rad it is 2e-4 rad RMS and at most 1e-3 rad in
-legs of three links, against a presliding of 1e-5 rad. A bristle costs 1.05 to 2.5 times
-the steps of a leg without friction, and 4.5 times if strong friction holds a joint.
+``LEAST_PRESLIDING``. A larger presliding is intended and follows Dahl's law. In the four cases of LuGre friction in
+``tests/blind/test_forms.py``, each a gap of 60 times the noise, a fit leaves 1.0 to 1.2 times the noise; with a bend in
+proportion to the joint's motion it left 3.7 to 7.9. When a joint reverses, ``synth.swing.turning_events`` reverses the
+friction, at once without presliding, so sliding friction is not smoothed: one swing agrees with the closed form within
+1e-6 rad. The remaining error is the bristle's deflection while it holds a joint. With torques of 1 to 20 % of the
+spring's at 1 rad it is 2e-4 rad RMS and at most 1e-3 rad in legs of three links, against a presliding of 1e-5 rad. A
+bristle costs 1.05 to 2.5 times the steps of a leg without friction, and 4.5 times if strong friction holds a joint.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ def bristle(rate, memory, presliding):  # type: ignore[no-untyped-def]
 
     With an intended presliding, Dahl's law ``dz/dt = (w - |w| z) / presliding`` (Dahl, TOR-158, 1968; the bristles of
     LuGre: Canudas de Wit et al., IEEE TAC 40 (1995) 419). Its bend relaxes with ``rate / presliding``, ten thousand per
-    second, while the joint slides; so its asymptote lies 2 % beyond the bound, where the bend stays. A bristle that
-    only holds a joint is elastic, then perfectly plastic (Prandtl's element). A step may carry the bend beyond its
-    bound, where the torque is that at the bound; the integrator clips it (``Effect.bristle``).
+    second, while the joint slides. Its asymptote therefore lies 2 % beyond the bound, where the bend then stays. A
+    bristle that only holds a joint is elastic, then perfectly plastic (Prandtl's element). A step may carry the bend
+    beyond its bound, where the torque is that at the bound; the integrator clips it (``Effect.bristle``).
     """
     sliding = (abs(memory) >= 1.0) & (rate * memory > 0.0)
     share = dahl_share(presliding)
@@ -54,9 +54,9 @@ def bristle(rate, memory, presliding):  # type: ignore[no-untyped-def]
 def held(memory, change, presliding=0.0):  # type: ignore[no-untyped-def]
     """Share of the friction torque that a bristle exerts at bend z and its rate of change.
 
-    z with an intended presliding, else z (3 - z^2) / 2. The rate damps oscillations of a sticking joint. The cubic
-    passes into sliding without a kink, which saves steps when sixteen lanes begin to slide at different times, and
-    exerts more torque than a linear function.
+    z with an intended presliding, the same as that of ``bristle``; else z (3 - z^2) / 2. The rate damps oscillations of
+    a sticking joint. The cubic passes into sliding without a kink, which saves steps when sixteen lanes begin to slide
+    at different times, and exerts more torque than a linear function.
     """
     damped = memory + BRISTLE_DAMPING * change if abs(memory) < 1.0 else memory
     z = max(-1.0, min(1.0, damped))
