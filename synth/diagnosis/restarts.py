@@ -29,6 +29,9 @@ KEPT = 2  # starts of each cause that continue after the first steps
 BETWEEN = (0.6, 0.7, 0.8, 0.9, 1.1, 1.25, 1.4, 1.7)  # factors on the best rungs' strengths: a minimum may be narrow
 TRIED = 16  # causes that continue from the best fits' tolerances; half of them after the first steps
 ROUNDS = 2  # the second from the tolerances that the first found
+# Steps of the derivatives, and how often they are renewed with each: dry friction makes cliffs in the cost, at which a
+# derivative over a thousandth shows nothing of the way down.
+WIDE = ((0.1, 3), (0.03, 3), (0.01, 2))
 States = tuple[Array, ...]  # initial state of each trial
 
 
@@ -47,6 +50,15 @@ def refine(bench: Workbench, fits: Sequence[EvaluatedHypothesis], frames: int = 
         if not going:
             break
     return current
+
+
+def descended(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
+    """Fits improved with derivatives over wide steps, which become narrower; then as ``refine`` does."""
+    current = list(fits)
+    for step, frames in WIDE:
+        wide = replace(bench, step=step)
+        current = refine(wide, wide.evaluate([fresh(fit) for fit in current]), frames)
+    return refine(bench, bench.evaluate([fresh(fit) for fit in current]))
 
 
 def fitted_again(

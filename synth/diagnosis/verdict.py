@@ -21,6 +21,9 @@ from synth.estimation.information import LEAST_WEIGHT
 LITTLE = 1.0 / 6.0  # of the whole gap, that one of several causes takes which cannot be told apart: it is not named
 # Share of its weight that a cause keeps which removes too little: 5 of 16 such causes were there (seeds 1500 and 4200).
 WORTH_OF_LITTLE = 0.2
+# Times what a set of causes leaves, up to which one that differs in a single cause is its rival. Latency and a delay
+# of the torque are the same on a single joint, and a hair less decided which of them was weighed at all.
+AS_MUCH = 1.05
 COUNTS = 0.95  # probability of visible coarse counts; not tuned
 CONTRADICTED = 0.9  # probability of an unknown cause if held-out trials surely contradict the explanation: a choice
 
@@ -72,7 +75,8 @@ def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]
     One further cause must remove ``share`` of the squared error above the noise, and ``LEAST_SHARE`` of the whole
     gap: near the noise of the fitted trials, far from it on unseen ones if available. A fold is often the only trial of
     its kind: a servo's current limit and its motor constant, found at the noise in three logs, missed the one log that
-    reached the limit by 30 floors when that was left out.
+    reached the limit by 30 floors when that was left out. What leaves as much with another cause in place of one is
+    kept too, as a rival.
     """
     none, far = next((h for h in hypotheses if not h.keys), None), far_share(hypotheses)
     gap = none.above if none is not None else 0.0
@@ -92,7 +96,14 @@ def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]
             takes = (1.0 - far) * takes + far * unseen
         if left**2 <= (1.0 - share) * before**2 and takes >= LEAST_SHARE:
             kept.append(hypothesis)
-    return kept
+    paid = [hypothesis for hypothesis in kept if len(hypothesis.keys) > 1]
+    return [h for h in hypotheses if any(h is k for k in kept) or any(_is_rival(h, k) for k in paid)]
+
+
+def _is_rival(hypothesis: Assessed[F], other: Assessed[F]) -> bool:
+    """Whether a set differs from ``other`` in one cause and leaves as much."""
+    alike = len(hypothesis.keys) == len(other.keys) == len({*hypothesis.keys} & {*other.keys}) + 1
+    return alike and hypothesis.above <= AS_MUCH * other.above
 
 
 def judge(

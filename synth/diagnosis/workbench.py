@@ -23,7 +23,7 @@ from synth.estimation.linearisation import Linearisation, LinearisedNormal, Tria
 from synth.estimation.normal_equations import ParameterStep, StepLimits
 from synth.threads import in_parallel, thread_count
 
-STEP = 1e-3  # of a whitened unknown, rad; rates use 30 times as much in rad/s
+STEP = 1e-3  # of a whitened unknown, rad
 RATE_STEP = 30.0  # s^-1, ratio of the steps of a rate and an angle, suited to limbs of a few hertz
 LIMIT = 2.5  # tolerances (standard deviations): a larger deviation counts as a cause, not a tolerance
 DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping, tried in parallel: lanes are cheaper than a failed step
@@ -70,13 +70,15 @@ class Workbench:
 
     ``sigma`` (n,) rad: divisor of the residuals. It exceeds the noise, because samples are many and
     form errors of a cause are not white noise; ``effective`` is the number of samples per trial and joint that
-    count as independent.
+    count as independent; ``step`` : of a whitened unknown and in rad, of the derivatives; rates use ``RATE_STEP`` times
+    as much in rad/s.
     """
 
     predictor: LanePredictor
     trials: tuple[AngleTrial, ...]
     noise: Array
     effective: float
+    step: float = STEP
 
     @property
     def n_tolerance(self) -> int:
@@ -157,7 +159,7 @@ class Workbench:
         A fit's lanes: itself, and for each unknown from ``first`` a copy with that unknown stepped; None for no copy.
         A trial's groups of lanes are predicted in few calls, but in enough to occupy all cores to the end.
         """
-        wide = [_stepped(fit.unknowns, first) for fit in fits]
+        wide = [_stepped(fit.unknowns, first, self.step) for fit in fits]
         widths = [unknowns.shape[1] for unknowns in wide]
         hypotheses = [fit.hypothesis for fit in fits]
         packed = self.predictor.groups(hypotheses, widths)
@@ -210,9 +212,9 @@ class Workbench:
         By these ``unknowns``, then by the ``state_rows``. ``kept`` : one for all calls with the same fit and unknowns.
         """
         n = trial.measured.shape[1]
-        moves = [(True, k, STEP) for k in unknowns]
-        of_rate = STEP * RATE_STEP / trial.time_unit
-        moves += [(False, k, of_rate if n <= k < 2 * n else STEP) for k in state_rows(trial, state)]
+        moves = [(True, k, self.step) for k in unknowns]
+        of_rate = self.step * RATE_STEP / trial.time_unit
+        moves += [(False, k, of_rate if n <= k < 2 * n else self.step) for k in state_rows(trial, state)]
         blocks = []
         most = self.predictor.n_lane - 1
         for first in range(0, len(moves), most):
@@ -256,7 +258,7 @@ class Workbench:
             slopes = np.zeros((len(lanes) - 1, len(residual)))
             change = slopes[:, : lanes.shape[1]]
             np.subtract(lanes[1:], lanes[0], out=change)
-            change /= STEP
+            change /= self.step
             return residual, slopes.T
 
         parts = self._predicted(fits, p, used)
@@ -309,12 +311,12 @@ class Workbench:
         return np.concatenate(lows), np.concatenate(highs)
 
 
-def _stepped(unknowns: Array, first: int | None) -> Array:
-    """(p, n_lane) the unknowns, and with each of them from ``first`` on stepped; None for no step."""
+def _stepped(unknowns: Array, first: int | None, step: float) -> Array:
+    """(p, n_lane) the unknowns, and with each of them from ``first`` on moved by a ``step``; None for none of them."""
     count = 0 if first is None else len(unknowns) - first
     wide = np.repeat(unknowns[:, None], count + 1, axis=1)
     moved = np.arange(len(unknowns) - count, len(unknowns))
-    wide[moved, np.arange(1, count + 1)] += STEP
+    wide[moved, np.arange(1, count + 1)] += step
     return wide
 
 

@@ -15,11 +15,13 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, s
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import Scene, scene_of
 from synth.diagnosis.restarts import fitted_again, has_other_minima
 from synth.diagnosis.workbench import EvaluatedHypothesis
+from synth.swing.leg_model import Spring
 
+STATED = {"spring_rate": {"spring": Spring(1.0, 0.0)}, "armature": {"armature": 4.2e-2}}
 RUBS = {"coulomb_friction": {"torque": 0.25}, "quadratic_damping": {"coefficient": 0.002}}
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def whole(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whole recordings, as free motions are searched; driven ones would be cut where they have many minima."""
     monkeypatch.setattr(chain_diagnosis, "in_pieces", lambda leg, predictor, trials: tuple(trials))
@@ -30,6 +32,7 @@ def scene(folder: Path, *made: object) -> Scene:
     return scene_of(project.leg, project.trials, project.tolerance, 0)[0]
 
 
+@pytest.mark.usefixtures("whole")
 def test_dry_friction_and_drag_of_a_driven_pendulum_are_found_together(tmp_path: Path) -> None:
     """Either alone leaves at least five times what both leave."""
     made = scene(tmp_path, RUBS, 2, (1.6, 2.8), 2.5, 4)
@@ -39,6 +42,7 @@ def test_dry_friction_and_drag_of_a_driven_pendulum_are_found_together(tmp_path:
     assert best.ratio < 0.2 * found.singles[0].ratio
 
 
+@pytest.mark.usefixtures("whole")
 def test_dry_friction_is_fitted_where_no_start_of_the_screening_reaches_it(tmp_path: Path) -> None:
     """The screening's starts end in other minima; fits from elsewhere bring it to the first place."""
     made = scene(tmp_path, RUBS, 9, (1.6, 2.8), 2.5, 4)
@@ -46,6 +50,7 @@ def test_dry_friction_is_fitted_where_no_start_of_the_screening_reaches_it(tmp_p
     assert explorer.singles()[0].keys == (("coulomb_friction", "hinge"),)
 
 
+@pytest.mark.usefixtures("whole")
 def test_a_trial_that_is_a_swing_off_gets_its_state_on_growing_parts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -68,6 +73,7 @@ def test_a_trial_that_is_a_swing_off_gets_its_state_on_growing_parts(
     assert max(grown) < 40.0
 
 
+@pytest.mark.usefixtures("whole")
 def test_a_smooth_cost_is_not_searched_from_elsewhere(tmp_path: Path) -> None:
     """Small motions: the best causes end where they were, fitted again from the leg as designed."""
     made = scene(tmp_path, {"coulomb_friction": {"torque": 0.1}}, 1, (0.3, 0.5), 2.5, 3)
@@ -76,3 +82,15 @@ def test_a_smooth_cost_is_not_searched_from_elsewhere(tmp_path: Path) -> None:
     framed = [fit for fit in singles if fit.frame is not None]
     ends = fitted_again(made.bench, framed, as_designed(made.bench))
     assert not has_other_minima(framed, ends, nominal)
+
+
+@pytest.mark.parametrize("effect", list(STATED))
+def test_a_stated_part_that_is_not_there_and_dry_friction_are_found_in_pieces(effect: str, tmp_path: Path) -> None:
+    """Either alone leaves at least 20 floors; from what the one alone fits, the two together were not found."""
+    project = recorded(tmp_path, {"coulomb_friction": {"torque": 0.25}}, 5, (1.6, 2.8), 2.5, 4)
+    leg = project.leg.with_joints(hinge=STATED[effect])
+    made, _ = scene_of(leg, project.trials, project.tolerance, 0)
+    found = search(made.bench, candidates(made.leg, made.given, scales(made.leg, made.given)))
+    both = {("coulomb_friction", "hinge"), (effect, "hinge")}
+    assert found.singles[0].ratio > 20.0
+    assert min(item.ratio for item in found.several if set(item.keys) == both) < 1.3

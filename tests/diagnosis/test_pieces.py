@@ -105,3 +105,11 @@ def test_pieces_of_a_recording_are_left_out_together(tmp_path: Path) -> None:
     names = [{id(scene.given[index].whole) for index in fold} for fold in folds(scene.bench)]
     assert [len(each) for each in names] == [1, 1, 1]
     assert len(set.union(*names)) == 3
+
+
+def test_a_damper_that_is_not_there_does_not_make_pieces_longer(tmp_path: Path) -> None:
+    """With it the leg would forget within a period, and its recordings stay longer than half a period."""
+    project = recorded(tmp_path, RUBS, 0, (1.2, 2.2), 5.0, 3)
+    damped = project.leg.with_joints(hinge={"damper": Damper(rate=0.5)})
+    plain, stated = (scene_of(leg, project.trials, project.tolerance, 0)[0] for leg in (project.leg, damped))
+    assert len(stated.given) >= len(plain.given)

@@ -1,10 +1,12 @@
-"""Inertia that turns with the joint: a rotor behind its gear, a pulley."""
+"""Inertia that turns with the joint, a rotor behind its gear or a pulley: more or less of it than stated."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from synth.swing.effects.definition import Effect, Parameter, Shape, size
+import numpy as np
+
+from synth.swing.effects.definition import Effect, Parameter, Shape, signed
 
 if TYPE_CHECKING:
     from synth.arrays import Array
@@ -12,18 +14,26 @@ if TYPE_CHECKING:
 
 
 def change(legs: LegLanes, joint: int, sign: int, inertia: Array) -> None:
-    """Add ``inertia`` (n_lane,) kg m^2: the rotor's inertia times the gear ratio squared."""
-    legs.armature[joint] += inertia
+    """Add ``inertia`` (n_lane,) kg m^2, limited so that the sum is not negative.
+
+    Of a rotor it is its inertia times the gear ratio squared.
+    """
+    legs.armature[joint] = np.maximum(legs.armature[joint] + inertia, 0.0)
 
 
 EFFECT = Effect(
     name="armature",
-    meaning="inertia that turns with the joint (rotor, gear)",
-    phrase="turns inertia of its own",
-    formula="mass matrix in joint coordinates + inertia on the joint's diagonal",
+    meaning="another inertia that turns with the joint (rotor, gear) than the design's",
+    phrase="turns another inertia of its own",
+    formula="mass matrix in joint coordinates + inertia on the joint's diagonal, there at least 0",
     source="Featherstone, Rigid Body Dynamics Algorithms (2008), section 9.6; MuJoCo's joint attribute of this name",
     way="leg",
-    parameters=(Parameter("inertia", "kg*m^2", prior=size(0.3), meaning="of all parts that turn with the joint"),),
+    parameters=(
+        Parameter("inertia", "kg*m^2", prior=signed(0.3), meaning="excess of all parts that turn with the joint"),
+    ),
     strengths=("inertia",),
-    shapes=(Shape(("inertia",), {}),),
+    shapes=(
+        Shape(("inertia",), {}, ({}, {"inertia": -0.2}), needs=("armature",)),
+        Shape(("inertia",), {}, needs=("no armature",)),
+    ),
 )

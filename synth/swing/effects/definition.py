@@ -32,8 +32,8 @@ __all__ = ["Effect", "Parameter", "Prior", "Shape", "positive", "signed", "size"
 
 Way = Literal["torque", "leg", "drive", "reading", "structure"]
 Need = Literal[
-    "spring", "no spring", "damper", "torque", "servo", "held commands", "motor", "stated supply", "shared supply",
-    "time to warm",
+    "spring", "no spring", "damper", "armature", "no armature", "torque", "servo", "held commands", "motor",
+    "stated supply", "shared supply", "time to warm",
 ]  # fmt: skip
 FUNCTIONS: dict[str, str] = {
     "torque": "torque",
@@ -62,8 +62,8 @@ class Effect(PlantEffect):
     ``kin`` : effects with the same word reverse at the same times at a joint, so legs with either may share their
     steps; a joint cannot have two of them.
     ``belongs_to`` : the part with which a design replaces the effect; an effect of the joint itself remains.
-    ``needs`` : the joint, or the leg, must have one of these: a spring or damper with a rate, a known torque in some
-    trial.
+    ``needs`` : the joint, or the leg, must have one of these: a spring or damper with a rate, an armature, a known
+    torque in some trial.
     ``shows_locked`` : it is visible although its joint is locked, by the pose of the links or by their mass.
     ``bounds`` : name of its function that keeps estimated parameters plausible for a leg whose slowest joint swings at
     a given rate, 1/s.

@@ -72,6 +72,12 @@ def test_armature_slows_as_its_share_of_the_inertia_says() -> None:
     np.testing.assert_allclose(simulate(held, [0.3], [0.0], TIMES)[:, 0], expected, atol=1e-5)
 
 
+def test_an_armature_that_is_not_there_is_taken_out_and_no_more() -> None:
+    stated = leg({}).with_joints(joint={"armature": 0.5 * INERTIA})
+    for excess in (-0.5, -2.0):
+        np.testing.assert_allclose(moved(stated, "armature", excess * INERTIA), 0.3 * np.cos(OMEGA * TIMES), atol=1e-6)
+
+
 @pytest.mark.parametrize("locked", [(), (1,), (0, 2)])
 def test_a_chain_with_armature_moves_as_in_mujoco(locked: tuple[int, ...]) -> None:
     made = robot()

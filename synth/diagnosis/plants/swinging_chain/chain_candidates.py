@@ -247,11 +247,12 @@ def _met(needs: Sequence[str], there: AbstractSet[str]) -> bool:
 
 
 def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[str]:
-    """What a joint has on which an effect can act: spring, damper, known torque, servo, motor, supply."""
+    """What a joint has on which an effect can act: spring, damper, armature, known torque, servo, motor, supply."""
     spring, damper = leg.joints[joint].spring, leg.joints[joint].damper
     found: set[Need] = {"spring" if spring is not None and spring.rate > 0.0 else "no spring"}
     if damper is not None and (damper.curve is not None or (damper.rate or 0.0) > 0.0):
         found.add("damper")
+    found.add("armature" if leg.joints[joint].armature > 0.0 else "no armature")
     known = [trial.recording.known_torque for trial in trials if joint in trial.free]
     if any(torque is not None and np.any(torque[1][:, joint] != 0.0) for torque in known):
         found.add("torque")

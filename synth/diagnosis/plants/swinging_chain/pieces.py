@@ -37,10 +37,11 @@ STEP = 1e-6  # rad, and that over the motion's unit of time in rad/s, of the der
 def in_pieces(leg: Leg, predictor: LanePredictor, trials: Sequence[AngleTrial]) -> tuple[AngleTrial, ...]:
     """The trials, those along whose motion errors grow or add up in pieces.
 
-    Deviations grow at most ``MOST_GROWTH`` times in a piece. Where a known torque drives a leg that hardly forgets, and
-    the nominal leg loses the motion, a piece lasts about half a period: what the torque is off acts all along, and the
-    motion adds it up. Legs that servos drive are left whole: a servo holds them, and has a memory that a piece would
-    not know.
+    Deviations grow at most ``MOST_GROWTH`` times in a piece. Where a known torque drives a leg that hardly forgets,
+    and the nominal leg loses the motion, a piece lasts about half a period: what the torque is off acts all along,
+    and the motion adds it up. A leg that loses the motion is judged without its springs and dampers, since one of
+    them may be what is wrong: a stated damper that is not there would let it forget, and the pieces get too long.
+    Legs that servos drive are left whole: a servo holds them, and has a memory that a piece would not know.
     """
     found = in_parallel(lambda i: _pieces(leg, predictor, trials[i]), len(trials))
     return tuple(piece for pieces in found for piece in pieces)
@@ -49,15 +50,22 @@ def in_pieces(leg: Leg, predictor: LanePredictor, trials: Sequence[AngleTrial]) 
 def _pieces(leg: Leg, predictor: LanePredictor, trial: AngleTrial) -> list[AngleTrial]:
     if trial.recording.signals is not None:
         return [trial]
-    along = Deviations.of(trial.recording.leg or leg, trial)
+    lost = trial.recording.known_torque is not None and _lost(predictor, trial)
+    nominal = trial.recording.leg or leg
+    along = Deviations.of(_bare(nominal) if lost else nominal, trial)
     period, longest = PERIOD * trial.recording.smoothed.pace, len(trial.time)
-    if trial.recording.known_torque is not None and along.kept(period) > KEPT and _lost(predictor, trial):
+    if lost and along.kept(period) > KEPT:
         number = round(float(trial.time[-1]) / (0.5 * period))
         longest = max(-(-len(trial.time) // max(number, 1)), LEAST_SAMPLES)
     begins = along.cuts(longest)
     if len(begins) == 1:
         return [trial]
     return [trial.piece(first, last) for first, last in zip(begins, [*begins[1:], len(trial.time)], strict=True)]
+
+
+def _bare(leg: Leg) -> Leg:
+    """The leg without springs and dampers."""
+    return leg.with_joints(**{name: {"spring": None, "damper": None} for name in leg.joint_names})
 
 
 def _lost(predictor: LanePredictor, trial: AngleTrial) -> bool:
