@@ -79,4 +79,6 @@ def _figures(document: Json) -> Figures | None:
     steps = (("as_designed", "as designed"), ("before", "at its best within tolerances"), ("after", "explained"))
     errors = [f"{words} {brief(gap.get(key))}" for key, words in steps if gap.get(key)]
     note = f"RMS angle error on unseen trials: {', '.join(errors)}; noise {brief(gap.get('noise_floor'))}."
+    if len(sequence(document, "explanation")) > 1:
+        note += " Of causes accepted together the one that takes most comes first."
     return Figures(("Cause", "Probability", "Alone reduces the gap by"), rows, note if errors else "")

@@ -72,16 +72,18 @@ def _cause(entry: Mapping[str, Any], effects: Json) -> Json:
 
 
 def _figure(ranked: list[Mapping[str, Any]], none: object, unknown: object) -> Markup:
-    """Probability and shrink of each candidate, improbable candidates as one row, then none and unknown."""
-    ordered = sorted(ranked, key=lambda entry: -_number(entry.get("probability")))
-    shown = [entry for entry in ordered if _number(entry.get("probability")) >= LEAST][:MOST_BARS]
-    shown = shown or ordered[:3]
-    others = sum(_number(entry.get("probability")) for entry in ordered if entry not in shown)
+    """Probability and shrink of each candidate, improbable candidates as one row, then none and unknown.
+
+    In the order of the table: of several causes accepted together the one that takes most comes first.
+    """
+    shown = [entry for entry in ranked if _number(entry.get("probability")) >= LEAST][:MOST_BARS]
+    shown = shown or ranked[:3]
+    others = sum(_number(entry.get("probability")) for entry in ranked if entry not in shown)
     labels = [name_of(entry) for entry in shown]
     chances = [_number(entry.get("probability")) for entry in shown]
     shrinks = [_shrink(entry.get("shrink")) for entry in shown]
-    if len(shown) < len(ordered):
-        labels.append(f"{len(ordered) - len(shown)} others together")
+    if len(shown) < len(ranked):
+        labels.append(f"{len(ranked) - len(shown)} others together")
         chances.append(others)
         shrinks.append(None)
     labels += ["none: no effect is missing", "unknown: not in the library"]
