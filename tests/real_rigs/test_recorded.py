@@ -30,11 +30,9 @@ def test_every_trial_is_in_one_half_and_can_be_read(name: str, tmp_path: Path) -
     assert all((recording.known_torque is not None) == (name == "driven pendulum") for recording in made)
 
 
-# What `make rigs` shows of these: first cause, share taken, halves that accept it. The knee's halves agree on a cause
-# that neither accepts; half b of the ankle is unknown, because its verdict depends on each of three recordings.
+# What `make rigs` shows of this: first cause, share taken, halves that accept it. The other rigs are only there.
 DOMINATES = {
     "double pendulum": (("coulomb_friction", "lower"), 0.6, 2),  # its authors' model is viscous
-    "robot ankle": (("link_flexibility", "ankle"), 0.6, 1),  # a coupling hardly stiffer than the spring
 }
 
 

@@ -33,7 +33,7 @@ EFFECT = Effect(
     ),
     strengths=("inertia",),
     shapes=(
-        Shape(("inertia",), {}, ({}, {"inertia": -0.2}), needs=("armature",)),
         Shape(("inertia",), {}, needs=("no armature",)),
+        Shape(("inertia",), {}, ({}, {"inertia": -0.2}), needs=("armature",)),
     ),
 )
