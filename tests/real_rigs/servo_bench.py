@@ -111,9 +111,11 @@ def _rows(log: Log, change: Change) -> list[str]:
     return [row for _, row in sorted(rows)]
 
 
-def project(folder: Path, servo: str, held_out: set[str], change: Change = Change()) -> Path:
-    """A gap project of a servo's logs, of which ``held_out`` (by name) only score."""
-    found, numbers = logs(servo), SERVOS[servo]
+def project(
+    folder: Path, servo: str, held_out: set[str], change: Change = Change(), gains: set[float] | None = None
+) -> Path:
+    """A gap project of a servo's logs, those of the firmware's ``gains`` (all), of which ``held_out`` only score."""
+    found, numbers = [log for log in logs(servo) if gains is None or log.kp in gains], SERVOS[servo]
     entries = []
     for log in found:
         leg = f"{servo}_{log.kp:g}.leg.yaml"

@@ -21,9 +21,12 @@ SCORED = "400"  # the firmware's gain whose logs only score: as the owners valid
 
 
 def test_what_is_found_predicts_better_than_each_of_the_owners_six_models(tmp_path: Path) -> None:
-    """Found without a hint, alone, beside a current limit or in a tie: what stands first is what predicts."""
+    """Found without a hint, alone, beside a current limit or in a tie: what stands first is what predicts.
+
+    Learnt from the four logs of one gain, where the owners had those of all: harder, and less than half the time.
+    """
     names = {log.name for log in logs("xl330") if log.name.endswith(f"_{SCORED}")}
-    found = read_gap_project(project(tmp_path, "xl330", names))
+    found = read_gap_project(project(tmp_path, "xl330", names, gains={400.0, 800.0}))
     result = diagnose(found.leg, found.trials, found.tolerance, seed=found.seed)
     ranked = result.as_json()["ranked"]
     assert ranked[0]["effect"] == "gear_load_friction"  # the owners' best models, too, have friction by load
