@@ -23,7 +23,7 @@ SCORED = "400"  # the firmware's gain whose logs only score: as the owners valid
 def test_what_is_found_predicts_better_than_each_of_the_owners_six_models(tmp_path: Path) -> None:
     """Found without a hint, alone, beside a current limit or in a tie: what stands first is what predicts.
 
-    Learnt from the four logs of one gain, where the owners had those of all: harder, and less than half the time.
+    Learnt from the four logs at one gain (800), for time; the owners' numbers come from all their logs.
     """
     names = {log.name for log in logs("xl330") if log.name.endswith(f"_{SCORED}")}
     found = read_gap_project(project(tmp_path, "xl330", names, gains={400.0, 800.0}))
