@@ -17,7 +17,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
-from synth.diagnosis.odds import CALIBRATED
+from synth.diagnosis.odds import CALIBRATED, price_of_unknown
 from synth.diagnosis.restarts import beside_best, descended, exchanged, fitted_again, has_other_minima, refine
 from synth.diagnosis.score import first_state, fresh, score
 from synth.diagnosis.screened_causes import same_shape, screen
@@ -175,7 +175,7 @@ class AngleExplorer:
         framed = [anchor.fit for anchor in anchors if anchor.fit.frame is not None]
         fits = [*framed, *refine(self.bench, [anchor.fit for anchor in anchors if anchor.fit.frame is None])]
         if any(trial.part_of for trial in self.bench.trials):
-            return self._in_pieces(fits, [single.fit for single in singles[:REFINED]])
+            return self._in_pieces(fits, [single.fit for single in singles])
         found = further(self.bench, self._sifting, fits, self.candidates)
         return [*refine(self.bench, found[:REFINED_FURTHER]), *found[REFINED_FURTHER:]]
 
@@ -187,14 +187,21 @@ class AngleExplorer:
         An anchor's tolerances and initial states are those that imitate the cause it lacks. Sets of causes are
         therefore fitted from the unchanged leg and the recorded initial states too, each once, and all pairs of the
         best ``singles`` with them. On a simulated pendulum that rubs, with a stated spring that is not there, the two
-        causes together left 6.4 floors from the anchor, and 1.0 from the unchanged leg.
+        causes together left 6.4 floors from the anchor, and 1.0 from the unchanged leg. Sets with a simpler cause in
+        place of one are among them: the anchor is the cause that imitates two, and often has more unknowns than needed.
         """
         bench = self.bench
         found = further(bench, self._sifting, anchors, self.candidates, IN_PIECES_TRIED, IN_PIECES_KEPT)
-        sets = {frozenset(fit.keys): fit for fit in [*_pairs(bench, singles), *found]}
+        simpler = _with_simpler_cause(bench, found, singles)
+        sets = {frozenset(fit.keys): fit for fit in [*_pairs(bench, singles[:REFINED]), *simpler, *found]}
         new = [fit for keys, fit in sets.items() if keys not in self._begun]
         self._begun.update(sets)
-        best = best_of_each([*found, *descended(bench, [self._from_recorded(fit) for fit in new])])
+        price = price_of_unknown(min((self.ratio(fit) for fit in [*anchors, *found]), default=1.0), bench.total)
+
+        def rank(fit: EvaluatedHypothesis) -> float:
+            return fit.cost + price * sum(cause.size for cause in fit.hypothesis)
+
+        best = best_of_each([*found, *descended(bench, [self._from_recorded(fit) for fit in new], rank)])
         return [*refine(bench, best[:REFINED_FURTHER]), *best[REFINED_FURTHER:]]
 
     def _from_recorded(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
@@ -221,6 +228,26 @@ def _pairs(bench: Workbench, singles: Sequence[EvaluatedHypothesis]) -> list[Eva
             if all(cause.stands_beside(first.hypothesis) for cause in second.hypothesis):
                 unknowns = np.concatenate([first.unknowns, second.unknowns[bench.n_tolerance :]])
                 made.append(replace(first, hypothesis=(*first.hypothesis, *second.hypothesis), unknowns=unknowns))
+    return made
+
+
+def _with_simpler_cause(
+    bench: Workbench, found: Sequence[EvaluatedHypothesis], singles: Sequence[EvaluatedHypothesis]
+) -> list[EvaluatedHypothesis]:
+    """The sets with one cause replaced by one of fewer unknowns that excludes it, as one dry friction another; at zero.
+
+    ``singles`` : the causes that replace others.
+    """
+    made = []
+    for fit in found:
+        for place, cause in enumerate(fit.hypothesis):
+            rest = (*fit.hypothesis[:place], *fit.hypothesis[place + 1 :])
+            for (other,) in (single.hypothesis for single in singles):
+                excludes = other.key[1] == cause.key[1] and not other.stands_beside([cause])
+                if other.key != cause.key and excludes and other.size < cause.size and other.stands_beside(rest):
+                    hypothesis = (other, *rest)
+                    size = bench.n_tolerance + sum(each.size for each in hypothesis)
+                    made.append(replace(fit, hypothesis=hypothesis, unknowns=np.zeros(size)))
     return made
 
 

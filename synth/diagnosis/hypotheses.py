@@ -40,6 +40,10 @@ class FittedHypothesis(Protocol):
     def hypothesis(self) -> Sequence[HypothesisCause]:
         """Its causes; empty for the nominal leg."""
 
+    @property
+    def shape_cost(self) -> float:
+        """See ``effect_shape.shape_cost``."""
+
 
 F = TypeVar("F", bound=FittedHypothesis)
 

@@ -16,7 +16,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.effect_shape import ShapedEffect
-from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
+from synth.diagnosis.hypotheses import FittedHypothesis, Hypotheses, TrialErrors
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.sentences import ErrorWording
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, open_explanations
@@ -24,7 +24,7 @@ from synth.estimation.information import RIVALS, TrialForecast
 from synth.estimation.normal_equations import ReducedNormal
 
 
-class HypothesisFit(Protocol):
+class HypothesisFit(FittedHypothesis, Protocol):
     """A fitted hypothesis: causes and whitened unknowns, tolerances first."""
 
     @property

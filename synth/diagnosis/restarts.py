@@ -7,7 +7,7 @@ every cause is fitted again from the tolerances and initial states of the others
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,8 +30,8 @@ BETWEEN = (0.6, 0.7, 0.8, 0.9, 1.1, 1.25, 1.4, 1.7)  # factors on the best rungs
 TRIED = 16  # causes that continue from the best fits' tolerances; half of them after the first steps
 ROUNDS = 2  # the second from the tolerances that the first found
 # Steps of the derivatives, and how often they are renewed with each: dry friction makes cliffs in the cost, at which a
-# derivative over a thousandth shows nothing of the way down.
-WIDE = ((0.1, 3), (0.03, 3), (0.01, 2))
+# derivative over a thousandth shows nothing of the way down. Last, the number of fits that continue.
+WIDE = ((0.1, 3, 12), (0.03, 3, 10), (0.01, 2, 8))
 States = tuple[Array, ...]  # initial state of each trial
 
 
@@ -52,12 +52,14 @@ def refine(bench: Workbench, fits: Sequence[EvaluatedHypothesis], frames: int = 
     return current
 
 
-def descended(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
-    """Fits improved with derivatives over wide steps, which become narrower; then as ``refine`` does."""
+def descended(
+    bench: Workbench, fits: Sequence[EvaluatedHypothesis], rank: Callable[[EvaluatedHypothesis], float]
+) -> list[EvaluatedHypothesis]:
+    """The best fits by ``rank``, improved with derivatives over ever narrower steps; then as ``refine`` does."""
     current = list(fits)
-    for step, frames in WIDE:
+    for step, frames, most in WIDE:
         wide = replace(bench, step=step)
-        current = refine(wide, wide.evaluate([fresh(fit) for fit in current]), frames)
+        current = sorted(refine(wide, wide.evaluate([fresh(fit) for fit in current]), frames), key=rank)[:most]
     return refine(bench, bench.evaluate([fresh(fit) for fit in current]))
 
 

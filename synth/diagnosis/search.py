@@ -10,15 +10,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
-from synth.diagnosis.hypotheses import Assessed, Hypotheses, HypothesisCause, Key
+from synth.diagnosis.hypotheses import Assessed, FittedHypothesis, Hypotheses, Key
 
 
-class ExploredFit(Protocol):
+class ExploredFit(FittedHypothesis, Protocol):
     """A hypothesis fitted to trials."""
-
-    @property
-    def hypothesis(self) -> Sequence[HypothesisCause]:
-        """Its causes; empty for the nominal leg."""
 
     @property
     def cost(self) -> float:

@@ -16,6 +16,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
+from synth.diagnosis.odds import price_of_unknown
 from synth.diagnosis.prediction_error import BLOCKS
 from synth.diagnosis.workbench import RULE, EvaluatedHypothesis, HypothesisFits, Workbench
 from synth.estimation.intervals import NORMAL90
@@ -86,12 +87,15 @@ def by_trial(bench: Workbench, residuals: Sequence[Array]) -> TrialErrors:
 def with_unseen(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) -> Hypotheses[EvaluatedHypothesis]:
     """The hypotheses with their errors by trial, of the leading ones also those of unseen trials.
 
+    Leading are single causes of the lowest cost, and sets that the odds may prefer: their unknowns are charged.
     Unchanged if there is only one trial.
     """
     if len(bench.trials) < 2:
         return found
-    sizes = {len(item.keys) for item in found.several}
-    several = [item for size in sizes for item in [s for s in found.several if len(s.keys) == size][:SEVERAL]]
+    price = price_of_unknown(min((item.ratio for item in found.several), default=1.0), bench.total)
+    priced = sorted(found.several, key=lambda item: item.cost + price * item.n_unknown)
+    sizes = {len(item.keys) for item in priced}
+    several = [item for size in sizes for item in [s for s in priced if len(s.keys) == size][:SEVERAL]]
     items = [found.none, *found.singles[:SINGLES], *several]
     left = unseen(bench, [item.fit for item in items])
     known = {id(item): each for item, each in zip(items, left, strict=True)}

@@ -12,7 +12,7 @@ from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Verdict
 from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, Key, TrialErrors
 from synth.diagnosis.odds import CALIBRATED as CALIBRATED
-from synth.diagnosis.odds import LEAST_SHARE, far_share, taken, taken_from_fitted, weigh_beside
+from synth.diagnosis.odds import LEAST_SHARE, far_share, numbers, taken, taken_from_fitted, weigh_beside
 from synth.diagnosis.odds import Calibration as Calibration
 from synth.diagnosis.odds import weigh as weigh
 from synth.diagnosis.unknown_cause import beyond_accuracy, least_share, of_unknown
@@ -75,14 +75,17 @@ def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]
     One further cause must remove ``share`` of the squared error above the noise, and ``LEAST_SHARE`` of the whole
     gap: near the noise of the fitted trials, far from it on unseen ones if available. A fold is often the only trial of
     its kind: a servo's current limit and its motor constant, found at the noise in three logs, missed the one log that
-    reached the limit by 30 floors when that was left out. What leaves as much with another cause in place of one is
-    kept too, as a rival.
+    reached the limit by 30 floors when that was left out. Far from the noise a cause with more unknown numbers is not
+    fewer: a base that yields has initial states in each piece of a swing, and followed a rig that rubs and whose torque
+    is off as well as these two do. What leaves as much with another cause in place of one is kept too, as a rival.
     """
     none, far = next((h for h in hypotheses if not h.keys), None), far_share(hypotheses)
     gap = none.above if none is not None else 0.0
+    sizes = numbers(hypotheses) if far > 0.0 else [0] * len(hypotheses)
     kept = []
-    for hypothesis in hypotheses:
-        fewer = [h for h in hypotheses if 0 < len(h.keys) < len(hypothesis.keys)]
+    for hypothesis, size in zip(hypotheses, sizes, strict=True):
+        simpler = [h for h, own in zip(hypotheses, sizes, strict=True) if own <= size]
+        fewer = [h for h in simpler if 0 < len(h.keys) < len(hypothesis.keys)]
         if len(hypothesis.keys) < 2 or not fewer:
             kept.append(hypothesis)
             continue

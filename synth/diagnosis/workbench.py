@@ -17,6 +17,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, Whitener
+from synth.diagnosis.effect_shape import shape_cost
 from synth.diagnosis.lanes import Block, Hypothesis, Kept, LanePredictor
 from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, LeastSquares, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
@@ -62,6 +63,11 @@ class EvaluatedHypothesis:
     def keys(self) -> tuple[tuple[str, str], ...]:
         """Effect and place of each candidate."""
         return tuple(candidate.key for candidate in self.hypothesis)
+
+    @property
+    def shape_cost(self) -> float:
+        """See ``effect_shape.shape_cost``."""
+        return shape_cost(self.hypothesis, self.unknowns)
 
 
 @dataclass(frozen=True)

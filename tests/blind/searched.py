@@ -42,6 +42,7 @@ class Named:
     """A hypothesis without its fit."""
 
     hypothesis: tuple[Cause, ...]
+    shape_cost: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,7 @@ def _hypothesis_json(item: Assessed[Any]) -> dict[str, Any]:
         "causes": [[*cause.key, cause.size, cause.links] for cause in item.fit.hypothesis],
         "cost": item.cost,
         "ratio": item.ratio,
+        "shape_cost": item.fit.shape_cost,
         "unseen": _errors_json(item.unseen),
         "seen": _errors_json(item.seen),
     }
@@ -91,7 +93,8 @@ def read(document: Mapping[str, Any]) -> Searched:
 
     def hypothesis(item: Mapping[str, Any]) -> Assessed[Named]:
         causes = tuple(Cause((effect, joint), *sizes) for effect, joint, *sizes in item["causes"])
-        return Assessed(Named(causes), item["cost"], item["ratio"], errors(item["unseen"]), errors(item["seen"]))
+        fit = Named(causes, item["shape_cost"])
+        return Assessed(fit, item["cost"], item["ratio"], errors(item["unseen"]), errors(item["seen"]))
 
     found = Hypotheses(
         hypothesis(document["none"]),

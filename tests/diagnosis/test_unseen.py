@@ -125,6 +125,22 @@ def test_the_initial_states_of_an_added_link_cost_what_unknowns_of_one_trial_do(
     assert weights[1] / weights[2] == pytest.approx(np.exp(more), rel=1e-3)
 
 
+@pytest.mark.parametrize(("floors", "factor"), [(1.0, 0.0), (100.0, 1.0)])
+def test_an_unusual_shape_costs_odds_far_from_the_noise(floors: float, factor: float) -> None:
+    """By its prior, as the cost of a fit already has it near the noise; a strength may have any size."""
+    none = assessed(held_out_error(*[2.0 * floors] * 3), cost=900.0)
+    usual = assessed(held_out_error(*[floors] * 3), DRAG, cost=100.0)
+    assert (DRAG.shape.free, DRAG.effect.strengths) == (("coefficient", "exponent"), ("coefficient",))
+
+    def with_shape(coefficient: float, exponent: float) -> Assessed:
+        unknowns = np.array([coefficient, exponent])
+        return replace(usual, fit=replace(usual.fit, unknowns=unknowns))
+
+    weights = weigh([none, usual, with_shape(30.0, 0.0), with_shape(0.0, 3.0)], CALIBRATED)
+    assert weights[2] == pytest.approx(weights[1])
+    assert weights[3] / weights[1] == pytest.approx(np.exp(-factor * 0.5 * 3.0**2), rel=1e-3)
+
+
 def test_an_explanation_that_predicts_no_trial_left_out_of_its_fit_is_not_accepted() -> None:
     """However well it follows the trials that it was fitted to."""
     none = with_fitted(assessed(held_out_error(200, 200, 200), cost=900.0), 200.0)
@@ -225,6 +241,18 @@ def test_an_additional_cause_must_remove_a_tenth_on_left_out_trials() -> None:
     assert paying([none, single, tenth], 0.4) == [none, single, tenth]
     assert paying([none, single, less], 0.4) == [none, single]
     assert paying([none, single, replace(tenth, unseen=None)], 0.4) == [none, single]
+
+
+def test_a_cause_with_initial_states_of_its_own_is_not_simpler_than_two_without() -> None:
+    """It has two in each of three trials, the pair three numbers; near the noise the evidence has them all."""
+    flexible = cause("link_flexibility", "knee")
+    for floors, pays in ((100.0, True), (1.5, False)):
+        none = assessed(held_out_error(*[10.0 * floors] * 3))
+        single = assessed(held_out_error(*[5.0 * floors] * 3), FRICTION)
+        follows = assessed(held_out_error(*[floors] * 3), flexible)
+        pair = assessed(held_out_error(*[floors] * 3), FRICTION, OFFSET)
+        assert (pair in paying([none, single, follows, pair], CALIBRATED.pays)) is pays
+        assert pair in paying([none, single, pair], CALIBRATED.pays)
 
 
 def test_at_the_noise_an_additional_cause_pays_by_the_fitted_trials() -> None:

@@ -30,7 +30,14 @@ EFFECT = Effect(
     parameters=(
         Parameter("rate", "N*m/rad", prior=signed(0.4), meaning="excess of the rate"),
         # The free angle of a joint without a spring is that of aligned links.
-        Parameter("free_angle", "rad", 0.0, signed(1.0), meaning="difference of the free angle from the design"),
+        Parameter(
+            "free_angle",
+            "rad",
+            0.0,
+            signed(1.0),
+            natural=False,  # of a part, not of a motion: a soft spring unloaded at many turns is a constant torque
+            meaning="difference of the free angle from the design",
+        ),
     ),
     strengths=("rate",),
     shapes=(

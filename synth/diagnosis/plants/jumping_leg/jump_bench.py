@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.diagnosis.effect_shape import shape_cost
 from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
 from synth.diagnosis.plants.jumping_leg.jump_data import Jump
 from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN, JumpPredictor
@@ -56,6 +57,11 @@ class JumpFit:
     def keys(self) -> tuple[tuple[str, str], ...]:
         """Effect and place of each cause."""
         return tuple(candidate.key for candidate in self.hypothesis)
+
+    @property
+    def shape_cost(self) -> float:
+        """See ``effect_shape.shape_cost``."""
+        return shape_cost(self.hypothesis, self.unknowns)
 
 
 @dataclass(frozen=True, eq=False)
