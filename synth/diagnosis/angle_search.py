@@ -174,7 +174,8 @@ class AngleExplorer:
         """One further cause beside each of the anchors; the best get their own linearisation."""
         framed = [anchor.fit for anchor in anchors if anchor.fit.frame is not None]
         fits = [*framed, *refine(self.bench, [anchor.fit for anchor in anchors if anchor.fit.frame is None])]
-        if any(trial.part_of for trial in self.bench.trials):
+        alone = all(len(fit.hypothesis) == 1 for fit in fits)  # a third cause is small: to start from the pair suffices
+        if alone and any(trial.part_of for trial in self.bench.trials):
             return self._in_pieces(fits, [single.fit for single in singles])
         found = further(self.bench, self._sifting, fits, self.candidates)
         return [*refine(self.bench, found[:REFINED_FURTHER]), *found[REFINED_FURTHER:]]
