@@ -162,8 +162,8 @@ def numbers(hypotheses: Sequence[Assessed[F]]) -> list[int]:
 def _charged(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> Array:
     """(n,) what the numbers of each hypothesis cost far from the noise, where their priors are not in the likelihood.
 
-    Without the shapes' a spring that is unloaded at four turns of the motion had 30 times the odds of the shift of the
-    torque that it imitates.
+    Without the shapes' dry friction that falls from five times its torque, after a bend of 0.3 deg, had the odds of
+    plain dry friction on a real pendulum, and took nothing of the recordings held out.
     """
     unknowns, states, shapes = np.array([(h.n_unknown, h.n_state, h.fit.shape_cost) for h in hypotheses]).T
     of_states = calibration.per_state_far * _trial_count(hypotheses) * states

@@ -35,7 +35,7 @@ EFFECT = Effect(
             "rad",
             0.0,
             signed(1.0),
-            natural=False,  # of a part, not of a motion: a soft spring unloaded at many turns is a constant torque
+            natural=False,  # of a part, not of a motion: a soft spring that is unloaded far away is a constant torque
             meaning="difference of the free angle from the design",
         ),
     ),
