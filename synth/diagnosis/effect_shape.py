@@ -121,17 +121,10 @@ class ShapedEffect(ABC):
         return value * self.natural_size(parameter)
 
 
-def shape_cost(causes: Sequence[ShapedEffect], unknowns: Array) -> float:
-    """Half the square of the unknowns that give causes their shape, as they deviate from what is usual.
-
-    A strength is not counted: how large a cause is, is not known beforehand. ``unknowns`` : of a fit, the causes' last.
-    """
-    total, place = 0.0, len(unknowns) - sum(cause.size for cause in causes)
-    for cause in causes:
-        for name, value in zip(cause.shape.free, unknowns[place : place + cause.size].tolist(), strict=True):
-            total += 0.0 if name in cause.effect.strengths else 0.5 * value**2
-        place += cause.size
-    return total
+def shape_places(causes: Sequence[ShapedEffect]) -> list[int]:
+    """Places among the causes' unknowns of those that give a shape; a strength may have any size, and is none."""
+    names = [(cause, name) for cause in causes for name in cause.shape.free]
+    return [place for place, (cause, name) in enumerate(names) if name not in cause.effect.strengths]
 
 
 def _prior(parameter: Parameter) -> Prior:

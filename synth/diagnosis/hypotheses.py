@@ -41,8 +41,10 @@ class FittedHypothesis(Protocol):
         """Its causes; empty for the nominal leg."""
 
     @property
-    def shape_cost(self) -> float:
-        """See ``effect_shape.shape_cost``."""
+    def shapes(self) -> Array:
+        """(n, 2) of each unknown that gives a cause its shape: its whitened value, 0 where usual, and how far the
+        trials determine it: squared change of the residuals for one unit, over the squared residuals.
+        """
 
 
 F = TypeVar("F", bound=FittedHypothesis)

@@ -165,9 +165,22 @@ def _charged(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> Arr
     Without the shapes' dry friction that falls from five times its torque, after a bend of 0.3 deg, had the odds of
     plain dry friction on a real pendulum, and took nothing of the recordings held out.
     """
-    unknowns, states, shapes = np.array([(h.n_unknown, h.n_state, h.fit.shape_cost) for h in hypotheses]).T
+    unknowns, states, shapes = np.array([(h.n_unknown, h.n_state, shape_cost(h.fit.shapes)) for h in hypotheses]).T
     of_states = calibration.per_state_far * _trial_count(hypotheses) * states
     return np.asarray(calibration.per_unknown_far * unknowns + of_states + shapes)
+
+
+def shape_cost(shapes: Array) -> float:
+    """The negative logarithm of the prior of the shapes (n, 2) that the trials' independent errors and it prefer.
+
+    The fits count more samples than there are independent errors, and so leave the prior further. Of a log-likelihood
+    with the curvature ``d`` about the fit's value ``x`` and a prior with the curvature 1 about 0, the least sum is
+    ``x^2/2 d/(1 + d)``: what the trials hardly determine costs nothing. ``MOST_TOGETHER`` errors of unknown size have
+    that many times the second column as curvature.
+    """
+    determined = MOST_TOGETHER * shapes[:, 1]
+    share = np.where(np.isinf(determined), 1.0, determined / (1.0 + np.minimum(determined, 1e300)))
+    return float(0.5 * np.sum(share * shapes[:, 0] ** 2))
 
 
 def _trial_count(hypotheses: Sequence[Assessed[F]]) -> int:

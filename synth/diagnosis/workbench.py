@@ -17,7 +17,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, Whitener
-from synth.diagnosis.effect_shape import shape_cost
+from synth.diagnosis.effect_shape import shape_places
 from synth.diagnosis.lanes import Block, Hypothesis, Kept, LanePredictor
 from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, LeastSquares, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
@@ -64,10 +64,21 @@ class EvaluatedHypothesis:
         """Effect and place of each candidate."""
         return tuple(candidate.key for candidate in self.hypothesis)
 
-    @property
-    def shape_cost(self) -> float:
-        """See ``effect_shape.shape_cost``."""
-        return shape_cost(self.hypothesis, self.unknowns)
+    @cached_property
+    def shapes(self) -> Array:
+        """(n, 2), see ``hypotheses.FittedHypothesis``; without derivatives fully determined."""
+        first = len(self.unknowns) - sum(cause.size for cause in self.hypothesis)
+        places = shape_places(self.hypothesis)
+        values = self.unknowns[[first + place for place in places]]
+        if not self.columns:
+            return np.column_stack([values, np.full(len(places), np.inf)])
+        parts = self.frame.trials if self.frame is not None else [None] * len(self.columns)
+        changes = np.zeros(len(places))
+        for part, columns in zip(parts, self.columns, strict=True):
+            rows = columns.T[places]
+            changes += np.sum((rows if part is None else part.project(rows)) ** 2, axis=1)
+        squares = sum(float(residual @ residual) for residual in self.residuals)
+        return np.column_stack([values, changes / squares])
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ import numpy as np
 from blind import run
 from blind.asked import Asked
 from blind.views import Key, View
+from synth.arrays import Array
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.verdict import Calibration, judge, with_counts
 from synth.swing.effects import registered
@@ -42,7 +43,7 @@ class Named:
     """A hypothesis without its fit."""
 
     hypothesis: tuple[Cause, ...]
-    shape_cost: float = 0.0
+    shapes: Array
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def _hypothesis_json(item: Assessed[Any]) -> dict[str, Any]:
         "causes": [[*cause.key, cause.size, cause.links] for cause in item.fit.hypothesis],
         "cost": item.cost,
         "ratio": item.ratio,
-        "shape_cost": item.fit.shape_cost,
+        "shapes": item.fit.shapes.tolist(),
         "unseen": _errors_json(item.unseen),
         "seen": _errors_json(item.seen),
     }
@@ -93,7 +94,7 @@ def read(document: Mapping[str, Any]) -> Searched:
 
     def hypothesis(item: Mapping[str, Any]) -> Assessed[Named]:
         causes = tuple(Cause((effect, joint), *sizes) for effect, joint, *sizes in item["causes"])
-        fit = Named(causes, item["shape_cost"])
+        fit = Named(causes, np.array(item["shapes"]).reshape(-1, 2))
         return Assessed(fit, item["cost"], item["ratio"], errors(item["unseen"]), errors(item["seen"]))
 
     found = Hypotheses(

@@ -35,7 +35,7 @@ EFFECT = Effect(
             "rad",
             0.0,
             signed(1.0),
-            natural=False,  # of a part, not of a motion: a soft spring that is unloaded far away is a constant torque
+            largest=1.0,  # rad: a soft spring that is unloaded far away is a constant torque
             meaning="difference of the free angle from the design",
         ),
     ),

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.effect_shape import shape_cost
+from synth.diagnosis.effect_shape import shape_places
 from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
 from synth.diagnosis.plants.jumping_leg.jump_data import Jump
 from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN, JumpPredictor
@@ -59,9 +59,14 @@ class JumpFit:
         return tuple(candidate.key for candidate in self.hypothesis)
 
     @property
-    def shape_cost(self) -> float:
-        """See ``effect_shape.shape_cost``."""
-        return shape_cost(self.hypothesis, self.unknowns)
+    def shapes(self) -> Array:
+        """(n, 2), see ``hypotheses.FittedHypothesis``; without derivatives fully determined."""
+        first = len(self.unknowns) - sum(cause.size for cause in self.hypothesis)
+        places = [first + place for place in shape_places(self.hypothesis)]
+        changes = sum((np.sum(slopes[:, places] ** 2, axis=0) for slopes in self.slopes), np.zeros(len(places)))
+        squares = sum(float(residual @ residual) for residual in self.residuals)
+        determined = changes / squares if self.slopes else np.full(len(places), np.inf)
+        return np.column_stack([self.unknowns[places], determined])
 
 
 @dataclass(frozen=True, eq=False)

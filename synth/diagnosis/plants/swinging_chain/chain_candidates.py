@@ -202,7 +202,7 @@ class Candidate(ShapedEffect):
 
     def natural_size(self, parameter: Parameter) -> float:
         """From the joint's motion, see ``NaturalSizes``."""
-        return self.scales.of(parameter.unit, self.joint) if parameter.natural else 1.0
+        return min(self.scales.of(parameter.unit, self.joint), parameter.largest) if parameter.natural else 1.0
 
     def in_units(self, parameter: Parameter, value: Array) -> Array:
         """Natural values (n_lane,) of a free parameter in SI and measured sense."""
