@@ -23,6 +23,7 @@ from synth.diagnosis.score import first_state, fresh, score
 from synth.diagnosis.screened_causes import same_shape, screen
 from synth.diagnosis.screening import leverage, overshoots, prospects, strengthened
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
+from synth.diagnosis.sets_of_causes import from_recorded, pairs_of, with_simpler_cause
 from synth.diagnosis.simpler_shapes import worth_their_unknowns
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.swing.chain import Conditions
@@ -193,8 +194,8 @@ class AngleExplorer:
         """
         bench = self.bench
         found = further(bench, self._sifting, anchors, self.candidates, IN_PIECES_TRIED, IN_PIECES_KEPT)
-        simpler = _with_simpler_cause(bench, found, singles)
-        sets = {frozenset(fit.keys): fit for fit in [*_pairs(bench, singles[:REFINED]), *simpler, *found]}
+        simpler = with_simpler_cause(bench, found, singles)
+        sets = {frozenset(fit.keys): fit for fit in [*pairs_of(bench, singles[:REFINED]), *simpler, *found]}
         new = [fit for keys, fit in sets.items() if keys not in self._begun]
         self._begun.update(sets)
         price = price_of_unknown(min((self.ratio(fit) for fit in [*anchors, *found]), default=1.0), bench.total)
@@ -202,14 +203,8 @@ class AngleExplorer:
         def rank(fit: EvaluatedHypothesis) -> float:
             return fit.cost + price * sum(cause.size for cause in fit.hypothesis)
 
-        best = best_of_each([*found, *descended(bench, [self._from_recorded(fit) for fit in new], rank)])
+        best = best_of_each([*found, *descended(bench, [from_recorded(bench, fit) for fit in new], rank)])
         return [*refine(bench, best[:REFINED_FURTHER]), *best[REFINED_FURTHER:]]
-
-    def _from_recorded(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
-        """A hypothesis at the unchanged leg, from the initial states that the first samples show."""
-        states = tuple(first_state(trial) for trial in self.bench.trials)
-        plain = replace(fit, unknowns=np.zeros_like(fit.unknowns), states=states, residuals=(), columns=())
-        return self.bench.awake(fresh(replace(plain, cost=np.inf, frame=None)))
 
     def _worth_their_unknowns(self, refined: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """Fits with their own derivatives, each in the shape that the odds prefer."""
@@ -219,37 +214,6 @@ class AngleExplorer:
     def ratio(self, fit: EvaluatedHypothesis) -> float:
         """RMS of a fit over the noise floor."""
         return ratio(self.bench, fit)
-
-
-def _pairs(bench: Workbench, singles: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
-    """Each two of the causes that can act together."""
-    made = []
-    for place, first in enumerate(singles):
-        for second in singles[:place]:
-            if all(cause.stands_beside(first.hypothesis) for cause in second.hypothesis):
-                unknowns = np.concatenate([first.unknowns, second.unknowns[bench.n_tolerance :]])
-                made.append(replace(first, hypothesis=(*first.hypothesis, *second.hypothesis), unknowns=unknowns))
-    return made
-
-
-def _with_simpler_cause(
-    bench: Workbench, found: Sequence[EvaluatedHypothesis], singles: Sequence[EvaluatedHypothesis]
-) -> list[EvaluatedHypothesis]:
-    """The sets with one cause replaced by one of fewer unknowns that excludes it, as one dry friction another; at zero.
-
-    ``singles`` : the causes that replace others.
-    """
-    made = []
-    for fit in found:
-        for place, cause in enumerate(fit.hypothesis):
-            rest = (*fit.hypothesis[:place], *fit.hypothesis[place + 1 :])
-            for (other,) in (single.hypothesis for single in singles):
-                excludes = other.key[1] == cause.key[1] and not other.stands_beside([cause])
-                if other.key != cause.key and excludes and other.size < cause.size and other.stands_beside(rest):
-                    hypothesis = (other, *rest)
-                    size = bench.n_tolerance + sum(each.size for each in hypothesis)
-                    made.append(replace(fit, hypothesis=hypothesis, unknowns=np.zeros(size)))
-    return made
 
 
 def _soft(fit: EvaluatedHypothesis) -> bool:

@@ -178,8 +178,8 @@ def shape_cost(shapes: Array) -> float:
     ``x^2/2 d/(1 + d)``: what the trials hardly determine costs nothing. ``MOST_TOGETHER`` errors of unknown size have
     that many times the second column as curvature.
     """
-    determined = MOST_TOGETHER * shapes[:, 1]
-    share = np.where(np.isinf(determined), 1.0, determined / (1.0 + np.minimum(determined, 1e300)))
+    with np.errstate(divide="ignore"):  # not determined at all: its share is 1 / (1 + inf)
+        share = 1.0 / (1.0 + 1.0 / (MOST_TOGETHER * shapes[:, 1]))
     return float(0.5 * np.sum(share * shapes[:, 0] ** 2))
 
 

@@ -52,7 +52,7 @@ def test_both_halves_of_a_rig_give_the_same_first_cause(name: str, tmp_path: Pat
 
 
 def test_half_of_the_driven_pendulum_rubs_dry(tmp_path: Path) -> None:
-    """0.18 N m by one of its owners' identifications. The other half puts it first too, with what it takes too little."""
+    """0.18 N m by one of its owners' identifications. The other half puts it first too, but takes too little by it."""
     found = half_of("driven pendulum", tmp_path, 1)
     assert found["verdict"] == "effect"
     assert found["first"][0] == ["coulomb_friction", "hinge"]

@@ -1,0 +1,49 @@
+"""Sets of causes made from single causes and from other sets, to be fitted from the unchanged leg."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from synth.diagnosis.score import first_state, fresh
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+
+
+def pairs_of(bench: Workbench, singles: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
+    """Each two of the causes that can act together."""
+    made = []
+    for place, first in enumerate(singles):
+        for second in singles[:place]:
+            if all(cause.stands_beside(first.hypothesis) for cause in second.hypothesis):
+                unknowns = np.concatenate([first.unknowns, second.unknowns[bench.n_tolerance :]])
+                made.append(replace(first, hypothesis=(*first.hypothesis, *second.hypothesis), unknowns=unknowns))
+    return made
+
+
+def with_simpler_cause(
+    bench: Workbench, found: Sequence[EvaluatedHypothesis], singles: Sequence[EvaluatedHypothesis]
+) -> list[EvaluatedHypothesis]:
+    """The sets with one cause replaced by one of fewer unknowns that excludes it, as one dry friction another; at zero.
+
+    ``singles`` : the causes that replace others.
+    """
+    made = []
+    for fit in found:
+        for place, cause in enumerate(fit.hypothesis):
+            rest = (*fit.hypothesis[:place], *fit.hypothesis[place + 1 :])
+            for (other,) in (single.hypothesis for single in singles):
+                excludes = other.key[1] == cause.key[1] and not other.stands_beside([cause])
+                if other.key != cause.key and excludes and other.size < cause.size and other.stands_beside(rest):
+                    hypothesis = (other, *rest)
+                    size = bench.n_tolerance + sum(each.size for each in hypothesis)
+                    made.append(replace(fit, hypothesis=hypothesis, unknowns=np.zeros(size)))
+    return made
+
+
+def from_recorded(bench: Workbench, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
+    """A hypothesis at the unchanged leg, from the initial states that the first samples show."""
+    states = tuple(first_state(trial) for trial in bench.trials)
+    plain = replace(fit, unknowns=np.zeros_like(fit.unknowns), states=states, residuals=(), columns=())
+    return bench.awake(fresh(replace(plain, cost=np.inf, frame=None)))
