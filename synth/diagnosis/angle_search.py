@@ -24,7 +24,7 @@ from synth.diagnosis.screened_causes import same_shape, screen
 from synth.diagnosis.screening import leverage, overshoots, prospects, strengthened
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
 from synth.diagnosis.sets_of_causes import from_recorded, pairs_of, with_simpler_cause
-from synth.diagnosis.simpler_shapes import worth_their_unknowns
+from synth.diagnosis.simpler_shapes import priced, worth_their_unknowns
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.swing.chain import Conditions
 
@@ -199,11 +199,8 @@ class AngleExplorer:
         new = [fit for keys, fit in sets.items() if keys not in self._begun]
         self._begun.update(sets)
         price = price_of_unknown(min((self.ratio(fit) for fit in [*anchors, *found]), default=1.0), bench.total)
-
-        def rank(fit: EvaluatedHypothesis) -> float:
-            return fit.cost + price * sum(cause.size for cause in fit.hypothesis)
-
-        best = best_of_each([*found, *descended(bench, [from_recorded(bench, fit) for fit in new], rank)])
+        ends = descended(bench, [from_recorded(bench, fit) for fit in new], lambda fit: priced(fit, price))
+        best = best_of_each([*found, *ends])
         return [*refine(bench, best[:REFINED_FURTHER]), *best[REFINED_FURTHER:]]
 
     def _worth_their_unknowns(self, refined: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:

@@ -153,7 +153,7 @@ def weigh(
     return np.asarray(AS_RECORDED * draws[:, 0] + (1.0 - AS_RECORDED) * draws[:, 1:].mean(axis=1))
 
 
-def numbers(hypotheses: Sequence[Assessed[F]]) -> list[int]:
+def unknowns_and_states(hypotheses: Sequence[Assessed[F]]) -> list[int]:
     """Of each hypothesis its unknowns, and the initial states of its own links in all trials."""
     trials = _trial_count(hypotheses)
     return [h.n_unknown + trials * h.n_state for h in hypotheses]
@@ -171,12 +171,12 @@ def _charged(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> Arr
 
 
 def shape_cost(shapes: Array) -> float:
-    """The negative logarithm of the prior of the shapes (n, 2) that the trials' independent errors and it prefer.
+    """What the priors of shapes (n, 2) take off the log-likelihood, as far as the trials determine the shapes.
 
-    The fits count more samples than there are independent errors, and so leave the prior further. Of a log-likelihood
-    with the curvature ``d`` about the fit's value ``x`` and a prior with the curvature 1 about 0, the least sum is
-    ``x^2/2 d/(1 + d)``: what the trials hardly determine costs nothing. ``MOST_TOGETHER`` errors of unknown size have
-    that many times the second column as curvature.
+    The fits count more samples than there are independent errors, and so end too far from the prior. Of a
+    log-likelihood with the curvature ``d`` about the fit's value ``x`` and a prior with the curvature 1 about 0, the
+    least sum is ``x^2/2 d/(1 + d)``: what the trials hardly determine costs nothing. ``MOST_TOGETHER`` errors of
+    unknown size have that many times the second column as curvature.
     """
     with np.errstate(divide="ignore"):  # not determined at all: its share is 1 / (1 + inf)
         share = 1.0 / (1.0 + 1.0 / (MOST_TOGETHER * shapes[:, 1]))

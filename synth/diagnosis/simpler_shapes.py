@@ -33,12 +33,13 @@ def worth_their_unknowns(
     starts = [_simpler(fit, candidates) for fit in fits]
     ends = iter(refine(bench, bench.evaluate([start for own in starts for start in own])))
     return [
-        min([fit, *(next(ends) for _ in own)], key=lambda each: _priced(each, price))
+        min([fit, *(next(ends) for _ in own)], key=lambda each: priced(each, price))
         for fit, own in zip(fits, starts, strict=True)
     ]
 
 
-def _priced(fit: EvaluatedHypothesis, price: float) -> float:
+def priced(fit: EvaluatedHypothesis, price: float) -> float:
+    """Its cost, with its causes' unknowns charged."""
     return fit.cost + price * sum(candidate.size for candidate in fit.hypothesis)
 
 

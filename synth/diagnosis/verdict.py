@@ -12,7 +12,7 @@ from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Verdict
 from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, Key, TrialErrors
 from synth.diagnosis.odds import CALIBRATED as CALIBRATED
-from synth.diagnosis.odds import LEAST_SHARE, far_share, numbers, taken, taken_from_fitted, weigh_beside
+from synth.diagnosis.odds import LEAST_SHARE, far_share, taken, taken_from_fitted, unknowns_and_states, weigh_beside
 from synth.diagnosis.odds import Calibration as Calibration
 from synth.diagnosis.odds import weigh as weigh
 from synth.diagnosis.unknown_cause import beyond_accuracy, least_share, of_unknown
@@ -81,7 +81,7 @@ def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]
     """
     none, far = next((h for h in hypotheses if not h.keys), None), far_share(hypotheses)
     gap = none.above if none is not None else 0.0
-    sizes = numbers(hypotheses) if far > 0.0 else [0] * len(hypotheses)
+    sizes = unknowns_and_states(hypotheses) if far > 0.0 else [0] * len(hypotheses)
     kept = []
     for hypothesis, size in zip(hypotheses, sizes, strict=True):
         simpler = [h for h, own in zip(hypotheses, sizes, strict=True) if own <= size]
