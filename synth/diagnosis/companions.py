@@ -18,7 +18,7 @@ from synth.arrays import Array
 from synth.diagnosis.angle_search import ratio
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
-from synth.diagnosis.odds import CALIBRATED, adds_little, far_share, price_of_unknown
+from synth.diagnosis.odds import CALIBRATED, adds_little, far_share, in_order_of_odds
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.score import fresh
 from synth.diagnosis.search import best_of_each
@@ -57,14 +57,13 @@ def with_companions(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) ->
 def _small(
     bench: Workbench, found: Hypotheses[EvaluatedHypothesis], paid: Sequence[Assessed[EvaluatedHypothesis]]
 ) -> list[Small]:
-    """The causes that the best sets, their unknowns charged, have beside a hypothesis that pays, without paying.
+    """The causes that the sets which the odds prefer have beside a hypothesis that pays, without paying.
 
     Without links of their own: their states would start from nothing beside another hypothesis. All of them can stand
     beside each other: of dry friction and one that falls with speed at a joint the better one.
     """
     pays, chosen, main = {frozenset(item.keys) for item in paid}, dict[Key, Small](), frozenset[Key]()
-    price = price_of_unknown(min((item.ratio for item in found.several), default=1.0), bench.total)
-    for item in sorted(found.several, key=lambda each: each.cost + price * each.n_unknown):
+    for item in in_order_of_odds([found.none, *found.singles, *found.several]):
         keys = frozenset(item.keys)
         within = [each for each in paid if each.keys and set(each.keys) < keys]
         largest = min(within, key=lambda each: each.cost, default=None)

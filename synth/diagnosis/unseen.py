@@ -10,13 +10,13 @@ cause changes the motion strongly (a link that bends: 1.41 for 0.9 deg on the ro
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
-from synth.diagnosis.odds import price_of_unknown
+from synth.diagnosis.odds import in_order_of_odds
 from synth.diagnosis.prediction_error import BLOCKS
 from synth.diagnosis.workbench import RULE, EvaluatedHypothesis, HypothesisFits, Workbench
 from synth.estimation.intervals import NORMAL90
@@ -63,7 +63,11 @@ def unseen(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[TrialE
         raise ValueError("a single trial leaves none for validation")
     parts = folds(bench)
     framed = [fit if fit.frame is not None else replace(fit, frame=bench.frame(fit)) for fit in fits]
-    start = [_WithoutFold(**{**vars(fit), "damping": 1e-3, "done": False}, out=out) for fit in framed for out in parts]
+    start = [
+        _WithoutFold(**{**{f.name: getattr(fit, f.name) for f in fields(fit)}, "damping": 1e-3, "done": False}, out=out)
+        for fit in framed
+        for out in parts
+    ]
     problem = _Folds(bench, None, SETTLED)
     begun = [Iterate(problem.judged(fit), fit.damping) for fit in start]
     ends = [iterate.point for iterate in minimise(problem, begun, RULE, ROUNDS)]
@@ -87,23 +91,26 @@ def by_trial(bench: Workbench, residuals: Sequence[Array]) -> TrialErrors:
 def with_unseen(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) -> Hypotheses[EvaluatedHypothesis]:
     """The hypotheses with their errors by trial, of the leading ones also those of unseen trials.
 
-    Leading are single causes of the lowest cost, and sets that the odds may prefer: their unknowns are charged.
-    Unchanged if there is only one trial.
+    Leading are single causes of the lowest cost, and of each size the sets that the odds prefer. Unchanged if there is
+    only one trial.
     """
     if len(bench.trials) < 2:
         return found
-    price = price_of_unknown(min((item.ratio for item in found.several), default=1.0), bench.total)
-    priced = sorted(found.several, key=lambda item: item.cost + price * item.n_unknown)
-    sizes = {len(item.keys) for item in priced}
-    several = [item for size in sizes for item in [s for s in priced if len(s.keys) == size][:SEVERAL]]
-    items = [found.none, *found.singles[:SINGLES], *several]
-    left = unseen(bench, [item.fit for item in items])
-    known = {id(item): each for item, each in zip(items, left, strict=True)}
+
+    def seen(item: Assessed[EvaluatedHypothesis]) -> Assessed[EvaluatedHypothesis]:
+        return replace(item, seen=by_trial(bench, item.fit.residuals))
+
+    none, singles, several = seen(found.none), [*map(seen, found.singles)], [*map(seen, found.several)]
+    preferred = in_order_of_odds([none, *singles, *several])
+    sizes = {len(item.keys) for item in several}
+    leading = [item for size in sizes for item in [s for s in preferred if len(s.keys) == size][:SEVERAL]]
+    items = [none, *singles[:SINGLES], *leading]
+    left = {id(item): each for item, each in zip(items, unseen(bench, [item.fit for item in items]), strict=True)}
 
     def judged(item: Assessed[EvaluatedHypothesis]) -> Assessed[EvaluatedHypothesis]:
-        return replace(item, unseen=known.get(id(item)), seen=by_trial(bench, item.fit.residuals))
+        return replace(item, unseen=left.get(id(item)))
 
-    return Hypotheses(judged(found.none), tuple(map(judged, found.singles)), tuple(map(judged, found.several)))
+    return Hypotheses(judged(none), tuple(map(judged, singles)), tuple(map(judged, several)))
 
 
 def jackknife(each: Array) -> Array:
