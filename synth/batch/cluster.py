@@ -76,6 +76,9 @@ class Cluster:
             send()
             while keys:
                 future = next(completed)
+                if future.status in ("lost", "pending"):  # the worker died with the result: another one runs it again
+                    completed.add(future)
+                    continue
                 yield keys.pop(future), self._ended(future)
                 future.release()
                 send()

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import distributed
 import pytest
 
 from batch.clusters import cluster, wait_until
@@ -54,6 +55,26 @@ def test_neither_a_killed_worker_nor_a_killed_scheduler_loses_a_fit_or_changes_a
     assert not kept.exists()
     assert main([*words[:-1], str(tmp_path / "near"), "--workers", "1"]) == 0
     assert len(same_bytes(tmp_path / "far", tmp_path / "near")) > 3 * 9
+
+
+def test_a_result_that_died_with_its_worker_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Between a task's end and the reading of its result: the scheduler then calls the result lost, not the task."""
+    with distributed.Client(processes=False, n_workers=1, threads_per_worker=1, dashboard_address=None) as client:
+        lost: list[str] = []
+
+        class LosesTheFirst(distributed.as_completed):  # type: ignore[misc]
+            def __next__(self) -> distributed.Future:
+                future = super().__next__()
+                if not lost:
+                    lost.append(future.key)
+                    client._handle_lost_data(future.key)
+                    client.loop.call_later(0.2, client._handle_key_in_memory, future.key)
+                return future
+
+        monkeypatch.setattr(distributed, "as_completed", LosesTheFirst)
+        ended = dict(ours.Cluster(client, "here").run(len, [("one", "a"), ("two", "bc")]))
+    assert lost
+    assert {key: outcome.value for key, outcome in ended.items()} == {"one": 1, "two": 2}
 
 
 def test_where_nothing_answers_one_message_says_so(
