@@ -10,11 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from synth.threads import LIBRARIES
+from synth.threads import LIBRARIES, VARIABLE
 
 # As every command does before numpy is loaded: threads of the linear algebra only wait for each other here.
 for name in LIBRARIES:
     os.environ.setdefault(name, "1")
+# Each core has its own process of tests: threads of one would only take turns with the other. Tests about threads set
+# their number themselves.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.setdefault(VARIABLE, "1")
 
 TESTS = Path(__file__).resolve().parent
 

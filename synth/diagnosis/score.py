@@ -12,7 +12,6 @@ from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.lanes import Kept
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench, state_rows
 from synth.estimation.gauss_newton import LocalProblem, gauss_newton
-from synth.threads import in_parallel
 
 ROUNDS = 8  # Gauss-Newton iterations for the initial state, the only unknowns
 # RMS over the noise floor above which a trial may be a swing off; shares of the trial on which its state is then found
@@ -30,7 +29,7 @@ def first_state(trial: AngleTrial) -> Array:
 def score(bench: Workbench, fit: EvaluatedHypothesis, trials: Sequence[AngleTrial]) -> list[tuple[Array, Array]]:
     """Prediction (m, n) rad in the sense of q of each trial by a fixed hypothesis, and its initial state."""
     kept: Kept = {}
-    return in_parallel(lambda i: _one(bench, fit, trials[i], kept), len(trials))
+    return bench.in_parallel(lambda i: _one(bench, fit, trials[i], kept), len(trials))
 
 
 def _one(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, kept: Kept) -> tuple[Array, Array]:

@@ -22,7 +22,6 @@ from synth.diagnosis.workbench import RULE, EvaluatedHypothesis, HypothesisFits,
 from synth.estimation.intervals import NORMAL90
 from synth.estimation.levenberg_marquardt import Iterate, minimise
 from synth.estimation.linearisation import LinearisedNormal
-from synth.threads import in_parallel
 
 SINGLES, SEVERAL = 8, 3  # leading hypotheses evaluated, of one cause and of several
 MOST_FOLDS = 5  # of the trials: with more folds a fit hardly differs from the fit to all, at the same cost each
@@ -84,7 +83,7 @@ def unseen(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[TrialE
 
 def by_trial(bench: Workbench, residuals: Sequence[Array]) -> TrialErrors:
     """Errors trial by trial from whitened residuals, one array per trial."""
-    each = in_parallel(lambda i: cells(bench, i, residuals[i]), len(bench.trials))
+    each = bench.in_parallel(lambda i: cells(bench, i, residuals[i]), len(bench.trials))
     return TrialErrors(*(np.array(column) for column in zip(*each, strict=True)))
 
 
