@@ -23,7 +23,7 @@ from synth.diagnosis.score import first_state, fresh, score
 from synth.diagnosis.screened_causes import same_shape, screen
 from synth.diagnosis.screening import leverage, overshoots, prospects, strengthened
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
-from synth.diagnosis.sets_of_causes import from_recorded, pairs_of, with_simpler_cause
+from synth.diagnosis.sets_of_causes import from_recorded, pairs_of, with_simpler_cause, without_one
 from synth.diagnosis.simpler_shapes import priced, worth_their_unknowns
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.swing.chain import Conditions
@@ -47,6 +47,7 @@ AROUND = (0.4, 1.0)  # factors on the strength that the secant predicts
 FURTHER_TRIED = 20
 FURTHER_KEPT = 8  # of those, number fitted to all trials
 # The same where recordings are compared in pieces: their cost has cliffs, and a rank after few steps tells less.
+REDUCED = 3  # best sets of three causes of which one is left out again
 IN_PIECES_TRIED, IN_PIECES_KEPT = 30, 10
 FURTHER_ROUNDS = (2, 3)  # iterations of the fit on the subset, and on all trials
 PLAN = SearchPlan(
@@ -172,14 +173,28 @@ class AngleExplorer:
     def beside(
         self, anchors: Sequence[Assessed[EvaluatedHypothesis]], singles: Sequence[Assessed[EvaluatedHypothesis]]
     ) -> list[EvaluatedHypothesis]:
-        """One further cause beside each of the anchors; the best get their own linearisation."""
+        """One further cause beside each of the anchors; the best get their own linearisation.
+
+        Of the best sets of three, also those with one of the first two causes left out.
+        """
         framed = [anchor.fit for anchor in anchors if anchor.fit.frame is not None]
         fits = [*framed, *refine(self.bench, [anchor.fit for anchor in anchors if anchor.fit.frame is None])]
         alone = all(len(fit.hypothesis) == 1 for fit in fits)  # a third cause is small: to start from the pair suffices
         if alone and any(trial.part_of for trial in self.bench.trials):
             return self._in_pieces(fits, [single.fit for single in singles])
         found = further(self.bench, self._sifting, fits, self.candidates)
-        return [*refine(self.bench, found[:REFINED_FURTHER]), *found[REFINED_FURTHER:]]
+        refined = refine(self.bench, found[:REFINED_FURTHER])
+        fewer = [] if alone else without_one(self.bench, sorted(refined, key=lambda fit: fit.cost)[:REDUCED], fits)
+        return [*refined, *found[REFINED_FURTHER:], *self._reduced(fewer, [*fits, *refined])]
+
+    def _reduced(
+        self, fewer: Sequence[EvaluatedHypothesis], found: Sequence[EvaluatedHypothesis]
+    ) -> list[EvaluatedHypothesis]:
+        """Fits of sets that lack a cause; in pieces from the unchanged leg too, see ``_in_pieces``."""
+        if not any(trial.part_of for trial in self.bench.trials):
+            return refine(self.bench, self.bench.evaluate(fewer))
+        starts = [*self.bench.evaluate(fewer), *[from_recorded(self.bench, fit) for fit in fewer]]
+        return best_of_each(descended(self.bench, starts, self._rank(found)))
 
     def _in_pieces(
         self, anchors: Sequence[EvaluatedHypothesis], singles: Sequence[EvaluatedHypothesis]
@@ -198,10 +213,14 @@ class AngleExplorer:
         sets = {frozenset(fit.keys): fit for fit in [*pairs_of(bench, singles[:REFINED]), *simpler, *found]}
         new = [fit for keys, fit in sets.items() if keys not in self._begun]
         self._begun.update(sets)
-        price = price_of_unknown(min((self.ratio(fit) for fit in [*anchors, *found]), default=1.0), bench.total)
-        ends = descended(bench, [from_recorded(bench, fit) for fit in new], lambda fit: priced(fit, price))
+        ends = descended(bench, [from_recorded(bench, fit) for fit in new], self._rank([*anchors, *found]))
         best = best_of_each([*found, *ends])
         return [*refine(bench, best[:REFINED_FURTHER]), *best[REFINED_FURTHER:]]
+
+    def _rank(self, found: Sequence[EvaluatedHypothesis]) -> Callable[[EvaluatedHypothesis], float]:
+        """Cost with the unknowns charged, by how far the best of the ``found`` fits is from the noise."""
+        price = price_of_unknown(min((self.ratio(fit) for fit in found), default=1.0), self.bench.total)
+        return lambda fit: priced(fit, price)
 
     def _worth_their_unknowns(self, refined: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """Fits with their own derivatives, each in the shape that the odds prefer."""

@@ -76,7 +76,7 @@ class Explorer(Protocol[F]):
         """The best fit of each cause alone; called after ``none``."""
 
     def beside(self, anchors: Sequence[Assessed[F]], singles: Sequence[Assessed[F]]) -> Sequence[F]:
-        """Fits of one further cause with each of the anchors; ``singles`` in order of cost."""
+        """Fits of one further cause with each of the anchors, and of sets of these; ``singles`` in order of cost."""
 
     def ratio(self, fit: F) -> float:
         """RMS of a fit's residuals over the noise floor, all samples weighted equally."""
@@ -120,7 +120,7 @@ class CauseSearch(Generic[F]):
         if not plan.paid(promising[0], _within(promising[0], singles)):
             return pairs
         self.say("a third cause")
-        return [*pairs, *self._assessed(self.explorer.beside(promising, singles))]
+        return _best_assessed([*pairs, *self._assessed(self.explorer.beside(promising, singles))])
 
     def _assessed(self, fits: Sequence[F]) -> list[Assessed[F]]:
         """In order of cost."""

@@ -42,6 +42,31 @@ def with_simpler_cause(
     return made
 
 
+def without_one(
+    bench: Workbench, found: Sequence[EvaluatedHypothesis], known: Sequence[EvaluatedHypothesis]
+) -> list[EvaluatedHypothesis]:
+    """The sets that lack one cause of a set, at its values, except those with the causes of a ``known`` fit.
+
+    Backward after forward selection: a first cause that imitated two others is not needed beside them.
+    """
+    tried, made = {frozenset(fit.keys) for fit in known}, []
+    for fit in found:
+        place = bench.n_tolerance
+        for k, cause in enumerate(fit.hypothesis):
+            rest = (*fit.hypothesis[:k], *fit.hypothesis[k + 1 :])
+            keys = frozenset(other.key for other in rest)
+            if keys not in tried:
+                tried.add(keys)
+                unknowns = np.delete(fit.unknowns, slice(place, place + cause.size))
+                states = fit.states
+                if any(other.links for other in fit.hypothesis):  # they start as if held
+                    states = tuple(state[: 2 * len(bench.noise)] for state in states)
+                plain = replace(fit, hypothesis=rest, unknowns=unknowns, states=states, residuals=(), columns=())
+                made.append(bench.awake(fresh(replace(plain, cost=np.inf, frame=None))))
+            place += cause.size
+    return made
+
+
 def from_recorded(bench: Workbench, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
     """A hypothesis at the unchanged leg, from the initial states that the first samples show."""
     states = tuple(first_state(trial) for trial in bench.trials)
