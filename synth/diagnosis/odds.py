@@ -48,11 +48,12 @@ class Calibration:
     """Constants that convert costs into probabilities; tuned on simulated cases (``tests/blind``, seeds 1000, 1001,
     2000).
 
-    ``temperature`` : of the softmax over costs, for effects whose form is not exact. ``per_parameter`` :
-    penalty per unknown. ``none``, ``single``, ``pair``, ``triple`` : prior probabilities that no, one,
-    two or three causes are missing, divided evenly among their hypotheses. ``left`` : share of the squared gap left
-    by the
-    best explanation at which an unknown cause is as probable as not, ``left_by_several`` the same for several causes,
+    ``temperature`` : of the softmax over costs, for effects whose form is not exact. ``per_parameter`` : penalty per
+    unknown, ``per_state`` : per initial state of an added link and trial, half the logarithm of a trial's samples
+    (without it, a base that yields had the odds of damping and a wrong inertia that were there). ``none``, ``single``,
+    ``pair``, ``triple`` : prior probabilities that no, one, two or three causes are missing, divided evenly among their
+    hypotheses. ``left`` : share of the squared gap left by the best explanation at which an unknown cause is as
+    probable as not, ``left_by_several`` the same for several causes,
     ``misfit`` : slope of that probability over its logarithm. ``doubt`` : least probability of an unknown cause if
     an effect is missing, because an unknown cause sometimes acts exactly like a known one; ``doubt_of_several`` :
     the same
@@ -76,6 +77,7 @@ class Calibration:
 
     temperature: float = 3.0
     per_parameter: float = 4.0
+    per_state: float = 2.0
     none: float = 0.3
     single: float = 0.5
     pair: float = 0.19
@@ -165,7 +167,9 @@ def in_order_of_odds(hypotheses: Sequence[Assessed[F]]) -> list[Assessed[F]]:
 
 def _before_draws(hypotheses: Sequence[Assessed[F]], share: float, calibration: Calibration) -> Array:
     """(n,) what is against each hypothesis beside the errors by trial, at this ``share`` of the way from the noise."""
-    cost = np.array([h.cost + calibration.per_parameter * h.n_unknown for h in hypotheses])
+    trials = _trial_count(hypotheses)
+    numbers = [calibration.per_parameter * h.n_unknown + calibration.per_state * trials * h.n_state for h in hypotheses]
+    cost = np.array([h.cost for h in hypotheses]) + numbers
     near = (1.0 - share) * (cost - cost.min()) / calibration.temperature
     return np.asarray(near + share * _charged(hypotheses, calibration))
 
