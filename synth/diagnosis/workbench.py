@@ -163,13 +163,9 @@ class Workbench:
     def _residual(trial: AngleTrial, first: Array, state: Array) -> Array:
         """(M,) of a prediction's ``first`` lane, whitened (count,); not finite if it diverged."""
         rate, deviation = trial.rate_prior
-        free, n, count = trial.free, trial.measured.shape[1], len(first)
-        found = np.zeros(count + 2 * len(free) + len(state) - 2 * n)
-        found[:count] = first
-        prior = found[count + len(free) :]  # rotations have no prior
-        prior[: len(free)] = (state[n : 2 * n][free] - rate) / deviation
-        prior[len(free) :] = state[2 * n :]
-        return found
+        free, n = trial.free, trial.measured.shape[1]
+        # Rotations have no prior.
+        return np.concatenate([first, np.zeros(len(free)), (state[n : 2 * n][free] - rate) / deviation, state[2 * n :]])
 
     def residuals(self, fits: Sequence[EvaluatedHypothesis]) -> list[list[Array]]:
         """(M,) whitened residuals of every fit, one list per trial; not finite if a motion diverged."""

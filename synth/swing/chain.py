@@ -10,6 +10,7 @@ from math import ceil
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.compiling import code_cache
@@ -227,10 +228,13 @@ class Chain:
         rows = range(self.layout.n_row)
         return [row for block in DRIVE for row in rows[self.layout.rows(block)]]
 
-    def _late(self, known: KnownTorque, workspace: Array) -> KnownTorque:
-        """The known torque with the first lane's delay; the lanes' delay rows become differences from the first."""
+    def _late(self, known: KnownTorque, idle: NDArray[np.bool_], workspace: Array) -> KnownTorque:
+        """The known torque with the first lane's delay; the lanes' delay rows become differences from the first.
+
+        ``idle`` (n,) : joints without torque, which are not driven.
+        """
         offset, delay = (workspace[self.layout.rows(block)] for block in DRIVE[1:])
-        offset[~np.any(known[1] != 0.0, axis=0)] = 0.0  # in place: these are rows of the workspace
+        offset[idle] = 0.0  # in place: these are rows of the workspace
         first = delay[:, 0].copy()
         delay -= first[:, None]
         return delayed(known, first) if np.any(first) else known
@@ -289,7 +293,8 @@ class Chain:
             periods = np.max([group[self.layout.rows("servo_period")].max(axis=1) for group in lanes.lanes], axis=0)
             held = np.flatnonzero(periods).tolist()
             samples = sum(float(times[-1] - times[0]) * unit / periods[j] for j in held)
-        known, told = for_integrator(known_torque, n, signals, held)
+        as_given = known, told = for_integrator(known_torque, n, signals, held)
+        idle = np.zeros(n, dtype=bool) if known_torque is None else ~np.any(known_torque[1] != 0.0, axis=0)
         if signals is not None:
             changes = len(told[0]) * max(self._delays(group, signals.held) for group in lanes.lanes)
         # Steps may end at knots and do end at control steps.
@@ -313,7 +318,8 @@ class Chain:
                 continue
             integrate, *functions = self._whole if active.any() or len(known[0]) else self._plain
             if wrong and known_torque is not None:
-                known, told = for_integrator(self._late(known_torque, workspace), n, signals, held)
+                late = self._late(known_torque, idle, workspace)
+                known, told = as_given if late is known_torque else for_integrator(late, n, signals, held)
             integrate(*functions, room, n, states, active, known, told, *rest)
         if rates and unit != 1.0:
             result[:, n:] /= unit

@@ -63,7 +63,7 @@ def loaded(travel: Array, knee: Array) -> Array:
     share, step = 0.0 * travel, np.minimum(np.abs(travel), LOADING) / LOADING_STEPS
 
     def slope(r: Array) -> Array:
-        return 1.0 - np.clip(r, 0.0, 1.0) ** knee
+        return 1.0 - np.minimum(r, 1.0) ** knee
 
     for _ in range(LOADING_STEPS):
         a = slope(share)
