@@ -24,6 +24,9 @@ WORTH_OF_LITTLE = 0.2
 # Times what a set of causes leaves, up to which one that differs in a single cause is its rival. Latency and a delay
 # of the torque are the same on a single joint, and a hair less decided which of them was weighed at all.
 AS_MUCH = 1.05
+# So many rivals of the first explanation are no tie if that is less probable than an unknown cause: a rig whose gap is
+# one motion that turns the other way was said to lack one of eighteen.
+MOST_TIED = 6
 COUNTS = 0.95  # probability of visible coarse counts; not tuned
 CONTRADICTED = 0.9  # probability of an unknown cause if held-out trials surely contradict the explanation: a choice
 
@@ -266,6 +269,8 @@ def _verdict(
     size = len(best.keys)
     rivals = [(h, w) for h, w in zip(hypotheses, weights, strict=True) if h is not best and len(h.keys) == size]
     tied = tuple(h for h, w in rivals if w * calibration.tie_odds > weights[heaviest])
+    if len(tied) >= MOST_TIED and (1.0 - unknown) * weights[heaviest] < unknown:
+        return "unknown", ()
     return ("tie" if tied else "effect"), tied
 
 

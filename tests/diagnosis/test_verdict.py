@@ -61,6 +61,18 @@ def test_a_second_cause_with_little_gain_is_not_accepted() -> None:
     assert len(judge(Hypotheses(NONE, SINGLES, (little,))).accepted.keys) == 1
 
 
+def test_many_equal_causes_that_leave_much_are_unknown_and_few_are_tied() -> None:
+    """Of eighteen that explain equally, and a remainder that none explains, nothing is told."""
+    alike = [assessed(400.0, 2.2, candidate) for candidate in FOUND[:12]]
+    few = judge(Hypotheses(NONE, tuple(alike[:3]), ()))
+    many = judge(Hypotheses(NONE, tuple(alike), ()))
+    assert many.singles[0][1] < many.unknown < 0.5
+    assert (few.verdict, len(few.tied)) == ("tie", 2)
+    assert (many.verdict, many.tied) == ("unknown", ())
+    near = [assessed(400.0, 1.0, candidate) for candidate in FOUND[:12]]
+    assert judge(Hypotheses(NONE, tuple(near), ())).verdict == "tie"
+
+
 def test_several_causes_are_kept_when_fewer_are_not_evaluated() -> None:
     pair = assessed(200.0, 1.5, FRICTION, OFFSET)
     assert paying([NONE, pair], CALIBRATED.pays) == [NONE, pair]
