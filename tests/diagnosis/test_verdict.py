@@ -9,7 +9,7 @@ import pytest
 
 from diagnosis.simulated_releases import TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial
-from synth.diagnosis.hypotheses import Assessed, Hypotheses
+from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.verdict import CALIBRATED, CONTRADICTED, doubted, judge, paying, weigh
 from synth.diagnosis.workbench import EvaluatedHypothesis
@@ -71,6 +71,19 @@ def test_many_equal_causes_that_leave_much_are_unknown_and_few_are_tied() -> Non
     assert (many.verdict, many.tied) == ("unknown", ())
     near = [assessed(400.0, 1.0, candidate) for candidate in FOUND[:12]]
     assert judge(Hypotheses(NONE, tuple(near), ())).verdict == "tie"
+
+
+def test_near_the_noise_initial_states_of_an_added_link_are_charged() -> None:
+    """Of two causes with equal costs: ``per_state`` for the rotation and the rate in each of four trials."""
+    base = next(c for c in FOUND if c.effect.name == "base_compliance" and c.size == 3)
+    spring = next(c for c in FOUND if c.effect.name == "spring_hysteresis" and c.size == 3)
+    at_noise = TrialErrors(np.full((4, 1), 1.1), np.full((4, 1), 200.0), np.full(4, 20.0))
+    none, sways, slips = (
+        replace(item, seen=at_noise, unseen=at_noise)
+        for item in (NONE, assessed(400.0, 1.1, base), assessed(400.0, 1.1, spring))
+    )
+    _, of_base, of_spring = weigh([none, sways, slips], CALIBRATED)
+    assert np.log(of_spring / of_base) == pytest.approx(CALIBRATED.per_state * 4 * 2 / CALIBRATED.temperature)
 
 
 def test_several_causes_are_kept_when_fewer_are_not_evaluated() -> None:
