@@ -93,7 +93,7 @@ MUTANTS = (
            "(4.0 * index**2 + index - 1.0) / (4.0 * index * (index + 1.0))", "spring"),
     Mutant("the coil opens as it winds", "mean_diameter * body_coils / (body_coils + travel / math.tau)",
            "mean_diameter * body_coils / (body_coils - travel / math.tau)", "spring"),
-    Mutant("Gerber without the mean stress", "return (slope * strength) ** 2 / (2.0 * endurance) * (root - 1.0)",
+    Mutant("Gerber without the mean stress", "return 2.0 * endurance / (1.0 + root)",
            "return endurance", "spring"),
     Mutant("wire as heavy as its square", "return density * math.pi * wire_diameter**2 / 4.0 * length",
            "return density * wire_diameter**2 * length", "spring"),

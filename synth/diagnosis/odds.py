@@ -167,11 +167,13 @@ def in_order_of_odds(hypotheses: Sequence[Assessed[F]]) -> list[Assessed[F]]:
 
 def _before_draws(hypotheses: Sequence[Assessed[F]], share: float, calibration: Calibration) -> Array:
     """(n,) what is against each hypothesis beside the errors by trial, at this ``share`` of the way from the noise."""
+    charged = share * _charged(hypotheses, calibration)
+    if share == 1.0:  # a diverged motion has no finite cost
+        return np.asarray(charged)
     trials = _trial_count(hypotheses)
     numbers = [calibration.per_parameter * h.n_unknown + calibration.per_state * trials * h.n_state for h in hypotheses]
     cost = np.array([h.cost for h in hypotheses]) + numbers
-    near = (1.0 - share) * (cost - cost.min()) / calibration.temperature
-    return np.asarray(near + share * _charged(hypotheses, calibration))
+    return np.asarray((1.0 - share) * (cost - cost.min()) / calibration.temperature + charged)
 
 
 def unknowns_and_states(hypotheses: Sequence[Assessed[F]]) -> list[int]:

@@ -53,11 +53,8 @@ def gerber_amplitude(endurance: float, strength: float, amplitude: float, mean: 
     """
     if amplitude <= 0.0:
         return math.inf
-    if mean == 0.0:
-        return endurance
-    slope = amplitude / abs(mean)
-    root = math.sqrt(1.0 + (2.0 * endurance / (slope * strength)) ** 2)
-    return (slope * strength) ** 2 / (2.0 * endurance) * (root - 1.0)
+    root = math.hypot(1.0, 2.0 * endurance * mean / (amplitude * strength))
+    return 2.0 * endurance / (1.0 + root)  # the root less one, multiplied out: exact for small mean stresses too
 
 
 def life(fatigue: Fatigue | None, strength: float, least: float, greatest: float) -> Life | None:

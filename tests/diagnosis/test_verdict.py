@@ -10,7 +10,9 @@ import pytest
 from diagnosis.simulated_releases import TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
+from synth.diagnosis.odds import in_order_of_odds
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.unseen import DIVERGED
 from synth.diagnosis.verdict import CALIBRATED, CONTRADICTED, doubted, judge, paying, weigh
 from synth.diagnosis.workbench import EvaluatedHypothesis
 from synth.fit.recordings import recordings
@@ -84,6 +86,15 @@ def test_near_the_noise_initial_states_of_an_added_link_are_charged() -> None:
     )
     _, of_base, of_spring = weigh([none, sways, slips], CALIBRATED)
     assert np.log(of_spring / of_base) == pytest.approx(CALIBRATED.per_state * 4 * 2 / CALIBRATED.temperature)
+
+
+def test_a_diverged_hypothesis_comes_last_far_from_the_noise() -> None:
+    """Its cost is infinite, and its errors are as large as they can be."""
+    counts, independent = np.full((4, 1), 200.0), np.full(4, 20.0)
+    far, lost = (TrialErrors(np.full((4, 1), square), counts, independent) for square in (900.0, DIVERGED**2))
+    none, found = replace(NONE, ratio=40.0, seen=far), replace(assessed(400.0, 30.0, FRICTION), seen=far)
+    gone = replace(assessed(np.inf, np.inf, OFFSET), seen=lost)
+    assert in_order_of_odds([none, gone, found])[-1] is gone
 
 
 def test_several_causes_are_kept_when_fewer_are_not_evaluated() -> None:
