@@ -46,8 +46,8 @@ AROUND = (0.4, 1.0)  # factors on the strength that the secant predicts
 # times the noise, was not among them, and one of 86 was taken; the search took 4 s of 14 longer.
 FURTHER_TRIED = 20
 FURTHER_KEPT = 8  # of those, number fitted to all trials
-# The same where recordings are compared in pieces: their cost has cliffs, and a rank after few steps tells less.
 REDUCED = 3  # best sets of three causes of which one is left out again
+# The same where recordings are compared in pieces: their cost has cliffs, and a rank after few steps tells less.
 IN_PIECES_TRIED, IN_PIECES_KEPT = 30, 10
 FURTHER_ROUNDS = (2, 3)  # iterations of the fit on the subset, and on all trials
 PLAN = SearchPlan(
@@ -180,7 +180,7 @@ class AngleExplorer:
         framed = [anchor.fit for anchor in anchors if anchor.fit.frame is not None]
         fits = [*framed, *refine(self.bench, [anchor.fit for anchor in anchors if anchor.fit.frame is None])]
         alone = all(len(fit.hypothesis) == 1 for fit in fits)  # a third cause is small: to start from the pair suffices
-        if alone and any(trial.part_of for trial in self.bench.trials):
+        if alone and self.bench.in_pieces:
             return self._in_pieces(fits, [single.fit for single in singles])
         found = further(self.bench, self._sifting, fits, self.candidates)
         refined = refine(self.bench, found[:REFINED_FURTHER])
@@ -191,7 +191,7 @@ class AngleExplorer:
         self, fewer: Sequence[EvaluatedHypothesis], found: Sequence[EvaluatedHypothesis]
     ) -> list[EvaluatedHypothesis]:
         """Fits of sets that lack a cause; in pieces from the unchanged leg too, see ``_in_pieces``."""
-        if not any(trial.part_of for trial in self.bench.trials):
+        if not self.bench.in_pieces:
             return refine(self.bench, self.bench.evaluate(fewer))
         starts = [*self.bench.evaluate(fewer), *[from_recorded(self.bench, fit) for fit in fewer]]
         return best_of_each(descended(self.bench, starts, self._rank(found)))

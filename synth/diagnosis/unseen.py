@@ -62,11 +62,9 @@ def unseen(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[TrialE
         raise ValueError("a single trial leaves none for validation")
     parts = folds(bench)
     framed = [fit if fit.frame is not None else replace(fit, frame=bench.frame(fit)) for fit in fits]
-    start = [
-        _WithoutFold(**{**{f.name: getattr(fit, f.name) for f in fields(fit)}, "damping": 1e-3, "done": False}, out=out)
-        for fit in framed
-        for out in parts
-    ]
+    begin = {"damping": 1e-3, "done": False}
+    given = [{f.name: getattr(fit, f.name) for f in fields(fit)} | begin for fit in framed]  # not what it has cached
+    start = [_WithoutFold(**each, out=out) for each in given for out in parts]
     problem = _Folds(bench, None, SETTLED)
     begun = [Iterate(problem.judged(fit), fit.damping) for fit in start]
     ends = [iterate.point for iterate in minimise(problem, begun, RULE, ROUNDS)]

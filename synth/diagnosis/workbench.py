@@ -108,14 +108,18 @@ class Workbench:
         return float(sum(self.independent(trial).sum() for trial in self.trials))
 
     @cached_property
+    def in_pieces(self) -> bool:
+        """Whether recordings are compared in pieces."""
+        return any(trial.part_of for trial in self.trials)
+
+    @cached_property
     def cores(self) -> int:
         """Cores that work on the trials: one for a single link that is not compared in pieces.
 
-        Its motions take so little time that threads mostly wait for the interpreter's lock: six trials of a pendulum
-        were diagnosed in 2.0 s by two threads, in 1.4 s by one.
+        Its motions take so little time that threads mostly wait for the interpreter's lock: with two of them
+        ``synth gap`` on six trials of a pendulum took 3.8 s of a processor, with one 3.1 s, in turn.
         """
-        few = len(self.noise) == 1 and not any(trial.part_of for trial in self.trials)
-        return 1 if few else thread_count()
+        return 1 if len(self.noise) == 1 and not self.in_pieces else thread_count()
 
     def in_parallel(self, work: Callable[[int], T], count: int) -> list[T]:
         """``work(index)`` for each index below ``count``, in order, on so many cores."""

@@ -64,7 +64,7 @@ def test_a_second_cause_with_little_gain_is_not_accepted() -> None:
 
 
 def test_many_equal_causes_that_leave_much_are_unknown_and_few_are_tied() -> None:
-    """Of eighteen that explain equally, and a remainder that none explains, nothing is told."""
+    """Of twelve that explain equally, and a remainder that none explains, nothing is told."""
     alike = [assessed(400.0, 2.2, candidate) for candidate in FOUND[:12]]
     few = judge(Hypotheses(NONE, tuple(alike[:3]), ()))
     many = judge(Hypotheses(NONE, tuple(alike), ()))
