@@ -16,6 +16,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
 from synth.diagnosis.odds import CALIBRATED, price_of_unknown
 from synth.diagnosis.restarts import beside_best, descended, exchanged, fitted_again, has_other_minima, refine
@@ -25,7 +26,7 @@ from synth.diagnosis.screening import leverage, overshoots, prospects, strengthe
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
 from synth.diagnosis.sets_of_causes import from_recorded, pairs_of, with_simpler_cause, without_one
 from synth.diagnosis.simpler_shapes import priced, worth_their_unknowns
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.swing.chain import Conditions
 
 BASE_ROUNDS = 5  # steps of the nominal leg, from which all candidates start

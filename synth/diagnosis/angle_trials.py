@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,8 @@ class AngleTrial:
     """One trial, thinned: ``time`` (m,) s from 0, ``measured`` (m, n) rad in the sense of q, ``counts`` (m, n).
 
     ``relative`` (m, n): standard deviation of a sample relative to its channel's noise; None if all are equal.
-    ``part_of`` : the trial that it is a piece of, None for a whole recording; ``share`` : of that one's samples.
+    ``part_of`` : the trial that it is a piece of, None for a whole recording; ``share`` : of that one's samples;
+    ``begin`` : s, where it begins in that one.
     """
 
     recording: Recording
@@ -34,6 +36,7 @@ class AngleTrial:
     relative: Array | None = None
     part_of: AngleTrial | None = None
     share: float = 1.0
+    begin: float = 0.0
 
     @property
     def whole(self) -> AngleTrial:
@@ -74,6 +77,7 @@ class AngleTrial:
             relative=relative,
             part_of=self,
             share=(last - first) / len(self.time),
+            begin=begin,
         )
 
     def thinner(self, samples: int) -> AngleTrial:
@@ -89,25 +93,51 @@ class AngleTrial:
         )
 
 
+def together(trials: Sequence[AngleTrial]) -> list[range]:
+    """Indices of the trials that one call predicts: neighbouring pieces of one recording, driven by the same torque."""
+    found: list[range] = []
+    for index, trial in enumerate(trials):
+        if index and _same_drive(trials[index - 1], trial):
+            found[-1] = range(found[-1].start, index + 1)
+        else:
+            found.append(range(index, index + 1))
+    return found
+
+
+def _same_drive(a: AngleTrial, b: AngleTrial) -> bool:
+    """Whether two trials are pieces of one recording that have the same known torque."""
+    first, second = a.recording.known_torque, b.recording.known_torque
+    if a.part_of is None or a.part_of is not b.part_of:
+        return False
+    return first is second if first is None or second is None else first[1] is second[1]
+
+
 @dataclass(frozen=True)
 class Whitener:
-    """Converts a trial's predictions into whitened residuals of the samples that count, one row per lane.
+    """Converts predictions of trials into whitened residuals of the samples that count, one row per lane.
 
-    ``index`` : indices of these samples in a flat (m n,) array; ``measured`` and ``scale`` (count,) theirs.
+    ``index`` : indices of these samples in a flat (m n,) array of all trials; ``measured`` and ``scale`` (count,)
+    theirs; ``each`` : where each trial's are among them.
     """
 
     index: NDArray[np.intp] | slice
     measured: Array
     scale: Array
+    each: tuple[slice, ...]
 
     @classmethod
-    def of(cls, trial: AngleTrial, sigma: Array) -> Whitener:
-        """``sigma`` (n,) or (m, n) rad."""
-        index = slice(None) if trial.counts.all() else np.flatnonzero(trial.counts)
-        scale = 1.0 / np.broadcast_to(sigma, trial.measured.shape)
-        return cls(index, trial.measured.reshape(-1)[index], scale.reshape(-1)[index])
+    def of(cls, trials: Sequence[AngleTrial], sigmas: Sequence[Array]) -> Whitener:
+        """``sigmas`` (n,) or (m, n) rad of each trial."""
+        counts = np.concatenate([trial.counts for trial in trials])
+        index = slice(None) if counts.all() else np.flatnonzero(counts)
+        measured = np.concatenate([trial.measured for trial in trials]).reshape(-1)[index]
+        pairs = zip(trials, sigmas, strict=True)
+        scale = np.concatenate([1.0 / np.broadcast_to(sigma, trial.measured.shape) for trial, sigma in pairs])
+        ends = np.cumsum([0, *[trial.counts.sum() for trial in trials]]).tolist()
+        each = tuple(slice(first, last) for first, last in pairwise(ends))
+        return cls(index, measured, scale.reshape(-1)[index], each)
 
-    @cached_property
+    @property
     def count(self) -> int:
         """Number of samples that count."""
         return len(self.measured)

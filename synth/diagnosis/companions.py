@@ -17,6 +17,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.angle_search import ratio
 from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
 from synth.diagnosis.odds import CALIBRATED, adds_little, far_share, in_order_of_odds
 from synth.diagnosis.restarts import refine
@@ -24,7 +25,7 @@ from synth.diagnosis.score import fresh
 from synth.diagnosis.search import best_of_each
 from synth.diagnosis.unseen import by_trial
 from synth.diagnosis.verdict import judge, paying
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 
 COMPANIONS = 2  # small causes beside each leading hypothesis: as many as the search ever adds to a single cause
 LEADERS, LEAST_WEIGHT = 6, 0.02  # hypotheses compared, and their least weight: a rival below it has odds below 50

@@ -14,11 +14,12 @@ from typing import TypeVar
 import numpy as np
 
 from synth.diagnosis.angle_search import ratio
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.score import fresh
 from synth.diagnosis.unseen import by_trial
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.remarks import decisive
 
 T = TypeVar("T")

@@ -22,10 +22,9 @@ Kept = dict[Any, Any]  # of a predictor's own kind
 class Block:
     """Legs that differ little from the first and share its integration steps, at most as many as the lanes.
 
-    ``unknowns`` (n_tolerance + n_effect, n_lane): whitened tolerances, then the candidates' unknowns; ``state`` (2
-    n + 2 m,
-    n_lane): true (not measured) rotations and rates at the trial's start; below them, two per link that the
-    candidates add, its deflection and rate relative to the state when held, whitened. Links without
+    ``unknowns`` (n_tolerance + n_effect, n_lane): whitened tolerances, then the candidates' unknowns; ``state``
+    (n_trial, 2 n + 2 m, n_lane): true (not measured) rotations and rates at each trial's start; below them, two per
+    link that the candidates add, its deflection and rate relative to the state when held, whitened. Links without
     an entry start as if held. One column if all lanes start alike.
     """
 
@@ -58,13 +57,16 @@ class LanePredictor(Protocol):
     def runs(self, hypotheses: Sequence[Hypothesis], groups: Sequence[Sequence[int]], least: int) -> list[list[int]]:
         """Indices of groups that one call of ``together`` predicts, in at least ``least`` calls if possible."""
 
-    def predict(self, trial: AngleTrial, blocks: Sequence[Block], kept: Kept | None = None) -> list[Array]:
+    def predict(self, trials: Sequence[AngleTrial], blocks: Sequence[Block], kept: Kept | None = None) -> list[Array]:
         """(m, n, n_lane) rad in the sense of q for each block; nan if the motion diverged.
 
+        ``trials`` : one, or pieces of one recording, in order; m is the number of samples of all.
         ``kept`` : as in ``together``, one for all calls with blocks that differ in their states only.
         """
 
-    def together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]], kept: Kept | None = None) -> Array:
+    def together(
+        self, trials: Sequence[AngleTrial], groups: Sequence[Sequence[Block]], kept: Kept | None = None
+    ) -> Array:
         """(m, n, n_lane) like ``predict``, of all blocks in order, for the groups of one of the ``runs``.
 
         ``kept`` : what does not depend on the trial or on the states; one for all trials of these groups.

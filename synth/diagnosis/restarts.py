@@ -14,10 +14,11 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.score import fresh
 from synth.diagnosis.screening import rungs, strengthened
 from synth.diagnosis.search import best_of_each
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 
 FRAMES, CONVERGED = 8, 1.0  # most renewals of the derivatives, which stop when the cost falls by less
 PROBED = 2  # best causes that are fitted again from the designed leg

@@ -9,8 +9,9 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Kept
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench, state_rows
+from synth.diagnosis.workbench import Workbench, state_rows
 from synth.estimation.gauss_newton import LocalProblem, gauss_newton
 
 ROUNDS = 8  # Gauss-Newton iterations for the initial state, the only unknowns

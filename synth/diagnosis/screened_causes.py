@@ -10,8 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.screening import prospects, rungs
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 
 SCREEN_ROUNDS = (2, 2, 2)  # iterations of all starts, of each candidate's best shapes, of the promising ones
 TRIED_STARTS = 3  # of each candidate

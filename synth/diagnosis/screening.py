@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
+from synth.diagnosis.workbench import Workbench
 from synth.threads import in_parallel
 
 DIVERGED = 1e6  # whitened residual of a diverged motion

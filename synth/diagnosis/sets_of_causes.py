@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.score import first_state, fresh
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 
 
 def pairs_of(bench: Workbench, singles: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:

@@ -16,10 +16,11 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.odds import price_of_unknown
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.score import fresh
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 
 
 def worth_their_unknowns(

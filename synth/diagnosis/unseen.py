@@ -15,10 +15,11 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.odds import in_order_of_odds
 from synth.diagnosis.prediction_error import BLOCKS
-from synth.diagnosis.workbench import RULE, EvaluatedHypothesis, HypothesisFits, Workbench
+from synth.diagnosis.workbench import RULE, HypothesisFits, Workbench
 from synth.estimation.intervals import NORMAL90
 from synth.estimation.levenberg_marquardt import Iterate, minimise
 from synth.estimation.linearisation import LinearisedNormal

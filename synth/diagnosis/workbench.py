@@ -9,15 +9,15 @@ instead of thirty.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.angle_trials import AngleTrial, Whitener
-from synth.diagnosis.effect_shape import shape_places
+from synth.diagnosis.angle_trials import AngleTrial, Whitener, together
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Block, Hypothesis, Kept, LanePredictor
 from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, LeastSquares, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
@@ -34,51 +34,6 @@ LONGEST = 3.0  # largest step of an effect's whitened unknown
 # found no better point in two such rounds.
 RULE = Factors(least=1e-6, most=1e5, down=30.0, up=9000.0, least_after_failure=0.9)
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class EvaluatedHypothesis:
-    """A hypothesis at one point.
-
-    ``unknowns`` (p + n_effect,); ``states`` (2 n,) per trial, or with those of compliant links, see ``Block``;
-    ``residuals`` (M,) per trial, whitened, followed by the states' prior; ``columns`` (M, n_effect) per trial, whitened
-    derivatives by the effect's unknowns; ``cost`` a log-likelihood.
-    """
-
-    hypothesis: Hypothesis
-    unknowns: Array
-    states: tuple[Array, ...]
-    residuals: tuple[Array, ...] = ()
-    columns: tuple[Array, ...] = ()
-    cost: float = np.inf
-    damping: float = 1e-3
-    done: bool = False
-    frame: Linearisation | None = field(default=None, repr=False)
-
-    def at(self, unknowns: Array) -> EvaluatedHypothesis:
-        """The hypothesis with other unknowns, for predictions."""
-        return replace(self, unknowns=unknowns)
-
-    @property
-    def keys(self) -> tuple[tuple[str, str], ...]:
-        """Effect and place of each candidate."""
-        return tuple(candidate.key for candidate in self.hypothesis)
-
-    @cached_property
-    def shapes(self) -> Array:
-        """(n, 2), see ``hypotheses.FittedHypothesis``; without derivatives fully determined."""
-        first = len(self.unknowns) - sum(cause.size for cause in self.hypothesis)
-        places = shape_places(self.hypothesis)
-        values = self.unknowns[[first + place for place in places]]
-        if not self.columns:
-            return np.column_stack([values, np.full(len(places), np.inf)])
-        parts = self.frame.trials if self.frame is not None else [None] * len(self.columns)
-        changes = np.zeros(len(places))
-        for part, columns in zip(parts, self.columns, strict=True):
-            rows = columns.T[places]
-            changes += np.sum((rows if part is None else part.project(rows)) ** 2, axis=1)
-        squares = sum(float(residual @ residual) for residual in self.residuals)
-        return np.column_stack([values, changes / squares])
 
 
 @dataclass(frozen=True)
@@ -152,14 +107,20 @@ class Workbench:
         found = self._residual(trial, self.whitener(trial).lanes(prediction[:, :, None])[0], state)
         return np.where(np.isfinite(found), found, np.inf)
 
-    def whitener(self, trial: AngleTrial) -> Whitener:
-        """Of a trial's predictions."""
-        if id(trial) not in self._whiteners:
-            self._whiteners[id(trial)] = trial, Whitener.of(trial, self.sigma(trial))
-        return self._whiteners[id(trial)][1]
+    @cached_property
+    def together(self) -> list[range]:
+        """Indices of the trials that one call predicts."""
+        return together(self.trials)
+
+    def whitener(self, *trials: AngleTrial) -> Whitener:
+        """Of the predictions of one trial, or of trials ``together``."""
+        key = id(trials[0]), len(trials)
+        if key not in self._whiteners:
+            self._whiteners[key] = trials, Whitener.of(trials, [self.sigma(trial) for trial in trials])
+        return self._whiteners[key][1]
 
     @cached_property
-    def _whiteners(self) -> dict[int, tuple[AngleTrial, Whitener]]:
+    def _whiteners(self) -> dict[tuple[int, int], tuple[tuple[AngleTrial, ...], Whitener]]:
         """The results of ``whitener``; a trial that is kept here keeps its identity."""
         return {}
 
@@ -194,41 +155,52 @@ class Workbench:
         widths = [unknowns.shape[1] for unknowns in wide]
         hypotheses = [fit.hypothesis for fit in fits]
         packed = self.predictor.groups(hypotheses, widths)
-        runs = self.predictor.runs(hypotheses, packed, -(-TASKS * (self.cores - 1) // len(self.trials)))
+        runs = self.predictor.runs(hypotheses, packed, -(-TASKS * (self.cores - 1) // len(self.together)))
         kept: list[Kept] = [{} for _ in runs]
 
-        def one(job: int) -> list[tuple[int, T]]:
-            i, run = divmod(job, len(runs))
+        def one(job: int) -> list[tuple[int, int, T]]:
+            place, run = divmod(job, len(runs))
+            inside = self.together[place]
+            trials = self.trials[inside.start : inside.stop]
             groups = [
-                [Block(fits[f].hypothesis, wide[f], fits[f].states[i][:, None]) for f in packed[g]] for g in runs[run]
+                [Block(fits[f].hypothesis, wide[f], _started(fits[f], inside)[:, :, None]) for f in packed[g]]
+                for g in runs[run]
             ]
-            white = self.whitener(self.trials[i]).lanes(self.predictor.together(self.trials[i], groups, kept[run]))
-            order = [f for g in runs[run] for f in packed[g]]
-            ends = np.cumsum([widths[f] for f in order]).tolist()
-            return [(f, use(i, fits[f], white[end - widths[f] : end])) for f, end in zip(order, ends, strict=True)]
+            white = self.whitener(*trials)
+            lanes = white.lanes(self.predictor.together(trials, groups, kept[run]))
+            found, last = [], 0
+            for f in (f for g in runs[run] for f in packed[g]):
+                first, last = last, last + widths[f]
+                found += [
+                    (f, i, use(i, fits[f], lanes[first:last, at])) for i, at in zip(inside, white.each, strict=True)
+                ]
+            return found
 
-        done = self.in_parallel(one, len(runs) * len(self.trials))
-        result = []
-        for i in range(len(self.trials)):
-            each = dict(item for made in done[i * len(runs) : (i + 1) * len(runs)] for item in made)
-            result.append([each[f] for f in range(len(fits))])
+        result: list[list[Any]] = [[None] * len(fits) for _ in self.trials]
+        for made in self.in_parallel(one, len(runs) * len(self.together)):
+            for f, i, used in made:
+                result[i][f] = used
         return result
 
     def frame(self, fit: EvaluatedHypothesis) -> Linearisation:
         """Derivatives at a fit's point."""
         kept: Kept = {}
-        parts = self.in_parallel(lambda i: self._part(self.trials[i], fit, fit.states[i], kept), len(self.trials))
-        return Linearisation(tuple(parts))
+        parts = self.in_parallel(lambda k: self._parts(self.together[k], fit, kept), len(self.together))
+        return Linearisation(tuple(part for found in parts for part in found))
 
-    def _part(self, trial: AngleTrial, fit: EvaluatedHypothesis, state: Array, kept: Kept) -> TrialLinearisation:
-        alive = list(self.predictor.open_tolerances)
-        _, slopes = self.slopes(trial, fit, state, alive, kept)
-        below = self.state_prior(trial, state)
-        count, extra = len(slopes), len(below)
-        tolerance = np.zeros((count + extra, self.n_tolerance))
-        tolerance[:count, alive] = slopes[:, : len(alive)]
-        q, r = np.linalg.qr(np.concatenate([slopes[:, len(alive) :], below]))
-        return TrialLinearisation(tolerance, q, r)
+    def _parts(self, inside: range, fit: EvaluatedHypothesis, kept: Kept) -> list[TrialLinearisation]:
+        """Of trials ``together``."""
+        alive, trials = list(self.predictor.open_tolerances), self.trials[inside.start : inside.stop]
+        states, made = _started(fit, inside), []
+        _, all_slopes = self._slopes(trials, fit, states, alive, kept)
+        for trial, state, rows in zip(trials, states, self.whitener(*trials).each, strict=True):
+            slopes, below = all_slopes[rows], self.state_prior(trial, state)
+            count, extra = len(slopes), len(below)
+            tolerance = np.zeros((count + extra, self.n_tolerance))
+            tolerance[:count, alive] = slopes[:, : len(alive)]
+            q, r = np.linalg.qr(np.concatenate([slopes[:, len(alive) :], below]))
+            made.append(TrialLinearisation(tolerance, q, r))
+        return made
 
     def slopes(
         self,
@@ -242,21 +214,38 @@ class Workbench:
 
         By these ``unknowns``, then by the ``state_rows``. ``kept`` : one for all calls with the same fit and unknowns.
         """
-        n = trial.measured.shape[1]
+        return self._slopes([trial], fit, state[None], unknowns, kept)
+
+    def _slopes(
+        self,
+        trials: Sequence[AngleTrial],
+        fit: EvaluatedHypothesis,
+        states: Array,
+        unknowns: Sequence[int],
+        kept: Kept | None,
+    ) -> tuple[Array, Array]:
+        """Like ``slopes``, of trials ``together`` with initial ``states`` (n_trial, n_state), their samples in order.
+
+        A derivative by a state is that by the trial's own.
+        """
+        n = trials[0].measured.shape[1]
         moves = [(True, k, self.step) for k in unknowns]
-        of_rate = self.step * RATE_STEP / trial.time_unit
-        moves += [(False, k, of_rate if n <= k < 2 * n else self.step) for k in state_rows(trial, state)]
+        of_rate = self.step * RATE_STEP / trials[0].time_unit
+        moves += [(False, k, of_rate if n <= k < 2 * n else self.step) for k in state_rows(trials[0], states[0])]
         blocks = []
         most = self.predictor.n_lane - 1
         for first in range(0, len(moves), most):
             chunk = moves[first : first + most]
             values = np.repeat(fit.unknowns[:, None], len(chunk) + 1, axis=1)
-            states = np.repeat(state[:, None], len(chunk) + 1, axis=1)
+            moved = np.repeat(states[:, :, None], len(chunk) + 1, axis=2)
             for column, (common, index, step) in enumerate(chunk, start=1):
-                (values if common else states)[index, column] += step
-            blocks.append(Block(fit.hypothesis, values, states))
-        found = self.predictor.predict(trial, blocks, kept)
-        white = self.whitener(trial)
+                if common:
+                    values[index, column] += step
+                else:
+                    moved[:, index, column] += step
+            blocks.append(Block(fit.hypothesis, values, moved))
+        found = self.predictor.predict(trials, blocks, kept)
+        white = self.whitener(*trials)
         change, first = np.empty((len(moves), white.count)), 0
         for out in found:
             lanes = white.lanes(out)
@@ -349,6 +338,11 @@ def _stepped(unknowns: Array, first: int | None, step: float) -> Array:
     moved = np.arange(len(unknowns) - count, len(unknowns))
     wide[moved, np.arange(1, count + 1)] += step
     return wide
+
+
+def _started(fit: EvaluatedHypothesis, inside: range) -> Array:
+    """(n_trial, n_state) a fit's initial states in these trials."""
+    return np.array(fit.states[inside.start : inside.stop])
 
 
 def state_rows(trial: AngleTrial, state: Array) -> list[int]:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import ceil
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.compiling import code_cache
@@ -18,26 +16,19 @@ from synth.compiling.numba_internals import as_argument, entry_point
 from synth.drives.servo import ServoSignals
 from synth.swing.active_effects import ActiveEffects
 from synth.swing.chain_modules import PLAIN, ModuleText, chain_modules
+from synth.swing.driving_inputs import DrivingInputs
 from synth.swing.effects import Effect, registered
-from synth.swing.known_torque import KnownTorque, delayed, for_integrator
-from synth.swing.lane_groups import LaneGroups, Switches, write_group
-from synth.swing.lane_layout import DRIVE, FIRST_LAW, LANES, WORKING, LaneLaw, Layout
+from synth.swing.known_torque import Linear, Told
+from synth.swing.lane_groups import LaneGroups
+from synth.swing.lane_layout import LANES, WORKING, LaneLaw, Layout
+from synth.swing.lane_units import LaneUnits
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg, Tip
 from synth.swing.stage_rows import SINGLE_ROOM
-from synth.swing.time_unit import time_exponent
 from synth.units import quantity
 
 MAX_STEPS = 20_000  # of one trajectory, which is nan beyond this; three links need about 140 per second
 FIRST_STEP = 1e-3  # s, a thousandth of a period of a limb; the error control corrects it at once
-# Power of time in the unit of each block of rows outside the effects; 0 for all other blocks.
-IN_TIME = {
-    "rate": -1, "spring_rate": -2, "damper_rate": -1, "gravity": -2, "weight": -2, "curve_speed": -1,
-    "curve_slope": -1, "torque_offset": -2, "torque_delay": 1, "servo_damping_gain": 1, "servo_strength": -2,
-    "servo_back_emf": -1, "servo_torque_limit": -2, "servo_delay": 1, "servo_period": 1, "servo_phase": 1,
-    "servo_command_rate": -1, "slew_short": 1, "slew_slope": -1,
-    "drive_torque": -2, "unlimited_drive": -2,
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -158,18 +149,17 @@ class Chain:
 
     def _step_implicitly(
         self,
-        flat: Array,
+        room: Array,
         times: Array,
-        tolerance: float,
+        limits: tuple[float, float, float],
         steps: int,
         out: Array,
         where: tuple[int, int, int, int],
-        room: Array,
     ) -> None:
-        """Integrate the lanes in the workspace ``flat`` by ``curve_integrator``."""
+        """Integrate the lanes in the workspace by ``curve_integrator``."""
         integrate, *functions = self._curves
-        single, limits = np.empty(SINGLE_ROOM, dtype=np.float32), (tolerance, tolerance)
-        integrate(*functions, flat, self.layout.n, times, limits, steps, out, where, room, single)
+        single = np.empty(SINGLE_ROOM, dtype=np.float32)
+        integrate(*functions, room[WORKING:], self.layout.n, times, limits[:2], steps, out, where, room, single)
 
     @cached_property
     def _off(self) -> Array:
@@ -186,58 +176,9 @@ class Chain:
         return ActiveEffects(self.layout, self.effects)
 
     @cached_property
-    def _time_exponents(self) -> Array:
-        """(n_row,) power of time in the unit of each row's quantity."""
-        found, layout = np.zeros(self.layout.n_row), self.layout
-        for block, exponent in IN_TIME.items():
-            first, count = layout.blocks[block]
-            found[first : first + count] = exponent
-        for effect in self.effects:
-            for p, parameter in enumerate(effect.parameters):
-                found[layout.parameter_rows(effect.name, p)] = time_exponent(parameter.unit)
-        return found
-
-    def _in_unit(self, unit: float) -> Array:
-        """(n_row * 16,) factors that convert lanes to a unit of time, s; cached, because trials share few units."""
-        if unit not in self._factors:
-            self._factors[unit] = np.repeat(unit**-self._time_exponents, LANES)
-        return self._factors[unit]
-
-    @cached_property
-    def _factors(self) -> dict[float, Array]:
-        """The results of ``_in_unit``."""
-        return {}
-
-    def _delays(self, lanes: Array, held: Sequence[int]) -> int:
-        """Largest number of different delays of the held commands in a group of lanes."""
-        late = lanes[self.layout.rows("servo_delay")][list(held)]
-        return int(sum(min(len(np.unique(row)), LANES) for row in late))
-
-    @cached_property
-    def _users_own(self) -> list[int]:
-        """Indices of the effects from outside this package among the switches."""
-        return [FIRST_LAW + i for i, effect in enumerate(self.effects) if not effect.module.startswith("synth.")]
-
-    def _own_effect(self, switched: Sequence[Switches]) -> bool:
-        """Whether an effect from outside this package acts in some lane."""
-        return bool(self._users_own) and any(active[1, self._users_own].any() for active in switched)
-
-    @cached_property
-    def _drive_rows(self) -> list[int]:
-        """Rows of a known torque's errors: gain, offset, delay."""
-        rows = range(self.layout.n_row)
-        return [row for block in DRIVE for row in rows[self.layout.rows(block)]]
-
-    def _late(self, known: KnownTorque, idle: NDArray[np.bool_], workspace: Array) -> KnownTorque:
-        """The known torque with the first lane's delay; the lanes' delay rows become differences from the first.
-
-        ``idle`` (n,) : joints without torque, which are not driven.
-        """
-        offset, delay = (workspace[self.layout.rows(block)] for block in DRIVE[1:])
-        offset[idle] = 0.0  # in place: these are rows of the workspace
-        first = delay[:, 0].copy()
-        delay -= first[:, None]
-        return delayed(known, first) if np.any(first) else known
+    def units(self) -> LaneUnits:
+        """Converts lanes to another unit of time."""
+        return LaneUnits(self.layout, self.effects)
 
     def _groups_of(self, lanes: Array) -> LaneGroups:
         """Groups of sixteen lanes each, the last with the rest, with the effects that act in any of them."""
@@ -250,6 +191,7 @@ class Chain:
         times: Array,
         tolerance: float = 1e-6,
         *,
+        begins: Sequence[int] = (0,),
         rates: bool = False,
         known_torque: tuple[Array, Array] | None = None,
         signals: ServoSignals | None = None,
@@ -263,8 +205,9 @@ class Chain:
         lanes : (n_row, n_lane), from ``parameters`` with rows ``rotation`` and ``rate`` holding the initial state.
             Each group of 16 shares its steps: put a nominal lane and its perturbed copies in one group. Or such groups
             themselves, of which each needs only its own effects.
-        times : (n_time,) s, increasing.
+        times : (n_time,) s, increasing from each of ``begins`` on.
         tolerance : relative and absolute (rad, rad/s) error a step.
+        begins : indices of the times at which the lanes start again, the first 0: several motions in one call.
         known_torque : times (m,) s and torques on q (m, n) N m; each lane's drive rows change their gain, offset and
             delay. The offset applies only to joints whose torque is not zero throughout; the others are not driven.
         signals : servo commands, supplies and switches of ``n`` joints; None if no joint has a servo.
@@ -274,56 +217,53 @@ class Chain:
         Returns
         -------
         (n_time, n, n_lane) rad, or with ``rates`` (n_time, 2 n, n_lane) rad and rad/s; nan from the time at which a
-        group diverges or exceeds ``max_steps``.
+        group diverges or exceeds ``max_steps``, up to where it starts again.
         """
-        if not isinstance(lanes, LaneGroups):
-            lanes = self._groups_of(lanes)
-        n, n_lane = self.layout.n, sum(lanes.widths)
-        if unit != 1.0 and not self._own_effect(lanes.switched):
-            factors = self._in_unit(unit)
-            times = times / unit
+        groups = lanes if isinstance(lanes, LaneGroups) else self._groups_of(lanes)
+        n, n_lane, length = self.layout.n, sum(groups.widths), float(np.ptp(times))
+        factors, times = None, np.ascontiguousarray(times, dtype=float)
+        if unit != 1.0 and not self.units.seconds(groups.switched):
+            factors, times = self.units.factors(unit), times / unit
             known_torque = None if known_torque is None else (known_torque[0] / unit, known_torque[1] * unit**2)
             signals = None if signals is None else replace(signals, time=signals.time / unit)
-        else:
-            unit, factors = 1.0, None
-        wrong = known_torque is not None and any(np.any(group[self._drive_rows]) for group in lanes.lanes)
-        samples, changes, held = 0.0, 0, []
-        times = np.ascontiguousarray(times, dtype=float)
-        if signals is not None:
-            periods = np.max([group[self.layout.rows("servo_period")].max(axis=1) for group in lanes.lanes], axis=0)
-            held = np.flatnonzero(periods).tolist()
-            samples = sum(float(times[-1] - times[0]) * unit / periods[j] for j in held)
-        as_given = known, told = for_integrator(known_torque, n, signals, held)
-        idle = np.zeros(n, dtype=bool) if known_torque is None else ~np.any(known_torque[1] != 0.0, axis=0)
-        if signals is not None:
-            changes = len(told[0]) * max(self._delays(group, signals.held) for group in lanes.lanes)
-        # Steps may end at knots and do end at control steps.
-        limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * (len(known[0]) + ceil(samples) + changes)
+        inputs = DrivingInputs.of(self.layout, groups, known_torque, signals, length)
         shown = 2 * n if rates else n
         result = np.empty((len(times), shown, n_lane))
         room = np.empty(WORKING + self.layout.n_row * LANES)
-        flat, out, first = room[WORKING:], result.reshape(-1), 0
-        workspace = flat.reshape(self.layout.n_row, LANES)
-        each = zip(lanes.lanes, lanes.widths, lanes.switched, lanes.bent, lanes.memories, strict=True)
-        for group, width, active, bent, memories in each:
+        flat, out, row, first = room[WORKING:], result.reshape(-1), shown * n_lane, 0
+        spans = list(zip(begins, [*begins[1:], len(times)], strict=True))
+        limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + inputs.steps
+        for index, width in enumerate(groups.widths):
+            groups.write(index, flat, factors)
+            given = inputs.on(flat.reshape(-1, LANES))
+            step = self._stepper(groups, index, given, n)
+            unchanged = flat.copy() if len(spans) > 1 else flat
             where, last = (shown, n_lane, first, width), first + width
-            write_group(self.layout, flat, group, None if lanes.state is None else lanes.state[:, first:last], factors)
+            for motion, (begin, end) in enumerate(spans):
+                if motion:
+                    flat[:] = unchanged
+                groups.start(index, slice(first, last), motion, self.layout, flat, factors)
+                step(room, times[begin:end], limits, steps, out[begin * row : end * row], where)
             first = last
-            if bent and not len(known[0]) and "curves" in self.sources:
-                self._step_implicitly(flat, times, tolerance, steps, out, where, room)
-                continue
-            states, rest = self.acting.states(active, workspace, memories), (times, limits, steps, out, where)
-            if not len(known[0]) and self.acting.rubs(active):
-                self._rubbing[0](*self._rubbing[1:], room, n, states, active, *rest)
-                continue
-            integrate, *functions = self._whole if active.any() or len(known[0]) else self._plain
-            if wrong and known_torque is not None:
-                late = self._late(known_torque, idle, workspace)
-                known, told = as_given if late is known_torque else for_integrator(late, n, signals, held)
-            integrate(*functions, room, n, states, active, known, told, *rest)
-        if rates and unit != 1.0:
+        if rates and factors is not None:
             result[:, n:] /= unit
         return result
+
+    def _stepper(self, groups: LaneGroups, index: int, given: tuple[Linear, Told], n: int) -> Callable[..., None]:
+        """Integrates a group's lanes, which are in the workspace: the integrator that suits what acts on them."""
+        active, memories = groups.switched[index], groups.memories[index]
+        known, told = given
+        if groups.bent[index] and not len(known[0]) and "curves" in self.sources:
+            return self._step_implicitly
+        rubbing = not len(known[0]) and self.acting.rubs(active)
+        integrate, *called = self._rubbing if rubbing else self._whole if active.any() or len(known[0]) else self._plain
+        inputs = () if rubbing else (known, told)
+
+        def step(room: Array, *rest: Any) -> None:
+            states = self.acting.states(active, room[WORKING:].reshape(-1, LANES), memories)
+            integrate(*called, room, n, states, active, *inputs, *rest)
+
+        return step
 
 
 def compiled_chain(n: int) -> Chain:

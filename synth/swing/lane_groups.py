@@ -20,8 +20,8 @@ class LaneGroups:
     """Groups of at most sixteen lanes that share their steps, and what is on in each: all that a start does not change.
 
     ``lanes`` : each (n_row, 16), copies of the first lane behind its own; ``widths`` : numbers of own lanes; ``bent``,
-    ``memories`` : the results of ``bends`` and ``remembered``. ``state`` (2 n, n_lane) rad, rad/s of all groups in
-    order: initial rotations and rates instead of those in ``lanes``.
+    ``memories`` : the results of ``bends`` and ``remembered``. ``state`` (n_motion, 2 n, n_lane) rad, rad/s of all
+    groups in order: initial rotations and rates of each motion instead of those in ``lanes``.
     """
 
     lanes: Sequence[Array]
@@ -32,8 +32,33 @@ class LaneGroups:
     state: Array | None = None
 
     def starting(self, state: Array) -> LaneGroups:
-        """The same legs from another initial state."""
+        """The same legs from other initial states (n_motion, 2 n, n_lane)."""
         return replace(self, state=state)
+
+    def write(self, index: int, flat: Array, factors: Array | None) -> None:
+        """Write a group's lanes into a workspace (n_row * 16,).
+
+        ``factors`` : (n_row * 16,) that convert to another unit of time; None for the same.
+        """
+        group = self.lanes[index].reshape(-1)
+        if factors is None:
+            flat[:] = group
+        else:
+            np.multiply(group, factors, out=flat)
+
+    def start(self, index: int, own: slice, motion: int, layout: Layout, flat: Array, factors: Array | None) -> None:
+        """Write the initial state of a group, which has its ``own`` lanes among all, at a motion into the workspace."""
+        if self.state is None:
+            return
+        workspace, width = flat.reshape(-1, LANES), self.widths[index]
+        state = self.state[motion]
+        for block, first in (("rotation", 0), ("rate", layout.n)):
+            place = layout.rows(block)
+            rows = workspace[place]
+            rows[:, :width] = state[first : first + layout.n, own]
+            rows[:, width:] = rows[:, :1]
+            if factors is not None:
+                rows *= factors[place.start * LANES]
 
 
 def full_group(group: Array) -> Array:
@@ -42,26 +67,3 @@ def full_group(group: Array) -> Array:
     made[:, : group.shape[1]] = group
     made[:, group.shape[1] :] = group[:, :1]
     return made
-
-
-def write_group(layout: Layout, flat: Array, group: Array, state: Array | None, factors: Array | None) -> None:
-    """Write a group's lanes (n_row, 16) into a workspace (n_row * 16,).
-
-    Parameters
-    ----------
-    state : (2 n, n_lane) rad, rad/s of its own lanes, instead of the rotations and rates in the group.
-    factors : (n_row * 16,) that convert to another unit of time; None for the same.
-    """
-    if factors is None:
-        flat[:] = group.reshape(-1)
-    else:
-        np.multiply(group.reshape(-1), factors, out=flat)
-    if state is None:
-        return
-    workspace, width = flat.reshape(-1, LANES), state.shape[1]
-    for block, rows in (("rotation", state[: layout.n]), ("rate", state[layout.n :])):
-        place = layout.rows(block)
-        workspace[place, :width] = rows
-        workspace[place, width:] = rows[:, :1]
-        if factors is not None:
-            workspace[place] *= factors[place.start * LANES]

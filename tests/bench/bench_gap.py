@@ -167,7 +167,7 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
     put(workbench.Workbench, "residuals", "residuals")
     put(workbench.Workbench, "evaluate", "derivatives from lanes, whitening")
     put(LinearisedNormal, "steps", "steps of Levenberg-Marquardt")
-    put(workbench.Workbench, "_part", "frames: derivatives by tolerances and states")
+    put(workbench.Workbench, "_parts", "frames: derivatives by tolerances and states")
     put(screening.ScreeningFrame, "left", "promises of starts")
     whole = shares.timed(diagnose, "everything else")
     try:

@@ -14,11 +14,12 @@ import numpy as np
 from blind.views import Key, View
 from synth.diagnosis.angle_search import as_designed, fit_nominal, ratio
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import score
 from synth.diagnosis.sensor_noise import sensor
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
 from synth.swing.tolerances import QUANTITIES, Tolerances

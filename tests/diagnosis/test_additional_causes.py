@@ -12,12 +12,13 @@ from diagnosis.simulated_releases import TWO, causes, off, recorded, with_effect
 from synth.arrays import Array
 from synth.diagnosis.angle_search import as_designed, search
 from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, compatible, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE, diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.screening import ScreeningFrame, leverage, prospects, strengthened
 from synth.diagnosis.sensor_noise import sensor
-from synth.diagnosis.workbench import LIMIT, EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import LIMIT, Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg

@@ -11,6 +11,7 @@ from diagnosis.simulated_releases import TWO, recorded, with_effects
 from synth.diagnosis.angle_search import as_designed, fit_nominal, ratio
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.companions import with_companions
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.odds import CALIBRATED, LEAST_SHARE, adds_little, weigh, weigh_beside
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
@@ -19,7 +20,7 @@ from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.unknown_cause import of_unknown
 from synth.diagnosis.unseen import by_trial
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Spring

@@ -10,11 +10,12 @@ import pytest
 from diagnosis.simulated_releases import AWAY, NOISE, TWO, off, read, recorded, with_effects
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Block
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.files.tolerance import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.chain import Conditions, compiled_chain, simulate
@@ -128,8 +129,8 @@ def test_state_columns_equal_finite_differences(number: int) -> None:
 def test_the_written_leg_moves_as_predicted(candidate: Candidate) -> None:
     """For every effect at every place: lanes with unknowns in, and the diagnosed leg on its own."""
     fit = started((candidate,))
-    block = Block(fit.hypothesis, fit.unknowns[:, None], fit.states[0][:, None])
-    found = BENCH.predictor.predict(TRIALS[0], [block])[0][:, :, 0]
+    block = Block(fit.hypothesis, fit.unknowns[:, None], fit.states[0][None, :, None])
+    found = BENCH.predictor.predict([TRIALS[0]], [block])[0][:, :, 0]
     assert np.abs(found - simulated_alone(fit, 0)).max() < 0.1 * NOISE
 
 

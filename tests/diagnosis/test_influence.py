@@ -12,11 +12,12 @@ from diagnosis.simulated_releases import TWO, off, recorded, with_effects
 from synth.diagnosis import influence
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.diagnosis_result import Verdict
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.verdict import Judged
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 

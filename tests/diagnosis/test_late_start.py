@@ -9,12 +9,13 @@ import numpy as np
 
 from diagnosis.simulated_releases import TIME, TWO, best, off, recorded, with_effects
 from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Block
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import first_state
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench, state_rows
+from synth.diagnosis.workbench import Workbench, state_rows
 from synth.files.gap_project import Tolerance
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
@@ -60,6 +61,6 @@ def test_the_state_of_a_flexible_link_is_predicted_and_fitted() -> None:
     assert np.abs(there.residuals[0][:-6] - still.residuals[0][:-4]).max() > 0.01
     assert there.residuals[0][-2:].tolist() == [0.5, 0.0]
     _, slopes = bench.slopes(trial, awake, awake.states[0], ())
-    step = bench.predictor.predict(trial, [Block((mount,), unknowns[:, None], moved[:, None])])[0][:, :, 0]
+    step = bench.predictor.predict([trial], [Block((mount,), unknowns[:, None], moved[None, :, None])])[0][:, :, 0]
     change = ((step - trial.measured) / bench.sigma(trial))[trial.counts] - still.residuals[0][: len(slopes)]
     np.testing.assert_allclose(slopes[:, 4] * 0.5, change, atol=0.1 * np.abs(change).max())

@@ -10,12 +10,12 @@ import pytest
 from diagnosis.turning_pendulum import recorded
 from synth.diagnosis import score as scoring
 from synth.diagnosis.angle_search import AngleExplorer, as_designed, search
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.odds import CALIBRATED
 from synth.diagnosis.plants.swinging_chain import chain_diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import Scene, scene_of
 from synth.diagnosis.restarts import fitted_again, has_other_minima
-from synth.diagnosis.workbench import EvaluatedHypothesis
 
 RUBS = {"coulomb_friction": {"torque": 0.25}, "quadratic_damping": {"coefficient": 0.002}}
 

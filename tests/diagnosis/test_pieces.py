@@ -12,6 +12,7 @@ from diagnosis.simulated_releases import TWO
 from diagnosis.simulated_releases import recorded as releases
 from diagnosis.turning_pendulum import LEG, recorded
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.pieces import (
@@ -25,7 +26,6 @@ from synth.diagnosis.plants.swinging_chain.pieces import (
 )
 from synth.diagnosis.score import score
 from synth.diagnosis.unseen import folds
-from synth.diagnosis.workbench import EvaluatedHypothesis
 from synth.files.gap_project import Tolerance
 from synth.files.leg_file import read_leg
 from synth.fit.recordings import recordings

@@ -28,7 +28,7 @@ def block(candidate: Candidate, rate: float = 0.0) -> Block:
     state = first_state(TRIAL)
     state[3] += rate
     unknowns = np.concatenate([np.zeros(PREDICTOR.tolerances.size), candidate.starts()[0]])
-    return Block((candidate,), unknowns[:, None], state[:, None])
+    return Block((candidate,), unknowns[:, None], state[None, :, None])
 
 
 def test_a_diverging_lane_leaves_the_others_unchanged() -> None:
@@ -36,8 +36,8 @@ def test_a_diverging_lane_leaves_the_others_unchanged() -> None:
     wild = block(spring)
     wild.unknowns[PREDICTOR.tolerances.size] = -400.0  # a spring that pushes away, the more the farther
     tame = [block(stop), block(spring)]
-    (alone,) = PREDICTOR.predict(TRIAL, [tame[0]])
-    beside, gone, other = PREDICTOR.predict(TRIAL, [tame[0], wild, tame[1]])
+    (alone,) = PREDICTOR.predict([TRIAL], [tame[0]])
+    beside, gone, other = PREDICTOR.predict([TRIAL], [tame[0], wild, tame[1]])
     assert not np.all(np.isfinite(gone))
     assert np.all(np.isfinite(other))
     np.testing.assert_allclose(beside, alone, atol=1e-6)

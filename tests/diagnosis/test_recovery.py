@@ -13,12 +13,12 @@ from diagnosis.simulated_releases import ONE, TWO, best, causes, heavier, off, r
 from fit.simulated_legs import RELEASES, robot
 from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Hypotheses
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
 from synth.diagnosis.verdict import CALIBRATED
-from synth.diagnosis.workbench import EvaluatedHypothesis
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.chain import simulate

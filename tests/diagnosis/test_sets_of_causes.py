@@ -10,11 +10,11 @@ import pytest
 
 from diagnosis.turning_pendulum import recorded
 from synth.diagnosis.angle_search import as_designed
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain import chain_diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import Scene, scene_of
 from synth.diagnosis.sets_of_causes import without_one
-from synth.diagnosis.workbench import EvaluatedHypothesis
 
 
 @pytest.fixture

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from synth.diagnosis.angle_search import as_recorded
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.odds import AT_FLOOR, CALIBRATED, FAR, MOST_TOGETHER, price_of_unknown
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.simpler_shapes import worth_their_unknowns
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo, ServoSignals
 from synth.files.gap_project import Tolerance

@@ -10,6 +10,7 @@ import pytest
 from diagnosis.simulated_releases import NOISE, TWO, off, recorded, with_effects
 from synth.diagnosis.angle_search import as_designed, fit_nominal
 from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.odds import CALIBRATED, far_share, taken, weigh
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
@@ -19,7 +20,6 @@ from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.score import score
 from synth.diagnosis.unseen import folds, independent, jackknife, unseen
 from synth.diagnosis.verdict import judge, of_no_account, paying
-from synth.diagnosis.workbench import EvaluatedHypothesis
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 

@@ -12,8 +12,9 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
 from synth.diagnosis.check.finding import Finding
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.score import score
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.errors import UserError
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg

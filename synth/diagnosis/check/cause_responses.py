@@ -15,9 +15,10 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.screening import DIVERGED, ScreeningFrame, rungs
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.estimation.parameters import Prior
 
 # A cause is visible if its gain in log-likelihood, half the squared signal, exceeds the penalty of one unknown in the

@@ -10,7 +10,8 @@ import numpy as np
 
 from synth.diagnosis.check.cause_responses import CauseResponse, products
 from synth.diagnosis.check.finding import Finding
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
+from synth.diagnosis.workbench import Workbench
 from synth.estimation.intervals import NORMAL90, Estimate
 
 LEAST_FREE = 2  # joints that move in the same trial; a delay is relative to another channel

@@ -16,9 +16,10 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.check.cause_responses import COMPARISON, CauseResponse, Products, has_size, products, scaled
 from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.plant import MenuItem
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.estimation.intervals import Estimate
 
 RIVALS = 4  # most similar causes listed for each cause

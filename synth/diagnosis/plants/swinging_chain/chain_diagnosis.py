@@ -17,6 +17,7 @@ from synth.diagnosis.companions import with_companions
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
 from synth.diagnosis.influence import hangs_on
 from synth.diagnosis.lanes import Kept
@@ -39,7 +40,7 @@ from synth.diagnosis.sensor_noise import sensor
 from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
 from synth.diagnosis.unseen import with_unseen
 from synth.diagnosis.verdict import Judged, with_counts, with_doubt
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.errors import UserError
 from synth.estimation.information import RIVALS, TrialForecast
 from synth.estimation.intervals import Estimate

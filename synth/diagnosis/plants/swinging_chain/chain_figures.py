@@ -8,11 +8,11 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plant import StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_result import TrialGap
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, phases
 from synth.diagnosis.prediction_error import BLOCKS
-from synth.diagnosis.workbench import EvaluatedHypothesis
 from synth.drives.servo import Servo
 from synth.swing.leg_model import Leg
 

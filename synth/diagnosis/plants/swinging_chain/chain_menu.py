@@ -8,11 +8,12 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Kept
 from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.plants.swinging_chain.command_menu import CommandLimits, CommandMenu, has_servo
 from synth.diagnosis.plants.swinging_chain.command_programme import Programme
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.estimation.information import TrialForecast
 from synth.files.next_command import NextCommand
 from synth.fit.recordings import Recording

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, NamedTuple, cast
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.lanes import Block, Hypothesis, Kept
+from synth.diagnosis.plants.swinging_chain import lane_packing
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
+from synth.diagnosis.plants.swinging_chain.lane_packing import of_chain
 from synth.swing.chain import Chain, compiled_chain
 from synth.swing.lane_groups import LaneGroups
 from synth.swing.lane_layout import LANES
@@ -24,7 +26,6 @@ from synth.swing.tolerances import Tolerances
 Places = NDArray[np.intp]
 _Placed = tuple[Candidate, Array, Places]  # with its unknowns, or their values, in these lanes
 TOLERANCE = 1e-6  # of the integrator, rad: a 16-bit encoder resolves 1e-4
-MOST_GROUPS = 16  # in one call: the readings of 500 samples and 3 joints then take 3 MB
 STEPS = 12_000  # of one trajectory before it is aborted
 
 
@@ -76,35 +77,16 @@ class Predictor:
 
     def groups(self, hypotheses: Sequence[Hypothesis], widths: Sequence[int]) -> list[list[int]]:
         """Indices of blocks that step together: of equal structure, at most sixteen lanes."""
-        kinds: dict[tuple[tuple[str, int], ...], list[int]] = {}
-        for index, hypothesis in enumerate(hypotheses):
-            kinds.setdefault(_kind(hypothesis), []).append(index)
-        made = []
-        for indices in kinds.values():
-            indices.sort(key=lambda i: _cost(hypotheses[i]))
-            made += [[indices[k] for k in group] for group in _packed([widths[i] for i in indices])]
-        return made
+        return lane_packing.groups(hypotheses, widths)
 
     def runs(self, hypotheses: Sequence[Hypothesis], groups: Sequence[Sequence[int]], least: int) -> list[list[int]]:
-        """Indices of groups that one call of ``together`` predicts: of equal structures, at most ``MOST_GROUPS``.
+        """Indices of groups that one call of ``together`` predicts, see ``lane_packing.runs``."""
+        return lane_packing.runs(hypotheses, groups, least)
 
-        In at least ``least`` calls where there are so many groups. A call has a fixed cost, of the order of the
-        integration of one group, because the lanes are written by many short array operations.
-        """
-        kinds: dict[tuple[tuple[str, int], ...], list[int]] = {}
-        for index, group in enumerate(groups):
-            kinds.setdefault(_structures(hypotheses[group[0]]), []).append(index)
-        made = []
-        for indices in kinds.values():
-            parts = max(-(-len(indices) // MOST_GROUPS), round(least * len(indices) / max(len(groups), 1)), 1)
-            parts = min(parts, len(indices))
-            made += [indices[part::parts] for part in range(parts)]
-        return made
-
-    def predict(self, trial: AngleTrial, blocks: Sequence[Block], kept: Kept | None = None) -> list[Array]:
+    def predict(self, trials: Sequence[AngleTrial], blocks: Sequence[Block], kept: Kept | None = None) -> list[Array]:
         """(m, n, n_lane) rad in the sense of q for each block; nan if the motion diverged.
 
-        ``kept`` : as in ``together``, for calls with blocks that differ in their states only.
+        ``trials``, ``kept`` : as in ``LanePredictor``.
 
         Blocks of equal structure step together as far as sixteen lanes allow; if one makes the others fail
         because it diverges or never stops turning, each is simulated alone.
@@ -114,58 +96,70 @@ class Predictor:
         groups = self.groups(hypotheses, widths)
         for number, run in enumerate(self.runs(hypotheses, groups, 1)):
             own = None if kept is None else kept.setdefault(number, {})
-            out, first = self.together(trial, [[blocks[i] for i in groups[g]] for g in run], own), 0
+            out, first = self.together(trials, [[blocks[i] for i in groups[g]] for g in run], own), 0
             for i in (i for g in run for i in groups[g]):
                 result[i] = out[:, :, first : first + widths[i]]
                 first += widths[i]
         return [found for found in result if found is not None]
 
-    def together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]], kept: Kept | None = None) -> Array:
+    def together(
+        self, trials: Sequence[AngleTrial], groups: Sequence[Sequence[Block]], kept: Kept | None = None
+    ) -> Array:
         """Like ``predict``, for the groups of one of the ``runs``; ``kept`` as in ``LanePredictor``."""
-        found, first = self._together(trial, groups, {} if kept is None else kept), 0
+        found, first = self._together(trials, groups, {} if kept is None else kept), 0
+        ends = np.cumsum([len(trial.time) for trial in trials])
         for group in groups:
             last = first + sum(block.unknowns.shape[1] for block in group)
-            if len(group) > 1 and not np.isfinite(found[-1, :, first:last]).all():
-                found[:, :, first:last] = self._together(trial, [[block] for block in group], {})
+            if len(group) > 1:
+                for number in np.flatnonzero(~np.isfinite(found[ends - 1, :, first:last]).all(axis=(1, 2))).tolist():
+                    alone = [[replace(block, state=block.state[number : number + 1])] for block in group]
+                    rows = slice(ends[number] - len(trials[number].time), ends[number])
+                    found[rows, :, first:last] = self._together(trials[number : number + 1], alone, {})
             first = last
         return found
 
-    def _together(self, trial: AngleTrial, groups: Sequence[Sequence[Block]], kept: Kept) -> Array:
+    def _together(self, trials: Sequence[AngleTrial], groups: Sequence[Sequence[Block]], kept: Kept) -> Array:
         """Readings (m, n, n_lane) of blocks of equal structures; those of a group share their steps."""
         blocks = [block for group in groups for block in group]
         widths = [block.unknowns.shape[1] for block in blocks]
         n, ends = len(self.leg.joints), np.cumsum([0, *widths])
         between = ends[np.cumsum([len(group) for group in groups[:-1]], dtype=int)]
-        common = self._common(trial, blocks, between, kept)
-        state = _states_of(blocks, widths, 2 * n)
-        self._hold(trial, common.readings, state)
+        recording = trials[0].recording
+        common = self._common(trials[0], blocks, between, kept)
+        states = _states_of(blocks, widths, 2 * n)
+        for trial, state in zip(trials, states, strict=True):
+            self._hold(trial, common.readings, state)
         if common.added:
-            rotation, rates = _started(common.added, _departures(blocks, n, int(ends[-1])), state[:n], state[n:])
-            state = np.concatenate([rotation, rates])
+            added = [_departures(blocks, i, n, int(ends[-1])) for i in range(len(trials))]
+            each = zip(added, states, strict=True)
+            states = np.stack([_started(common.added, departures, state[:n], state[n:]) for departures, state in each])
         legs, chain = common.legs, common.chain
         own = list(legs.own)
-        known, signals = trial.recording.known_torque, trial.recording.signals
+        known, signals = recording.known_torque, recording.signals
         if known is not None and legs.n > n:
             wide = np.zeros((len(known[0]), legs.n))
             wide[:, own] = known[1]
             known = (known[0], wide)
         if signals is not None and legs.n > n:
             signals = signals.widened(legs.n, own)
+        first = np.cumsum([0, *[len(trial.time) for trial in trials]]).tolist()
         out = chain.run(
-            common.groups.starting(state),
-            trial.time,
+            common.groups.starting(states),
+            np.concatenate([trial.time + (trial.begin - trials[0].begin) for trial in trials]),
             self.tolerance,
+            begins=first[:-1],
             rates=bool(common.readings),
             known_torque=known,
             signals=signals,
             max_steps=STEPS,
-            unit=trial.time_unit,
+            unit=trials[0].time_unit,
         )
         found = out if out.shape[1] == n else out[:, own]
         if common.readings:
-            turning = out[:, [legs.n + j for j in own]]
-            for j in sorted({candidate.joint for candidate, _, _ in common.readings}):
-                found[:, j] = self._as_read(common.readings, j, trial, found[:, j], turning[:, j])
+            for trial, begin, end in zip(trials, first[:-1], first[1:], strict=True):
+                for j in sorted({candidate.joint for candidate, _, _ in common.readings}):
+                    turning = out[begin:end, legs.n + own[j]]
+                    found[begin:end, j] = self._as_read(common.readings, j, trial, found[begin:end, j], turning)
         return found
 
     def _common(self, trial: AngleTrial, blocks: Sequence[Block], between: Places, kept: Kept) -> _Common:
@@ -254,68 +248,10 @@ class Predictor:
         return reading
 
 
-def _chain(hypothesis: Hypothesis) -> tuple[Candidate, ...]:
-    """The candidates of a hypothesis about this plant."""
-    return cast(tuple[Candidate, ...], hypothesis)
-
-
-def _kind(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
-    """The properties that legs stepping together must share: structures, and memories joint by joint."""
-    memories = {
-        (candidate.effect.kin or candidate.effect.name, candidate.joint)
-        for candidate in _chain(hypothesis)
-        if candidate.effect.way != "structure" and candidate.effect.memory
-    }
-    return (*_structures(hypothesis), *sorted(memories))
-
-
-def _structures(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
-    """The part of the kind that changes the number of links."""
-    found = {
-        (f"{candidate.effect.name} {candidate.shape.free} {candidate.shape.held}", candidate.joint)
-        for candidate in _chain(hypothesis)
-        if candidate.effect.way == "structure"
-    }
-    return tuple(sorted(found))
-
-
-def _cost(hypothesis: Hypothesis) -> tuple[bool, list[str]]:
-    """Sort key of blocks: lanes of a group should need the same effects, because each is computed for all.
-
-    The bearing force costs most, then each further effect.
-    """
-    load = any(_by_load(candidate) for candidate in _chain(hypothesis))
-    return load, sorted(candidate.effect.name for candidate in hypothesis)
-
-
-def _by_load(candidate: Candidate) -> bool:
-    """Whether it needs the bearing force in this shape."""
-    effect, shape = candidate.effect, candidate.shape
-    return effect.uses_load and any(name in shape.free or name in shape.held for name in effect.by_load or shape.free)
-
-
-def _packed(widths: Sequence[int]) -> list[list[int]]:
-    """Blocks in groups of at most sixteen lanes, first fit in order."""
-    groups: list[list[int]] = []
-    room: list[int] = []
-    for index, width in enumerate(widths):
-        if width > LANES:
-            raise ValueError(f"a block of {width} lanes does not fit into {LANES}")
-        for g, left in enumerate(room):
-            if width <= left:
-                groups[g].append(index)
-                room[g] -= width
-                break
-        else:
-            groups.append([index])
-            room.append(LANES - width)
-    return groups
-
-
 def _split(block: Block, first: int) -> list[tuple[Candidate, Array]]:
     """Each candidate with its unknowns (size, n_lane)."""
     found = []
-    for candidate in _chain(block.hypothesis):
+    for candidate in of_chain(block.hypothesis):
         found.append((candidate, block.unknowns[first : first + candidate.size]))
         first += candidate.size
     return found
@@ -342,22 +278,25 @@ def _place(candidate: Candidate) -> tuple[str, int]:
 
 
 def _states_of(blocks: Sequence[Block], widths: Sequence[int], count: int) -> Array:
-    """The first ``count`` rows of the blocks' states, (count, n_lane); a state of one column stands for all lanes."""
-    if all(block.state.shape[1] == 1 for block in blocks):
-        return np.repeat(np.concatenate([block.state[:count] for block in blocks], axis=1), widths, axis=1)
-    each = zip(blocks, widths, strict=True)
-    return np.concatenate([np.broadcast_to(block.state[:count], (count, width)) for block, width in each], axis=1)
+    """The first ``count`` rows of the blocks' states (n_trial, count, n_lane); one column stands for all lanes."""
+    if all(block.state.shape[2] == 1 for block in blocks):
+        return np.repeat(np.concatenate([block.state[:, :count] for block in blocks], axis=2), widths, axis=2)
+    each = [
+        np.broadcast_to(block.state[:, :count], (len(block.state), count, width))
+        for block, width in zip(blocks, widths, strict=True)
+    ]
+    return np.concatenate(each, axis=2)
 
 
-def _departures(blocks: Sequence[Block], n: int, total: int) -> dict[tuple[str, int], Array]:
+def _departures(blocks: Sequence[Block], trial: int, n: int, total: int) -> dict[tuple[str, int], Array]:
     """For each structure, the displacement of its links from the held position (2 m, n_lane), see ``Block``."""
     found: dict[tuple[str, int], Array] = {}
     first = 0
     for block in blocks:
         below, last = 2 * n, first + block.unknowns.shape[1]
-        for candidate in _chain(block.hypothesis):
+        for candidate in of_chain(block.hypothesis):
             if candidate.effect.way == "structure":
-                given = block.state[below : below + 2 * candidate.links]
+                given = block.state[trial, below : below + 2 * candidate.links]
                 wide = found.setdefault(_place(candidate), np.zeros((2 * candidate.links, total)))
                 wide[: len(given), first:last] = given  # of one column or of all
                 below += 2 * candidate.links
@@ -367,7 +306,7 @@ def _departures(blocks: Sequence[Block], n: int, total: int) -> dict[tuple[str, 
 
 def _structures_of(block: Block) -> list[tuple[str, int]]:
     """The places of the structures among a block's candidates, in their order."""
-    return [_place(candidate) for candidate in _chain(block.hypothesis) if candidate.effect.way == "structure"]
+    return [_place(candidate) for candidate in of_chain(block.hypothesis) if candidate.effect.way == "structure"]
 
 
 def _extended(legs: LegLanes, pending: Sequence[_Placed], places: Sequence[tuple[str, int]]) -> tuple[_Added, ...]:
@@ -387,8 +326,8 @@ def _extended(legs: LegLanes, pending: Sequence[_Placed], places: Sequence[tuple
 
 def _started(
     added: Sequence[_Added], departures: Mapping[tuple[str, int], Array], rotation: Array, rates: Array
-) -> tuple[Array, Array]:
-    """Initial rotations and rates (n_link, n_lane) with those of the added links."""
+) -> Array:
+    """Initial rotations and rates (2 n_link, n_lane) with those of the added links."""
     for place, candidate, legs, links in added:
         rotation = legs.started(candidate.effect, candidate.joint, rotation)
         rates = np.insert(rates, [links.start] * len(links), 0.0, axis=0)
@@ -397,4 +336,4 @@ def _started(
             far, fast = legs.initial_deviation(link, legs.own[candidate.joint], held)
             rotation[link] += far * departures[place][2 * k]
             rates[link] += fast * departures[place][2 * k + 1]
-    return rotation, rates
+    return np.concatenate([rotation, rates])

@@ -142,8 +142,8 @@ class CommandMenu:
     def over(self, trial: AngleTrial, command: Array) -> float:
         """Largest speed or torque of the designed leg's motion, over its limit; 1 if it cannot be simulated."""
         n, p = len(self.leg.joints), self.bench.n_tolerance
-        block = Block((), np.zeros((p, 1)), np.concatenate([command[0], np.zeros(n)])[:, None])
-        motion = self.bench.predictor.predict(trial, [block])[0][:, :, 0]
+        block = Block((), np.zeros((p, 1)), np.concatenate([command[0], np.zeros(n)])[None, :, None])
+        motion = self.bench.predictor.predict([trial], [block])[0][:, :, 0]
         if not np.all(np.isfinite(motion)):
             return np.inf
         speed = np.gradient(motion, 1.0 / RATE, axis=0)

@@ -9,8 +9,8 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.encoder_counts import Coarse
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
-from synth.diagnosis.workbench import EvaluatedHypothesis
 from synth.swing.damper_curves import with_rate
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg

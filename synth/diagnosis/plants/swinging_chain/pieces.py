@@ -70,8 +70,8 @@ def _bare(leg: Leg) -> Leg:
 
 def _lost(predictor: LanePredictor, trial: AngleTrial) -> bool:
     """Whether the unchanged nominal leg, from the state that the first samples show, does not follow the motion."""
-    block = Block((), np.zeros((predictor.n_tolerance, 1)), first_state(trial)[:, None])
-    error = np.where(trial.counts, predictor.predict(trial, [block])[0][:, :, 0] - trial.measured, 0.0)
+    block = Block((), np.zeros((predictor.n_tolerance, 1)), first_state(trial)[None, :, None])
+    error = np.where(trial.counts, predictor.predict([trial], [block])[0][:, :, 0] - trial.measured, 0.0)
     motion = np.where(trial.counts, trial.measured - trial.measured.mean(axis=0), 0.0)
     return not float(np.sum(error**2)) <= LOST**2 * float(np.sum(motion**2))
 

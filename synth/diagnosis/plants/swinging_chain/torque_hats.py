@@ -13,11 +13,12 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Block
 from synth.diagnosis.plants.swinging_chain.chain_candidates import NaturalSizes
 from synth.diagnosis.plants.swinging_chain.chain_result import Over
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque
-from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.fit.recordings import Recording
 
 PLACES = 9  # hats over the range of deflection, for each direction of motion
@@ -117,10 +118,10 @@ class Hats:
         white = bench.whitener(trial)
         if self.joint not in trial.free:
             return np.zeros((white.count, self.count))
-        block = Block(fit.hypothesis, fit.unknowns[:, None], fit.states[index][:, None])
+        block = Block(fit.hypothesis, fit.unknowns[:, None], fit.states[index][None, :, None])
 
         def predicted(at: Array) -> Array:
-            return np.asarray(white.lanes(bench.predictor.predict(self.driven(trial, at), [block])[0])[0])
+            return np.asarray(white.lanes(bench.predictor.predict([self.driven(trial, at)], [block])[0])[0])
 
         still = predicted(heights)
         return np.column_stack([(predicted(heights + STEP * hat) - still) / STEP for hat in np.eye(self.count)])
