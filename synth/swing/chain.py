@@ -191,7 +191,6 @@ class Chain:
         times: Array,
         tolerance: float = 1e-6,
         *,
-        begins: Sequence[int] = (0,),
         rates: bool = False,
         known_torque: tuple[Array, Array] | None = None,
         signals: ServoSignals | None = None,
@@ -205,9 +204,8 @@ class Chain:
         lanes : (n_row, n_lane), from ``parameters`` with rows ``rotation`` and ``rate`` holding the initial state.
             Each group of 16 shares its steps: put a nominal lane and its perturbed copies in one group. Or such groups
             themselves, of which each needs only its own effects.
-        times : (n_time,) s, increasing from each of ``begins`` on.
+        times : (n_time,) s, increasing; those of the motions of ``LaneGroups.starting`` one after the other.
         tolerance : relative and absolute (rad, rad/s) error a step.
-        begins : indices of the times at which the lanes start again, the first 0: several motions in one call.
         known_torque : times (m,) s and torques on q (m, n) N m; each lane's drive rows change their gain, offset and
             delay. The offset applies only to joints whose torque is not zero throughout; the others are not driven.
         signals : servo commands, supplies and switches of ``n`` joints; None if no joint has a servo.
@@ -217,7 +215,7 @@ class Chain:
         Returns
         -------
         (n_time, n, n_lane) rad, or with ``rates`` (n_time, 2 n, n_lane) rad and rad/s; nan from the time at which a
-        group diverges or exceeds ``max_steps``, up to where it starts again.
+        group diverges or exceeds ``max_steps`` to the end of the motion.
         """
         groups = lanes if isinstance(lanes, LaneGroups) else self._groups_of(lanes)
         n, n_lane, length = self.layout.n, sum(groups.widths), float(np.ptp(times))
@@ -231,7 +229,7 @@ class Chain:
         result = np.empty((len(times), shown, n_lane))
         room = np.empty(WORKING + self.layout.n_row * LANES)
         flat, out, row, first = room[WORKING:], result.reshape(-1), shown * n_lane, 0
-        spans = list(zip(begins, [*begins[1:], len(times)], strict=True))
+        spans = list(zip(groups.begins, [*groups.begins[1:], len(times)], strict=True))
         limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + inputs.steps
         for index, width in enumerate(groups.widths):
             groups.write(index, flat, factors)

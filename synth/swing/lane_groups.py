@@ -21,7 +21,8 @@ class LaneGroups:
 
     ``lanes`` : each (n_row, 16), copies of the first lane behind its own; ``widths`` : numbers of own lanes; ``bent``,
     ``memories`` : the results of ``bends`` and ``remembered``. ``state`` (n_motion, 2 n, n_lane) rad, rad/s of all
-    groups in order: initial rotations and rates of each motion instead of those in ``lanes``.
+    groups in order: initial rotations and rates of each motion instead of those in ``lanes``; ``begins`` : the index of
+    its first sample.
     """
 
     lanes: Sequence[Array]
@@ -30,10 +31,11 @@ class LaneGroups:
     bent: Sequence[bool]
     memories: Sequence[Memories]
     state: Array | None = None
+    begins: Sequence[int] = (0,)
 
-    def starting(self, state: Array) -> LaneGroups:
-        """The same legs from other initial states (n_motion, 2 n, n_lane)."""
-        return replace(self, state=state)
+    def starting(self, state: Array, begins: Sequence[int] = (0,)) -> LaneGroups:
+        """The same legs from other initial states (n_motion, 2 n, n_lane), in motions that begin at these samples."""
+        return replace(self, state=state, begins=begins)
 
     def write(self, index: int, flat: Array, factors: Array | None) -> None:
         """Write a group's lanes into a workspace (n_row * 16,).

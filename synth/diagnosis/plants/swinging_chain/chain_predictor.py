@@ -144,10 +144,9 @@ class Predictor:
             signals = signals.widened(legs.n, own)
         first = np.cumsum([0, *[len(trial.time) for trial in trials]]).tolist()
         out = chain.run(
-            common.groups.starting(states),
+            common.groups.starting(states, first[:-1]),
             np.concatenate([trial.time + (trial.begin - trials[0].begin) for trial in trials]),
             self.tolerance,
-            begins=first[:-1],
             rates=bool(common.readings),
             known_torque=known,
             signals=signals,
