@@ -139,6 +139,8 @@ for module, names in ((os, "fork getuid geteuid getgid mkfifo setsid killpg"), (
     for name in names.split():
         delattr(module, name)
 extras = ("mujoco", "pandas", "matplotlib", "h5py", "ezc3d", "distributed", "sleap_io", "mcap", "rosbags", "playwright")
+from synth.compiling import compiled
+compiled.compiled = lambda signature, **options: lambda function: function  # a minute of machine code is not needed
 names = [m.name for m in pkgutil.walk_packages(synth.__path__, "synth.") if "__main__" not in m.name]
 names = [name for name in names if not name.startswith("synth.examples")]
 for name in names:
