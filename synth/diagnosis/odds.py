@@ -158,11 +158,17 @@ def in_order_of_odds(hypotheses: Sequence[Assessed[F]]) -> list[Assessed[F]]:
     For a choice before the errors on unseen trials are known: the distance from the noise is that of the fits.
     ``hypotheses`` : with their errors by trial.
     """
-    share = _far(min(h.ratio for h in hypotheses))
-    against = _before_draws(hypotheses, share, CALIBRATED)
-    if share > 0.0:
-        against = against + share * _drawn(hypotheses)[:, 0]
+    against = against_each(hypotheses, _far(min(h.ratio for h in hypotheses)))
     return [hypotheses[i] for i in np.argsort(against, kind="stable")]
+
+
+def against_each(hypotheses: Sequence[Assessed[F]], share: float) -> Array:
+    """(n,) what is against each hypothesis at this ``share`` of the way from the noise, the trials as recorded.
+
+    Before the prior for the number of causes.
+    """
+    against = _before_draws(hypotheses, share, CALIBRATED)
+    return against + share * _drawn(hypotheses)[:, 0] if share > 0.0 else against
 
 
 def _before_draws(hypotheses: Sequence[Assessed[F]], share: float, calibration: Calibration) -> Array:

@@ -62,12 +62,18 @@ def _far_from_noise(
     High if no cause alone removes most of the gap and several do not either, if a free-form torque removes much more
     than they, or if the best explanation predicts trials no better that were left out of its fit. ``missing`` :
     probability that an effect is missing at all; it rises if a free-form torque removes more than the scatter between
-    trials. The least value is ``_contradicted_next``. Several causes imitate an unknown one more easily, so they leave
-    more doubt where no single one suffices.
+    trials. The least value is ``_contradicted_next``. What a cause does on trials left out is what it does in the best
+    set with it: dry friction removed 4 % of the gap there alone, and 60 % beside a shifted reading. Several causes
+    imitate an unknown one more easily, so they leave more doubt where no single one suffices.
     """
     none = hypotheses[0]
+
+    def removed(h: Assessed[F]) -> float:
+        return taken(h, none)
+
+    shown = max((h for h in hypotheses if {*best.keys} <= {*h.keys} and h.unseen), key=removed, default=best)
     freely = taken_of(free, none.unseen) if free is not None and none.unseen is not None else 0.0
-    leads = max(freely - (taken(best, none) if best.keys else 0.0) - calibration.free_leads, 0.0)
+    leads = max(freely - (removed(shown) if best.keys else 0.0) - calibration.free_leads, 0.0)
     telling = float(np.clip((freely - least_share(hypotheses)) / calibration.free_leads, 0.0, 1.0))
     missing = max(missing, telling)
 
@@ -77,8 +83,8 @@ def _far_from_noise(
         return float(1.0 / (1.0 + np.exp(-calibration.steep * (most - share + leads))))
 
     # What predicts trials left out of its fit no better explains the others by chance, however well.
-    fails = float(1.0 / (1.0 + np.exp(calibration.steep * (taken(best, none) - LEAST_SHARE)))) if best.keys else 0.0
-    doubt = _contradicted_next(best, none)
+    fails = float(1.0 / (1.0 + np.exp(calibration.steep * (removed(shown) - LEAST_SHARE)))) if best.keys else 0.0
+    doubt = _contradicted_next(shown, none)
     alone = short([h for h in hypotheses if len(h.keys) == 1], calibration.most)
     if len(best.keys) < 2:
         return calibration.most_unknown * missing * max(alone, fails), doubt

@@ -12,7 +12,15 @@ from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Verdict
 from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, Key, TrialErrors
 from synth.diagnosis.odds import CALIBRATED as CALIBRATED
-from synth.diagnosis.odds import LEAST_SHARE, far_share, taken, taken_from_fitted, unknowns_and_states, weigh_beside
+from synth.diagnosis.odds import (
+    LEAST_SHARE,
+    against_each,
+    far_share,
+    taken,
+    taken_from_fitted,
+    unknowns_and_states,
+    weigh_beside,
+)
 from synth.diagnosis.odds import Calibration as Calibration
 from synth.diagnosis.odds import weigh as weigh
 from synth.diagnosis.unknown_cause import beyond_accuracy, least_share, of_unknown
@@ -80,15 +88,20 @@ def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]
     its kind: a servo's current limit and its motor constant, found at the noise in three logs, missed the one log that
     reached the limit by 30 floors when that was left out. Far from the noise a cause with more unknown numbers is not
     fewer: a base that yields has initial states in each piece of a swing, and followed a rig that rubs and whose torque
-    is off as well as these two do. What leaves as much with another cause in place of one is kept too, as a rival.
+    is off as well as these two do. A cause that is less probable than none, because of its own numbers, is no reason to
+    distrust several: a soft spring on one side, at the ends of its priors, hid a wrong spring that also hardens. What
+    leaves as much with another cause in place of one is kept too, as a rival.
     """
     none, far = next((h for h in hypotheses if not h.keys), None), far_share(hypotheses)
     gap = none.above if none is not None else 0.0
     sizes = unknowns_and_states(hypotheses) if far > 0.0 else [0] * len(hypotheses)
+    likely = _likelier_than_none(hypotheses) if far > 0.0 and none is not None else [True] * len(hypotheses)
     kept = []
     for hypothesis, size in zip(hypotheses, sizes, strict=True):
-        simpler = [h for h, own in zip(hypotheses, sizes, strict=True) if own <= size]
+        simpler = [h for h, own, may in zip(hypotheses, sizes, likely, strict=True) if own <= size and may]
         fewer = [h for h in simpler if 0 < len(h.keys) < len(hypothesis.keys)]
+        if none is not None and not all(likely):
+            fewer = fewer or [none]
         if len(hypothesis.keys) < 2 or not fewer:
             kept.append(hypothesis)
             continue
@@ -104,6 +117,13 @@ def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]
             kept.append(hypothesis)
     paid = [hypothesis for hypothesis in kept if len(hypothesis.keys) > 1]
     return [h for h in hypotheses if any(h is k for k in kept) or any(_is_rival(h, k) for k in paid)]
+
+
+def _likelier_than_none(hypotheses: Sequence[Assessed[F]]) -> list[bool]:
+    """Of each hypothesis whether it has better odds than none, its numbers charged, before all priors."""
+    against = against_each(hypotheses, far_share(hypotheses))
+    of_none = next(value for h, value in zip(hypotheses, against, strict=True) if not h.keys)
+    return [not h.keys or bool(value < of_none) for h, value in zip(hypotheses, against, strict=True)]
 
 
 def _is_rival(hypothesis: Assessed[F], other: Assessed[F]) -> bool:

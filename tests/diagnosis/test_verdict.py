@@ -13,6 +13,7 @@ from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.odds import in_order_of_odds
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.unknown_cause import of_unknown
 from synth.diagnosis.unseen import DIVERGED
 from synth.diagnosis.verdict import CALIBRATED, CONTRADICTED, doubted, judge, paying, weigh
 from synth.fit.recordings import recordings
@@ -95,6 +96,37 @@ def test_a_diverged_hypothesis_comes_last_far_from_the_noise() -> None:
     none, found = replace(NONE, ratio=40.0, seen=far), replace(assessed(400.0, 30.0, FRICTION), seen=far)
     gone = replace(assessed(np.inf, np.inf, OFFSET), seen=lost)
     assert in_order_of_odds([none, gone, found])[-1] is gone
+
+
+def errors(floors: float) -> TrialErrors:
+    """The same error in four trials, in noise floors."""
+    return TrialErrors(np.full((4, 1), floors**2), np.full((4, 1), 200.0), np.full(4, 20.0))
+
+
+def far(item: Assessed, seen: float, unseen: float) -> Assessed:
+    return replace(item, ratio=seen, seen=errors(seen), unseen=errors(unseen))
+
+
+def test_a_cause_less_probable_than_none_is_no_reason_to_distrust_two() -> None:
+    """One with numbers six standard deviations from usual explains trials left out as well as the pair."""
+    none, pair = far(NONE, 170.0, 170.0), far(assessed(300.0, 44.0, FRICTION, OFFSET), 44.0, 62.0)
+    spring = cause("one_sided_spring", "hip")
+    odd, usual = (
+        far(Assessed(EvaluatedHypothesis((spring,), np.full(spring.size, value), ()), 400.0, 60.0), 60.0, 60.0)
+        for value in (6.0, 0.0)
+    )
+    assert paying([none, usual, pair], CALIBRATED.pays) == [none, usual]
+    assert paying([none, odd, pair], CALIBRATED.pays) == [none, odd, pair]
+    useless = far(assessed(300.0, 160.0, FRICTION, OFFSET), 160.0, 160.0)
+    assert paying([none, odd, useless], CALIBRATED.pays) == [none, odd]
+
+
+def test_a_cause_that_holds_on_trials_left_out_beside_another_is_not_unknown() -> None:
+    none, alone = far(NONE, 130.0, 130.0), far(SINGLES[0], 22.0, 125.0)
+    beside = far(assessed(300.0, 16.0, FRICTION, OFFSET), 16.0, 50.0)
+    by_itself = of_unknown([none, alone], alone, 1.0, None, CALIBRATED)
+    with_it = of_unknown([none, alone, beside], alone, 1.0, None, CALIBRATED)
+    assert with_it < 0.2 < 0.5 < by_itself
 
 
 def test_several_causes_are_kept_when_fewer_are_not_evaluated() -> None:
