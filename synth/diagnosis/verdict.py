@@ -101,7 +101,7 @@ def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]
         simpler = [h for h, own, may in zip(hypotheses, sizes, likely, strict=True) if own <= size and may]
         fewer = [h for h in simpler if 0 < len(h.keys) < len(hypothesis.keys)]
         if none is not None and not all(likely):
-            fewer = fewer or [none]
+            fewer = fewer or [none]  # where each of fewer causes is less probable than none
         if len(hypothesis.keys) < 2 or not fewer:
             kept.append(hypothesis)
             continue

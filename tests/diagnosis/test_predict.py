@@ -91,7 +91,7 @@ def test_a_lane_that_diverges_in_one_piece_leaves_all_others_unchanged() -> None
     pieces = driven_pieces()
     wild, tame = block_of(pieces, "hardening_spring", "knee"), block_of(pieces, "encoder_scale", "hip")
     wild.unknowns[PREDICTOR.tolerances.size] = -400.0
-    wild.state[[0, 1, 3, 4], :4] = 0.0  # at rest, unloaded: only the third piece runs away
+    wild.state[[0, 1, 3, 4], :4] = 0.0  # at rest, unloaded: the third piece runs away
     (by_itself,) = PREDICTOR.predict(pieces, [tame])
     gone, beside = PREDICTOR.predict(pieces, [wild, tame])
     rows = np.cumsum([0, *[len(piece.time) for piece in pieces]])

@@ -21,7 +21,7 @@ def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, dela
     Before the first sample the motion is extrapolated with its initial rate and acceleration, at most back to the
     release, before which the joint was at rest.
     """
-    from synth.swing.late_reading import filtered, later
+    from synth.swing.late_reading import filtered, later  # here, because the list of effects needs no compiler
 
     every = rotation.shape[1]
     result = np.empty(rotation.shape)
