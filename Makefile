@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test test-times check pages docs blind blind-jumps blind-rigs blind-servos blind-next rigs tune bench robustness universal mutants architecture matrix scale removal fuzz fuzz-files kill format example lock clean
+.PHONY: help setup demo test test-slow test-times check pages docs blind blind-jumps blind-rigs blind-servos blind-next rigs tune bench robustness universal mutants architecture matrix scale removal fuzz fuzz-files kill format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -32,6 +32,9 @@ test: $(READY)  ## style, types and all tests
 	@sh tools/check_and_compile.sh
 	@# A module stays in one process: its designs are made once. The longest modules run first (tests/conftest.py).
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --junit-xml build/tests.xml
+
+test-slow: $(READY)  ## the tests too long for make test: real rigs, other seeds, other scales
+	$(BIN)/python -m pytest -m slow -n $(WORKERS)
 
 test-times: $(READY)  ## after make test: record which modules of tests take longest, so that they run first
 	$(BIN)/python tools/long_modules.py

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import log
 from pathlib import Path
@@ -14,10 +15,38 @@ from blind.cases import make_case
 from blind.rig_cases import make_rig
 from blind.views import from_gap
 from blind.writing import write_case
+from synth.diagnosis.angle_search import search
+from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
+from synth.diagnosis.hypotheses import Hypotheses
 from synth.diagnosis.odds import far_share
+from synth.diagnosis.plants.swinging_chain import chain_diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.verdict import CALIBRATED
+from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import read_gap_project
+
+
+@pytest.fixture(autouse=True)
+def searched_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search of the same trials with the same noise and candidates is made once: it takes most of the time."""
+    made: dict[object, Hypotheses[EvaluatedHypothesis]] = {}
+
+    def once(
+        bench: Workbench, candidates: Sequence[ShapedEffect], progress: Callable[[str], None] | None = None
+    ) -> Hypotheses[EvaluatedHypothesis]:
+        key = (
+            tuple(trial.measured.tobytes() for trial in bench.trials),
+            bench.noise.tobytes(),
+            bench.effective,
+            tuple((candidate.key, repr(candidate.shape)) for candidate in candidates),
+        )
+        if key not in made:
+            made[key] = search(bench, candidates, progress)
+        return made[key]
+
+    for module in (tune, chain_diagnosis):
+        monkeypatch.setattr(module, "search", once)
 
 
 def test_a_stored_search_of_a_case_gives_the_verdict_of_its_diagnosis(

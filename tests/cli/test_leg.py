@@ -178,6 +178,7 @@ def test_mujoco_with_drawn_play_stops_and_friction_follows_the_report(result: Pa
     assert all(joint["play"]["value"] < 0.01 for joint in design["solids"]["joints"].values())
 
 
+@pytest.mark.slow  # like ``design/test_real_data``
 def test_mujoco_follows_the_leg_with_as_much_play_as_may_be_drawn(result: Path, design: dict) -> None:  # type: ignore[type-arg]
     """A play of 0.3 deg in every joint, behind dampers whose curves bend: within 0.3 deg (0.08 to 0.27)."""
     mujoco = pytest.importorskip("mujoco")

@@ -80,7 +80,14 @@ def is_consistent(result: GapResult) -> bool:
 
 
 @pytest.mark.parametrize(
-    "joint", ["knee", pytest.param("ankle", marks=pytest.mark.xfail(strict=True, reason="a tie whole, an effect cut"))]
+    "joint",
+    [
+        "knee",
+        pytest.param(
+            "ankle",
+            marks=[pytest.mark.slow, pytest.mark.xfail(strict=True, reason="a tie whole, an effect cut")],
+        ),
+    ],
 )
 def test_the_verdict_does_not_depend_on_the_hand_driven_start(joint: str, tmp_path: Path) -> None:
     """The first 0.1 s are driven by the hand; with and without them the verdict is the same."""

@@ -174,7 +174,7 @@ def test_bad_input_is_named_with_its_place(
 LARGE = """\
 kind: hopper-design
 motors: {use: ["N20 HP *"]}
-lengths: {least: 60 mm, most: 180 mm, step: 0.05 mm}
+lengths: {least: 60 mm, most: 180 mm, step: 0.1 mm}
 """
 
 
@@ -191,7 +191,7 @@ def test_a_killed_sweep_resumes_to_the_same_bytes_and_refuses_another_project(tm
     os.kill(running.pid, signal.SIGKILL)
     assert running.wait() == -signal.SIGKILL
     before = {path.name: path.stat().st_mtime_ns for path in kept.glob("chunk_*.npy")}
-    assert 3 <= len(before) < 14
+    assert 3 <= len(before) < 7
     assert not (tmp_path / "killed").exists()
 
     other = tmp_path / "b.yaml"

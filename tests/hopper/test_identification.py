@@ -182,6 +182,7 @@ def test_pull_ups_that_all_have_the_wrong_sign_are_refused(
     assert "the designed leg leaves" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_genetic_search_finds_the_same(pulls: tuple[Path, str]) -> None:
     folder, text = pulls
     found = run(folder, text + "method: genetic\nseed: 3\n", "pull-ups.json")

@@ -61,6 +61,7 @@ def test_half_of_the_driven_pendulum_rubs_dry(tmp_path: Path) -> None:
     assert found["remainder_times_noise"] > 10.0
 
 
+@pytest.mark.slow
 def test_a_stated_armature_that_is_not_there_is_found_beside_the_rigs_own_friction() -> None:
     """Of half b of the driven pendulum; all faults: ``make rigs``."""
     fault = next(fault for fault in driven.FAULTS if fault.effect == "armature")

@@ -20,6 +20,7 @@ pytestmark = pytest.mark.skipif(not BENCH.is_dir(), reason=f"not here: {BENCH}")
 SCORED = "400"  # the firmware's gain whose logs only score: as the owners validate
 
 
+@pytest.mark.slow
 def test_what_is_found_predicts_better_than_each_of_the_owners_six_models(tmp_path: Path) -> None:
     """Found without a hint, alone, beside a current limit or in a tie: what stands first is what predicts.
 
