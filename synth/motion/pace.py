@@ -24,8 +24,14 @@ def pace(step: float, even: Array) -> float:
     ----------
     step : s; even : (n, n_joint) rad on a grid of that step.
     """
-    found = [lag for j in range(even.shape[1]) if (lag := _lag(even[:, j])) is not None]
-    return step * (min(found) if found else len(even) / OF_SPAN)
+    own = paces(step, even)
+    return float(step * len(even) / OF_SPAN if np.isnan(own).all() else np.nanmin(own))
+
+
+def paces(step: float, even: Array) -> Array:
+    """(n_joint,) s, the time of ``pace`` of each joint; nan for one that does not move above its noise."""
+    lags = [_lag(even[:, j]) for j in range(even.shape[1])]
+    return np.array([np.nan if lag is None else step * lag for lag in lags])
 
 
 def _lag(value: Array) -> float | None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array
-from synth.motion.pace import pace
+from synth.motion.pace import pace, paces
 from synth.motion.smoothing import smooth
 from synth.motion.velocity import unlike, with_velocities
 
@@ -90,3 +90,13 @@ def test_a_locked_joint_does_not_set_the_pace() -> None:
     locked = smooth(time, both, lost, locked=[1])
     assert locked.pace == alone.pace
     np.testing.assert_allclose(locked.rate[:, 0], alone.rate[:, 0], atol=1e-12)
+
+
+def test_each_joint_has_its_own_pace() -> None:
+    """About 0.5 over the angular frequency; none for a joint that rests."""
+    both = np.column_stack([swing(), 0.2 * np.cos(5.0 * OMEGA * GRID), np.zeros_like(GRID)])
+    slow, fast, resting = paces(1e-3, both)
+    assert slow == pytest.approx(0.505 / OMEGA, rel=0.1)
+    assert fast == pytest.approx(0.505 / (5.0 * OMEGA), rel=0.1)
+    assert np.isnan(resting)
+    assert pace(1e-3, both) == fast

@@ -14,6 +14,7 @@ from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
 from synth.drives.servo import Servo, fed_together
 from synth.estimation.parameters import Parameter
+from synth.motion.pace import paces
 from synth.motion.smoothing import Mask
 from synth.swing.damper_curves import torque_at
 from synth.swing.effects import Effect, registered
@@ -38,9 +39,10 @@ class NaturalSizes:
     ``angle`` (n,) rad and ``speed`` (n,) rad/s, amplitudes; ``torque`` (n,) N m, see ``_torques``; ``force`` N, the
     leg's weight, or the driving force without gravity; ``length`` (n,) m of the link; ``middle`` (n,) rad of the
     motion's range, ``half`` (n,) its half width, ``settled`` (n,) the spring's deflection at the end of the trials
-    (median), all in the sense of q; ``time`` s, the reciprocal of the highest frequency of the trials; ``damping`` (n,)
-    N m s/rad of the designed dampers; ``mass`` kg of the whole leg; ``winding`` ohm, of the windings that one source
-    feeds, in parallel; ``slow`` 1/s, the lowest natural frequency of a joint.
+    (median), all in the sense of q; ``time`` (n,) s, the reciprocal of the joint's highest frequency in the trials: a
+    slow hip may be read late by a whole period of a fast ankle; ``damping`` (n,) N m s/rad of the designed dampers;
+    ``mass`` kg of the whole leg; ``winding`` ohm, of the windings that one source feeds, in parallel; ``slow`` 1/s,
+    the lowest natural frequency of a joint.
     """
 
     angle: Array
@@ -51,7 +53,7 @@ class NaturalSizes:
     middle: Array
     half: Array
     settled: Array
-    time: float
+    time: Array
     damping: Array
     mass: float
     winding: float = 1.0
@@ -63,7 +65,7 @@ class NaturalSizes:
         sizes = {
             "rad": angle,
             "rad/s": speed,
-            "s": min(angle / speed, self.time),
+            "s": min(angle / speed, self.time[joint]),
             "kg": self.mass,
             "N*m": torque,
             "N*m/rad": torque / angle,
@@ -107,13 +109,22 @@ def scales(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
     weight = leg.gravity * mass
     length = np.array([j.link.length for j in leg.joints])
     force = weight if weight > 0.0 else float(np.max(torque / length))
-    pace = min(trial.recording.smoothed.pace for trial in trials)
     damping = np.array([_rate(joint.damper, float(w)) for joint, w in zip(leg.joints, speed, strict=True)])
     middle = 0.5 * (low + high)
     settled = np.array([np.median(each) if each else at for each, at in zip(ends, rest, strict=True)]) - rest
-    time, winding = RECIPROCAL * pace, _in_parallel(leg)
+    time, winding = RECIPROCAL * _own_paces(trials, n), _in_parallel(leg)
     sizes = angle, speed, torque, force, length, middle, half, settled, time, damping, mass, winding
     return NaturalSizes(*sizes, slow=_slowest(leg, speed / half))
+
+
+def _own_paces(trials: Sequence[AngleTrial], n: int) -> Array:
+    """(n,) s, the least pace of each joint over the trials; that of the fastest joint for one that never moves."""
+    found = np.full(n, np.inf)
+    for trial in trials:
+        smoothed = trial.recording.smoothed
+        own = paces(float(smoothed.time[1] - smoothed.time[0]), smoothed.angle)
+        found[trial.free] = np.fmin(found[trial.free], own[trial.free])
+    return np.where(np.isfinite(found), found, min(trial.recording.smoothed.pace for trial in trials))
 
 
 def _slowest(leg: Leg, swung: Array) -> float:
