@@ -15,6 +15,7 @@ from synth.fit.recordings import Recording
 from synth.motion.smoothing import Mask
 from synth.swing.time_unit import time_unit
 
+PACES = 2.0  # most ratio of the time scales of trials that are simulated together
 SAMPLES = 700  # per trial: enough for the fastest joint, few enough to be fast
 LATER = 40  # largest offset, in samples, at which a copy may begin
 
@@ -94,22 +95,32 @@ class AngleTrial:
 
 
 def together(trials: Sequence[AngleTrial]) -> list[range]:
-    """Indices of the trials that one call predicts: neighbouring pieces of one recording, driven by the same torque."""
+    """Indices of the trials that one call predicts: neighbours under the same conditions and the same drive, if any."""
     found: list[range] = []
     for index, trial in enumerate(trials):
-        if index and _same_drive(trials[index - 1], trial):
+        if index and _same_equations(trials[index - 1], trial):
             found[-1] = range(found[-1].start, index + 1)
         else:
             found.append(range(index, index + 1))
     return found
 
 
-def _same_drive(a: AngleTrial, b: AngleTrial) -> bool:
-    """Whether two trials are pieces of one recording that have the same known torque."""
-    first, second = a.recording.known_torque, b.recording.known_torque
+def _same_equations(a: AngleTrial, b: AngleTrial) -> bool:
+    """Whether two trials of one leg under the same conditions are not driven, or are pieces driven by one torque.
+
+    They are simulated in the first one's unit of time, so their paces are alike too.
+    """
+    first, second = a.recording, b.recording
+    if first.leg is not second.leg or first.conditions != second.conditions:
+        return False
+    if not 1.0 / PACES <= a.time_unit / b.time_unit <= PACES:
+        return False
+    if first.known_torque is None and second.known_torque is None and first.signals is None and second.signals is None:
+        return True
     if a.part_of is None or a.part_of is not b.part_of:
         return False
-    return first is second if first is None or second is None else first[1] is second[1]
+    known = first.known_torque, second.known_torque
+    return known[0] is known[1] if known[0] is None or known[1] is None else known[0][1] is known[1][1]
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,12 @@ def score(bench: Workbench, fit: EvaluatedHypothesis, trials: Sequence[AngleTria
     return bench.in_parallel(lambda i: _one(bench, fit, trials[i], kept), len(trials))
 
 
+def from_state(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, kept: Kept, begun: Array) -> Array:
+    """(M,) whitened residual of a trial by a fixed hypothesis, from the best-fitting initial state near ``begun``."""
+    _, prediction, state = _with_state(bench, fit, trial, kept, begun)
+    return bench.residual(trial, prediction, state)
+
+
 def _one(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, kept: Kept) -> tuple[Array, Array]:
     """With the best-fitting initial state; if that is far off, also with one found on growing parts of the trial."""
     links = sum(candidate.links for candidate in fit.hypothesis)
