@@ -25,13 +25,11 @@ from synth.diagnosis.screened_causes import same_shape, screen
 from synth.diagnosis.screening import leverage, overshoots, prospects, strengthened
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
 from synth.diagnosis.sets_of_causes import from_recorded, pairs_of, with_simpler_cause, without_one
+from synth.diagnosis.sifting import Sifting
 from synth.diagnosis.simpler_shapes import priced, worth_their_unknowns
 from synth.diagnosis.workbench import Workbench
-from synth.swing.chain import Conditions
 
 BASE_ROUNDS = 5  # steps of the nominal leg, from which all candidates start
-SIFTED, SIFTED_SAMPLES = 4, 300  # trials used in the first screening, and samples of each
-SIFTING_TOLERANCE = 1e-5  # relative tolerance of the integrator while candidates are only ranked
 SAME_START = 0.05  # of the largest motion: where initial rotations are nearer, one screening suffices
 CLOSER = 16  # of those, number fitted before the best are refined
 REFINED = 6  # single causes that get their own derivatives
@@ -51,12 +49,13 @@ REDUCED = 3  # best sets of three causes of which one is left out again
 # The same where recordings are compared in pieces: their cost has cliffs, and a rank after few steps tells less.
 IN_PIECES_TRIED, IN_PIECES_KEPT = 30, 10
 FURTHER_ROUNDS = (2, 3)  # iterations of the fit on the subset, and on all trials
+WELL = 1.2  # RMS over the noise floor that leaves nothing to explain
 PLAN = SearchPlan(
     anchors=4,
     anchor_pairs=1,
     worth=WORTH,
     satisfied=1.05,
-    well=1.2,
+    well=WELL,
     least_left=0.003,
     pays=0.4,
     per_parameter=CALIBRATED.per_parameter,
@@ -110,9 +109,14 @@ class AngleExplorer:
     """Fits to trials of angles."""
 
     bench: Workbench
-    candidates: Sequence[ShapedEffect]
+    every: Sequence[ShapedEffect]
     plan: SearchPlan = PLAN
     _begun: set[frozenset[Key]] = field(default_factory=set)  # sets of causes fitted from the unchanged leg
+
+    @cached_property
+    def candidates(self) -> list[ShapedEffect]:
+        """Those that are screened: all but the richer shapes."""
+        return [candidate for candidate in self.every if not candidate.shape.richer]
 
     @cached_property
     def _designed(self) -> EvaluatedHypothesis:
@@ -135,7 +139,7 @@ class AngleExplorer:
         bench, few = self.bench, self._sifting.few
         there = EvaluatedHypothesis((), self._nominal.unknowns, tuple(self._nominal.states[i] for i in few))
         still = self._sifting.bench.evaluate([there])[0].cost
-        found = [fit for start in self._starts for fit in self._screened(start, still)]
+        found = [fit for start in self._starts for fit in self._screened(self.candidates, start, still)]
         # Again from the nominal leg's best fit, by secants: a fixed start overshoots at a fine sensor's resolution.
         again = further(bench, self._sifting, [self._nominal], self.candidates)
         best = best_of_each([*found, *again])
@@ -149,7 +153,18 @@ class AngleExplorer:
         if several:
             refined = best_of_each([*refined, *beside_best(bench, self.candidates, refined)])
             refined = exchanged(bench, refined[:REFINED], self._designed) + refined[REFINED:]
-        return best_of_each([*self._worth_their_unknowns(refined), *rest])
+        return best_of_each([*self._worth_their_unknowns(self._in_richer_shapes(refined, still)), *rest])
+
+    def _in_richer_shapes(self, refined: Sequence[EvaluatedHypothesis], still: float) -> list[EvaluatedHypothesis]:
+        """The fits, the leading ones in a richer shape where the odds prefer that; ``still`` as in ``screen``."""
+        leading = {fit.keys[0] for fit in refined[:REFINED_ELSEWHERE]}
+        richer = [each for each in self.every if each.shape.richer and each.key in leading]
+        if not richer or min(self.ratio(fit) for fit in refined) <= WELL:
+            return list(refined)
+        found = [fit for start in self._starts for fit in self._screened(richer, start, still)]
+        ends = refine(self.bench, sorted(found, key=lambda fit: fit.cost)[:REFINED_FURTHER])
+        rank = self._rank(refined)
+        return best_of_each([min([fit, *(end for end in ends if end.keys == fit.keys)], key=rank) for fit in refined])
 
     @cached_property
     def _starts(self) -> list[EvaluatedHypothesis]:
@@ -161,12 +176,14 @@ class AngleExplorer:
         ]
         return [recorded, self._designed] if max(apart) > SAME_START else [recorded]
 
-    def _screened(self, start: EvaluatedHypothesis, still: float) -> list[EvaluatedHypothesis]:
-        """The best fits of each cause, screened from one start; ``still`` as in ``screen``."""
+    def _screened(
+        self, candidates: Sequence[ShapedEffect], start: EvaluatedHypothesis, still: float
+    ) -> list[EvaluatedHypothesis]:
+        """The best fits of each of the causes, screened from one start; ``still`` as in ``screen``."""
         some, few = self._sifting.bench, self._sifting.few
         there = EvaluatedHypothesis((), start.unknowns, tuple(start.states[i] for i in few))
         (there,) = some.evaluate([there])
-        screened = screen(some, self.candidates, replace(there, frame=some.frame(there)), still)
+        screened = screen(some, candidates, replace(there, frame=some.frame(there)), still)
         spread = self.bench.evaluate([_spread(fit, few, start) for fit in screened])
         closer = self.bench.solve([fresh(fit) for fit in spread[:CLOSER]], start.frame, 2)
         return [*closer, *spread[CLOSER:]]
@@ -276,18 +293,6 @@ def _strengths_differ(bench: Workbench, fit: EvaluatedHypothesis, other: Evaluat
     return bool(np.any(np.abs(one - two) > 0.5 * np.maximum(np.abs(one), np.abs(two))))
 
 
-def few_trials(bench: Workbench) -> list[int]:
-    """Trials for the first screening: one of each kind, then those with the largest motion."""
-    order = sorted(range(len(bench.trials)), key=lambda i: -float(np.ptp(bench.trials[i].measured, axis=0).max()))
-    kinds: dict[Conditions, int] = {}
-    for i in order:
-        kinds.setdefault(bench.trials[i].recording.conditions, i)
-    first = sorted(kinds.values(), key=order.index)
-    chosen = [*first, *[i for i in order if i not in first]]
-    taken = np.cumsum([bench.trials[i].share for i in chosen])  # of pieces as many as make so many recordings
-    return sorted(chosen[: int(np.searchsorted(taken, SIFTED - 1e-9)) + 1])
-
-
 def _spread(fit: EvaluatedHypothesis, few: Sequence[int], designed: EvaluatedHypothesis) -> EvaluatedHypothesis:
     """A fit to a subset of the trials, with the other trials' states from the designed leg."""
     states = list(designed.states)
@@ -304,27 +309,6 @@ def ratio(bench: Workbench, fit: EvaluatedHypothesis) -> float:
         total += float(np.sum((residual[: len(scale)] * scale) ** 2))
         count += len(scale)
     return float(np.sqrt(total / max(count, 1)))
-
-
-@dataclass(frozen=True)
-class Sifting:
-    """A subset of the trials with fewer samples, to rank candidates; ``few`` : indices among all."""
-
-    bench: Workbench
-    few: Sequence[int]
-
-    @classmethod
-    def of(cls, bench: Workbench) -> Sifting:
-        """A subset of the bench's trials, with a coarser integration."""
-        few = few_trials(bench)
-        trials = tuple(bench.trials[i].thinner(SIFTED_SAMPLES) for i in few)
-        return cls(replace(bench, predictor=bench.predictor.coarser(SIFTING_TOLERANCE), trials=trials), few)
-
-    def beside(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
-        """A fit to all trials as a fit to this subset, with its derivatives."""
-        here = EvaluatedHypothesis(fit.hypothesis, fit.unknowns, tuple(fit.states[i] for i in self.few))
-        here = self.bench.evaluate([here])[0]
-        return replace(here, frame=self.bench.frame(here))
 
 
 def further(

@@ -2,7 +2,7 @@
 
 Forms by `synth.planting`: true sticking or LuGre bristles, Cross and power-law fluids, Eyring's and mixed drag, tanh,
 quintic, sinh and piecewise springs, soft and shifted changes of rate, Bouc-Wen and Maxwell springs, slack with contact
-lost or soft flanks, rubber and Hunt-Crossley stops.
+lost or soft flanks, rubber and Hunt-Crossley stops, mounts that slide and rock.
 Releases are recorded from their start: what memory an effect has
 when a recording begins later is not known (measured: two Maxwell branches leave 1.0 floors here, 3 to 13 there).
 """
@@ -92,6 +92,8 @@ FORMS = [
     ("backlash", 0, "contact lost", 1.6),
     ("backlash", 1, "arm and flanks", 2.0),
     ("joint_stop", 0, "rubber", 1.6),
+    ("base_compliance", 1, "slides and rocks", 1.7),
+    ("base_compliance", 12, "slides and rocks", 1.6),
 ]
 
 

@@ -117,5 +117,14 @@ EFFECT = Effect(
             ({"rocking_stiffness": 100.0, "arm": 1.0}, {"rocking_stiffness": 100.0, "arm": -1.0}),
         ),
         Shape(("stiffness", "mass", "damping_ratio"), {}, ({"stiffness": 100.0},)),
+        Shape(
+            ("stiffness", "mass", "rocking_stiffness", "arm", "inertia", "damping_ratio"),
+            {},
+            (
+                {"stiffness": 100.0, "rocking_stiffness": 100.0, "arm": 1.0},
+                {"stiffness": 100.0, "rocking_stiffness": 100.0, "arm": -1.0},
+            ),
+            richer=True,
+        ),
     ),
 )

@@ -16,13 +16,13 @@ from functools import cached_property
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.angle_search import few_trials
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import TrialErrors
 from synth.diagnosis.plants.swinging_chain.chain_candidates import NaturalSizes
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, Over
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, missing_torque
 from synth.diagnosis.plants.swinging_chain.torque_hats import Hats
+from synth.diagnosis.sifting import few_trials
 from synth.diagnosis.unseen import DIVERGED, cells, folds, kept, unseen
 from synth.diagnosis.workbench import RULE, Workbench
 from synth.estimation.intervals import NORMAL90

@@ -1,0 +1,48 @@
+"""A few of the trials with fewer samples, on which thousands of starts are ranked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
+from synth.diagnosis.workbench import Workbench
+from synth.swing.chain import Conditions
+
+SIFTED, SIFTED_SAMPLES = 4, 300  # trials used in the first screening, and samples of each
+SIFTING_TOLERANCE = 1e-5  # relative tolerance of the integrator while candidates are only ranked
+
+
+def few_trials(bench: Workbench) -> list[int]:
+    """Trials for the first screening: one of each kind, then those with the largest motion."""
+    order = sorted(range(len(bench.trials)), key=lambda i: -float(np.ptp(bench.trials[i].measured, axis=0).max()))
+    kinds: dict[Conditions, int] = {}
+    for i in order:
+        kinds.setdefault(bench.trials[i].recording.conditions, i)
+    first = sorted(kinds.values(), key=order.index)
+    chosen = [*first, *[i for i in order if i not in first]]
+    taken = np.cumsum([bench.trials[i].share for i in chosen])  # of pieces as many as make so many recordings
+    return sorted(chosen[: int(np.searchsorted(taken, SIFTED - 1e-9)) + 1])
+
+
+@dataclass(frozen=True)
+class Sifting:
+    """A subset of the trials with fewer samples, to rank candidates; ``few`` : indices among all."""
+
+    bench: Workbench
+    few: Sequence[int]
+
+    @classmethod
+    def of(cls, bench: Workbench) -> Sifting:
+        """A subset of the bench's trials, with a coarser integration."""
+        few = few_trials(bench)
+        trials = tuple(bench.trials[i].thinner(SIFTED_SAMPLES) for i in few)
+        return cls(replace(bench, predictor=bench.predictor.coarser(SIFTING_TOLERANCE), trials=trials), few)
+
+    def beside(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
+        """A fit to all trials as a fit to this subset, with its derivatives."""
+        here = EvaluatedHypothesis(fit.hypothesis, fit.unknowns, tuple(fit.states[i] for i in self.few))
+        here = self.bench.evaluate([here])[0]
+        return replace(here, frame=self.bench.frame(here))
