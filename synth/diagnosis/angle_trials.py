@@ -15,7 +15,7 @@ from synth.fit.recordings import Recording
 from synth.motion.smoothing import Mask
 from synth.swing.time_unit import time_unit
 
-PACES = 2.0  # most ratio of the time scales of trials that are simulated together
+PACES = 4.0  # most ratio of the time scales of trials that are simulated together
 SAMPLES = 700  # per trial: enough for the fastest joint, few enough to be fast
 LATER = 40  # largest offset, in samples, at which a copy may begin
 

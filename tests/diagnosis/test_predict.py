@@ -16,6 +16,7 @@ from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import first_state
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
+from synth.swing.chain import Conditions
 from synth.swing.tolerances import Tolerances
 
 (RECORDING,) = recordings(TWO, recorded(TWO, held_out=0)[:1], ())
@@ -109,3 +110,19 @@ def test_only_neighbouring_pieces_with_the_same_torque_are_predicted_in_one_call
     assert together([TRIAL, *pieces, TRIAL]) == [
         range(1), range(1, 4), range(4, 5), range(5, 6), range(6, 7)
     ]  # fmt: skip
+
+
+def test_trials_that_nothing_drives_are_predicted_in_one_call_as_alone() -> None:
+    """Those with another joint locked, or of another time scale, in calls of their own."""
+    trials = [angle_trial(each, False) for each in recordings(TWO, recorded(TWO, held_out=0), ())]
+    assert together(trials) == [range(len(trials))]
+    held = replace(trials[1], recording=replace(trials[1].recording, conditions=Conditions(locked=(0,))))
+    slow = trials[2].recording
+    slower = replace(trials[2], recording=replace(slow, smoothed=replace(slow.smoothed, pace=9.0 * slow.smoothed.pace)))
+    assert together([trials[0], held, slower, trials[3]]) == [range(k, k + 1) for k in range(4)]
+    wanted, fine = block_of(trials, "spring_hysteresis", "hip"), PREDICTOR.coarser(1e-10)  # another unit of time
+    (found,) = fine.predict(trials, [wanted])
+    ends = np.cumsum([0, *[len(trial.time) for trial in trials]]).tolist()
+    for number, (trial, (first, last)) in enumerate(zip(trials, pairwise(ends), strict=True)):
+        (by_itself,) = fine.predict([trial], [alone(wanted, number)])
+        np.testing.assert_allclose(found[first:last], by_itself, atol=1e-7)
