@@ -16,6 +16,7 @@ from synth.motion.smoothing import Mask
 from synth.swing.time_unit import time_unit
 
 PACES = 4.0  # most ratio of the time scales of trials that are simulated together
+MOST_TOGETHER = 4000  # samples of the trials that one call predicts: the readings of 250 legs then take 24 MB
 SAMPLES = 700  # per trial: enough for the fastest joint, few enough to be fast
 LATER = 40  # largest offset, in samples, at which a copy may begin
 
@@ -95,13 +96,19 @@ class AngleTrial:
 
 
 def together(trials: Sequence[AngleTrial]) -> list[range]:
-    """Indices of the trials that one call predicts: neighbours under the same conditions and the same drive, if any."""
+    """Indices of the trials that one call predicts: neighbours under the same conditions and the same drive, if any.
+
+    At most ``MOST_TOGETHER`` samples, unless one trial has more.
+    """
     found: list[range] = []
+    samples = 0
     for index, trial in enumerate(trials):
-        if index and _same_equations(trials[index - 1], trial):
+        samples += len(trial.time)
+        if index and samples <= MOST_TOGETHER and _same_equations(trials[index - 1], trial):
             found[-1] = range(found[-1].start, index + 1)
         else:
             found.append(range(index, index + 1))
+            samples = len(trial.time)
     return found
 
 
