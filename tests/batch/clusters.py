@@ -46,7 +46,7 @@ def cluster(folder: Path, workers: int = 2) -> Iterator[Processes]:
 
     try:
         scheduler = start("dask_scheduler", "--host", "127.0.0.1", "--port", "0")
-        wait_until(file.exists, 60)
+        wait_until(lambda: file.exists() and file.stat().st_size > 0, 60)  # it is written after it is made
         options = ("--nthreads", "1", "--no-nanny", "--host", "127.0.0.1", "--memory-limit", "0")
         made = [start("dask_worker", *options) for _ in range(workers)]
         yield Processes(json.loads(file.read_text())["address"], scheduler, made)

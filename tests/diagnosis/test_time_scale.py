@@ -51,7 +51,7 @@ def diagnosed(scale: float, sprung: bool, friction: float) -> GapResult:
     ("sprung", "scale"),
     [
         (True, SCALES[0]),
-        (False, SCALES[2]),
+        pytest.param(False, SCALES[2], marks=pytest.mark.slow),
         pytest.param(True, SCALES[2], marks=pytest.mark.slow),
         pytest.param(False, SCALES[0], marks=pytest.mark.slow),
     ],
