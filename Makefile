@@ -28,7 +28,7 @@ check: $(READY)  ## style and types
 	$(BIN)/mypy
 
 test: export PYTHONDONTWRITEBYTECODE :=  # hundreds of processes are started: a third of a start is to compile our modules
-test: $(READY)  ## style, types and all tests
+test: $(READY)  ## style, types and all tests but the slowest repeats
 	@sh tools/check_and_compile.sh
 	@# A module stays in one process: its designs are made once. The longest modules run first (tests/conftest.py).
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --junit-xml build/tests.xml

@@ -35,6 +35,7 @@ CLOSER = 16  # of those, number fitted before the best are refined
 REFINED = 6  # single causes that get their own derivatives
 REFINED_SOFT = 12  # the same for compliances: the shared derivatives lack their links, so their fits lag behind
 REFINED_ELSEWHERE = 3  # fits of these causes at another strength that get their own derivatives too
+LEADING, REFINED_RICHER = 3, 4  # causes whose richer shapes are screened; fits of these that get their own derivatives
 REFINED_FURTHER = 4  # sets of several causes that get their own derivatives: what acts alike must be compared alike
 # A second and a third cause
 WORTH = 3.0  # least predicted cost reduction of a further cause
@@ -157,12 +158,12 @@ class AngleExplorer:
 
     def _in_richer_shapes(self, refined: Sequence[EvaluatedHypothesis], still: float) -> list[EvaluatedHypothesis]:
         """The fits, the leading ones in a richer shape where the odds prefer that; ``still`` as in ``screen``."""
-        leading = {fit.keys[0] for fit in refined[:REFINED_ELSEWHERE]}
+        leading = {fit.keys[0] for fit in refined[:LEADING]}
         richer = [each for each in self.every if each.shape.richer and each.key in leading]
         if not richer or min(self.ratio(fit) for fit in refined) <= WELL:
             return list(refined)
         found = [fit for start in self._starts for fit in self._screened(richer, start, still)]
-        ends = refine(self.bench, sorted(found, key=lambda fit: fit.cost)[:REFINED_FURTHER])
+        ends = refine(self.bench, sorted(found, key=lambda fit: fit.cost)[:REFINED_RICHER])
         rank = self._rank(refined)
         return best_of_each([min([fit, *(end for end in ends if end.keys == fit.keys)], key=rank) for fit in refined])
 

@@ -122,12 +122,16 @@ def _same_equations(a: AngleTrial, b: AngleTrial) -> bool:
         return False
     if not 1.0 / PACES <= a.time_unit / b.time_unit <= PACES:
         return False
-    if first.known_torque is None and second.known_torque is None and first.signals is None and second.signals is None:
+    if not (_is_driven(first) or _is_driven(second)):
         return True
     if a.part_of is None or a.part_of is not b.part_of:
         return False
-    known = first.known_torque, second.known_torque
-    return known[0] is known[1] if known[0] is None or known[1] is None else known[0][1] is known[1][1]
+    one, other = first.known_torque, second.known_torque
+    return one is other if one is None or other is None else one[1] is other[1]
+
+
+def _is_driven(recording: Recording) -> bool:
+    return recording.known_torque is not None or recording.signals is not None
 
 
 @dataclass(frozen=True)

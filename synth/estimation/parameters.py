@@ -116,7 +116,7 @@ class Shape:
     ``free`` : names; the others keep their default, or the value in ``held``. ``starts`` : name -> values; a name
     left out starts small. Both in units of the natural size, as ``Prior.centre``. ``needs`` : one of these
     properties that a place must have, in the plant's own words; empty: it applies everywhere. ``richer`` : it is only
-    tried from the best fit of a shape that frees some of the same, because each step of it costs much more.
+    tried where the effect, in a shape with fewer parameters, is among the leading causes: each step costs much more.
     """
 
     free: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""A compliant mount: it rocks about a point near the first joint, or slides, on a spring and a damper.
+"""A compliant mount: it rocks about a point near the first joint, slides, or both, on springs and dampers.
 
 A sliding mount is modelled as the end of a link of ``LEVER`` leg lengths; its frequencies are within 0.2 % of those of
 straight sliding (``tests/swing/effects/test_structure.py``). Gravity does no work on the mount's own rotation, because
