@@ -27,6 +27,7 @@ SHOWN_ALONE = 4  # single causes whose predictions are stored for the page, the 
 # 38 explanations named in 47 dirty rigs of seed 4800, the three that took least (-54, 17 and 24 %) were wrong, the next
 # one (29 %) was right.
 LEAST_UNSEEN, MEANINGFUL = 0.25, 2.0
+LEAST_CHANCE = 0.05  # of held-out trials that contradict: a smaller one decides no verdict
 SHOWN = {"rad": "deg", "rad/s": "deg/s", "H": "mH"}  # display units
 
 
@@ -82,8 +83,10 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
         judged = of_no_account(judged, found.none)
     stages = _stages(plant, before, found, judged)
     offered = judged.verdict in ("effect", "tie")
+    moved = None
     if offered and judged.accepted.keys and plant.held_out:
-        judged = doubted(judged, stages.errors.chance_below(LEAST_UNSEEN, MEANINGFUL))
+        moved = _moved_errors(plant, stages.errors, judged.accepted)
+        judged = doubted(judged, min(_fails(errors) for errors in (stages.errors, moved) if errors is not None))
     explained = judged.verdict in ("effect", "tie")
     named = judged.verdict != "none"
     causes = (*causes_of(plant, judged.accepted), *plant.direct_causes) if named else ()
@@ -102,9 +105,9 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
         tied,
         ranked,
         left,
-        _sentence(plant, judged, explanations, ranked, stages, left),
+        _sentence(plant, judged, explanations, ranked, stages, left, moved),
         next_experiment(plant, plant.rivals(judged), what_is_open(judged.verdict, short)),
-        (*plant.warnings, *plant.remarks(stages), *doubts, *(plant.worse(stages.errors) if offered else ())),
+        (*plant.warnings, *plant.remarks(stages), *doubts, *(plant.worse(stages.errors, moved) if offered else ())),
     )
 
 
@@ -133,6 +136,19 @@ def _stages(
     errors = PredictionErrors(squares, *plant.samples(), plant.seed)
     fits = (plant.designed(), found.none.fit, judged.accepted.fit)
     return StagePredictions(fits, as_designed, before, after, alone, errors)
+
+
+def _fails(errors: PredictionErrors) -> float:
+    """Probability that the explanation takes too little of the gap on the scored trials."""
+    return errors.chance_below(LEAST_UNSEEN, MEANINGFUL)
+
+
+def _moved_errors(plant: Plant[F, T, S], errors: PredictionErrors, accepted: Assessed[F]) -> PredictionErrors | None:
+    """The errors on held-out trials that the explanation moves to within its uncertainty; None if it need not move."""
+    if _fails(errors) < LEAST_CHANCE:
+        return None
+    after = plant.squares(plant.as_read(plant.within_uncertainty(accepted.fit)))
+    return replace(errors, squares={**errors.squares, "after": after})
 
 
 def _unseen(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[S, ...]:
@@ -230,6 +246,7 @@ def _sentence(
     ranked: Sequence[Ranked],
     stages: StagePredictions[F, S],
     left: Remainder,
+    moved: PredictionErrors | None,
 ) -> str:
     several = len(explanations[0]) > 1
     direct = {(cause.effect, cause.joint) for cause in plant.direct_causes}
@@ -248,6 +265,7 @@ def _sentence(
         accuracy=plant.accuracy,
         leading=leading,
         common=[plant.cause_text(cause) for cause in explanations[0] if (cause.effect, cause.joint) in common],
+        moved=moved.figure("after") if moved is not None and _fails(moved) < 0.5 else None,
     )
     text = sentence(judged.verdict, texts[0], texts[1:], probability, wording)
     return text + plant.addendum(judged.verdict, stages)

@@ -126,6 +126,10 @@ class Plant(ABC, Generic[F, T, S]):
     def predict(self, fit: F, trials: Sequence[T]) -> tuple[S, ...]:
         """Predictions of trials by a fixed hypothesis; only per-trial unknowns are estimated."""
 
+    def within_uncertainty(self, fit: F) -> tuple[S, ...]:
+        """Predictions of the held-out trials by a hypothesis moved to them as far as the other trials let it."""
+        return self.predict(fit, self.scored)
+
     def as_read(self, predicted: tuple[S, ...]) -> tuple[S, ...]:
         """Predictions of the scored trials with the direct causes applied; unchanged if there are none."""
         return predicted
@@ -171,8 +175,11 @@ class Plant(ABC, Generic[F, T, S]):
         """A cause in a few words."""
 
     @abstractmethod
-    def worse(self, errors: PredictionErrors) -> tuple[str, ...]:
-        """A warning if the explanation predicts scored trials no better than the nominal leg."""
+    def worse(self, errors: PredictionErrors, moved: PredictionErrors | None) -> tuple[str, ...]:
+        """Warnings if the explanation predicts scored trials no better than the nominal leg.
+
+        ``moved`` : errors of the explanation moved to held-out trials within its uncertainty, if known.
+        """
 
     @abstractmethod
     def menu(self) -> Sequence[MenuItem[T]]:

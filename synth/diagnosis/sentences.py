@@ -24,7 +24,8 @@ class ErrorWording:
     gap that the explanation removes there; ``left`` : the remainder; ``accuracy`` rad, below which a gap does
     not matter, 0 if not given; ``leading`` : single causes in a few words, with the share that each removes;
     ``nearest`` : the explanation that comes nearest, in a few words. ``common`` : the causes that all tied explanations
-    contain, in words.
+    contain, in words. ``moved`` : the error of the explanation where it follows held-out trials within its
+    uncertainty, if that is much less.
     """
 
     nominal: str
@@ -40,6 +41,7 @@ class ErrorWording:
     leading: Sequence[tuple[str, float]] = ()
     nearest: str = ""
     common: Sequence[str] = ()
+    moved: Estimate | None = None
 
 
 def scored_on(held_out: bool, trials: str) -> str:
@@ -142,6 +144,11 @@ def _unexplained(verdict: Verdict, told: ErrorWording) -> str:
     mostly = f", mostly {place}" if place else ""
     within = " (within the required accuracy)" if told.left.rms.value <= told.accuracy else ""
     left = angle(told.left.rms)
+    if verdict in ("effect", "tie") and told.moved is not None:
+        return (
+            f" The remaining {left}{mostly}, may be due to the tolerances: moved within them, as far as the training "
+            f"trials allow, the explanation follows to {angle(told.moved)}."
+        )
     if verdict in ("effect", "tie"):
         return f" No effect in the library explains the remaining {left}{mostly}{within}."
     return f" {left} remains unexplained{mostly}{within}."

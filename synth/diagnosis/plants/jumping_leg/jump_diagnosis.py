@@ -120,7 +120,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         """The effect."""
         return cause.effect.replace("_", " ")
 
-    def worse(self, errors: PredictionErrors) -> tuple[str, ...]:
+    def worse(self, errors: PredictionErrors, moved: PredictionErrors | None) -> tuple[str, ...]:
         """A warning if the explanation predicts trials no better, and worse than their noise allows."""
         before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
         # In squares: 5 % worse, and 20 % above the noise.

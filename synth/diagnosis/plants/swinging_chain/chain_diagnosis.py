@@ -18,6 +18,7 @@ from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
+from synth.diagnosis.held_out import moved_within, no_better
 from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
 from synth.diagnosis.influence import hangs_on
 from synth.diagnosis.lanes import Kept
@@ -141,8 +142,16 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def predict(self, fit: EvaluatedHypothesis, trials: Sequence[AngleTrial]) -> tuple[Array, ...]:
         """Rotations (m, n) rad in the sense of q, with the best-fitting initial states."""
-        begun = [at_edges(trial, self.scene.coarse, self.scene.usual) for trial in trials]
-        return tuple(prediction for prediction, _ in score(self.bench, fit, begun))
+        return tuple(prediction for prediction, _ in score(self.bench, fit, self._begun(trials)))
+
+    def within_uncertainty(self, fit: EvaluatedHypothesis) -> tuple[Array, ...]:
+        """Predictions of the held-out trials, which the hypothesis follows as far as the other trials let it."""
+        moved = moved_within(self.bench, fit, self._begun(self.scored), self.normal(fit).matrix)
+        return self.predict(moved, self.scored)
+
+    def _begun(self, trials: Sequence[AngleTrial]) -> list[AngleTrial]:
+        """Trials from whose coarse counts the initial states can be found."""
+        return [at_edges(trial, self.scene.coarse, self.scene.usual) for trial in trials]
 
     def as_read(self, predicted: tuple[Array, ...]) -> tuple[Array, ...]:
         """As channels with coarse counts would read them."""
@@ -271,19 +280,9 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         """What forecasts by one fit have in common; the fit is kept for its identity."""
         return {}
 
-    def worse(self, errors: PredictionErrors) -> tuple[str, ...]:
-        """A warning if the explanation fits its own trials but predicts scored ones no better."""
-        before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
-        # In squares: 5 % worse.
-        names = [trial.recording.name for trial, b, a in zip(self.whole, before, after, strict=True) if a > 1.1 * b]
-        if not names:
-            return ()
-        text = (
-            f"{', '.join(names)}: predicted no better with the explanation than without. Either the training trials "
-            "do not determine what matters there (a tip mass shows the leg's total mass, a tilt its gravity), or "
-            "another effect is present; add a training trial of that kind"
-        )
-        return (decisive(text),)
+    def worse(self, errors: PredictionErrors, moved: PredictionErrors | None) -> tuple[str, ...]:
+        """Warnings if the explanation fits its own trials but predicts scored ones no better, and why."""
+        return tuple(map(decisive, no_better([trial.recording.name for trial in self.whole], errors, moved)))
 
 
 def diagnose(
