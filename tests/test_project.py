@@ -8,6 +8,7 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import synth
 from synth.files.gap_project import Tolerance, read_gap_project
@@ -46,6 +47,7 @@ def test_changelog_begins_with_this_version_dated_or_with_what_comes_after_it() 
     assert re.search(r"^## \[[^]]+\].*\n\n### (Added|Changed|Fixed|Removed)\n- ", text, re.MULTILINE)
 
 
+@pytest.mark.slow
 def test_examples_are_what_their_tools_make(tmp_path: Path) -> None:
     tool("make_example").make(EXAMPLES, tmp_path)
     tool("make_jumps").make(tmp_path / "hopper")

@@ -77,6 +77,7 @@ def test_a_stored_search_of_a_case_gives_the_verdict_of_its_diagnosis(
     assert len(written) == 2 + len(tune.FACTORS) * len(vars(CALIBRATED))
 
 
+@pytest.mark.slow
 def test_a_stored_search_of_a_rig_gives_the_verdict_of_its_diagnosis(tmp_path: Path) -> None:
     """Far above the noise: errors by trial, the free torque and the motion are stored too."""
     case = make_rig(5, 1, "single", "torque_offset", 1, True)
