@@ -219,7 +219,7 @@ def test_the_verdict_is_none_when_causes_help_less_than_trials_differ() -> None:
     judged = judge(Hypotheses(none, (little,), ()))
     assert judged.verdict == "none"
     steady = judge(
-        Hypotheses(assessed(held_out_error(*[600] * 4)), (assessed(held_out_error(*[200] * 4), FRICTION),), ())
+        Hypotheses(assessed(held_out_error(*[600] * 4)), (assessed(held_out_error(*[150] * 4), FRICTION),), ())
     )
     assert steady.verdict == "effect"
 
@@ -258,7 +258,7 @@ def test_a_cause_with_initial_states_of_its_own_is_not_simpler_than_two_without(
 def test_at_the_noise_an_additional_cause_pays_by_the_fitted_trials() -> None:
     """The fold that is the only trial of its kind is missed by an explanation whose unknowns only it determines."""
     none = replace(assessed(held_out_error(14, 1.4, 1.4)), ratio=9.0)
-    single = replace(assessed(held_out_error(9, 1, 0.9), FRICTION), ratio=2.0)
+    single = replace(assessed(held_out_error(3, 1, 0.9), FRICTION), ratio=2.0)
     pair = replace(assessed(held_out_error(30, 0.9, 0.9), FRICTION, OFFSET), ratio=1.0)
     assert paying([none, single, pair], 0.4) == [none, single, pair]
     assert paying([none, single, replace(pair, ratio=1.9)], 0.4) == [none, single]
