@@ -94,6 +94,8 @@ FORMS = [
     ("joint_stop", 0, "rubber", 1.6),
     ("base_compliance", 1, "slides and rocks", 1.7),
     ("base_compliance", 12, "slides and rocks", 1.6),
+    ("link_flexibility", 5, "three hinges", 1.7),
+    ("link_flexibility", 1, "cantilever", 2.6),
 ]
 
 

@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from synth.swing.effects.definition import Effect, Parameter, Shape, stiff
+from synth.swing.effects.definition import Effect, Parameter, Shape, positive, stiff
 
 if TYPE_CHECKING:
     from synth.arrays import Array
     from synth.swing.leg_lanes import LegLanes
 
 HUB = 0.1  # share of the link's inertia about its joint that remains at the joint if the coupling bends
-DAMPING_RATIO = 0.1  # of a bending link; assumed, of the order of printed plastics
+DAMPING_RATIO = 0.1  # of a bending link where none is given; assumed, of the order of printed plastics
 
 
-def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array) -> LegLanes:
+def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array, damping_ratio: Array) -> LegLanes:
     """Cut the joint's link at ``place`` (share of its length) and connect the parts by a hinge with a spring.
 
     Total mass, first moment and inertia remain those of the link. The proximal part is a uniform rod, or, for a cut at
@@ -40,7 +40,7 @@ def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array) -> LegLan
         com=far_com - share * length,
         inertia=far_inertia,
         spring_rate=stiffness,
-        damper_rate=2.0 * DAMPING_RATIO * np.sqrt(stiffness * moving),
+        damper_rate=2.0 * damping_ratio * np.sqrt(stiffness * moving),
     )
     made.length[joint] = share * length
     made.mass[joint] = near_mass
@@ -59,17 +59,30 @@ EFFECT = Effect(
     name="link_flexibility",
     meaning="a link, or its coupling to the joint, bends",
     phrase="carries a link, or a coupling to it, that bends",
-    formula="the link cut at place (share of its length), its parts joined by stiffness and a light damper",
+    formula="the link cut at place (share of its length), its parts joined by stiffness and a damper",
     source="pseudo-rigid-body model: Howell, Compliant Mechanisms (2001), ch. 5",
     way="structure",
     shows_locked=True,
     parameters=(
         Parameter("stiffness", "N*m/rad", prior=stiff(20.0, 200.0), meaning="of the hinge that represents the bend"),
-        Parameter("place", "1", 0.0, natural=False, meaning="where it bends, share of the length; 0 is the coupling"),
+        Parameter(
+            "place", "1", 0.0, positive(0.3, 0.5, upper=0.8), natural=False,
+            meaning="where it bends, share of the length; 0 is the coupling",
+        ),
+        Parameter(
+            "damping_ratio", "1", DAMPING_RATIO, positive(0.1, 0.7, upper=0.7), natural=False,
+            meaning="of the bend, to the critical one of the part beyond it",
+        ),
     ),
     strengths=("stiffness",),
     shapes=(
         Shape(("stiffness",), {"place": 0.0}, ({"stiffness": 100.0},)),
         Shape(("stiffness",), {"place": 0.4}, ({"stiffness": 100.0},)),
+        Shape(
+            ("stiffness", "place", "damping_ratio"),
+            {},
+            ({"stiffness": 100.0}, {"stiffness": 30.0}, {"stiffness": 10.0}),
+            richer=True,
+        ),
     ),
 )
