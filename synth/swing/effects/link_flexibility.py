@@ -66,11 +66,19 @@ EFFECT = Effect(
     parameters=(
         Parameter("stiffness", "N*m/rad", prior=stiff(20.0, 200.0), meaning="of the hinge that represents the bend"),
         Parameter(
-            "place", "1", 0.0, positive(0.3, 0.5, upper=0.8), natural=False,
+            "place",
+            "1",
+            0.0,
+            positive(0.3, 0.5, upper=0.8),
+            natural=False,
             meaning="where it bends, share of the length; 0 is the coupling",
         ),
         Parameter(
-            "damping_ratio", "1", DAMPING_RATIO, positive(0.1, 0.7, upper=0.7), natural=False,
+            "damping_ratio",
+            "1",
+            DAMPING_RATIO,
+            positive(0.1, 0.7, upper=0.7),
+            natural=False,
             meaning="of the bend, to the critical one of the part beyond it",
         ),
     ),
