@@ -352,14 +352,16 @@ class _Reader:
         return result
 
     def parameters(self, given: dict[str, object], effect: Effect, key: Key) -> dict[str, float]:
-        unit = {parameter.name: parameter.unit for parameter in effect.parameters}
+        known = {parameter.name: parameter for parameter in effect.parameters}
         result: dict[str, float] = {}
         for name, value in given.items():
-            if name not in unit:
-                self.refuse(f'"{name}" is no parameter of {effect.name}{near(name, list(unit))}', (*key, name))
+            if name not in known:
+                self.refuse(f'"{name}" is no parameter of {effect.name}{near(name, list(known))}', (*key, name))
                 continue
             with gathering(self.problems, self.document, (*key, name)):
-                result[name] = units.parse(value, unit[name])
+                result[name] = units.parse(value, known[name].unit)
+                if wanted := known[name].wanted(result[name]):
+                    raise UserError(f"{value} is not allowed: it must be {wanted}")
         for parameter in effect.parameters:
             if parameter.default is None and parameter.name not in given:
                 example = units.MEANINGS.get(parameter.unit, ("", f"1 {parameter.unit}"))[1]

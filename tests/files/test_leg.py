@@ -217,6 +217,17 @@ springs = st.none() | st.builds(Spring, sizes, angles, st.none() | st.just("LTR1
 curves = st.lists(sizes, min_size=1, max_size=5, unique=True).map(
     lambda speeds: DamperCurve(tuple(sorted(speeds)), tuple(0.1 * s for s in sorted(speeds)))
 )
+ONE_JOINT = """
+kind: leg
+name: one
+gravity: 9.81 m/s^2
+joints:
+  - name: hip
+    zero: 90 deg
+    sign: +1
+    link: {length: 222 mm, mass: 222 g, com: 80 mm, inertia: 0.0011251 kg*m^2}
+    spring: {rate: 2 N*m/rad, free_angle: 0 deg}
+"""
 dampers = st.none() | st.builds(Damper, rate=sizes) | st.builds(Damper, curve=curves, part=st.just("6597K21"))
 links = st.tuples(st.floats(0.1, 2.0), sizes, st.floats(-0.4, 0.4), st.floats(0.01, 4.0)).map(
     lambda drawn: Link(*drawn[:3], drawn[1] * (drawn[0] * drawn[3]) ** 2)  # the last: of gyration, in lengths
@@ -230,6 +241,46 @@ effects = st.sampled_from(
     ]
 )
 base_effects = st.sampled_from([{}, {"base_compliance": {"rocking_stiffness": 300.0}}])
+
+
+@pytest.mark.parametrize(
+    ("effect", "wanted"),
+    [
+        (
+            "coulomb_friction: {torque: -0.1 N*m}",
+            "coulomb_friction.torque: -0.1 N*m is not allowed: it must be at least 0",
+        ),
+        ("latency: {delay: -5 ms}", "latency.delay: -5 ms is not allowed: it must be at least 0"),
+        ("link_flexibility: {stiffness: 0 N*m/rad}", "it must be more than 0"),
+        ("link_flexibility: {stiffness: 70 N*m/rad, place: 1}", "place: 1 is not allowed: it must be less than 1"),
+        ("link_flexibility: {stiffness: 70 N*m/rad, damping_ratio: -0.1}", "it must be at least 0"),
+        (
+            "stribeck_friction: {torque: 0.1 N*m, speed: 0 rad/s}",
+            "speed: 0 rad/s is not allowed: it must be more than 0",
+        ),
+    ],
+)
+def test_an_effect_that_cannot_be_is_refused(effect: str, wanted: str, tmp_path: Path) -> None:
+    """A dry friction below zero would drive the joint."""
+    (tmp_path / "x.leg.yaml").write_text(ONE_JOINT + f"    effects: [{{{effect}}}]\n", encoding="utf-8")
+    with pytest.raises(UserError) as refused:
+        read_leg(tmp_path / "x.leg.yaml")
+    (problem,) = refused.value.problems
+    assert str(problem).endswith(wanted)
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        "coulomb_friction: {torque: 0 N*m, presliding: 0 deg}",
+        "hardening_spring: {stiffening: -0.1 N*m}",
+        "link_flexibility: {stiffness: 70 N*m/rad, place: 0.9, damping_ratio: 0}",
+        "joint_stop: {lower: -20 deg, stiffness: 5 N*m/rad}",
+    ],
+)
+def test_an_effect_that_can_be_is_read(effect: str, tmp_path: Path) -> None:
+    (tmp_path / "x.leg.yaml").write_text(ONE_JOINT + f"    effects: [{{{effect}}}]\n", encoding="utf-8")
+    assert list(read_leg(tmp_path / "x.leg.yaml").joints[0].effects) == [effect.partition(":")[0]]
 
 
 @st.composite

@@ -71,6 +71,7 @@ EFFECT = Effect(
             0.0,
             positive(0.3, 0.5, upper=0.8),
             natural=False,
+            below=1.0,
             meaning="where it bends, share of the length; 0 is the coupling",
         ),
         Parameter(
