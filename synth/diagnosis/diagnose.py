@@ -86,7 +86,7 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
     moved = None
     if offered and judged.accepted.keys and plant.held_out:
         moved = _moved_errors(plant, stages.errors, judged.accepted)
-        judged = doubted(judged, min(_fails(errors) for errors in (stages.errors, moved) if errors is not None))
+        judged = doubted(judged, _fails(moved or stages.errors))
     explained = judged.verdict in ("effect", "tie")
     named = judged.verdict != "none"
     causes = (*causes_of(plant, judged.accepted), *plant.direct_causes) if named else ()
@@ -144,11 +144,14 @@ def _fails(errors: PredictionErrors) -> float:
 
 
 def _moved_errors(plant: Plant[F, T, S], errors: PredictionErrors, accepted: Assessed[F]) -> PredictionErrors | None:
-    """The errors on held-out trials that the explanation moves to within its uncertainty; None if it need not move."""
+    """The errors on held-out trials of the explanation moved within its uncertainty; None if that decides nothing."""
     if _fails(errors) < LEAST_CHANCE:
         return None
-    after = plant.squares(plant.as_read(plant.within_uncertainty(accepted.fit)))
-    return replace(errors, squares={**errors.squares, "after": after})
+    predicted = plant.within_uncertainty(accepted.fit)
+    if predicted is None:
+        return None
+    moved = replace(errors, squares={**errors.squares, "after": plant.squares(plant.as_read(predicted))})
+    return moved if _fails(moved) < _fails(errors) else None
 
 
 def _unseen(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[S, ...]:
@@ -265,7 +268,7 @@ def _sentence(
         accuracy=plant.accuracy,
         leading=leading,
         common=[plant.cause_text(cause) for cause in explanations[0] if (cause.effect, cause.joint) in common],
-        moved=moved.figure("after") if moved is not None and _fails(moved) < 0.5 else None,
+        moved=moved.figure("after") if moved is not None and _fails(moved) < 0.5 <= _fails(stages.errors) else None,
     )
     text = sentence(judged.verdict, texts[0], texts[1:], probability, wording)
     return text + plant.addendum(judged.verdict, stages)

@@ -1,8 +1,9 @@
 """What held-out trials say of a hypothesis that may move within its uncertainty.
 
-A held-out trial often depends on a number that the trials learnt from do not determine: a tip mass on a link whose
-length is known to half a per cent swung 0.5 deg off where the cause was right. Such an error does not contradict the
-cause; one that remains after the numbers have moved as far as the trials learnt from let them does.
+A held-out trial often depends on a number that the trials learnt from do not determine. A tip mass shows the length of
+its link: one that was stated to half a per cent, and 0.8 % longer, made it swing 0.5 deg off where the cause was right.
+Such an error does not contradict the cause; one that remains after the numbers have moved as far as the trials learnt
+from let them does.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ def no_better(names: Sequence[str], errors: PredictionErrors, moved: PredictionE
     asked = "add a training trial of that kind"
     found = []
     for which, reason in (
-        (followed, f", though the explanation can follow within the tolerances: {LEFT_OPEN}; {asked}"),
+        (followed, f", but better once its numbers move within the tolerances: {LEFT_OPEN}; {asked}"),
         (poor & ~followed, f". Either {LEFT_OPEN}, or another effect is present; {asked}"),
     ):
         shown = ", ".join(name for name, is_shown in zip(names, which, strict=True) if is_shown)

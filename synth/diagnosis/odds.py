@@ -28,9 +28,8 @@ from synth.diagnosis.hypotheses import Assessed, F, Key, TrialErrors
 # RMS over the noise floor of the best explanation on unseen trials: below the first it is at the floor, above
 # the second it is a remainder. A remainder of 4.8 floors of a gap of 82 is small causes, not noise: with 9 for the
 # second, a spring that was not there had 10^25 times the odds of a shifted free angle that was, and left 6.3; now they
-# are tied. With 3 and 4.5, of six causes that leave 3.75 to 4.2 floors one had 10^20 times the odds of the others. On
-# 284 dirty rigs of seeds 9500 to 9700 the main cause came first in 91.0 % instead of 89.7 %, the probability was off by
-# .103 instead of .109; 60 clean cases stayed the same.
+# are tied. On 284 dirty rigs of seeds 9500 to 9700 the main cause came first in 91.0 % with these numbers and in 89.7 %
+# with 3 and 4.5, the probability was off by .103 and .109; the verdicts on 60 clean cases are the same.
 AT_FLOOR, FAR = 1.5, 3.0
 # Largest number of independent errors per trial, because model errors are shared by neighbouring swings, and of all
 # trials, because they share what the model lacks: nearly equal causes (a reading shifted or scaled, a shifted torque)

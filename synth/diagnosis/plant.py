@@ -126,9 +126,12 @@ class Plant(ABC, Generic[F, T, S]):
     def predict(self, fit: F, trials: Sequence[T]) -> tuple[S, ...]:
         """Predictions of trials by a fixed hypothesis; only per-trial unknowns are estimated."""
 
-    def within_uncertainty(self, fit: F) -> tuple[S, ...]:
-        """Predictions of the held-out trials by a hypothesis moved to them as far as the other trials let it."""
-        return self.predict(fit, self.scored)
+    def within_uncertainty(self, fit: F) -> tuple[S, ...] | None:
+        """Predictions of the held-out trials by a hypothesis moved to them as far as the other trials let it.
+
+        None if the plant cannot move it.
+        """
+        return None
 
     def as_read(self, predicted: tuple[S, ...]) -> tuple[S, ...]:
         """Predictions of the scored trials with the direct causes applied; unchanged if there are none."""

@@ -25,7 +25,7 @@ class ErrorWording:
     not matter, 0 if not given; ``leading`` : single causes in a few words, with the share that each removes;
     ``nearest`` : the explanation that comes nearest, in a few words. ``common`` : the causes that all tied explanations
     contain, in words. ``moved`` : the error of the explanation where it follows held-out trials within its
-    uncertainty, if that is much less.
+    uncertainty, if only that keeps them from contradicting it.
     """
 
     nominal: str
@@ -145,8 +145,9 @@ def _unexplained(verdict: Verdict, told: ErrorWording) -> str:
     within = " (within the required accuracy)" if told.left.rms.value <= told.accuracy else ""
     left = angle(told.left.rms)
     if verdict in ("effect", "tie") and told.moved is not None:
+        aside = f"{mostly}," if mostly else ""
         return (
-            f" The remaining {left}{mostly}, may be due to the tolerances: moved within them, as far as the training "
+            f" The remaining {left}{aside} may be due to the tolerances: moved within them, as far as the training "
             f"trials allow, the explanation follows to {angle(told.moved)}."
         )
     if verdict in ("effect", "tie"):

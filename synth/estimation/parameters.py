@@ -94,8 +94,8 @@ class Parameter:
     unit, otherwise in the joint's natural size (see ``diagnosis.candidates``), which counts up to ``largest``, SI.
     ``anchor`` "middle": its prior is relative to the middle of the joint's motion, in half its range; "settled": to
     the spring's deflection at the end of the trials. ``of`` : another free parameter by whose value the
-    prior's is multiplied: a part that is smaller than another one, or belongs to another effect. ``below`` : exclusive
-    upper limit of a value in a file.
+    prior's is multiplied: a part that is smaller than another one, or belongs to another effect. ``above``,
+    ``below`` : exclusive limits of a value in a file, beside those that follow from the prior.
     """
 
     name: str
@@ -108,23 +108,25 @@ class Parameter:
     anchor: Literal["", "middle", "settled"] = ""
     of: str = ""
     meaning: str = ""
+    above: float = -np.inf
     below: float = np.inf
 
     def wanted(self, value: float) -> str:
         """What a file must give instead of this value, "at least 0"; empty if it may give it.
 
-        A parameter that is not estimated, or never below 0, is a size. One that is not 0 where its effect is off, nor a
-        ratio that may vanish, divides.
+        A parameter whose prior ends at 0 or above is a size. One that is not 0 where its effect is off, nor a ratio
+        that may vanish, divides.
         """
+        if not value > self.above:
+            return f"more than {self.above:g}"
+        if not value < self.below:
+            return f"less than {self.below:g}"
         prior = self.prior
-        if prior is None or prior.lower >= 0.0:
-            ratio = prior is not None and self.unit == "1" and prior.lower == 0.0
-            divides = self.default != 0.0 and not ratio and (prior is None or prior.log or prior.inverse)
-            if divides and not value > 0.0:
-                return "more than 0"
-            if value < 0.0:
-                return "at least 0"
-        return "" if value < self.below else f"less than {self.below:g}"
+        if prior is None or prior.lower < 0.0 or value > 0.0:
+            return ""
+        ratio = self.unit == "1" and prior.lower == 0.0
+        divides = self.default != 0.0 and not ratio and (prior.log or prior.inverse)
+        return "more than 0" if divides else "at least 0" if value < 0.0 else ""
 
 
 @dataclass(frozen=True)

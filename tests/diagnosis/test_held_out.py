@@ -18,7 +18,8 @@ CASE = Path(__file__).parents[3] / "shared/cases/gap/khs6wm2x"
 def test_a_tip_mass_that_only_a_held_out_trial_carries_does_not_contradict_the_cause() -> None:
     """By another generator: friction that falls with speed at the knee, at three noise floors.
 
-    Lengths are within half a per cent, which only the tip mass shows: it swings 0.49 deg off, at a noise of 0.06 deg.
+    Only the tip mass shows the ankle's length: 0.8 % more (1.6 tolerances) and it no longer swings 0.49 deg off, at a
+    noise of 0.06 deg.
     """
     if not CASE.exists():
         pytest.skip(f"{CASE} is not on this machine")

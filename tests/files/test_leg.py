@@ -258,6 +258,7 @@ base_effects = st.sampled_from([{}, {"base_compliance": {"rocking_stiffness": 30
             "stribeck_friction: {torque: 0.1 N*m, speed: 0 rad/s}",
             "speed: 0 rad/s is not allowed: it must be more than 0",
         ),
+        ("quadratic_damping: {coefficient: 1 N*m*s^2/rad^2, speed: -1 rad/s}", "it must be more than 0"),
     ],
 )
 def test_an_effect_that_cannot_be_is_refused(effect: str, wanted: str, tmp_path: Path) -> None:

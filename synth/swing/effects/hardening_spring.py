@@ -43,7 +43,9 @@ EFFECT = Effect(
     parameters=(
         Parameter("stiffening", "N*m", prior=signed(0.4), meaning="extra torque at reach; negative: softening"),
         Parameter("exponent", "1", 3.0, Prior(3.0, 1.0, lower=1.0, upper=7.0), off=3.0, natural=False),
-        Parameter("reach", "rad", 1.0, off=1.0, meaning="deflection beyond the onset to which stiffening refers"),
+        Parameter(
+            "reach", "rad", 1.0, off=1.0, above=0.0, meaning="deflection beyond the onset to which stiffening refers"
+        ),
         Parameter("onset", "rad", 0.0, Prior(0.0, 0.4, lower=0.0, upper=0.9), meaning="deflection where it begins"),
         Parameter("softening", "1/rad", 0.0, size(1.0), meaning="1 over the deflection at which the spring softens"),
     ),

@@ -77,7 +77,7 @@ EFFECT = Effect(
             "damping", "s/rad", 0.0, positive(1.0, 1.5), meaning="relative increase of the torque per rad/s of closing"
         ),
         Parameter("exponent", "1", 1.0, Prior(1.2, 0.3, lower=1.0, upper=2.5), off=1.0, natural=False),
-        Parameter("depth", "rad", 0.05, off=0.05, meaning="penetration to which the stiffness refers"),
+        Parameter("depth", "rad", 0.05, off=0.05, above=0.0, meaning="penetration to which the stiffness refers"),
     ),
     strengths=("stiffness",),
     shapes=tuple(

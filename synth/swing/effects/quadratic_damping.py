@@ -25,7 +25,7 @@ EFFECT = Effect(
     parameters=(
         Parameter("coefficient", "N*m*s^2/rad^2", prior=size(0.2), meaning="torque at speed over its square"),
         Parameter("exponent", "1", 2.0, Prior(2.1, 0.4, lower=1.5, upper=3.5), off=2.0, natural=False),
-        Parameter("speed", "rad/s", 1.0, off=1.0, meaning="speed to which the coefficient refers"),
+        Parameter("speed", "rad/s", 1.0, off=1.0, above=0.0, meaning="speed to which the coefficient refers"),
     ),
     strengths=("coefficient",),
     shapes=(Shape(("coefficient", "exponent"), {"speed": 1.0}, ({"exponent": 2.0},)),),

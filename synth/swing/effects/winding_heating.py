@@ -50,7 +50,7 @@ EFFECT = Effect(
             natural=False,
             meaning="growth of the resistance in the end if the reference torque is held",
         ),
-        Parameter("reference", "N*m", off=1.0, meaning="torque of the drive for which the rise is stated"),
+        Parameter("reference", "N*m", off=1.0, above=0.0, meaning="torque of the drive for which the rise is stated"),
         Parameter("time", "s", USUAL, positive(USUAL, SPREAD, 5.0, 600.0), off=USUAL, natural=False,
                   meaning="time constant of warming"),
     ),
