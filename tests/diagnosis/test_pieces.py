@@ -17,7 +17,6 @@ from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.pieces import (
     LEAST_SAMPLES,
-    MOST_GROWTH,
     Deviations,
     cut_sentence,
     in_pieces,
@@ -55,15 +54,27 @@ def test_a_pendulum_at_its_top_is_cut_where_a_deviation_has_grown_by_the_limit(p
     """There it grows like cosh(t sqrt(m g c / (I + m c^2)))."""
     trial = held_at(pendulum, tmp_path, 180.0)
     rate = np.sqrt(0.68 * 9.81 * 0.45 / (9e-3 + 2e-3 + 0.68 * 0.45**2))
-    begins = Deviations.of(pendulum, trial).cuts(len(trial.time))
-    expected = np.arccosh(MOST_GROWTH) / rate
+    begins = Deviations.of(pendulum, trial).cuts(len(trial.time), 8.0)
+    expected = np.arccosh(8.0) / rate
     assert np.diff(trial.time[begins]) == pytest.approx(expected, abs=2.0 * float(trial.time[1]))
     assert len(begins) == int(2.0 / expected) + 1
 
 
+def test_what_grows_beyond_the_limit_is_cut_into_pieces_in_which_less_grows(pendulum: Leg, tmp_path: Path) -> None:
+    """A recording of the time in which a deviation grows six times stays whole: 6 < 8; of 2 s it does not."""
+    trial = held_at(pendulum, tmp_path, 180.0)
+    rate = np.sqrt(0.68 * 9.81 * 0.45 / (9e-3 + 2e-3 + 0.68 * 0.45**2))
+    predictor = Predictor(pendulum, Tolerances.of(pendulum, Tolerance()))
+    short = int(np.arccosh(6.0) / rate / trial.time[1])
+    assert len(in_pieces(pendulum, predictor, [trial.piece(0, short)])) == 1
+    pieces = in_pieces(pendulum, predictor, [trial])
+    lengths = [piece.time[-1] + trial.time[1] for piece in pieces[:-1]]
+    assert np.array(lengths) == pytest.approx(np.arccosh(4.0) / rate, abs=2.0 * float(trial.time[1]))
+
+
 def test_a_hanging_pendulum_is_not_cut(pendulum: Leg, tmp_path: Path) -> None:
     along = Deviations.of(pendulum, held_at(pendulum, tmp_path, 0.0))
-    assert along.cuts(10_000) == [0]
+    assert along.cuts(10_000, 8.0) == [0]
     assert along.kept(100.0) == pytest.approx(1.0, abs=1e-6)
 
 

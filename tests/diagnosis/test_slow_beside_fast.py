@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from diagnosis.simulated_releases import with_effects
+from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.plants.swinging_chain.chain_candidates import scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.tolerance import Tolerance
 from synth.files.trial_list import Trial
@@ -38,3 +41,17 @@ def test_a_slow_joint_is_read_late_by_most_of_a_fast_joints_period() -> None:
     first = result.ranked[0].cause
     assert (first.effect, first.joint) == ("latency", "hip")
     assert abs(first.parameters["delay"].value - LATE) < 0.005
+
+
+def test_a_recording_that_stands_still_tells_no_pace() -> None:
+    """Half a degree of a drive's jitter at 30 Hz: its pace would bound delays to a sixth of the true one."""
+    pendulum = Leg("pendulum", (THIGH,))
+    time = np.linspace(0.0, 2.0, 801)
+    swung = pendulum.to_measured(simulate(pendulum, (0.7,), (0.0,), time, tolerance=1e-8))
+    still = np.radians(0.5) * np.sin(2.0 * np.pi * 30.0 * time)[:, None]
+    times = []
+    for readings in ((swung,), (swung, still)):
+        made = recordings(pendulum, [Trial(f"{n}.csv", time, r) for n, r in enumerate(readings)], ())
+        times.append(scales(pendulum, [angle_trial(recording, False) for recording in made]).time[0])
+    assert times[1] == times[0]
+    assert times[0] == pytest.approx(1.0 / 8.0, rel=0.3)  # s, from its largest frequency

@@ -25,7 +25,11 @@ from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 from synth.threads import in_parallel
 
-MOST_GROWTH = 8.0  # times a deviation: limbs stay below 6, a pendulum of .5 m at its top reaches it in .6 s
+# Times that a deviation grows in a whole recording, beyond which it is cut: limbs stay below 6, a pendulum of .5 m at
+# its top reaches it in .6 s. In a piece it grows less: near the top what the torque's readings are off decides what
+# is left. In a real pendulum's swing up that then balances, dry friction took -16 % of the unseen gap in pieces of 8
+# times, and 50 % in those of 4.
+MOST_GROWTH, IN_PIECE = 8.0, 4.0
 PERIOD = 4.0 * np.pi  # paces, which are half a radian of the motion's phase each
 KEPT = 0.5  # share of a deviation left after a period, from which on a leg hardly forgets: a damping ratio of .11
 LOST = 0.25  # of the motion, error of the nominal leg beyond which it does not follow it
@@ -37,10 +41,11 @@ STEP = 1e-6  # rad, and that over the motion's unit of time in rad/s, of the der
 def in_pieces(leg: Leg, predictor: LanePredictor, trials: Sequence[AngleTrial]) -> tuple[AngleTrial, ...]:
     """The trials, those along whose motion errors grow or add up in pieces.
 
-    Deviations grow at most ``MOST_GROWTH`` times in a piece. Where a known torque drives a leg that hardly forgets,
-    and the nominal leg loses the motion, a piece lasts about half a period: what the torque is off acts all along,
-    and the motion adds it up. A leg that loses the motion is judged without its springs and dampers, since one of
-    them may be what is wrong: a stated damper that is not there would let it forget, and the pieces get too long.
+    Where deviations grow more than ``MOST_GROWTH`` times, they grow at most ``IN_PIECE`` times in a piece. Where a
+    known torque drives a leg that hardly forgets, and the nominal leg loses the motion, a piece lasts about half a
+    period: what the torque is off acts all along, and the motion adds it up. A leg that loses the motion is judged
+    without its springs and dampers, since one of them may be what is wrong: a stated damper that is not there would
+    let it forget, and the pieces get too long.
     Legs that servos drive are left whole: a servo holds them, and has a memory that a piece would not know.
     """
     found = in_parallel(lambda i: _pieces(leg, predictor, trials[i]), len(trials))
@@ -57,9 +62,9 @@ def _pieces(leg: Leg, predictor: LanePredictor, trial: AngleTrial) -> list[Angle
     if lost and along.kept(period) > KEPT:
         number = round(float(trial.time[-1]) / (0.5 * period))
         longest = max(-(-len(trial.time) // max(number, 1)), LEAST_SAMPLES)
-    begins = along.cuts(longest)
-    if len(begins) == 1:
+    if len(along.cuts(longest, MOST_GROWTH)) == 1:
         return [trial]
+    begins = along.cuts(longest, IN_PIECE)
     return [trial.piece(first, last) for first, last in zip(begins, [*begins[1:], len(trial.time)], strict=True)]
 
 
@@ -93,8 +98,8 @@ class Deviations:
         """Share of a deviation, the mean of all directions, that is left after a ``time``, s."""
         return float(np.exp(-self.forgetting * time))
 
-    def cuts(self, longest: int) -> list[int]:
-        """Index of the first sample of each piece: as few as keep growth and length within their limits.
+    def cuts(self, longest: int, most: float) -> list[int]:
+        """Index of the first sample of each piece: as few as keep growth at ``most``, and samples at ``longest``.
 
         A deviation of the angles at some sample of a piece is followed to the piece's end.
         """
@@ -106,7 +111,7 @@ class Deviations:
                 followed = np.concatenate([followed, begun[None]])
             followed = self.step[sample] @ followed
             length = sample + 1 - begins[-1]
-            grown = np.abs(followed[:, :n]).max() > MOST_GROWTH and length >= LEAST_SAMPLES
+            grown = np.abs(followed[:, :n]).max() > most and length >= LEAST_SAMPLES
             if grown or length >= longest:
                 begins.append(sample + 1)
                 followed = followed[:0]
