@@ -17,6 +17,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.fit.recordings import Recording
+from synth.fit.rounding import width_of
 from synth.motion.smoothing import Mask
 
 ORDER = 6  # order of differences that isolate noise: the sixth difference of a smooth motion is almost zero
@@ -31,6 +32,7 @@ FLAT = 0.5  # exponent of growth with D of independent samples, as few as a tria
 STEEPER = 1.5  # times that exponent, growth at smaller D if a filter is the reason
 OF_MOTION = 3e-3  # of the motion, below which differences of every D-th sample are not yet the motion's own
 FINE = 1e-4  # of the motion, below which the step of the readings is a file's rounding, not an encoder's count
+LEAST_GAP = 1e-7  # rad between readings; less is how a file is written
 LEAST = 1e-9  # rad: so that readings of a simulation have some noise
 ROUNDED = 2.0  # times the noise of rounding, below which differences show the rounding
 
@@ -59,7 +61,7 @@ def sensor(recordings: Sequence[Recording]) -> AngleSensor:
     """
     n = recordings[0].rotation.shape[1]
     squares: list[list[float]] = [[] for _ in range(n)]
-    step = np.full(n, np.inf)
+    gaps: list[list[Array]] = [[] for _ in range(n)]
     for recording in recordings:
         for j in recording.free:
             value = recording.rotation[:, j]
@@ -68,15 +70,15 @@ def sensor(recordings: Sequence[Recording]) -> AngleSensor:
             if not np.isfinite(found):
                 continue
             squares[j].append(found)
-            gaps = np.diff(np.unique(np.round(value[good], 12)))
-            step[j] = min(step[j], float(gaps[gaps > 1e-7].min(initial=np.inf)))
+            gaps[j].append(np.diff(np.unique(np.round(value[good], 12))))
     # The median over trials, so that a trial with impacts or at rest does not dominate.
     white = np.array([np.sqrt(np.median(s)) if s else np.nan for s in squares])
     known = white[np.isfinite(white)]
     if not len(known):  # too few samples for differences: use the scatter about the smoothed motion
         known = np.concatenate([recording.smoothed.noise[recording.free] for recording in recordings])
     white = np.where(np.isfinite(white), white, np.median(known))
-    step = np.where(np.isfinite(step) & _on_grid(recordings, step), step, 0.0)
+    step = np.array([width_of(np.concatenate(each), LEAST_GAP) if each else 0.0 for each in gaps])
+    step = np.where((step > 0.0) & _on_grid(recordings, step), step, 0.0)
     noise = np.maximum(white, step / np.sqrt(12.0)) + LEAST
     scatter = np.array([_scatter(recordings, j, float(noise[j])) for j in range(n)])
     noise = _of_filtered(recordings, noise, step, scatter)
@@ -163,7 +165,7 @@ def _on_grid(recordings: Sequence[Recording], step: Array) -> Mask:
     """(n,) True where nearly all readings differ from one another by multiples of the step."""
     found = np.zeros(len(step), dtype=bool)
     for j, width in enumerate(step):
-        if not np.isfinite(width) or width <= 0.0:
+        if width <= 0.0:
             continue
         values = np.concatenate([r.rotation[r.counts[:, j], j] for r in recordings if j in r.free])
         rest = (values - values[0]) / width

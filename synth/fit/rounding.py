@@ -27,6 +27,7 @@ FINEST = 0.05  # noise over count that can be distinguished from zero
 FARTHEST = 3.0  # counts from the prediction; beyond it the error is not due to rounding
 CELLS = 600  # steps of the table over distance
 LEAST_COUNT = 1e-6  # rad; smaller counts are the rounding of a text file
+SURE = 10.0  # counts from one level to the next, whose number a width known to a few per cent tells
 ON_GRID = 0.98  # share of the readings that must lie on the counts
 
 
@@ -84,6 +85,21 @@ def _cell(distance: float, ratio: float) -> tuple[float, float, float]:
     return probability, slope, slope**2 - (low * density[0] - high * density[1]) / probability
 
 
+def width_of(gaps: Array, least: float) -> float:
+    """Width of a count in rad, if readings with these gaps (m,) from one level to the next are counts; 0 without any.
+
+    Text files round each reading, at 20 rad to a hundredth of a count. So the width is that of all gaps together, over
+    the number of counts in them, of which those of a few counts are sure. ``least`` : gap in rad that may be a count.
+    """
+    gaps = gaps[gaps > least]
+    if not len(gaps):
+        return 0.0
+    width = float(gaps.min())
+    width = float(np.mean(gaps[gaps < 1.5 * width]))
+    sure = gaps[gaps < SURE * width]
+    return float(sure.sum() / np.round(sure / width).sum())
+
+
 def encoder_counts(recordings: Sequence[Recording]) -> Array:
     """(n,) rad, the width of each joint's counts from its readings; 0 if there are none."""
     n = recordings[0].rotation.shape[1]
@@ -91,11 +107,9 @@ def encoder_counts(recordings: Sequence[Recording]) -> Array:
     for j in range(n):
         parts = [r.levels[j] for r in recordings if len(r.levels[j])]
         gaps = np.concatenate([np.diff(part) for part in parts]) if parts else np.empty(0)
-        gaps = gaps[gaps > LEAST_COUNT]
-        if not len(gaps):
+        width = width_of(gaps, LEAST_COUNT)
+        if width == 0.0:
             continue
-        width = float(gaps.min())
-        width = float(np.mean(gaps[gaps < 1.5 * width]))  # text files round each reading
         values = np.concatenate(parts)
         rest = (values - values[0]) / width
         off = np.abs(rest - np.round(rest))

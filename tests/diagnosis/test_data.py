@@ -120,6 +120,18 @@ def test_counts_shared_by_all_channels_are_no_cause() -> None:
     assert coarse_counts(found) == ()
 
 
+def test_counts_are_seen_though_a_file_rounds_each_reading() -> None:
+    """A real drive's log: 16 bits over 30 turns in seven digits, and at rest for most of the time."""
+    time, step = np.arange(4001) * 1e-3, 2.0 * 95.5 / 2**16
+    moves = np.sin(np.pi * np.minimum(time, 1.2) / 2.4)
+    (trial,) = recorded(LEG, np.array([[0.4, -0.5]]), noise=0.0, held_out=0)
+    counted = step * np.round(np.array([1.0, 20.0]) * moves[:, None] / step)
+    written = np.array([[float(f"{value:.7g}") for value in row] for row in counted])
+    found = sensor(read([replace(trial, time=time, angles=written)]))
+    np.testing.assert_allclose(found.step, step, rtol=1e-5)
+    np.testing.assert_allclose(found.noise, step / np.sqrt(12.0), rtol=0.3)
+
+
 def test_samples_are_thinned_evenly() -> None:
     time = np.arange(3001) * 1e-3
     (trial,) = recorded(LEG, np.array([[0.4, -0.5]]), time=time, held_out=0)
