@@ -131,7 +131,7 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
         put_back.append((owner, name, vars(owner)[name]))
         setattr(owner, name, shares.timed(getattr(owner, name), label))
 
-    def one_thread(function: Callable[[int], Any], count: int) -> list[Any]:
+    def one_thread(function: Callable[[int], Any], count: int, most: int | None = None) -> list[Any]:
         return [function(i) for i in range(count)]
 
     for module in (workbench, screening, score, next_experiment):
