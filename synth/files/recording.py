@@ -140,7 +140,8 @@ def _angle_problems(table: CsvTable, leg: Leg, angles: Array) -> list[Problem]:
         if np.nanmax(size) > limit:
             row = int(np.nanargmax(size > limit))
             column = by_name[joint.name]
-            problems.append(_too_wide(table, column, angles[row, index], row))
+            stated = joint.range if limit > WIDEST else None
+            problems.append(_too_wide(table, column, angles[row, index], row, stated))
     if problems:
         return problems
     in_degrees = all(_is_degrees(by_name[joint.name]) for joint in leg.joints)
@@ -177,13 +178,23 @@ def _is_degrees(column: CsvColumn) -> bool:
     return abs(factor(column.unit, "rad") / radians(1.0) - 1.0) < 1e-9
 
 
-def _too_wide(table: CsvTable, column: CsvColumn, angle: float, row: int) -> Problem:
+def _too_wide(
+    table: CsvTable, column: CsvColumn, angle: float, row: int, stated: tuple[float, float] | None
+) -> Problem:
+    """An angle beyond the joint's ``stated`` range in rad, or without one beyond any joint's travel."""
     shown = f"{angle / factor(column.unit, 'rad'):g} {column.unit}"
-    if _is_degrees(column):
-        text = f"{shown} is beyond any joint's travel; if the joint does turn so far, give it a range in the leg file"
+    if not _is_degrees(column):
+        shown += f" is {degrees(angle):.0f} deg,"
     else:
-        text = f"{shown} is {degrees(angle):.0f} deg, beyond any joint's travel; are these degrees? Then write "
-        text += f"{column.name} [deg] in the header"
+        shown += " is"
+    if stated is not None:
+        low, high = map(degrees, stated)
+        text = f"{shown} outside the joint's range in the leg file, {low:g} to {high:g} deg"
+        text += "; if it turns so far, widen that range"
+    else:
+        text = f"{shown} beyond any joint's travel; if the joint does turn so far, give it a range in the leg file"
+        if not _is_degrees(column):
+            text += f"; if these are degrees, write {column.name} [deg] in the header"
     return Problem(text, table.name, table.line(row), column.title)
 
 

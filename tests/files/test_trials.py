@@ -160,7 +160,7 @@ def changed(row: int, text: str) -> str:
         (csv_text(rows=[]), None, "no rows"),
         ("", None, "is empty"),
         (csv_text(rows=[row.rsplit(",", 1)[0] + "," for row in ROWS]), 1, "empty from top to bottom"),
-        (csv_text("time [s],hip [rad],knee [rad]"), 2, "are these degrees?"),
+        (csv_text("time [s],hip [rad],knee [rad]"), 2, "if these are degrees, write hip [deg] in the header"),
         (changed(4, "0.04,940,146"), 6, "940 deg is beyond any joint's travel"),
         (csv_text().encode("utf-16"), None, "UTF-16"),
         (b"PK\x03\x04 something", None, "spreadsheet"),
@@ -418,3 +418,14 @@ def test_a_tilted_leg_that_rests_elsewhere_has_its_columns_in_order(tmp_path: Pa
         read_trials(listed, tmp_path, LEG)
     listed[3]["tilt"] = "40 deg"
     assert len(read_trials(listed, tmp_path, LEG)) == 4
+
+
+@pytest.mark.parametrize("unit", ["deg", "rad"])
+def test_an_angle_beyond_a_stated_range_is_told_with_that_range(tmp_path: Path, unit: str) -> None:
+    """A pendulum that turns on for many turns: the range has to be widened, the unit is right."""
+    turning = LEG.with_joints(hip={"range": (math.radians(-720), math.radians(720))})
+    value = 760.0 if unit == "deg" else math.radians(760.0)
+    rows = [f"{i / 100:.2f},{0.1 * i},0.5" for i in range(9)]
+    (found,) = refused(tmp_path, csv_text(f"time [s],hip [{unit}],knee [rad]", [*rows, f"0.2,{value!r},0.5"]), turning)
+    assert "760 deg" in found.text
+    assert "outside the joint's range in the leg file, -720 to 720 deg" in found.text
