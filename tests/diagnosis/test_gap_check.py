@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from diagnosis.simulated_releases import HANGING, NOISE, ONE, TWO, off, recorded, with_effects
+from diagnosis.turning_pendulum import recorded as turned_over
 from synth.cli import main
 from synth.diagnosis.check import run
 from synth.diagnosis.check.check_result import Check
@@ -176,6 +177,14 @@ def test_a_late_channel_is_measured() -> None:
     lag = next(each for each in found.lags if each.joint == "knee")
     assert lag.late.value == pytest.approx(0.02, rel=0.25)
     assert any("later than the other channels" in each.text and each.joint == "knee" for each in found.findings)
+
+
+def test_recordings_that_are_compared_in_pieces_are_checked_whole(tmp_path: Path) -> None:
+    """In a piece a joint may hold still while another moves, which would be a frozen channel of a recording."""
+    found = run.check(turned_over(tmp_path, {}, 0, (1.2, 2.2), 5.0, 3))
+    assert any("compared in" in finding.text for finding in found.findings)
+    assert found.sentence.startswith("3 recordings can be used")
+    assert [one.name for one in found.recordings] == ["0.csv", "1.csv", "2.csv"]
 
 
 def test_the_command_answers_first_and_writes_only_where_asked(

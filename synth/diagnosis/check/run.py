@@ -22,6 +22,7 @@ from synth.diagnosis.check.separability import Separability, separability
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.plants.swinging_chain.chain_menu import menu
+from synth.diagnosis.plants.swinging_chain.pieces import wholes
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.diagnosis.sensor_noise import sensor
 from synth.diagnosis.workbench import Workbench
@@ -49,9 +50,9 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
     leg = project.leg
     warnings = check_trials(leg, project.trials)
     scene, more = scene_of(leg, project.trials, project.tolerance, project.seed)
-    all_trials = [*scene.given, *scene.held]
-    recordings = [trial.recording for trial in all_trials]
-    learnt = [trial.recording for trial in scene.given]
+    # Whole, not the pieces that they are compared in: in a piece a joint may hold still while another moves.
+    learnt = [trial.recording for trial in wholes(scene.given)]
+    recordings = [*learnt, *(trial.recording for trial in wholes(scene.held))]
     found = sensor(learnt)
     read = channels(leg.joint_names, recordings, found)
     steps = tuple(sampling(recording) for recording in recordings)
@@ -64,7 +65,8 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
         told, late = Separability((), (), np.zeros((0, 0))), tuple[Lag, ...]()
     else:
         tell("the recordings against the designed leg")
-        bench = _bench(scene.bench, scene.given, read)
+        compared = channels(leg.joint_names, [trial.recording for trial in scene.given], found)
+        bench = _bench(scene.bench, scene.given, compared)
         findings += column_findings(leg, project.trials, bench)
         tell("causes that can be separated")
         at = as_designed(bench)
