@@ -41,11 +41,11 @@ STEP = 1e-6  # rad, and that over the motion's unit of time in rad/s, of the der
 def in_pieces(leg: Leg, predictor: LanePredictor, trials: Sequence[AngleTrial]) -> tuple[AngleTrial, ...]:
     """The trials, those along whose motion errors grow or add up in pieces.
 
-    Where deviations grow more than ``MOST_GROWTH`` times, they grow at most ``IN_PIECE`` times in a piece. Where a
-    known torque drives a leg that hardly forgets, and the nominal leg loses the motion, a piece lasts about half a
-    period: what the torque is off acts all along, and the motion adds it up. A leg that loses the motion is judged
-    without its springs and dampers, since one of them may be what is wrong: a stated damper that is not there would
-    let it forget, and the pieces get too long.
+    A recording along which deviations grow more than ``MOST_GROWTH`` times is cut. So is one where a known torque
+    drives a leg that hardly forgets, and the nominal leg loses the motion, into pieces of about half a period: what the
+    torque is off acts all along, and the motion adds it up. In a piece deviations grow at most ``IN_PIECE`` times. A leg
+    that loses the motion is judged without its springs and dampers, since one of them may be what is wrong: a stated
+    damper that is not there would let it forget, and the pieces get too long.
     Legs that servos drive are left whole: a servo holds them, and has a memory that a piece would not know.
     """
     found = in_parallel(lambda i: _pieces(leg, predictor, trials[i]), len(trials))
