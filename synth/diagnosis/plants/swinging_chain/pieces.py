@@ -43,9 +43,9 @@ def in_pieces(leg: Leg, predictor: LanePredictor, trials: Sequence[AngleTrial]) 
 
     A recording along which deviations grow more than ``MOST_GROWTH`` times is cut. So is one where a known torque
     drives a leg that hardly forgets, and the nominal leg loses the motion, into pieces of about half a period: what the
-    torque is off acts all along, and the motion adds it up. In a piece deviations grow at most ``IN_PIECE`` times. A leg
-    that loses the motion is judged without its springs and dampers, since one of them may be what is wrong: a stated
-    damper that is not there would let it forget, and the pieces get too long.
+    torque is off acts all along, and the motion adds it up. In a piece deviations grow at most ``IN_PIECE`` times. A
+    leg that loses the motion is judged without its springs and dampers, since one of them may be what is wrong: a
+    stated damper that is not there would let it forget, and the pieces get too long.
     Legs that servos drive are left whole: a servo holds them, and has a memory that a piece would not know.
     """
     found = in_parallel(lambda i: _pieces(leg, predictor, trials[i]), len(trials))
