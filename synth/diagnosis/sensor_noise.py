@@ -17,7 +17,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.fit.recordings import Recording
-from synth.fit.rounding import width_of
+from synth.fit.rounding import on_counts, width_of
 from synth.motion.smoothing import Mask
 
 ORDER = 6  # order of differences that isolate noise: the sixth difference of a smooth motion is almost zero
@@ -167,8 +167,5 @@ def _on_grid(recordings: Sequence[Recording], step: Array) -> Mask:
     for j, width in enumerate(step):
         if width <= 0.0:
             continue
-        values = np.concatenate([r.rotation[r.counts[:, j], j] for r in recordings if j in r.free])
-        rest = (values - values[0]) / width
-        # As in ``fit.rounding``: 2 % of a count, 1e-5 per count; 2 % of the readings may be outliers.
-        found[j] = bool(np.mean(np.abs(rest - np.round(rest)) < 0.02 + 1e-5 * np.abs(rest)) > 0.98)
+        found[j] = on_counts(np.concatenate([r.rotation[r.counts[:, j], j] for r in recordings if j in r.free]), width)
     return found

@@ -110,12 +110,15 @@ def encoder_counts(recordings: Sequence[Recording]) -> Array:
         width = width_of(gaps, LEAST_COUNT)
         if width == 0.0:
             continue
-        values = np.concatenate(parts)
-        rest = (values - values[0]) / width
-        off = np.abs(rest - np.round(rest))
-        # 2 % of a count, and 1e-5 per count for a width that is known to five digits.
-        found[j] = width if np.mean(off < 0.02 + 1e-5 * np.abs(rest)) > ON_GRID else 0.0
+        found[j] = width if on_counts(np.concatenate(parts), width) else 0.0
     return found
+
+
+def on_counts(values: Array, width: float) -> bool:
+    """Whether nearly all readings (m,) rad differ from the first by whole counts of this ``width``, rad."""
+    rest = (values - values[0]) / width
+    # 2 % of a count, and 1e-5 per count for a width that is known to five digits.
+    return bool(np.mean(np.abs(rest - np.round(rest)) < 0.02 + 1e-5 * np.abs(rest)) > ON_GRID)
 
 
 def rounding_of(off: Array, count: float) -> Rounding | None:

@@ -44,7 +44,7 @@ def test_a_slow_joint_is_read_late_by_most_of_a_fast_joints_period() -> None:
 
 
 def test_a_recording_that_stands_still_tells_no_pace() -> None:
-    """Half a degree of a drive's jitter at 30 Hz: its pace would bound delays to a sixth of the true one."""
+    """Half a degree of a drive's jitter at 30 Hz, whose pace is a twentieth of the swing's, would bound delays."""
     pendulum = Leg("pendulum", (THIGH,))
     time = np.linspace(0.0, 2.0, 801)
     swung = pendulum.to_measured(simulate(pendulum, (0.7,), (0.0,), time, tolerance=1e-8))
