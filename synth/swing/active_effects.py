@@ -72,7 +72,8 @@ class ActiveEffects:
         each = list(zip(switched, groups, strict=True))
         bent = [self.bends(active, group) for active, group in each]
         memories = [self.remembered(active, group) for active, group in each]
-        return LaneGroups([full_group(group) for group in groups], widths, switched, bent, memories)
+        used = [group if active.any() else group[: self.layout.n_plain] for active, group in each]
+        return LaneGroups([full_group(group) for group in used], widths, switched, bent, memories)
 
     def active(self, lanes: Array) -> Switches:
         """(2, 2 + n_law) extra torques that any column of ``lanes`` (n_row, n_lane) switches on; see ``integrate``."""

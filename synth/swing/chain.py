@@ -28,6 +28,9 @@ from synth.swing.stage_rows import SINGLE_ROOM
 from synth.units import quantity
 
 MAX_STEPS = 20_000  # of one trajectory, which is nan beyond this; three links need about 140 per second
+# Lanes whose samples are written to an array of their own before they are copied: those of a group lie apart by a row
+# of all lanes, and each would be written to another page of memory.
+TOGETHER = 64
 FIRST_STEP = 1e-3  # s, a thousandth of a period of a limb; the error control corrects it at once
 
 
@@ -182,8 +185,13 @@ class Chain:
 
     def _groups_of(self, lanes: Array) -> LaneGroups:
         """Groups of sixteen lanes each, the last with the rest, with the effects that act in any of them."""
-        split = [lanes[:, first : first + LANES] for first in range(0, lanes.shape[1], LANES)]
-        return self.acting.together(split, [self.acting.active(lanes)] * len(split))
+        active = self.acting.active(lanes)
+        used = lanes if active.any() else lanes[: self.layout.n_plain]
+        full = lanes.shape[1] // LANES
+        # Copied at once: a group's rows lie apart by a row of all lanes, so the next group is in the same cache lines.
+        split = list(np.ascontiguousarray(used[:, : full * LANES].reshape(len(used), full, LANES).swapaxes(0, 1)))
+        split += [used[:, full * LANES :]] if lanes.shape[1] % LANES else []
+        return self.acting.together(split, [active] * len(split))
 
     def run(
         self,
@@ -228,21 +236,30 @@ class Chain:
         shown = 2 * n if rates else n
         result = np.empty((len(times), shown, n_lane))
         room = np.empty(WORKING + self.layout.n_row * LANES)
-        flat, out, row, first = room[WORKING:], result.reshape(-1), shown * n_lane, 0
+        flat, first = room[WORKING:], 0
+        part = result if n_lane <= TOGETHER else np.empty((len(times), shown, TOGETHER))
+        out, wide, placed = part.reshape(-1), part.shape[2], 0
+        row = shown * wide
         spans = list(zip(groups.begins, [*groups.begins[1:], len(times)], strict=True))
         limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + inputs.steps
         for index, width in enumerate(groups.widths):
             groups.write(index, flat, factors)
             given = inputs.on(flat.reshape(-1, LANES))
             step = self._stepper(groups, index, given, n)
-            unchanged = flat.copy() if len(spans) > 1 else flat
-            where, last = (shown, n_lane, first, width), first + width
+            own = flat[: groups.lanes[index].size]
+            unchanged = own.copy() if len(spans) > 1 else own
+            last = first + width
+            if last - placed > wide:
+                result[:, :, placed:first], placed = part[:, :, : first - placed], first
+            where = (shown, wide, first - placed, width)
             for motion, (begin, end) in enumerate(spans):
                 if motion:
-                    flat[:] = unchanged
+                    own[:] = unchanged
                 groups.start(index, slice(first, last), motion, self.layout, flat, factors)
                 step(room, times[begin:end], limits, steps, out[begin * row : end * row], where)
             first = last
+        if part is not result:
+            result[:, :, placed:] = part[:, :, : n_lane - placed]
         if rates and factors is not None:
             result[:, n:] /= unit
         return result

@@ -1,10 +1,10 @@
 """Explicit Runge-Kutta steps with dense output for sixteen trajectories that share one adaptive step.
 
-Pair: ``dormand_prince``. Error control and step control: Hairer, Norsett & Wanner, *Solving Ordinary Differential
-Equations I*, 2nd ed. 1993, section II.4, with their PI controller for mildly stiff problems (beta = 0.04; Hairer &
-Wanner, *Solving ODEs II*, section IV.2). The right-hand side is a function argument, so this file compiles once for all
-chains. ``chain`` loads its text like generated code, so that all compiled code is in one folder and is recompiled when
-the layout changes.
+Pairs: ``explicit_pairs``. Error control and step control: Hairer, Norsett & Wanner, *Solving Ordinary Differential
+Equations I*, 2nd ed. 1993, section II.4, with their PI controller for mildly stiff problems (Hairer & Wanner, *Solving
+ODEs II*, section IV.2). The right-hand side is a function argument, so this file compiles once for all chains.
+``chain`` loads its text like generated code, so that all compiled code is in one folder and is recompiled when the
+layout changes.
 
 ``S`` is one array: the integrator's own blocks, and from ``WORKING`` on the workspace of ``lane_layout``. With constant
 indices in one array LLVM can prove that stores and loads do not overlap; several would cost a check in each loop.
@@ -20,7 +20,7 @@ from numba import float64, int64, njit, types, uint64
 from synth.compiling.compiled import compiled
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing import driven_steps, turning_events
-from synth.swing.dormand_prince import NODES
+from synth.swing.explicit_pairs import DORMAND_PRINCE
 from synth.swing.explicit_steps import (
     ACCELERATION,
     ALLOWED,
@@ -37,29 +37,31 @@ from synth.swing.explicit_steps import (
     ROOM,
     ROTATION,
     SLIDES,
+    STEPS,
+    STEPS_OF_DAMPED,
     TORQUE,
     XW,
     YW,
     X,
     Y,
-    difference,
     difference_of_memories,
     hardest,
     put_memories,
-    samples,
-    stage,
     stage_of_memories,
 )  # fmt: skip
 from synth.swing.lane_layout import HOLDING, LANES, MOST_LINKS, SERVOS, SHARING, WORKING
-
-# Step control: the exponents of this error and the last one; the share of the step that the error would allow; the
-# smallest and largest change of the step.
-_EXPONENT, _BEFORE, _SAFE, _LEAST, _MOST = 0.2 - 0.75 * 0.04, 0.04, 0.9, 0.2, 5.0
 
 # ``chain_modules`` reads this file as text and makes further modules of it with False: only springs, dampers and
 # gravity, no other function to call and no events, for ``LINKS`` links. It compiles in half the time.
 WHOLE = True
 LINKS = 0  # a constant length of all loops; 0: any number of links
+
+_stage, _difference, _, _samples = STEPS if WHOLE else STEPS_OF_DAMPED
+_NODES = DORMAND_PRINCE.nodes  # times within a step matter only where something acts on the leg
+# Step control: the exponents of this error and the last one; the share of the step that the error would allow; the
+# smallest and largest change of the step. With 0.04 steps at the limit of stability fail by turns with ``DAMPED``.
+_BEFORE = 0.04 if WHOLE else 0.07
+_EXPONENT, _SAFE, _LEAST, _MOST = 0.2 - 0.75 * _BEFORE, 0.9, 0.2, 5.0
 
 MANY, PATIENCE = 1 << 40, 10  # no limit on knots; steps with few knots after a rejected one, of which more gain nothing
 # Of one step at an event: one or two are usual. Rounding may find an event inside each shorter step again, without end.
@@ -250,17 +252,17 @@ def integrate(  # type: ignore[no-untyped-def]
         if WHOLE and len(known[0]) > 1:
             h, passed, nearest = driven_steps.within_torque(known, cursor, t, h, most)
         for s in range(1, 7):
-            stage(s, h, S, half)
+            _stage(s, h, S, half)
             now = t
             if WHOLE:
-                now = t + h * NODES[s]
+                now = t + h * _NODES[s]
                 if n_memory > 0:
                     stage_of_memories(s, h, S, state)
             cursor = _derivative(chain, extra, bearing, again, S, flat, n, given, now, cursor, K1 + s * ROOM)
             if WHOLE and any_bristle:
                 turning_events.keep_sliding(slides, K[s])
         steps += 1
-        difference(h, S, limits[0], limits[1], half)
+        _difference(h, S, limits[0], limits[1], half)
         if WHOLE and n_memory > 0:
             difference_of_memories(h, bends, S, n_memory, limits[0], limits[1])
         error = hardest(S, links & MOST_LINKS, n_memory)
@@ -277,7 +279,7 @@ def integrate(  # type: ignore[no-untyped-def]
         if error <= 1.0:
             cuts = 0
             if times[i] <= t + h + 1e-12:
-                i = samples(h, t, S, half, times, i, out, where)
+                i = _samples(h, t, S, half, times, i, out, where)
             t += h
             for e in range(half):
                 S[X + e] = S[Y + e]

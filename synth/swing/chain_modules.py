@@ -17,7 +17,7 @@ PLAIN = ("chain", "plain")  # the modules that springs, linear dampers and gravi
 DRIVES = ("synth.drives.motor_law", "synth.drives.servo_law")
 # Modules that the compiled integrator inlines; a change of one recompiles it.
 CALLED = (
-    "synth.swing.lane_layout", "synth.swing.dormand_prince", "synth.swing.explicit_steps", "synth.swing.driven_steps",
+    "synth.swing.lane_layout", "synth.swing.explicit_pairs", "synth.swing.explicit_steps", "synth.swing.driven_steps",
     "synth.swing.turning_events", "synth.swing.turning_times", "synth.swing.lane_clocks",
     "synth.swing.effects.inlined", *DRIVES,
 )  # fmt: skip

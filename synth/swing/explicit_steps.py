@@ -2,25 +2,25 @@
 
 They are inlined into ``chain_integrator``. ``S`` is its array: the blocks named here, then the workspace of
 ``lane_layout``. The length ``half`` of the loops is n_link * 16. Sums are written out, because a loop would store and
-load the partial sum at each term; angles take the accelerations themselves, see ``dormand_prince``.
+load the partial sum at each term; angles take the accelerations themselves, see ``explicit_pairs``.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from numba import njit, types
 from numba.extending import overload
 
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing import turning_events
-from synth.swing.dormand_prince import DENSE, ERROR, NODES, STAGES, TURNED_DENSE, TURNED_ERROR, TURNED_STAGES
+from synth.swing.explicit_pairs import DAMPED, DORMAND_PRINCE, Pair
 from synth.swing.lane_layout import LANES, MOST_LINKS, MOST_MEMORIES, ROOMS, WORKING, Layout
 
-_, _A1, _A2, _A3, _A4, _A5, _A6 = STAGES
-_, _B1, _B2, _B3, _B4, _B5, _B6 = TURNED_STAGES
-_E, _EE, _D, _DD = ERROR, TURNED_ERROR, DENSE, TURNED_DENSE
+# Weights of the memories; legs with memories are integrated with this pair only.
+_, _A1, _A2, _A3, _A4, _A5, _A6 = DORMAND_PRINCE.stages
+_E = DORMAND_PRINCE.error
 
 # First indices of these blocks of the workspace, the same for every number of links, and of the links' states there.
 ROTATION, RATE, ACCELERATION, TORQUE = (
@@ -30,7 +30,7 @@ ROTATION, RATE, ACCELERATION, TORQUE = (
 # have no angles' part, because it is a state's rates.
 MEMORY = 2 * MOST_LINKS * LANES
 ROOM = MEMORY + MOST_MEMORIES * LANES
-X, Y, V, R1, R2, R3, R4, ALLOWED, SLIDES, DUE, EXPECTED, BACK = (k * ROOM for k in range(ROOMS - 7))
+X, Y, V, R1, R2, R3, R4, R5, ALLOWED, SLIDES, DUE, EXPECTED, BACK = (k * ROOM for k in range(ROOMS - 7))
 OF_RATES = MOST_LINKS * LANES
 DERIVATIVES = (ROOMS - 7) * ROOM
 K1, K2, K3, K4, K5, K6, K7 = (DERIVATIVES + k * ROOM + OF_RATES for k in range(7))
@@ -62,52 +62,6 @@ def put_memories(S, x, state):  # type: ignore[no-untyped-def]
         row, place = (WORKING + state[m] * LANES) & PLACE, (x + m * LANES) & PLACE
         for lane in range(LANES):
             S[row + lane] = S[place + lane]
-
-
-@njit(**_once)
-def stage(s, step, S, half):  # type: ignore[no-untyped-def]
-    """Write angles and rates of stage ``s`` to the workspace; those of 6, the end of the step, to ``Y`` too."""
-    if s == 1:
-        for e in range(half):
-            h = of_lane(step, S, e)
-            w, a1 = S[XW + e], S[K1 + e]
-            S[ROTATION + e] = S[X + e] + h * (NODES[1] * w)
-            S[RATE + e] = w + h * (_A1[0] * a1)
-    elif s == 2:
-        for e in range(half):
-            h = of_lane(step, S, e)
-            w, a1 = S[XW + e], S[K1 + e]
-            S[ROTATION + e] = S[X + e] + h * (NODES[2] * w + h * (_B2[0] * a1))
-            S[RATE + e] = w + h * (_A2[0] * a1 + _A2[1] * S[K2 + e])
-    elif s == 3:
-        for e in range(half):
-            h = of_lane(step, S, e)
-            w, a1, a2 = S[XW + e], S[K1 + e], S[K2 + e]
-            S[ROTATION + e] = S[X + e] + h * (NODES[3] * w + h * (_B3[0] * a1 + _B3[1] * a2))
-            S[RATE + e] = w + h * (_A3[0] * a1 + _A3[1] * a2 + _A3[2] * S[K3 + e])
-    elif s == 4:
-        for e in range(half):
-            h = of_lane(step, S, e)
-            w, a1, a2, a3 = S[XW + e], S[K1 + e], S[K2 + e], S[K3 + e]
-            S[ROTATION + e] = S[X + e] + h * (NODES[4] * w + h * (_B4[0] * a1 + _B4[1] * a2 + _B4[2] * a3))
-            S[RATE + e] = w + h * (_A4[0] * a1 + _A4[1] * a2 + _A4[2] * a3 + _A4[3] * S[K4 + e])
-    elif s == 5:
-        for e in range(half):
-            h = of_lane(step, S, e)
-            w, a1, a2, a3, a4 = S[XW + e], S[K1 + e], S[K2 + e], S[K3 + e], S[K4 + e]
-            turned = _B5[0] * a1 + _B5[1] * a2 + _B5[2] * a3 + _B5[3] * a4
-            S[ROTATION + e] = S[X + e] + h * (w + h * turned)
-            S[RATE + e] = w + h * (_A5[0] * a1 + _A5[1] * a2 + _A5[2] * a3 + _A5[3] * a4 + _A5[4] * S[K5 + e])
-    else:
-        for e in range(half):
-            h = of_lane(step, S, e)
-            w, a1, a3, a4, a5 = S[XW + e], S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e]
-            q = S[X + e] + h * (w + h * (_B6[0] * a1 + _B6[2] * a3 + _B6[3] * a4 + _B6[4] * a5))
-            w += h * (_A6[0] * a1 + _A6[2] * a3 + _A6[3] * a4 + _A6[4] * a5 + _A6[5] * S[K6 + e])
-            S[Y + e] = q
-            S[YW + e] = w
-            S[ROTATION + e] = q
-            S[RATE + e] = w
 
 
 @njit(inline="never", **_called)
@@ -142,19 +96,6 @@ def stage_of_memories(s, step, S, state):  # type: ignore[no-untyped-def]
             first = _A6[0] * S[_M1 + e] + _A6[2] * S[_M3 + e]
             S[_Y + e] = S[_X + e] + h * (first + _A6[3] * S[_M4 + e] + _A6[4] * S[_M5 + e] + _A6[5] * S[_M6 + e])
     put_memories(S, Y + MEMORY, state)
-
-
-@njit(**_once)
-def difference(step, S, relative, absolute, half):  # type: ignore[no-untyped-def]
-    """Write the squared ratios of estimated error to tolerance of angles and rates together to ``V``."""
-    for e in range(half):
-        h = of_lane(step, S, e)
-        a1, a3, a4, a5, a6 = S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e], S[K6 + e]
-        q = h * h * (_EE[0] * a1 + _EE[2] * a3 + _EE[3] * a4 + _EE[4] * a5 + _EE[5] * a6)
-        w = h * (_E[0] * a1 + _E[2] * a3 + _E[3] * a4 + _E[4] * a5 + _E[5] * a6 + _E[6] * S[K7 + e])
-        q /= absolute + relative * max(abs(S[X + e]), abs(S[Y + e]))
-        w /= absolute + relative * max(abs(S[XW + e]), abs(S[YW + e]))
-        S[V + e] = q * q + w * w
 
 
 @njit(inline="never", **_called)
@@ -192,46 +133,129 @@ def hardest(S, links, n_memory):  # type: ignore[no-untyped-def]
     return math.sqrt(largest / (2 * links + n_memory // LANES))
 
 
-@njit(**_once)
-def courses(step, S, half, with_rates):  # type: ignore[no-untyped-def]
-    """Write the coefficients of the angles' courses over the step to ``R1`` to ``R4``, also the rates' if wanted."""
-    for e in range(half):
-        h = of_lane(step, S, e)
-        a1, a3, a4, a5, a6 = S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e], S[K6 + e]
-        dy = S[Y + e] - S[X + e]
-        bs = h * S[XW + e] - dy
-        S[R1 + e] = dy
-        S[R2 + e] = bs
-        S[R3 + e] = dy - h * S[YW + e] - bs
-        S[R4 + e] = h * h * (_DD[0] * a1 + _DD[2] * a3 + _DD[3] * a4 + _DD[4] * a5 + _DD[5] * a6)
-    if with_rates:
+class Steps(NamedTuple):
+    """Compiled pieces of the steps of a pair."""
+
+    stage: Any
+    difference: Any
+    courses: Any
+    samples: Any
+
+
+def steps_of(pair: Pair) -> Steps:
+    """Pieces of the steps of this pair, whose weights are constants of the compiled code."""
+    C, E, EE, D = pair.nodes, pair.error, pair.turned_error, pair.dense
+    _, A1, A2, A3, A4, A5, A6 = pair.stages
+    _, _, B2, B3, B4, B5, B6 = pair.turned_stages
+
+    @njit(**_once)
+    def stage(s, step, S, half):  # type: ignore[no-untyped-def]
+        """Write angles and rates of stage ``s`` to the workspace; those of 6, the end of the step, to ``Y`` too."""
+        if s == 1:
+            for e in range(half):
+                h = of_lane(step, S, e)
+                w, a1 = S[XW + e], S[K1 + e]
+                S[ROTATION + e] = S[X + e] + h * (C[1] * w)
+                S[RATE + e] = w + h * (A1[0] * a1)
+        elif s == 2:
+            for e in range(half):
+                h = of_lane(step, S, e)
+                w, a1 = S[XW + e], S[K1 + e]
+                S[ROTATION + e] = S[X + e] + h * (C[2] * w + h * (B2[0] * a1))
+                S[RATE + e] = w + h * (A2[0] * a1 + A2[1] * S[K2 + e])
+        elif s == 3:
+            for e in range(half):
+                h = of_lane(step, S, e)
+                w, a1, a2 = S[XW + e], S[K1 + e], S[K2 + e]
+                S[ROTATION + e] = S[X + e] + h * (C[3] * w + h * (B3[0] * a1 + B3[1] * a2))
+                S[RATE + e] = w + h * (A3[0] * a1 + A3[1] * a2 + A3[2] * S[K3 + e])
+        elif s == 4:
+            for e in range(half):
+                h = of_lane(step, S, e)
+                w, a1, a2, a3 = S[XW + e], S[K1 + e], S[K2 + e], S[K3 + e]
+                S[ROTATION + e] = S[X + e] + h * (C[4] * w + h * (B4[0] * a1 + B4[1] * a2 + B4[2] * a3))
+                S[RATE + e] = w + h * (A4[0] * a1 + A4[1] * a2 + A4[2] * a3 + A4[3] * S[K4 + e])
+        elif s == 5:
+            for e in range(half):
+                h = of_lane(step, S, e)
+                w, a1, a2, a3, a4 = S[XW + e], S[K1 + e], S[K2 + e], S[K3 + e], S[K4 + e]
+                turned = B5[0] * a1 + B5[1] * a2 + B5[2] * a3 + B5[3] * a4
+                S[ROTATION + e] = S[X + e] + h * (w + h * turned)
+                S[RATE + e] = w + h * (A5[0] * a1 + A5[1] * a2 + A5[2] * a3 + A5[3] * a4 + A5[4] * S[K5 + e])
+        else:
+            for e in range(half):
+                h = of_lane(step, S, e)
+                w, a1, a3, a4, a5 = S[XW + e], S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e]
+                q = S[X + e] + h * (w + h * (B6[0] * a1 + B6[2] * a3 + B6[3] * a4 + B6[4] * a5))
+                w += h * (A6[0] * a1 + A6[2] * a3 + A6[3] * a4 + A6[4] * a5 + A6[5] * S[K6 + e])
+                S[Y + e] = q
+                S[YW + e] = w
+                S[ROTATION + e] = q
+                S[RATE + e] = w
+
+    @njit(**_once)
+    def difference(step, S, relative, absolute, half):  # type: ignore[no-untyped-def]
+        """Write the squared ratios of estimated error to tolerance of angles and rates together to ``V``."""
         for e in range(half):
             h = of_lane(step, S, e)
             a1, a3, a4, a5, a6 = S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e], S[K6 + e]
-            a7, dy = S[K7 + e], S[YW + e] - S[XW + e]
-            bs = h * a1 - dy
-            S[R1 + OF_RATES + e] = dy
-            S[R2 + OF_RATES + e] = bs
-            S[R3 + OF_RATES + e] = dy - h * a7 - bs
-            S[R4 + OF_RATES + e] = h * (_D[0] * a1 + _D[2] * a3 + _D[3] * a4 + _D[4] * a5 + _D[5] * a6 + _D[6] * a7)
+            q = h * h * (EE[0] * a1 + EE[2] * a3 + EE[3] * a4 + EE[4] * a5 + EE[5] * a6)
+            w = h * (E[0] * a1 + E[2] * a3 + E[3] * a4 + E[4] * a5 + E[5] * a6 + E[6] * S[K7 + e])
+            q /= absolute + relative * max(abs(S[X + e]), abs(S[Y + e]))
+            w /= absolute + relative * max(abs(S[XW + e]), abs(S[YW + e]))
+            S[V + e] = q * q + w * w
+
+    @njit(**_once)
+    def courses(step, S, half, with_rates):  # type: ignore[no-untyped-def]
+        """Write the coefficients of the angles' courses over the step to ``R1`` to ``R5``, also the rates' if wanted.
+
+        An angle's course has the angles, rates and accelerations of both ends: Hermite's polynomial of degree 5, nearer
+        than the dense output. A rate's has the latter's last term, and none of degree 5.
+        """
+        for e in range(half):
+            h = of_lane(step, S, e)
+            dy = S[Y + e] - S[X + e]
+            bs = h * S[XW + e] - dy
+            skew = dy - h * S[YW + e] - bs
+            first = 0.5 * h * h * S[K1 + e] + bs - skew
+            S[R1 + e] = dy
+            S[R2 + e] = bs
+            S[R3 + e] = skew
+            S[R4 + e] = first
+            S[R5 + e] = 0.5 * h * h * S[K7 + e] + bs + 2.0 * skew - first
+        if with_rates:
+            for e in range(half):
+                h = of_lane(step, S, e)
+                a1, a3, a4, a5, a6 = S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e], S[K6 + e]
+                a7, dy = S[K7 + e], S[YW + e] - S[XW + e]
+                bs = h * a1 - dy
+                S[R1 + OF_RATES + e] = dy
+                S[R2 + OF_RATES + e] = bs
+                S[R3 + OF_RATES + e] = dy - h * a7 - bs
+                S[R5 + OF_RATES + e] = 0.0
+                S[R4 + OF_RATES + e] = h * (D[0] * a1 + D[2] * a3 + D[3] * a4 + D[4] * a5 + D[5] * a6 + D[6] * a7)
+
+    @njit(**_once)
+    def samples(h, t, S, half, times, i, out, where):  # type: ignore[no-untyped-def]
+        """Write the samples from ``times[i]`` on that lie within the step; returns the index of the next one."""
+        shown, wide, first, count = where
+        courses(h, S, half, shown * LANES > half)
+        while i < len(times) and times[i] <= t + h + 1e-12:
+            p = (times[i] - t) / h
+            u = 1.0 - p
+            for part in range(shown * LANES // half):
+                place, row = ((i * shown + part * (half // LANES)) * wide + first) & PLACE, (part * OF_RATES) & PLACE
+                for _ in range(half // LANES):
+                    for lane in range(count):
+                        e = row + lane
+                        tail = S[R2 + e] + p * (S[R3 + e] + u * (S[R4 + e] + p * S[R5 + e]))
+                        out[place + lane] = S[X + e] + p * (S[R1 + e] + u * tail)
+                    place = (place + wide) & PLACE
+                    row = (row + LANES) & PLACE
+            i += 1
+        return i
+
+    return Steps(stage, difference, courses, samples)
 
 
-@njit(**_once)
-def samples(h, t, S, half, times, i, out, where):  # type: ignore[no-untyped-def]
-    """Write the samples from ``times[i]`` on that lie within the step; returns the index of the next one."""
-    shown, wide, first, count = where
-    courses(h, S, half, shown * LANES > half)
-    while i < len(times) and times[i] <= t + h + 1e-12:
-        p = (times[i] - t) / h
-        u = 1.0 - p
-        for part in range(shown * LANES // half):
-            place, row = ((i * shown + part * (half // LANES)) * wide + first) & PLACE, (part * OF_RATES) & PLACE
-            for _ in range(half // LANES):
-                for lane in range(count):
-                    e = row + lane
-                    tail = S[R2 + e] + p * (S[R3 + e] + u * S[R4 + e])
-                    out[place + lane] = S[X + e] + p * (S[R1 + e] + u * tail)
-                place = (place + wide) & PLACE
-                row = (row + LANES) & PLACE
-        i += 1
-    return i
+STEPS, STEPS_OF_DAMPED = steps_of(DORMAND_PRINCE), steps_of(DAMPED)

@@ -19,7 +19,8 @@ Switches = NDArray[np.int64]  # (2, 2 + n_law), see ``ActiveEffects.active``
 class LaneGroups:
     """Groups of at most sixteen lanes that share their steps, and what is on in each: all that a start does not change.
 
-    ``lanes`` : each (n_row, 16), copies of the first lane behind its own; ``widths`` : numbers of own lanes; ``bent``,
+    ``lanes`` : each (n_row, 16), copies of the first lane behind its own; of groups in which nothing is on, only the
+    first ``Layout.n_plain`` rows; ``widths`` : numbers of own lanes; ``bent``,
     ``memories`` : the results of ``bends`` and ``remembered``. ``state`` (n_motion, 2 n, n_lane) rad, rad/s of all
     groups in order: initial rotations and rates of each motion instead of those in ``lanes``; ``begins`` : the index of
     its first sample.
@@ -38,15 +39,15 @@ class LaneGroups:
         return replace(self, state=state, begins=begins)
 
     def write(self, index: int, flat: Array, factors: Array | None) -> None:
-        """Write a group's lanes into a workspace (n_row * 16,).
+        """Write a group's lanes into the first rows of a workspace (n_row * 16,).
 
         ``factors`` : (n_row * 16,) that convert to another unit of time; None for the same.
         """
         group = self.lanes[index].reshape(-1)
         if factors is None:
-            flat[:] = group
+            flat[: len(group)] = group
         else:
-            np.multiply(group, factors, out=flat)
+            np.multiply(group, factors[: len(group)], out=flat[: len(group)])
 
     def start(self, index: int, own: slice, motion: int, layout: Layout, flat: Array, factors: Array | None) -> None:
         """Write the initial state of a group, which has its ``own`` lanes among all, at a motion into the workspace."""
@@ -64,7 +65,9 @@ class LaneGroups:
 
 
 def full_group(group: Array) -> Array:
-    """(n_row, 16) a group's lanes, and copies of the first one."""
+    """(n_row, 16) a group's lanes, and copies of the first one; full groups without gaps in memory themselves."""
+    if group.shape[1] == LANES and group.flags.c_contiguous:
+        return group
     made = np.empty((len(group), LANES))
     made[:, : group.shape[1]] = group
     made[:, group.shape[1] :] = group[:, :1]

@@ -16,7 +16,7 @@ LANES = 16  # trajectories with common steps; LLVM unrolls 8 into scalar code, 3
 CURVE_POINTS = 12  # points of a damper's torque-speed curve
 MOST_LINKS = 7  # six of a leg, and one that an effect adds. Binary 111: a mask that excludes negative n
 MOST_MEMORIES = 8 * MOST_LINKS  # of effects that are on at the same time
-ROOMS = 19  # arrays of the size of a state that the integrator uses
+ROOMS = 20  # arrays of the size of a state that the integrator uses
 # Number of doubles of the integrator's own blocks, which stand before the workspace in one array.
 WORKING = ROOMS * (2 * MOST_LINKS + MOST_MEMORIES) * LANES
 
@@ -122,6 +122,11 @@ class Layout:
         """Rows of the whole workspace."""
         first, size = list(self.blocks.values())[-1]
         return first + size
+
+    @cached_property
+    def n_plain(self) -> int:
+        """Rows, the first ones, that hold all of a leg with springs, linear dampers and gravity only."""
+        return self.row("tilt") + 1
 
     def inertia_row(self, i: int, j: int) -> int:
         """Row of the inertia coefficient of links i <= j."""

@@ -11,11 +11,12 @@ from typing import Any
 from numba import int64, njit
 
 from synth.compiling.numba_internals import UNCOUNTED
-from synth.swing.dormand_prince import DENSE
 from synth.swing.effects.inlined import LEAST_PRESLIDING, inlined
+from synth.swing.explicit_pairs import DORMAND_PRINCE
 from synth.swing.lane_layout import LANES
 from synth.swing.turning_events import EVENT_WINDOW, MEMORIES, NEVER, PLACE
 
+_DENSE = DORMAND_PRINCE.dense
 _options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
 # Of the way from its bend to sliding, so much less is taken as enough that no start of sliding is missed.
 _RESERVE = 0.7
@@ -95,8 +96,8 @@ def _lowest(before, after, h, first, last, sense):  # type: ignore[no-untyped-de
 @njit(**_options)
 def _top(h, e, K):  # type: ignore[no-untyped-def]
     """The coefficient of fourth order of the rate's course."""
-    top = DENSE[0] * K[0, e] + DENSE[2] * K[2, e] + DENSE[3] * K[3, e]
-    return h * (top + DENSE[4] * K[4, e] + DENSE[5] * K[5, e] + DENSE[6] * K[6, e])
+    top = _DENSE[0] * K[0, e] + _DENSE[2] * K[2, e] + _DENSE[3] * K[3, e]
+    return h * (top + _DENSE[4] * K[4, e] + _DENSE[5] * K[5, e] + _DENSE[6] * K[6, e])
 
 
 @njit(**_options)
