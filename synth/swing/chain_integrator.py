@@ -20,7 +20,7 @@ from numba import float64, int64, njit, types, uint64
 from synth.compiling.compiled import compiled
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing import driven_steps, turning_events
-from synth.swing.explicit_pairs import DORMAND_PRINCE
+from synth.swing.explicit_pairs import DAMPED, DORMAND_PRINCE
 from synth.swing.explicit_steps import (
     ACCELERATION,
     ALLOWED,
@@ -37,16 +37,17 @@ from synth.swing.explicit_steps import (
     ROOM,
     ROTATION,
     SLIDES,
-    STEPS,
-    STEPS_OF_DAMPED,
     TORQUE,
     XW,
     YW,
     X,
     Y,
+    difference_of,
     difference_of_memories,
     hardest,
     put_memories,
+    samples_of,
+    stage_of,
     stage_of_memories,
 )  # fmt: skip
 from synth.swing.lane_layout import HOLDING, LANES, MOST_LINKS, SERVOS, SHARING, WORKING
@@ -56,8 +57,9 @@ from synth.swing.lane_layout import HOLDING, LANES, MOST_LINKS, SERVOS, SHARING,
 WHOLE = True
 LINKS = 0  # a constant length of all loops; 0: any number of links
 
-_stage, _difference, _, _samples = STEPS if WHOLE else STEPS_OF_DAMPED
-_NODES = DORMAND_PRINCE.nodes  # times within a step matter only where something acts on the leg
+_PAIR = DORMAND_PRINCE if WHOLE else DAMPED
+_stage, _difference, _samples = stage_of(_PAIR), difference_of(_PAIR), samples_of(_PAIR)
+_NODES = _PAIR.nodes
 # Step control: the exponents of this error and the last one; the share of the step that the error would allow; the
 # smallest and largest change of the step. With 0.04 steps at the limit of stability fail by turns with ``DAMPED``.
 _BEFORE = 0.04 if WHOLE else 0.07

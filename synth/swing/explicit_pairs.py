@@ -26,7 +26,7 @@ Row = tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class Pair:
+class RungeKuttaPair:
     """``nodes`` : shares of the step at which the stages lie.
 
     ``stages`` : row s has the weights of the derivatives so far in stage s; the last row is the end of the step.
@@ -57,7 +57,8 @@ class Pair:
         )
 
 
-DORMAND_PRINCE = Pair(
+# Hairer, Norsett & Wanner, table II.5.2; the dense output as in ``dopri5``
+DORMAND_PRINCE = RungeKuttaPair(
     nodes=(0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0),
     stages=(
         (),
@@ -79,7 +80,7 @@ DORMAND_PRINCE = Pair(
 # Estimates of the error differ in size only: with this one a tolerance gives the errors that it gives with Dormand and
 # Prince's pair. Sums of the dense output differ by multiples of the error's: this one has the least error over the
 # step, as theirs has.
-DAMPED = Pair(
+DAMPED = RungeKuttaPair(
     nodes=(0.0, 16 / 75, 8 / 25, 29 / 50, 17 / 25, 1.0, 1.0),
     stages=(
         (),

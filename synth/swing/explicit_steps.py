@@ -8,14 +8,14 @@ load the partial sum at each term; angles take the accelerations themselves, see
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 from numba import njit, types
 from numba.extending import overload
 
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing import turning_events
-from synth.swing.explicit_pairs import DAMPED, DORMAND_PRINCE, Pair
+from synth.swing.explicit_pairs import DORMAND_PRINCE, RungeKuttaPair
 from synth.swing.lane_layout import LANES, MOST_LINKS, MOST_MEMORIES, ROOMS, WORKING, Layout
 
 # Weights of the memories; legs with memories are integrated with this pair only.
@@ -133,19 +133,9 @@ def hardest(S, links, n_memory):  # type: ignore[no-untyped-def]
     return math.sqrt(largest / (2 * links + n_memory // LANES))
 
 
-class Steps(NamedTuple):
-    """Compiled pieces of the steps of a pair."""
-
-    stage: Any
-    difference: Any
-    courses: Any
-    samples: Any
-
-
-def steps_of(pair: Pair) -> Steps:
-    """Pieces of the steps of this pair, whose weights are constants of the compiled code."""
-    C, E, EE, D = pair.nodes, pair.error, pair.turned_error, pair.dense
-    _, A1, A2, A3, A4, A5, A6 = pair.stages
+def stage_of(pair: RungeKuttaPair) -> Any:
+    """The stages of this pair's step, whose weights are constants of the compiled code."""
+    C, (_, A1, A2, A3, A4, A5, A6) = pair.nodes, pair.stages
     _, _, B2, B3, B4, B5, B6 = pair.turned_stages
 
     @njit(**_once)
@@ -193,6 +183,13 @@ def steps_of(pair: Pair) -> Steps:
                 S[ROTATION + e] = q
                 S[RATE + e] = w
 
+    return stage
+
+
+def difference_of(pair: RungeKuttaPair) -> Any:
+    """The estimated error of this pair's step."""
+    E, EE = pair.error, pair.turned_error
+
     @njit(**_once)
     def difference(step, S, relative, absolute, half):  # type: ignore[no-untyped-def]
         """Write the squared ratios of estimated error to tolerance of angles and rates together to ``V``."""
@@ -204,6 +201,13 @@ def steps_of(pair: Pair) -> Steps:
             q /= absolute + relative * max(abs(S[X + e]), abs(S[Y + e]))
             w /= absolute + relative * max(abs(S[XW + e]), abs(S[YW + e]))
             S[V + e] = q * q + w * w
+
+    return difference
+
+
+def courses_of(pair: RungeKuttaPair) -> Any:
+    """The dense output of this pair's step."""
+    D = pair.dense
 
     @njit(**_once)
     def courses(step, S, half, with_rates):  # type: ignore[no-untyped-def]
@@ -235,6 +239,13 @@ def steps_of(pair: Pair) -> Steps:
                 S[R5 + OF_RATES + e] = 0.0
                 S[R4 + OF_RATES + e] = h * (D[0] * a1 + D[2] * a3 + D[3] * a4 + D[4] * a5 + D[5] * a6 + D[6] * a7)
 
+    return courses
+
+
+def samples_of(pair: RungeKuttaPair) -> Any:
+    """The samples of this pair's step."""
+    courses = courses_of(pair)
+
     @njit(**_once)
     def samples(h, t, S, half, times, i, out, where):  # type: ignore[no-untyped-def]
         """Write the samples from ``times[i]`` on that lie within the step; returns the index of the next one."""
@@ -255,7 +266,4 @@ def steps_of(pair: Pair) -> Steps:
             i += 1
         return i
 
-    return Steps(stage, difference, courses, samples)
-
-
-STEPS, STEPS_OF_DAMPED = steps_of(DORMAND_PRINCE), steps_of(DAMPED)
+    return samples

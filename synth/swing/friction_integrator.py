@@ -19,6 +19,7 @@ from numba import float64, int64, njit, types, uint64
 from synth.compiling.compiled import compiled
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing import lane_clocks, turning_events
+from synth.swing.explicit_pairs import DORMAND_PRINCE
 from synth.swing.explicit_steps import (
     ACCELERATION,
     ALLOWED,
@@ -38,15 +39,17 @@ from synth.swing.explicit_steps import (
     ROOM,
     ROTATION,
     SLIDES,
-    STEPS,
     TORQUE,
     XW,
     YW,
     X,
     Y,
     add_up,
+    courses_of,
+    difference_of,
     difference_of_memories,
     put_memories,
+    stage_of,
     stage_of_memories,
 )  # fmt: skip
 from synth.swing.lane_clocks import CLOCK, COMING, CUT, CUTS, LEADER, LEAST_PREVIOUS, MOVED, OWN, PREVIOUS, SIZE, STEP
@@ -57,7 +60,7 @@ from synth.swing.turning_times import turns_within
 # Reasons of the end: as in ``chain_integrator``.
 REACHED_END, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2
 SAME_TIME = 1e-12  # s, of a sample and the end of a step
-_stage, _difference, _courses = STEPS.stage, STEPS.difference, STEPS.courses
+_stage, _difference, _courses = (of(DORMAND_PRINCE) for of in (stage_of, difference_of, courses_of))
 
 _chain = types.FunctionType(types.void(float64[::1]))
 _extra = types.FunctionType(types.void(float64[::1], int64, int64[::1]))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array
-from synth.swing.explicit_pairs import DAMPED, DORMAND_PRINCE, Pair
+from synth.swing.explicit_pairs import DAMPED, DORMAND_PRINCE, RungeKuttaPair
 
 PAIRS = pytest.mark.parametrize("pair", [DORMAND_PRINCE, DAMPED], ids=["dormand_prince", "damped"])
 Tree = tuple["Tree", ...]  # a rooted tree by the trees at its root
@@ -32,7 +32,7 @@ def trees(n: int) -> list[Tree]:
     return found
 
 
-def tableau(pair: Pair) -> Array:
+def tableau(pair: RungeKuttaPair) -> Array:
     """(7, 7) weights of the stages, the step's end as the last one."""
     return np.array([[*row, *(0.0,) * (7 - len(row))] for row in pair.stages])
 
@@ -43,7 +43,7 @@ def weight(tree: Tree, stages: Array) -> Array:
 
 
 @PAIRS
-def test_the_step_is_of_order_5_and_the_other_of_order_4(pair: Pair) -> None:
+def test_the_step_is_of_order_5_and_the_other_of_order_4(pair: RungeKuttaPair) -> None:
     stages, end, missed = tableau(pair), tableau(pair)[-1], np.array(pair.error)
     assert np.allclose(stages.sum(axis=1), pair.nodes, atol=1e-14)
     for tree in (tree for n in range(1, 6) for tree in trees(n)):
@@ -54,7 +54,7 @@ def test_the_step_is_of_order_5_and_the_other_of_order_4(pair: Pair) -> None:
 
 
 @PAIRS
-def test_the_dense_output_is_of_order_4(pair: Pair) -> None:
+def test_the_dense_output_is_of_order_4(pair: RungeKuttaPair) -> None:
     stages = tableau(pair)
     for p in (0.1, 0.5, 0.8):
         u = 1.0 - p
@@ -66,7 +66,7 @@ def test_the_dense_output_is_of_order_4(pair: Pair) -> None:
 
 
 @PAIRS
-def test_sums_of_accelerations_are_the_tableaus(pair: Pair) -> None:
+def test_sums_of_accelerations_are_the_tableaus(pair: RungeKuttaPair) -> None:
     stages = tableau(pair)
     for row, expected in zip(pair.turned_stages, stages @ stages, strict=True):
         assert np.allclose(row, expected[: len(row)], atol=1e-13)
@@ -77,7 +77,7 @@ def test_sums_of_accelerations_are_the_tableaus(pair: Pair) -> None:
 
 
 def test_decays_are_stable_up_to_longer_steps() -> None:
-    def limit(pair: Pair) -> float:
+    def limit(pair: RungeKuttaPair) -> float:
         stages, x = tableau(pair)[:6, :6], np.linspace(0.0, 8.0, 8001)
         growth = [1.0 - h * tableau(pair)[6, :6] @ np.linalg.solve(np.eye(6) + h * stages, np.ones(6)) for h in x]
         return float(x[np.flatnonzero(np.abs(growth) > 1.0 + 1e-12)[0]])
