@@ -40,14 +40,15 @@ from synth.swing.explicit_steps import (
     TORQUE,
     XW,
     YW,
+    V,
     X,
     Y,
-    difference_of,
+    difference,
     difference_of_memories,
     hardest,
     put_memories,
-    samples_of,
-    stage_of,
+    samples,
+    stage,
     stage_of_memories,
 )  # fmt: skip
 from synth.swing.lane_layout import HOLDING, LANES, MOST_LINKS, SERVOS, SHARING, WORKING
@@ -57,13 +58,14 @@ from synth.swing.lane_layout import HOLDING, LANES, MOST_LINKS, SERVOS, SHARING,
 WHOLE = True
 LINKS = 0  # a constant length of all loops; 0: any number of links
 
-_PAIR = DORMAND_PRINCE if WHOLE else DAMPED
-_stage, _difference, _samples = stage_of(_PAIR), difference_of(_PAIR), samples_of(_PAIR)
-_NODES = _PAIR.nodes
-# Step control: the exponents of this error and the last one; the share of the step that the error would allow; the
+_WEIGHTS, _OF_DAMPED = DORMAND_PRINCE.weights, DAMPED.weights
+# Step times the fastest decay from which ``DAMPED`` is used. Below, errors limit the steps, and those of Dormand and
+# Prince's pair are smaller; it is stable up to 3.3.
+_FAST = 2.5
+_ROUNDS, _NUDGE = 5, 1e-3  # of the power iteration for the fastest decay; its change of the rates, rad/s
+# Step control: the exponents of the last error with both pairs; the share of the step that the error would allow; the
 # smallest and largest change of the step. With 0.04 steps at the limit of stability fail by turns with ``DAMPED``.
-_BEFORE = 0.04 if WHOLE else 0.07
-_EXPONENT, _SAFE, _LEAST, _MOST = 0.2 - 0.75 * _BEFORE, 0.9, 0.2, 5.0
+_BEFORE, _BEFORE_OF_DAMPED, _SAFE, _LEAST, _MOST = 0.04, 0.07, 0.9, 0.2, 5.0
 
 MANY, PATIENCE = 1 << 40, 10  # no limit on knots; steps with few knots after a rejected one, of which more gain nothing
 # Of one step at an event: one or two are usual. Rounding may find an event inside each shorter step again, without end.
@@ -83,6 +85,7 @@ _signature = types.UniTuple(int64, 2)(
 )  # fmt: skip
 _called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
 # inlining at several call sites would double the compile time
+_once: dict[str, Any] = {"inline": "always", **_called}
 _often: dict[str, Any] = {"inline": "never" if WHOLE else "always", **_called}
 
 
@@ -130,6 +133,32 @@ def _put(S, x, n, state):  # type: ignore[no-untyped-def]
         S[RATE + e] = S[x + OF_RATES + e]
     if WHOLE:
         put_memories(S, x + MEMORY, state)
+
+
+@njit(**_once)
+def _fastest_decay(chain, S, flat, half):  # type: ignore[no-untyped-def]
+    """The largest rate (1/s) at which a change of the rates decays at the start, of all lanes: by power iteration.
+
+    The accelerations at the start are in ``K1``. ``V`` is overwritten, and the rates in the workspace.
+    """
+    fastest = 0.0
+    for e in range(half):
+        S[V + e] = 1.0 - 2.0 * ((e // LANES) % 2)
+    for _ in range(_ROUNDS):
+        for e in range(half):
+            S[RATE + e] = S[XW + e] + _NUDGE * S[V + e]
+        chain(flat)
+        fastest = 0.0
+        for lane in range(LANES):
+            largest = 1e-30
+            for j in range(half // LANES):
+                e = j * LANES + lane
+                S[V + e] = (S[ACCELERATION + e] - S[K1 + e]) / _NUDGE
+                largest = max(largest, abs(S[V + e]))
+            for j in range(half // LANES):
+                S[V + j * LANES + lane] /= largest
+            fastest = max(fastest, largest)
+    return fastest
 
 
 @compiled(_signature, **_called)
@@ -219,6 +248,9 @@ def integrate(  # type: ignore[no-untyped-def]
         turning_events.slide_from_start(bends, Z, x, K)
         _put(S, int64(X), n, state)
         cursor = _derivative(chain, extra, bearing, again, S, flat, n, given, t, cursor, k1)
+    decay, weights, before = 0.0, _WEIGHTS, _BEFORE
+    if n_memory == 0:  # memories are integrated with one pair
+        decay = _fastest_decay(chain, S, flat, half)
     any_event, cuts = any_bristle or any_play, 0
     most, patience, passed, nearest = MANY, 0, 0, 0.0  # number of knots of the known torque that a step may pass
     fresh, uncut = any_event, 0.0  # at a new state; the step size before it was cut at an event
@@ -253,18 +285,20 @@ def integrate(  # type: ignore[no-untyped-def]
             wanted, h = h, min(h, driven_steps.next_look(flat, n, known) - t)
         if WHOLE and len(known[0]) > 1:
             h, passed, nearest = driven_steps.within_torque(known, cursor, t, h, most)
+        weights = _OF_DAMPED if h * decay > _FAST else _WEIGHTS
+        before = _BEFORE_OF_DAMPED if h * decay > _FAST else _BEFORE
         for s in range(1, 7):
-            _stage(s, h, S, half)
+            stage(s, h, S, half, weights)
             now = t
             if WHOLE:
-                now = t + h * _NODES[s]
+                now = t + h * weights[0][s]
                 if n_memory > 0:
                     stage_of_memories(s, h, S, state)
             cursor = _derivative(chain, extra, bearing, again, S, flat, n, given, now, cursor, K1 + s * ROOM)
             if WHOLE and any_bristle:
                 turning_events.keep_sliding(slides, K[s])
         steps += 1
-        _difference(h, S, limits[0], limits[1], half)
+        difference(h, S, limits[0], limits[1], half, weights)
         if WHOLE and n_memory > 0:
             difference_of_memories(h, bends, S, n_memory, limits[0], limits[1])
         error = hardest(S, links & MOST_LINKS, n_memory)
@@ -281,7 +315,7 @@ def integrate(  # type: ignore[no-untyped-def]
         if error <= 1.0:
             cuts = 0
             if times[i] <= t + h + 1e-12:
-                i = _samples(h, t, S, half, times, i, out, where)
+                i = samples(h, t, S, half, times, i, out, where, n_memory == 0, weights)
             t += h
             for e in range(half):
                 S[X + e] = S[Y + e]
@@ -292,7 +326,7 @@ def integrate(  # type: ignore[no-untyped-def]
                     S[X + MEMORY + e] = S[Y + MEMORY + e]
                     S[K1 + OF_RATES + e] = S[K7 + OF_RATES + e]
             fresh = any_event
-            factor = min(_MOST, _SAFE * error**-_EXPONENT * previous**_BEFORE)
+            factor = min(_MOST, _SAFE * error ** -(0.2 - 0.75 * before) * previous**before)
             if WHOLE and uncut > 0.0:
                 # Continue to the next expected turn of a lane, otherwise with the step size before the cut.
                 coming = turning_events.next_reversal(due, t)

@@ -23,6 +23,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 Row = tuple[float, ...]
+Weights = tuple[Row, tuple[Row, ...], tuple[Row, ...], Row, Row, Row, Row]
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,17 @@ class RungeKuttaPair:
     def turned_error(self) -> Row:
         """The same of an angle's estimated error."""
         return self._of_accelerations(self.error)
+
+    @property
+    def turned_dense(self) -> Row:
+        """The same of an angle's dense output."""
+        return self._of_accelerations(self.dense)
+
+    @property
+    def weights(self) -> Weights:
+        """Of compiled code: nodes, stages and turned stages from the second on, the others and their turned ones."""
+        stages, turned = self.stages[1:], self.turned_stages[1:]
+        return self.nodes, stages, turned, self.error, self.turned_error, self.dense, self.turned_dense
 
     def _of_accelerations(self, weights: Sequence[float]) -> Row:
         """Weights of the accelerations in a sum of rates with these weights."""

@@ -15,7 +15,7 @@ from numba.extending import overload
 
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing import turning_events
-from synth.swing.explicit_pairs import DORMAND_PRINCE, RungeKuttaPair
+from synth.swing.explicit_pairs import DORMAND_PRINCE
 from synth.swing.lane_layout import LANES, MOST_LINKS, MOST_MEMORIES, ROOMS, WORKING, Layout
 
 # Weights of the memories; legs with memories are integrated with this pair only.
@@ -133,137 +133,121 @@ def hardest(S, links, n_memory):  # type: ignore[no-untyped-def]
     return math.sqrt(largest / (2 * links + n_memory // LANES))
 
 
-def stage_of(pair: RungeKuttaPair) -> Any:
-    """The stages of this pair's step, whose weights are constants of the compiled code."""
-    C, (_, A1, A2, A3, A4, A5, A6) = pair.nodes, pair.stages
-    _, _, B2, B3, B4, B5, B6 = pair.turned_stages
+@njit(**_once)
+def stage(s, step, S, half, weights):  # type: ignore[no-untyped-def]
+    """Write angles and rates of stage ``s`` to the workspace; those of 6, the end of the step, to ``Y`` too."""
+    C, A, B, _, _, _, _ = weights
+    if s == 1:
+        for e in range(half):
+            h = of_lane(step, S, e)
+            w, a1 = S[XW + e], S[K1 + e]
+            S[ROTATION + e] = S[X + e] + h * (C[1] * w)
+            S[RATE + e] = w + h * (A[0][0] * a1)
+    elif s == 2:
+        for e in range(half):
+            h = of_lane(step, S, e)
+            w, a1 = S[XW + e], S[K1 + e]
+            S[ROTATION + e] = S[X + e] + h * (C[2] * w + h * (B[1][0] * a1))
+            S[RATE + e] = w + h * (A[1][0] * a1 + A[1][1] * S[K2 + e])
+    elif s == 3:
+        for e in range(half):
+            h = of_lane(step, S, e)
+            w, a1, a2 = S[XW + e], S[K1 + e], S[K2 + e]
+            S[ROTATION + e] = S[X + e] + h * (C[3] * w + h * (B[2][0] * a1 + B[2][1] * a2))
+            S[RATE + e] = w + h * (A[2][0] * a1 + A[2][1] * a2 + A[2][2] * S[K3 + e])
+    elif s == 4:
+        for e in range(half):
+            h = of_lane(step, S, e)
+            w, a1, a2, a3 = S[XW + e], S[K1 + e], S[K2 + e], S[K3 + e]
+            S[ROTATION + e] = S[X + e] + h * (C[4] * w + h * (B[3][0] * a1 + B[3][1] * a2 + B[3][2] * a3))
+            S[RATE + e] = w + h * (A[3][0] * a1 + A[3][1] * a2 + A[3][2] * a3 + A[3][3] * S[K4 + e])
+    elif s == 5:
+        for e in range(half):
+            h = of_lane(step, S, e)
+            w, a1, a2, a3, a4 = S[XW + e], S[K1 + e], S[K2 + e], S[K3 + e], S[K4 + e]
+            turned = B[4][0] * a1 + B[4][1] * a2 + B[4][2] * a3 + B[4][3] * a4
+            S[ROTATION + e] = S[X + e] + h * (w + h * turned)
+            S[RATE + e] = w + h * (A[4][0] * a1 + A[4][1] * a2 + A[4][2] * a3 + A[4][3] * a4 + A[4][4] * S[K5 + e])
+    else:
+        for e in range(half):
+            h = of_lane(step, S, e)
+            w, a1, a3, a4, a5 = S[XW + e], S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e]
+            q = S[X + e] + h * (w + h * (B[5][0] * a1 + B[5][2] * a3 + B[5][3] * a4 + B[5][4] * a5))
+            w += h * (A[5][0] * a1 + A[5][2] * a3 + A[5][3] * a4 + A[5][4] * a5 + A[5][5] * S[K6 + e])
+            S[Y + e] = q
+            S[YW + e] = w
+            S[ROTATION + e] = q
+            S[RATE + e] = w
 
-    @njit(**_once)
-    def stage(s, step, S, half):  # type: ignore[no-untyped-def]
-        """Write angles and rates of stage ``s`` to the workspace; those of 6, the end of the step, to ``Y`` too."""
-        if s == 1:
-            for e in range(half):
-                h = of_lane(step, S, e)
-                w, a1 = S[XW + e], S[K1 + e]
-                S[ROTATION + e] = S[X + e] + h * (C[1] * w)
-                S[RATE + e] = w + h * (A1[0] * a1)
-        elif s == 2:
-            for e in range(half):
-                h = of_lane(step, S, e)
-                w, a1 = S[XW + e], S[K1 + e]
-                S[ROTATION + e] = S[X + e] + h * (C[2] * w + h * (B2[0] * a1))
-                S[RATE + e] = w + h * (A2[0] * a1 + A2[1] * S[K2 + e])
-        elif s == 3:
-            for e in range(half):
-                h = of_lane(step, S, e)
-                w, a1, a2 = S[XW + e], S[K1 + e], S[K2 + e]
-                S[ROTATION + e] = S[X + e] + h * (C[3] * w + h * (B3[0] * a1 + B3[1] * a2))
-                S[RATE + e] = w + h * (A3[0] * a1 + A3[1] * a2 + A3[2] * S[K3 + e])
-        elif s == 4:
-            for e in range(half):
-                h = of_lane(step, S, e)
-                w, a1, a2, a3 = S[XW + e], S[K1 + e], S[K2 + e], S[K3 + e]
-                S[ROTATION + e] = S[X + e] + h * (C[4] * w + h * (B4[0] * a1 + B4[1] * a2 + B4[2] * a3))
-                S[RATE + e] = w + h * (A4[0] * a1 + A4[1] * a2 + A4[2] * a3 + A4[3] * S[K4 + e])
-        elif s == 5:
-            for e in range(half):
-                h = of_lane(step, S, e)
-                w, a1, a2, a3, a4 = S[XW + e], S[K1 + e], S[K2 + e], S[K3 + e], S[K4 + e]
-                turned = B5[0] * a1 + B5[1] * a2 + B5[2] * a3 + B5[3] * a4
-                S[ROTATION + e] = S[X + e] + h * (w + h * turned)
-                S[RATE + e] = w + h * (A5[0] * a1 + A5[1] * a2 + A5[2] * a3 + A5[3] * a4 + A5[4] * S[K5 + e])
+
+@njit(**_once)
+def difference(step, S, relative, absolute, half, weights):  # type: ignore[no-untyped-def]
+    """Write the squared ratios of estimated error to tolerance of angles and rates together to ``V``."""
+    _, _, _, E, EE, _, _ = weights
+    for e in range(half):
+        h = of_lane(step, S, e)
+        a1, a3, a4, a5, a6 = S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e], S[K6 + e]
+        q = h * h * (EE[0] * a1 + EE[2] * a3 + EE[3] * a4 + EE[4] * a5 + EE[5] * a6)
+        w = h * (E[0] * a1 + E[2] * a3 + E[3] * a4 + E[4] * a5 + E[5] * a6 + E[6] * S[K7 + e])
+        q /= absolute + relative * max(abs(S[X + e]), abs(S[Y + e]))
+        w /= absolute + relative * max(abs(S[XW + e]), abs(S[YW + e]))
+        S[V + e] = q * q + w * w
+
+
+@njit(**_once)
+def courses(step, S, half, with_rates, smooth, weights):  # type: ignore[no-untyped-def]
+    """Write the coefficients of the angles' courses over the step to ``R1`` to ``R5``, also the rates' if wanted.
+
+    The dense output, or of ``smooth`` courses Hermite's polynomial of degree 5 with the angles, rates and accelerations
+    of both ends, which is nearer. Not with friction: at a step's end where a joint turns, the acceleration is that
+    behind the turn, and fits stopped early.
+    """
+    D, DD = weights[5], weights[6]
+    for e in range(half):
+        h = of_lane(step, S, e)
+        a1, a3, a4, a5, a6 = S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e], S[K6 + e]
+        dy = S[Y + e] - S[X + e]
+        bs = h * S[XW + e] - dy
+        skew = dy - h * S[YW + e] - bs
+        S[R1 + e] = dy
+        S[R2 + e] = bs
+        S[R3 + e] = skew
+        if smooth:
+            first = 0.5 * h * h * a1 + bs - skew
+            S[R4 + e] = first
+            S[R5 + e] = 0.5 * h * h * S[K7 + e] + bs + 2.0 * skew - first
         else:
-            for e in range(half):
-                h = of_lane(step, S, e)
-                w, a1, a3, a4, a5 = S[XW + e], S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e]
-                q = S[X + e] + h * (w + h * (B6[0] * a1 + B6[2] * a3 + B6[3] * a4 + B6[4] * a5))
-                w += h * (A6[0] * a1 + A6[2] * a3 + A6[3] * a4 + A6[4] * a5 + A6[5] * S[K6 + e])
-                S[Y + e] = q
-                S[YW + e] = w
-                S[ROTATION + e] = q
-                S[RATE + e] = w
-
-    return stage
-
-
-def difference_of(pair: RungeKuttaPair) -> Any:
-    """The estimated error of this pair's step."""
-    E, EE = pair.error, pair.turned_error
-
-    @njit(**_once)
-    def difference(step, S, relative, absolute, half):  # type: ignore[no-untyped-def]
-        """Write the squared ratios of estimated error to tolerance of angles and rates together to ``V``."""
+            S[R4 + e] = h * h * (DD[0] * a1 + DD[2] * a3 + DD[3] * a4 + DD[4] * a5 + DD[5] * a6)
+            S[R5 + e] = 0.0
+    if with_rates:
         for e in range(half):
             h = of_lane(step, S, e)
             a1, a3, a4, a5, a6 = S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e], S[K6 + e]
-            q = h * h * (EE[0] * a1 + EE[2] * a3 + EE[3] * a4 + EE[4] * a5 + EE[5] * a6)
-            w = h * (E[0] * a1 + E[2] * a3 + E[3] * a4 + E[4] * a5 + E[5] * a6 + E[6] * S[K7 + e])
-            q /= absolute + relative * max(abs(S[X + e]), abs(S[Y + e]))
-            w /= absolute + relative * max(abs(S[XW + e]), abs(S[YW + e]))
-            S[V + e] = q * q + w * w
-
-    return difference
-
-
-def courses_of(pair: RungeKuttaPair) -> Any:
-    """The dense output of this pair's step."""
-    D = pair.dense
-
-    @njit(**_once)
-    def courses(step, S, half, with_rates):  # type: ignore[no-untyped-def]
-        """Write the coefficients of the angles' courses over the step to ``R1`` to ``R5``, also the rates' if wanted.
-
-        An angle's course has the angles, rates and accelerations of both ends: Hermite's polynomial of degree 5, nearer
-        than the dense output. A rate's has the latter's last term, and none of degree 5.
-        """
-        for e in range(half):
-            h = of_lane(step, S, e)
-            dy = S[Y + e] - S[X + e]
-            bs = h * S[XW + e] - dy
-            skew = dy - h * S[YW + e] - bs
-            first = 0.5 * h * h * S[K1 + e] + bs - skew
-            S[R1 + e] = dy
-            S[R2 + e] = bs
-            S[R3 + e] = skew
-            S[R4 + e] = first
-            S[R5 + e] = 0.5 * h * h * S[K7 + e] + bs + 2.0 * skew - first
-        if with_rates:
-            for e in range(half):
-                h = of_lane(step, S, e)
-                a1, a3, a4, a5, a6 = S[K1 + e], S[K3 + e], S[K4 + e], S[K5 + e], S[K6 + e]
-                a7, dy = S[K7 + e], S[YW + e] - S[XW + e]
-                bs = h * a1 - dy
-                S[R1 + OF_RATES + e] = dy
-                S[R2 + OF_RATES + e] = bs
-                S[R3 + OF_RATES + e] = dy - h * a7 - bs
-                S[R5 + OF_RATES + e] = 0.0
-                S[R4 + OF_RATES + e] = h * (D[0] * a1 + D[2] * a3 + D[3] * a4 + D[4] * a5 + D[5] * a6 + D[6] * a7)
-
-    return courses
+            a7, dy = S[K7 + e], S[YW + e] - S[XW + e]
+            bs = h * a1 - dy
+            S[R1 + OF_RATES + e] = dy
+            S[R2 + OF_RATES + e] = bs
+            S[R3 + OF_RATES + e] = dy - h * a7 - bs
+            S[R5 + OF_RATES + e] = 0.0
+            S[R4 + OF_RATES + e] = h * (D[0] * a1 + D[2] * a3 + D[3] * a4 + D[4] * a5 + D[5] * a6 + D[6] * a7)
 
 
-def samples_of(pair: RungeKuttaPair) -> Any:
-    """The samples of this pair's step."""
-    courses = courses_of(pair)
-
-    @njit(**_once)
-    def samples(h, t, S, half, times, i, out, where):  # type: ignore[no-untyped-def]
-        """Write the samples from ``times[i]`` on that lie within the step; returns the index of the next one."""
-        shown, wide, first, count = where
-        courses(h, S, half, shown * LANES > half)
-        while i < len(times) and times[i] <= t + h + 1e-12:
-            p = (times[i] - t) / h
-            u = 1.0 - p
-            for part in range(shown * LANES // half):
-                place, row = ((i * shown + part * (half // LANES)) * wide + first) & PLACE, (part * OF_RATES) & PLACE
-                for _ in range(half // LANES):
-                    for lane in range(count):
-                        e = row + lane
-                        tail = S[R2 + e] + p * (S[R3 + e] + u * (S[R4 + e] + p * S[R5 + e]))
-                        out[place + lane] = S[X + e] + p * (S[R1 + e] + u * tail)
-                    place = (place + wide) & PLACE
-                    row = (row + LANES) & PLACE
-            i += 1
-        return i
-
-    return samples
+@njit(**_once)
+def samples(h, t, S, half, times, i, out, where, smooth, weights):  # type: ignore[no-untyped-def]
+    """Write the samples from ``times[i]`` on that lie within the step; returns the index of the next one."""
+    shown, wide, first, count = where
+    courses(h, S, half, shown * LANES > half, smooth, weights)
+    while i < len(times) and times[i] <= t + h + 1e-12:
+        p = (times[i] - t) / h
+        u = 1.0 - p
+        for part in range(shown * LANES // half):
+            place, row = ((i * shown + part * (half // LANES)) * wide + first) & PLACE, (part * OF_RATES) & PLACE
+            for _ in range(half // LANES):
+                for lane in range(count):
+                    e = row + lane
+                    tail = S[R2 + e] + p * (S[R3 + e] + u * (S[R4 + e] + p * S[R5 + e]))
+                    out[place + lane] = S[X + e] + p * (S[R1 + e] + u * tail)
+                place = (place + wide) & PLACE
+                row = (row + LANES) & PLACE
+        i += 1
+    return i

@@ -34,7 +34,6 @@ from synth.swing.explicit_steps import (
     R2,
     R3,
     R4,
-    R5,
     RATE,
     ROOM,
     ROTATION,
@@ -45,11 +44,11 @@ from synth.swing.explicit_steps import (
     X,
     Y,
     add_up,
-    courses_of,
-    difference_of,
+    courses,
+    difference,
     difference_of_memories,
     put_memories,
-    stage_of,
+    stage,
     stage_of_memories,
 )  # fmt: skip
 from synth.swing.lane_clocks import CLOCK, COMING, CUT, CUTS, LEADER, LEAST_PREVIOUS, MOVED, OWN, PREVIOUS, SIZE, STEP
@@ -60,7 +59,7 @@ from synth.swing.turning_times import turns_within
 # Reasons of the end: as in ``chain_integrator``.
 REACHED_END, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2
 SAME_TIME = 1e-12  # s, of a sample and the end of a step
-_stage, _difference, _courses = (of(DORMAND_PRINCE) for of in (stage_of, difference_of, courses_of))
+_WEIGHTS = DORMAND_PRINCE.weights
 
 _chain = types.FunctionType(types.void(float64[::1]))
 _extra = types.FunctionType(types.void(float64[::1], int64, int64[::1]))
@@ -141,13 +140,12 @@ def _samples(S, n, times, out, where):  # type: ignore[no-untyped-def]
         S[COMING + lane], share = last, 1.0 / h
         for j in range(shown):
             e = ((j if j < n else j - n + MOST_LINKS) * LANES + lane) & PLACE
-            at_start, rise, bow, skew = S[X + e], S[R1 + e], S[R2 + e], S[R3 + e]
-            top, tilt = S[R4 + e], S[R5 + e]
+            at_start, rise, bow, skew, top = S[X + e], S[R1 + e], S[R2 + e], S[R3 + e], S[R4 + e]
             place = ((begin * shown + j) * wide + first + lane) & PLACE
             for i in range(begin, last):
                 p = (times[i] - t) * share
                 u = 1.0 - p
-                out[place] = at_start + p * (rise + u * (bow + p * (skew + u * (top + p * tilt))))
+                out[place] = at_start + p * (rise + u * (bow + p * (skew + u * top)))
                 place = (place + shown * wide) & PLACE
 
 
@@ -233,19 +231,19 @@ def integrate_rubbing(  # type: ignore[no-untyped-def]
             _turn_joints(chain, extra, bearing, again, S, n, given, state, bends, steps > 0, Z, x, K, slides)
         lane_clocks.own_steps(times[-1], S, max(n, len(state)))
         for s in range(1, 7):
-            _stage(s, STEP, S, half)
+            stage(s, STEP, S, half, _WEIGHTS)
             stage_of_memories(s, STEP, S, state)
             _derivative(chain, extra, bearing, again, S, n, given, K1 + s * ROOM)
             turning_events.keep_sliding(slides, K[s])
         steps += 1
-        _difference(STEP, S, limits[0], limits[1], half)
+        difference(STEP, S, limits[0], limits[1], half, _WEIGHTS)
         difference_of_memories(STEP, bends, S, n_memory, limits[0], limits[1])
         add_up(S, n & MOST_LINKS, n_memory)
         lane_clocks.find_errors(S, 2 * n + len(state))
         turns_within(bends, slides, Z, x, y, K, own, cut, leader)
         fresh = lane_clocks.keep(S)
         if fresh:
-            _courses(STEP, S, half, where[0] > n)
+            courses(STEP, S, half, where[0] > n, False, _WEIGHTS)
             _samples(S, n, times, out, where)
             _accept(S, n, len(state))
             under_way = not lane_clocks.advance(times[-1], S)
