@@ -37,8 +37,8 @@ def by_the_book(
 ) -> tuple[Array, int, int]:
     """(n_time, 3, 16) rad by the tableaus, one step for all lanes, with the step control of ``dopri5``.
 
-    The second pair, with beta 0.07, where a step times the fastest decay is more than ``fast``. Also how many steps were
-    taken, and how many with that pair.
+    The second pair, with beta 0.07, where a step times the fastest decay exceeds ``fast``. Also the number of steps,
+    and of those with that pair.
     """
     workspace, rows = lanes.copy(), chain.layout
     rotation, rate, acceleration = (rows.rows(name) for name in ("rotation", "rate", "acceleration"))
