@@ -4,13 +4,13 @@ In both the last of six evaluations is the first of the next step, the second we
 determine the rest: Dormand & Prince, J. Comp. Appl. Math. 6 (1980) 19.
 
 ``DORMAND_PRINCE`` is their pair: Hairer, Norsett & Wanner, *Solving Ordinary Differential Equations I*, 2nd ed. 1993,
-table II.5.2 and section II.6 (``dopri5``). ``DAMPED`` is for legs with springs and linear dampers only. A light
-outboard link with a damper decays at some hundred per second, and stability limits the steps, not their error.
-Dormand and Prince's stability polynomial ``1 + z + ... + z^5/120 + z^6/600`` is stable for decays ``h lambda`` up to
-3.3. With the nodes of ``DAMPED`` the last coefficient is 1/1034 and the limit 4.4; the best possible is 6.3 at 1/1378.
-Its errors of a step are four times as large. So a leg with weak dampers takes as many steps, that of ``make bench`` a
-sixth less, and one with dampers three times as strong a quarter less (``tests/swing/test_explicit_pairs.py``). With
-dry friction it takes more for like errors, because steps end at the turns, which the dense output places.
+table II.5.2 and section II.6 (``dopri5``). ``DAMPED`` is for steps that stability limits, not their error: a light
+outboard link with a damper decays at some hundred per second. Dormand and Prince's stability polynomial
+``1 + z + ... + z^5/120 + z^6/600`` is stable for decays ``h lambda`` up to 3.3. With the nodes of ``DAMPED`` the last
+coefficient is 1/1034 and the limit 4.4; the best possible is 6.3 at 1/1378. Its errors of a step are four times as
+large. ``chain_integrator`` takes it where a step times the fastest decay is large: the leg of ``make bench`` then takes
+a sixth fewer steps, and with dampers three times as strong a quarter fewer (``tests/swing/test_explicit_steps.py``).
+With dry friction it would take more for like errors, because steps end at the turns, which the dense output places.
 
 For a second-order system ``q' = w, w' = a`` the stages of q need no derivatives but those of w:
 ``q_s = q + h c_s w + h^2 sum_k (A A)_sk a_k`` (Hairer, Norsett & Wanner, section II.14), the same method with half of
