@@ -63,9 +63,11 @@ _WEIGHTS, _OF_DAMPED = DORMAND_PRINCE.weights, DAMPED.weights
 # Prince's pair are smaller; it is stable up to 3.3.
 _FAST = 2.5
 _ROUNDS, _NUDGE = 5, 1e-3  # of the power iteration for the fastest decay; its change of the rates, rad/s
-# Step control: the exponents of the last error with both pairs; the share of the step that the error would allow; the
-# smallest and largest change of the step. With 0.04 steps at the limit of stability fail by turns with ``DAMPED``.
-_BEFORE, _BEFORE_OF_DAMPED, _SAFE, _LEAST, _MOST = 0.04, 0.07, 0.9, 0.2, 5.0
+# Step control: the exponents of this error and the last one with each pair; the share of the step that the error would
+# allow; the smallest and largest change of the step. With 0.04 steps at the limit of stability fail by turns with
+# ``DAMPED``.
+_EXPONENTS, _EXPONENTS_OF_DAMPED = (0.2 - 0.75 * 0.04, 0.04), (0.2 - 0.75 * 0.07, 0.07)
+_SAFE, _LEAST, _MOST = 0.9, 0.2, 5.0
 
 MANY, PATIENCE = 1 << 40, 10  # no limit on knots; steps with few knots after a rejected one, of which more gain nothing
 # Of one step at an event: one or two are usual. Rounding may find an event inside each shorter step again, without end.
@@ -248,7 +250,7 @@ def integrate(  # type: ignore[no-untyped-def]
         turning_events.slide_from_start(bends, Z, x, K)
         _put(S, int64(X), n, state)
         cursor = _derivative(chain, extra, bearing, again, S, flat, n, given, t, cursor, k1)
-    decay, weights, before = 0.0, _WEIGHTS, _BEFORE
+    decay, weights, exponents = 0.0, _WEIGHTS, _EXPONENTS
     if n_memory == 0:  # memories are integrated with one pair
         decay = _fastest_decay(chain, S, flat, half)
     any_event, cuts = any_bristle or any_play, 0
@@ -286,7 +288,7 @@ def integrate(  # type: ignore[no-untyped-def]
         if WHOLE and len(known[0]) > 1:
             h, passed, nearest = driven_steps.within_torque(known, cursor, t, h, most)
         weights = _OF_DAMPED if h * decay > _FAST else _WEIGHTS
-        before = _BEFORE_OF_DAMPED if h * decay > _FAST else _BEFORE
+        exponents = _EXPONENTS_OF_DAMPED if h * decay > _FAST else _EXPONENTS
         for s in range(1, 7):
             stage(s, h, S, half, weights)
             now = t
@@ -326,7 +328,7 @@ def integrate(  # type: ignore[no-untyped-def]
                     S[X + MEMORY + e] = S[Y + MEMORY + e]
                     S[K1 + OF_RATES + e] = S[K7 + OF_RATES + e]
             fresh = any_event
-            factor = min(_MOST, _SAFE * error ** -(0.2 - 0.75 * before) * previous**before)
+            factor = min(_MOST, _SAFE * error ** -exponents[0] * previous ** exponents[1])
             if WHOLE and uncut > 0.0:
                 # Continue to the next expected turn of a lane, otherwise with the step size before the cut.
                 coming = turning_events.next_reversal(due, t)
