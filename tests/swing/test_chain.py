@@ -14,7 +14,7 @@ from scipy.special import ellipk
 from fit.simulated_legs import DAMPER, SPRING, robot
 from peers.mujoco_leg import mechanical_energy
 from synth.swing.chain import Conditions, compiled_chain, simulate
-from synth.swing.lane_layout import MOST_MEMORIES
+from synth.swing.lane_layout import LANES, MOST_MEMORIES
 from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
 from synth.swing.mechanics import energy
 
@@ -150,6 +150,22 @@ def test_groups_of_lanes_in_one_run_equal_runs_of_their_own() -> None:
     apart = [chain.run(group, times, 1e-8) for group in np.split(lanes, [3, 5], axis=1)]
     np.testing.assert_array_equal(together, np.concatenate(apart, axis=2))
     assert np.ptp(together[-1], axis=1).min() > 1e-3
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.05])
+def test_many_groups_give_what_each_gives_alone(friction: float) -> None:
+    """More lanes than are copied at once, in groups of sixteen and of other widths; the last group is not full."""
+    chain, times, count = compiled_chain(3), np.linspace(0, 1, 11), 9 * LANES + 5
+    leg = robot().with_joints(knee={"effects": {"coulomb_friction": {"torque": friction}}}) if friction else robot()
+    lanes = np.repeat(lane(leg, [0.3, -1.0, 0.7], [1.0, 0.0, -2.0])[:, None], count, axis=1)
+    lanes[chain.layout.row("spring_rate")] *= np.linspace(0.7, 1.4, count)
+    firsts = list(range(LANES, count, LANES))
+    apart = [chain.run(group, times, 1e-6, rates=True) for group in np.split(lanes, firsts, axis=1)]
+    np.testing.assert_array_equal(chain.run(lanes, times, 1e-6, rates=True), np.concatenate(apart, axis=2))
+    uneven = [3, 19, 20, 31, 47, 60, 76, 80, 96, 112, 128, 140]
+    apart = [chain.run(group, times, 1e-6) for group in np.split(lanes, uneven, axis=1)]
+    groups = chain.acting.groups(lanes, uneven)
+    np.testing.assert_array_equal(chain.run(groups, times, 1e-6), np.concatenate(apart, axis=2))
 
 
 def test_the_integrator_without_effects_moves_the_leg_as_the_one_with_all_of_them() -> None:
