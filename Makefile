@@ -70,6 +70,7 @@ blind-next: $(READY)  ## does the suggested command name more causes than a chir
 rigs: $(READY)  ## what dominates on six real rigs of ../shared, from each half; known faults put into real recordings: build/rigs
 	PYTHONPATH=tests $(BIN)/python -m real_rigs --to build/rigs
 	PYTHONPATH=tests $(BIN)/python -m real_rigs.planted
+	PYTHONPATH=tests $(BIN)/python -m real_rigs.planted large
 	PYTHONPATH=tests $(BIN)/python -m real_rigs.planted_driven
 
 tune: SEED = 1000

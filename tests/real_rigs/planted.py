@@ -1,6 +1,7 @@
-"""Faults of known size put into real recordings: ``python -m real_rigs.planted``, see ``make rigs``.
+"""Faults of known size put into real recordings: ``python -m real_rigs.planted [large]``, see ``make rigs``.
 
-The double pendulum's four small swings, whose remainder is a rig's own: 0.13 deg, a hundred times the encoders' noise.
+The double pendulum's four small swings, or with ``large`` fitted on its eight large ones, the small ones held out. Its
+remainder is a rig's own: 0.13 deg, a hundred times the encoders' noise.
 A reading is changed in the recordings; a number is changed in the leg file, so that the rig departs from it by as much
 the other way. A fault counts as shown if the gap within the tolerances is at least 1.5 times that without a fault.
 """
@@ -93,29 +94,33 @@ FAULTS = (
 )  # fmt: skip
 
 
-def project(folder: Path, fault: Fault | None) -> Path:
-    """The project with all four swings learnt from; none without a fault."""
+def project(folder: Path, fault: Fault | None, *, large: bool = False) -> Path:
+    """The project without or with a fault: learnt from the four small swings, or from the eight large ones.
+
+    The small ones are then held out.
+    """
     text = (DOUBLE / "double_pendulum.leg.yaml").read_text()
     for old, new in (fault.numbers if fault else {}).items():
         assert text.count(old) == 1, old
         text = text.replace(old, new)
     (folder / "double_pendulum.leg.yaml").write_text(text)
     names = []
-    for file in sorted((DOUBLE / "trials").glob("val_*.csv")):
+    for file in sorted((DOUBLE / "trials").glob("*.csv" if large else "val_*.csv")):
         table = np.genfromtxt(file, delimiter=",", skip_header=1)
         made = fault.read(table) if fault else table
         header = "time [s],upper [deg],lower [deg]"
         np.savetxt(folder / file.name, made, delimiter=",", header=header, comments="", fmt="%.4f")
-        names.append(f"  - {{file: {file.name}}}")
+        held_out = str(large and file.name.startswith("val_")).lower()
+        names.append(f"  - {{file: {file.name}, held_out: {held_out}}}")
     lines = ["kind: gap", "leg: double_pendulum.leg.yaml", "tolerance: {damper: 50 %}", "trials:", *names]
     (folder / "gap.yaml").write_text("\n".join(lines) + "\n")
     return folder / "gap.yaml"
 
 
-def diagnosed(fault: Fault | None) -> dict[str, Any]:
-    """``gap.json`` of the recordings with a fault."""
+def diagnosed(fault: Fault | None, *, large: bool = False) -> dict[str, Any]:
+    """``gap.json`` of the recordings with a fault; ``large`` as of ``project``."""
     with tempfile.TemporaryDirectory() as folder:
-        read = read_gap_project(project(Path(folder), fault))
+        read = read_gap_project(project(Path(folder), fault, large=large))
         return diagnose(read.leg, read.trials, read.tolerance, seed=read.seed).as_json()
 
 
@@ -134,11 +139,12 @@ def main() -> int:
     if missing:
         print(f"not here: {', '.join(missing)}", file=sys.stderr)  # noqa: T201
         return 1
-    plain = diagnosed(None)["gap"]["before"]["value"]
+    large = "large" in sys.argv[1:]
+    plain = diagnosed(None, large=large)["gap"]["before"]["value"]
     print(f"without a fault: {plain:.2f} deg within the tolerances; then fault, gap, verdict, first causes")  # noqa: T201
     right = shown = 0
     for fault in FAULTS:
-        found = diagnosed(fault)
+        found = diagnosed(fault, large=large)
         gap = found["gap"]["before"]["value"]
         visible = gap >= SHOWN * plain or fault.effect == "encoder_quantisation"
         shown += visible
