@@ -27,7 +27,7 @@ from synth.swing.leg_model import Leg, Tip
 from synth.swing.stage_rows import SINGLE_ROOM
 from synth.units import quantity
 
-MAX_STEPS = 20_000  # of one trajectory, which is nan beyond this; three links need about 140 per second
+MAX_STEPS = 20_000  # of one trajectory, which is nan beyond this; three links need about 120 per second
 # Lanes whose samples are written to an array of their own before they are copied: those of a group lie apart by a row
 # of all lanes, and each would be written to another page of memory.
 TOGETHER = 64

@@ -2,7 +2,8 @@
 
 They are inlined into ``chain_integrator``. ``S`` is its array: the blocks named here, then the workspace of
 ``lane_layout``. The length ``half`` of the loops is n_link * 16. Sums are written out, because a loop would store and
-load the partial sum at each term; angles take the accelerations themselves, see ``explicit_pairs``.
+load the partial sum at each term; angles take the accelerations themselves, see ``explicit_pairs``. ``weights`` : those
+of a pair, see ``RungeKuttaPair.weights``.
 """
 
 from __future__ import annotations
@@ -199,8 +200,8 @@ def courses(step, S, half, with_rates, smooth, weights):  # type: ignore[no-unty
     """Write the coefficients of the angles' courses over the step to ``R1`` to ``R5``, also the rates' if wanted.
 
     The dense output, or of ``smooth`` courses Hermite's polynomial of degree 5 with the angles, rates and accelerations
-    of both ends, which is nearer. Not with friction: at a step's end where a joint turns, the acceleration is that
-    behind the turn, and fits stopped early.
+    of both ends, which is nearer. Not with friction, where fits stopped early with it (``test_many_minima``), probably
+    because the acceleration at a step's end where a joint turns is that after the turn.
     """
     D, DD = weights[5], weights[6]
     for e in range(half):

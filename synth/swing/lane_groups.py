@@ -20,10 +20,9 @@ class LaneGroups:
     """Groups of at most sixteen lanes that share their steps, and what is on in each: all that a start does not change.
 
     ``lanes`` : each (n_row, 16), copies of the first lane behind its own; of groups in which nothing is on, only the
-    first ``Layout.n_plain`` rows; ``widths`` : numbers of own lanes; ``bent``,
-    ``memories`` : the results of ``bends`` and ``remembered``. ``state`` (n_motion, 2 n, n_lane) rad, rad/s of all
-    groups in order: initial rotations and rates of each motion instead of those in ``lanes``; ``begins`` : the index of
-    its first sample.
+    first ``Layout.n_plain`` rows; ``widths`` : numbers of own lanes; ``bent``, ``memories`` : the results of ``bends``
+    and ``remembered``. ``state`` (n_motion, 2 n, n_lane) rad, rad/s of all groups in order: initial rotations and rates
+    of each motion instead of those in ``lanes``; ``begins`` : the index of its first sample.
     """
 
     lanes: Sequence[Array]
@@ -65,7 +64,7 @@ class LaneGroups:
 
 
 def full_group(group: Array) -> Array:
-    """(n_row, 16) a group's lanes, and copies of the first one; full groups without gaps in memory themselves."""
+    """(n_row, 16) a group's lanes, then copies of the first one; a full group without gaps is returned itself."""
     if group.shape[1] == LANES and group.flags.c_contiguous:
         return group
     made = np.empty((len(group), LANES))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from itertools import combinations_with_replacement
+from math import factorial
 
 import numpy as np
 import pytest
@@ -28,7 +30,7 @@ def trees(n: int) -> list[Tree]:
     """All rooted trees with ``n`` nodes."""
     smaller = [tree for k in range(1, n) for tree in trees(k)]
     found = [t for count in range(n) for t in combinations_with_replacement(smaller, count) if order(t) == n]
-    assert len(found) == (1, 1, 2, 4, 9)[n - 1]
+    assert len(found) == (1, 1, 2, 4, 9, 20)[n - 1]
     return found
 
 
@@ -84,3 +86,29 @@ def test_decays_are_stable_up_to_longer_steps() -> None:
 
     assert limit(DORMAND_PRINCE) == pytest.approx(3.31, abs=0.01)
     assert limit(DAMPED) == pytest.approx(4.41, abs=0.02)
+
+
+def test_errors_of_a_step_are_four_times_those_of_dormand_and_prince() -> None:
+    """Norm of the principal error; Hairer, Norsett & Wanner, section II.3."""
+
+    def symmetry(tree: Tree) -> int:
+        return int(np.prod([factorial(m) * symmetry(each) ** m for each, m in Counter(tree).items()]))
+
+    def norm(pair: RungeKuttaPair) -> float:
+        missed = [(tableau(pair)[-1] @ weight(t, tableau(pair)) - 1 / density(t)) / symmetry(t) for t in trees(6)]
+        return float(np.linalg.norm(missed))
+
+    assert norm(DORMAND_PRINCE) == pytest.approx(3.99e-4, rel=0.01)
+    assert norm(DAMPED) / norm(DORMAND_PRINCE) == pytest.approx(4.0, abs=0.2)
+
+
+def test_no_six_evaluations_are_stable_beyond_6_3() -> None:
+    x = np.linspace(0.0, 8.0, 8001)
+    taylor = sum((-x) ** k / factorial(k) for k in range(6))
+
+    def limit(inverse: float) -> float:
+        return float(x[np.flatnonzero(np.abs(taylor + x**6 / inverse) > 1.0 + 1e-9)[0]])
+
+    limits = {inverse: limit(inverse) for inverse in range(400, 3000, 2)}
+    assert max(limits.values()) == pytest.approx(6.26, abs=0.01)
+    assert max(limits, key=lambda inverse: limits[inverse]) == pytest.approx(1378, abs=6)
