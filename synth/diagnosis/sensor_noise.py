@@ -32,6 +32,7 @@ FLAT = 0.5  # exponent of growth with D of independent samples, as few as a tria
 STEEPER = 1.5  # times that exponent, growth at smaller D if a filter is the reason
 OF_MOTION = 3e-3  # of the motion, below which differences of every D-th sample are not yet the motion's own
 FINE = 1e-4  # of the motion, below which the step of the readings is a file's rounding, not an encoder's count
+EVEN = 1e-3  # of the step, range of the steps of samples that count as even
 LEAST_GAP = 1e-7  # rad between readings; less is how a file is written
 LEAST = 1e-9  # rad: so that readings of a simulation have some noise
 ROUNDED = 2.0  # times the noise of rounding, below which differences show the rounding
@@ -54,10 +55,11 @@ def sensor(recordings: Sequence[Recording]) -> AngleSensor:
     """Noise and counts of each joint's channel, from the samples only.
 
     Noise by sixth differences (Tukey, *Exploratory Data Analysis* 1977; von Neumann et al., Ann. Math. Stat. 12 (1941)
-    153, for the first): white noise of deviation s gives them the deviation ``s sqrt(sum binom(6, k)^2)``. Differences
-    beyond three robust deviations are left out. Joints that differ by less than ``SAME`` are pooled. A coarse count
-    makes steps that no difference shows while the joint rests; its ``step/sqrt(12)`` is then used as noise (Widrow &
-    Kollar, *Quantization Noise*, 2008, ch. 1). Filtered readings as told above.
+    153, for the first): white noise of deviation s gives them the deviation ``s sqrt(sum binom(6, k)^2)``; of uneven
+    samples by divided differences. Those beyond three robust deviations are left out. Joints that differ by less than
+    ``SAME`` are pooled. A coarse count makes steps that no difference shows while the joint rests; its
+    ``step/sqrt(12)`` is then used as noise (Widrow & Kollar, *Quantization Noise*, 2008, ch. 1). Filtered readings as
+    told above.
     """
     n = recordings[0].rotation.shape[1]
     squares: list[list[float]] = [[] for _ in range(n)]
@@ -66,7 +68,7 @@ def sensor(recordings: Sequence[Recording]) -> AngleSensor:
         for j in recording.free:
             value = recording.rotation[:, j]
             good = recording.counts[:, j]
-            found = _variance(value, good, ORDER)
+            found = _variance(recording.time, value, good, ORDER)
             if not np.isfinite(found):
                 continue
             squares[j].append(found)
@@ -95,17 +97,34 @@ def _scatter(recordings: Sequence[Recording], joint: int, noise: float) -> float
     return float(np.median(ratio)) if ratio else 0.0
 
 
-def _variance(value: Array, good: Mask, order: int) -> float:
+def _variance(time: Array, value: Array, good: Mask, order: int) -> float:
     """rad^2, of the white noise of readings (m,), by their differences; nan for too few."""
     if len(value) < order + FEWEST:
         return np.nan
-    difference = np.diff(value, order)[np.lib.stride_tricks.sliding_window_view(good, order + 1).all(axis=1)]
+    difference = _unit_differences(time, value, order)[np.lib.stride_tricks.sliding_window_view(good, order + 1).all(1)]
     if len(difference) < FEWEST:
         return np.nan
     robust = 1.4826 * float(np.median(np.abs(difference))) + 1e-12
     kept = difference[np.abs(difference) < 3.0 * robust]
-    norm = sum(comb(order, k) ** 2 for k in range(order + 1))
-    return float(np.mean(kept**2)) / norm / 0.9733  # variance of a normal truncated at 3
+    return float(np.mean(kept**2)) / 0.9733  # variance of a normal truncated at 3
+
+
+def _unit_differences(time: Array, value: Array, order: int) -> Array:
+    """(m - order,) rad, differences of neighbours, scaled so that white noise has its own deviation in each.
+
+    Of uneven samples divided differences: plain ones show each step's deviation times the joint's speed. A swing of
+    30 deg at 3 Hz, sampled at 250 Hz with steps off by a fifth, seemed to have 0.11 deg of noise for 0.05.
+    """
+    step = np.diff(time)
+    if np.ptp(step) < EVEN * np.median(step):
+        return np.asarray(np.diff(value, order) / np.sqrt(sum(comb(order, k) ** 2 for k in range(order + 1))))
+    view = np.lib.stride_tricks.sliding_window_view
+    windows = view(time / np.median(step), order + 1)
+    weights = np.ones_like(windows)
+    for k in range(order + 1):
+        for other in (*range(k), *range(k + 1, order + 1)):
+            weights[:, k] /= windows[:, k] - windows[:, other]
+    return np.asarray((weights * view(value, order + 1)).sum(axis=1) / np.sqrt((weights**2).sum(axis=1)))
 
 
 def _of_filtered(recordings: Sequence[Recording], noise: Array, step: Array, scatter: Array) -> Array:
@@ -135,7 +154,7 @@ def _let_through(recordings: Sequence[Recording], joint: int, step: float) -> fl
     deviations = []
     for stride in STRIDES:
         found = [
-            _variance(r.rotation[k::stride, joint], r.counts[k::stride, joint], FINE_ORDER)
+            _variance(r.time[k::stride], r.rotation[k::stride, joint], r.counts[k::stride, joint], FINE_ORDER)
             for r in free
             for k in range(0, stride, max(1, stride // 4))
         ]

@@ -12,9 +12,11 @@ from synth.arrays import Array
 from synth.motion.pace import pace
 
 Mask = NDArray[np.bool_]
+Indices = NDArray[np.intp]
 
 # Of the motion's pace: the error of a cubic over this range of a sinusoid is 1e-5 of its amplitude. 30 ms at 2 Hz.
 SUPPORT = 0.7
+SHOWN = 0.1  # of the noise's share in a residual of uniform samples; where less is shown, it is not used
 COARSEST_COUNT = np.radians(0.5)  # no encoder in use is coarser: a larger smallest difference is not a count
 
 
@@ -22,9 +24,9 @@ COARSEST_COUNT = np.radians(0.5)  # no encoder in use is coarser: a larger small
 class Smoothed:
     """A recording on a uniform grid: ``time`` (n,) s, ``angle`` and ``rate`` (n, n_joint) rad, rad/s.
 
-    ``noise`` (n_joint,) rad is the scatter of the samples about the polynomials; ``gap`` (n,) marks grid points
-    in a gap of the recording; ``width`` s is the polynomials' support, ``pace`` s its
-    time scale, see ``motion.pace``.
+    ``noise`` (n_joint,) rad is the scatter of the samples (not of the grid) about the polynomials; ``gap`` (n,) marks
+    grid points in a gap of the recording; ``width`` s is the polynomials' support, ``pace`` s its time scale, see
+    ``motion.pace``.
     """
 
     time: Array
@@ -90,12 +92,14 @@ def smooth(time: Array, angle: Array, lost: Mask, width: float | None = None, lo
     n_joint = angle.shape[1]
     even = np.zeros((count, n_joint))
     gap = np.zeros(count, dtype=bool)
+    shares = []
     for j in range(n_joint):
         good = ~lost[:, j]
         if good.sum() < 7:
             raise ValueError(f"joint {j}: {int(good.sum())} good samples, at least 7 are needed")
         even[:, j] = np.interp(grid, time[good], angle[good, j])
         position = np.searchsorted(time[good], grid).clip(1, int(good.sum()) - 1)
+        shares.append(_Shares.of(time[good], grid, position))
         # Four lost samples or more; fewer are bridged by the polynomials.
         gap |= (time[good][position] - time[good][position - 1]) > 4.5 * step
     own = pace(step, np.delete(even, list(locked), axis=1))
@@ -104,10 +108,65 @@ def smooth(time: Array, angle: Array, lost: Mask, width: float | None = None, lo
     if points < 5:
         raise ValueError(f"{count} samples, at least 7 are needed")
     value, rate, kept = savitzky_golay(even, points, 3, step)
-    # The residual of a local fit with a share `kept` of its degrees of freedom underestimates the noise by that share.
-    # By the median, so that undetected glitches do not count as noise.
-    noise = 1.4826 * np.median(np.abs(even - value), axis=0) / np.sqrt(kept)
-    return Smoothed(grid, value, rate, noise, gap, width, own)
+    residual = np.eye(points)[points // 2] - smoothing_weights(points, 3)[0]
+    noise = [_scatter(even[:, j] - value[:, j], shares[j].kept(residual), kept) for j in range(n_joint)]
+    return Smoothed(grid, value, rate, np.array(noise), gap, width, own)
+
+
+@dataclass(frozen=True)
+class _Shares:
+    """Linear interpolation on the grid: point i is ``1 - right[i]`` of sample ``left[i]``, and the rest the next."""
+
+    left: Indices
+    right: Array
+
+    @classmethod
+    def of(cls, time: Array, grid: Array, position: Indices) -> _Shares:
+        """Of the grid's points (n,) between the samples ``position - 1`` and ``position``."""
+        left = position - 1
+        return cls(left, ((grid - time[left]) / (time[position] - time[left])).clip(0.0, 1.0))
+
+    def kept(self, residual: Array) -> Array:
+        """(n,) share of the samples' noise variance in the grid's residuals, given the weights of one (points,).
+
+        Two neighbours' mean has less noise than either, and grid points that share a sample share its noise: 60 samples
+        with steps of 2.4 to 5.6 ms showed 0.034 deg of their 0.052 when the grid's residuals were taken for theirs.
+        """
+        points, half = len(residual), len(residual) // 2
+        variance = np.zeros(len(self.left) - points + 1)
+        for lag in range(points):
+            covariance = self._covariance(lag)
+            if lag and not covariance.any():
+                break
+            products = residual[: points - lag] * residual[lag:]
+            variance += (2.0 if lag else 1.0) * np.correlate(covariance, products, "valid")
+        return np.pad(variance, (half, len(self.left) - half - len(variance)), mode="edge")
+
+    def _covariance(self, lag: int) -> Array:
+        """(n - lag,) of the interpolated noise of grid points ``lag`` apart, in units of a sample's variance."""
+        first, later = slice(len(self.left) - lag), slice(lag, None)
+        a, b = self.right[first], self.right[later]
+        apart = self.left[later] - self.left[first]
+        same, next_one = a * b + (1.0 - a) * (1.0 - b), a * (1.0 - b)
+        return np.where(apart == 0, same, np.where(apart == 1, next_one, 0.0))
+
+
+def _scatter(residual: Array, share: Array, kept: float) -> float:
+    """The samples' noise, rad, from the grid's residuals (n,), which show a ``share`` (n,) of its variance.
+
+    By the median, so that undetected glitches do not count as noise. In gaps the polynomials follow the bridging line
+    and the residuals show nothing: those whose share is a small part of ``kept``, that of even samples, are left out.
+    """
+    shown = share > SHOWN * kept
+    if not shown.any():
+        return 0.0
+    return 1.4826 * float(np.median(np.abs(residual[shown]) / np.sqrt(share[shown])))
+
+
+def smoothing_weights(points: int, degree: int) -> Array:
+    """(degree + 1, points) weights of the samples in a local polynomial's coefficients at the middle."""
+    half = points // 2
+    return np.linalg.pinv(np.vander(np.arange(-half, half + 1.0), degree + 1, increasing=True))
 
 
 def savitzky_golay(value: Array, points: int, degree: int, step: float) -> tuple[Array, Array, float]:
@@ -121,7 +180,7 @@ def savitzky_golay(value: Array, points: int, degree: int, step: float) -> tuple
     """
     half = points // 2
     offset = np.arange(-half, half + 1.0)
-    inverse = np.linalg.pinv(np.vander(offset, degree + 1, increasing=True))
+    inverse = smoothing_weights(points, degree)
     windows = np.lib.stride_tricks.sliding_window_view(value, points, axis=0)
     smoothed, rate = np.empty_like(value), np.empty_like(value)
     smoothed[half:-half] = windows @ inverse[0]

@@ -35,6 +35,9 @@ MAIN = (40.0, 250.0)  # floors, of a main cause
 SMALL = (0.03, 0.12)  # of the main cause's gap, of each small one
 SMALL_NUMBER = (3, 5)
 OFF = (2.0, 3.0)  # tolerances, size of wrong parameters
+UNEVEN = (0.5, 0.03, 0.3)  # share of rigs without a filter; spread of steps, as ../shared/rigs/servo_bench has it
+CLOCK = 0xC10C
+FARTHEST = 0.45  # of a step, of a sample from its even time
 OFF_NUMBER = (1, 3)
 DRIVEN, FILTERED, LATE = 0.35, 0.5, 0.35  # share of the rigs that are
 LATE_JOINTS = 2  # fewest joints of a leg with one late channel
@@ -47,10 +50,24 @@ ATTEMPTS = 40
 
 @dataclass(frozen=True)
 class Dirt:
-    """Faults of a recording: ``cutoff`` Hz of a zero-phase filter or 0; ``late`` (n,) s, clocks a sample apart."""
+    """Faults of a recording: ``cutoff`` Hz of a zero-phase filter or 0; ``late`` (n,) s, clocks a sample apart;
+
+    ``uneven`` RMS of the steps between samples, of the usual one, with right stamps.
+    """
 
     cutoff: float
     late: Array
+    uneven: float = 0.0
+
+    def stamps(self, times: Array, seed: list[int]) -> Array:
+        """(m,) s, when the samples of these even times are taken: the first and the last do not move."""
+        if not self.uneven:
+            return times
+        step = float(times[1] - times[0])
+        off = np.random.default_rng(seed).normal(0.0, self.uneven / math.sqrt(2.0), len(times))
+        off = off.clip(-FARTHEST, FARTHEST)
+        off[[0, -1]] = 0.0
+        return np.asarray(times + step * off)
 
 
 def make_rig(
@@ -99,7 +116,7 @@ def _attempt(
         main.append(_cause(rng, ground, other, level * rng.uniform(0.6, 1.0)))
     alike, share = _rivals(rng, ground, main, kind, level)
     small = _small(rng, ground, main, level)
-    dirt = _dirt(rng, setup)
+    dirt = _unevenly(_dirt(rng, setup), [*seed, CLOCK])
     return _record(rng, ground, (main, small), dirt, {
         "seed": seed, "kind": kind, "level": level, "numbers": numbers, "alike": alike, "library_leaves": share,
         "driven": bool(setup.trials[0].drive),
@@ -215,6 +232,15 @@ def _dirt(rng: np.random.Generator, setup: Setup) -> Dirt:
     return Dirt(cutoff, late)
 
 
+def _unevenly(dirt: Dirt, seed: list[int]) -> Dirt:
+    """The clock's unevenness, which changes nothing else of the rig. Laboratories filter on an even clock."""
+    rng = np.random.default_rng(seed)
+    share, low, high = UNEVEN
+    if dirt.cutoff or rng.random() > share:
+        return dirt
+    return replace(dirt, uneven=math.exp(rng.uniform(math.log(low), math.log(high))))
+
+
 def _filtered(reading: Array, setup: Setup, dirt: Dirt) -> Array:
     """Filtered readings: second order, forward and backward (Winter, Biomechanics, 2009, section 3.4)."""
     if not dirt.cutoff:
@@ -237,7 +263,8 @@ def _record(
     recorded = replace(sensor, latency=sensor.latency + dirt.late)
     motions = ground.run(truth, recorded, True)
     readings, floors = [], []
-    for motion, trial, times in zip(motions, setup.trials, ground.times, strict=True):
+    stamps = [dirt.stamps(times, [*note["seed"], CLOCK, i]) for i, times in enumerate(ground.times)]
+    for motion, trial, times in zip(motions, setup.trials, stamps, strict=True):
         assert motion is not None
         clean = recorded.read(leg, motion, times, trial.start, counted=False)
         shaken = recorded.record(clean, setup.noise, setup.counts, np.random.default_rng(rng.integers(0, 2**63)))
@@ -267,6 +294,7 @@ def _record(
         "cannot_be_told_apart": [],
         "level": round(note["level"], 2),
         "filtered_hz": round(dirt.cutoff, 2),
+        "uneven_clock": round(dirt.uneven, 3),
         "driven": note["driven"],
         "library_leaves": note["library_leaves"],
         "noise_floor_deg": round(math.degrees(floor), 6),
@@ -275,7 +303,7 @@ def _record(
         "seed": note["seed"],
     }
     states = [ground._state(m, t.start) for m, t in zip(motions, setup.trials, strict=True) if m is not None]
-    return Case(setup, tuple(ground.times), tuple(readings), tuple(states), answer, truth, recorded, ground.scale.rest)
+    return Case(setup, tuple(stamps), tuple(readings), tuple(states), answer, truth, recorded, ground.scale.rest)
 
 
 def _left(

@@ -58,6 +58,16 @@ def test_noise_is_estimated_from_the_readings_alone(noise: float) -> None:
     assert coarse_counts(found) == ()
 
 
+@pytest.mark.parametrize("noise", [0.01, 0.1])
+@pytest.mark.parametrize("spread", [0.05, 0.25])
+def test_noise_of_samples_at_uneven_times(noise: float, spread: float) -> None:
+    """As the loop on a computer logs them, stamped right; plain differences show 0.05 to 0.17 deg of the motion at a quarter."""
+    steps = np.random.default_rng(8).normal(1.0, spread, 400).clip(0.3, 1.7)
+    found = sensor(read(recorded(LEG, noise=np.radians(noise), held_out=0, time=0.005 * np.cumsum(steps))))
+    np.testing.assert_allclose(np.degrees(found.noise), noise, rtol=0.1)
+    assert np.all(found.scatter < FILTERED)
+
+
 @pytest.mark.parametrize("cutoff", [40.0, 80.0, 120.0])
 def test_noise_of_filtered_readings_is_what_the_filter_let_through(cutoff: float) -> None:
     """A zero-phase Butterworth filter, as labs use it, at 500 Hz; the motion's frequencies are 1 to 4 Hz."""

@@ -47,6 +47,29 @@ def test_a_cubic_passes_unchanged_to_its_ends() -> None:
     assert not found.gap.any()
 
 
+@pytest.mark.parametrize("frequency", [1.0, 3.0])
+def test_noise_of_uneven_samples_is_theirs_not_that_of_the_interpolated_grid(frequency: float) -> None:
+    generator = np.random.default_rng(11)
+    told = []
+    for _ in range(200):
+        time = np.cumsum(0.004 * (1 + 0.2 * generator.integers(-2, 3, 200)))
+        angle = swing(time, frequency) + generator.normal(0, 1e-3, (200, 1))
+        told.append(smooth(time, angle, np.zeros_like(angle, dtype=bool)).noise)
+    assert np.sqrt(np.mean(np.square(told))) == pytest.approx(1e-3, rel=0.05)
+
+
+def test_a_gap_says_nothing_of_the_noise() -> None:
+    generator = np.random.default_rng(12)
+    time = np.arange(0.0, 1.0, 0.004)
+    told = []
+    for _ in range(100):
+        angle = swing(time, 1.0) + generator.normal(0, 1e-3, (len(time), 1))
+        lost = np.zeros_like(angle, dtype=bool)
+        lost[80:230] = True
+        told.append(smooth(time, angle, lost, width=0.05).noise)
+    assert np.sqrt(np.mean(np.square(told))) == pytest.approx(1e-3, rel=0.05)
+
+
 @pytest.mark.parametrize(("rate", "joints"), [(100.0, 1), (500.0, 3), (1000.0, 1)])
 def test_noise_is_estimated_within_five_per_cent(rate: float, joints: int) -> None:
     time = np.arange(0, 1.0 + 0.5 / rate, 1 / rate)

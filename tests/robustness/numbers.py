@@ -101,6 +101,7 @@ def groups(records: Sequence[Record]) -> list[tuple[str, list[Line]]]:
         ("Trials", lambda r: _band(r["trials"], (2, 5, 12), "trials")),
         ("Links", lambda r: str(len(r["joints"]))),
         ("Damping", _damping),
+        ("Clock", lambda r: "even" if not r["uneven"] else _band(r["uneven"], (0.1,), "of a step, RMS")),
         ("Lost samples", lambda r: "5 % lost" if r["lost"] else "none lost"),
         ("Hand", lambda r: "drives the first 0.15 s" if r["driven"] else "none"),
     ]

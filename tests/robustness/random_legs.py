@@ -35,7 +35,8 @@ class Recorder:
     """How the trials of one leg are recorded.
 
     ``noise`` deg SD; ``counts`` a turn, 0 for none; ``rate`` Hz; ``trials`` how many; ``lost`` share of samples that
-    are missing; ``driven`` s from the start with an external torque, 0 for none.
+    are missing; ``driven`` s from the start with an external torque, 0 for none; ``uneven`` RMS of the steps between
+    samples, of the usual one: a log written by a loop on a computer has 0.03 to 0.24 (``../shared/rigs/servo_bench``).
     """
 
     noise: float
@@ -44,6 +45,7 @@ class Recorder:
     trials: int
     lost: float = 0.0
     driven: float = 0.0
+    uneven: float = 0.0
 
     @property
     def scatter(self) -> float:
@@ -94,6 +96,12 @@ def random_recorder(generator: np.random.Generator) -> Recorder:
     trials = round(math.exp(generator.uniform(0.0, math.log(30.4))))
     lost, driven = 0.05 * (generator.random() < 0.5), 0.15 * (generator.random() < 0.25)
     return Recorder(noise, int(2 ** generator.integers(9, 14)), rate, max(trials, 1), lost, driven)
+
+
+def random_unevenness(seed: int) -> float:
+    """Of the clock: none for half of the seeds, else 0.03 to 0.3 of a step. Nothing else of a case is changed."""
+    generator = np.random.default_rng([seed, 502])
+    return float(math.exp(generator.uniform(math.log(0.03), math.log(0.3)))) if generator.random() < 0.5 else 0.0
 
 
 def random_leg(generator: np.random.Generator, links: int | None = None) -> tuple[Leg, Array]:
@@ -155,7 +163,11 @@ def record(
     n = len(leg.joints)
     away = np.radians(generator.uniform(8, 30, n)) * generator.choice((-1, 1), n)
     start, first = rest_pose(leg) + away, generator.normal(0.0, 0.2, n)
-    times = np.arange(round(duration * recorder.rate) + 1) / recorder.rate
+    steps = np.ones(round(duration * recorder.rate))
+    if recorder.uneven:  # the stamps are right
+        clock = np.random.default_rng(generator.bit_generator.seed_seq.spawn(1)[0])  # type: ignore[attr-defined]
+        steps += np.clip(recorder.uneven * clock.normal(size=len(steps)), -2.5 * recorder.uneven, 2.5 * recorder.uneven)
+    times = np.concatenate([[0.0], np.cumsum(steps)]) / recorder.rate
     pushed = None
     if recorder.driven:
         stiffness = np.array([joint.spring.rate if joint.spring else 0.0 for joint in leg.joints])
@@ -176,7 +188,7 @@ def random_case(seed: int, recorder: Recorder | None = None, links: int | None =
     generator = np.random.default_rng([seed, 500])
     leg, ratio = random_leg(generator, links)
     drawn = random_recorder(generator)
-    recorder = recorder or drawn
+    recorder = recorder or replace(drawn, uneven=random_unevenness(seed))
     # Recordings end after the motion has decayed, but not later than is usual for a creeping leg.
     duration = float(np.clip(4.0 * slowest_time(leg), 0.6, 3.0))
     made = [record(leg, recorder, generator, f"release {i}", duration) for i in range(recorder.trials)]

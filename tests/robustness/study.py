@@ -51,6 +51,7 @@ def study_case(seed: int, case: Case | None = None) -> dict[str, Any]:
         "trials": recorder.trials,
         "lost": recorder.lost,
         "driven": recorder.driven,
+        "uneven": recorder.uneven,
         "duration": float(case.trials[0].time[-1]),
     }
     seen = [hand_until(case, trial) for trial in case.trials]
