@@ -16,6 +16,8 @@ Indices = NDArray[np.intp]
 
 # Of the motion's pace: the error of a cubic over this range of a sinusoid is 1e-5 of its amplitude. 30 ms at 2 Hz.
 SUPPORT = 0.7
+LONGEST_RUN = 3  # samples: a marker taken for another, or a bus that repeats a wrong reading
+BESIDE = 0.3  # of a run's steps there and back, the largest step within it and beside it
 SHOWN = 0.1  # of the noise's share in a residual of uniform samples; where less is shown, it is not used
 COARSEST_COUNT = np.radians(0.5)  # no encoder in use is coarser: a larger smallest difference is not a count
 
@@ -44,12 +46,14 @@ def odd_points(width: float, step: float) -> int:
 
 
 def lost_samples(angle: Array, limit: float = 8.0) -> Mask:
-    """(n_time, n_joint) True for a missing sample or an isolated outlier.
+    """(n_time, n_joint) True for a missing sample or an outlier, alone or in a run of up to ``LONGEST_RUN``.
 
     A Hampel filter on second differences: a sample is lost when it departs from the mean of its two neighbours by
     more than ``limit`` robust standard deviations of that departure while its neighbours agree with theirs
-    (Pearson, *Mining Imperfect Data*, 2005, section 3.2). The deviation is at least that of rounding to
-    the encoder's counts: in a quiet recording most departures are zero and a flicker of one count is not a spike.
+    (Pearson, *Mining Imperfect Data*, 2005, section 3.2). A run is lost when the steps to it and back are larger than
+    that and those beside them are small: a swing as fast would have steps as large beside them. The deviation is at
+    least that of rounding to the encoder's counts: in a quiet recording most departures are zero and a flicker of one
+    count is not a spike.
     """
     lost = ~np.isfinite(angle)
     for j in range(angle.shape[1]):
@@ -69,7 +73,25 @@ def lost_samples(angle: Array, limit: float = 8.0) -> Mask:
         # A fifth leaves room for noise.
         alone = (before * middle < -0.2 * middle**2) & (after * middle < -0.2 * middle**2)
         lost[good[1:-1][spike & alone], j] = True
+        rest = np.flatnonzero(~lost[:, j])
+        lost[rest[_runs(angle[rest, j], limit * scale)], j] = True
     return lost
+
+
+def _runs(value: Array, least: float) -> Mask:
+    """(n,) True in runs of two to ``LONGEST_RUN`` samples beside the series, by steps above ``least`` there and back."""
+    found = np.zeros(len(value), dtype=bool)
+    step = np.diff(value)
+    for length in range(2, LONGEST_RUN + 1):
+        # So many steps before and after are looked at: a swing of four samples a period has its next half there.
+        far = length + 2
+        windows = np.lib.stride_tricks.sliding_window_view(np.pad(step, far - 1), length + 1 + 2 * far)
+        size = np.minimum(np.abs(windows[:, far]), np.abs(windows[:, -far - 1]))
+        others = np.delete(np.abs(windows), [far, windows.shape[1] - far - 1], axis=1).max(axis=1)
+        back = windows[:, far] * windows[:, -far - 1] < 0.0
+        for start in np.flatnonzero(back & (size > least) & (BESIDE * size > others)) + 2:
+            found[start : start + length] = True
+    return found
 
 
 def smooth(time: Array, angle: Array, lost: Mask, width: float | None = None, locked: Sequence[int] = ()) -> Smoothed:

@@ -81,12 +81,12 @@ def test_noise_is_estimated_within_five_per_cent(rate: float, joints: int) -> No
     assert np.sqrt(np.mean(np.square(told))) == pytest.approx(1.7e-3, rel=0.05)
 
 
-def test_paired_glitches_are_not_counted_as_noise() -> None:
+def test_glitches_that_are_not_found_are_not_counted_as_noise() -> None:
     time = np.arange(0, 1, 0.002)
     generator = np.random.default_rng(3)
     angle = swing(time) + generator.normal(0, 1.7e-3, (len(time), 1))
     for first in range(20, 500, 80):
-        angle[first : first + 2] += 1.0  # not alone, so not found as lost
+        angle[first : first + 5] += 1.0  # longer than what is found as lost
     assert not lost_samples(angle).any()
     assert smooth(time, angle, lost_samples(angle)).noise[0] == pytest.approx(1.7e-3, rel=0.4)
 
@@ -127,6 +127,25 @@ def test_flicker_of_one_count_is_no_lost_sample_but_a_spike_is(noise: float, rat
     assert not lost_samples(np.radians(read)).any()
     read[-30] += 30 * count
     np.testing.assert_array_equal(np.flatnonzero(lost_samples(np.radians(read))), [len(time) - 30])
+
+
+@pytest.mark.parametrize("length", [2, 3])
+@pytest.mark.parametrize("rate", [100.0, 500.0])
+def test_a_short_run_beside_the_series_is_lost(length: int, rate: float) -> None:
+    time = np.arange(0, 1, 1 / rate)
+    generator = np.random.default_rng(3)
+    for at in range(10, 80, 10):
+        angle = swing(time, 1.0) + generator.normal(0, 1e-3, (len(time), 1))
+        angle[at : at + length] += 0.35
+        np.testing.assert_array_equal(np.flatnonzero(lost_samples(angle)), np.arange(at, at + length))
+
+
+@pytest.mark.parametrize("frequency", [2.0, 5.0, 7.0, 8.0])
+def test_a_coarsely_sampled_swing_has_no_lost_runs(frequency: float) -> None:
+    """Four to fifteen samples a period, as of a video; held and let go, or swinging from the first sample on."""
+    time = np.arange(0, 3, 1 / 30)
+    for start in (*np.arange(0.3, 0.3 + 1 / 30, 1 / 300), 0.0):
+        assert not lost_samples(swing(np.maximum(time - start, 0.0), frequency)).any()
 
 
 def test_a_spike_in_a_joint_that_stands_still_is_found() -> None:

@@ -51,7 +51,7 @@ FIT = {
     "cost": "The minimised cost.",
     "iterations": "Steps of the last stage.",
     "reason": "Reason for the end of the iteration.",
-    "lost_samples": "Number of isolated outliers that were left out.",
+    "lost_samples": "Number of outliers, alone or in runs of up to three samples, that were left out.",
     "trials[].file": "The recording.",
     "trials[].held_out": "Whether it was only scored.",
     "trials[].locked": "Locked joints.",
