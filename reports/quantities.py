@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 
 from synth.reports.reading import unit_of, value_of
+from synth.units import WIDE_INTERVAL
 
 DIGITS = 4  # significant digits of a number without an interval
 _UNITS = {"deg": "°", "deg/s": "°/s", "1": "", "percent": "%", "degC": "°C", "ohm": "Ω"}
@@ -75,7 +76,10 @@ def with_decimals(value: float | None, decimals: int | None) -> str:
 
 
 def decimals_of(quantity: object) -> int | None:
-    """Decimals justified by the 90 % interval: two digits of its half width. None: as ``number`` formats it."""
+    """Decimals justified by the 90 % interval: two digits of its half width. None: as ``number`` formats it.
+
+    So also for the ends of a wide interval: a rate of 0.12 from 0.0003 to 43 would be "0" and start at "0".
+    """
     interval = interval_of(quantity)
     value = value_of(quantity)
     if interval is None or value is None or None in interval:
@@ -84,6 +88,8 @@ def decimals_of(quantity: object) -> int | None:
     assert low is not None
     assert high is not None
     half = (high - low) / 2
+    if low > 0.0 and high > WIDE_INTERVAL * low:
+        return None
     if not half > 0.0 or not -4 <= math.floor(math.log10(max(abs(value), half))) < 6:
         return None
     wanted = 1 - math.floor(math.log10(half))

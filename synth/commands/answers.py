@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from synth.commands.table_text import table_text
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.remarks import SEVERITIES, read_remark, severity_of
+from synth.units import WIDE_INTERVAL
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
@@ -160,12 +161,14 @@ def offered(alternative: Json, wanted: float | None) -> bool:
 
 
 def _estimate(quantity: Json | None) -> tuple[str, str]:
-    """A value and its 90 % interval, rounded to two digits of the half width."""
+    """A value and its 90 % interval, rounded to two digits of the half width; to three digits each if it is wide."""
     if not quantity:
         return "curve", ""
     low, high = quantity.get("interval90") or (None, None)
     if low is None or high is None or not high > low:
         return _number(quantity), ""
+    if low > 0.0 and high > WIDE_INTERVAL * low:
+        return _number(quantity), f"{low:.3g} to {high:.3g}"
     decimals = max(0, min(6, 1 - math.floor(math.log10((high - low) / 2))))
     return f"{quantity['value']:.{decimals}f}", f"{low:.{decimals}f} to {high:.{decimals}f}"
 

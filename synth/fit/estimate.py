@@ -13,7 +13,7 @@ from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of, sought_by
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
-from synth.fit.free_motion_start import cut_of, later, look, start_sentence, unseen
+from synth.fit.free_motion_start import Drift, LateFreeMotion, cut_of, later, look, start_sentence, unseen
 from synth.fit.least_squares import FitStart, Solution, Stage
 from synth.fit.recordings import Recording
 from synth.fit.refinement import or_another_start, refine
@@ -52,13 +52,15 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions | 
     chosen = treatments[mode]
     if not np.isfinite(chosen.stage.solution.cost):
         raise UserError(NOTHING_NEAR)
+    hidden = None
     if seen is not None:
         hidden = unseen(model, recordings, chosen.stage, options, cut_of(seen) if seen.known else 0.0)
-        if hidden is not None:
+        if isinstance(hidden, LateFreeMotion):
             return _fit_later(leg, recordings, options, hidden.cut, start_sentence(seen, hidden.cut, hidden))
     softened = _softened(model, recordings, chosen.stage, scatter)
     treatments[mode] = Treatment(softened.stage, chosen.spread)
-    fitted = FittedTreatments(treatments, mode, why, softened=softened.sentences, least=softened.least)
+    drift = hidden if isinstance(hidden, Drift) else None
+    fitted = FittedTreatments(treatments, mode, why, softened=softened.sentences, least=softened.least, drift=drift)
     return result_of(model, recordings, fitted, scatter, options)
 
 

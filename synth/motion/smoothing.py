@@ -79,7 +79,7 @@ def lost_samples(angle: Array, limit: float = 8.0) -> Mask:
 
 
 def _runs(value: Array, least: float) -> Mask:
-    """(n,) True in runs of two to ``LONGEST_RUN`` samples beside the series, by steps above ``least`` there and back."""
+    """(n,) True in runs of 2 to ``LONGEST_RUN`` samples beside the series, by steps above ``least`` there and back."""
     found = np.zeros(len(value), dtype=bool)
     step = np.diff(value)
     for length in range(2, LONGEST_RUN + 1):

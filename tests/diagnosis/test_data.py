@@ -61,7 +61,7 @@ def test_noise_is_estimated_from_the_readings_alone(noise: float) -> None:
 @pytest.mark.parametrize("noise", [0.01, 0.1])
 @pytest.mark.parametrize("spread", [0.05, 0.25])
 def test_noise_of_samples_at_uneven_times(noise: float, spread: float) -> None:
-    """As the loop on a computer logs them, stamped right; plain differences show 0.05 to 0.17 deg of the motion at a quarter."""
+    """As a computer's loop logs them, stamped right; at a quarter plain differences show 0.05 to 0.17 deg of motion."""
     steps = np.random.default_rng(8).normal(1.0, spread, 400).clip(0.3, 1.7)
     found = sensor(read(recorded(LEG, noise=np.radians(noise), held_out=0, time=0.005 * np.cumsum(steps))))
     np.testing.assert_allclose(np.degrees(found.noise), noise, rtol=0.1)

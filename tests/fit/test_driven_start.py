@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from fit.simulated_legs import Rig, bare, recorded, releases, robot
-from robustness.random_legs import TOLERANCE_OF_LINKS, random_case
+from robustness.random_legs import TOLERANCE_OF_LINKS, Case, random_case, record
 from synth.estimation.intervals import Estimate
+from synth.files.trial_list import read_trials
 from synth.fit.early_misfit import LaterScatter
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
@@ -18,7 +19,7 @@ from synth.fit.fit_result import FitResult
 from synth.fit.free_motion_start import Seen, later, look, same_leg
 from synth.fit.recordings import recordings
 from synth.fit.ridge import SOFTEST
-from synth.validation.thesis_data import read_lab_data
+from synth.validation.thesis_data import SEVEN, read_lab_data
 
 LAB = Path(__file__).resolve().parents[3] / "shared" / "aarl"
 FREE = LegFitOptions(release="free")
@@ -93,8 +94,8 @@ def test_a_hand_that_no_recording_shows_is_cut_on_a_leg_whose_later_samples_tell
     assert not all(_holds(*pair) for pair in zip(driven, truth, strict=True))
 
 
-def _estimates(result: FitResult) -> tuple[Estimate, Estimate, Estimate]:
-    found = result.joints["hip"]
+def _estimates(result: FitResult, joint: str = "hip") -> tuple[Estimate, Estimate, Estimate]:
+    found = result.joints[joint]
     assert found.damper_rate is not None
     return found.spring_rate, found.damper_rate, found.free_angle
 
@@ -159,6 +160,75 @@ def test_later_samples_form_a_new_recording() -> None:
     assert later([one], one.time[-1] - 0.05) is None
     assert not Seen((None, None, 0.1)).plain
     assert Seen((0.1, None)).plain
+
+
+def rubbing(seed: int) -> Case:
+    """A random leg let go freely, with dry friction of 8 % of its springs' torque at 15 deg."""
+    case = random_case(seed, replace(random_case(seed).recorder, driven=0.0))
+    effects = {
+        joint.name: {"effects": {"coulomb_friction": {"torque": 0.08 * joint.spring.rate * np.radians(15.0)}}}
+        for joint in case.leg.joints
+        if joint.spring
+    }
+    recorder = case.recorder
+    generator = np.random.default_rng(seed)
+    leg = case.leg.with_joints(**effects)
+    trials = [record(leg, recorder, generator, trial.name, float(trial.time[-1]))[0] for trial in case.trials]
+    return replace(case, trials=tuple(trials))
+
+
+@pytest.mark.parametrize("seed", [980008, 980014, 980054])
+def test_a_leg_with_another_law_is_fitted_whole_with_wider_intervals(seed: int) -> None:
+    """No start of a leg with dry friction agrees with its last samples, so it is no hand: nothing is cut."""
+    case = rubbing(seed)
+    made = recordings(case.off, case.trials)
+    result = fit_leg(case.off, made, replace(FREE, tolerance=TOLERANCE_OF_LINKS))
+    alone = fit_leg(case.off, made, replace(FREE, tolerance=TOLERANCE_OF_LINKS, release="recorded"))
+    assert result.cut == 0.0
+    assert "do not fit one leg" in result.warnings[0]
+    held = {"free": 0, "recorded": 0}
+    for joint in case.leg.joints:
+        truth = joint.spring.rate, joint.damper.rate, joint.spring.free_angle  # type: ignore[union-attr]
+        for name, found in (("free", result), ("recorded", alone)):
+            estimates = _estimates(found, joint.name)
+            held[name] += sum(_holds(item, float(value or 0.0)) for item, value in zip(estimates, truth, strict=True))
+        wide, narrow = result.joints[joint.name].spring_rate, alone.joints[joint.name].spring_rate
+        assert wide.value == narrow.value
+        assert wide.low <= narrow.low
+        assert wide.high >= narrow.high
+    assert held["free"] >= 0.8 * 3 * len(case.leg.joints) > held["recorded"]
+
+
+@pytest.mark.skipif(not LAB.is_dir(), reason="the lab's recordings (../shared/aarl) are not here")
+def test_the_robots_joint_tests_are_not_cut_to_their_ends() -> None:
+    """Their last samples, of a leg almost at rest, gave a knee of 8.1 N m/rad (6.6 to 10); 2.2 was built in."""
+    data = read_lab_data(LAB)
+    entries = [
+        {"file": f"dog/joint_tests/{joint}_{number}.csv", "locked": locked}
+        for joint, locked in (("ankle", ["hip", "knee"]), ("knee", ["hip"]), ("hip", []))
+        for number in (1, 2, 3)
+    ]
+    result = fit_leg(data.built, data.trials(data.built, entries), FREE)
+    assert result.cut == 0.0
+    assert "do not fit one leg" in result.warnings[0]
+    for joint in data.built.joints:
+        assert joint.spring is not None
+        assert _holds(result.joints[joint.name].spring_rate, joint.spring.rate)
+
+
+@pytest.mark.skipif(not LAB.is_dir(), reason="the lab's recordings (../shared/aarl) are not here")
+def test_noise_does_not_turn_the_rats_knee_into_another() -> None:
+    """With 0.1 deg of noise the drive is seen in one of seven releases, which were cut to the last half of theirs."""
+    data = read_lab_data(LAB)
+    generator = np.random.default_rng(5)
+    trials = read_trials([f"rat/releases/{name}.csv" for name in SEVEN], LAB, data.rat)
+    noisy = [replace(t, angles=t.angles + np.radians(0.1) * generator.normal(size=t.angles.shape)) for t in trials]
+    knee = fit_leg(data.rat, recordings(data.rat, noisy), FREE).joints["knee"]
+    plain = fit_leg(data.rat, data.releases(), FREE).joints["knee"]
+    assert knee.spring_rate.value == pytest.approx(plain.spring_rate.value, rel=0.35)
+    assert knee.damper_rate is not None
+    assert plain.damper_rate is not None
+    assert knee.damper_rate.value == pytest.approx(plain.damper_rate.value, rel=0.35)
 
 
 @pytest.mark.skipif(not LAB.is_dir(), reason="the lab's recordings (../shared/aarl) are not here")
