@@ -13,7 +13,7 @@ from synth.batch.one_fit import Ready, fit_project, ready, write_fit
 from synth.estimation.intervals import Estimate
 from synth.files.fit_words import FreeAngle
 from synth.files.leg_file import PartResolver
-from synth.files.project_options import FitOptions, RatePrior, Release
+from synth.files.project_options import FitOptions, Laws, RatePrior, Release
 from synth.files.projects import FitProject, read_fit_project
 from synth.files.tolerance import Tolerance
 from synth.files.trial_list import Trial
@@ -27,12 +27,14 @@ class FitSettings:
     """Options that a project file may give beside leg and trials; the defaults are those of the file.
 
     ``free_angle``: ``common``, ``per_trial`` or ``auto``. ``release``: ``free`` cuts the driven part at the beginning,
-    ``recorded`` fits all samples. ``prior`` None: values in the leg are only starting points.
+    ``recorded`` fits all samples. ``laws``: ``auto`` adds dry friction or quadratic damping where it explains the
+    motion, ``linear`` never. ``prior`` None: values in the leg are only starting points.
     """
 
     options: FitOptions = field(default_factory=FitOptions)
     free_angle: FreeAngle = "auto"
     release: Release = "free"
+    laws: Laws = "auto"
     tolerance: Tolerance | None = None
     prior: RatePrior | None = None
 
@@ -155,11 +157,18 @@ def fit(
             (),
             tolerance=chosen.tolerance or Tolerance(),
             release=chosen.release,
+            laws=chosen.laws,
         )
     else:
         project = what if isinstance(what, FitProject) else read_fit(what)
         if settings is not None:
-            project = replace(project, fit=settings.options, free_angle=settings.free_angle, release=settings.release)
+            project = replace(
+                project,
+                fit=settings.options,
+                free_angle=settings.free_angle,
+                release=settings.release,
+                laws=settings.laws,
+            )
     return fitted(checked(project), stage=stage)
 
 

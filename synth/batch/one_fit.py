@@ -84,6 +84,7 @@ def fit_project(given: Ready) -> FitResult:
         intervals=project.fit.intervals,
         tolerance=project.tolerance,
         release=project.release,
+        laws=project.laws,
     )
     result = fit_by(project.leg, given.fitted, options, project.fit)
     if given.held_out:

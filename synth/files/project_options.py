@@ -21,6 +21,7 @@ Ratio = Annotated[float, Quantity("1", least=0.1, most=20)]
 Count = Annotated[int, Field(ge=1, le=4)]
 
 Release = Literal["free", "recorded"]
+Laws = Literal["auto", "linear"]
 
 
 @dataclass(frozen=True)

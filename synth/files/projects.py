@@ -13,7 +13,7 @@ from synth.files.fit_words import FreeAngle
 from synth.files.leg_file import PartResolver
 from synth.files.leg_project import LegProject, read_leg_project
 from synth.files.named_files import InputFile, ProjectReader
-from synth.files.project_options import FitOptions, RatePrior, Release
+from synth.files.project_options import FitOptions, Laws, RatePrior, Release
 from synth.files.schema import Because, Default
 from synth.files.static_points_file import StaticPoint, read_static_points
 from synth.files.tolerance import Tolerance, of_links, read_tolerance
@@ -35,6 +35,7 @@ class _FitFile:
     leg: Annotated[str, Field(examples=["rat.leg.yaml"])]
     free_angle: Annotated[FreeAngle, Because("the data decide whether each trial has its own")] = "auto"
     release: Annotated[Release, Because("the driven beginning of a recording is not free motion and is cut")] = "free"
+    laws: Annotated[Laws, Because("dry friction or quadratic damping is added where it explains the motion")] = "auto"
     trials: Annotated[list[Any] | None, Field(min_length=1, examples=["[trials/*.csv]"])] = None
     wanted: Any = None
     name: Title | None = None
@@ -51,7 +52,8 @@ class FitProject:
     ``prior`` None: values in the leg file are only starting points. ``defaults``: values that the file omits.
     ``static``: poses in which the leg was held still, see ``static_points``. ``tolerance``: uncertainty of the
     leg file's links. ``wanted``: joint -> characteristics of a motion instead of trials. ``release``: ``free``:
-    the driven beginning is cut; ``recorded``: all samples are fitted.
+    the driven beginning is cut; ``recorded``: all samples are fitted. ``laws``: ``auto``: dry friction or quadratic damping
+    is added where it explains the motion; ``linear``: never.
     """
 
     path: Path
@@ -67,6 +69,7 @@ class FitProject:
     tolerance: Tolerance = field(default_factory=Tolerance)
     release: Release = "free"
     wanted: Mapping[str, WantedCharacteristics] = field(default_factory=dict)
+    laws: Laws = "auto"
 
 
 def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = None) -> FitProject:
@@ -111,7 +114,7 @@ def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = No
     name = file.name or leg.name
     return FitProject(
         document.path, name, leg, trials, file.free_angle, fit, prior, defaults, inputs, static, tolerance,
-        file.release, wanted,
+        file.release, wanted, file.laws,
     )  # fmt: skip
 
 

@@ -9,15 +9,17 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import UserError
+from synth.fit.another_law import AnotherLaw, another_law
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of, sought_by
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
 from synth.fit.free_motion_start import Drift, LateFreeMotion, cut_of, later, look, start_sentence, unseen
 from synth.fit.least_squares import FitStart, Solution, Stage
+from synth.fit.model_error import ModelError
 from synth.fit.recordings import Recording
 from synth.fit.refinement import or_another_start, refine
-from synth.fit.report_fit import MISFIT, FittedTreatments, Treatment, result_of
+from synth.fit.report_fit import LEAST_MISFIT, MISFIT, FittedTreatments, Treatment, result_of
 from synth.fit.ridge import soften
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.trajectories import Local, TrajectoryModel
@@ -25,13 +27,20 @@ from synth.fit.uncertainty import clipped_rms, sample_scatter, shift_variances
 from synth.swing.leg_model import Leg
 
 
-def fit_leg(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions | None = None) -> FitResult:
+def fit_leg(
+    leg: Leg,
+    recordings: Sequence[Recording],
+    options: LegFitOptions | None = None,
+    *,
+    error: ModelError | None = None,
+) -> FitResult:
     """Estimate spring rate, free angle and damper rate of every joint.
 
     Parameters
     ----------
     leg : links and gravity; its own springs and dampers are used only through ``options.prior``.
     recordings : at least one; each trial's initial state is estimated too.
+    error : of the model, which the intervals are to include.
 
     Raises
     ------
@@ -55,12 +64,17 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions | 
     hidden = None
     if seen is not None:
         hidden = unseen(model, recordings, chosen.stage, options, cut_of(seen) if seen.known else 0.0)
-        if isinstance(hidden, LateFreeMotion):
-            return _fit_later(leg, recordings, options, hidden.cut, start_sentence(seen, hidden.cut, hidden))
+    if options.laws == "auto" and (hidden is not None or _misfits(recordings, chosen.stage, scatter)):
+        law = another_law(leg, recordings, chosen.stage, options, scatter)
+        if law is not None:
+            return _fit_with(law, recordings, options)
+    if seen is not None and isinstance(hidden, LateFreeMotion):
+        return _fit_later(leg, recordings, options, hidden.cut, start_sentence(seen, hidden.cut, hidden))
     softened = _softened(model, recordings, chosen.stage, scatter)
     treatments[mode] = Treatment(softened.stage, chosen.spread)
-    drift = hidden if isinstance(hidden, Drift) else None
-    fitted = FittedTreatments(treatments, mode, why, softened=softened.sentences, least=softened.least, drift=drift)
+    if isinstance(hidden, Drift):
+        error = hidden.error
+    fitted = FittedTreatments(treatments, mode, why, softened=softened.sentences, least=softened.least, error=error)
     return result_of(model, recordings, fitted, scatter, options)
 
 
@@ -70,6 +84,18 @@ def _fit_later(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions
     assert cut is not None
     result = fit_leg(leg, cut, replace(options, release="recorded"))
     return replace(result, cut=start, warnings=(note, *result.warnings))
+
+
+def _misfits(recordings: Sequence[Recording], stage: Stage, scatter: Array) -> bool:
+    """Whether some joint's residuals are clearly larger than the samples' scatter."""
+    left = clipped_rms(recordings, stage.solution.predictions)
+    return bool(np.any((left > MISFIT * scatter) & (left > LEAST_MISFIT)))
+
+
+def _fit_with(law: AnotherLaw, recordings: Sequence[Recording], options: LegFitOptions) -> FitResult:
+    """The fit of the leg with the law, from all samples; its coefficients' uncertainty is in the intervals."""
+    given = replace(options, laws="linear", release="recorded")
+    return replace(fit_leg(law.leg, recordings, given, error=law.error), law=law.as_json())
 
 
 @dataclass(frozen=True)

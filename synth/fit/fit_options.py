@@ -25,7 +25,8 @@ class LegFitOptions:
     bootstrap
     over blocks of residuals. ``tolerance``: uncertainty of the leg file's links, included in the intervals;
     None: the links are known exactly. ``release``: ``free``: a driven beginning is detected and cut
-    (``free_motion_start``); ``recorded``: all samples are free motion.
+    (``free_motion_start``); ``recorded``: all samples are free motion. ``laws``: ``auto``: dry friction or quadratic
+    damping is added where it explains what springs and linear dampers do not (``another_law``); ``linear``: never.
     """
 
     free_angle: str = "auto"
@@ -38,3 +39,4 @@ class LegFitOptions:
     intervals: str = "sensitivities"
     tolerance: Tolerance | None = None
     release: str = "recorded"
+    laws: str = "linear"

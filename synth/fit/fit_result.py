@@ -211,6 +211,7 @@ class FitResult:
     cut: float = 0.0  # s after each recording's first sample, start of the fit
     defaults: tuple[Mapping[str, str], ...] = ()  # values that the project omits
     wanted: Mapping[str, Any] = field(default_factory=dict)  # characteristics given instead of recordings
+    law: Mapping[str, Any] = field(default_factory=dict)  # of the leg, beside springs and linear dampers
 
     def as_json(self) -> dict[str, Any]:
         """The content of ``fit.json``."""
@@ -254,6 +255,7 @@ class FitResult:
             "reason": self.reason,
             "lost_samples": self.lost_samples,
             **({"wanted": dict(self.wanted)} if self.wanted else {}),
+            **({"law": dict(self.law)} if self.law else {}),
             "trials": [trial.as_json(names) for trial in self.trials],
             "inputs": dict(self.inputs),
         }

@@ -28,6 +28,7 @@ from synth.fit.early_misfit import LaterScatter
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
+from synth.fit.model_error import ModelError
 from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
 from synth.fit.starts import first_locals
@@ -120,23 +121,14 @@ class Drift:
     moved: Array
 
     @property
-    def covariance(self) -> Array:
-        """(p, p) of the common unknowns: the whole change is one standard deviation, of all unknowns together."""
-        return np.outer(self.moved, self.moved)
-
-    def added_to(self, drawn: Array, seed: int) -> Array:
-        """Draws (k, p) of the unknowns with this error in them."""
-        size = np.random.default_rng([seed, len(drawn)]).normal(size=(len(drawn), 1))
-        return np.asarray(drawn + size * self.moved)
-
-    @property
-    def sentence(self) -> str:
-        """The finding and the action."""
-        return (
+    def error(self) -> ModelError:
+        """The whole change as one standard deviation, of all unknowns together."""
+        return ModelError(
+            self.moved[:, None],
             f"release: the first samples and the later ones do not fit one leg: p = {self.probability:.1g} for free "
             "motion of springs and linear dampers. No later start mends it, so the leg has another law (synth gap), or "
             "a torque acts for longer than 200 ms. All samples are fitted; the intervals include the difference of the "
-            "rates"
+            "rates",
         )
 
 

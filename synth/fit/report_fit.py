@@ -15,10 +15,10 @@ from synth.fit.draws import DrawnLegs, draws
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import sought_by
 from synth.fit.fit_result import FitResult, JointFit, TrialFit, Variant
-from synth.fit.free_motion_start import Drift
 from synth.fit.interval_sources import sources_of
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
+from synth.fit.model_error import ModelError
 from synth.fit.odd_trials import odd_trials
 from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording, thinned_sentences
@@ -53,7 +53,7 @@ class FittedTreatments:
     there: the intervals then span both, because the trials do not distinguish them.
     ``searched`` : the stage does not minimise its residuals, so a large residual does not contradict the
     model.
-    ``drift`` : the later samples fit another leg; the chosen treatment's intervals include that.
+    ``error`` : of the model, which the chosen treatment's intervals include.
     """
 
     treatments: Mapping[str, Treatment]
@@ -62,7 +62,7 @@ class FittedTreatments:
     softened: Sequence[str] = ()
     searched: bool = False
     least: Solution | None = None
-    drift: Drift | None = None
+    error: ModelError | None = None
 
     @property
     def stage(self) -> Stage:
@@ -98,9 +98,9 @@ def result_of(
         rms[name] = dict(zip(names, root_mean_square(recordings, solutions[name].predictions).tolist(), strict=True))
     static = _static(unknowns, chosen.values)
     drawn = draws(chosen.values, spreads[mode], refits, links[mode], options.seed)
-    if fitted.drift is not None:
-        drawn = fitted.drift.added_to(drawn, options.seed)
-        spreads[mode] = spreads[mode] + fitted.drift.covariance
+    if fitted.error is not None:
+        drawn = fitted.error.added_to(drawn, options.seed)
+        spreads[mode] = spreads[mode] + fitted.error.covariance
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     both = clipped_rms(recordings, chosen.predictions), scatter
     clipped, noise = (dict(zip(names, values.tolist(), strict=True)) for values in both)
@@ -118,7 +118,7 @@ def result_of(
         noise=noise,
         not_separable=_open(model, recordings, chosen, (*fitted.softened, *(each.sentence for each in alike))),
         warnings=(
-            *([fitted.drift.sentence] if fitted.drift is not None else []),
+            *([fitted.error.sentence] if fitted.error is not None else []),
             *thinned_sentences(recordings),
             *lost,
             *misfits,
@@ -164,8 +164,8 @@ def _offsets(
     for name, found in links.items():
         if found is not None:
             offsets[name] = _added(offsets[name], found.covariance)
-    if fitted.drift is not None:
-        offsets[fitted.mode] = _added(offsets[fitted.mode], fitted.drift.covariance)
+    if fitted.error is not None:
+        offsets[fitted.mode] = _added(offsets[fitted.mode], fitted.error.covariance)
     if fitted.least is not None:
         offsets[fitted.mode] = _reaching(offsets[fitted.mode], chosen, fitted.least.values)
     return offsets

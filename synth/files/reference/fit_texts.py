@@ -27,6 +27,7 @@ KEYS: dict[str, str] = {
     "fit.trials": TRIALS,
     "fit.free_angle": "`common`: one for all trials; `per_trial`: one each, with their spread; `auto`: from the data.",
     "fit.release": "`free`: the driven beginning is cut; `recorded`: all samples are fitted.",
+    "fit.laws": "`auto`: dry friction or quadratic damping is added where it explains the motion; `linear`: never.",
     "fit.wanted": "In place of `trials`: characteristics of each joint's motion: frequency, damping, rise time.",
     "fit.name": NAME,
     "fit.fit": "How springs and dampers are estimated.",

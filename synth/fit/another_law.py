@@ -1,0 +1,267 @@
+"""Dry friction or quadratic damping at the joints, where springs and linear dampers do not explain a motion.
+
+A joint that rubs is the most usual leg with another law. Fitted without it, the first samples and the later ones ask
+for different rates, as if a hand acted at first, and a spring on the ridge of an overdamped joint comes out at a
+multiple of its rate. The law's coefficients are estimated by Gauss-Newton steps in which all other unknowns follow
+(variable projection: Golub & Pereyra, Inverse Problems 19 (2003) R1), never below zero (Lawson & Hanson, Solving Least
+Squares Problems, 1974, ch. 23).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import nnls
+
+from synth.arrays import Array
+from synth.estimation.intervals import NORMAL90
+from synth.fit.fit_options import LegFitOptions
+from synth.fit.fit_problem import model_of
+from synth.fit.least_squares import FitStart, Solution, Stage, solve
+from synth.fit.model_error import ModelError
+from synth.fit.recordings import Recording
+from synth.fit.uncertainty import clipped_rms, correlation_times
+from synth.swing.leg_model import Leg
+from synth.units import quantity
+
+# Of the mean squared error above the samples' scatter, what a law must leave at most to be named. On 24 random legs a
+# joint that rubs leaves under 0.06 with friction in 16, quadratic damping under 0.07 in 21; on 48 driven by a hand for
+# 0.15 or 0.25 s neither explains so much.
+LEAVES = 0.2
+HOPELESS = 0.85  # the same, as predicted by the first linear step: no further one is taken
+FIRST = 0.03  # of spring rate times the joint's motion, the first step of a law's torque at the joint's RMS speed
+NEXT = 0.3  # of the coefficient, later ones
+STEPS = 6
+SETTLED = 0.02  # of the error, gain of a step that is the last
+HALVINGS = 4
+SURE = 2.0  # standard deviations from zero, of a coefficient that is kept
+SAMPLES = 400  # of a trial that are used
+TRIALS = 6
+
+
+@dataclass(frozen=True)
+class Law:
+    """A torque that opposes motion: the ``effect``, its ``key`` and ``unit``, what it is called; ``power`` of speed."""
+
+    effect: str
+    key: str
+    unit: str
+    words: str
+    power: int
+
+
+LAWS = (
+    Law("coulomb_friction", "torque", "N*m", "dry friction", 0),
+    Law("quadratic_damping", "coefficient", "N*m*s^2/rad^2", "damping that grows with the square of speed", 2),
+)
+
+
+@dataclass(frozen=True)
+class AnotherLaw:
+    """``size`` (n,) of the law's coefficient at each joint, SI, 0 where it does not act, ``deviation`` (n,) of it.
+
+    ``leg`` : the given one with it as its effect. ``moved`` (p, n) change of the common unknowns per standard
+    deviation of each coefficient. ``left`` : share of the error that stays. ``values`` (p,) estimates with it.
+    """
+
+    law: Law
+    leg: Leg
+    size: Array
+    deviation: Array
+    moved: Array
+    left: float
+    values: Array
+
+    @property
+    def error(self) -> ModelError:
+        """Of the coefficients, with the finding and how to write it."""
+        law = self.law
+        told = ", ".join(
+            f"{joint.name} {size:.3g} +- {NORMAL90 * deviation:.2g} {law.unit}"
+            for joint, size, deviation in zip(self.leg.joints, self.size, self.deviation, strict=True)
+            if size > 0.0
+        )
+        return ModelError(
+            self.moved,
+            f"{law.words} explains {100 * (1 - self.left):.0f} % of what springs and linear dampers leave: {told}. It "
+            "is part of the fitted leg and its uncertainty is in the intervals. To fix it, write effects: "
+            f"{{{law.effect}: {{{law.key}: ...}}}} at the joint in the leg file; for a fit without it, laws: linear",
+        )
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry ``law`` of ``fit.json``."""
+        sizes = {
+            joint.name: quantity(size, self.law.unit, (max(0.0, size - NORMAL90 * width), size + NORMAL90 * width))
+            for joint, size, width in zip(self.leg.joints, self.size.tolist(), self.deviation.tolist(), strict=True)
+            if size > 0.0
+        }
+        return {"effect": self.law.effect, self.law.key: sizes, "explains": 1.0 - self.left}
+
+
+def another_law(
+    leg: Leg, recordings: Sequence[Recording], stage: Stage, options: LegFitOptions, scatter: Array
+) -> AnotherLaw | None:
+    """The law that explains what the fit ``stage`` leaves above the samples' ``scatter`` (n,) rad; None if none does.
+
+    None too for a leg whose file states an effect, and for trials with legs of their own.
+    """
+    if any(joint.effects for joint in leg.joints) or any(recording.leg is not None for recording in recordings):
+        return None
+    every = max(1, -(-len(recordings) // TRIALS))
+    some = [recording.thinned(SAMPLES) for recording in recordings[::every]]
+    found = [_Search(law, leg, some, options, stage, scatter, every).found() for law in LAWS]
+    return min((each for each in found if each is not None), key=lambda each: each.left, default=None)
+
+
+class _Search:
+    """Gauss-Newton steps of a law's coefficients on some of the trials."""
+
+    def __init__(
+        self,
+        law: Law,
+        leg: Leg,
+        some: Sequence[Recording],
+        options: LegFitOptions,
+        stage: Stage,
+        scatter: Array,
+        every: int,
+    ) -> None:
+        self.law, self.leg, self.some, self.options, self.scatter = law, leg, some, options, scatter
+        self.weights = replace(stage.weights, noise=stage.weights.noise[::every], centre=None)
+        solution = stage.solution
+        self.begin = FitStart(solution.values, solution.locals[::every])
+        moved, speed = np.max([_moved(recording) for recording in some], axis=0)
+        speed = np.where(speed > 0.0, speed, np.inf)
+        self.scale = np.exp(solution.values[: len(leg.joints)]) * moved / speed**law.power
+        self.noise = np.where(np.isfinite(self.weights.noise[0]), self.weights.noise[0], np.inf)
+
+    def found(self) -> AnotherLaw | None:
+        """The search; None unless its result explains the motion."""
+        begun = self._point(np.zeros(len(self.scale)), self.begin)
+        if begun is None:
+            return None
+        here, step, slopes = begun, FIRST * self.scale, None
+        floor = self._floor()
+        for turn in range(STEPS):
+            found = self._slopes(here, step)
+            if found is None:
+                return None
+            slopes = found
+            wanted, left = nnls(slopes.residual, slopes.residual @ here.size - here.residual)
+            if turn == 0 and left**2 - floor > HOPELESS * (here.square - floor):
+                return None
+            moved = self._towards(wanted, here)
+            if moved is None:
+                break
+            gain, here = 1.0 - moved.square / here.square, moved
+            step = np.maximum(NEXT * here.size, 0.1 * FIRST * self.scale)
+            if gain < SETTLED:
+                break
+        assert slopes is not None
+        share = (self._error(here) / self._error(begun)) if self._error(begun) > 0.0 else 1.0
+        return self._result(here, slopes, share) if share < LEAVES else None
+
+    def _point(self, size: Array, start: FitStart) -> _Point | None:
+        """All other unknowns with these coefficients; None if the motion diverges."""
+        options = self.options
+        leg = with_law(self.leg, self.law, size)
+        model = model_of(leg, options.curves, prior=options.prior, static=options.static)
+        found = solve(model, self.some, start, self.weights, tolerance=0.01)
+        if not np.isfinite(found.cost):
+            return None
+        off = [
+            np.where(r.counts & np.isfinite(p), (p - r.rotation) / self.noise, 0.0)
+            for r, p in zip(self.some, found.predictions, strict=True)
+        ]
+        return _Point(size, found, np.concatenate([each.ravel() for each in off]))
+
+    def _slopes(self, here: _Point, step: Array) -> _Slopes | None:
+        """With each coefficient; None if a motion diverges."""
+        residual, values = (np.zeros((len(each), len(step))) for each in (here.residual, here.solution.values))
+        for j in np.flatnonzero(step > 0.0):
+            moved = self._point(here.size + step[j] * (np.arange(len(step)) == j), here.start)
+            if moved is None:
+                return None
+            residual[:, j] = (moved.residual - here.residual) / step[j]
+            values[:, j] = (moved.solution.values - here.solution.values) / step[j]
+        return _Slopes(residual, values)
+
+    def _towards(self, wanted: Array, here: _Point) -> _Point | None:
+        """The first of ever shorter steps that is better; None if none is."""
+        for halving in range(HALVINGS):
+            found = self._point(here.size + (wanted - here.size) * 0.5**halving, here.start)
+            if found is not None and found.square < here.square:
+                return found
+        return None
+
+    def _floor(self) -> float:
+        """The square that the samples' scatter alone leaves."""
+        counted = np.sum([r.counts.sum(axis=0) for r in self.some], axis=0)
+        known = np.isfinite(self.scatter) & np.isfinite(self.noise)
+        return float(np.sum(counted[known] * (self.scatter[known] / self.noise[known]) ** 2))
+
+    def _error(self, point: _Point) -> float:
+        """Mean square above the scatter, rad^2, glitches truncated."""
+        return float(np.nansum(clipped_rms(self.some, point.solution.predictions) ** 2 - self.scatter**2))
+
+    def _result(self, here: _Point, slopes: _Slopes, share: float) -> AnotherLaw | None:
+        """With the coefficients that are surely above zero; None if there is none."""
+        times = correlation_times(self.some, here.solution.predictions)
+        count = max(len(here.residual) / float(np.max(times)), 1.0)
+        used = np.flatnonzero((slopes.residual != 0.0).any(axis=0) & (here.size > 0.0))
+        normal = slopes.residual[:, used].T @ slopes.residual[:, used]
+        deviation = np.zeros(len(here.size))
+        deviation[used] = np.sqrt(np.diag(np.linalg.pinv(normal)) * here.square / count)
+        size = np.where(here.size > SURE * deviation, here.size, 0.0)
+        if not size.any():
+            return None
+        deviation = np.where(size > 0.0, deviation, 0.0)
+        leg = with_law(self.leg, self.law, size)
+        return AnotherLaw(self.law, leg, size, deviation, slopes.values * deviation, share, here.solution.values)
+
+
+@dataclass(frozen=True)
+class _Point:
+    """Coefficients ``size`` (n,), the ``solution`` with them, and its residuals (m,) over the fit's noise."""
+
+    size: Array
+    solution: Solution
+    residual: Array
+
+    @property
+    def square(self) -> float:
+        """Of the residuals."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def start(self) -> FitStart:
+        """Of a neighbouring fit; its sensitivities hold for another leg."""
+        return FitStart(self.solution.values, self.solution.locals, self.solution.damping)
+
+
+@dataclass(frozen=True)
+class _Slopes:
+    """Change of the residuals (m, n) and of the common unknowns (p, n) per unit of each coefficient."""
+
+    residual: Array
+    values: Array
+
+
+def _moved(recording: Recording) -> tuple[Array, Array]:
+    """(n,) rad, standard deviation of each joint's angle, and (n,) rad/s its RMS speed; 0 for a locked joint."""
+    free = np.isin(np.arange(recording.rotation.shape[1]), recording.free)
+    smoothed = recording.smoothed
+    speed = np.sqrt(np.mean(smoothed.rate**2, axis=0))
+    return np.where(free, np.std(smoothed.angle, axis=0), 0.0), np.where(free, speed, 0.0)
+
+
+def with_law(leg: Leg, law: Law, size: Array) -> Leg:
+    """The leg with coefficients (n,) of the law at its joints, none where they are zero."""
+    return leg.with_joints(**{
+        joint.name: {"effects": {law.effect: {law.key: float(each)}}}
+        for joint, each in zip(leg.joints, size, strict=True)
+        if each > 0.0
+    })  # fmt: skip
