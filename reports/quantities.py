@@ -7,8 +7,8 @@ import re
 from collections.abc import Mapping
 
 from synth.reports.reading import unit_of, value_of
-from synth.units import WIDE_INTERVAL
 
+WIDE_INTERVAL = 10.0  # ratio of an interval's ends from which each is rounded by itself
 DIGITS = 4  # significant digits of a number without an interval
 _UNITS = {"deg": "°", "deg/s": "°/s", "1": "", "percent": "%", "degC": "°C", "ohm": "Ω"}
 _IN_PROSE = (

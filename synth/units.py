@@ -203,10 +203,6 @@ def header(text: str) -> tuple[str, str]:
     return name, unit.strip()
 
 
-# Ratio of an interval's ends from which each is rounded by itself, and not to the decimals of its half width.
-WIDE_INTERVAL = 10.0
-
-
 def quantity(value: float, unit: str, interval90: Sequence[float] | None = None) -> dict[str, Any]:
     """Build ``{"value", "unit", "interval90"}`` for a result file.
 

@@ -82,7 +82,7 @@ MUTANTS = (
            "motion/test_characteristics.py"),
     Mutant("rise to 80 %", "above = np.flatnonzero(level[:end] >= 0.9)", "above = np.flatnonzero(level[:end] >= 0.8)",
            "motion/test_characteristics.py"),
-    Mutant("noise under-estimated", "axis=0) / np.sqrt(kept)", "axis=0)", "motion/test_smoothing.py"),
+    Mutant("noise under-estimated", " / np.sqrt(share[shown])", "", "motion/test_smoothing.py"),
     # Springs.
     Mutant("spring rate by the slip of 10.8 a radian", '"friction": 10.8 * 2.0 * math.pi', '"friction": 10.8',
            "spring"),

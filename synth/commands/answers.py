@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 from synth.commands.table_text import table_text
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.remarks import SEVERITIES, read_remark, severity_of
-from synth.units import WIDE_INTERVAL
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
@@ -26,6 +25,7 @@ Json = Mapping[str, Any]
 
 MOST_NOTES = 5  # on the screen; the report has all
 NOTE_LETTERS = 150  # of a note on the screen; the page has the full text
+WIDE_INTERVAL = 10.0  # ratio of the ends from which each is rounded by itself, as on the pages
 MOST_CAUSES = 5  # on the screen: a glance; the report has all
 OFFERED = 4.0  # largest ratio to the wanted rate; a spring farther off would change the leg whatever its response
 

@@ -52,8 +52,8 @@ class FitProject:
     ``prior`` None: values in the leg file are only starting points. ``defaults``: values that the file omits.
     ``static``: poses in which the leg was held still, see ``static_points``. ``tolerance``: uncertainty of the
     leg file's links. ``wanted``: joint -> characteristics of a motion instead of trials. ``release``: ``free``:
-    the driven beginning is cut; ``recorded``: all samples are fitted. ``laws``: ``auto``: dry friction or quadratic damping
-    is added where it explains the motion; ``linear``: never.
+    the driven beginning is cut; ``recorded``: all samples are fitted. ``laws``: ``auto``: dry friction or quadratic
+    damping is added where it explains the motion; ``linear``: never.
     """
 
     path: Path

@@ -33,9 +33,14 @@ from synth.units import quantity
 LEAVES = 0.2
 HOPELESS = 0.85  # the same, as predicted by the first linear step: no further one is taken
 FIRST = 0.03  # of spring rate times the joint's motion, the first step of a law's torque at the joint's RMS speed
+LEAST_STEP = 0.003  # as ``FIRST``, of a coefficient that is nearly zero
 NEXT = 0.3  # of the coefficient, later ones
 STEPS = 6
-SETTLED = 0.02  # of the error, gain of a step that is the last
+NEAR_ENOUGH = 0.05  # of the log-likelihood, of the other unknowns' fits
+SUSPECT = 1.15  # times the samples' scatter, a joint's residuals from which a law is looked for
+# Twice the gain of the log-likelihood by a law, correlated samples counted once: more than chance gives four joints.
+LEAST_GAIN = 30.0
+SETTLED = 0.05  # of the error above the scatter, gain of a step that is the last
 HALVINGS = 4
 SURE = 2.0  # standard deviations from zero, of a coefficient that is kept
 SAMPLES = 400  # of a trial that are used
@@ -43,7 +48,7 @@ TRIALS = 6
 
 
 @dataclass(frozen=True)
-class Law:
+class SpeedLaw:
     """A torque that opposes motion: the ``effect``, its ``key`` and ``unit``, what it is called; ``power`` of speed."""
 
     effect: str
@@ -53,9 +58,10 @@ class Law:
     power: int
 
 
+# Those that a leg of springs and linear dampers lacks most often; ``synth gap`` has the rest.
 LAWS = (
-    Law("coulomb_friction", "torque", "N*m", "dry friction", 0),
-    Law("quadratic_damping", "coefficient", "N*m*s^2/rad^2", "damping that grows with the square of speed", 2),
+    SpeedLaw("coulomb_friction", "torque", "N*m", "dry friction", 0),
+    SpeedLaw("quadratic_damping", "coefficient", "N*m*s^2/rad^2", "damping that grows with the square of speed", 2),
 )
 
 
@@ -67,7 +73,7 @@ class AnotherLaw:
     deviation of each coefficient. ``left`` : share of the error that stays. ``values`` (p,) estimates with it.
     """
 
-    law: Law
+    law: SpeedLaw
     leg: Leg
     size: Array
     deviation: Array
@@ -86,8 +92,8 @@ class AnotherLaw:
         )
         return ModelError(
             self.moved,
-            f"{law.words} explains {100 * (1 - self.left):.0f} % of what springs and linear dampers leave: {told}. It "
-            "is part of the fitted leg and its uncertainty is in the intervals. To fix it, write effects: "
+            f"{law.words} explains {100 * min(1 - self.left, 1.0):.0f} % of what springs and linear dampers leave: "
+            f"{told}. It is part of the fitted leg and its uncertainty is in the intervals. To fix it, write effects: "
             f"{{{law.effect}: {{{law.key}: ...}}}} at the joint in the leg file; for a fit without it, laws: linear",
         )
 
@@ -98,7 +104,12 @@ class AnotherLaw:
             for joint, size, width in zip(self.leg.joints, self.size.tolist(), self.deviation.tolist(), strict=True)
             if size > 0.0
         }
-        return {"effect": self.law.effect, self.law.key: sizes, "explains": 1.0 - self.left}
+        return {"effect": self.law.effect, self.law.key: sizes, "explains": min(1.0 - self.left, 1.0)}
+
+
+def suspected(recordings: Sequence[Recording], stage: Stage, scatter: Array) -> bool:
+    """Whether some joint's residuals are larger than the samples' ``scatter`` (n,) rad."""
+    return bool(np.any(clipped_rms(recordings, stage.solution.predictions) > SUSPECT * scatter))
 
 
 def another_law(
@@ -121,7 +132,7 @@ class _Search:
 
     def __init__(
         self,
-        law: Law,
+        law: SpeedLaw,
         leg: Leg,
         some: Sequence[Recording],
         options: LegFitOptions,
@@ -148,7 +159,7 @@ class _Search:
         for turn in range(STEPS):
             found = self._slopes(here, step)
             if found is None:
-                return None
+                break
             slopes = found
             wanted, left = nnls(slopes.residual, slopes.residual @ here.size - here.residual)
             if turn == 0 and left**2 - floor > HOPELESS * (here.square - floor):
@@ -156,20 +167,24 @@ class _Search:
             moved = self._towards(wanted, here)
             if moved is None:
                 break
-            gain, here = 1.0 - moved.square / here.square, moved
-            step = np.maximum(NEXT * here.size, 0.1 * FIRST * self.scale)
+            gain = (here.square - moved.square) / max(here.square - floor, 1e-300)
+            here = moved
+            step = np.maximum(NEXT * here.size, LEAST_STEP * self.scale)
             if gain < SETTLED:
                 break
-        assert slopes is not None
+        if slopes is None:
+            return None
         share = (self._error(here) / self._error(begun)) if self._error(begun) > 0.0 else 1.0
-        return self._result(here, slopes, share) if share < LEAVES else None
+        if share > LEAVES or self._gain(begun, here) < LEAST_GAIN:
+            return None
+        return self._result(here, slopes, share)
 
     def _point(self, size: Array, start: FitStart) -> _Point | None:
         """All other unknowns with these coefficients; None if the motion diverges."""
         options = self.options
         leg = with_law(self.leg, self.law, size)
         model = model_of(leg, options.curves, prior=options.prior, static=options.static)
-        found = solve(model, self.some, start, self.weights, tolerance=0.01)
+        found = solve(model, self.some, start, self.weights, tolerance=NEAR_ENOUGH)
         if not np.isfinite(found.cost):
             return None
         off = [
@@ -207,14 +222,20 @@ class _Search:
         """Mean square above the scatter, rad^2, glitches truncated."""
         return float(np.nansum(clipped_rms(self.some, point.solution.predictions) ** 2 - self.scatter**2))
 
+    def _independent(self, here: _Point) -> float:
+        """How many of the samples' residuals count: correlated ones tell less."""
+        counted = np.sum([r.counts.sum(axis=0) for r in self.some], axis=0)
+        return max(float(np.sum(counted / correlation_times(self.some, here.solution.predictions))), 1.0)
+
+    def _gain(self, begun: _Point, here: _Point) -> float:
+        return self._independent(here) * float(np.log(begun.square / here.square))
+
     def _result(self, here: _Point, slopes: _Slopes, share: float) -> AnotherLaw | None:
         """With the coefficients that are surely above zero; None if there is none."""
-        times = correlation_times(self.some, here.solution.predictions)
-        count = max(len(here.residual) / float(np.max(times)), 1.0)
         used = np.flatnonzero((slopes.residual != 0.0).any(axis=0) & (here.size > 0.0))
         normal = slopes.residual[:, used].T @ slopes.residual[:, used]
         deviation = np.zeros(len(here.size))
-        deviation[used] = np.sqrt(np.diag(np.linalg.pinv(normal)) * here.square / count)
+        deviation[used] = np.sqrt(np.diag(np.linalg.pinv(normal)) * here.square / self._independent(here))
         size = np.where(here.size > SURE * deviation, here.size, 0.0)
         if not size.any():
             return None
@@ -258,7 +279,7 @@ def _moved(recording: Recording) -> tuple[Array, Array]:
     return np.where(free, np.std(smoothed.angle, axis=0), 0.0), np.where(free, speed, 0.0)
 
 
-def with_law(leg: Leg, law: Law, size: Array) -> Leg:
+def with_law(leg: Leg, law: SpeedLaw, size: Array) -> Leg:
     """The leg with coefficients (n,) of the law at its joints, none where they are zero."""
     return leg.with_joints(**{
         joint.name: {"effects": {law.effect: {law.key: float(each)}}}

@@ -9,7 +9,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import UserError
-from synth.fit.another_law import AnotherLaw, another_law
+from synth.fit.another_law import AnotherLaw, another_law, suspected
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of, sought_by
 from synth.fit.fit_result import FitResult
@@ -19,7 +19,7 @@ from synth.fit.least_squares import FitStart, Solution, Stage
 from synth.fit.model_error import ModelError
 from synth.fit.recordings import Recording
 from synth.fit.refinement import or_another_start, refine
-from synth.fit.report_fit import LEAST_MISFIT, MISFIT, FittedTreatments, Treatment, result_of
+from synth.fit.report_fit import MISFIT, FittedTreatments, Treatment, result_of
 from synth.fit.ridge import soften
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.trajectories import Local, TrajectoryModel
@@ -64,7 +64,7 @@ def fit_leg(
     hidden = None
     if seen is not None:
         hidden = unseen(model, recordings, chosen.stage, options, cut_of(seen) if seen.known else 0.0)
-    if options.laws == "auto" and (hidden is not None or _misfits(recordings, chosen.stage, scatter)):
+    if options.laws == "auto" and (hidden is not None or suspected(recordings, chosen.stage, scatter)):
         law = another_law(leg, recordings, chosen.stage, options, scatter)
         if law is not None:
             return _fit_with(law, recordings, options)
@@ -84,12 +84,6 @@ def _fit_later(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions
     assert cut is not None
     result = fit_leg(leg, cut, replace(options, release="recorded"))
     return replace(result, cut=start, warnings=(note, *result.warnings))
-
-
-def _misfits(recordings: Sequence[Recording], stage: Stage, scatter: Array) -> bool:
-    """Whether some joint's residuals are clearly larger than the samples' scatter."""
-    left = clipped_rms(recordings, stage.solution.predictions)
-    return bool(np.any((left > MISFIT * scatter) & (left > LEAST_MISFIT)))
 
 
 def _fit_with(law: AnotherLaw, recordings: Sequence[Recording], options: LegFitOptions) -> FitResult:

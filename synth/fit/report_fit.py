@@ -98,14 +98,11 @@ def result_of(
         rms[name] = dict(zip(names, root_mean_square(recordings, solutions[name].predictions).tolist(), strict=True))
     static = _static(unknowns, chosen.values)
     drawn = draws(chosen.values, spreads[mode], refits, links[mode], options.seed)
-    if fitted.error is not None:
-        drawn = fitted.error.added_to(drawn, options.seed)
-        spreads[mode] = spreads[mode] + fitted.error.covariance
+    drawn, spreads[mode] = _with_model_error(fitted.error, drawn, spreads[mode], options.seed)
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
-    both = clipped_rms(recordings, chosen.predictions), scatter
-    clipped, noise = (dict(zip(names, values.tolist(), strict=True)) for values in both)
-    alike = _alike(model, recordings, fitted, bool(np.any(both[0] > MISFIT * scatter)))
-    misfits = [] if fitted.searched else _misfits(rms[mode], clipped, noise)
+    left = clipped_rms(recordings, chosen.predictions)
+    clipped, noise = (dict(zip(names, values.tolist(), strict=True)) for values in (left, scatter))
+    alike = _alike(model, recordings, fitted, bool(np.any(left > MISFIT * scatter)))
     return FitResult(
         leg=_fitted_leg(leg, joints[mode]),
         joints=joints[mode],
@@ -118,10 +115,9 @@ def result_of(
         noise=noise,
         not_separable=_open(model, recordings, chosen, (*fitted.softened, *(each.sentence for each in alike))),
         warnings=(
-            *([fitted.error.sentence] if fitted.error is not None else []),
-            *thinned_sentences(recordings),
+            *_before_all(fitted.error, recordings),
             *lost,
-            *misfits,
+            *([] if fitted.searched else _misfits(rms[mode], clipped, noise)),
             *_odd(leg, trials, mode),
             *away_from_their_starts(names, trials),
             *_at_edges(unknowns, chosen.values),
@@ -139,6 +135,18 @@ def result_of(
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
         sources=sources_of(unknowns, spreads[mode], links[mode]),
     )
+
+
+def _before_all(error: ModelError | None, recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """The first sentences: on the model's law, and on what is fitted."""
+    return (*((error.sentence,) if error is not None else ()), *thinned_sentences(recordings))
+
+
+def _with_model_error(error: ModelError | None, drawn: Array, spread: Array, seed: int) -> tuple[Array, Array]:
+    """Draws (k, p) and covariance (p, p) of the unknowns with the model's error in them."""
+    if error is None:
+        return drawn, spread
+    return error.added_to(drawn, seed), spread + error.covariance
 
 
 def _alike(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fit.simulated_legs import Rig, bare, recorded, releases, robot
-from robustness.random_legs import TOLERANCE_OF_LINKS, Case, random_case, record
+from robustness.random_legs import TOLERANCE_OF_LINKS, random_case, with_law
 from synth.estimation.intervals import Estimate
 from synth.files.trial_list import read_trials
 from synth.fit.early_misfit import LaterScatter
@@ -162,25 +162,13 @@ def test_later_samples_form_a_new_recording() -> None:
     assert Seen((0.1, None)).plain
 
 
-def rubbing(seed: int) -> Case:
-    """A random leg let go freely, with dry friction of 8 % of its springs' torque at 15 deg."""
-    case = random_case(seed, replace(random_case(seed).recorder, driven=0.0))
-    effects = {
-        joint.name: {"effects": {"coulomb_friction": {"torque": 0.08 * joint.spring.rate * np.radians(15.0)}}}
-        for joint in case.leg.joints
-        if joint.spring
-    }
-    recorder = case.recorder
-    generator = np.random.default_rng(seed)
-    leg = case.leg.with_joints(**effects)
-    trials = [record(leg, recorder, generator, trial.name, float(trial.time[-1]))[0] for trial in case.trials]
-    return replace(case, trials=tuple(trials))
-
-
-@pytest.mark.parametrize("seed", [980008, 980014, 980054])
+@pytest.mark.parametrize("seed", [980052, 980097, 980104])
 def test_a_leg_with_another_law_is_fitted_whole_with_wider_intervals(seed: int) -> None:
-    """No start of a leg with dry friction agrees with its last samples, so it is no hand: nothing is cut."""
-    case = rubbing(seed)
+    """No start of a leg with dry friction agrees with its last samples, so it is no hand: nothing is cut.
+
+    Of the intervals of five such legs 43 of 48 hold, and 24 without the difference of the rates.
+    """
+    case = with_law(random_case(seed), "coulomb_friction")
     made = recordings(case.off, case.trials)
     result = fit_leg(case.off, made, replace(FREE, tolerance=TOLERANCE_OF_LINKS))
     alone = fit_leg(case.off, made, replace(FREE, tolerance=TOLERANCE_OF_LINKS, release="recorded"))

@@ -71,7 +71,8 @@ class Case:
     @property
     def bare(self) -> Leg:
         """The leg as given to the fit: without springs and dampers."""
-        return self.leg.with_joints(**{name: {"spring": None, "damper": None} for name in self.leg.joint_names})
+        nothing = {"spring": None, "damper": None, "effects": {}}
+        return self.leg.with_joints(**dict.fromkeys(self.leg.joint_names, nothing))
 
     @property
     def off(self) -> Leg:
@@ -193,3 +194,25 @@ def random_case(seed: int, recorder: Recorder | None = None, links: int | None =
     duration = float(np.clip(4.0 * slowest_time(leg), 0.6, 3.0))
     made = [record(leg, recorder, generator, f"release {i}", duration) for i in range(recorder.trials)]
     return Case(seed, leg, recorder, tuple(trial for trial, _ in made), ratio, tuple(start for _, start in made))
+
+
+def with_law(case: Case, effect: str) -> Case:
+    """The case let go freely, every joint with another law; the true leg has it, ``off`` and ``bare`` do not.
+
+    Dry friction of 8 % of the spring's torque at 15 deg, or quadratic damping of half the damper's rate at 1 rad/s.
+    """
+    effects = {}
+    for joint in case.leg.joints:
+        assert joint.spring is not None
+        assert joint.damper is not None
+        assert joint.damper.rate is not None
+        size = {
+            "coulomb_friction": ("torque", 0.08 * joint.spring.rate * math.radians(15.0)),
+            "quadratic_damping": ("coefficient", 0.5 * joint.damper.rate),
+        }[effect]
+        effects[joint.name] = {"effects": {effect: dict([size])}}
+    recorder, generator = replace(case.recorder, driven=0.0), np.random.default_rng(case.seed)
+    leg, names = case.leg.with_joints(**effects), [(trial.name, float(trial.time[-1])) for trial in case.trials]
+    made = [record(leg, recorder, generator, name, duration) for name, duration in names]
+    trials, starts = zip(*made, strict=True)
+    return replace(case, leg=leg, recorder=recorder, trials=trials, starts=starts)

@@ -1,0 +1,108 @@
+"""Dry friction and quadratic damping, found by the fit where springs and linear dampers do not explain a motion."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robustness.random_legs import TOLERANCE_OF_LINKS, Case, random_case, with_law
+from synth import FitSettings, fit
+from synth.files.leg_file import read_leg
+from synth.fit.estimate import fit_leg
+from synth.fit.fit_options import LegFitOptions
+from synth.fit.fit_result import FitResult
+from synth.fit.recordings import recordings
+
+AUTO = LegFitOptions(release="free", laws="auto", tolerance=TOLERANCE_OF_LINKS)
+SIZE = {"coulomb_friction": "torque", "quadratic_damping": "coefficient"}
+
+
+def fitted(case: Case, **changes: object) -> FitResult:
+    """As ``synth fit`` does, from links that are off by their tolerances."""
+    return fit_leg(case.off, recordings(case.off, case.trials), replace(AUTO, **changes))  # type: ignore[arg-type]
+
+
+def held(result: FitResult, case: Case) -> tuple[int, int]:
+    """How many intervals hold, and how many there are."""
+    inside = []
+    for joint in case.leg.joints:
+        found = result.joints[joint.name]
+        assert joint.spring is not None
+        assert joint.damper is not None
+        truth = joint.spring.rate, joint.damper.rate, joint.spring.free_angle
+        for item, value in zip((found.spring_rate, found.damper_rate, found.free_angle), truth, strict=True):
+            assert item is not None
+            assert item.low is not None
+            assert item.high is not None
+            assert value is not None
+            inside.append(item.low <= value <= item.high)
+    return sum(inside), len(inside)
+
+
+@pytest.mark.parametrize(
+    ("effect", "seed"),
+    [("coulomb_friction", 980043), ("coulomb_friction", 980054), ("coulomb_friction", 980056),
+     ("quadratic_damping", 980049), ("quadratic_damping", 980015), ("quadratic_damping", 980023)],
+)  # fmt: skip
+def test_a_law_is_found_and_the_rates_are_those_of_springs_and_dampers(effect: str, seed: int) -> None:
+    case = with_law(random_case(seed), effect)
+    result, linear = fitted(case), fitted(case, laws="linear")
+    assert result.law["effect"] == effect
+    assert result.law["explains"] > 0.8
+    for name, size in result.law[SIZE[effect]].items():
+        truth = next(joint for joint in case.leg.joints if joint.name == name).effects[effect][SIZE[effect]]
+        assert size["value"] == pytest.approx(truth, rel=0.5)
+    inside, count = held(result, case)
+    assert inside >= 0.7 * count
+    truth = np.log(case.leg.spring_rate)
+    off = [
+        np.abs(np.log([j.spring_rate.value for j in each.joints.values()]) - truth).max() for each in (result, linear)
+    ]
+    assert off[0] < max(0.5 * off[1], 0.1)
+    assert effect in result.leg.joints[0].effects or len(result.law[SIZE[effect]]) < len(case.leg.joints)
+    assert any("is part of the fitted leg" in text for text in result.warnings)
+
+
+@pytest.mark.parametrize("seed", [980043, 980033, 980054])
+@pytest.mark.parametrize("driven", [0.15, 0.25])
+def test_a_hand_is_no_law(seed: int, driven: float) -> None:
+    case = random_case(seed, replace(random_case(seed).recorder, driven=driven))
+    result = fitted(case)
+    assert result.law == {}
+    assert result.cut > 0.1
+
+
+@pytest.mark.parametrize("seed", [980003, 980014, 980033, 980043])
+def test_a_leg_of_springs_and_linear_dampers_has_no_other_law(seed: int) -> None:
+    case = random_case(seed, replace(random_case(seed).recorder, driven=0.0))
+    assert fitted(case).law == {}
+
+
+def test_a_stated_friction_is_kept_and_none_is_added() -> None:
+    case = with_law(random_case(980054), "coulomb_friction")
+    found = fitted(case)
+    effects = {joint.name: {"effects": joint.effects} for joint in case.leg.joints}
+    given = case.off.with_joints(**effects)
+    stated = fit_leg(given, recordings(given, case.trials), AUTO)
+    assert stated.law == {}
+    assert [joint.effects for joint in stated.leg.joints] == [joint.effects for joint in case.leg.joints]
+    rates = [[joint.spring_rate.value for joint in each.joints.values()] for each in (found, stated)]
+    np.testing.assert_allclose(rates[0], rates[1], rtol=0.05)
+
+
+def test_the_law_is_in_the_files_and_can_be_switched_off(tmp_path: Path) -> None:
+    case = with_law(random_case(980043), "coulomb_friction")
+    found = fit(case.off, case.trials, FitSettings(tolerance=TOLERANCE_OF_LINKS))
+    found.write(tmp_path)
+    document = json.loads((tmp_path / "fit.json").read_text())
+    law = found.result.law
+    assert document["law"]["effect"] == law["effect"] == "coulomb_friction"
+    assert document["law"]["torque"]["hip"]["value"] == pytest.approx(law["torque"]["hip"]["value"], rel=1e-6)
+    (written,) = tmp_path.glob("*.leg.yaml")
+    torque = read_leg(written).joints[0].effects["coulomb_friction"]["torque"]
+    assert torque == pytest.approx(document["law"]["torque"]["hip"]["value"], rel=1e-3)
+    assert "law" not in fit(case.off, case.trials, FitSettings(laws="linear")).result.as_json()
