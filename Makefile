@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test test-slow test-times check pages docs blind blind-jumps blind-rigs blind-servos blind-next rigs tune bench robustness universal mutants architecture matrix scale removal fuzz fuzz-files kill format example lock clean
+.PHONY: help setup demo test test-slow test-times check pages docs blind blind-jumps blind-rigs blind-servos blind-next rigs tune bench robustness laws universal mutants architecture matrix scale removal fuzz fuzz-files kill format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -128,6 +128,11 @@ kill: $(READY)  ## COUNT (40) kills at random moments over gap, leg, folder, swe
 universal: COUNT = 500
 universal: $(READY)  ## one cost for every response: ours against the thesis' on COUNT (500) random legs: build/universal; goes on from where it was
 	PYTHONPATH=tests $(BIN)/python -m robustness.universal --count $(COUNT) --to build/universal --workers $(WORKERS)
+
+laws: SEED = 985000
+laws: COUNT = 40
+laws: $(READY)  ## the fit of legs that rub, with quadratic damping, driven by a hand, and free: COUNT (40) each of seed SEED: build/laws
+	PYTHONPATH=tests $(BIN)/python -m robustness.laws --seed $(SEED) --count $(COUNT) --to build/laws
 
 robustness: COUNT = 500
 robustness: SEED = 1

@@ -13,6 +13,7 @@ from synth.reports.section import mapping, sequence
 from synth.reports.sections import motion
 
 EXPLAINED = 1.5  # times the scatter of the samples: largest residual of a model that explains them
+LAWS = {"torque": "Dry friction", "coefficient": "Quadratic damping"}  # by the key of their size
 SURE = 0.25  # half an interval over its value, above which a rate is called uncertain
 
 
@@ -28,7 +29,9 @@ def fit_opening(result: Result) -> Opening:
     if lacking:
         verdict = f"{what} from {count}, but the model does not explain the motion of the {listed(lacking)}."
     else:
-        verdict = f"{what} from {count}; the model explains the motion."
+        law = _law(document)
+        beside = f"with {law[0].lower()} at the {listed(list(law[1]))} " if law else ""
+        verdict = f"{what} from {count}; {beside}the model explains the motion."
     return Opening(
         verdict,
         _trust(document, lacking, unsure),
@@ -40,6 +43,15 @@ def fit_opening(result: Result) -> Opening:
         wide=True,
         beside=figure.pose if figure else Markup(""),
     )
+
+
+def _law(document: Json) -> tuple[str, Json] | None:
+    """What the law beside springs and linear dampers is called, and its size by joint; None without one."""
+    found = mapping(document, "law")
+    for key, words in LAWS.items():
+        if key in found:
+            return words, mapping(found, key)
+    return None
 
 
 def _lacking(document: Json) -> list[str]:
@@ -98,15 +110,17 @@ def _figures(document: Json) -> Figures | None:
     if not joints:
         return None
     rms = mapping(document, "rms")
+    law = _law(document)
     rows = [
         [
             Cell(name),
             estimate(joint.get("spring_rate")),
             estimate(joint["damper_rate"]) if joint.get("damper_rate") else Cell("curve given"),
             estimate(joint.get("free_angle")),
+            *([estimate(law[1].get(name)) if law[1].get(name) else Cell("none")] if law else []),
             Cell(brief(rms.get(name))),
         ]
         for name, joint in ((name, mapping(found)) for name, found in joints.items())
     ]
-    heads = ("Joint", "Spring rate", "Damper rate", "Free angle", "Residual, RMS")
+    heads = ("Joint", "Spring rate", "Damper rate", "Free angle", *([law[0]] if law else []), "Residual, RMS")
     return Figures(heads, rows, "Small print: 90 % intervals.")

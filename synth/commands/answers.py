@@ -86,7 +86,17 @@ def fit_text(content: Json, shown: ShownUnits = METRIC) -> str:
         cells = [cell for item, si in given for cell in _estimate(shown.of(item, si) if item else None)]
         rows.append([name, *cells, _number(content["rms"].get(name))])
     count = len(warning_texts(content))
-    return f"{table_text(rows)}\n{count} warning{'' if count == 1 else 's'}"
+    return f"{table_text(rows)}\n{_law_text(content)}{count} warning{'' if count == 1 else 's'}"
+
+
+def _law_text(content: Json) -> str:
+    """The law beside springs and linear dampers, a line; empty without one."""
+    law = content.get("law")
+    if not law:
+        return ""
+    key = "torque" if "torque" in law else "coefficient"
+    sizes = [f"{name} {_number(size)} {size['unit']}" for name, size in law[key].items()]
+    return f"{law['effect'].replace('_', ' ')}: {', '.join(sizes)}\n"
 
 
 def folder_text(columns: Mapping[str, Sequence[Any]]) -> str:

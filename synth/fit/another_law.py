@@ -93,8 +93,9 @@ class AnotherLaw:
         return ModelError(
             self.moved,
             f"{law.words} explains {100 * min(1 - self.left, 1.0):.0f} % of what springs and linear dampers leave: "
-            f"{told}. It is part of the fitted leg and its uncertainty is in the intervals. To fix it, write effects: "
-            f"{{{law.effect}: {{{law.key}: ...}}}} at the joint in the leg file; for a fit without it, laws: linear",
+            f"{told}. It is part of the fitted leg and its uncertainty is in the intervals. To state it beforehand, "
+            f"write effects: [{{{law.effect}: {{{law.key}: ...}}}}] at the joint in the leg file; to fit without it, "
+            "laws: linear",
         )
 
     def as_json(self) -> dict[str, Any]:

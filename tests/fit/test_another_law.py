@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from robustness.laws import held
 from robustness.random_legs import TOLERANCE_OF_LINKS, Case, random_case, with_law
 from synth import FitSettings, fit
+from synth.commands.answers import fit_text
 from synth.files.leg_file import read_leg
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
@@ -24,23 +26,6 @@ SIZE = {"coulomb_friction": "torque", "quadratic_damping": "coefficient"}
 def fitted(case: Case, **changes: object) -> FitResult:
     """As ``synth fit`` does, from links that are off by their tolerances."""
     return fit_leg(case.off, recordings(case.off, case.trials), replace(AUTO, **changes))  # type: ignore[arg-type]
-
-
-def held(result: FitResult, case: Case) -> tuple[int, int]:
-    """How many intervals hold, and how many there are."""
-    inside = []
-    for joint in case.leg.joints:
-        found = result.joints[joint.name]
-        assert joint.spring is not None
-        assert joint.damper is not None
-        truth = joint.spring.rate, joint.damper.rate, joint.spring.free_angle
-        for item, value in zip((found.spring_rate, found.damper_rate, found.free_angle), truth, strict=True):
-            assert item is not None
-            assert item.low is not None
-            assert item.high is not None
-            assert value is not None
-            inside.append(item.low <= value <= item.high)
-    return sum(inside), len(inside)
 
 
 @pytest.mark.parametrize(
@@ -105,4 +90,6 @@ def test_the_law_is_in_the_files_and_can_be_switched_off(tmp_path: Path) -> None
     (written,) = tmp_path.glob("*.leg.yaml")
     torque = read_leg(written).joints[0].effects["coulomb_friction"]["torque"]
     assert torque == pytest.approx(document["law"]["torque"]["hip"]["value"], rel=1e-3)
+    assert "coulomb friction: hip 0.000" in fit_text(document)
+    assert "with dry friction at the hip the model explains the motion" in (tmp_path / "report.html").read_text()
     assert "law" not in fit(case.off, case.trials, FitSettings(laws="linear")).result.as_json()

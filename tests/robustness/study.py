@@ -67,8 +67,8 @@ def study_case(seed: int, case: Case | None = None) -> dict[str, Any]:
     record["headline"] = "default"
     options = LegFitOptions(tolerance=TOLERANCE_OF_LINKS)
     record["fits"] = {name: fitted(case, case.off, trials, options) for name, trials in variants.items()}
-    record["fits"]["default"] = fitted(case, case.off, case.trials, replace(options, release="free"))
-    record["fits"]["exact"] = fitted(case, case.bare, case.trials, LegFitOptions(release="free"))
+    record["fits"]["default"] = fitted(case, case.off, case.trials, replace(options, release="free", laws="auto"))
+    record["fits"]["exact"] = fitted(case, case.bare, case.trials, LegFitOptions(release="free", laws="auto"))
     return record
 
 

@@ -25,7 +25,7 @@ from robustness.study import fitted, hand_until
 from synth.fit.fit_options import LegFitOptions
 
 DRIVEN = 0.15  # s, as in ``random_recorder``
-AS_SYNTH_FIT = LegFitOptions(tolerance=TOLERANCE_OF_LINKS, release="free")
+AS_SYNTH_FIT = LegFitOptions(tolerance=TOLERANCE_OF_LINKS, release="free", laws="auto")
 
 
 def case_with_hand(seed: int, driven: float) -> Case | None:
