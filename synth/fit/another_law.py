@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import nnls
 
 from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90
@@ -152,6 +151,8 @@ class _Search:
 
     def found(self) -> AnotherLaw | None:
         """The search; None unless its result explains the motion."""
+        from scipy.optimize import nnls  # only here: few fits need it, and its import takes 0.2 s
+
         begun = self._point(np.zeros(len(self.scale)), self.begin)
         if begun is None:
             return None
