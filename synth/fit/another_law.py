@@ -24,6 +24,7 @@ from synth.fit.model_error import ModelError
 from synth.fit.recordings import Recording
 from synth.fit.uncertainty import clipped_rms, correlation_times
 from synth.swing.leg_model import Leg
+from synth.swing.mechanics import coefficients, momentum_and_force
 from synth.units import quantity
 
 # Of the mean squared error above the samples' scatter, what a law must leave at most to be named. On 24 random legs a
@@ -31,7 +32,9 @@ from synth.units import quantity
 # 0.15 or 0.25 s neither explains so much.
 LEAVES = 0.2
 HOPELESS = 0.85  # the same, as predicted by the first linear step: no further one is taken
-FIRST = 0.03  # of spring rate times the joint's motion, the first step of a law's torque at the joint's RMS speed
+FIRST = (
+    0.03  # of the deviation of the spring's and gravity's torque, the first step of a law's at the joint's RMS speed
+)
 LEAST_STEP = 0.003  # as ``FIRST``, of a coefficient that is nearly zero
 NEXT = 0.3  # of the coefficient, later ones
 STEPS = 6
@@ -144,9 +147,9 @@ class _Search:
         self.weights = replace(stage.weights, noise=stage.weights.noise[::every], centre=None)
         solution = stage.solution
         self.begin = FitStart(solution.values, solution.locals[::every])
-        moved, speed = np.max([_moved(recording) for recording in some], axis=0)
-        speed = np.where(speed > 0.0, speed, np.inf)
-        self.scale = np.exp(solution.values[: len(leg.joints)]) * moved / speed**law.power
+        rate = np.exp(solution.values[: len(leg.joints)])
+        torque, speed = np.max([_torque_and_speed(leg, recording, rate) for recording in some], axis=0)
+        self.scale = torque / np.where(speed > 0.0, speed, np.inf) ** law.power
         self.noise = np.where(np.isfinite(self.weights.noise[0]), self.weights.noise[0], np.inf)
 
     def found(self) -> AnotherLaw | None:
@@ -273,12 +276,15 @@ class _Slopes:
     values: Array
 
 
-def _moved(recording: Recording) -> tuple[Array, Array]:
-    """(n,) rad, standard deviation of each joint's angle, and (n,) rad/s its RMS speed; 0 for a locked joint."""
-    free = np.isin(np.arange(recording.rotation.shape[1]), recording.free)
-    smoothed = recording.smoothed
+def _torque_and_speed(leg: Leg, recording: Recording, rate: Array) -> tuple[Array, Array]:
+    """(n,) N m, deviation of the torques of springs of ``rate`` (n,) and of gravity, and (n,) rad/s RMS speed; 0 if locked."""
+    free = np.isin(np.arange(len(rate)), recording.free)
+    smoothed, conditions = recording.smoothed, recording.conditions
+    terms = coefficients(leg, conditions.tip)
+    force = momentum_and_force(terms, smoothed.angle, np.zeros_like(smoothed.rate), leg.tilt + conditions.tilt)[1]
+    torque = np.hypot(rate * np.std(smoothed.angle, axis=0), np.std(force, axis=0))
     speed = np.sqrt(np.mean(smoothed.rate**2, axis=0))
-    return np.where(free, np.std(smoothed.angle, axis=0), 0.0), np.where(free, speed, 0.0)
+    return np.where(free, torque, 0.0), np.where(free, speed, 0.0)
 
 
 def with_law(leg: Leg, law: SpeedLaw, size: Array) -> Leg:
