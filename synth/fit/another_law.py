@@ -32,9 +32,7 @@ from synth.units import quantity
 # 0.15 or 0.25 s neither explains so much.
 LEAVES = 0.2
 HOPELESS = 0.85  # the same, as predicted by the first linear step: no further one is taken
-FIRST = (
-    0.03  # of the deviation of the spring's and gravity's torque, the first step of a law's at the joint's RMS speed
-)
+FIRST = 0.03  # of the torque of springs and gravity, the first step of a law's torque at the joint's RMS speed
 LEAST_STEP = 0.003  # as ``FIRST``, of a coefficient that is nearly zero
 NEXT = 0.3  # of the coefficient, later ones
 STEPS = 6
@@ -277,7 +275,10 @@ class _Slopes:
 
 
 def _torque_and_speed(leg: Leg, recording: Recording, rate: Array) -> tuple[Array, Array]:
-    """(n,) N m, deviation of the torques of springs of ``rate`` (n,) and of gravity, and (n,) rad/s RMS speed; 0 if locked."""
+    """(n,) N m, how much the torques of springs of ``rate`` (n,) and of gravity vary, and (n,) rad/s RMS speed.
+
+    Both are 0 for a locked joint.
+    """
     free = np.isin(np.arange(len(rate)), recording.free)
     smoothed, conditions = recording.smoothed, recording.conditions
     terms = coefficients(leg, conditions.tip)
