@@ -65,6 +65,7 @@ def test_fit_project_and_its_defaults(folder: Path) -> None:
     assert [(d.key, d.value) for d in project.defaults] == [
         ("free_angle", "auto"),
         ("release", "free"),
+        ("laws", "auto"),
         ("fit.method", "least_squares"),
         ("fit.cost", "trajectory"),
         ("fit.weight", "noise"),
@@ -89,8 +90,8 @@ def test_fit_options_and_prior(folder: Path) -> None:
     assert project.prior.free_angle == pytest.approx(math.radians(5))
     assert project.prior.damper is None
     listed = [d.key for d in project.defaults]
-    assert listed[:4] == ["release", "fit.cost", "fit.weight", "fit.intervals"]
-    assert listed[4:] == ["tolerance.length", "tolerance.mass", "tolerance.com", "tolerance.inertia"]
+    assert listed[:5] == ["release", "laws", "fit.cost", "fit.weight", "fit.intervals"]
+    assert listed[5:] == ["tolerance.length", "tolerance.mass", "tolerance.com", "tolerance.inertia"]
 
 
 @pytest.mark.parametrize(
