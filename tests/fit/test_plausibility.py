@@ -102,7 +102,7 @@ def test_a_wrong_joint_sign_is_detected(joint: int) -> None:
 
 
 def test_a_wrong_sign_behind_an_absurd_damper_is_detected() -> None:
-    """The built-in example with the ankle's other sign: 1 deg RMS, by an ankle damper far too strong, and no other law."""
+    """The built-in example with the other sign of the ankle: 1 deg RMS by a damper far too strong, and no other law."""
     project = read_fit(EXAMPLE / "fit.yaml")
     wrong = changed(project.leg, 2, sign=-project.leg.joints[2].sign)
     given = ready(replace(project, leg=wrong))
