@@ -152,8 +152,6 @@ class _Search:
 
     def found(self) -> AnotherLaw | None:
         """The search; None unless its result explains the motion."""
-        from scipy.optimize import nnls  # only here: few fits need it, and its import takes 0.2 s
-
         begun = self._point(np.zeros(len(self.scale)), self.begin)
         if begun is None:
             return None
@@ -164,9 +162,10 @@ class _Search:
             if found is None:
                 break
             slopes = found
-            wanted, left = nnls(slopes.residual, slopes.residual @ here.size - here.residual)
-            if turn == 0 and left**2 - floor > HOPELESS * (here.square - floor):
+            side = slopes.residual @ here.size - here.residual
+            if turn == 0 and not _promising(slopes.residual, side, floor):
                 return None
+            wanted = _not_below_zero(slopes.residual, side)
             moved = self._towards(wanted, here)
             if moved is None:
                 break
@@ -272,6 +271,19 @@ class _Slopes:
 
     residual: Array
     values: Array
+
+
+def _promising(columns: Array, side: Array, floor: float) -> bool:
+    """Whether a linear step, of any sign, explains enough of the square of ``side`` (m,) above ``floor``."""
+    left = side - columns @ np.linalg.lstsq(columns, side)[0]
+    return float(left @ left) - floor <= HOPELESS * (float(side @ side) - floor)
+
+
+def _not_below_zero(columns: Array, side: Array) -> Array:
+    """(n,) least squares of ``columns`` (m, n) against ``side`` (m,), none of them negative."""
+    from scipy.optimize import nnls  # only here: few fits come so far, and its import takes 0.2 s
+
+    return np.asarray(nnls(columns, side)[0])
 
 
 def _torque_and_speed(leg: Leg, recording: Recording, rate: Array) -> tuple[Array, Array]:
