@@ -27,9 +27,9 @@ from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 from synth.units import quantity
 
-# Of the mean squared error above the samples' scatter, what a law must leave at most to be named. On 24 random legs that
-# rub, friction leaves under 0.06 in 16; on 24 with quadratic damping that leaves under 0.07 in 21; on 48 driven by a hand
-# for 0.15 or 0.25 s friction leaves 0.7 and more.
+# Of the mean squared error above the samples' scatter, what a law must leave at most to be named. Of 24 random legs
+# that rub, friction leaves under 0.06 in 16; of 24 with quadratic damping, that leaves under 0.07 in 21; on 48 driven
+# by a hand for 0.15 or 0.25 s friction leaves 0.7 and more.
 LEAVES = 0.2
 HOPELESS = 0.85  # the same, as predicted by the first linear step: no further one is taken
 FIRST = 0.03  # of the torque of springs and gravity, the first step of a law's torque at the joint's RMS speed
