@@ -70,7 +70,7 @@ class AnotherLaw:
     """``size`` (n,) of the law's coefficient at each joint, SI, 0 where it does not act, ``deviation`` (n,) of it.
 
     ``leg`` : the given one with it as its effect. ``moved`` (p, n) change of the common unknowns per standard
-    deviation of each coefficient. ``left`` : share of the error that stays. ``values`` (p,) estimates with it.
+    deviation of each coefficient. ``left`` : share of the error that stays.
     """
 
     law: SpeedLaw
@@ -79,7 +79,6 @@ class AnotherLaw:
     deviation: Array
     moved: Array
     left: float
-    values: Array
 
     @property
     def error(self) -> ModelError:
@@ -230,6 +229,7 @@ class _Search:
         return max(float(np.sum(counted / correlation_times(self.some, here.solution.predictions))), 1.0)
 
     def _gain(self, begun: _Point, here: _Point) -> float:
+        """Twice that of the log-likelihood, with the noise estimated from the residuals."""
         return self._independent(here) * float(np.log(begun.square / here.square))
 
     def _result(self, here: _Point, slopes: _Slopes, share: float) -> AnotherLaw | None:
@@ -243,7 +243,7 @@ class _Search:
             return None
         deviation = np.where(size > 0.0, deviation, 0.0)
         leg = with_law(self.leg, self.law, size)
-        return AnotherLaw(self.law, leg, size, deviation, slopes.values * deviation, share, here.solution.values)
+        return AnotherLaw(self.law, leg, size, deviation, slopes.values * deviation, share)
 
 
 @dataclass(frozen=True)

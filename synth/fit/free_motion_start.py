@@ -172,9 +172,8 @@ def unseen(
 def _moved(model: TrajectoryModel, all_: Solution, later_: Solution) -> Array:
     """(p,) from the unknowns of all samples to those of the later ones, less what noise explains."""
     moved = later_.values - all_.values
-    noise = np.diag(covariance(model, later_)) - np.diag(
-        covariance(model, all_)
-    )  # of the difference: Hausman, as above
+    # Of the difference, as in Hausman's test.
+    noise = np.diag(covariance(model, later_)) - np.diag(covariance(model, all_))
     return np.asarray(np.sign(moved) * np.sqrt(np.maximum(moved**2 - np.maximum(noise, 0.0), 0.0)))
 
 

@@ -50,9 +50,9 @@ ATTEMPTS = 40
 
 @dataclass(frozen=True)
 class Dirt:
-    """Faults of a recording: ``cutoff`` Hz of a zero-phase filter or 0; ``late`` (n,) s, clocks a sample apart;
+    """Faults of a recording: ``cutoff`` Hz of a zero-phase filter or 0; ``late`` (n,) s, clocks a sample apart.
 
-    ``uneven`` RMS of the steps between samples, of the usual one, with right stamps.
+    ``uneven`` : RMS of the steps between samples, as a share of the usual one; the stamps are right.
     """
 
     cutoff: float

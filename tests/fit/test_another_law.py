@@ -9,16 +9,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fit.test_driven_start import joint_tests
 from robustness.laws import held
 from robustness.random_legs import TOLERANCE_OF_LINKS, Case, random_case, with_law
 from synth import FitSettings, fit
 from synth.commands.answers import fit_text
 from synth.files.leg_file import read_leg
+from synth.files.trial_list import read_trials
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.recordings import recordings
+from synth.validation.thesis_data import read_lab_data
 
+LAB, DOUBLE = (Path(__file__).resolve().parents[3] / "shared" / name for name in ("aarl", "double_pendulum"))
 AUTO = LegFitOptions(release="free", laws="auto", tolerance=TOLERANCE_OF_LINKS)
 SIZE = {"coulomb_friction": "torque", "quadratic_damping": "coefficient"}
 
@@ -65,6 +69,23 @@ def test_a_hand_is_no_law(seed: int, driven: float) -> None:
 def test_a_leg_of_springs_and_linear_dampers_has_no_other_law(seed: int) -> None:
     case = random_case(seed, replace(random_case(seed).recorder, driven=0.0))
     assert fitted(case).law == {}
+
+
+@pytest.mark.skipif(not LAB.is_dir(), reason="the lab's recordings (../shared/aarl) are not here")
+def test_the_labs_recordings_have_neither_law() -> None:
+    """They lack something, or several things: neither law explains four fifths of what is left."""
+    data = read_lab_data(LAB)
+    robot = data.trials(data.built, joint_tests())
+    for leg, made in ((data.rat, data.releases()), (data.built, robot)):
+        assert fit_leg(leg, made, AUTO).law == {}
+
+
+@pytest.mark.skipif(not DOUBLE.is_dir(), reason="../shared/double_pendulum is not here")
+@pytest.mark.parametrize("half", [0, 1])
+def test_a_double_pendulums_small_swings_have_neither_law(half: int) -> None:
+    leg = read_leg(DOUBLE / "double_pendulum.leg.yaml")
+    trials = read_trials([f"trials/val_0{half}.csv", f"trials/val_0{half + 2}.csv"], DOUBLE, leg)
+    assert fit_leg(leg, recordings(leg, trials), AUTO).law == {}
 
 
 def test_a_stated_friction_is_kept_and_none_is_added() -> None:

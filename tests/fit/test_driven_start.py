@@ -187,16 +187,21 @@ def test_a_leg_with_another_law_is_fitted_whole_with_wider_intervals(seed: int) 
     assert held["free"] >= 0.8 * 3 * len(case.leg.joints) > held["recorded"]
 
 
+def joint_tests() -> list[dict[str, object]]:
+    """Nine of the robot, as entries of a project's ``trials``."""
+    locked = {"ankle": ["hip", "knee"], "knee": ["hip"], "hip": []}
+    return [
+        {"file": f"dog/joint_tests/{joint}_{number}.csv", "locked": held}
+        for joint, held in locked.items()
+        for number in (1, 2, 3)
+    ]
+
+
 @pytest.mark.skipif(not LAB.is_dir(), reason="the lab's recordings (../shared/aarl) are not here")
 def test_the_robots_joint_tests_are_not_cut_to_their_ends() -> None:
     """Their last samples, of a leg almost at rest, gave a knee of 8.1 N m/rad (6.6 to 10); 2.2 was built in."""
     data = read_lab_data(LAB)
-    entries = [
-        {"file": f"dog/joint_tests/{joint}_{number}.csv", "locked": locked}
-        for joint, locked in (("ankle", ["hip", "knee"]), ("knee", ["hip"]), ("hip", []))
-        for number in (1, 2, 3)
-    ]
-    result = fit_leg(data.built, data.trials(data.built, entries), FREE)
+    result = fit_leg(data.built, data.trials(data.built, joint_tests()), FREE)
     assert result.cut == 0.0
     assert "do not fit one leg" in result.warnings[0]
     for joint in data.built.joints:

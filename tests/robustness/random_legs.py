@@ -36,7 +36,7 @@ class Recorder:
 
     ``noise`` deg SD; ``counts`` a turn, 0 for none; ``rate`` Hz; ``trials`` how many; ``lost`` share of samples that
     are missing; ``driven`` s from the start with an external torque, 0 for none; ``uneven`` RMS of the steps between
-    samples, of the usual one: a log written by a loop on a computer has 0.03 to 0.24 (``../shared/rigs/servo_bench``).
+    samples, as a share of the usual one: a computer's logs have 0.03 to 0.24 (``../shared/rigs/servo_bench``).
     """
 
     noise: float
