@@ -21,6 +21,7 @@ Group = Literal["upper", "lower", "spring"]
 # Chord error of the meshes. The angular one dominates on small radii and is therefore always given.
 LINEAR_TOLERANCE = 0.05  # mm: an eighth of a print line
 ANGULAR_TOLERANCE = 0.15  # rad: 42 chords to a circle, 0.1 % off its radius at 5 mm
+SORTED_TO = 6  # decimals of mm, of the points by which a mesh is sorted
 
 # RGB; distinguishable without colour vision.
 COLOURS: dict[str, tuple[float, float, float]] = {
@@ -201,8 +202,11 @@ _merged_once = lru_cache(maxsize=256)(_merged)
 
 
 def _ordered(vertices: Array, faces: Faces) -> Mesh:
-    """The same mesh with points and triangles sorted, because the kernel's order may change between calls."""
-    order = np.lexsort(vertices.T[::-1])
+    """The same mesh with points and triangles sorted, because the kernel's order may change between calls.
+
+    So do the last bits of its points, which must not decide between those of an edge that is straight along an axis.
+    """
+    order = np.lexsort(np.round(vertices, SORTED_TO).T[::-1])
     place = np.empty(len(order), dtype=np.int64)
     place[order] = np.arange(len(order))
     moved = place[faces]

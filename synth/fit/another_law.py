@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.intervals import NORMAL90
+from synth.estimation.intervals import NORMAL90, spectrum
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
@@ -69,8 +69,8 @@ LAWS = (
 class AnotherLaw:
     """``size`` (n,) of the law's coefficient at each joint, SI, 0 where it does not act, ``deviation`` (n,) of it.
 
-    ``leg`` : the given one with it as its effect. ``moved`` (p, n) change of the common unknowns per standard
-    deviation of each coefficient. ``left`` : share of the error that stays.
+    ``leg`` : the given one with it as its effect. ``moved`` (p, c) change of the common unknowns per standard
+    deviation of each independent error of the coefficients. ``left`` : share of the error that stays.
     """
 
     law: SpeedLaw
@@ -236,14 +236,17 @@ class _Search:
         """With the coefficients that are surely above zero; None if there is none."""
         used = np.flatnonzero((slopes.residual != 0.0).any(axis=0) & (here.size > 0.0))
         normal = slopes.residual[:, used].T @ slopes.residual[:, used]
+        covariance = np.linalg.pinv(normal) * here.square / self._independent(here)
         deviation = np.zeros(len(here.size))
-        deviation[used] = np.sqrt(np.diag(np.linalg.pinv(normal)) * here.square / self._independent(here))
-        size = np.where(here.size > SURE * deviation, here.size, 0.0)
-        if not size.any():
+        deviation[used] = np.sqrt(np.diag(covariance))
+        kept = here.size > SURE * deviation
+        if not kept.any():
             return None
-        deviation = np.where(size > 0.0, deviation, 0.0)
+        size, deviation = np.where(kept, here.size, 0.0), np.where(kept, deviation, 0.0)
+        variance, direction = spectrum(covariance[np.ix_(kept[used], kept[used])])
+        root = direction * np.sqrt(np.maximum(variance, 0.0))
         leg = with_law(self.leg, self.law, size)
-        return AnotherLaw(self.law, leg, size, deviation, slopes.values * deviation, share)
+        return AnotherLaw(self.law, leg, size, deviation, slopes.values[:, kept] @ root, share)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from synth.cad import BuiltLeg, build_leg, facets
 from synth.cad.hardware import screw_of
 from synth.cad.kernel import is_faceted
 from synth.cad.leg_joints import build_leg_of_facets
-from synth.cad.parts import ANGULAR_TOLERANCE, LINEAR_TOLERANCE, BuiltPart, _triangles, mesh_of
+from synth.cad.parts import ANGULAR_TOLERANCE, LINEAR_TOLERANCE, BuiltPart, _ordered, _triangles, mesh_of
 from synth.cad.spring_seat import build_screw, screw_volume
 from synth.cad.travel import manifold
 
@@ -112,6 +112,17 @@ def test_a_mesh_is_made_on_first_use() -> None:
     assert len(asked) == 1
     with pytest.raises(AttributeError):
         mesh.colour  # noqa: B018
+
+
+def test_the_order_of_a_mesh_does_not_depend_on_last_bits() -> None:
+    """An edge along z, whose x differs by rounding between two runs: its points changed places in the GLB file."""
+    points = np.array([[0.1, 0.0, 9.0], [0.1, 0.0, 3.0], [0.1, 0.0, -9.0], [7.0, 1.0, 0.0]])
+    faces = np.array([[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 2, 1]])
+    noisy = points + 1e-15 * np.array([[3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [5.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    shuffled = np.array([2, 0, 3, 1])
+    one, other = _ordered(points, faces), _ordered(noisy[shuffled], np.argsort(shuffled)[faces])
+    np.testing.assert_allclose(one.vertices, other.vertices, rtol=0.0, atol=1e-14)
+    np.testing.assert_array_equal(one.faces, other.faces)
 
 
 def test_a_screw_in_two_places_is_one_solid_with_one_mesh() -> None:
