@@ -9,6 +9,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.estimation.chi_squared import chi_squared_exceeded
+from synth.estimation.consider import Considered
 from synth.estimation.intervals import NORMAL90, Estimate
 from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import DrawnLegs, draws
@@ -84,13 +85,12 @@ def result_of(
     """
     treatments, mode = fitted.treatments, fitted.mode
     unknowns, leg, names = sought_by(model), model.leg, model.leg.joint_names
+    widths = link_widths(leg, options.tolerance)
     solutions = {name: each.stage.solution for name, each in treatments.items()}
     spreads, chosen = {name: covariance(model, solution) for name, solution in solutions.items()}, solutions[mode]
     refits, lost = _refits(model, recordings, fitted.stage, spreads[mode], options)
-    links = {
-        name: link_errors(model, recordings, each.stage, link_widths(leg, options.tolerance), options.static)
-        for name, each in treatments.items()
-    }
+    links = {n: link_errors(model, recordings, t.stage, widths, options.static) for n, t in treatments.items()}
+    links[mode] = _with_law(fitted.error, links[mode])
     offsets = _offsets(fitted, spreads, refits, links)
     joints, rms = {}, {}
     for name, each in treatments.items():
@@ -147,6 +147,13 @@ def _with_model_error(error: ModelError | None, drawn: Array, spread: Array, see
     if error is None:
         return drawn, spread
     return error.added_to(drawn, seed), spread + error.covariance
+
+
+def _with_law(error: ModelError | None, links: LinkErrors | None) -> LinkErrors | None:
+    """The links' errors, with the coefficients of the model's law following them."""
+    if links is None or error is None or error.by_links is None or not error.by_links.size:
+        return links
+    return replace(links, considered=Considered(links.considered.sensitivity + error.by_links))
 
 
 def _alike(
