@@ -37,6 +37,9 @@ HOPELESS = 0.85  # the same, as predicted by the first linear step: no further o
 FIRST = 0.03  # of the torque of springs and gravity, the first step of a law's torque at the joint's RMS speed
 LEAST_STEP = 0.001  # as ``FIRST``, of a coefficient that is nearly zero
 NEXT = 0.03  # of the coefficient, later ones
+# Of the torque of springs and gravity, standard deviation of a law's torque before the trials: while a joint turns one
+# way, friction looks like another free angle, and 130 times the true one fitted.
+EXPECTED = 0.5
 STEPS = 6
 NEAR_ENOUGH = 0.01  # of the log-likelihood, of the other unknowns' fits
 SUSPECT = 1.15  # times the samples' scatter, a joint's residuals from which a law is looked for
@@ -45,7 +48,7 @@ LEAST_GAIN = 30.0
 SETTLED = 0.05  # of the error above the scatter, gain of a step that is the last
 NEAR_FLOOR = 0.1  # of the scatter's own error: nearer to it, gains count against this
 HALVINGS = 4
-SURE = 2.0  # standard deviations from zero, of a coefficient that is kept
+SURE = 2.0  # standard deviations from zero, of one coefficient at least
 SAMPLES = 400  # of a trial that are used
 TRIALS = 6
 
@@ -99,6 +102,9 @@ class _Search:
         torque, speed = np.max([_torque_and_speed(leg, recording, rate) for recording in some], axis=0)
         self.scale = torque / np.where(speed > 0.0, speed, np.inf) ** law.power
         self.noise = np.where(np.isfinite(self.weights.noise[0]), self.weights.noise[0], np.inf)
+        counted = sum(int(recording.counts.sum()) for recording in some)
+        # In units of the residuals, as another sample of the scatter.
+        self.expected = np.sqrt(self._floor() / counted) / (EXPECTED * np.maximum(self.scale, 1e-300))
 
     def found(self) -> AnotherLaw | None:
         """The search; None unless its result explains the motion."""
@@ -115,7 +121,8 @@ class _Search:
             side = slopes.residual @ here.size - here.residual
             if turn == 0 and not _promising(slopes.residual, side, floor):
                 return None
-            wanted = _not_below_zero(slopes.residual, side)
+            pull = np.diag(self.expected)
+            wanted = _not_below_zero(np.vstack([slopes.residual, pull]), np.concatenate([side, np.zeros(len(pull))]))
             moved = self._towards(wanted, here, slopes) if (wanted != here.size).any() else None
             if moved is None:
                 break
@@ -191,7 +198,7 @@ class _Search:
         for halving in range(HALVINGS):
             step = (wanted - here.size) * 0.5**halving
             found = self._point(here.size + step, self._start(here, slopes, step))
-            if found is not None and found.square < here.square:
+            if found is not None and self._objective(found) < self._objective(here):
                 return found
         return None
 
@@ -204,6 +211,10 @@ class _Search:
         ]
         values = np.clip(here.solution.values + slopes.values @ step, model.unknowns.lower, model.unknowns.upper)
         return FitStart(values, locals_, here.solution.damping)
+
+    def _objective(self, point: _Point) -> float:
+        """The square of the residuals, and of the coefficients over what is expected of them."""
+        return point.square + float(np.sum((self.expected * point.size) ** 2))
 
     def _floor(self) -> float:
         """The square that the samples' scatter alone leaves."""
@@ -225,39 +236,35 @@ class _Search:
         return self._independent(here) * float(np.log(begun.square / here.square))
 
     def _result(self, here: _Point, share: float) -> AnotherLaw | None:
-        """With the coefficients that are surely above zero; None if there is none."""
-        slopes = self._slopes(here, np.where(here.size > 0.0, NEXT * here.size, 0.0)) if here.size.any() else None
+        """With the errors of all coefficients; None if none of them is surely above zero."""
+        slopes = self._slopes(here, np.maximum(NEXT * here.size, LEAST_STEP * self.scale))
         if slopes is None:
             return None
         used = np.flatnonzero((slopes.residual != 0.0).any(axis=0))
-        normal = slopes.residual[:, used].T @ slopes.residual[:, used]
+        columns, moved = slopes.residual[:, used], slopes.values[:, used]
+        normal = columns.T @ columns + np.diag(self.expected[used] ** 2)
         covariance = np.asarray(np.linalg.pinv(normal) * here.square / self._independent(here))
-        of_noise = np.zeros(len(here.size))
-        of_noise[used] = np.sqrt(np.diag(covariance))
-        kept = here.size > SURE * of_noise
-        if not kept.any():
+        if not np.any(here.size[used] > SURE * np.sqrt(np.diag(covariance))):
             return None
-        variance, direction = spectrum(covariance[np.ix_(kept[used], kept[used])])
-        root = direction * np.sqrt(np.maximum(variance, 0.0))
-        by_links = self._by_links(here, slopes.residual[:, kept])
+        variance, direction = spectrum(covariance)
+        by_links = self._by_links(here, columns, normal)
         deviation = np.zeros(len(here.size))
-        deviation[kept] = np.hypot(of_noise[kept], np.sqrt(np.sum(by_links**2, axis=1)))
-        size, moved = np.where(kept, here.size, 0.0), slopes.values[:, kept]
-        leg = with_law(self.leg, self.law, size)
-        error = ModelError(moved @ root, "", moved @ by_links)
-        return AnotherLaw(self.law, leg, size, deviation, error, share, here.solution.values)
+        deviation[used] = np.sqrt(np.diag(covariance) + np.sum(by_links**2, axis=1))
+        leg = with_law(self.leg, self.law, here.size)
+        error = ModelError(moved @ (direction * np.sqrt(np.maximum(variance, 0.0))), "", moved @ by_links)
+        return AnotherLaw(self.law, leg, here.size, deviation, error, share, here.solution.values)
 
-    def _by_links(self, here: _Point, columns: Array) -> Array:
+    def _by_links(self, here: _Point, columns: Array, normal: Array) -> Array:
         """(n, c) change of coefficients per deviation of each of the links' parameters, all other unknowns following.
 
-        ``columns`` (m, n) of their residuals.
+        ``columns`` (m, n) of their residuals, ``normal`` (n, n) their products.
         """
         model, stage = self._model(here.size), Stage(here.solution, self.weights)
         widths = link_widths(self.leg, self.options.tolerance)
         found = link_errors(model, self.some, stage, widths, self.options.static, until=np.inf)
         if found is None:
             return np.zeros((columns.shape[1], 0))
-        return np.asarray(-np.linalg.lstsq(columns, self._over_noise(found.first))[0])
+        return np.asarray(-np.linalg.pinv(normal) @ (columns.T @ self._over_noise(found.first)))
 
 
 @dataclass(frozen=True)
