@@ -12,7 +12,7 @@ from synth.errors import UserError
 from synth.fit.another_law import another_law, searched, suspected
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of, sought_by
-from synth.fit.fit_result import FitResult
+from synth.fit.fit_result import FitResult, JointFit
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
 from synth.fit.free_motion_start import Drift, LateFreeMotion, cut_of, later, look, start_sentence, unseen
 from synth.fit.least_squares import FitStart, Solution, Stage
@@ -77,7 +77,7 @@ def fit_leg(
     if seen is not None and isinstance(hidden, LateFreeMotion):
         return _fit_later(leg, recordings, options, hidden.cut, start_sentence(seen, hidden.cut, hidden))
     softened = _softened(model, recordings, chosen.stage, scatter)
-    treatments[mode] = Treatment(softened.stage, chosen.spread)
+    treatments[mode] = replace(chosen, stage=softened.stage)
     if isinstance(hidden, Drift):
         error = hidden.error
     fitted = FittedTreatments(treatments, mode, why, softened=softened.sentences, least=softened.least, error=error)
@@ -148,9 +148,15 @@ def _fit_near(
     if not np.isfinite(stage.solution.cost):
         raise UserError(NOTHING_NEAR)
     why = "each trial's shift as in the previous fit"
-    treatments = {near.free_angle: Treatment(stage, spread)}
+    treatments = {near.free_angle: Treatment(stage, spread, _ends_of(joints))}
     scatter = sample_scatter(recordings)
     return result_of(model, recordings, FittedTreatments(treatments, near.free_angle, why), scatter, options)
+
+
+def _ends_of(joints: Sequence[JointFit]) -> Array:
+    """(2, n) rad, of the spreads' intervals; nan where there is none."""
+    ends = [(joint.free_angle_spread.low, joint.free_angle_spread.high) for joint in joints]
+    return np.array([[np.nan if end is None else end for end in pair] for pair in ends]).T
 
 
 def _treatments(
@@ -200,7 +206,8 @@ def _per_trial(
     found = heterogeneity(shift, shift_variances(model, recordings, wide.solution))
     spread = np.maximum(found.spread, LEAST_SPREAD)
     stage = refine(model, recordings, FitStart.at(wide.solution), weight, spread)
-    return Treatment(stage, np.where(found.spread > LEAST_SPREAD, found.spread, 0.0)), found.probability
+    kept = np.where(found.spread > LEAST_SPREAD, found.spread, 0.0)
+    return Treatment(stage, kept, found.ends), found.probability
 
 
 def _softened(model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, scatter: Array) -> _Softened:
