@@ -39,6 +39,7 @@ from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
 from synth.diagnosis.sensor_noise import sensor
 from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
+from synth.diagnosis.settled import with_settled
 from synth.diagnosis.unseen import with_unseen
 from synth.diagnosis.verdict import Judged, with_counts, with_doubt
 from synth.diagnosis.workbench import Workbench
@@ -122,11 +123,11 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def search(self, say: Callable[[str], None]) -> Hypotheses[EvaluatedHypothesis]:
         """Every effect at every place where it could be visible, alone and with others."""
         leg, given = self.scene.leg, self.scene.given
-        found = search(self.bench, candidates(leg, given, scales(leg, given)), say)
+        found, done = with_settled(self.bench, search(self.bench, candidates(leg, given, scales(leg, given)), say))
         say("trials left out")
         found = with_unseen(self.bench, found)
         say("small causes beside the leading ones")
-        return with_companions(self.bench, found)
+        return with_settled(self.bench, with_companions(self.bench, found), done)[0]
 
     def designed(self) -> EvaluatedHypothesis:
         """The unchanged nominal leg."""
