@@ -59,15 +59,18 @@ class JointAlone:
 
 
 def shown(side: Side, place: int, overlays: Sequence[Overlay]) -> dict[str, dict[str, Spread]]:
-    """Joint -> characteristic -> spread, over all recordings of a recorded side or all starts of a leg."""
+    """Joint -> characteristic -> spread, over all recordings of a recorded side or all starts of a leg.
+
+    Driven motions are left out: they are no releases.
+    """
     every: dict[str, list[Characteristics]] = {name: [] for name in side.leg.joint_names}
     if side.kind == MODEL:
         for overlay in overlays:
             motion = overlay.motions[place]
-            if motion is not None:
+            if motion is not None and not overlay.start.driven:
                 _add(every, overlay.start.free, overlay.start.time, motion.rotation, np.zeros(len(every)))
     else:
-        for recording in side.slowed:
+        for recording in (each for each in side.slowed if not each.driven):
             time, angle, noise = _smoothed(recording)
             _add(every, recording.free, time, angle, noise)
     return {name: _spreads(found) for name, found in every.items()}

@@ -126,6 +126,7 @@ class TrialFit:
     motion: RecordedMotion
     held_out: bool = False
     conditions: Conditions = field(default_factory=Conditions)
+    driven_by: tuple[str, ...] = ()  # "a known torque", "a servo"
 
     @property
     def characteristics(self) -> Mapping[str, Characteristics]:
@@ -141,6 +142,7 @@ class TrialFit:
         written: dict[str, Any] = {"file": self.name, "held_out": self.held_out, "rms": by_joint(self.rms, "deg")}
         written["free_angle"] = by_joint(self.free_angle, "deg")
         written |= self.conditions.as_json(joints)
+        written |= {"driven_by": list(self.driven_by)} if self.driven_by else {}
         written |= self.start.as_json(joints)
         for key, unit in (
             ("rise_time", "s"),

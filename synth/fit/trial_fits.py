@@ -13,6 +13,7 @@ from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local
 from synth.fit.uncertainty import residuals
 from synth.motion.first_state import FirstState
+from synth.swing.driving_inputs import driven_by
 from synth.swing.leg_model import Leg
 
 LEAST_START = (1.5, 60.0)  # deg and deg/s from the first samples, for a report
@@ -56,6 +57,7 @@ def trial_fits(
                 motion,
                 held_out,
                 recording.conditions,
+                driven_by(recording.known_torque, recording.signals),
             )
         )
     return tuple(fits)

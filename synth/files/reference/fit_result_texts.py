@@ -60,6 +60,7 @@ FIT = {
     "trials[].held_out": "Whether it was only scored.",
     "trials[].locked": "Locked joints.",
     "trials[].tilt": "The base's tilt in it.",
+    "trials[].driven_by": "What drives it: a known torque, a servo; missing if nothing does.",
     "trials[].tip_mass.mass": "Mass added to the last link.",
     "trials[].tip_mass.inertia": "Inertia of that mass about its own centre.",
     "trials[].tip_mass.at": "Its position along the last link.",
