@@ -73,7 +73,16 @@ def from_fit(folder: Path, leg: Leg, fit: Mapping[str, Any], responses: str, col
                 rate[j] = leg.sign[j] * turning["value"] * factor(turning["unit"], "rad/s")
         why = _not_in_the_folder(trial)
         found.append(
-            ComparedMotion(str(trial["file"]), times_of(table), rotation, start, rate, conditions, not_driven=why)
+            ComparedMotion(
+                str(trial["file"]),
+                times_of(table),
+                rotation,
+                start,
+                rate,
+                conditions,
+                not_driven=why,
+                cut=bool(trial.get("start_cut")),
+            )
         )
     return tuple(found)
 

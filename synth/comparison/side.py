@@ -12,11 +12,12 @@ from synth.arrays import Array
 from synth.drives.servo import Servo, ServoSignals
 from synth.estimation.intervals import Estimate
 from synth.swing.chain import Conditions
+from synth.swing.driving_inputs import is_driven
 from synth.swing.leg_model import Damper, Leg
 
 MODEL, RECORDED = "model", "recorded"
 NOT_SLOWED = "a known torque or a servo drives this recording, which no other time scale has"
-SAME = {"rtol": 1e-6, "atol": 1e-9}  # of conditions and inputs, SI: results state them with ten digits
+RELATIVE, ABSOLUTE = 1e-6, 1e-9  # of conditions and inputs, SI: results state them with ten digits
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,8 @@ class ComparedMotion:
 
     ``time`` (m,) s from 0; ``rotation`` (m, n) rad, nan for samples that do not count; ``start`` and ``rate`` (n,) rad
     and rad/s, the state at the first sample; ``conditions`` of the trial. ``known_torque``, ``signals``: what drives
-    it, as for ``simulate``; ``not_driven``: why no leg can be driven as it was, empty if one can.
+    it, as for ``simulate``; ``not_driven``: why no leg can be driven as it was, empty if one can. ``cut``: it begins
+    after the release.
     """
 
     name: str
@@ -57,11 +59,12 @@ class ComparedMotion:
     known_torque: tuple[Array, Array] | None = None
     signals: ServoSignals | None = None
     not_driven: str = ""
+    cut: bool = False
 
     @property
     def driven(self) -> bool:
         """Whether a known torque or a servo moved it: no release."""
-        return self.known_torque is not None or self.signals is not None or bool(self.not_driven)
+        return bool(self.not_driven) or is_driven(self.known_torque, self.signals)
 
     @property
     def free(self) -> list[int]:
@@ -73,7 +76,8 @@ class ComparedMotion:
         if factor == 1.0:
             return self
         slow = replace(self, time=self.time * factor, rate=self.rate / factor)
-        return replace(slow, known_torque=None, signals=None, not_driven=NOT_SLOWED) if self.driven else slow
+        has_inputs = self.known_torque is not None or self.signals is not None or bool(self.not_driven)
+        return replace(slow, known_torque=None, signals=None, not_driven=NOT_SLOWED) if has_inputs else slow
 
 
 @dataclass(frozen=True)
@@ -154,13 +158,13 @@ def _damper_rate(damper: Damper | None) -> Estimate | None:
 
 def not_driven_alike(side: Side, start: ComparedMotion) -> str:
     """Why a side's leg cannot be driven as the recording was; empty if it can, or if nothing drove it."""
-    if start.not_driven or not start.driven:
+    if start.not_driven or (start.known_torque is None and start.signals is None):
         return start.not_driven
     if side.stretch != 1.0 or side.pace != 1.0:
         return NOT_SLOWED
     if start.signals is None:
         return ""
-    told = [j for j in start.free if np.ptp(start.signals.command[:, j]) > 0 or start.signals.enabled[:, j].any()]
+    told = [j for j in start.free if start.signals.enabled[:, j].any()]
     bare = [side.leg.joint_names[j] for j in told if not isinstance(side.leg.joints[j].drive, Servo)]
     return f"a servo drives this recording, and the leg has none at {', '.join(bare)}" if bare else ""
 
@@ -192,7 +196,11 @@ def _same_conditions(motion: ComparedMotion, like: ComparedMotion, leg: Leg) -> 
     if motion.conditions.tip_mass or like.conditions.tip_mass:
         pairs += zip(_tip(motion.conditions, leg), _tip(like.conditions, leg), strict=True)
     known = _same_inputs(motion.known_torque, like.known_torque)
-    return known and _same_signals(motion.signals, like.signals) and bool(np.allclose(*np.transpose(pairs), **SAME))
+    return (
+        known
+        and _same_signals(motion.signals, like.signals)
+        and all(np.isclose(*pair, rtol=RELATIVE, atol=ABSOLUTE) for pair in pairs)
+    )
 
 
 def _tip(conditions: Conditions, leg: Leg) -> tuple[float, float, float]:
@@ -204,7 +212,7 @@ def _tip(conditions: Conditions, leg: Leg) -> tuple[float, float, float]:
 def _same_inputs(one: Sequence[Array] | None, other: Sequence[Array] | None) -> bool:
     if one is None or other is None:
         return one is other
-    return all(a.shape == b.shape and bool(np.allclose(a, b, **SAME)) for a, b in zip(one, other, strict=True))
+    return all(a.shape == b.shape and np.allclose(a, b, RELATIVE, ABSOLUTE) for a, b in zip(one, other, strict=True))
 
 
 def _same_signals(one: ServoSignals | None, other: ServoSignals | None) -> bool:

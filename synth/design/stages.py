@@ -33,13 +33,16 @@ class SourceMotion:
     held_out: tuple[Recording, ...]
     factor: float
     notes: tuple[str, ...] = ()
+    begun_late: bool = False  # they are cut after the release
 
     def cut(self, start: float) -> SourceMotion:
         """The recordings from ``start`` s after their first sample, in the animal's time."""
         if start == 0.0:
             return self
         fitted, held_out = later(self.fitted, start), later(self.held_out, start)
-        return replace(self, fitted=tuple(fitted or self.fitted), held_out=tuple(held_out or self.held_out))
+        return replace(
+            self, fitted=tuple(fitted or self.fitted), held_out=tuple(held_out or self.held_out), begun_late=True
+        )
 
     @property
     def fitted_scaled(self) -> list[Recording]:
@@ -106,9 +109,10 @@ def scored_trials(result: FitResult, held_out: Sequence[Recording]) -> tuple[Tri
     return trial_fits(result.leg, result.joints, held_out, scored.locals, scored.predictions, held_out=True)
 
 
-def with_held_out(result: FitResult, held_out: Sequence[Recording]) -> FitResult:
+def with_held_out(result: FitResult, held_out: Sequence[Recording], *, begun_late: bool = False) -> FitResult:
     """The result with the held-out trials scored and listed after the fitted ones."""
-    return replace(result, trials=(*result.trials, *scored_trials(result, held_out)))
+    trials = (*result.trials, *scored_trials(result, held_out))
+    return replace(result, trials=tuple(trial.begun_late() for trial in trials) if begun_late else trials)
 
 
 def damper_laws(project: LegProject) -> dict[str, DamperLaw]:
