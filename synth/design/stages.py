@@ -10,6 +10,7 @@ import numpy as np
 from synth.design.response import WantedRelease
 from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
+from synth.fit.copies import without_copies
 from synth.fit.damper_laws import DamperLaw, find_damper_law
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult, TrialFit
@@ -75,10 +76,11 @@ def read_motion(project: LegProject) -> SourceMotion:
     if driven:
         raise UserError(driven)
     both = recordings(project.source, fitted), recordings(project.source, held_out, ())
+    *own, copied = without_copies(*both, str(project.path), "source.trials")
     if project.release == "recorded":
-        return SourceMotion(tuple(both[0]), tuple(both[1]), project.time_scale, project.messages)
-    begun = [from_release(project.source, some) for some in both]
-    notes = (*begun[0].messages, *begun[1].messages)
+        return SourceMotion(tuple(own[0]), tuple(own[1]), project.time_scale, (*project.messages, *copied))
+    begun = [from_release(project.source, some) for some in own]
+    notes = (*copied, *begun[0].messages, *begun[1].messages)
     return SourceMotion(tuple(begun[0].recordings), tuple(begun[1].recordings), project.time_scale, notes)
 
 
