@@ -144,7 +144,7 @@ def refitted(task: ChoiceTask, dampers: DamperChoiceMade) -> FitResult:
     except UserError as error:
         parts = ", ".join(dampers.labels)
         raise UserError(f"with the dampers {parts} the leg cannot be fitted to the motion: {error}") from error
-    return with_held_out(again, task.motion.held_out_scaled)
+    return with_held_out(again, task.motion.held_out_scaled, begun_late=task.motion.begun_late)
 
 
 def _sources(task: ChoiceTask, refit: FitResult, dampers: DamperChoiceMade) -> list[SpringSource]:

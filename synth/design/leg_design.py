@@ -163,7 +163,8 @@ def design_for(
     into = target_of(target)
     scaled = motion.fitted_scaled
     with stage("fitting the robot's links to the scaled motion"):
-        fitted = with_held_out(fit_by(into.ideal, scaled, options, project.fit), motion.held_out_scaled)
+        fitted = fit_by(into.ideal, scaled, options, project.fit)
+        fitted = with_held_out(fitted, motion.held_out_scaled, begun_late=motion.begun_late)
     with stage("choosing dampers"):
         wanted = WantedResponse.of(fitted.leg, releases(scaled, fitted))
         turned = [t.winding + t.opening for t in travels(fitted.leg, wanted.motions)]

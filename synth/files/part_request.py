@@ -35,7 +35,7 @@ class RequestedSpring(SpringChoice):
 class RequestedDamper(DamperChoice):
     """A damper and its wanted torque, N m, at a speed of the joint, rad/s; None: any."""
 
-    torque: Annotated[float | None, Quantity("N*m", above=0)] = None
+    torque: Annotated[float | None, Quantity("N*m", above=0), Field(examples=["0.1 N*m"])] = None
     speed: Annotated[float | None, Quantity("rad/s", above=0)] = None
     torque_tolerance: Share = 0.5
 

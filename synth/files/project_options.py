@@ -63,7 +63,7 @@ class RatePrior:
 
     spring: Share | None = None
     damper: Share | None = None
-    free_angle: Turn | None = None
+    free_angle: Annotated[Turn | None, Field(examples=["5 deg"])] = None
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ class ToleranceOptions:
     """
 
     rate: Share | None = None
-    free_angle: Turn | None = None
+    free_angle: Annotated[Turn | None, Field(examples=["5 deg"])] = None
     torque: Share | None = None
     measured: Annotated[Share, Because("remaining uncertainty after drops with only the damper")] = 0.05
     temperature: Annotated[float, Quantity("K", least=0, most=100), Because("a room, winter and summer")] = 5.0

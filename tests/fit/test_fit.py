@@ -28,9 +28,12 @@ from fit.simulated_legs import (
 from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_result import FitResult
+from synth.fit.free_angle import heterogeneity
 from synth.fit.free_angle import heterogeneity, spread_of_known
+from synth.fit.uncertainty import mass_scale_sentence, root_mean_square
 from synth.fit.uncertainty import root_mean_square
 from synth.fit.unseen_score import score
+from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, DamperCurve, Leg
 
 LEG = robot()
@@ -263,6 +266,19 @@ def leg_with_curved_dampers() -> tuple[Leg, dict[str, DamperCurve]]:
         for name, torque in zip(NAMES, (1.2, 0.12, 0.03), strict=True)
     }
     return LEG.with_joints(**{name: {"damper": Damper(curve=curve)} for name, curve in curves.items()}), curves
+
+
+def test_a_known_damper_curve_fixes_the_mass_scale() -> None:
+    """Its torque does not grow with the masses, so the rates are not proportional to them."""
+    curve = DamperCurve((1.0, 5.0), (0.03, 0.08))
+    leg = LEG.with_joints(hip={"damper": Damper(curve=curve)})
+    made = [
+        replace(recorded(LEG, [trial])[0], conditions=Conditions(locked))
+        for trial, locked in zip(TRIALS[:2], ((), (0,)), strict=True)
+    ]
+    assert mass_scale_sentence(leg, made) is None
+    assert mass_scale_sentence(leg, made[1:]) is not None  # the hip is locked
+    assert mass_scale_sentence(LEG, made) is not None
 
 
 def test_springs_are_estimated_with_known_damper_curves() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis import diagnose as any_plant
 from synth.diagnosis.angle_search import search
-from synth.diagnosis.angle_trials import AngleTrial, angle_trial, copies, spread
+from synth.diagnosis.angle_trials import AngleTrial, angle_trial, spread
 from synth.diagnosis.companions import with_companions
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual_noise
@@ -49,6 +49,7 @@ from synth.estimation.intervals import Estimate
 from synth.estimation.linearisation import LinearisedNormal
 from synth.files.next_command import NextCommand
 from synth.files.tolerance import Tolerance
+from synth.fit.copies import copies
 from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import recordings, thinned_sentences
 from synth.remarks import decisive, noted
