@@ -28,10 +28,8 @@ from fit.simulated_legs import (
 from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_result import FitResult
-from synth.fit.free_angle import heterogeneity
 from synth.fit.free_angle import heterogeneity, spread_of_known
 from synth.fit.uncertainty import mass_scale_sentence, root_mean_square
-from synth.fit.uncertainty import root_mean_square
 from synth.fit.unseen_score import score
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, DamperCurve, Leg
