@@ -17,6 +17,7 @@ from synth.parts.arrangement import arrangements
 from synth.parts.catalogs import Catalogue
 from synth.parts.part_candidates import damper_reasons, of_family, spring_reasons
 from synth.parts.rows import DamperRow, TorsionSpringRow
+from synth.spring.bought_spring import passed_limits
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Damper
 
@@ -76,7 +77,7 @@ def _springs(asked: RequestedSpring, wish: PartRequest, catalogue: Catalogue) ->
             continue
         for count in range(1, asked.parallel + 1):
             rate = None if asked.rate is None else asked.rate / count
-            reasons = list(spring_reasons(row, asked, rate, parts, count))
+            reasons = [*spring_reasons(row, asked, rate, parts, count), *_not_borne(row, asked, catalogue)]
             off = 0.0 if asked.rate is None or row.rate is None else log(row.rate * count / asked.rate)
             label = f"{count} x {row.part}" if count > 1 else row.part
             if reasons:
@@ -87,6 +88,12 @@ def _springs(asked: RequestedSpring, wish: PartRequest, catalogue: Catalogue) ->
              "outside [in]", "coils", "angle [deg]")  # fmt: skip
     title = "springs" if asked.rate is None else f"springs of {asked.rate:.4g} N*m/rad"
     return _sorted(title, heads, fitting, others, unusable)
+
+
+def _not_borne(row: TorsionSpringRow, asked: RequestedSpring, catalogue: Catalogue) -> Iterator[str]:
+    """The spring's limits that the requested travel passes."""
+    if asked.travel is not None:
+        yield from (each.reason for each in passed_limits(row, catalogue, asked.travel))
 
 
 def _off(off: float, wanted: float | None) -> str:
