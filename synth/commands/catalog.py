@@ -116,7 +116,7 @@ def _show(name: str, extra: list[Path], progress: Progress) -> None:
 def _import(arguments: argparse.Namespace, progress: Progress) -> int:
     """Convert a vendor's table into one file per vendor; print how many rows are usable."""
     from synth.files.output import output_folder, write_csv
-    from synth.parts.catalog_import import file_name, import_table
+    from synth.parts.catalog_import import import_table
     from synth.parts.catalogs import Catalogue
 
     if len(arguments.names) != 1:
@@ -130,10 +130,9 @@ def _import(arguments: argparse.Namespace, progress: Progress) -> int:
     table = import_table(Path(arguments.names[0]), mapping, arguments.vendor)
     folder = Path(arguments.out or "my_parts")
     with output_folder(folder) as made:
-        for vendor, rows in table.rows.items():
-            columns = {title: [row[k] for row in rows] for k, title in enumerate(table.header)}
-            write_csv(made / file_name(vendor), columns)
-    files = [folder / file_name(vendor) for vendor in table.rows]
+        for name in table.rows:
+            write_csv(made / name, table.columns(name))
+    files = [folder / name for name in table.rows]
     read = Catalogue.load(files).rows(table.family)
     mine = [row for row in read if Path(row.file) in files]
     usable = sum(getattr(row, "choosable", False) for row in mine)
