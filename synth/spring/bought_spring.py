@@ -1,0 +1,75 @@
+"""A bought spring in a joint: whether it yields, or passes its vendor's limits, within the joint's travel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import degrees
+
+from synth.errors import UserError
+from synth.parts.catalogs import Catalogue
+from synth.parts.rows import TorsionSpringRow
+from synth.spring.evaluate import check_spring
+from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask
+from synth.spring.stress import free_travel
+
+ANY_INDEX = (1.0, 100.0)  # spring index; that of a spring on sale is not ours to limit
+ROUNDING = 1.0 + 1e-6  # of converted units
+
+
+@dataclass(frozen=True)
+class PassedLimit:
+    """A limit of a bought spring that the joint's travel passes.
+
+    ``reason`` is the same for all springs of a joint, so that they can be counted; ``text`` has this spring's numbers.
+    """
+
+    reason: str
+    text: str
+
+
+def check_bought(
+    row: TorsionSpringRow, catalogue: Catalogue, travel: float, opening: float = 0.0
+) -> SpringDesign | None:
+    """The spring with its published rate over ``travel`` and ``opening`` rad; None if too few data of it are known."""
+    if not (row.material and row.wire_diameter and row.mean_diameter and row.body_coils):
+        return None
+    task = SpringTask(travel, opening, limits=SpringLimits(index_range=ANY_INDEX))
+    try:
+        material = catalogue.find_material(row.material)
+        return check_spring(material, row.wire_diameter, row.mean_diameter, row.body_coils, task, stated_rate=row.rate)
+    except UserError:
+        return None  # the strength of this wire is unknown; the design's warnings say that nothing was checked
+
+
+def travel_to_yield(row: TorsionSpringRow, catalogue: Catalogue) -> float | None:
+    """``free_travel`` of ``check_bought``, rad, in a fraction of its time; None if too few data are known."""
+    if not (row.material and row.wire_diameter and row.mean_diameter and row.body_coils and row.rate):
+        return None
+    try:
+        wire = catalogue.find_material(row.material).properties(row.wire_diameter)
+    except UserError:
+        return None  # as in ``check_bought``
+    limit = wire.static_limit * wire.strength.value
+    return free_travel(limit, row.rate, row.wire_diameter, row.mean_diameter)
+
+
+def passed_limits(row: TorsionSpringRow, catalogue: Catalogue, travel: float) -> Iterator[PassedLimit]:
+    """Yield of the wire and the vendor's largest deflection and torque, as far as they are passed.
+
+    ``travel`` : rad from the free angle. Torque and stress are those of the published rate, which is the body's: with
+    its arms the spring is a little softer. An unknown limit is not passed.
+    """
+    turned = degrees(travel)
+    held = travel_to_yield(row, catalogue)
+    if held is not None and travel > held:
+        text = f"yields at {degrees(held):.0f} deg from its free angle, but the joint turns it {turned:.0f} deg"
+        yield PassedLimit(f"yields within {turned:.0f} deg", text)
+    most = row.max_deflection
+    if most is not None and travel > most * ROUNDING:
+        text = f"may be turned {degrees(most):.0f} deg by its vendor's limit, but the joint turns it {turned:.0f} deg"
+        yield PassedLimit(f"turned {turned:.0f} deg, beyond its vendor's max_deflection", text)
+    most, torque = row.max_torque, (row.rate or 0.0) * travel
+    if most is not None and torque > most * ROUNDING:
+        text = f"may be loaded with {most:.3g} N*m by its vendor's limit, but the joint loads it with {torque:.3g} N*m"
+        yield PassedLimit(f"loaded beyond its vendor's max_torque at {turned:.0f} deg", text)
