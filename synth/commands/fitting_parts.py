@@ -132,9 +132,9 @@ def _dampers(asked: RequestedDamper, wish: PartRequest, catalogue: Catalogue) ->
         found = list(_arranged(row, asked, parts))
         if not found:
             reasons = list(damper_reasons(row, asked, 0.0, parts)) or ["it would have to turn beyond its range"]
-            for torque, offer in _torques(row, Arrangement(), asked):
-                off = 0.0 if asked.torque is None else log(torque / asked.torque)
-                others.append(_not_fitting(offer.order, row.vendor, off, asked.torque, row, reasons))
+            torque, offer = _torques(row, Arrangement(), asked)[0]
+            off, label = (0.0, row.part) if asked.torque is None else (log(torque / asked.torque), offer.order)
+            others.append(_not_fitting(label, row.vendor, off, asked.torque, row, reasons))
         for label, torque, pieces, reasons in found:
             off = 0.0 if asked.torque is None else log(torque / asked.torque)
             if reasons:

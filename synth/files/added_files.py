@@ -10,6 +10,7 @@ import hashlib
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from glob import escape
 from pathlib import Path
 
 from synth.errors import Problem, UserError
@@ -17,9 +18,7 @@ from synth.files.leftovers import one_at_a_time
 from synth.files.output import MANIFEST, disk_errors_as, terminated_as_exception, umask, write_bytes_whole
 from synth.files.paths import read_bytes
 
-RECORD = (
-    ".synth-added"  # a line for every content that was ever written to the folder: SHA-256, two spaces, file's name
-)
+RECORD = ".synth-added"  # a line for every content ever written to the folder: SHA-256, two spaces, the file's name
 MOST_BYTES = 50_000_000  # of a file that may be replaced, as of a catalogue; a larger one is not ours
 
 
@@ -84,6 +83,8 @@ def add_files(folder: Path, files: Mapping[str, bytes]) -> None:
             write_bytes_whole(folder / RECORD, "".join(lines).encode(), 0o666 & ~umask())
             for name, content in files.items():
                 path = folder / name
+                for left in folder.glob(f".{escape(name)}.*.partial"):  # of a killed run; no other writes here now
+                    left.unlink()
                 mode = path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~umask()
                 write_bytes_whole(path, content, mode)
 

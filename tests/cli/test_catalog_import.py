@@ -160,7 +160,9 @@ def test_a_kill_between_two_files_leaves_both_known(folder: Path, monkeypatch: p
         add_files(folder, {"one.csv": b"2\n", "two.csv": b"2\n"})
     monkeypatch.undo()
     assert ((folder / "one.csv").read_bytes(), (folder / "two.csv").read_bytes()) == (b"2\n", b"1\n")
+    (folder / ".two.csv.x1.partial").write_bytes(b"2")  # what a kill within a file's writing leaves
     add_files(folder, {"one.csv": b"3\n", "two.csv": b"3\n"})
+    assert not list(folder.glob("*.partial"))
 
 
 def test_permissions_of_new_and_standing_files(folder: Path) -> None:

@@ -110,6 +110,20 @@ def test_usable_parts_are_listed_with_their_status(folder: Path, capsys: pytest.
     assert " at " in found["damper"]  # the torque to order
 
 
+def test_dampers_that_cannot_be_arranged_stand_once_at_their_place(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One-way dampers, without a pair, by their torque to order; their distance was none, so they stood before all."""
+    for asked, off in (("torque: 1 N*m, speed: 10 rpm", True), ("direction: both", False)):
+        (folder / "wish.yaml").write_text(f"kind: part-wish\ndamper: {{{asked}}}\n")
+        assert main(["catalog", "show", "wish.yaml", "--json"]) == 0
+        (dampers,) = json.loads(capsys.readouterr().out)["wishes"]
+        one_way = [row for row in dampers["do_not"] if "damps one way only" in row["why"]]
+        assert len(one_way) == sum(row.choosable and row.direction != "both" for row in Catalogue.load().dampers)
+        assert all(bool(row["off"]) == off for row in one_way)
+        assert any(" at " in row["part"] for row in one_way) == off
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
