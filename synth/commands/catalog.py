@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from synth.parts.catalogs import Catalogue
     from synth.parts.rows import CatalogueRow, DamperRow, MaterialRow, TorsionSpringRow
 
+MOST_GONE = 5  # parts that are named: about a line
 LONG = ("as_published", "source", "note")  # columns that only ``show`` prints
 
 
@@ -115,9 +116,8 @@ def _show(name: str, extra: list[Path], progress: Progress) -> None:
 
 def _import(arguments: argparse.Namespace, progress: Progress) -> int:
     """Convert a vendor's table into one file per vendor; print how many rows are usable."""
-    from synth.files.output import output_folder, write_csv
-    from synth.parts.catalog_import import file_name, import_table
-    from synth.parts.catalogs import Catalogue
+    from synth.parts.catalog_import import import_table
+    from synth.parts.import_folder import place_parts
 
     if len(arguments.names) != 1:
         raise UserError("synth catalog import takes one table")
@@ -127,23 +127,17 @@ def _import(arguments: argparse.Namespace, progress: Progress) -> int:
         if not equals or not theirs.strip() or not ours.strip():
             raise UserError(f'--map "{text}" is not of the form "THEIRS=OURS [unit]"')
         mapping[theirs.strip()] = ours.strip()
-    table = import_table(Path(arguments.names[0]), mapping, arguments.vendor)
-    folder = Path(arguments.out or "my_parts")
-    with output_folder(folder) as made:
-        for vendor, rows in table.rows.items():
-            columns = {title: [row[k] for row in rows] for k, title in enumerate(table.header)}
-            write_csv(made / file_name(vendor), columns)
-    files = [folder / file_name(vendor) for vendor in table.rows]
-    read = Catalogue.load(files).rows(table.family)
-    mine = [row for row in read if Path(row.file) in files]
-    usable = sum(getattr(row, "choosable", False) for row in mine)
+    source = Path(arguments.names[0])
+    table = import_table(source, mapping, arguments.vendor)
+    placed = place_parts(table, source, Path(arguments.out or "my_parts"))
     lines = [f"{theirs} -> {ours}" for theirs, ours in table.used]
     lines += [f"{title}: ignored; use --map to give its meaning" for title in table.unused]
-    lines.append(f"{len(mine)} rows, {usable} usable; synth catalog list gives the reason for the others")
-    counts = {"rows": len(mine), "choosable": usable}
-    content = imported_json([str(file) for file in files], table.used, table.unused, counts)
-    tell_document(progress, content, "\n".join(lines))
-    progress.say(f"written: {', '.join(map(str, files))}")
+    for file, parts in placed.gone.items():
+        shown = ", ".join(parts[:MOST_GONE]) + (", ..." if len(parts) > MOST_GONE else "")
+        lines.append(f"{file}: replaced; parts of it that this table lacks ({len(parts)}): {shown}")
+    lines.append(f"{placed.rows} rows, {placed.choosable} usable; synth catalog list gives the reason for the others")
+    tell_document(progress, imported_json(table, placed), "\n".join(lines))
+    progress.say(f"written: {', '.join(map(str, placed.files))}")
     return 0
 
 

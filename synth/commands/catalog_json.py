@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from synth.units import factor
 
 if TYPE_CHECKING:
     from synth.parts.alike import Alike
+    from synth.parts.catalog_import import ImportedParts
     from synth.parts.catalogs import Catalogue
+    from synth.parts.import_folder import PlacedParts
     from synth.parts.rows import CatalogueRow
 
 FORMAT = "synth/catalog/1"
@@ -59,9 +61,14 @@ def alike_json(part: str, found: Sequence[Alike]) -> dict[str, Any]:
     return {"format": FORMAT, "part": part, "alike": rows}
 
 
-def imported_json(
-    files: Sequence[str], used: Sequence[tuple[str, str]], unused: Sequence[str], counts: Mapping[str, int]
-) -> dict[str, Any]:
-    """Result of importing a vendor's table; ``counts`` has ``rows`` and ``choosable``."""
-    columns = [{"theirs": theirs, "ours": ours} for theirs, ours in used]
-    return {"format": FORMAT, "files": list(files), "columns": columns, "not_used": list(unused), **counts}
+def imported_json(table: ImportedParts, placed: PlacedParts) -> dict[str, Any]:
+    """Result of importing a vendor's table; ``gone``: by file, the parts of its earlier import that it lacks now."""
+    return {
+        "format": FORMAT,
+        "files": [str(file) for file in placed.files],
+        "columns": [{"theirs": theirs, "ours": ours} for theirs, ours in table.used],
+        "not_used": list(table.unused),
+        "rows": placed.rows,
+        "choosable": placed.choosable,
+        "gone": {file: list(parts) for file, parts in placed.gone.items()},
+    }

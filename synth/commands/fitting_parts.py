@@ -13,15 +13,16 @@ import numpy as np
 from synth.commands.table_text import table_text
 from synth.files.part_request import PartRequest, RequestedDamper, RequestedSpring
 from synth.files.project_options import PartsOptions
-from synth.parts.arrangement import arrangements
+from synth.parts.arrangement import Arrangement, arrangements
 from synth.parts.catalogs import Catalogue
 from synth.parts.part_candidates import damper_reasons, of_family, spring_reasons
-from synth.parts.rows import DamperRow, TorsionSpringRow
-from synth.spring.bought_spring import passed_limits
+from synth.parts.rows import CatalogueRow, DamperRow, TorsionSpringRow
+from synth.parts.usable import offers
+from synth.spring.bought_spring import passed_limits, travel_to_yield
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Damper
 
-OTHER_HEADS = ("part", "vendor", "off", "why")  # of those that do not fit
+OTHER_HEADS = ("part", "vendor", "off", "status", "why")  # of those that do not fit
 MOST = 30  # listed rows, of those that fit and of those that do not
 
 
@@ -36,7 +37,10 @@ class _Line:
 
 @dataclass(frozen=True)
 class FittingParts:
-    """Parts of one kind: those that fit, those that do not with their reasons, and rows that cannot be used."""
+    """Parts of one kind: those that fit, those that do not with their reasons, and rows that cannot be chosen.
+
+    A row may be chosen as in ``synth leg``: it is complete, or usable as its status says.
+    """
 
     title: str
     heads: tuple[str, ...]
@@ -72,28 +76,37 @@ def _springs(asked: RequestedSpring, wish: PartRequest, catalogue: Catalogue) ->
     parts = of_family(wish.parts, catalogue.springs)
     fitting, others, unusable = [], [], Counter[str]()
     for row in catalogue.springs:
-        if not row.complete:
+        if not row.choosable:
             unusable[row.status] += 1
             continue
+        passed = [] if asked.travel is None else [each.reason for each in passed_limits(row, catalogue, asked.travel)]
         for count in range(1, asked.parallel + 1):
             rate = None if asked.rate is None else asked.rate / count
-            reasons = [*spring_reasons(row, asked, rate, parts, count), *_not_borne(row, asked, catalogue)]
+            reasons = [*spring_reasons(row, asked, rate, parts, count), *passed]
             off = 0.0 if asked.rate is None or row.rate is None else log(row.rate * count / asked.rate)
             label = f"{count} x {row.part}" if count > 1 else row.part
             if reasons:
-                others.append(_Line(label, abs(off), (row.vendor, _off(off, asked.rate), "; ".join(reasons))))
+                others.append(_not_fitting(label, row.vendor, off, asked.rate, row, reasons))
             else:
-                fitting.append(_Line(label, abs(off), (row.vendor, *_spring_cells(row, count, off, asked.rate))))
+                cells = (*_spring_cells(row, count, off, asked.rate), _yield_angle(row, catalogue), row.status)
+                fitting.append(_Line(label, abs(off), (row.vendor, *cells)))
     heads = ("spring", "vendor", "rate [N*m/rad]", "[lbf*in/deg]", "off", "wire [mm]", "wire [in]", "outside [mm]",
-             "outside [in]", "coils", "angle [deg]")  # fmt: skip
+             "outside [in]", "coils", "angle [deg]", "yields at [deg]", "status")  # fmt: skip
     title = "springs" if asked.rate is None else f"springs of {asked.rate:.4g} N*m/rad"
     return _sorted(title, heads, fitting, others, unusable)
 
 
-def _not_borne(row: TorsionSpringRow, asked: RequestedSpring, catalogue: Catalogue) -> Iterator[str]:
-    """The spring's limits that the requested travel passes."""
-    if asked.travel is not None:
-        yield from (each.reason for each in passed_limits(row, catalogue, asked.travel))
+def _yield_angle(row: TorsionSpringRow, catalogue: Catalogue) -> str:
+    """The angle from the free position at which the wire yields, deg."""
+    angle = travel_to_yield(row, catalogue)
+    return "not known" if angle is None else f"{degrees(angle):.0f}"
+
+
+def _not_fitting(
+    label: str, vendor: str, off: float, wanted: float | None, row: CatalogueRow, reasons: list[str]
+) -> _Line:
+    cells = (vendor, _off(off, wanted), row.status.partition(":")[0], "; ".join(reasons))
+    return _Line(label, abs(off), cells)
 
 
 def _off(off: float, wanted: float | None) -> str:
@@ -113,23 +126,25 @@ def _dampers(asked: RequestedDamper, wish: PartRequest, catalogue: Catalogue) ->
     parts = of_family(wish.parts, catalogue.dampers)
     fitting, others, unusable = [], [], Counter[str]()
     for row in catalogue.dampers:
-        if not row.complete:
+        if not row.choosable:
             unusable[row.status] += 1
             continue
         found = list(_arranged(row, asked, parts))
         if not found:
             reasons = list(damper_reasons(row, asked, 0.0, parts)) or ["it would have to turn beyond its range"]
-            others.append(_Line(row.part, 0.0, (row.vendor, "", "; ".join(reasons))))
+            torque, offer = _torques(row, Arrangement(), asked)[0]
+            off, label = (0.0, row.part) if asked.torque is None else (log(torque / asked.torque), offer.order)
+            others.append(_not_fitting(label, row.vendor, off, asked.torque, row, reasons))
         for label, torque, pieces, reasons in found:
             off = 0.0 if asked.torque is None else log(torque / asked.torque)
             if reasons:
-                others.append(_Line(label, abs(off), (row.vendor, _off(off, asked.torque), "; ".join(reasons))))
+                others.append(_not_fitting(label, row.vendor, off, asked.torque, row, reasons))
             else:
                 cells = (row.vendor, f"{torque:.4g}", f"{torque / 0.00706155:.4g}", _off(off, asked.torque))
-                fitting.append(_Line(label, abs(off), (*cells, str(pieces), row.direction)))
+                fitting.append(_Line(label, abs(off), (*cells, str(pieces), row.direction, row.status)))
     speed = _speed(asked)
     at = f"at {speed * 30 / pi:.4g} rpm of the joint"
-    heads = ("damper", "vendor", f"torque {at} [N*m]", "torque [ozf*in]", "off", "pieces", "direction")
+    heads = ("damper", "vendor", f"torque {at} [N*m]", "torque [ozf*in]", "off", "pieces", "direction", "status")
     title = "dampers" if asked.torque is None else f"dampers of {asked.torque:.4g} N*m {at}"
     return _sorted(title, heads, fitting, others, unusable)
 
@@ -144,11 +159,19 @@ def _arranged(
     """Label, torque (N m) at the joint's speed, number of pieces and reasons against it, for every arrangement."""
     for each in arrangements(row, asked.parallel, asked.ratios, asked.direction):
         turned = replace(asked, travel=(asked.travel or 0.0) * each.ratio or None, ratios=(1.0,))
-        reasons = list(damper_reasons(row, turned, 0.0, parts))
-        torque = _torque(each.at_joint(row.damper()), _speed(asked))
-        if asked.torque is not None and abs(torque / asked.torque - 1.0) > asked.torque_tolerance:
-            reasons.append(f"torque not within {asked.torque_tolerance:.0%} of {asked.torque:.4g} N*m")
-        yield each.words(row.part), torque, each.pieces, reasons
+        against = list(damper_reasons(row, turned, 0.0, parts))
+        for torque, offer in _torques(row, each, asked):
+            reasons = [*against]
+            if asked.torque is not None and abs(torque / asked.torque - 1.0) > asked.torque_tolerance:
+                reasons.append(f"torque not within {asked.torque_tolerance:.0%} of {asked.torque:.4g} N*m")
+            yield each.words(offer.order), torque, each.pieces, reasons
+
+
+def _torques(row: DamperRow, arrangement: Arrangement, asked: RequestedDamper) -> list[tuple[float, DamperRow]]:
+    """Torque (N m) at the joint's speed, and the damper; of torques to order only the nearest to the wanted one."""
+    found = [(_torque(arrangement.at_joint(offer.damper()), _speed(asked)), offer) for offer in offers(row)]
+    wanted = asked.torque
+    return found if wanted is None else [min(found, key=lambda item: abs(log(item[0] / wanted)))]
 
 
 def _torque(damper: Damper, speed: float) -> float:
@@ -168,7 +191,7 @@ def _lines(found: FittingParts) -> Iterator[str]:
     title, heads, fitting, others, unusable = found.title, found.heads, found.fitting, found.others, found.unusable
     yield f"{title}: {len(fitting)} fit" + (f", the nearest {MOST}:" if len(fitting) > MOST else ":" * bool(fitting))
     if fitting:
-        yield table_text([heads, *((line.part, *line.cells) for line in fitting[:MOST])])
+        yield table_text([heads, *((line.part, *line.cells) for line in fitting[:MOST])], words_last=True)
     yield f"{len(others)} do not" + (f", the nearest {MOST}:" if len(others) > MOST else ":" * bool(others))
     if others:
         rows = [OTHER_HEADS, *((line.part, *line.cells) for line in others[:MOST])]
@@ -177,5 +200,5 @@ def _lines(found: FittingParts) -> Iterator[str]:
         reasons = Counter(reason for line in others[MOST:] for reason in line.cells[-1].split("; "))
         yield from (f"  {count} more: {reason}" for reason, count in reasons.most_common())
     if unusable:
-        yield f"{sum(unusable.values())} unusable rows:"
+        yield f"{sum(unusable.values())} rows that cannot be chosen:"
         yield from (f"  {count}: {status}" for status, count in unusable.most_common())

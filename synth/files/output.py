@@ -53,7 +53,7 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
     name = str(path)
     made: list[Path] = []
     try:
-        with _disk_errors_as(name):
+        with disk_errors_as(name):
             if target.is_symlink():  # what the real path still has is a link that leads back to itself
                 raise UserError(Problem("is a link that leads to itself; name another folder", name))
             put_back(target)
@@ -66,9 +66,9 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
     finished = False
     _written.append(temporary)
     try:
-        with _terminated_as_exception(), _disk_errors_as(name, temporary):
+        with terminated_as_exception(), disk_errors_as(name, temporary):
             yield temporary
-            with _disk_errors_as(name):
+            with disk_errors_as(name):
                 _complete(temporary)
                 _check_target(target, name, overwrite)  # the run was long: the target may have changed meanwhile
                 _move(temporary, target)
@@ -83,7 +83,7 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
 
 
 @contextmanager
-def _disk_errors_as(name: str, folder: Path | None = None) -> Iterator[None]:
+def disk_errors_as(name: str, folder: Path | None = None) -> Iterator[None]:
     """Report disk errors as the user's, under the result's name.
 
     With a ``folder`` that a run is filling, only a full or read-only disk is the user's concern, and a file elsewhere
@@ -139,14 +139,19 @@ def write_text(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8", newline="\n")
 
 
-def write_bytes_whole(path: Path, data: bytes) -> None:
-    """Write a file beside a result, complete or, after any error or kill, not at all."""
+def write_bytes_whole(path: Path, data: bytes, mode: int | None = None) -> None:
+    """Write a file beside a result, complete or, after any error or kill, not at all.
+
+    ``mode``: its permissions, default only the user's.
+    """
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".partial")
     try:
         with os.fdopen(handle, "wb") as stream:
             stream.write(data)
             stream.flush()
             os.fsync(handle)
+        if mode is not None:
+            Path(temporary).chmod(mode)
         Path(temporary).replace(path)
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
@@ -252,11 +257,16 @@ def _complete(folder: Path) -> None:
         raise ValueError(f"a link stands in the result: {[str(entry) for entry in entries if entry.is_symlink()]}")
     files = [entry.relative_to(folder).as_posix() for entry in entries if not entry.is_dir()]
     (folder / MANIFEST).write_text("".join(f"{file}\n" for file in files), encoding="utf-8")
-    mask = os.umask(0)
-    os.umask(mask)
-    folder.chmod(0o777 & ~mask)
+    folder.chmod(0o777 & ~umask())
     for entry in (folder / MANIFEST, *entries, folder):
         _flush(entry)
+
+
+def umask() -> int:
+    """The permissions that new files of the user do not get; it can only be read by setting it."""
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
 
 
 def _flush(path: Path) -> None:
@@ -310,7 +320,7 @@ def _remove_empty(folders: Sequence[Path]) -> None:
 
 
 @contextmanager
-def _terminated_as_exception() -> Iterator[None]:
+def terminated_as_exception() -> Iterator[None]:
     """Let SIGTERM and SIGHUP raise like an interrupt, so that the temporary folder is removed; main thread only.
 
     An ignored hang-up (``nohup``) stays ignored. A library being imported may convert the exception;

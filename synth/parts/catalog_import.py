@@ -9,44 +9,61 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import Field, dataclass
+from dataclasses import Field, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from synth.errors import Problem, UserError
 from synth.files.csv_rows import csv_rows
+from synth.files.names import NAME_LENGTH, title_fault
 from synth.files.paths import read_bytes
-from synth.parts.catalog_table import MAX_BYTES
-from synth.parts.headers import standard, standard_value
+from synth.parts.catalog_cells import allowed, currency_of, number_cell, scale_of, text_cell
+from synth.parts.catalog_table import MAX_BYTES, MAX_PROBLEMS
+from synth.parts.headers import standard
 from synth.parts.rows import FAMILIES, CatalogueRow
 from synth.units import factor, parse
+from synth.units_spelling import plain_signs, read_number
 
 IMPORTED = ("torsion_springs", "dampers")  # families whose tables vendors sell from
 
 
 @dataclass(frozen=True)
 class ImportedParts:
-    """Rows by vendor as cells under ``header``.
+    """Rows by the name of their vendor's file, as cells under ``header``.
 
-    ``used`` : which column became which; ``unused`` : columns left out.
+    ``lines`` : of the rows in the vendor's table; ``used`` : which column became which; ``unused`` : columns left out.
     """
 
     family: str
     header: tuple[str, ...]
     rows: Mapping[str, tuple[tuple[str, ...], ...]]
+    lines: Mapping[str, tuple[int, ...]]
     used: tuple[tuple[str, str], ...]
     unused: tuple[str, ...]
+
+    def columns(self, file: str) -> dict[str, list[str | float | None]]:
+        """The columns of one file: numbers under headers with a unit, so that -5 is written as a number; else words."""
+        found: dict[str, list[str | float | None]] = {}
+        for k, title in enumerate(self.header):
+            cells = [row[k] for row in self.rows[file]]
+            found[title] = [float(cell) if cell else None for cell in cells] if "[" in title else [*cells]
+        return found
 
 
 @dataclass(frozen=True)
 class _SheetColumn:
+    """``unit``: of the column, None where each cell carries its own; ``scale``: its factor to SI."""
+
     index: int
     title: str
     field: Field[Any]
-    unit: str | None  # of the column; None where each cell carries its own
+    unit: str | None
+    scale: float = 1.0
+    currency: str = ""
 
     @property
     def header(self) -> str:
+        """In the catalogue's words; a price carries its currency in each cell."""
         shown = self.field.metadata.get("shown")
         return self.field.name if self.field.metadata["unit"] is None else f"{self.field.name} [{shown}]"
 
@@ -66,34 +83,87 @@ def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = No
     UserError : the file or its headers cannot be read, with every bad cell and its line.
     """
     name = str(path)
+    if vendor is not None and (fault := title_fault(vendor)) is not None:
+        raise UserError(Problem(f'"{vendor}" {fault}', key="--vendor"))
     data = read_bytes(path, MAX_BYTES, "no vendor's table is so large")
-    lines = [(line, cells) for line, cells in csv_rows(data, name) if any(cells)]
+    lines = [(line, cells) for line, cells in csv_rows(data, name) if any(cell.strip() for cell in cells)]
     if len(lines) < 2:
         raise UserError(Problem("contains no rows; the first line must have the headers", name))
     titles = [title.strip() for title in lines[0][1]]
     family, columns, unused = _matched(titles, mapping, name)
     if vendor is None and not any(column.field.name == "vendor" for column in columns):
         raise UserError(Problem("no column names the vendor; give it with --vendor NAME", name, line=1))
-    rows, problems = defaultdict[str, list[tuple[str, ...]]](list), []
-    for line, cells in lines[1:]:
-        try:
-            made = [_cell(cells[c.index] if c.index < len(cells) else "", c) for c in columns]
-        except (ValueError, UserError) as error:
-            problems.append(Problem(str(error), name, line=line))
-            continue
-        at = next((k for k, c in enumerate(columns) if c.field.name == "vendor"), None)
-        seller = (made[at] if at is not None else "") or vendor or ""
-        if at is None:
-            made = [*made, seller]
-        else:
-            made[at] = seller
-        rows[seller or "unknown vendor"].append(tuple(made))
-    if problems:
-        raise UserError(problems)
+    rows = _rows(lines[1:], columns, name, vendor or "")
     header = tuple(column.header for column in columns)
     header = header if "vendor" in header else (*header, "vendor")
-    used = tuple((column.title, column.header) for column in columns)
-    return ImportedParts(family, header, {key: tuple(value) for key, value in rows.items()}, used, tuple(unused))
+    files = defaultdict[str, list[_SheetRow]](list)
+    for row in rows:
+        files[file_name(row.vendor)].append(row)
+    return ImportedParts(
+        family,
+        header,
+        {file: tuple(row.cells for row in held) for file, held in files.items()},
+        {file: tuple(row.line for row in held) for file, held in files.items()},
+        tuple((column.title, column.header) for column in columns),
+        tuple(unused),
+    )
+
+
+@dataclass(frozen=True)
+class _SheetRow:
+    """Cells in the catalogue's words and units, the vendor among them, and the line in the vendor's table."""
+
+    cells: tuple[str, ...]
+    vendor: str
+    line: int
+
+
+def _rows(
+    lines: Sequence[tuple[int, list[str]]], columns: Sequence[_SheetColumn], name: str, vendor: str
+) -> list[_SheetRow]:
+    """All rows; ``vendor``: of those that name none. UserError with every bad cell and every part that stands twice."""
+    at = {column.field.name: k for k, column in enumerate(columns)}
+    rows: list[_SheetRow] = []
+    problems: list[Problem] = []
+    seen: dict[tuple[str, str], int] = {}
+    for line, cells in lines:
+        made, bad = _made(cells, columns, name, line)
+        problems += bad
+        if len(problems) > MAX_PROBLEMS:
+            text = "more mistakes follow; the rest of the table was not read"
+            raise UserError([*problems, Problem(text, name, line=line)])
+        if bad:
+            continue
+        seller = (made[at["vendor"]] if "vendor" in at else "") or vendor
+        if "vendor" in at:
+            made[at["vendor"]] = seller
+        else:
+            made.append(seller)
+        part, title = made[at["part"]], columns[at["part"]].title
+        first = seen.setdefault((seller.casefold(), part.casefold()), line)
+        if not part:
+            problems.append(Problem("is empty; write the part's number, or take the row out", name, line, title))
+        elif first != line:
+            text = f"{seller} {part}".strip() + f" is given twice in this table, first in line {first}"
+            problems.append(Problem(text, name, line, title))
+        rows.append(_SheetRow(tuple(made), seller, line))
+    if problems:
+        raise UserError(problems)
+    return rows
+
+
+def _made(
+    cells: Sequence[str], columns: Sequence[_SheetColumn], name: str, line: int
+) -> tuple[list[str], list[Problem]]:
+    """The cells of a row in the catalogue's words and units, and the mistakes of those that cannot be read."""
+    made: list[str] = []
+    problems: list[Problem] = []
+    for column in columns:
+        try:
+            made.append(_cell(cells[column.index].strip() if column.index < len(cells) else "", column))
+        except (ValueError, UserError) as error:
+            problems.append(Problem(str(error), name, line, column.title))
+    return made, problems
 
 
 def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tuple[str, list[_SheetColumn], list[str]]:
@@ -112,10 +182,18 @@ def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tu
     if best is None or len(best[1]) < 3:
         text = "is not a table of torsion springs or dampers: it needs a part number and two more known columns; "
         raise UserError(Problem(text + "identify them with --map 'THEIRS=OURS [unit]'", name, line=1))
-    for column in best[1]:
-        if column.unit is not None:
-            factor(column.unit, column.field.metadata["unit"])  # raises with what is allowed
-    return best
+    family, found, unused = best
+    problems: list[Problem] = []
+    for k, column in enumerate(found):
+        title = column.field.name if column.unit is None else f"{column.field.name} [{column.unit}]"
+        try:
+            scale = 1.0 if column.unit is None else scale_of(title, column.field)
+            found[k] = replace(column, scale=scale, currency=currency_of(title, column.field))
+        except UserError as error:
+            problems.append(Problem(str(error), name, line=1, key=column.title))
+    if problems:
+        raise UserError(problems)
+    return family, found, unused
 
 
 def _columns(
@@ -138,26 +216,36 @@ def _columns(
 
 
 def _cell(text: str, column: _SheetColumn) -> str:
-    """A cell in the catalogue's unit; ValueError with the column if it is not such a quantity."""
-    text = text.strip()
+    """A cell in the catalogue's words and unit; ValueError or UserError if it is not such a word or quantity."""
     rules = column.field.metadata
-    if not text or rules["unit"] is None:
-        return standard_value(column.field.name, text)
+    if not text:
+        return ""
+    if rules["unit"] is None:
+        return text_cell(text, column.field, column.currency)
     canonical, shown = rules["unit"], rules["shown"]
-    try:
-        if column.unit is not None:
-            value = float(text) * factor(column.unit, canonical)
-        elif canonical == "1":
-            value = float(text)
-        else:
-            value = parse(text, canonical)
-    except (ValueError, UserError) as error:
-        raise ValueError(f"{column.title}: {error}") from None
     scale = 1.0 if canonical == shown or canonical == "degC" else factor(shown, canonical)
-    return f"{value / scale:.10g}"
+    return f"{allowed(_number(text, column), text, rules) / scale:.10g}"
+
+
+def _number(text: str, column: _SheetColumn) -> float:
+    """A quantity in SI units, by the unit of its column or its own, decimal or with a fraction (5/64)."""
+    rules = column.field.metadata
+    canonical, shown = rules["unit"], rules["shown"]
+    number = read_number(plain_signs(text))
+    if number is None:  # raises, with how to write it
+        return number_cell(text, 1.0, rules) if column.unit is not None else parse(text, canonical)
+    value, unit = number[0], number[1].strip()
+    if column.unit is not None:
+        if unit:
+            raise ValueError(f'"{text}": its column is in [{column.unit}]; leave the unit out of the cell')
+        return value * column.scale
+    if not unit and shown != "1":  # a tolerance of 10 may be 10 % or ten times the value
+        either = f"write it into each cell, such as {text} {shown}"
+        raise ValueError(f'"{text}" has no unit: {either}, or --map "{column.title}={column.header}"')
+    return value if canonical == "degC" and unit in ("degC", "°C") else parse(text, canonical)
 
 
 def file_name(vendor: str) -> str:
-    """``lee_spring.csv`` for ``Lee Spring``."""
+    """``lee_spring.csv`` for ``Lee Spring``, ``unknown_vendor.csv`` without one."""
     kept = "".join(c if c.isalnum() else "_" for c in vendor.casefold())
-    return f"{kept.strip('_') or 'vendor'}.csv"
+    return f"{kept[:NAME_LENGTH].strip('_') or 'unknown_vendor'}.csv"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Iterator
 from dataclasses import Field, dataclass
 from difflib import get_close_matches
@@ -12,17 +10,14 @@ from typing import Any
 
 from synth.errors import Problem, UserError
 from synth.files.csv_rows import csv_rows
-from synth.files.names import title_fault
 from synth.files.paths import read_bytes
-from synth.parts.headers import standard, standard_value
+from synth.parts.catalog_cells import currency_of, number_cell, scale_of, text_cell
+from synth.parts.headers import standard
 from synth.parts.rows import FAMILIES, CatalogueRow
-from synth.units import factor, header
 
 MAX_BYTES = 50_000_000  # a catalogue of 10^5 rows has 30 MB
 MAX_PROBLEMS = 50  # a file of the wrong kind would give one per cell
 _OF_A_PART = {"direction", "continuous", "travel", "wire_diameter", "max_deflection"}  # no curve's table has these
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-_TITLES = ("part", "vendor", "material")  # columns that lists of parts and pages show
 
 
 @dataclass(frozen=True)
@@ -36,12 +31,13 @@ class ReadTable:
 
 @dataclass(frozen=True)
 class _TableColumn:
-    """One column of the file: its target and the factor of its numbers."""
+    """One column of the file: its target, and the factor of its numbers or the currency of its prices."""
 
     index: int
     title: str
     field: Field[Any]
     scale: float
+    currency: str
 
 
 def read_table(path: Path, shown: str | None = None) -> ReadTable:
@@ -162,29 +158,12 @@ def _columns(
             continue
         seen.add(bare)
         try:
-            scale = _scale(title, known[bare])
+            scale, currency = scale_of(title, known[bare]), currency_of(title, known[bare])
         except UserError as error:
             problems.append(Problem(str(error), file=name, line=1, key=bare))
             continue
-        columns.append(_TableColumn(index, written[index], known[bare], scale))
+        columns.append(_TableColumn(index, written[index], known[bare], scale, currency))
     return columns, problems
-
-
-def _scale(title: str, item: Field[Any]) -> float:
-    """The factor from this column's unit to SI; raises UserError for a missing or wrong unit."""
-    unit = item.metadata["unit"]
-    if unit is None:
-        if "[" in title and not item.metadata.get("currency"):
-            raise UserError(f'"{title}" is a text column and has no unit')
-        return 1.0
-    if "[" not in title:
-        raise UserError(f'column "{title}" has no unit: write it like {item.name} [{item.metadata["shown"]}]')
-    written = header(title)[1]
-    if unit == "degC":
-        if written != "degC":
-            raise UserError(f'"{written}" is not a temperature unit here; write {item.name} [degC]')
-        return 1.0
-    return factor(written, unit)
 
 
 def _row(
@@ -207,25 +186,6 @@ def _row(
 
 def _cell(text: str, column: _TableColumn) -> float | str:
     """One cell; the ValueError's text is the user's message."""
-    rules = column.field.metadata
-    if rules["unit"] is None:
-        fault = title_fault(text) if column.field.name in _TITLES else None
-        if fault is not None:
-            raise ValueError(f'"{text[:60]}" {fault}')
-        if rules.get("choices") or column.field.name == "material":
-            text = standard_value(column.field.name, text)
-        if rules.get("choices") and text not in rules["choices"]:
-            near = get_close_matches(text.lower(), rules["choices"], n=1, cutoff=0.5)
-            hint = f'; did you mean "{near[0]}"?' if near else ""
-            raise ValueError(f'"{text}" is not one of {", ".join(rules["choices"])}{hint}')
-        currency = column.title.partition("[")[2].rstrip("] ") if rules.get("currency") else ""
-        return f"{text} {currency}".rstrip()
-    if _NUMBER.fullmatch(text) is None:
-        comma = "; decimals take a point" if re.fullmatch(r"\d+,\d+", text) else "; the unit belongs in the header"
-        raise ValueError(f'"{text}" is not a number{comma}')
-    value = float(text) * column.scale
-    if not math.isfinite(value):
-        raise ValueError(f'"{text}" is too large a number')
-    if not rules["signed"] and (value < 0.0 or (value == 0.0 and not rules["zero"])):
-        raise ValueError(f'"{text}" must be {"at least" if rules["zero"] else "above"} 0')
-    return value
+    if column.field.metadata["unit"] is None:
+        return text_cell(text, column.field, column.currency)
+    return number_cell(text, column.scale, column.field.metadata)

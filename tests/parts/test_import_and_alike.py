@@ -64,6 +64,74 @@ def test_a_damper_s_shaft_and_screws_are_columns(tmp_path: Path) -> None:
     )
 
 
+def imported(tmp_path: Path, rows: str, mapping: dict[str, str] | None = None, titles: str = "") -> dict[str, str]:
+    """The first row of a spring table of the vendor V that has two more columns, by our headers."""
+    path = tmp_path / "table.csv"
+    path.write_text(f"Part Number,Wire Dia. (in),O.D. (in),{titles or 'Tolerance,Price'}\n{rows}", encoding="utf-8")
+    table = import_table(path, mapping or {}, "V")
+    return dict(zip(table.header, table.rows["v.csv"][0], strict=True))
+
+
+def test_a_percentage_has_a_unit(tmp_path: Path) -> None:
+    """A tolerance of 10 without one was read as 1000 %."""
+    said = 'table.csv:2: Tolerance: "10" has no unit: write it into each cell, such as 10 %, or --map "Tolerance=rate_'
+    with pytest.raises(UserError) as caught:
+        imported(tmp_path, "A1,0.08,0.75,10,\n")
+    assert said in str(caught.value)
+    with pytest.raises(UserError, match="has no unit"):
+        imported(tmp_path, "A1,0.08,0.75,10,\n", {"Tolerance": "rate_tolerance"})
+    assert imported(tmp_path, "A1,0.08,0.75,10 %,\n")["rate_tolerance [%]"] == "10"
+    assert imported(tmp_path, "A1,0.08,0.75,10,\n", {"Tolerance": "rate_tolerance [%]"})["rate_tolerance [%]"] == "10"
+    assert imported(tmp_path, "A1,0.08,0.75,10,6\n", titles="Tolerance (%),Coils")["rate_tolerance [%]"] == "10"
+
+
+def test_an_imported_price_has_its_currency(tmp_path: Path) -> None:
+    """A currency in the header is no unit of length, and is not lost."""
+    assert imported(tmp_path, "A1,0.08,0.75,6,12.5\n", titles="Coils,Price (EUR)")["price"] == "12.5 EUR"
+    assert imported(tmp_path, "A1,0.08,0.75,,$12.5\n", {"Price": "price [usd]"})["price"] == "12.5 USD"
+    with pytest.raises(UserError, match=r"table.csv:2: Price \(EUR\): .12.5 USD. is in USD, its column in EUR"):
+        imported(tmp_path, "A1,0.08,0.75,6,12.5 USD\n", titles="Coils,Price (EUR)")
+
+
+def test_every_bad_cell_of_a_vendor_s_table_is_named_in_its_own_words(tmp_path: Path) -> None:
+    with pytest.raises(UserError) as caught:
+        imported(tmp_path, 'A1,-1,nan,,\nA2,2 mm,"0,8",,\n,1,1,,\nA3,5/64,N/A,,\na3,1,2,,\nA3,1,2,,\n')
+    assert [(problem.line, problem.key) for problem in caught.value.problems] == [
+        (2, "Wire Dia. (in)"),
+        (2, "O.D. (in)"),
+        (3, "Wire Dia. (in)"),
+        (3, "O.D. (in)"),
+        (4, "Part Number"),
+        (5, "O.D. (in)"),
+        (7, "Part Number"),
+    ]
+    text = str(caught.value)
+    for said in ('"-1" must be above 0', "leave the cell empty if it is not known", "decimals take a point"):
+        assert said in text
+    assert "its column is in [in]; leave the unit out of the cell" in text
+    assert "V A3 is given twice in this table, first in line 6" in text
+    assert imported(tmp_path, "A1,5/64,0.75,,\n")["wire_diameter [mm]"] == "1.984375"
+
+
+def test_vendors_whose_names_give_one_file_share_it(tmp_path: Path) -> None:
+    """The second one's rows took the place of the first one's."""
+    path = tmp_path / "table.csv"
+    path.write_text("Part,Vendor,Torque (in-oz),Speed (RPM)\nD1,Lee Spring,31,50\n\nD2,LEE SPRING,3,5\n")
+    table = import_table(path, {})
+    assert [row[0] for row in table.rows["lee_spring.csv"]] == ["D1", "D2"]
+    assert table.lines == {"lee_spring.csv": (2, 4)}
+
+
+def test_a_temperature_below_0_stays_a_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("table.csv").write_text(
+        "Part,Torque (in-oz),Speed (RPM),temperature (degC),min_temperature\nD1,31,50,-5,-9 °C\n"
+    )
+    assert main(["-q", "catalog", "import", "table.csv", "--vendor", "V", "--out", "mine"]) == 0
+    row = Catalogue.load([Path("mine/v.csv")]).find_damper("D1")
+    assert (row.temperature, row.min_temperature) == (-5.0, -9.0)
+
+
 @pytest.mark.parametrize(
     ("mapping", "table", "said"),
     [

@@ -30,13 +30,14 @@ def test_a_vendors_table_in_inches_and_its_own_words(tmp_path: Path) -> None:
     path = written(
         tmp_path,
         "Part Number,Manufacturer,Material,Wind,Leg Angle (deg),Leg Type,Wire Dia. (in),O.D. (in),No. of Coils (1),"
-        "Max. Torque (in-lb),Deflection (deg),Price\n"
+        "Max. Torque (in-lb),Deflection (deg),Price (USD)\n"
         "VX-1,Vendor & Sons,music wire,RH,120,Tangential,0.135,1.16,7.17,20.62,60,9.99\n",
     )
     row = spring(path, "VX-1")
     assert row.complete, row.status
     assert row.vendor == "Vendor & Sons"
     assert (row.hand, row.leg_convention) == ("right", "tangent")
+    assert row.price == "9.99 USD"
     assert row.wire_diameter == pytest.approx(3.429e-3)
     assert row.outer_diameter == pytest.approx(29.464e-3)
     assert row.rate == pytest.approx(20.62 * 0.112984829 / math.radians(60))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 _PART = {"part": "As the vendor writes it.", "vendor": "Who sells it."}
 _STATUS = {
-    "price": "Of one, in your words and currency; the built-in tables state none.",
+    "price": "Of one, with one currency, such as 12.50 EUR; the built-in tables state none.",
     "status": "`complete`, or what is missing or wrong; if your own table omits it, it is determined.",
     "source": "Where the row comes from.",
     "as_published": "The original figures and units.",
