@@ -38,6 +38,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     joints = list(mapping(fit, "joints")) or _joints(responses)
     rows, notes = _table(trials, joints)
     out = mapping(result.content, "held_out")
+    scored_by = mapping(result.content, "stages", "target") or fit  # the fit whose leg predicts them
     return {
         "figures": _figures({str(trial.get("file")): trial for trial in trials}, responses, joints),
         "absent": [name for name, response in responses.items() if response is None],
@@ -50,6 +51,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "notes": notes,
         "prefix": fit_key(result),
         "held_out": out,
+        "own_free_angles": mapping(scored_by, "free_angle").get("mode") == "per_trial",
         "joints": joints,
     }
 

@@ -15,6 +15,7 @@ from synth.files.output import write_json
 from synth.files.page_outline import outline_json
 from synth.files.projects import FitProject, read_fit_project
 from synth.files.tolerance import links_json
+from synth.fit.copies import without_copies
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.free_motion_start import later
@@ -60,10 +61,12 @@ def ready(project: FitProject) -> Ready:
         raise UserError(Problem(text, str(project.path), key="trials"))
     held_out = [trial for trial in project.trials if trial.held_out]
     leg, both = project.leg, (recordings(project.leg, fitted), recordings(project.leg, held_out, ()))
+    *own, messages = without_copies(*both, str(project.path))
     if project.release == "recorded":
-        return Ready(project, *both, () if wanted is None else wanted.messages, wanted)
-    begun = [from_release(leg, some) for some in both]
-    return Ready(project, begun[0].recordings, begun[1].recordings, (*begun[0].messages, *begun[1].messages))
+        return Ready(project, *own, messages if wanted is None else wanted.messages, wanted)
+    begun = [from_release(leg, some) for some in own]
+    messages = (*messages, *begun[0].messages, *begun[1].messages)
+    return Ready(project, begun[0].recordings, begun[1].recordings, messages)
 
 
 def fit_project(given: Ready) -> FitResult:

@@ -180,6 +180,10 @@ def warnings(found: Comparison) -> list[str]:
         if away and max(away) > np.radians(1.0):
             text = f"{side.name}: its recordings start up to {np.degrees(max(away)):.1f} deg from the common start; "
             messages.append(f"{text}this is part of their difference")
+        driven = sum(motion.driven for motion in side.motions)
+        if driven:
+            text = f"{side.name}: {driven} of {len(side.motions)} recordings are driven by a known torque or a servo; "
+            messages.append(f"{text}these are no releases and show no rise time, damping ratio or overshoot")
         if side.leg.effects and side.kind == MODEL:
             messages.append(f"{side.name}: includes effects of its base: {', '.join(side.leg.effects)}")
     return messages

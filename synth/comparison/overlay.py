@@ -9,7 +9,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.comparison.recorded_sides import standard_release
-from synth.comparison.side import MODEL, ComparedMotion, Side, nearest
+from synth.comparison.side import MODEL, ComparedMotion, Side, nearest, not_driven_alike
 from synth.errors import UserError
 from synth.swing.chain import Conditions, simulate
 from synth.swing.mechanics import rest_pose
@@ -70,11 +70,17 @@ def overlaid(sides: Sequence[Side], starts: Sequence[ComparedMotion]) -> tuple[O
 
 
 def _moved(side: Side, start: ComparedMotion) -> tuple[OverlaidMotion | None, str]:
-    """The leg simulated from the start under the recording's conditions."""
+    """The leg simulated from the start under the recording's conditions, driven as it was."""
+    why = not_driven_alike(side, start)
+    if why:
+        return None, why
     rate = start.rate * side.stretch / side.pace
     conditions: Conditions = start.conditions
     try:
-        rotation = simulate(side.leg, start.start, rate, start.time / side.stretch, conditions)
+        rotation = simulate(
+            side.leg, start.start, rate, start.time / side.stretch, conditions,
+            known_torque=start.known_torque, signals=start.signals,
+        )  # fmt: skip
     except ArithmeticError as error:
         return None, str(error)
     return OverlaidMotion(rotation), ""
@@ -82,13 +88,17 @@ def _moved(side: Side, start: ComparedMotion) -> tuple[OverlaidMotion | None, st
 
 def _recorded(side: Side, start: ComparedMotion) -> tuple[OverlaidMotion | None, str]:
     """The recording that begins nearest to the start, at the start's times."""
-    found = nearest(side.slowed, start)
+    found = nearest(side.slowed, start, side.leg)
     if found is None:
-        return None, "no recording with the same joints locked"
+        return (
+            None,
+            start.not_driven
+            or "no recording with the same joints locked, tip mass, tilt and known torques or commands",
+        )
     motion, away = found
     if away > NEAR:
         return None, f"the nearest recording, {motion.name}, starts {np.degrees(away):.0f} deg away"
-    if motion is start or (motion.name == start.name and away == 0.0):
+    if motion is start or (away == 0.0 and np.array_equal(motion.time, start.time)):
         return OverlaidMotion(motion.rotation, motion.name), ""
     out = np.full((len(start.time), motion.rotation.shape[1]), np.nan)
     for j in range(out.shape[1]):

@@ -39,7 +39,10 @@ def _from_recording(recording: Recording) -> ComparedMotion:
     rotation[:, locked] = recording.rotation[:, locked]
     start, rate = recording.start.angle.copy(), recording.start.rate.copy()
     start[locked], rate[locked] = recording.rotation[0, locked], 0.0
-    return ComparedMotion(recording.name, recording.time, rotation, start, rate, recording.conditions)
+    return ComparedMotion(
+        recording.name, recording.time, rotation, start, rate, recording.conditions,
+        recording.known_torque, recording.signals,
+    )  # fmt: skip
 
 
 def from_fit(folder: Path, leg: Leg, fit: Mapping[str, Any], responses: str, column: str) -> tuple[ComparedMotion, ...]:
@@ -68,7 +71,19 @@ def from_fit(folder: Path, leg: Leg, fit: Mapping[str, Any], responses: str, col
             turning = trial["initial_rate"].get(name)
             if turning is not None:
                 rate[j] = leg.sign[j] * turning["value"] * factor(turning["unit"], "rad/s")
-        found.append(ComparedMotion(str(trial["file"]), times_of(table), rotation, start, rate, conditions))
+        why = _not_in_the_folder(trial)
+        found.append(
+            ComparedMotion(
+                str(trial["file"]),
+                times_of(table),
+                rotation,
+                start,
+                rate,
+                conditions,
+                not_driven=why,
+                cut=bool(trial.get("start_cut")),
+            )
+        )
     return tuple(found)
 
 
@@ -85,8 +100,15 @@ def from_gap(folder: Path, leg: Leg, gap: Mapping[str, Any]) -> tuple[ComparedMo
         rotation[:, list(conditions.locked)] = after[0, list(conditions.locked)]
         rate = _first_rate(time, after)
         rate[list(conditions.locked)] = 0.0
-        found.append(ComparedMotion(str(trial["file"]), time, rotation, after[0], rate, conditions))
+        why = _not_in_the_folder(trial)
+        found.append(ComparedMotion(str(trial["file"]), time, rotation, after[0], rate, conditions, not_driven=why))
     return tuple(found)
+
+
+def _not_in_the_folder(trial: Mapping[str, Any]) -> str:
+    """Why a leg cannot be driven as in a result's trial, whose folder has no torques and commands; empty if none."""
+    by = " and ".join(trial.get("driven_by", ()))
+    return f"{by} drives this recording and is not in the result's folder: compare its project" if by else ""
 
 
 def conditions_of(trial: Mapping[str, Any], leg: Leg) -> Conditions:

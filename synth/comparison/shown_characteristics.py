@@ -59,17 +59,20 @@ class JointAlone:
 
 
 def shown(side: Side, place: int, overlays: Sequence[Overlay]) -> dict[str, dict[str, Spread]]:
-    """Joint -> characteristic -> spread, over all recordings of a recorded side or all starts of a leg."""
+    """Joint -> characteristic -> spread, over all recordings of a recorded side or all starts of a leg.
+
+    Driven motions are left out: they are no releases.
+    """
     every: dict[str, list[Characteristics]] = {name: [] for name in side.leg.joint_names}
     if side.kind == MODEL:
         for overlay in overlays:
             motion = overlay.motions[place]
-            if motion is not None:
-                _add(every, overlay.start.free, overlay.start.time, motion.rotation, np.zeros(len(every)))
+            if motion is not None and not overlay.start.driven:
+                _add(every, overlay.start, overlay.start.time, motion.rotation, np.zeros(len(every)))
     else:
-        for recording in side.slowed:
+        for recording in (each for each in side.slowed if not each.driven):
             time, angle, noise = _smoothed(recording)
-            _add(every, recording.free, time, angle, noise)
+            _add(every, recording, time, angle, noise)
     return {name: _spreads(found) for name, found in every.items()}
 
 
@@ -78,10 +81,12 @@ def _smoothed(motion: ComparedMotion) -> tuple[Array, Array, Array]:
     return found.time, found.angle, found.noise
 
 
-def _add(every: dict[str, list[Characteristics]], free: Sequence[int], time: Array, angle: Array, noise: Array) -> None:
+def _add(
+    every: dict[str, list[Characteristics]], start: ComparedMotion, time: Array, angle: Array, noise: Array
+) -> None:
     for j, name in enumerate(every):
-        if j in free and np.isfinite(angle[:, j]).all():
-            every[name].append(characteristics(time, angle[:, j], float(noise[j])))
+        if j in start.free and np.isfinite(angle[:, j]).all():
+            every[name].append(characteristics(time, angle[:, j], float(noise[j]), cut=start.cut))
 
 
 def _spreads(found: Sequence[Characteristics]) -> dict[str, Spread]:

@@ -9,11 +9,15 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.drives.servo import Servo, ServoSignals
 from synth.estimation.intervals import Estimate
 from synth.swing.chain import Conditions
+from synth.swing.driving_inputs import is_driven
 from synth.swing.leg_model import Damper, Leg
 
 MODEL, RECORDED = "model", "recorded"
+NOT_SLOWED = "a known torque or a servo drives this recording, which no other time scale has"
+RELATIVE, ABSOLUTE = 1e-6, 1e-9  # of conditions and inputs, SI: results state them with ten digits
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,9 @@ class ComparedMotion:
     """A release.
 
     ``time`` (m,) s from 0; ``rotation`` (m, n) rad, nan for samples that do not count; ``start`` and ``rate`` (n,) rad
-    and rad/s, the state at the first sample; ``conditions`` of the trial.
+    and rad/s, the state at the first sample; ``conditions`` of the trial. ``known_torque``, ``signals``: what drives
+    it, as for ``simulate``; ``not_driven``: why no leg can be driven as it was, empty if one can. ``cut``: it begins
+    after the release.
     """
 
     name: str
@@ -50,6 +56,15 @@ class ComparedMotion:
     start: Array
     rate: Array
     conditions: Conditions = field(default_factory=Conditions)
+    known_torque: tuple[Array, Array] | None = None
+    signals: ServoSignals | None = None
+    not_driven: str = ""
+    cut: bool = False
+
+    @property
+    def driven(self) -> bool:
+        """Whether a known torque or a servo moved it: no release."""
+        return bool(self.not_driven) or is_driven(self.known_torque, self.signals)
 
     @property
     def free(self) -> list[int]:
@@ -57,8 +72,12 @@ class ComparedMotion:
         return [j for j in range(self.rotation.shape[1]) if j not in self.conditions.locked]
 
     def stretched(self, factor: float) -> ComparedMotion:
-        """The same motion ``factor`` times slower."""
-        return replace(self, time=self.time * factor, rate=self.rate / factor)
+        """The same motion ``factor`` times slower; what drives it cannot be slowed down, it depends on the leg."""
+        if factor == 1.0:
+            return self
+        slow = replace(self, time=self.time * factor, rate=self.rate / factor)
+        has_inputs = self.known_torque is not None or self.signals is not None or bool(self.not_driven)
+        return replace(slow, known_torque=None, signals=None, not_driven=NOT_SLOWED) if has_inputs else slow
 
 
 @dataclass(frozen=True)
@@ -137,17 +156,67 @@ def _damper_rate(damper: Damper | None) -> Estimate | None:
     return Estimate(damper.rate, "N*m*s/rad")
 
 
-def nearest(motions: Sequence[ComparedMotion], like: ComparedMotion) -> tuple[ComparedMotion, float] | None:
+def not_driven_alike(side: Side, start: ComparedMotion) -> str:
+    """Why a side's leg cannot be driven as the recording was; empty if it can, or if nothing drove it."""
+    if start.not_driven or (start.known_torque is None and start.signals is None):
+        return start.not_driven
+    if side.stretch != 1.0 or side.pace != 1.0:
+        return NOT_SLOWED
+    if start.signals is None:
+        return ""
+    told = [j for j in start.free if start.signals.enabled[:, j].any()]
+    bare = [side.leg.joint_names[j] for j in told if not isinstance(side.leg.joints[j].drive, Servo)]
+    return f"a servo drives this recording, and the leg has none at {', '.join(bare)}" if bare else ""
+
+
+def nearest(motions: Sequence[ComparedMotion], like: ComparedMotion, leg: Leg) -> tuple[ComparedMotion, float] | None:
     """The recording that starts nearest to ``like``, and its distance, rad at the joint farthest away.
 
-    Only recordings with the same locked joints are considered.
+    Only recordings under the same conditions are considered: locked joints, added mass with its inertia and place on
+    the last link of ``leg``, tilt, and what drives them.
     """
     found: tuple[ComparedMotion, float] | None = None
     for motion in motions:
-        if motion.conditions.locked != like.conditions.locked:
+        if not _same_conditions(motion, like, leg):
             continue
         free = like.free
         away = float(np.abs(motion.start[free] - like.start[free]).max())
         if found is None or away < found[1]:
             found = motion, away
     return found
+
+
+def _same_conditions(motion: ComparedMotion, like: ComparedMotion, leg: Leg) -> bool:
+    """Whether two recordings were made under the same conditions and driven alike."""
+    if motion is like:
+        return True
+    if motion.not_driven or like.not_driven or motion.conditions.locked != like.conditions.locked:
+        return False
+    pairs = [(motion.conditions.tilt, like.conditions.tilt)]
+    if motion.conditions.tip_mass or like.conditions.tip_mass:
+        pairs += zip(_tip(motion.conditions, leg), _tip(like.conditions, leg), strict=True)
+    known = _same_inputs(motion.known_torque, like.known_torque)
+    return (
+        known
+        and _same_signals(motion.signals, like.signals)
+        and all(np.isclose(*pair, rtol=RELATIVE, atol=ABSOLUTE) for pair in pairs)
+    )
+
+
+def _tip(conditions: Conditions, leg: Leg) -> tuple[float, float, float]:
+    """Mass, inertia, and place from the last joint, kg, kg m^2, m."""
+    at = leg.joints[-1].link.length if conditions.tip_at is None else conditions.tip_at
+    return conditions.tip_mass, conditions.tip_inertia, at
+
+
+def _same_inputs(one: Sequence[Array] | None, other: Sequence[Array] | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return all(a.shape == b.shape and np.allclose(a, b, RELATIVE, ABSOLUTE) for a, b in zip(one, other, strict=True))
+
+
+def _same_signals(one: ServoSignals | None, other: ServoSignals | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    parts = [(each.time, each.command, each.supply, each.enabled) for each in (one, other)]
+    return one.held == other.held and _same_inputs(*parts)

@@ -34,7 +34,7 @@ class ChoiceTask:
 
     ``target`` is the fit of the links alone, ``wanted`` its motion, ``options`` the fit options. ``held``: wire
     diameter (m) by joint that a spring to wind keeps if possible. ``swaps``: whether the substitutes for each part are
-    evaluated.
+    evaluated. ``drawn``: whether the joints are drawn, so that bought springs must be drawable.
     """
 
     project: LegProject
@@ -46,6 +46,7 @@ class ChoiceTask:
     wanted: WantedResponse
     held: Mapping[str, float] = field(default_factory=dict)
     swaps: bool = True
+    drawn: bool = False
 
 
 @dataclass(frozen=True)
@@ -144,7 +145,7 @@ def refitted(task: ChoiceTask, dampers: DamperChoiceMade) -> FitResult:
     except UserError as error:
         parts = ", ".join(dampers.labels)
         raise UserError(f"with the dampers {parts} the leg cannot be fitted to the motion: {error}") from error
-    return with_held_out(again, task.motion.held_out_scaled)
+    return with_held_out(again, task.motion.held_out_scaled, begun_late=task.motion.begun_late)
 
 
 def _sources(task: ChoiceTask, refit: FitResult, dampers: DamperChoiceMade) -> list[SpringSource]:
@@ -159,6 +160,7 @@ def _sources(task: ChoiceTask, refit: FitResult, dampers: DamperChoiceMade) -> l
             project.cad,
             project.parts,
             task.held.get(joint.name),
+            task.drawn,
         )
         for joint, turn in zip(leg.joints, travels(leg, task.wanted.motions), strict=True)
     ]

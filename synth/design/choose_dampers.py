@@ -13,8 +13,8 @@ from synth.files.project_options import DamperChoice, JointChoice, PartsOptions
 from synth.fit.damper_laws import DamperLaw
 from synth.parts.arrangement import Arrangement, arrangements
 from synth.parts.catalogs import Catalogue
-from synth.parts.part_candidates import ANY, damper_candidates, damper_reason, of_family
-from synth.parts.rows import DamperRow
+from synth.parts.part_candidates import ANY, damper_candidates, damper_limits, damper_reason, of_family
+from synth.parts.rows import RPM, DamperRow
 from synth.parts.usable import offers
 from synth.remarks import decisive, noted
 from synth.swing.damper_curves import thinning_error, torque_at
@@ -219,6 +219,7 @@ def _with(leg: Leg, options: Mapping[int, DamperOption]) -> Leg:
     return replace(leg, joints=joints)
 
 
+SLOWER = "Ask the vendor whether it bears that speed, turn it slower (ratios below 1), or choose a damper sold for it."
 DROPS = "Record drops with that damper alone and name them under `dampers:`."
 
 
@@ -238,13 +239,8 @@ def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float]
             f"{joint}: the wanted motion reaches {fastest:.2g} rad/s; the damper was measured up to {speeds[1]:.2g} "
             "rad/s, and its law is extrapolated beyond"
         )
-    reached = fastest * option.arrangement.ratio
-    # A tenth beyond the vendor's point: little extrapolation.
-    if option.row is not None and option.row.speed is not None and reached > 1.1 * option.row.speed:
-        warnings.append(
-            f"{joint}: {option.part} is turned at up to {reached * 30 / np.pi:.0f} rpm; its vendor states torque at "
-            f"{option.row.speed * 30 / np.pi:.0f} rpm and gives no data beyond it"
-        )
+    if option.row is not None:
+        warnings += _speed_warnings(joint, option.row, fastest * option.arrangement.ratio)
     if option.damper.curve is not None:
         error = thinning_error(option.damper.curve)
         if error > 0.005:  # a smaller one is far below a damper's tolerance of 15 %
@@ -252,3 +248,26 @@ def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float]
                 noted(f"{joint}: the damper's table was reduced to 12 points; the error is at most {error:.1%}")
             )
     return warnings
+
+
+def _speed_warnings(joint: str, row: DamperRow, reached: float) -> list[str]:
+    """Warnings on a damper turned at ``reached`` rad/s: beyond its vendor's maximum speed, else beyond its point."""
+    turned = f"{joint}: {row.part} is turned at up to {reached / RPM:.0f} rpm"
+    if row.max_speed is not None and reached > row.max_speed:
+        return [decisive(f"{turned}; its vendor's maximum speed is {row.max_speed / RPM:.0f} rpm", SLOWER)]
+    # A tenth beyond the vendor's point: little extrapolation.
+    if row.speed is not None and reached > 1.1 * row.speed:
+        return [f"{turned}; its vendor states torque at {row.speed / RPM:.0f} rpm and gives no data beyond it"]
+    return []
+
+
+def size_warnings(joint: str, option: DamperOption, choice: DamperChoice) -> list[str]:
+    """A warning for each limit of the choice on a size that the catalogue does not state for the chosen damper."""
+    if option.row is None or choice.part is not None:
+        return []
+    return [
+        f"{joint}: the catalogue does not state the {what} of {option.part}; the limit of {most * 1e3:.4g} mm was not "
+        "checked"
+        for what, size, most in damper_limits(option.row, choice)
+        if size is None
+    ]

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from math import degrees, log, radians
+from math import degrees, inf, log, radians
 from typing import Any
 
 import numpy as np
 
 from synth.design.clamped_arms import leg_that_bends_as_much, softening
+from synth.design.drawable_springs import STOP_ROOM, arbor_of, reasons_not_drawn
 from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import RATE_FORMS
-from synth.parts.part_candidates import ANY, no_spring, of_family, spring_candidates, spring_reason
+from synth.parts.part_candidates import ANY, counted, no_spring, of_family, spring_candidates, spring_reason
 from synth.parts.rows import TorsionSpringRow
 from synth.remarks import about, decisive, noted
+from synth.spring.bought_spring import PassedLimit, check_bought, passed_limits
 from synth.spring.design import SpringResult, design_spring
-from synth.spring.evaluate import check_spring
 from synth.spring.spring_requirements import SpringRequirements
-from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits, SpringTask
+from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
@@ -29,7 +31,6 @@ MOST = 48  # candidate springs per joint and damper, nearest rates first
 NEAREST = 16  # springs per joint that are evaluated beyond the rate tolerance, nearest first
 INCLUDED_ANGLE = radians(120.0)  # default for a spring to wind: that of the thesis' springs
 ARM_LENGTH = 0.025  # m, about as soft as the clamped arms of a spring to wind; start of the first of two searches
-STOP_ROOM = radians(3.5)  # beyond the travel; a spring to wind must bear it, because the joint's hard stops are there
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,7 @@ class SpringOption:
     tolerances. ``outside``: the rate is outside the requested tolerance. ``compared``: the spring is listed for
     comparison only, because bought springs have priority over springs to wind, and a spring requested by its part
     number has priority over all others. ``closes``: -1 if smaller measured angles close its arms, +1 if larger ones do.
+    ``passed``: of a bought spring, its limits that the joint's travel passes.
     """
 
     rate: float
@@ -73,6 +75,7 @@ class SpringOption:
     compared: bool = False
     closes: int = -1
     asked: float = 0.0
+    passed: tuple[PassedLimit, ...] = ()
 
     @property
     def label(self) -> str:
@@ -158,7 +161,10 @@ def travels(leg: Leg, motions: Sequence[np.ndarray[Any, Any]]) -> list[WantedTra
 
 @dataclass(frozen=True)
 class SpringSource:
-    """The source of springs for one joint: requirements, available space, catalogue."""
+    """The source of springs for one joint: requirements, available space, catalogue.
+
+    ``drawn``: the joint is drawn, so only springs that can be are candidates.
+    """
 
     joint: str
     choice: SpringChoice
@@ -167,6 +173,7 @@ class SpringSource:
     cad: CadOptions
     parts: PartsOptions = ANY
     held_wire: float | None = None  # m, wire of the spring to wind with which the links' masses were computed
+    drawn: bool = False
 
     @property
     def turned(self) -> WantedTravel:
@@ -179,37 +186,84 @@ class SpringSource:
 def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption], Mapping[str, int], list[str]]:
     """The springs that a joint may have (bought, or one to wind), the excluded rows by reason, and warnings.
 
+    Bought springs that yield or pass their vendor's limits in the joint's travel are excluded, unless one is named by
+    its part number, or no other spring can be had: their ``passed`` is then not empty.
+
     Raises
     ------
     UserError : a bought spring is required and none meets the constraints.
     """
     joint, choice, catalogue = source.joint, source.choice, source.catalogue
-    travel = source.turned
-    reasons: dict[str, int] = {}
-    if not choice.make:
-        found = spring_candidates(catalogue, choice, rate, source.parts)
-        reasons = dict(found.left_out)
-        rows = [(row, 1) for row in found.rows]
-        for count in range(2, choice.parallel + 1 if choice.part is None else 2):
-            rows += [(row, count) for row in spring_candidates(catalogue, choice, rate, source.parts, count).rows]
-        rows.sort(key=lambda item: abs(log((item[0].rate or rate) * item[1] / rate)))
-        if len(rows) > MOST:
-            reasons[f"rate further from {rate:.4g} N*m/rad than those of {MOST} others"] = len(rows) - MOST
-        if rows:
-            return [_bought(row, travel, source, count, rate) for row, count in rows[:MOST]], reasons, []
-        if choice.make is False:
-            raise no_spring(joint, found, catalogue.springs)
-        warnings = [
-            noted(f"{joint}: no bought spring meets the constraints ({found.nearest}); one to wind is designed")
-        ]
-    else:
-        warnings = []
-    option, more = spring_to_wind(source, rate)
-    return [option], reasons, warnings + more
+    if choice.make:
+        option, warnings = spring_to_wind(source, rate)
+        return [option], {}, warnings
+    found = spring_candidates(catalogue, choice, rate, source.parts)
+    rows = [(row, 1) for row in found.rows]
+    if choice.part is not None:
+        return [_bought(row, source, count, rate) for row, count in rows], found.left_out, []
+    for count in range(2, choice.parallel + 1):
+        rows += [(row, count) for row in spring_candidates(catalogue, choice, rate, source.parts, count).rows]
+    rows.sort(key=lambda item: abs(log((item[0].rate or rate) * item[1] / rate)))
+    borne = _borne(rows, source, rate, MOST)
+    reasons = {**found.left_out, **borne.left_out}
+    if borne.more:
+        reasons[f"rate further from {rate:.4g} N*m/rad than those of {MOST} others"] = borne.more
+    if borne.holding:
+        return borne.holding, reasons, []
+    if choice.make is False:
+        if borne.passing:
+            return borne.passing, reasons, []
+        raise no_spring(joint, replace(found, left_out=reasons), catalogue.springs)
+    of_these = f"; with this rate, {counted(borne.left_out)}" if borne.left_out else ""
+    text = f"{joint}: no bought spring meets the constraints ({found.nearest}{of_these}); one to wind is designed"
+    try:
+        option, more = spring_to_wind(source, rate)
+    except CannotBeHad:
+        if borne.passing:
+            return borne.passing, reasons, []
+        raise
+    return [option], reasons, [noted(text), *more]
+
+
+@dataclass(frozen=True)
+class _Borne:
+    """Bought springs that bear the joint's travel, those that do not, the number of these and of the others that cannot
+    be drawn by reason, and the number that was not looked at.
+    """
+
+    holding: list[SpringOption]
+    passing: list[SpringOption]
+    left_out: Mapping[str, int]
+    more: int
+
+
+def _borne(rows: Sequence[tuple[TorsionSpringRow, int]], source: SpringSource, rate: float, most: int) -> _Borne:
+    """The first ``most`` of these springs (each with its number in parallel) that bear the travel and can be drawn."""
+    holding: list[SpringOption] = []
+    passing: list[SpringOption] = []
+    against: dict[str, str] = {}
+    looked = 0
+    for row, count in rows:
+        if len(holding) == most:
+            break
+        looked += 1
+        reason = next(reasons_not_drawn(row, source.turned.winding, source.cad), None) if source.drawn else None
+        if reason is None:
+            passed = next(passed_limits(row, source.catalogue, source.turned.winding), None)
+            if passed is None:
+                holding.append(_bought(row, source, count, rate))
+                continue
+            reason = passed.reason
+            if len(passing) < most:
+                passing.append(_bought(row, source, count, rate))
+        against[f"{row.vendor} {row.part}"] = reason
+    kept = {f"{option.row.vendor} {option.row.part}" for option in holding if option.row is not None}
+    reasons = Counter(reason for name, reason in against.items() if name not in kept)
+    return _Borne(holding, passing, dict(sorted(reasons.items())), len(rows) - looked)
 
 
 def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOption]) -> list[SpringOption]:
-    """Substitutes for a spring, nearest rates first: bought ones of any rate, or one to wind."""
+    """Substitutes for a spring, nearest rates first: bought ones of any rate that bear the travel, or one to wind."""
     known = {(option.part, option.count) for option in taken if option.row is not None}
     parts = of_family(source.parts, source.catalogue.springs)
     found = []
@@ -219,13 +273,16 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
                 assert row.rate is not None
                 found.append((abs(log(row.rate * count / rate)), count, row))
     found.sort(key=lambda item: (item[0], item[1], item[2].part))
+    within = log(1 + source.choice.rate_tolerance)
+    off = {(row.part, row.vendor, count): distance for distance, count, row in found}
     others = [
         replace(
-            _bought(row, source.turned, source, count, rate),
-            outside=off > log(1 + source.choice.rate_tolerance),
+            option,
+            outside=off[option.row.part, option.row.vendor, option.count] > within,
             compared=source.choice.part is not None,
         )
-        for off, count, row in found[:NEAREST]
+        for option in _borne([(row, count) for _, count, row in found], source, rate, NEAREST).holding
+        if option.row is not None
     ]
     if source.choice.make is not False and all(option.row is not None for option in taken):
         with suppress(UserError):  # no spring can be wound either
@@ -233,26 +290,25 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
     return others
 
 
-def _bought(
-    row: TorsionSpringRow, travel: WantedTravel, source: SpringSource, count: int, asked: float
-) -> SpringOption:
+def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: float) -> SpringOption:
     """A bought spring with its rate including the arms; vendors state the rate of the body alone."""
     assert row.rate is not None
     assert row.included_angle is not None
-    check = None
-    if row.material and row.wire_diameter and row.mean_diameter and row.body_coils:
-        try:
-            task = SpringTask(travel.winding, travel.opening, limits=SpringLimits(index_range=(1.0, 100.0)))
-            material = source.catalogue.find_material(row.material)
-            check = check_spring(
-                material, row.wire_diameter, row.mean_diameter, row.body_coils, task, stated_rate=row.rate
-            )
-        except UserError:
-            check = None  # the strength of this wire is unknown; ``spring_warnings`` reports that nothing was checked
+    travel = source.turned
+    check = check_bought(row, source.catalogue, travel.winding, travel.opening)
     closes, rate = 1 if travel.turned_round else -1, row.rate * count
     if row.wire_diameter and row.mean_diameter and row.body_coils:
         rate *= softening(row.wire_diameter, row.mean_diameter, row.body_coils, travel.opening, source.cad)
-    return SpringOption(rate, row.included_angle, row=row, check=check, count=count, closes=closes, asked=asked)
+    return SpringOption(
+        rate,
+        row.included_angle,
+        row=row,
+        check=check,
+        count=count,
+        closes=closes,
+        asked=asked,
+        passed=tuple(passed_limits(row, source.catalogue, travel.winding)),
+    )
 
 
 def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, list[str]]:
@@ -272,10 +328,14 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
         material=choice.wire or "music",
         objective=choice.objective,
         rate_form=RATE_FORMS[choice.rate_formula],
+        system=source.parts.system,
+        wire_range=(choice.min_wire_diameter or 0.0, choice.max_wire_diameter or inf),
         held_wire=source.held_wire,
         limits=SpringLimits(
-            arbor_diameter=cad.shaft_diameter + 2.0 * cad.clearance,
+            arbor_diameter=arbor_of(cad),
             min_inside_diameter=choice.min_inner_diameter,
+            min_outer_diameter=choice.min_outer_diameter,
+            min_body_length=choice.min_body_length,
             max_outer_diameter=choice.max_outer_diameter,
             max_body_length=choice.max_body_length,
             cycles=choice.cycles,
@@ -303,36 +363,3 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
     total = design.rate * design.count
     closes = 1 if travel.turned_round else -1
     return SpringOption(total, design.included_angle, design=design, result=result, closes=closes, asked=rate), warnings
-
-
-def sense_warning(joint: str, travel: WantedTravel) -> list[str]:
-    """A warning if the travel would open a spring seated as in the thesis, so that the other seat is drawn."""
-    if not travel.turned_round:
-        return []
-    return [
-        f"{joint}: its spring turns {degrees(travel.winding):.0f} deg towards larger measured angles and only "
-        f"{degrees(travel.opening):.0f} deg the other way. A torsion spring must be loaded in the winding direction, "
-        "so it is seated the other way round: larger angles close its arms, and its arm offset is the free angle "
-        "plus the included angle"
-    ]
-
-
-def _plain(option: SpringOption) -> SpringOption:
-    """The option without the remarks on its row."""
-    assert option.row is not None
-    return replace(option, row=replace(option.row, derived=()))
-
-
-def spring_warnings(joint: str, option: SpringOption) -> list[str]:
-    """Warnings on a bought spring: it would yield within the travel, or values must be measured first."""
-    if option.row is not None and option.row.derived:
-        return [f"{joint}: {option.part} is {option.row.status}", *spring_warnings(joint, _plain(option))]
-    if option.row is not None and option.check is None:
-        return [f"{joint}: the catalogue has too few data of {option.part} to compute the angle at which it yields"]
-    if option.check is None or option.check.travel <= option.check.free_travel:
-        return []
-    text = (
-        f"{joint}: {option.part} yields at {degrees(option.check.free_travel):.0f} deg from its free angle, but the "
-        f"joint turns it {degrees(option.check.travel):.0f} deg"
-    )
-    return [decisive(text)]

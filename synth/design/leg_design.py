@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from math import degrees, pi, radians, remainder
+from typing import Literal
 
 import numpy as np
 
@@ -19,11 +20,13 @@ from synth.design.choose_dampers import (
     choose_dampers,
     curve_warnings,
     measured_curves,
+    size_warnings,
 )
-from synth.design.choose_springs import SpringChoiceMade, spring_warnings, travels
+from synth.design.choose_springs import SpringChoiceMade, travels
 from synth.design.link_masses import BuiltLink
 from synth.design.part_sets import SetsMade
 from synth.design.response import WantedResponse
+from synth.design.spring_warnings import spring_warnings
 from synth.design.stages import SourceMotion, damper_laws, fit_options, read_motion, releases, with_held_out
 from synth.design.target_effects import TargetEffect, TargetLeg, notes, target_of, with_effects
 from synth.files.leg_project import LegProject
@@ -34,6 +37,8 @@ from synth.fit.plausibility import doubts
 from synth.parts.catalogs import Catalogue
 from synth.remarks import decisive, like, noted
 from synth.swing.leg_model import Leg
+
+Effort = Literal["first", "found", "full"]
 
 
 @dataclass(frozen=True)
@@ -146,14 +151,15 @@ def design_for(
     target: Leg,
     stage: Stage,
     *,
-    first: bool = False,
-    swaps: bool = True,
+    effort: Effort = "full",
     held: Mapping[str, float] | None = None,
+    drawn: bool = False,
 ) -> LegDesign:
     """The design for the links of ``target``: those of the project, or the same with the joints' parts on them.
 
-    ``first``: take each joint's best single damper and spring without evaluating sets, for a first drawing. ``swaps``
-    and ``held`` as in ``ChoiceTask``.
+    ``effort``: ``first``, each joint's best single damper and spring without evaluating sets, for a first drawing;
+    ``found``, the best set without substitutes for its parts, for a round that is followed by another; ``full``.
+    ``held`` and ``drawn`` as in ``ChoiceTask``.
 
     Raises
     ------
@@ -163,7 +169,8 @@ def design_for(
     into = target_of(target)
     scaled = motion.fitted_scaled
     with stage("fitting the robot's links to the scaled motion"):
-        fitted = with_held_out(fit_by(into.ideal, scaled, options, project.fit), motion.held_out_scaled)
+        fitted = fit_by(into.ideal, scaled, options, project.fit)
+        fitted = with_held_out(fitted, motion.held_out_scaled, begun_late=motion.begun_late)
     with stage("choosing dampers"):
         wanted = WantedResponse.of(fitted.leg, releases(scaled, fitted))
         turned = [t.winding + t.opening for t in travels(fitted.leg, wanted.motions)]
@@ -171,16 +178,16 @@ def design_for(
         dampers = choose_dampers(
             wanted, project.joints, catalogue, known.measured, turned, leg=real, parts=project.parts
         )
-    task = ChoiceTask(project, catalogue, into, motion, options, fitted, wanted, held or {}, swaps)
-    sets, refit = (first_choice if first else choose_in_rounds)(task, dampers, stage)
+    full = effort == "full"
+    task = ChoiceTask(project, catalogue, into, motion, options, fitted, wanted, held or {}, full, drawn)
+    sets, refit = (first_choice if effort == "first" else choose_in_rounds)(task, dampers, stage)
     dampers, springs = sets.dampers, sets.springs
     with stage("moving the built leg"):
         built = _named(sets.leg, springs, dampers)
         motions = tuple(found[:, :, 0] for found in wanted.simulate([built]))
         errors = wanted.errors([built])[0]
     held_out = tuple(trial for trial in fitted.trials if trial.held_out)
-    last_round = swaps and not first
-    robustness = choice_robustness(wanted, fitted, sets.legs) if last_round else None
+    robustness = choice_robustness(wanted, fitted, sets.legs) if full else None
     design = LegDesign(
         project=project,
         source=known.source,
@@ -230,8 +237,9 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
     fastest = fastest_rates(wanted.motions, [release.time for release in wanted.releases])
     for j, name in enumerate(names):
         speeds = (laws[name].speeds.low, laws[name].speeds.high) if name in laws else (0.0, np.inf)
-        texts = [*springs.warnings[j], *spring_warnings(name, springs.chosen[j])]
+        texts = [*springs.warnings[j], *spring_warnings(name, springs.chosen[j], project.joints[name].spring)]
         texts += curve_warnings(name, dampers.chosen[j], speeds, float(fastest[j]))
+        texts += size_warnings(name, dampers.chosen[j], project.joints[name].damper)
         texts += laws[name].warnings if name in laws else []
         texts += _rate_warning(name, target, refit)
         if errors[j] > np.radians(2.0):

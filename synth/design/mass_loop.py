@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from synth.design.choice_rounds import Stage
 from synth.design.drawn_springs import draw_up, simulated_again
-from synth.design.leg_design import Known, LegDesign, MassRounds, design_for, known_beforehand
+from synth.design.leg_design import Effort, Known, LegDesign, MassRounds, design_for, known_beforehand
 from synth.design.link_masses import BuiltLink, built_links, link_warnings, same_links, with_links
 from synth.design.part_masses import PartMass, unknown_parts
 from synth.design.solid_work import joint_masses
@@ -49,7 +49,7 @@ def design_with_masses(project: LegProject, catalogue: Catalogue, stage: Stage) 
     known, target, scales = known_beforehand(project, stage), project.target, JointWeights(project)
     labels: tuple[object, ...] = ()
     try:
-        started = design_for(project, catalogue, known, target, stage, first=True)
+        started = design_for(project, catalogue, known, target, stage, effort="first", drawn=True)
         with stage("weighing the joints' parts"):
             target, labels = scales.on_links(draw_up(started, catalogue)), started.sets.chosen.labels
     except cad.DimensionError:
@@ -69,7 +69,8 @@ def _rounds(
     target, labels = start
     held: dict[str, float] = {}
     for count in range(1, MOST_ROUNDS + 1):
-        design = design_for(project, catalogue, known, target, stage, swaps=count > 1, held=held)
+        effort: Effort = "full" if count > 1 else "found"
+        design = design_for(project, catalogue, known, target, stage, effort=effort, held=held, drawn=True)
         with stage("weighing the joints' parts"):
             carrying = scales.on_links(draw_up(design, catalogue))
         settled = count > 1 and (design.sets.chosen.labels == labels or same_links(target, carrying))

@@ -16,15 +16,17 @@ from typing import Any, TypeVar
 import numpy as np
 
 from synth.design.choose_dampers import DamperChoiceMade, DamperOption
-from synth.design.choose_springs import SpringChoiceMade, SpringOption, SpringSource, sense_warning, spring_options
+from synth.design.choose_springs import SpringChoiceMade, SpringOption, SpringSource, spring_options
 from synth.design.forecast import Forecast, damper_tolerance, spring_tolerance
 from synth.design.judged_sets import SAMPLES_CHOSEN, SAMPLES_SHOWN, Judge, Pair, Pairs, acting
 from synth.design.part_lanes import PartLanes
 from synth.design.part_search import FoundSets, best_sets
 from synth.design.part_swaps import JointParts, Swaps, without_better_swap
 from synth.design.response import WantedResponse
+from synth.design.spring_warnings import BEAR_IT, sense_warning
 from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import PartsOptions
+from synth.remarks import decisive
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
@@ -223,10 +225,28 @@ def _joint_parts(source: SpringSource, joint: int, fitted: Leg, dampers: DamperC
     for damper in others:
         assert damper.spring is not None
         _add_springs(known.setdefault(damper.label, []), source, damper.spring.rate)
+    known, spared = _without_last_resort(source, known, dampers.ranked[joint][0].label)
     pairs = [Pair(spring, damper) for damper in (chosen, *others) for spring in known[damper.label]]
-    warnings = [*warnings, *sense_warning(source.joint, source.turned)]
+    warnings = [*warnings, *spared, *sense_warning(source.joint, source.turned)]
     by_label = {label: tuple(found) for label, found in known.items()}
     return JointParts(source, spring.rate, (chosen, *others), by_label, tuple(pairs[:PAIRS]), reasons, tuple(warnings))
+
+
+def _without_last_resort(
+    source: SpringSource, known: dict[str, list[SpringOption]], best: str
+) -> tuple[dict[str, list[SpringOption]], list[str]]:
+    """Without springs that do not bear the travel, if with some damper one does; a warning if ``best`` loses all."""
+    if source.choice.part is not None or all(spring.passed for found in known.values() for spring in found):
+        return known, []
+    kept = {label: [spring for spring in found if not spring.passed] for label, found in known.items()}
+    lost = known.get(best, [])
+    if not lost or kept[best]:
+        return kept, []
+    text = (
+        f"{source.joint}: the damper that alone suits the motion best, {best}, is left out: no bought spring for it "
+        f"bears the joint's travel. {lost[0].part} {lost[0].passed[0].text}"
+    )
+    return kept, [decisive(text, BEAR_IT)]
 
 
 def _add_springs(known: list[SpringOption], source: SpringSource, rate: float) -> None:

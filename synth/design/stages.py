@@ -10,6 +10,7 @@ import numpy as np
 from synth.design.response import WantedRelease
 from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
+from synth.fit.copies import without_copies
 from synth.fit.damper_laws import DamperLaw, find_damper_law
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult, TrialFit
@@ -33,13 +34,16 @@ class SourceMotion:
     held_out: tuple[Recording, ...]
     factor: float
     notes: tuple[str, ...] = ()
+    begun_late: bool = False  # they are cut after the release
 
     def cut(self, start: float) -> SourceMotion:
         """The recordings from ``start`` s after their first sample, in the animal's time."""
         if start == 0.0:
             return self
         fitted, held_out = later(self.fitted, start), later(self.held_out, start)
-        return replace(self, fitted=tuple(fitted or self.fitted), held_out=tuple(held_out or self.held_out))
+        return replace(
+            self, fitted=tuple(fitted or self.fitted), held_out=tuple(held_out or self.held_out), begun_late=True
+        )
 
     @property
     def fitted_scaled(self) -> list[Recording]:
@@ -72,10 +76,11 @@ def read_motion(project: LegProject) -> SourceMotion:
     if driven:
         raise UserError(driven)
     both = recordings(project.source, fitted), recordings(project.source, held_out, ())
+    *own, copied = without_copies(*both, str(project.path), "source.trials")
     if project.release == "recorded":
-        return SourceMotion(tuple(both[0]), tuple(both[1]), project.time_scale, project.messages)
-    begun = [from_release(project.source, some) for some in both]
-    notes = (*begun[0].messages, *begun[1].messages)
+        return SourceMotion(tuple(own[0]), tuple(own[1]), project.time_scale, (*project.messages, *copied))
+    begun = [from_release(project.source, some) for some in own]
+    notes = (*copied, *begun[0].messages, *begun[1].messages)
     return SourceMotion(tuple(begun[0].recordings), tuple(begun[1].recordings), project.time_scale, notes)
 
 
@@ -106,9 +111,10 @@ def scored_trials(result: FitResult, held_out: Sequence[Recording]) -> tuple[Tri
     return trial_fits(result.leg, result.joints, held_out, scored.locals, scored.predictions, held_out=True)
 
 
-def with_held_out(result: FitResult, held_out: Sequence[Recording]) -> FitResult:
+def with_held_out(result: FitResult, held_out: Sequence[Recording], *, begun_late: bool = False) -> FitResult:
     """The result with the held-out trials scored and listed after the fitted ones."""
-    return replace(result, trials=(*result.trials, *scored_trials(result, held_out)))
+    trials = (*result.trials, *scored_trials(result, held_out))
+    return replace(result, trials=tuple(trial.begun_late() for trial in trials) if begun_late else trials)
 
 
 def damper_laws(project: LegProject) -> dict[str, DamperLaw]:

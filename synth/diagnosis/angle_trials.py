@@ -1,4 +1,4 @@
-"""Preparation of trials for the diagnosis: remove copies, thin samples."""
+"""Preparation of trials for the diagnosis: thin samples, pieces, trials that are predicted together."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from synth.swing.time_unit import time_unit
 PACES = 4.0  # most ratio of the time scales of trials that are simulated together
 MOST_TOGETHER = 4000  # samples of the trials that one call predicts: the readings of 250 legs then take 24 MB
 SAMPLES = 700  # per trial: enough for the fastest joint, few enough to be fast
-LATER = 40  # largest offset, in samples, at which a copy may begin
 
 
 @dataclass(frozen=True)
@@ -197,57 +196,3 @@ def spread(trials: Sequence[AngleTrial], most: int) -> tuple[list[AngleTrial], l
         [trial for index, trial in enumerate(trials) if index in taken],
         [trial for index, trial in enumerate(trials) if index not in taken],
     )
-
-
-def copies(recordings: Sequence[Recording], held_out: Sequence[bool]) -> list[tuple[int, int]]:
-    """Pairs (copy, original) of recordings that hold the same samples and count as one measurement.
-
-    Includes recordings cut short, starting a few samples later, or saved with fewer digits: the shared samples agree to
-    1e-3 of their range. The copy is the later one, or the held-out one: a fitted recording cannot be used for scoring.
-    """
-    found = []
-    order = sorted(range(len(recordings)), key=lambda k: (held_out[k], k))
-    near = _alike([recordings[k] for k in order]) if order else []
-    for place, later in enumerate(order):
-        for earlier in (order[p] for p in near[place] if p < place):
-            if _same(recordings[later], recordings[earlier]):
-                found.append((later, earlier))
-                break
-    return found
-
-
-def _alike(recordings: Sequence[Recording]) -> list[list[int]]:
-    """For each recording the indices of possible copies, where the first sample of one is near the start of the other.
-
-    Compares all pairs by one array operation per recording; calling ``_same`` for each would take minutes for a
-    thousand.
-    """
-    count, n = len(recordings), recordings[0].rotation.shape[1]
-    heads = np.full((count, LATER, n), np.inf)
-    for index, recording in enumerate(recordings):
-        head = recording.rotation[:LATER]
-        heads[index, : len(head)] = head
-    reach = np.array([max(float(np.ptp(recording.rotation, axis=0).max()), 1e-9) for recording in recordings])
-    alike = np.zeros((count, count), dtype=bool)
-    for index in range(count):
-        apart = np.abs(heads - heads[index, 0]).max(axis=2)
-        alike[index] = (apart <= 1e-3 * np.maximum(reach, reach[index])[:, None]).any(axis=1)
-    return [np.flatnonzero(alike[index] | alike[:, index]).tolist() for index in range(count)]
-
-
-def _same(a: Recording, b: Recording) -> bool:
-    """Whether one recording's samples are the other's, starting up to ``LATER`` samples later."""
-    if a.rotation.shape[1] != b.rotation.shape[1] or a.conditions != b.conditions or a.leg is not b.leg:
-        return False
-    reach = max(float(np.ptp(b.rotation, axis=0).max()), 1e-9)
-    for first, second in ((a, b), (b, a)):
-        for offset in range(LATER):
-            count = min(len(first.time), len(second.time) - offset)
-            if count < 12:
-                break
-            shifted = second.time[offset : offset + count] - second.time[offset]
-            apart = np.abs(first.rotation[:count] - second.rotation[offset : offset + count])
-            # Identical but for rounding: a thousandth of the motion, and a tenth of a millisecond.
-            if apart.max() <= 1e-3 * reach and np.allclose(first.time[:count], shifted, atol=1e-4):
-                return True
-    return False

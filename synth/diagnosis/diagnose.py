@@ -16,6 +16,7 @@ from synth.diagnosis.next_experiment import next_experiment
 from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
 from synth.diagnosis.prediction_error import PredictionErrors, label
 from synth.diagnosis.remainder import Remainder
+from synth.diagnosis.search_limits import at_limits, limit_sentences, opened
 from synth.diagnosis.sentences import sentence, what_is_open
 from synth.diagnosis.verdict import Judged, doubted, doubted_further, judge, of_no_account
 from synth.estimation.intervals import NORMAL90, Estimate
@@ -107,7 +108,13 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
         left,
         _sentence(plant, judged, explanations, ranked, stages, left, moved),
         next_experiment(plant, plant.rivals(judged), what_is_open(judged.verdict, short)),
-        (*plant.warnings, *plant.remarks(stages), *doubts, *(plant.worse(stages.errors, moved) if offered else ())),
+        (
+            *plant.warnings,
+            *plant.remarks(stages),
+            *(_limits(plant, (judged.accepted, *judged.tied)) if named else ()),
+            *doubts,
+            *(plant.worse(stages.errors, moved) if offered else ()),
+        ),
     )
 
 
@@ -194,8 +201,20 @@ def causes_of(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[Cause, ...]:
     return tuple(made)
 
 
+def _limits(plant: Plant[F, T, S], named: Sequence[Assessed[F]]) -> dict[str, None]:
+    """Warnings on parameters of the named causes that end where their search does, each once."""
+    found = []
+    for item in named:
+        first = plant.n_tolerance
+        for candidate, cause in zip(item.fit.hypothesis, causes_of(plant, item), strict=True):
+            x = item.fit.unknowns[first : first + candidate.size]
+            found += limit_sentences(plant.short_text(cause), candidate, x, cause)
+            first += candidate.size
+    return dict.fromkeys(found)
+
+
 def _cause(candidate: ShapedEffect, x: Array, deviation: Array) -> Cause:
-    """With 90 % intervals: each parameter's range over the interval of its unknowns."""
+    """With 90 % intervals: each parameter's range over the interval of its unknowns, open at a limit of the search."""
     values = candidate.named(x)
     reach = {name: [value] for name, value in values.items()}
     low, high = candidate.bounds()
@@ -212,7 +231,7 @@ def _cause(candidate: ShapedEffect, x: Array, deviation: Array) -> Cause:
         free = name in candidate.shape.free
         found[name] = Estimate(value, written, min(reach[name]), max(reach[name])) if free else Estimate(value, written)
     effect, place = candidate.key
-    return Cause(effect, place, found)
+    return Cause(effect, place, opened(found, at_limits(candidate, x)))
 
 
 def _listed(judged: Judged[F]) -> list[tuple[Assessed[F], float]]:

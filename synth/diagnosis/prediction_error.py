@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.diagnosis.hypotheses import Key
-from synth.estimation.intervals import Estimate
+from synth.estimation.intervals import NORMAL90, Estimate, student95
 
-BLOCKS = 4  # blocks of time per trial for resampling
+BLOCKS = 4  # blocks of time per trial
 RESAMPLES = 500  # a 5 % quantile then rests on 25 of them
+DOUBLED = -1.0  # shrink of an error that doubles: how much worse an explanation might be tells nothing
 Picks = NDArray[np.int64]
 
 
@@ -38,7 +39,7 @@ class PredictionErrors:
         return tuple(name for name in self.squares if name != "as_designed")
 
     def figure(self, label: str) -> Estimate:
-        """RMS error in rad, shown in deg, with its 90 % interval over trials and blocks of time."""
+        """RMS error in rad, shown in deg, with its 90 % interval over trials."""
         return self._estimate(lambda pick: _rms(self.squares[label], self.counts, pick), "deg")
 
     def above_noise(self, label: str) -> Estimate:
@@ -62,7 +63,11 @@ class PredictionErrors:
 
     def shrink(self, label: str = "after") -> Estimate:
         """1 - after/before of the RMS above the noise floor, subtracted quadratically; 0 without a gap."""
-        return self._estimate(lambda pick: self._shrink(label, pick), "1")
+        left = self._estimate(lambda pick: 1.0 - self._shrink(label, pick), "1")
+        assert left.low is not None
+        assert left.high is not None
+        value = 1.0 - left.value
+        return Estimate(value, "1", min(max(1.0 - left.high, DOUBLED), value), 1.0 - left.low)
 
     def chance_below(self, share: float, least: float) -> float:
         """Probability that the explanation shrinks the gap by less than ``share``, over trials and blocks of time.
@@ -82,14 +87,33 @@ class PredictionErrors:
         return np.where(some, 1.0 - np.sqrt(np.maximum(after, 0.0) / np.where(some, before, 1.0)), 0.0)
 
     def _picks(self) -> Picks:
-        """(RESAMPLES, n_cell) cells of each resample."""
+        """(RESAMPLES, n_cell) cells of each resample: blocks of time as if each were a trial."""
         cells = self.counts.size
         return np.random.default_rng(self.seed).integers(0, cells, (RESAMPLES, cells))
 
+    def _whole_trials(self) -> Picks:
+        """(RESAMPLES, n_cell) cells of each resample of whole trials; of the blocks of a single trial."""
+        number, blocks = self.counts.shape
+        if number == 1:
+            return self._picks()
+        trials = np.random.default_rng(self.seed).integers(0, number, (RESAMPLES, number))
+        return np.asarray((trials[:, :, None] * blocks + np.arange(blocks)).reshape(RESAMPLES, -1))
+
     def _estimate(self, figure: Callable[[Picks | None], Array], unit: str) -> Estimate:
-        low, high = np.percentile(figure(self._picks()), [5.0, 95.0])  # 90 % interval
-        value = float(figure(None))
-        return Estimate(value, unit, min(float(low), value), max(float(high), value))
+        """A figure, at least 0, with its 90 % interval.
+
+        Whole trials are resampled, because what a trial is off by in one stretch it is off by in the next: where trials
+        differ by a factor of 2.7 in mean square, as in rigs, intervals over independent blocks held the truth in 35 to
+        60 % of 400 simulated sets of 2 to 20 trials. The percentiles of few trials are too near the value: a
+        resample's variance is ``(n - 1) / n`` of the trials', and Student's distribution is wider than the normal. Ends
+        are moved away by that, as ratios, since the figures are errors. That holds 76 to 91 %.
+        """
+        ends, value = np.percentile(figure(self._whole_trials()), [5.0, 95.0]), float(figure(None))
+        number = len(self.counts)
+        if number > 1:
+            wider = np.sqrt(number / (number - 1.0)) * student95(number - 1) / NORMAL90
+            ends = value * (ends / value) ** wider if value > 0.0 else wider * ends
+        return Estimate(value, unit, min(float(ends[0]), value), max(float(ends[1]), value))
 
 
 def _rms(squares: Array, counts: Array, pick: Picks | None) -> Array:

@@ -24,13 +24,12 @@ from synth.diagnosis.odds import in_order_of_odds
 from synth.diagnosis.prediction_error import BLOCKS
 from synth.diagnosis.score import from_state
 from synth.diagnosis.workbench import RULE, HypothesisFits, Workbench
-from synth.estimation.intervals import NORMAL90
+from synth.estimation.intervals import NORMAL90, student95
 from synth.estimation.levenberg_marquardt import Iterate, minimise
 from synth.estimation.linearisation import LinearisedNormal
 
 SINGLES, SEVERAL = 8, 3  # leading hypotheses evaluated, of one cause and of several
 MOST_FOLDS = 5  # of the trials: with more folds a fit hardly differs from the fit to all, at the same cost each
-STUDENT95 = (6.314, 2.920, 2.353, 2.132)  # 95 % points of Student's t of 1 to 4 degrees (any table of it)
 ROUNDS = 3  # iterations without a fold
 SETTLED = 0.5  # decrease of the cost below which a step is the last
 FACTORS = (1.0, 30.0)  # on the damping, tried in parallel: the fit starts near its optimum
@@ -143,7 +142,7 @@ def jackknife(each: Array) -> Array:
     Widened by Student's distribution at 90 %, because few folds determine their own spread poorly.
     """
     count = len(each)
-    widened = STUDENT95[count - 2] / NORMAL90
+    widened = student95(count - 1) / NORMAL90
     return np.asarray(widened * np.sqrt((count - 1) / count * np.sum((each - each.mean(axis=0)) ** 2, axis=0)))
 
 

@@ -37,6 +37,13 @@ class Considered:
         """(p, p) covariance added by the considered parameters."""
         return np.asarray(self.sensitivity @ self.sensitivity.T)
 
+    def own(self, information: Information, couplings: Sequence[Coupling]) -> list[Array]:
+        """(l, c) a trial, change of its own unknowns, per standard deviation too."""
+        return [
+            np.asarray(-np.linalg.solve(own, coupling.own + cross.T @ self.sensitivity))
+            for coupling, cross, own in zip(couplings, information.cross, information.own, strict=True)
+        ]
+
     def shares(self, covariance: Array) -> Array:
         """(p, c) share of each estimate's variance from each parameter; ``covariance`` (p, p) without them."""
         total = np.diag(covariance) + np.sum(self.sensitivity**2, axis=1)

@@ -12,6 +12,7 @@ from synth.errors import UserError
 from synth.units import quantity
 
 NORMAL90 = 1.6448536269514722  # half-width of a 90 % normal interval in standard deviations: the normal's 95 % point
+STUDENT95 = (6.314, 2.920, 2.353, 2.132)  # 95 % points of Student's t of 1 to 4 degrees (any table of it)
 NULL = 1e-12  # share of the diagonal below which a direction carries no information
 DIVERGED = (
     "the simulated motion diverges at the fit's last point, so its uncertainty is unknown. Check the leg file's "
@@ -32,6 +33,14 @@ class Estimate:
         """``{"value", "unit", "interval90"}``."""
         interval = None if self.low is None or self.high is None else (self.low, self.high)
         return quantity(self.value, self.unit, interval)
+
+
+def student95(degrees: int) -> float:
+    """95 % point of Student's t; beyond a table by its expansion in ``1 / degrees`` (Abramowitz & Stegun, 26.7.5)."""
+    if degrees <= len(STUDENT95):
+        return STUDENT95[degrees - 1]
+    z, share = NORMAL90, 1.0 / degrees
+    return z + (z**3 + z) / 4.0 * share + (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / 96.0 * share**2
 
 
 def spectrum(matrix: Array, scale: Array | float = 1.0) -> tuple[Array, Array]:

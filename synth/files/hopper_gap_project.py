@@ -52,7 +52,7 @@ class JumpTolerance:
     inductance: Annotated[Share, Because(_RUN_UPS)] = 0.2
     friction: Annotated[Share, Because(_RUN_UPS)] = 0.15
     rotor_inertia: Annotated[Share, Because(_RUN_UPS)] = 0.05
-    efficiency: Annotated[Share, Because("of the gear; accuracy of the maker's line")] = 0.03
+    efficiency: Annotated[Share, Because("of the gear; accuracy of the maker's line"), Field(examples=["5 %"])] = 0.03
     supply: Annotated[Share, Because("a voltmeter's")] = 0.005
     ground: Annotated[Share, Because("the contact's stiffness is an assumption")] = 0.3
     bumper: Annotated[Share, Because("the stop's stiffness is an assumption")] = 0.3

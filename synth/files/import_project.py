@@ -69,7 +69,8 @@ class Mapping:
     ``joints`` : one column each. ``points`` : proximal to distal, one more than joints. ``likelihood`` : less likely
     points count as missing. ``plane`` : axes of space to the right and up; ``fit`` and an axis: the best-fitting plane
     with that axis up. ``topic`` : of a robot's log. ``mirror`` : seen from the other side.
-    ``roll`` : rad, counter-clockwise rotation of the picture. ``supply`` : the column of the drives' supply;
+    ``roll`` : rad, counter-clockwise rotation of the picture as filmed, before ``mirror``. ``supply`` : the
+    column of the drives' supply;
     ``commands`` : topics of commands in a robot's log.
     """
 
@@ -125,7 +126,7 @@ class _InputColumn:
 @dataclass(frozen=True)
 class _Clock:
     column: Annotated[Text, Field(examples=["t"])]
-    unit: Text | None = None
+    unit: Annotated[Text | None, Field(examples=["ms"])] = None
 
 
 @dataclass(frozen=True)

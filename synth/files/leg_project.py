@@ -105,7 +105,9 @@ class _LegDesignFile:
     release: Annotated[Release, Because("the driven beginning of a recording is not free motion and is cut")] = "free"
     name: Title | None = None
     scale: Any = None
-    free_angle: Annotated[FreeAngle, Because("the data decide whether each trial has its own")] = "auto"
+    free_angle: Annotated[
+        FreeAngle, Because("the data decide whether each trial has its own"), Field(examples=["per_trial"])
+    ] = "auto"
     fit: Any = None
     tolerance: Any = None
     select: Any = None

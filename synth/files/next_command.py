@@ -29,7 +29,7 @@ class JointLimits:
     lowest: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] | None = None
     highest: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] | None = None
     speed: Annotated[float, Quantity("rad/s", above=0)] | None = None
-    torque: Annotated[float, Quantity("N*m", above=0)] | None = None
+    torque: Annotated[float | None, Quantity("N*m", above=0), Field(examples=["0.8 N*m"])] = None
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@
   catalogs: [my_parts/*.csv]
   vendors: [Lee Spring]
 
-Keys of ``spring`` and ``damper`` are those of a leg design's ``select``, plus the values that a fit would give.
+Keys of ``spring`` and ``damper`` are those of a leg design's ``select`` that apply to bought parts, plus the
+values that a fit would give.
 """
 
 from __future__ import annotations
@@ -18,24 +19,24 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from synth.files.named_files import ProjectReader
-from synth.files.project_options import DamperChoice, PartsOptions, Share, SpringChoice
+from synth.files.project_options import DamperBounds, PartsOptions, Share, SpringBounds
 from synth.files.validate import Quantity, Title
 
 Names = Annotated[list[str], Field(examples=["[Lee Spring]"])]
 
 
 @dataclass(frozen=True)
-class RequestedSpring(SpringChoice):
+class RequestedSpring(SpringBounds):
     """A spring and its rate, N m/rad; None: any."""
 
     rate: Annotated[float | None, Quantity("N*m/rad", above=0)] = None
 
 
 @dataclass(frozen=True)
-class RequestedDamper(DamperChoice):
+class RequestedDamper(DamperBounds):
     """A damper and its wanted torque, N m, at a speed of the joint, rad/s; None: any."""
 
-    torque: Annotated[float | None, Quantity("N*m", above=0)] = None
+    torque: Annotated[float | None, Quantity("N*m", above=0), Field(examples=["0.1 N*m"])] = None
     speed: Annotated[float | None, Quantity("rad/s", above=0)] = None
     torque_tolerance: Share = 0.5
 

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field
 
 from synth.files.fit_words import Cost, Intervals, Method, Weight
 from synth.files.schema import Because
-from synth.files.validate import Quantity, Title
+from synth.files.validate import Quantity, Title, refusal
 
 Length = Annotated[float, Quantity("m", above=0)]
 Pressure = Annotated[float, Quantity("Pa", above=0)]
@@ -22,6 +22,18 @@ Count = Annotated[int, Field(ge=1, le=4)]
 
 Release = Literal["free", "recorded"]
 Laws = Literal["auto", "linear"]
+
+ONE_WAY = (
+    "one cannot be designed for: the leg is simulated with dampers that act both ways, so the motion would be wrong "
+    "for half of each swing. Write direction: both; parallel: 2 allows two one-way dampers as a pair, one per direction"
+)
+
+
+def _both_ways(value: object) -> object:
+    """Refuse a damper that acts one way, with what to write instead."""
+    if value == "one":
+        raise refusal(ONE_WAY)
+    return value
 
 
 @dataclass(frozen=True)
@@ -63,12 +75,33 @@ class RatePrior:
 
     spring: Share | None = None
     damper: Share | None = None
-    free_angle: Turn | None = None
+    free_angle: Annotated[Turn | None, Field(examples=["5 deg"])] = None
 
 
 @dataclass(frozen=True)
-class SpringChoice:
-    """Requirements of a joint's spring; None: no limit. A given ``part`` is used regardless of its values.
+class SpringBounds:
+    """Requirements that every spring of a joint must meet, bought or to wind; None: no limit.
+
+    ``rate_tolerance`` and ``parallel`` apply to bought springs: one to wind has the wanted rate. A limit on
+    a length applies to ``parallel`` springs side by side together.
+    """
+
+    rate_tolerance: Annotated[Share, Because("vendors keep a torsion spring's rate within about 10 %")] = 0.1
+    included_angle: Annotated[Turn | None, Because("the joint's arm offset compensates any angle", "any")] = None
+    travel: Annotated[Turn | None, Because("from the joint's range, else from the wanted motion", "as it moves")] = None
+    min_outer_diameter: Length | None = None
+    max_outer_diameter: Annotated[Length | None, Because("none is given", "no limit")] = None
+    min_inner_diameter: Length | None = None
+    min_body_length: Length | None = None
+    max_body_length: Annotated[Length | None, Because("none is given", "no limit")] = None
+    min_wire_diameter: Length | None = None
+    max_wire_diameter: Length | None = None
+    parallel: Annotated[Count, Because("one spring takes the least room")] = 1
+
+
+@dataclass(frozen=True)
+class SpringChoice(SpringBounds):
+    """Requirements of a joint's spring in a leg design. A given ``part`` is used regardless of its values.
 
     ``make`` True: a spring to wind; False: a bought one or none; None: a bought one if one fits. ``objective``,
     ``cycles`` (full turns that it must last; default 100 000 if possible) and
@@ -80,16 +113,6 @@ class SpringChoice:
     ] = None
     wire: str | None = None
     part: Title | None = None
-    rate_tolerance: Annotated[Share, Because("vendors keep a torsion spring's rate within about 10 %")] = 0.1
-    included_angle: Annotated[Turn | None, Because("the joint's arm offset compensates any angle", "any")] = None
-    travel: Annotated[Turn | None, Because("from the joint's range, else from the wanted motion", "as it moves")] = None
-    min_outer_diameter: Length | None = None
-    max_outer_diameter: Annotated[Length | None, Because("none is given", "no limit")] = None
-    min_inner_diameter: Length | None = None
-    min_body_length: Length | None = None
-    max_body_length: Annotated[Length | None, Because("none is given", "no limit")] = None
-    min_wire_diameter: Length | None = None
-    max_wire_diameter: Length | None = None
     objective: Annotated[Literal["mass", "space", "life"], Because("of springs to wind that hold, the lightest")] = (
         "mass"
     )
@@ -99,28 +122,38 @@ class SpringChoice:
         BeforeValidator(str),
         Because("bending only, E d^4/(64 D N); 10.8 per turn includes friction between the coils"),
     ] = "64"
-    parallel: Annotated[Count, Because("one spring takes the least room")] = 1
 
 
 @dataclass(frozen=True)
-class DamperChoice:
-    """Requirements of a joint's damper; None: no limit. A given ``part`` is used regardless of its values.
+class DamperBounds:
+    """Requirements that every damper of a joint must meet; None: no limit.
 
-    ``parallel``: largest number of equal dampers; two allow one-way dampers as a pair, one per direction.
-    ``ratios``: allowed turns of the damper per turn of the joint, by gears or a belt.
+    ``direction`` ``one`` allows single one-way dampers. ``parallel``: largest number of equal dampers; two allow
+    one-way dampers as a pair, one per direction. ``ratios``: allowed turns of the damper per turn of the joint, by
+    gears or a belt.
     """
 
     direction: Annotated[Literal["both", "one"], Because("a free swing goes both ways")] = "both"
     travel: Annotated[Turn | None, Because("from the joint's range, else from the wanted motion", "as it moves")] = None
-    part: Title | None = None
     max_outer_diameter: Annotated[Length | None, Because("none is given", "no limit")] = None
-    max_body_length: Length | None = None
+    max_body_length: Annotated[Length | None, Because("none is given", "no limit")] = None
     parallel: Annotated[Count, Because("room for one damper is drawn")] = 1
     ratios: Annotated[
         tuple[Ratio, ...],
         Field(strict=False, min_length=1, max_length=20, examples=["[1, 2, 3]"]),
         Because("the damper sits on the joint's own axis"),
     ] = (1.0,)
+
+
+@dataclass(frozen=True)
+class DamperChoice(DamperBounds):
+    """Requirements of a joint's damper in a leg design. A given ``part`` is used regardless of its sizes.
+
+    ``direction``: the simulated dampers act both ways, so only ``both`` can be designed for.
+    """
+
+    direction: Annotated[Literal["both"], BeforeValidator(_both_ways), Because("a free swing goes both ways")] = "both"
+    part: Title | None = None
 
 
 @dataclass(frozen=True)
@@ -140,7 +173,7 @@ class ToleranceOptions:
     """
 
     rate: Share | None = None
-    free_angle: Turn | None = None
+    free_angle: Annotated[Turn | None, Field(examples=["5 deg"])] = None
     torque: Share | None = None
     measured: Annotated[Share, Because("remaining uncertainty after drops with only the damper")] = 0.05
     temperature: Annotated[float, Quantity("K", least=0, most=100), Because("a room, winter and summer")] = 5.0

@@ -33,7 +33,9 @@ NO_MOTION = (
 class _FitFile:
     kind: str
     leg: Annotated[str, Field(examples=["rat.leg.yaml"])]
-    free_angle: Annotated[FreeAngle, Because("the data decide whether each trial has its own")] = "auto"
+    free_angle: Annotated[
+        FreeAngle, Because("the data decide whether each trial has its own"), Field(examples=["per_trial"])
+    ] = "auto"
     release: Annotated[Release, Because("the driven beginning of a recording is not free motion and is cut")] = "free"
     laws: Annotated[Laws, Because("dry friction or quadratic damping is added where it explains the motion")] = "auto"
     trials: Annotated[list[Any] | None, Field(min_length=1, examples=["[trials/*.csv]"])] = None

@@ -12,6 +12,7 @@ from math import radians
 from typing import Annotated, Any
 
 import numpy as np
+from pydantic import Field
 
 from synth.arrays import Array
 from synth.drives.servo import Servo
@@ -45,7 +46,9 @@ class JointTolerance:
     inertia: Annotated[Share, Because(_USUAL)] = 0.02
     spring: Annotated[Share, Because("remaining uncertainty of a measured spring rate")] = 0.03
     damper: Annotated[Share, Because("remaining uncertainty of a measured damper rate")] = 0.05
-    free_angle: Annotated[Turn, Because("assembly error of the spring's free angle")] = HALF_DEGREE
+    free_angle: Annotated[Turn, Because("assembly error of the spring's free angle"), Field(examples=["2 deg"])] = (
+        HALF_DEGREE
+    )
     torque_constant: Annotated[Share, Because("usual between motors of one batch; for joints with a motor")] = 0.1
     resistance: Annotated[Share, Because("usual for a winding, with its temperature; for joints with a motor")] = 0.1
 

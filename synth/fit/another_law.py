@@ -4,28 +4,30 @@ A joint that rubs is the most usual leg with another law. Fitted without it, the
 for different rates, as if a hand acted at first, and a spring on the ridge of an overdamped joint comes out at a
 multiple of its rate. The law's coefficients are estimated by Gauss-Newton steps in which all other unknowns follow
 (variable projection: Golub & Pereyra, Inverse Problems 19 (2003) R1), never below zero (Lawson & Hanson, Solving Least
-Squares Problems, 1974, ch. 23).
+Squares Problems, 1974, ch. 23). The first step is taken by refits, later ones by sensitivities (``following``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.intervals import NORMAL90, spectrum
+from synth.estimation.intervals import spectrum
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
+from synth.fit.following import Mask, followed
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
+from synth.fit.link_errors import link_errors, link_widths
 from synth.fit.model_error import ModelError
 from synth.fit.recordings import Recording
+from synth.fit.speed_laws import LAWS, AnotherLaw, SpeedLaw, with_law
+from synth.fit.trajectories import Index, Local, TrajectoryModel
 from synth.fit.uncertainty import clipped_rms, correlation_times
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
-from synth.units import quantity
 
 # Of the mean squared error above the samples' scatter, what a law must leave at most to be named. Of 24 random legs
 # that rub, friction leaves under 0.06 in 16; of 24 with quadratic damping, that leaves under 0.07 in 21; on 48 driven
@@ -33,78 +35,22 @@ from synth.units import quantity
 LEAVES = 0.2
 HOPELESS = 0.85  # the same, as predicted by the first linear step: no further one is taken
 FIRST = 0.03  # of the torque of springs and gravity, the first step of a law's torque at the joint's RMS speed
-LEAST_STEP = 0.003  # as ``FIRST``, of a coefficient that is nearly zero
-NEXT = 0.3  # of the coefficient, later ones
+LEAST_STEP = 0.001  # as ``FIRST``, of a coefficient that is nearly zero
+NEXT = 0.03  # of the coefficient, later ones
+# Of the torque of springs and gravity, standard deviation of a law's torque before the trials: while a joint turns one
+# way, friction looks like another free angle, and 130 times the true one fitted.
+EXPECTED = 0.5
 STEPS = 6
-NEAR_ENOUGH = 0.05  # of the log-likelihood, of the other unknowns' fits
+NEAR_ENOUGH = 0.01  # of the log-likelihood, of the other unknowns' fits
 SUSPECT = 1.15  # times the samples' scatter, a joint's residuals from which a law is looked for
 # Twice the gain of the log-likelihood by a law, correlated samples counted once: more than chance gives four joints.
 LEAST_GAIN = 30.0
 SETTLED = 0.05  # of the error above the scatter, gain of a step that is the last
+NEAR_FLOOR = 0.1  # of the scatter's own error: nearer to it, gains count against this
 HALVINGS = 4
-SURE = 2.0  # standard deviations from zero, of a coefficient that is kept
+SURE = 2.0  # standard deviations from zero, of one coefficient at least
 SAMPLES = 400  # of a trial that are used
 TRIALS = 6
-
-
-@dataclass(frozen=True)
-class SpeedLaw:
-    """A torque that opposes motion: the ``effect``, its ``key`` and ``unit``, what it is called; ``power`` of speed."""
-
-    effect: str
-    key: str
-    unit: str
-    words: str
-    power: int
-
-
-# Those that a leg of springs and linear dampers lacks most often; ``synth gap`` has the rest.
-LAWS = (
-    SpeedLaw("coulomb_friction", "torque", "N*m", "dry friction", 0),
-    SpeedLaw("quadratic_damping", "coefficient", "N*m*s^2/rad^2", "damping that grows with the square of speed", 2),
-)
-
-
-@dataclass(frozen=True)
-class AnotherLaw:
-    """``size`` (n,) of the law's coefficient at each joint, SI, 0 where it does not act, ``deviation`` (n,) of it.
-
-    ``leg`` : the given one with it as its effect. ``moved`` (p, c) change of the common unknowns per standard
-    deviation of each independent error of the coefficients. ``left`` : share of the error that stays.
-    """
-
-    law: SpeedLaw
-    leg: Leg
-    size: Array
-    deviation: Array
-    moved: Array
-    left: float
-
-    @property
-    def error(self) -> ModelError:
-        """Of the coefficients, with the finding and how to write it."""
-        law = self.law
-        told = ", ".join(
-            f"{joint.name} {size:.3g} +- {NORMAL90 * deviation:.2g} {law.unit}"
-            for joint, size, deviation in zip(self.leg.joints, self.size, self.deviation, strict=True)
-            if size > 0.0
-        )
-        return ModelError(
-            self.moved,
-            f"{law.words} explains {100 * min(1 - self.left, 1.0):.0f} % of what springs and linear dampers leave: "
-            f"{told}. It is part of the fitted leg and its uncertainty is in the intervals. To state it beforehand, "
-            f"write effects: [{{{law.effect}: {{{law.key}: ...}}}}] at the joint in the leg file; to fit without it, "
-            "laws: linear",
-        )
-
-    def as_json(self) -> dict[str, Any]:
-        """The entry ``law`` of ``fit.json``."""
-        sizes = {
-            joint.name: quantity(size, self.law.unit, (max(0.0, size - NORMAL90 * width), size + NORMAL90 * width))
-            for joint, size, width in zip(self.leg.joints, self.size.tolist(), self.deviation.tolist(), strict=True)
-            if size > 0.0
-        }
-        return {"effect": self.law.effect, self.law.key: sizes, "explains": min(1.0 - self.left, 1.0)}
 
 
 def suspected(recordings: Sequence[Recording], stage: Stage, scatter: Array) -> bool:
@@ -121,10 +67,18 @@ def another_law(
     """
     if any(joint.effects for joint in leg.joints) or any(recording.leg is not None for recording in recordings):
         return None
-    every = max(1, -(-len(recordings) // TRIALS))
-    some = [recording.thinned(SAMPLES) for recording in recordings[::every]]
+    every, some = _every(recordings), searched(recordings)
     found = [_Search(law, leg, some, options, stage, scatter, every).found() for law in LAWS]
     return min((each for each in found if each is not None), key=lambda each: each.left, default=None)
+
+
+def searched(recordings: Sequence[Recording]) -> list[Recording]:
+    """Those in which a law is sought, thinned: as many as determine it."""
+    return [recording.thinned(SAMPLES) for recording in recordings[:: _every(recordings)]]
+
+
+def _every(recordings: Sequence[Recording]) -> int:
+    return max(1, -(-len(recordings) // TRIALS))
 
 
 class _Search:
@@ -148,6 +102,9 @@ class _Search:
         torque, speed = np.max([_torque_and_speed(leg, recording, rate) for recording in some], axis=0)
         self.scale = torque / np.where(speed > 0.0, speed, np.inf) ** law.power
         self.noise = np.where(np.isfinite(self.weights.noise[0]), self.weights.noise[0], np.inf)
+        counted = sum(int(recording.counts.sum()) for recording in some)
+        # In units of the residuals, as another sample of the scatter.
+        self.expected = np.sqrt(self._floor() / counted) / (EXPECTED * np.maximum(self.scale, 1e-300))
 
     def found(self) -> AnotherLaw | None:
         """The search; None unless its result explains the motion."""
@@ -157,18 +114,19 @@ class _Search:
         here, step, slopes = begun, FIRST * self.scale, None
         floor = self._floor()
         for turn in range(STEPS):
-            found = self._slopes(here, step)
+            found = self._slopes(here, step) if turn else self._secants(here, step)
             if found is None:
                 break
             slopes = found
             side = slopes.residual @ here.size - here.residual
             if turn == 0 and not _promising(slopes.residual, side, floor):
                 return None
-            wanted = _not_below_zero(slopes.residual, side)
-            moved = self._towards(wanted, here)
+            pull = np.diag(self.expected)
+            wanted = _not_below_zero(np.vstack([slopes.residual, pull]), np.concatenate([side, np.zeros(len(pull))]))
+            moved = self._towards(wanted, here, slopes) if (wanted != here.size).any() else None
             if moved is None:
                 break
-            gain = (here.square - moved.square) / max(here.square - floor, 1e-300)
+            gain = (here.square - moved.square) / max(here.square - floor, NEAR_FLOOR * floor)
             here = moved
             step = np.maximum(NEXT * here.size, LEAST_STEP * self.scale)
             if gain < SETTLED:
@@ -178,40 +136,85 @@ class _Search:
         share = (self._error(here) / self._error(begun)) if self._error(begun) > 0.0 else 1.0
         if share > LEAVES or self._gain(begun, here) < LEAST_GAIN:
             return None
-        return self._result(here, slopes, share)
+        return self._result(here, share)
+
+    def _model(self, size: Array) -> TrajectoryModel:
+        """Of the leg with these coefficients."""
+        options = self.options
+        leg = with_law(self.leg, self.law, size)
+        return model_of(leg, options.curves, prior=options.prior, static=options.static)
 
     def _point(self, size: Array, start: FitStart) -> _Point | None:
         """All other unknowns with these coefficients; None if the motion diverges."""
-        options = self.options
-        leg = with_law(self.leg, self.law, size)
-        model = model_of(leg, options.curves, prior=options.prior, static=options.static)
-        found = solve(model, self.some, start, self.weights, tolerance=NEAR_ENOUGH)
+        found = solve(self._model(size), self.some, start, self.weights, tolerance=NEAR_ENOUGH)
         if not np.isfinite(found.cost):
             return None
         off = [
-            np.where(r.counts & np.isfinite(p), (p - r.rotation) / self.noise, 0.0)
-            for r, p in zip(self.some, found.predictions, strict=True)
+            np.where(np.isfinite(prediction), prediction - recording.rotation, 0.0)
+            for recording, prediction in zip(self.some, found.predictions, strict=True)
         ]
-        return _Point(size, found, np.concatenate([each.ravel() for each in off]))
+        return _Point(size, found, self._over_noise(off))
 
-    def _slopes(self, here: _Point, step: Array) -> _Slopes | None:
-        """With each coefficient; None if a motion diverges."""
-        residual, values = (np.zeros((len(each), len(step))) for each in (here.residual, here.solution.values))
+    def _over_noise(self, changes: Sequence[Array]) -> Array:
+        """(m,) or (m, c), trials' (k, n) or (k, n, c) rad over the noise, 0 where no sample counts, in one."""
+        trailing = (1,) * (changes[0].ndim - 2)
+        scaled = [
+            each * (recording.counts / self.noise).reshape(*recording.counts.shape, *trailing)
+            for recording, each in zip(self.some, changes, strict=True)
+        ]
+        return np.concatenate([each.reshape(-1, *each.shape[2:]) for each in scaled])
+
+    def _secants(self, here: _Point, step: Array) -> _Slopes | None:
+        """As ``_slopes``, by refits: where friction sets in, and along a ridge, linear steps are far too short."""
+        wide = [np.zeros((len(each), len(step))) for each in (here.residual, here.solution.values)]
+        start = FitStart(here.solution.values, here.solution.locals, here.solution.damping)
         for j in np.flatnonzero(step > 0.0):
-            moved = self._point(here.size + step[j] * (np.arange(len(step)) == j), here.start)
+            moved = self._point(here.size + step[j] * (np.arange(len(step)) == j), start)
             if moved is None:
                 return None
-            residual[:, j] = (moved.residual - here.residual) / step[j]
-            values[:, j] = (moved.solution.values - here.solution.values) / step[j]
-        return _Slopes(residual, values)
+            wide[0][:, j] = (moved.residual - here.residual) / step[j]
+            wide[1][:, j] = (moved.solution.values - here.solution.values) / step[j]
+        own = tuple(np.zeros((len(information), len(step))) for information in here.solution.information.own)
+        return _Slopes(wide[0], wide[1], own)
 
-    def _towards(self, wanted: Array, here: _Point) -> _Point | None:
+    def _slopes(self, here: _Point, step: Array) -> _Slopes | None:
+        """With each coefficient while all other unknowns follow; None if a motion diverges."""
+        model, open_, solution = self._model(here.size), np.flatnonzero(step > 0.0), here.solution
+        models = [model, *(self._model(size) for size in here.size + step * np.eye(len(step))[open_])]
+
+        def change(t: int) -> Array:
+            return _change(models, self.some[t], solution.values, solution.locals[t]) / step[open_]
+
+        found = followed(model, self.some, Stage(solution, self.weights), change, _all_samples)
+        residual = self._over_noise(found.left)
+        if not np.isfinite(residual).all():
+            return None
+        wide = (residual, found.considered.sensitivity, *found.own)
+        columns, values, *own = (_in_columns(each, open_, len(step)) for each in wide)
+        return _Slopes(columns, values, tuple(own))
+
+    def _towards(self, wanted: Array, here: _Point, slopes: _Slopes) -> _Point | None:
         """The first of ever shorter steps that is better; None if none is."""
         for halving in range(HALVINGS):
-            found = self._point(here.size + (wanted - here.size) * 0.5**halving, here.start)
-            if found is not None and found.square < here.square:
+            step = (wanted - here.size) * 0.5**halving
+            found = self._point(here.size + step, self._start(here, slopes, step))
+            if found is not None and self._objective(found) < self._objective(here):
                 return found
         return None
+
+    def _start(self, here: _Point, slopes: _Slopes, step: Array) -> FitStart:
+        """After a step of the coefficients, as all other unknowns follow."""
+        model = self._model(here.size)
+        locals_ = [
+            model.step_local(recording, local, own @ step)
+            for recording, local, own in zip(self.some, here.solution.locals, slopes.own, strict=True)
+        ]
+        values = np.clip(here.solution.values + slopes.values @ step, model.unknowns.lower, model.unknowns.upper)
+        return FitStart(values, locals_, here.solution.damping)
+
+    def _objective(self, point: _Point) -> float:
+        """The square of the residuals, and of the coefficients over what is expected of them."""
+        return point.square + float(np.sum((self.expected * point.size) ** 2))
 
     def _floor(self) -> float:
         """The square that the samples' scatter alone leaves."""
@@ -232,21 +235,36 @@ class _Search:
         """Twice that of the log-likelihood, with the noise estimated from the residuals."""
         return self._independent(here) * float(np.log(begun.square / here.square))
 
-    def _result(self, here: _Point, slopes: _Slopes, share: float) -> AnotherLaw | None:
-        """With the coefficients that are surely above zero; None if there is none."""
-        used = np.flatnonzero((slopes.residual != 0.0).any(axis=0) & (here.size > 0.0))
-        normal = slopes.residual[:, used].T @ slopes.residual[:, used]
-        covariance = np.linalg.pinv(normal) * here.square / self._independent(here)
-        deviation = np.zeros(len(here.size))
-        deviation[used] = np.sqrt(np.diag(covariance))
-        kept = here.size > SURE * deviation
-        if not kept.any():
+    def _result(self, here: _Point, share: float) -> AnotherLaw | None:
+        """With the errors of all coefficients; None if none of them is surely above zero."""
+        slopes = self._slopes(here, np.maximum(NEXT * here.size, LEAST_STEP * self.scale))
+        if slopes is None:
             return None
-        size, deviation = np.where(kept, here.size, 0.0), np.where(kept, deviation, 0.0)
-        variance, direction = spectrum(covariance[np.ix_(kept[used], kept[used])])
-        root = direction * np.sqrt(np.maximum(variance, 0.0))
-        leg = with_law(self.leg, self.law, size)
-        return AnotherLaw(self.law, leg, size, deviation, slopes.values[:, kept] @ root, share)
+        used = np.flatnonzero((slopes.residual != 0.0).any(axis=0))
+        columns, moved = slopes.residual[:, used], slopes.values[:, used]
+        normal = columns.T @ columns + np.diag(self.expected[used] ** 2)
+        covariance = np.asarray(np.linalg.pinv(normal) * here.square / self._independent(here))
+        if not np.any(here.size[used] > SURE * np.sqrt(np.diag(covariance))):
+            return None
+        variance, direction = spectrum(covariance)
+        by_links = self._by_links(here, columns, normal)
+        deviation = np.zeros(len(here.size))
+        deviation[used] = np.sqrt(np.diag(covariance) + np.sum(by_links**2, axis=1))
+        leg = with_law(self.leg, self.law, here.size)
+        error = ModelError(moved @ (direction * np.sqrt(np.maximum(variance, 0.0))), "", moved @ by_links)
+        return AnotherLaw(self.law, leg, here.size, deviation, error, share, here.solution.values)
+
+    def _by_links(self, here: _Point, columns: Array, normal: Array) -> Array:
+        """(n, c) change of coefficients per deviation of each of the links' parameters, all other unknowns following.
+
+        ``columns`` (m, n) of their residuals, ``normal`` (n, n) their products.
+        """
+        model, stage = self._model(here.size), Stage(here.solution, self.weights)
+        widths = link_widths(self.leg, self.options.tolerance)
+        found = link_errors(model, self.some, stage, widths, self.options.static, until=np.inf)
+        if found is None:
+            return np.zeros((columns.shape[1], 0))
+        return np.asarray(-np.linalg.pinv(normal) @ (columns.T @ self._over_noise(found.first)))
 
 
 @dataclass(frozen=True)
@@ -262,18 +280,35 @@ class _Point:
         """Of the residuals."""
         return float(self.residual @ self.residual)
 
-    @property
-    def start(self) -> FitStart:
-        """Of a neighbouring fit; its sensitivities hold for another leg."""
-        return FitStart(self.solution.values, self.solution.locals, self.solution.damping)
-
 
 @dataclass(frozen=True)
 class _Slopes:
-    """Change of the residuals (m, n) and of the common unknowns (p, n) per unit of each coefficient."""
+    """Change of residuals (m, n), common unknowns (p, n), and each trial's own (l, n), per unit of each coefficient."""
 
     residual: Array
     values: Array
+    own: tuple[Array, ...]
+
+
+def _change(models: Sequence[TrajectoryModel], recording: Recording, values: Array, local: Local) -> Array:
+    """(k, n, c) rad, of the prediction by each model against the first one's, all unknowns alike."""
+    count = len(models)
+    lanes = np.stack([each.chain.parameters(each.leg, recording.conditions) for each in models], axis=1)
+    state = np.repeat(np.concatenate([local.rotation, local.rate])[:, None], count, axis=1)
+    out = models[0].run_lanes(recording, lanes, np.repeat(values[:, None], count, axis=1), state, local.shift[:, None])
+    return np.asarray(out[:, :, 1:] - out[:, :, :1])
+
+
+def _all_samples(recording: Recording) -> Mask:
+    """(m,) all of them."""
+    return np.ones(len(recording.time), dtype=bool)
+
+
+def _in_columns(found: Array, open_: Index, count: int) -> Array:
+    """(m, count), zero for those that are not open."""
+    all_ = np.zeros((len(found), count))
+    all_[:, open_] = found
+    return all_
 
 
 def _promising(columns: Array, side: Array, floor: float) -> bool:
@@ -301,12 +336,3 @@ def _torque_and_speed(leg: Leg, recording: Recording, rate: Array) -> tuple[Arra
     torque = np.hypot(rate * np.std(smoothed.angle, axis=0), np.std(force, axis=0))
     speed = np.sqrt(np.mean(smoothed.rate**2, axis=0))
     return np.where(free, torque, 0.0), np.where(free, speed, 0.0)
-
-
-def with_law(leg: Leg, law: SpeedLaw, size: Array) -> Leg:
-    """The leg with coefficients (n,) of the law at its joints, none where they are zero."""
-    return leg.with_joints(**{
-        joint.name: {"effects": {law.effect: {law.key: float(each)}}}
-        for joint, each in zip(leg.joints, size, strict=True)
-        if each > 0.0
-    })  # fmt: skip

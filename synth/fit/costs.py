@@ -26,6 +26,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.fit.recordings import Recording, relative_amplitudes
 from synth.motion.characteristics import Characteristics, characteristics
+from synth.motion.rest import last_tenth
 
 TRANSIENT = 0.2  # s, the first swing, as in the thesis
 LATER = 10  # after that one sample of so many counts
@@ -73,7 +74,7 @@ class Cost:
             smoothed, n = r.smoothed, r.rotation.shape[1]
             found.append(
                 [
-                    characteristics(smoothed.time, smoothed.angle[:, j], float(smoothed.noise[j]))
+                    _characteristics(smoothed.time, smoothed.angle[:, j], float(smoothed.noise[j]))
                     if j in r.free
                     else None
                     for j in range(n)
@@ -112,8 +113,13 @@ class Cost:
                     if not np.all(np.isfinite(curve)):
                         total[k, j] = np.inf
                         continue
-                    total[k, j] += relative[j] * apart(known, characteristics(recording.time, curve, noise), terms)
+                    total[k, j] += relative[j] * apart(known, _characteristics(recording.time, curve, noise), terms)
         return total
+
+
+def _characteristics(time: Array, angle: Array, noise: float) -> Characteristics:
+    """About the mean of the last tenth of recording and candidate alike: like is compared with like."""
+    return characteristics(time, angle, noise, rest=last_tenth(angle))
 
 
 TERMS = ("rise_time", "damping_ratio", "damped_frequency")

@@ -9,10 +9,10 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import UserError
-from synth.fit.another_law import AnotherLaw, another_law, suspected
+from synth.fit.another_law import another_law, searched, suspected
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of, sought_by
-from synth.fit.fit_result import FitResult
+from synth.fit.fit_result import FitResult, JointFit
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
 from synth.fit.free_motion_start import Drift, LateFreeMotion, cut_of, later, look, start_sentence, unseen
 from synth.fit.least_squares import FitStart, Solution, Stage
@@ -21,6 +21,7 @@ from synth.fit.recordings import Recording
 from synth.fit.refinement import or_another_start, refine
 from synth.fit.report_fit import MISFIT, FittedTreatments, Treatment, result_of
 from synth.fit.ridge import soften
+from synth.fit.speed_laws import AnotherLaw
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import clipped_rms, sample_scatter, shift_variances
@@ -33,6 +34,7 @@ def fit_leg(
     options: LegFitOptions | None = None,
     *,
     error: ModelError | None = None,
+    start: Array | None = None,
 ) -> FitResult:
     """Estimate spring rate, free angle and damper rate of every joint.
 
@@ -41,6 +43,7 @@ def fit_leg(
     leg : links and gravity; its own springs and dampers are used only through ``options.prior``.
     recordings : at least one; each trial's initial state is estimated too.
     error : of the model, which the intervals are to include.
+    start : (p,) common unknowns near the estimate; None to find them by the weak form.
 
     Raises
     ------
@@ -54,9 +57,12 @@ def fit_leg(
         return _fit_near(model, recordings, options, options.near)
     seen = look(leg, recordings) if options.release == "free" else None
     if seen is not None and seen.plain and later(recordings, cut_of(seen)) is not None:
+        law = _law_instead(model, recordings, options) if options.laws == "auto" else None
+        if law is not None:
+            return _fit_with(law, recordings, options)
         return _fit_later(leg, recordings, options, cut_of(seen), start_sentence(seen, cut_of(seen), None))
     scatter = sample_scatter(recordings)
-    treatments, probability = _treatments(model, recordings, options, scatter)
+    treatments, probability = _treatments(model, recordings, options, scatter, start)
     mode, why = _choose(leg, treatments, probability, options, len(recordings))
     chosen = treatments[mode]
     if not np.isfinite(chosen.stage.solution.cost):
@@ -71,11 +77,22 @@ def fit_leg(
     if seen is not None and isinstance(hidden, LateFreeMotion):
         return _fit_later(leg, recordings, options, hidden.cut, start_sentence(seen, hidden.cut, hidden))
     softened = _softened(model, recordings, chosen.stage, scatter)
-    treatments[mode] = Treatment(softened.stage, chosen.spread)
+    treatments[mode] = replace(chosen, stage=softened.stage)
     if isinstance(hidden, Drift):
         error = hidden.error
     fitted = FittedTreatments(treatments, mode, why, softened=softened.sentences, least=softened.least, error=error)
     return result_of(model, recordings, fitted, scatter, options)
+
+
+def _law_instead(model: TrajectoryModel, recordings: Sequence[Recording], options: LegFitOptions) -> AnotherLaw | None:
+    """The law that explains all samples, where each recording by itself seems to be driven at first."""
+    some, none = searched(recordings), np.zeros(len(model.leg.joints))
+    scatter = sample_scatter(some)
+    start = FitStart(weak_form_start(model, some, options).values, first_locals(some))
+    stage = refine(model, some, start, options.weight, none)
+    if not np.isfinite(stage.solution.cost):
+        return None
+    return another_law(model.leg, some, stage, options, scatter)
 
 
 def _fit_later(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, start: float, note: str) -> FitResult:
@@ -89,7 +106,7 @@ def _fit_later(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions
 def _fit_with(law: AnotherLaw, recordings: Sequence[Recording], options: LegFitOptions) -> FitResult:
     """The fit of the leg with the law, from all samples; its coefficients' uncertainty is in the intervals."""
     given = replace(options, laws="linear", release="recorded")
-    return replace(fit_leg(law.leg, recordings, given, error=law.error), law=law.as_json())
+    return replace(fit_leg(law.leg, recordings, given, error=law.error, start=law.values), law=law.as_json())
 
 
 @dataclass(frozen=True)
@@ -131,13 +148,23 @@ def _fit_near(
     if not np.isfinite(stage.solution.cost):
         raise UserError(NOTHING_NEAR)
     why = "each trial's shift as in the previous fit"
-    treatments = {near.free_angle: Treatment(stage, spread)}
+    treatments = {near.free_angle: Treatment(stage, spread, _ends_of(joints))}
     scatter = sample_scatter(recordings)
     return result_of(model, recordings, FittedTreatments(treatments, near.free_angle, why), scatter, options)
 
 
+def _ends_of(joints: Sequence[JointFit]) -> Array:
+    """(2, n) rad, of the spreads' intervals; nan where there is none."""
+    ends = [(joint.free_angle_spread.low, joint.free_angle_spread.high) for joint in joints]
+    return np.array([[np.nan if end is None else end for end in pair] for pair in ends]).T
+
+
 def _treatments(
-    model: TrajectoryModel, recordings: Sequence[Recording], options: LegFitOptions, scatter: Array
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    options: LegFitOptions,
+    scatter: Array,
+    start: Array | None,
 ) -> tuple[dict[str, Treatment], Array]:
     """The leg with separate free angles, if allowed, and with common ones; and the probability (n,) of the shifts.
 
@@ -145,7 +172,7 @@ def _treatments(
     """
     n = len(model.leg.joints)
     guess = weak_form_start(model, recordings, options)
-    values, locals_ = guess.values, first_locals(recordings)
+    values, locals_ = guess.values if start is None else start, first_locals(recordings)
     made: dict[str, Treatment] = {}
     probability = np.ones(n)
     if options.free_angle != "common" and len(recordings) > 1:
@@ -179,7 +206,8 @@ def _per_trial(
     found = heterogeneity(shift, shift_variances(model, recordings, wide.solution))
     spread = np.maximum(found.spread, LEAST_SPREAD)
     stage = refine(model, recordings, FitStart.at(wide.solution), weight, spread)
-    return Treatment(stage, np.where(found.spread > LEAST_SPREAD, found.spread, 0.0)), found.probability
+    kept = np.where(found.spread > LEAST_SPREAD, found.spread, 0.0)
+    return Treatment(stage, kept, found.ends), found.probability
 
 
 def _softened(model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, scatter: Array) -> _Softened:

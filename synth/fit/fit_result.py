@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -23,6 +23,7 @@ from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 FORMAT = "synth/fit/1"
+DRIVEN = "driven: no release"
 
 
 @dataclass(frozen=True)
@@ -89,18 +90,28 @@ class StartFit:
 
 @dataclass(frozen=True, eq=False)
 class RecordedMotion:
-    """The smoothed motion of a trial's free joints: ``time`` (m,) s; measured ``angle`` (m, k), ``noise`` (k,) rad."""
+    """The smoothed motion of a trial's free joints: ``time`` (m,) s; measured ``angle`` (m, k), ``noise`` (k,) rad.
+
+    ``equilibrium`` (k,) rad, of the fitted leg in this trial, nan if it has none: rest of a motion that ends before.
+    ``cut``: it begins after the release; ``driven``: it is no release.
+    """
 
     joints: tuple[str, ...]
     time: Array
     angle: Array
     noise: Array
+    equilibrium: Array
+    cut: bool = False
+    driven: bool = False
 
     @cached_property
     def characteristics(self) -> Mapping[str, Characteristics]:
         """Joint -> characteristics of its motion, of the recording and not of the model: they describe the data."""
+        if self.driven:
+            return dict.fromkeys(self.joints, Characteristics(np.nan, None, None, None, None, None, DRIVEN))
+        rests = [float(rest) if np.isfinite(rest) else None for rest in self.equilibrium]
         return {
-            name: characteristics(self.time, self.angle[:, k], float(self.noise[k]))
+            name: characteristics(self.time, self.angle[:, k], float(self.noise[k]), equilibrium=rests[k], cut=self.cut)
             for k, name in enumerate(self.joints)
         }
 
@@ -126,11 +137,16 @@ class TrialFit:
     motion: RecordedMotion
     held_out: bool = False
     conditions: Conditions = field(default_factory=Conditions)
+    driven_by: tuple[str, ...] = ()  # "a known torque", "a servo"
 
     @property
     def characteristics(self) -> Mapping[str, Characteristics]:
         """Joint -> characteristics of its recorded motion."""
         return self.motion.characteristics
+
+    def begun_late(self) -> TrialFit:
+        """The same trial, known to begin after its release."""
+        return self if self.motion.cut else replace(self, motion=replace(self.motion, cut=True))
 
     def as_json(self, joints: tuple[str, ...]) -> dict[str, Any]:
         """The trial's entry of ``fit.json``."""
@@ -141,6 +157,8 @@ class TrialFit:
         written: dict[str, Any] = {"file": self.name, "held_out": self.held_out, "rms": by_joint(self.rms, "deg")}
         written["free_angle"] = by_joint(self.free_angle, "deg")
         written |= self.conditions.as_json(joints)
+        written |= {"driven_by": list(self.driven_by)} if self.driven_by else {}
+        written |= {"start_cut": True} if self.motion.cut else {}
         written |= self.start.as_json(joints)
         for key, unit in (
             ("rise_time", "s"),
@@ -212,6 +230,11 @@ class FitResult:
     defaults: tuple[Mapping[str, str], ...] = ()  # values that the project omits
     wanted: Mapping[str, Any] = field(default_factory=dict)  # characteristics given instead of recordings
     law: Mapping[str, Any] = field(default_factory=dict)  # of the leg, beside springs and linear dampers
+
+    def __post_init__(self) -> None:
+        """Where the fit begins after the release, the trials know it: what needs the start is not measured."""
+        if self.cut:
+            object.__setattr__(self, "trials", tuple(trial.begun_late() for trial in self.trials))
 
     def as_json(self) -> dict[str, Any]:
         """The content of ``fit.json``."""

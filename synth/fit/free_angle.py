@@ -2,7 +2,8 @@
 
 An animal's rest angle drifts from trial to trial (fatigue, preload); a spring's does not. Shifts per trial are random
 effects about the common angle; their spread is estimated by DerSimonian and Laird (Controlled Clinical Trials 7, 1986),
-and Cochran's Q (Biometrics 10, 1954) tests whether it is zero.
+and Cochran's Q (Biometrics 10, 1954) tests whether it is zero. The spread's interval holds all values with which Q
+about the mean is as likely as its own chi-squared distribution allows (Viechtbauer, Statistics in Medicine 26, 2007).
 """
 
 from __future__ import annotations
@@ -10,27 +11,36 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.estimation.chi_squared import chi_squared_above
+from synth.estimation.chi_squared import chi_squared_above, chi_squared_exceeded
+
+Mask = NDArray[np.bool_]
 
 WIDE = np.radians(10.0)  # spread with which shifts are first estimated: almost free
 LEAST_SPREAD = np.radians(0.01)  # rad, far below the accuracy of springs and encoders
 SIGNIFICANCE = 0.01  # of Cochran's Q, over all joints together
+TAIL = 0.05  # probability beyond each end of the spread's 90 % interval
+HALVINGS = 60  # of an interval that holds such an end
 
 
 @dataclass(frozen=True)
 class Heterogeneity:
-    """Spread (n,) rad of the free angle over trials, and the probability (n,) of such shifts without any spread."""
+    """Spread (n,) rad of the free angle over trials, and the probability (n,) of such shifts without any spread.
+
+    ``ends`` (2, n) rad of the spread's 90 % interval; nan for a joint with fewer than two shifts.
+    """
 
     spread: Array
     probability: Array
+    ends: Array
 
 
 def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
     """From shifts (n_trial, n) rad and their variances (n_trial, n); nan if a trial does not determine a joint's."""
     n = shift.shape[1]
-    spread, probability = np.zeros(n), np.ones(n)
+    spread, probability, ends = np.zeros(n), np.ones(n), np.full((2, n), np.nan)
     for j in range(n):
         known = np.isfinite(variance[:, j])
         # The shrinkage towards zero by the wide prior is undone, so that estimate and variance match.
@@ -45,4 +55,38 @@ def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
         q = float(np.sum(weight * (value - mean) ** 2))
         spread[j] = np.sqrt(max(0.0, (q - (m - 1)) / float(weight.sum() - np.sum(weight**2) / weight.sum())))
         probability[j] = chi_squared_above(m - 1, q)
-    return Heterogeneity(spread, probability)
+        ends[:, j] = [_spread_at(value, weight, chi_squared_exceeded(m - 1, tail)) for tail in (TAIL, 1.0 - TAIL)]
+    return Heterogeneity(spread, probability, ends)
+
+
+def _cochran(value: Array, weight: Array, spread: float) -> float:
+    """Q of shifts (m,) rad with inverse variances (m,) that have this spread, rad, about their mean."""
+    inverse = 1.0 / (1.0 / weight + spread**2)
+    mean = float(np.sum(inverse * value) / inverse.sum())
+    return float(np.sum(inverse * (value - mean) ** 2))
+
+
+def _spread_at(value: Array, weight: Array, wanted: float) -> float:
+    """The spread, rad, for which Q is ``wanted``; 0 if it is less without any."""
+    if _cochran(value, weight, 0.0) <= wanted:
+        return 0.0
+    low, high = 0.0, LEAST_SPREAD
+    while _cochran(value, weight, high) > wanted:
+        low, high = high, 2.0 * high
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _cochran(value, weight, middle) > wanted else (low, middle)
+    return float(high)
+
+
+def spread_of_known(shift: Array, known: Mask) -> tuple[Array, Array]:
+    """Spread (n,) rad of shifts (n_trial, n) without errors where ``known`` (n_trial, n), and its ends (2, n)."""
+    n = shift.shape[1]
+    spread, ends = np.zeros(n), np.full((2, n), np.nan)
+    for j in range(n):
+        value = shift[known[:, j], j]
+        if len(value) > 1:
+            spread[j] = float(np.std(value, ddof=1))
+            squares = (len(value) - 1) * spread[j] ** 2
+            ends[:, j] = [np.sqrt(squares / chi_squared_exceeded(len(value) - 1, t)) for t in (TAIL, 1.0 - TAIL)]
+    return spread, ends

@@ -184,6 +184,16 @@ def solve(
     )  # fmt: skip
 
 
+def information_at(
+    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, lanes: Sequence[Sensitivity]
+) -> Information:
+    """Of a stage's unknowns under its weights; ``lanes`` there, one a trial."""
+    problem = _TrajectoryFit(model, recordings, stage.weights, 0.0, fixed=False)
+    found = _assess(problem, stage.solution.values, stage.solution.locals, lanes).information
+    assert found is not None
+    return found
+
+
 def _settled(problem: _TrajectoryFit, end: Iterate[_State]) -> _State:
     """The end of the iteration after the last step, which gains less than the tolerance, taken by the sensitivities.
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.consider import Considered, Coupling, consider
-from synth.estimation.normal_equations import Information
+from synth.estimation.consider import Considered
 from synth.files.static_points_file import StaticPoint
 from synth.files.tolerance import Tolerance
-from synth.fit.least_squares import Stage, sample_weights
+from synth.fit.following import followed
+from synth.fit.least_squares import Stage
 from synth.fit.recordings import Recording
 from synth.fit.static_points import balances
 from synth.fit.trajectories import FIT_STEPS, Index, Local, TrajectoryModel
@@ -26,7 +26,6 @@ from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import LINK_QUANTITIES, QUANTITIES, Tolerances
-from synth.threads import shared_out
 
 STEP = 1e-4  # of a logarithm; the integration's error at 1e-7 is a thousandth of the change
 # A motion near the fit's limit of steps, as of a stiff leg driven by a hand, needs more with its links moved: two of 78
@@ -74,47 +73,18 @@ def link_errors(
     until : s, end of the first samples, whose predictions' errors are wanted too.
     """
     open_ = np.flatnonzero(widths.ravel() > 0.0)
-    solution, weights = stage.solution, stage.weights
+    solution = stage.solution
     if not len(open_) or not np.isfinite(solution.cost):
         return None
     deviation, legs = widths.ravel()[open_], _moved_legs(model.leg, open_)
-    n_common = len(solution.values)
 
-    def one(t: int) -> _Effect:
-        recording, local = recordings[t], solution.locals[t]
-        moved = _moved(model, recording, legs, solution.values, local) * deviation
-        found = model.evaluate(recording, solution.values, local)
-        assert found.common is not None
-        assert found.local is not None
-        root = sample_weights(recording, found.prediction, weights.noise[t], weights.rounding)
-        both = np.concatenate([found.common, found.local], axis=2)
-        weighted = (both * root[:, :, None]).reshape(root.size, -1)
-        product = weighted.T @ (moved * root[:, :, None]).reshape(root.size, -1)
-        first = recording.time < until
-        return _Effect(Coupling(product[:n_common], product[n_common:]), moved[first], both[first])
+    def change(t: int) -> Array:
+        return _moved(model, recordings[t], legs, solution.values, solution.locals[t]) * deviation
 
-    effects = shared_out(one, len(recordings))
     beside = _of_points(model, solution.values, open_, static) * deviation if static else None
-    considered = consider(solution.information, [effect.coupling for effect in effects], beside)
+    found = followed(model, recordings, stage, change, lambda recording: recording.time < until, beside)
     names = [(name, quantity) for quantity in LINK_QUANTITIES for name in model.leg.joint_names]
-    first = tuple(effect.left(considered, solution.information, t) for t, effect in enumerate(effects))
-    return LinkErrors(tuple(names[k] for k in open_), deviation, considered, first)
-
-
-@dataclass(frozen=True)
-class _Effect:
-    """One trial's ``coupling``; of its first samples ``moved`` (k, n, c), and ``slopes`` (k, n, p + l) by unknowns."""
-
-    coupling: Coupling
-    moved: Array
-    slopes: Array
-
-    def left(self, considered: Considered, information: Information, trial: int) -> Array:
-        """(k, n, c) rad, what of ``moved`` remains when common and own unknowns follow."""
-        common = considered.sensitivity
-        pulled = self.coupling.own + information.cross[trial].T @ common
-        own = -np.linalg.solve(information.own[trial], pulled)
-        return np.asarray(self.moved + self.slopes @ np.concatenate([common, own]))
+    return LinkErrors(tuple(names[k] for k in open_), deviation, found.considered, found.left)
 
 
 def link_widths(leg: Leg, tolerance: Tolerance | None) -> Array:

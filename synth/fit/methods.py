@@ -20,6 +20,7 @@ from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of
 from synth.fit.fit_result import FitResult
+from synth.fit.free_angle import spread_of_known
 from synth.fit.free_motion_start import cut_of, later, look, start_sentence
 from synth.fit.least_squares import FitStart, Stage, Weights, solve
 from synth.fit.rate_search import Bounds, CostByJoint, Search
@@ -142,15 +143,18 @@ def _assembled(search: Search, rates: Array, options: LegFitOptions, n_trial: in
     predictions = [motion[:, :, 0] for motion in search.motions(rates[:, :, None])]
     noise = clipped_rms(recordings, predictions) * np.sqrt(correlation_times(recordings, predictions))
     noise = np.where(np.isfinite(noise), noise, 1.0) + 1e-7
-    spread = np.std([local.shift for local in own], axis=0, ddof=1) if n_trial > 1 else np.zeros(n)
-    weights = Weights(np.tile(noise, (n_trial, 1)), np.maximum(spread, 1e-9), np.array([local.shift for local in own]))
+    shift = np.array([local.shift for local in own])
+    free = np.array([np.isin(np.arange(n), recording.free) for recording in recordings])
+    spread, ends = spread_of_known(shift, free)
+    weights = Weights(np.tile(noise, (n_trial, 1)), np.maximum(spread, 1e-9), shift)
     solution = solve(model, recordings, FitStart(values, own), weights, max_iterations=0)
     if not np.isfinite(solution.cost):
         raise UserError(NOTHING_NEAR)
     scatter = np.array([r.smoothed.noise for r in recordings]).mean(axis=0)
     mode = "common" if search.common or n_trial == 1 else "per_trial"
     why = "each trial's from the pose in which it ends" if mode == "per_trial" else "from the poses in which trials end"
-    treatments = {mode: Treatment(Stage(solution, weights), spread if mode == "per_trial" else np.zeros(n))}
+    stage = Stage(solution, weights)
+    treatments = {mode: Treatment(stage, spread, ends) if mode == "per_trial" else Treatment(stage, np.zeros(n))}
     return result_of(model, recordings, FittedTreatments(treatments, mode, why, searched=True), scatter, options)
 
 

@@ -11,10 +11,15 @@ from synth.arrays import Array
 
 @dataclass(frozen=True)
 class ModelError:
-    """``moved`` (p, c) change of the common unknowns per standard deviation of each independent error; ``sentence``."""
+    """``moved`` (p, c) change of the common unknowns per standard deviation of each independent error; ``sentence``.
+
+    ``by_links`` (p, c') more change per deviation of each of the links' parameters than with the model's law held, in
+    the order of ``LinkErrors.names``; None for none.
+    """
 
     moved: Array
     sentence: str
+    by_links: Array | None = None
 
     @property
     def covariance(self) -> Array:

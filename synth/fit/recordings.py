@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 FEWEST = 12  # samples of a trial: fewer determine neither its noise nor its initial state
 LEAST_MOTION = np.radians(0.5)  # rad; a smaller motion is not a release
+LOCKED = np.radians(5.0)  # 5 to 95 % of the samples: a clamped joint gives less, even with its play
 
 
 @dataclass(frozen=True)
@@ -207,6 +208,9 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
     locked = tuple(names.index(name) for name in trial.locked)
     counts = ~lost
     smoothed = _with_velocities(leg, trial, read, smooth(time, rotation, lost, locked=locked))
+    moved = [_moves_though_locked(names[j], rotation[~lost[:, j], j]) for j in locked]
+    if any(moved):
+        raise UserError([Problem(text, file=trial.name, key="locked") for text in moved if text])
     for j in locked:
         held = float(np.median(rotation[~lost[:, j], j]))
         rotation[:, j], smoothed.angle[:, j], smoothed.rate[:, j] = held, held, 0.0
@@ -225,6 +229,17 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
     conditions = Conditions(locked, trial.tip_mass, trial.tilt, trial.tip_inertia, trial.tip_at)
     return Recording(
         trial.name, time, rotation, counts, conditions, smoothed, known, n_lost, trial.leg, thin.sentence, signals
+    )
+
+
+def _moves_though_locked(name: str, angle: Array) -> str:
+    """What is wrong with a locked joint whose angle (m,) rad changes; empty if it does not."""
+    low, high = np.quantile(angle, [0.05, 0.95])
+    if high - low <= LOCKED:
+        return ""
+    return (
+        f"{name} is listed as locked, but its angle changes by {np.degrees(high - low):.3g} deg. List the joints that "
+        "were held in this trial, or leave the trial out"
     )
 
 

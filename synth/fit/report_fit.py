@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.chi_squared import chi_squared_exceeded
+from synth.estimation.consider import Considered
 from synth.estimation.intervals import NORMAL90, Estimate
 from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import DrawnLegs, draws
@@ -39,10 +39,14 @@ MISFIT = 3.0  # RMS over sample scatter from which the model is questioned
 
 @dataclass(frozen=True)
 class Treatment:
-    """One treatment of the free angle: its stage, and the spread (n,) rad over trials that it allows."""
+    """One treatment of the free angle: its stage, and the spread (n,) rad over trials that it allows.
+
+    ``ends`` (2, n) rad of the spread's 90 % interval, nan where there is none; None for none at all.
+    """
 
     stage: Stage
     spread: Array
+    ends: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -84,17 +88,16 @@ def result_of(
     """
     treatments, mode = fitted.treatments, fitted.mode
     unknowns, leg, names = sought_by(model), model.leg, model.leg.joint_names
+    widths = link_widths(leg, options.tolerance)
     solutions = {name: each.stage.solution for name, each in treatments.items()}
     spreads, chosen = {name: covariance(model, solution) for name, solution in solutions.items()}, solutions[mode]
     refits, lost = _refits(model, recordings, fitted.stage, spreads[mode], options)
-    links = {
-        name: link_errors(model, recordings, each.stage, link_widths(leg, options.tolerance), options.static)
-        for name, each in treatments.items()
-    }
+    links = {n: link_errors(model, recordings, t.stage, widths, options.static) for n, t in treatments.items()}
+    links[mode] = _with_law(fitted.error, links[mode])
     offsets = _offsets(fitted, spreads, refits, links)
     joints, rms = {}, {}
     for name, each in treatments.items():
-        joints[name] = _joints(unknowns, solutions[name], offsets[name], each.spread, len(recordings))
+        joints[name] = _joints(unknowns, each, offsets[name])
         rms[name] = dict(zip(names, root_mean_square(recordings, solutions[name].predictions).tolist(), strict=True))
     static = _static(unknowns, chosen.values)
     drawn = draws(chosen.values, spreads[mode], refits, links[mode], options.seed)
@@ -147,6 +150,13 @@ def _with_model_error(error: ModelError | None, drawn: Array, spread: Array, see
     if error is None:
         return drawn, spread
     return error.added_to(drawn, seed), spread + error.covariance
+
+
+def _with_law(error: ModelError | None, links: LinkErrors | None) -> LinkErrors | None:
+    """The links' errors, with the coefficients of the model's law following them."""
+    if links is None or error is None or error.by_links is None or not error.by_links.size:
+        return links
+    return replace(links, considered=Considered(links.considered.sensitivity + error.by_links))
 
 
 def _alike(
@@ -304,11 +314,9 @@ def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
     return sentences
 
 
-def _joints(
-    unknowns: SpringsAndDampers, solution: Solution, offsets: tuple[Array, Array], spread: Array, n_trial: int
-) -> dict[str, JointFit]:
+def _joints(unknowns: SpringsAndDampers, treatment: Treatment, offsets: tuple[Array, Array]) -> dict[str, JointFit]:
     """Estimates by joint with 90 % intervals, ``offsets`` (p,) below and above the values: factors for rates."""
-    leg = unknowns.leg
+    leg, solution = unknowns.leg, treatment.stage.solution
 
     def rate(place: int, unit: str) -> Estimate:
         value = solution.values[place]
@@ -326,22 +334,19 @@ def _joints(
         found[joint.name] = JointFit(
             spring_rate=rate(unknowns.rate_at(j), "N*m/rad"),
             free_angle=Estimate(angle, "deg", *ends),
-            free_angle_spread=_spread(float(spread[j]), n_trial),
+            free_angle_spread=_spread(treatment, j),
             damper_rate=damper,
             damper="linear" if damper is not None else "curve",
         )
     return found
 
 
-def _spread(value: float, n_trial: int) -> Estimate:
-    """A standard deviation over trials, with its chi-squared interval."""
-    if value == 0.0 or n_trial < 2:
+def _spread(treatment: Treatment, joint: int) -> Estimate:
+    """A standard deviation over trials."""
+    value = float(treatment.spread[joint])
+    if treatment.ends is None or not np.isfinite(treatment.ends[:, joint]).all():
         return Estimate(value, "deg")
-    low, high = (
-        value * float(np.sqrt((n_trial - 1) / chi_squared_exceeded(n_trial - 1, probability)))
-        for probability in (0.05, 0.95)
-    )
-    return Estimate(value, "deg", low, high)
+    return Estimate(value, "deg", *treatment.ends[:, joint].tolist())
 
 
 def _fitted_leg(leg: Leg, joints: Mapping[str, JointFit]) -> Leg:

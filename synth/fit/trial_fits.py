@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,8 +14,11 @@ from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local
 from synth.fit.uncertainty import residuals
 from synth.motion.first_state import FirstState
-from synth.swing.leg_model import Leg
+from synth.swing.driving_inputs import driven_by, is_driven
+from synth.swing.leg_model import Leg, Spring
+from synth.swing.mechanics import rest_pose
 
+HOLDS = 1e6  # times the stiffest spring: a locked joint turns by less than a millionth of the others' angles
 LEAST_START = (1.5, 60.0)  # deg and deg/s from the first samples, for a report
 
 
@@ -36,10 +40,11 @@ def trial_fits(
         rms = np.full(len(counted), np.nan)
         rms[counted] = np.sqrt(np.nanmean(residual[:, counted] ** 2, axis=0))
         smoothed = recording.smoothed
-        free = recording.free
+        free, driven = recording.free, is_driven(recording.known_torque, recording.signals)
         motion = RecordedMotion(
             tuple(leg.joint_names[j] for j in free), smoothed.time,
             leg.to_measured(smoothed.angle)[:, free], smoothed.noise[free],
+            _equilibrium(leg, joints, recording, local)[free], driven=driven,
         )  # fmt: skip
         rotation = np.where(recording.counts, recording.rotation, np.nan)
         fits.append(
@@ -56,9 +61,36 @@ def trial_fits(
                 motion,
                 held_out,
                 recording.conditions,
+                driven_by(recording.known_torque, recording.signals),
             )
         )
     return tuple(fits)
+
+
+def _equilibrium(leg: Leg, joints: Mapping[str, JointFit], recording: Recording, local: Local) -> Array:
+    """(n,) rad, measured angles at which the fitted leg rests in this trial; nan if unknown.
+
+    A driven leg does not rest, and with an effect beyond springs and dampers it rests elsewhere.
+    """
+    unknown = np.full(len(leg.joints), np.nan)
+    if (
+        is_driven(recording.known_torque, recording.signals)
+        or leg.effects
+        or any(joint.effects for joint in leg.joints)
+    ):
+        return unknown
+    stiff = HOLDS * max(joint.spring_rate.value for joint in joints.values())
+    held = leg.to_measured(local.rotation)
+    springs = {}
+    for j, (name, joint) in enumerate(joints.items()):
+        free = joint.free_angle.value + leg.sign[j] * local.shift[j]
+        locked = j in recording.conditions.locked
+        springs[name] = {"spring": Spring(stiff, held[j]) if locked else Spring(joint.spring_rate.value, free)}
+    tilted = replace(leg.with_joints(**springs), tilt=leg.tilt + recording.conditions.tilt)
+    try:
+        return leg.to_measured(rest_pose(tilted, recording.conditions.tip, recording.smoothed.angle[-1]))
+    except ArithmeticError:
+        return unknown
 
 
 def _start(leg: Leg, recording: Recording, local: Local) -> StartFit:

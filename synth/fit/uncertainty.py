@@ -179,9 +179,11 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
 def mass_scale_sentence(leg: Leg, recordings: Sequence[Recording], *, weighed: bool = False) -> str | None:
     """Whether the trials determine a common factor on masses, spring and damper rates; a sentence if not.
 
-    ``weighed``: a static point with a known torque or mass is given.
+    ``weighed``: a static point with a known torque or mass is given. A damper of known curve tells the scale too,
+    where its joint moves: its torque does not grow with the masses.
     """
-    scale_known = weighed or any(r.driven for r in recordings)
+    curved = [j for j, joint in enumerate(leg.joints) if joint.damper is not None and joint.damper.curve is not None]
+    scale_known = weighed or any(r.driven or not set(curved).isdisjoint(r.free) for r in recordings)
     scale_known = scale_known or len({r.conditions.tip_mass for r in recordings}) > 1
     if scale_known:
         return None

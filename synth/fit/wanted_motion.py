@@ -21,6 +21,7 @@ from synth.files.projects import FitProject, LegProject
 from synth.files.trial_list import Trial
 from synth.files.wanted_section import WantedCharacteristics
 from synth.motion.characteristics import characteristics
+from synth.motion.rest import last_tenth
 from synth.swing.chain import Chain, compiled_chain
 from synth.swing.leg_model import Damper, Leg, Spring
 from synth.swing.mechanics import coefficients, mass_matrix, static_torque
@@ -236,7 +237,7 @@ class _Task:
             return {name: {} for name in self.leg.joint_names}
         for j, name in enumerate(self.leg.joint_names):
             least = COUNTED * abs(self.asked[name].amplitude) / 3.0  # peaks count from three times this
-            seen = characteristics(self.time, motion[:, j], least)
+            seen = characteristics(self.time, motion[:, j], least, rest=last_tenth(motion[:, j]))
             found[name] = {key: value for key in KEYS if (value := getattr(seen, key)) is not None}
         return found
 

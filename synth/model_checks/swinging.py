@@ -25,6 +25,7 @@ FINE = 1e-9  # tolerance of these simulations: a thousand times finer than a fit
 # Limits: a hundred times the engine's measured error on the built-in examples, far below any sensor's noise.
 PERIOD, ANGLE, SHARE = 1e-5, np.radians(1e-3), 1e-5
 PART = 0.3  # of a period: there the angle depends on stiffness, inertia and damping alike
+BALANCED = 1e-9  # of the outboard weight at the outboard length: less is rounding, and its period hours
 PERIODS, SAMPLES = 4.2, 4000  # simulated periods, and samples over them
 
 
@@ -37,7 +38,13 @@ def swinging_checks(leg: Leg) -> tuple[list[ModelCheck], list[str]]:
     plain = without_effects(leg)
     checks = []
     if leg.gravity > 0:
-        checks += [pendulum(plain, j) for j in range(len(plain.joints))]
+        for j, joint in enumerate(plain.joints):
+            if _balanced(plain, j):
+                left_out.append(
+                    f"pendulum at the {joint.name}: what it carries is balanced, so gravity does not swing it"
+                )
+            else:
+                checks.append(pendulum(plain, j))
     else:
         left_out.append("pendulums: the leg has no gravity")
     for j, joint in enumerate(plain.joints):
@@ -73,6 +80,14 @@ def outboard(leg: Leg, j: int, pose: Array) -> tuple[float, float, float]:
         moment += link.mass * leg.gravity * centre
         place = place + link.length * along
     return inertia, float(np.hypot(*moment)), float(np.arctan2(moment[0], -moment[1]))
+
+
+def _balanced(leg: Leg, j: int) -> bool:
+    """Whether joint j carries its links at their common centre of mass, all other joints at their rest."""
+    pose = np.array([joint.rest for joint in leg.joints])
+    carried = [joint.link for joint in leg.joints[j:]]
+    weight = leg.gravity * sum(link.mass for link in carried)
+    return outboard(leg, j, pose)[1] <= BALANCED * weight * sum(link.length for link in carried)
 
 
 def pendulum(leg: Leg, j: int) -> ModelCheck:

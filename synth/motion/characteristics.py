@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.motion.rest import rest_of, vertex
 
 SETTLE_BAND = 0.1  # of the amplitude: 2 or 5 % would lie in the noise and dry friction of small limbs
+CUT = "its start is cut off: no rise time, overshoot and settling time"
 
 
 @dataclass(frozen=True)
@@ -17,10 +19,10 @@ class Characteristics:
 
     ``rise_time`` s, 10-90 % of the way from start to rest; ``damping_ratio`` by the logarithmic decrement;
     ``damped_frequency`` rad/s; ``overshoot`` share of the amplitude; ``settling_time`` s, until the angle stays within
-    10 % of it. ``validity``: ``valid``, or why the damping ratio is missing or doubtful.
+    10 % of it. ``validity``: ``valid``, or why the damping ratio is missing or doubtful, or how rest was found.
     """
 
-    amplitude: float  # rad, start to rest
+    amplitude: float  # rad, start to rest, of a cut motion its largest deflection; nan if rest is unknown
     rise_time: float | None
     damping_ratio: float | None
     damped_frequency: float | None
@@ -29,17 +31,42 @@ class Characteristics:
     validity: str
 
 
-def characteristics(time: Array, angle: Array, noise: float = 0.0) -> Characteristics:
+def characteristics(
+    time: Array,
+    angle: Array,
+    noise: float = 0.0,
+    *,
+    rest: float | None = None,
+    equilibrium: float | None = None,
+    cut: bool = False,
+) -> Characteristics:
     """Response characteristics of one joint, from a smooth curve (fitted or smoothed), time (n,) s and angle (n,) rad.
 
-    Rest is the mean of the last tenth. Peaks are alternate extremes about rest larger than three times ``noise``
-    (rad). The logarithmic decrement over m half cycles, ``delta = ln|x_0/x_m| * 2/m``, gives
+    Rest is ``rest`` rad, by default found from the curve, with a fitted leg's ``equilibrium`` rad where it ends in
+    motion (see ``rest_of``); without a rest only the damped frequency is given. ``cut``: the curve begins within the
+    motion, so that it has no rise time, overshoot and settling time. Peaks are alternate extremes about rest larger
+    than three times ``noise`` (rad). The logarithmic decrement over m half cycles, ``delta = ln|x_0/x_m| * 2/m``, gives
     ``zeta = delta / sqrt(4 pi^2 + delta^2)`` (Inman, *Engineering Vibration*, 4th ed., eq. 1.88); it holds for one
     decaying mode, so it is marked doubtful if successive half cycles disagree by more than a factor of two.
     """
-    rest = float(np.mean(angle[-max(2, len(angle) // 10) :]))
+    how = ""
+    if rest is None:
+        found = rest_of(time, angle, noise, equilibrium)
+        rest, how = found.angle, found.why
+        if rest is None:
+            half_cycles, seen = len(found.turns) - 1, found.turns
+            turning = float(np.pi * half_cycles / (seen[-1] - seen[0])) if half_cycles > 0 else None
+            return Characteristics(float("nan"), None, None, turning, None, None, how)
     away = angle - rest
-    amplitude = float(away[0])
+    if not cut:
+        return _about_rest(time, away, float(away[0]), noise, how)
+    found_cut = _about_rest(time, away, float(away[np.argmax(np.abs(away))]), noise, how)
+    validity = f"{found_cut.validity}; {CUT}"
+    return replace(found_cut, rise_time=None, overshoot=None, settling_time=None, validity=validity)
+
+
+def _about_rest(time: Array, away: Array, amplitude: float, noise: float, how: str) -> Characteristics:
+    """Characteristics of the deflections (n,) rad from rest; ``how`` rest was found, for the validity."""
     if abs(amplitude) < max(3 * noise, 1e-6):  # rad: a microradian is no motion
         return Characteristics(amplitude, None, None, None, None, None, "starts at rest")
     level = away / amplitude
@@ -50,19 +77,21 @@ def characteristics(time: Array, angle: Array, noise: float = 0.0) -> Characteri
     overshoot = float(max(0.0, -level.min()))
     times, peaks = _peaks(time, level, max(3 * noise / abs(amplitude), 0.02))
     if len(peaks) < 2:
-        return Characteristics(amplitude, rise, None, None, overshoot, settling, "fewer than two swings past rest")
+        few = "fewer than two swings past rest"
+        return Characteristics(amplitude, rise, None, None, overshoot, settling, f"{few}; {how}" if how else few)
     logs = np.log(np.abs(peaks))
     decrement = 2.0 * float(logs[0] - logs[-1]) / (len(peaks) - 1)
     frequency = float(np.pi * (len(peaks) - 1) / (times[-1] - times[0]))
-    ratio = decrement / np.hypot(2 * np.pi, decrement)
+    ratio: float | None = float(decrement / np.hypot(2 * np.pi, decrement))
     steps = -np.diff(logs)
     steady = steps.min() > 0 and steps.max() <= 2.0 * steps.min()
     validity = "valid" if steady else "doubtful: successive swings do not decay at one rate"
     if len(peaks) == 2:
         validity = "valid, from one half cycle"
     if decrement <= 0:
-        return Characteristics(amplitude, rise, None, frequency, overshoot, settling, "the swings grow")
-    return Characteristics(amplitude, rise, float(ratio), frequency, overshoot, settling, validity)
+        ratio, validity = None, "the swings grow"
+    validity = f"{validity}; {how}" if how else validity
+    return Characteristics(amplitude, rise, ratio, frequency, overshoot, settling, validity)
 
 
 def _rise_time(time: Array, level: Array) -> float | None:
@@ -93,10 +122,7 @@ def _peaks(time: Array, level: Array, least: float) -> tuple[Array, Array]:
         inner = 0 < k < len(segment) - 1
         if np.abs(segment[k]) < least or not inner:
             break
-        a, b, c = segment[k - 1 : k + 2]
-        bend = a - 2 * b + c
-        shift = 0.5 * (a - c) / bend if bend else 0.0
-        at = first + k
-        times.append(time[at] + shift * 0.5 * (time[at + 1] - time[at - 1]))
-        heights.append(b - 0.25 * (a - c) * shift)
+        at, height = vertex(time, level, int(first + k))
+        times.append(at)
+        heights.append(height)
     return np.array(times), np.array(heights)

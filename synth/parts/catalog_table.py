@@ -119,6 +119,8 @@ def _recognise(titles: list[str]) -> str | None:
     names = {_bare(title) for title in titles}
     if {"max_torque", "max_deflection"} <= names:
         names = names | {"rate"}  # it follows from them
+    if "max_speed" in names:
+        names = names | {"speed"}  # a torque without a speed of its own is taken at the highest one
     fitting = [(len(_keys(row)), family) for family, row in FAMILIES.items() if set(_keys(row)) <= names]
     return max(fitting)[1] if fitting else None
 

@@ -26,7 +26,7 @@ NAMES = {
     "deflection": "max_deflection", "maximum_deflection": "max_deflection", "max_angle": "max_deflection",
     "wind": "hand", "winding": "hand", "wind_direction": "hand", "winding_direction": "hand",
     "direction_of_wind": "hand", "hand_of_wind": "hand",
-    "max_speed": "speed", "rated_speed": "speed", "speed_max": "speed", "damping_direction": "direction",
+    "rated_speed": "speed", "maximum_speed": "max_speed", "speed_max": "max_speed", "damping_direction": "direction",
     "tolerance": "rate_tolerance", "bolt_circle_diameter": "bolt_circle", "bcd": "bolt_circle", "pcd": "bolt_circle",
     "number_of_bolts": "bolts", "mounting_holes": "bolts", "hole_diameter": "bolt_diameter",
     "shaft_shape": "shaft_form", "shaft_type": "shaft_side", "shaft_diameter": "shaft_size",

@@ -9,7 +9,7 @@ from math import degrees
 from typing import Generic, TypeVar
 
 from synth.errors import CannotBeHad, UserError
-from synth.files.project_options import DamperChoice, PartsOptions, SpringChoice
+from synth.files.project_options import DamperBounds, DamperChoice, PartsOptions, SpringBounds, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.rows import CatalogueRow, DamperRow, TorsionSpringRow
 
@@ -82,14 +82,14 @@ def _not_to_be_had(row: TorsionSpringRow | DamperRow, parts: PartsOptions) -> It
 
 
 def spring_reason(
-    row: TorsionSpringRow, choice: SpringChoice, rate: float | None, parts: PartsOptions = ANY, count: int = 1
+    row: TorsionSpringRow, choice: SpringBounds, rate: float | None, parts: PartsOptions = ANY, count: int = 1
 ) -> str | None:
     """The first reason against a spring, or None. ``rate`` N m/rad of each, None: any."""
     return next(spring_reasons(row, choice, rate, parts, count), None)
 
 
 def spring_reasons(
-    row: TorsionSpringRow, choice: SpringChoice, rate: float | None, parts: PartsOptions = ANY, count: int = 1
+    row: TorsionSpringRow, choice: SpringBounds, rate: float | None, parts: PartsOptions = ANY, count: int = 1
 ) -> Iterator[str]:
     """All reasons against a spring; for an unusable row, its status."""
     if not row.choosable:
@@ -126,12 +126,17 @@ def damper_candidates(
 
     Raises
     ------
-    CannotBeHad : none remains; the message counts the reasons.
+    CannotBeHad : none remains, and the message counts the reasons; or the named part damps one way only.
     """
     if choice.part is not None:
         row = catalogue.find_damper(choice.part)
         if row.max_torque is None or row.speed is None:
             raise UserError(f"damper {row.part} ({row.place}) cannot be used: {row.status}{MEASURE_IT}")
+        if row.direction not in ("both", "") and choice.parallel < 2:
+            raise CannotBeHad(
+                f"{joint}: damper {row.part} ({row.place}) damps one way only, and the leg swings both ways. Write "
+                f"parallel: 2 under select.joints.{joint}.damper for a pair, one per direction, or name another damper"
+            )
         return Candidates((row,), {})
     kept, reasons = [], Counter[str]()
     parts = of_family(parts, catalogue.dampers)
@@ -143,18 +148,18 @@ def damper_candidates(
             reasons[reason] += 1
     if not kept:
         raise CannotBeHad(
-            f"{joint}: no damper in the catalogue meets the constraints: {_counted(reasons)}. Loosen "
+            f"{joint}: no damper in the catalogue meets the constraints: {counted(reasons)}. Loosen "
             f"select.joints.{joint}.damper, or add a catalogue under select.catalogs"
         )
     return Candidates(tuple(kept), dict(sorted(reasons.items())))
 
 
-def damper_reason(row: DamperRow, choice: DamperChoice, travel: float, parts: PartsOptions = ANY) -> str | None:
+def damper_reason(row: DamperRow, choice: DamperBounds, travel: float, parts: PartsOptions = ANY) -> str | None:
     """The first reason against a damper, or None."""
     return next(damper_reasons(row, choice, travel, parts), None)
 
 
-def damper_reasons(row: DamperRow, choice: DamperChoice, travel: float, parts: PartsOptions = ANY) -> Iterator[str]:
+def damper_reasons(row: DamperRow, choice: DamperBounds, travel: float, parts: PartsOptions = ANY) -> Iterator[str]:
     """All reasons against a damper; for an unusable row, its status."""
     if not row.choosable:
         yield row.status
@@ -165,20 +170,29 @@ def damper_reasons(row: DamperRow, choice: DamperChoice, travel: float, parts: P
     wanted = (choice.travel if choice.travel is not None else travel) * min(choice.ratios)
     if row.allows_travel(wanted) is False:
         yield f"turns less than {degrees(wanted):.0f} deg"
-    most = choice.max_outer_diameter
-    # Rounding of converted units.
-    if most is not None and row.outer_diameter is not None and row.outer_diameter > most * (1 + 1e-6):
-        yield f"outer diameter over {most * 1e3:.4g} mm"
+    for what, size, most in damper_limits(row, choice):
+        if size is not None and size > most * (1 + 1e-6):  # 1e-6: rounding of converted units
+            yield f"{what} over {most * 1e3:.4g} mm"
+
+
+def damper_limits(row: DamperRow, choice: DamperBounds) -> list[tuple[str, float | None, float]]:
+    """Name, value and largest allowed value (m) of each of a damper's sizes that has a limit; None: unknown."""
+    sizes = (
+        ("outer diameter", row.outer_diameter, choice.max_outer_diameter),
+        ("body length", row.body_length, choice.max_body_length),
+    )
+    return [(what, size, most) for what, size, most in sizes if most is not None]
 
 
 def no_spring(joint: str, found: Candidates[TorsionSpringRow], rows: Sequence[TorsionSpringRow]) -> CannotBeHad:
     """The message if a bought spring is required and none fits."""
     return CannotBeHad(
-        f"{joint}: none of the {len(rows)} springs in the catalogue meets the constraints: {_counted(found.left_out)}. "
+        f"{joint}: none of the {len(rows)} springs in the catalogue meets the constraints: {counted(found.left_out)}. "
         f"{found.nearest}. Loosen select.joints.{joint}.spring, add a catalogue under select.catalogs, or write "
         "make: true for a spring to wind"
     )
 
 
-def _counted(reasons: Mapping[str, int]) -> str:
+def counted(reasons: Mapping[str, int]) -> str:
+    """Reasons with the number of parts, most frequent first, in one line of text."""
     return "; ".join(f"{count} {reason}" for reason, count in sorted(reasons.items(), key=lambda item: -item[1]))

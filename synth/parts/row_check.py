@@ -37,6 +37,11 @@ def completed(row: TorsionSpringRow) -> TorsionSpringRow:
     return row
 
 
+def completed_damper(row: DamperRow) -> DamperRow:
+    """The row with its torque at the vendor's maximum speed, if no other speed is stated for it."""
+    return replace(row, speed=row.max_speed) if row.speed is None and row.max_speed is not None else row
+
+
 def missing(row: CatalogueRow) -> list[str]:
     """The missing values of a row, in words."""
     needed = getattr(row, "needed", ())

@@ -146,6 +146,7 @@ class DamperRow(CatalogueRow):
     min_torque: float | None = _quantity("N*m", "N*m")
     max_torque: float | None = _quantity("N*m", "N*m", key=True)
     speed: float | None = _quantity("rad/s", "rpm", key=True)
+    max_speed: float | None = _quantity("rad/s", "rpm")
     temperature: float | None = _quantity("degC", "degC", signed=True)
     reverse_torque: float | None = _quantity("N*m", "N*m", zero=True)
     outer_diameter: float | None = _quantity("m", "mm")

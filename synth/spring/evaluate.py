@@ -193,6 +193,9 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
             yield from below("fatigue", factor, limits.fatigue_safety, shown, 1.0, "")
     yield from above("outer_diameter", design.outer_diameter, limits.max_outer_diameter, "outer diameter")
     yield from below("inside_diameter", design.inside_diameter, limits.min_inside_diameter, "inside diameter")
+    free = design.inside_diameter + 2.0 * design.wire_diameter
+    yield from below("least_outer_diameter", free, limits.min_outer_diameter, "outer diameter")
+    yield from below("least_body_length", design.body_length, limits.min_body_length, "body length")
     wound = design.wound_inside_diameter
     yield from below("arbor", wound, limits.least_wound_inside(), "inside diameter at full travel")
     yield from above("body_length", design.wound_body_length, limits.max_body_length, "body length at full travel")

@@ -68,8 +68,9 @@ def limits_in_the_way(found: list[SpringDesign], wish: SpringRequirements) -> It
     """The smallest sets of limits that exclude a candidate, each described by the candidate that exceeds it least."""
     if not found:
         low, high = wish.limits.index_range
+        wire = f"{wish.material}{_allowed_wire(wish)}"
         yield (
-            f"no stock wire of {wish.material} gives {wish.rate:.4g} N*m/rad with a spring index of {low:g} to "
+            f"no stock wire of {wire} gives {wish.rate:.4g} N*m/rad with a spring index of {low:g} to "
             f"{high:g} and {wish.limits.min_coils:g} to {wish.limits.max_coils:g} coils"
         )
         return
@@ -87,6 +88,15 @@ def limits_in_the_way(found: list[SpringDesign], wish: SpringRequirements) -> It
             if design.wire_diameter == max(each.wire_diameter for each in found):
                 text += "; no thicker stock wire of this material gives this rate"
         yield f"{' and '.join(sorted(limits))}: the nearest spring ({describe(design)}) has {text}"
+
+
+def _allowed_wire(wish: SpringRequirements) -> str:
+    """The wires to which the search is restricted, in words; empty: any."""
+    low, high = (diameter * 1e3 for diameter in wish.wire_range)
+    words = [f"{wish.system} sizes"] if wish.system is not None else []
+    words += [f"at least {low:.4g} mm"] if low > 0.0 else []
+    words += [f"at most {high:.4g} mm"] if math.isfinite(high) else []
+    return f" ({', '.join(words)})" if words else ""
 
 
 def _more_room(found: list[SpringDesign]) -> Iterator[NearestSpring]:

@@ -33,6 +33,8 @@ class SpringRequirements:
         of each straight leg, from the coil to where the load acts, m.
     material, system
         wire material; ``inch``, ``metric`` or None for both.
+    wire_range
+        thinnest and thickest wire, m.
     hand
         ``right`` or ``left``, see ``winding.hand_for``.
     rate_form
@@ -61,6 +63,7 @@ class SpringRequirements:
     rate_form: RateForm = "bending"
     calibration: WindingCalibration = UNCALIBRATED
     held_wire: float | None = None
+    wire_range: tuple[float, float] = (0.0, math.inf)
 
     @property
     def task(self) -> SpringTask:

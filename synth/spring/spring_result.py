@@ -34,12 +34,14 @@ class SpringLimits:
     arbor_gap
         diametral clearance to the arbor at full travel, as a fraction of the wound inside diameter; vendors ask for
         about 10 %.
-    min_inside_diameter
+    min_inside_diameter, min_outer_diameter
         of the free coil.
     max_outer_diameter
         of the coil at its widest: free, or opened by ``opening_travel``.
     max_body_length
         of the coil at its longest: at full travel.
+    min_body_length
+        of the free coil.
     index_range
         D/d: below 4 the wire cracks when wound, above 20 the coil does not hold its diameter (EN 13906-3).
     min_coils, max_coils
@@ -66,6 +68,8 @@ class SpringLimits:
     cycles: float | None = None
     fatigue_safety: float = 1.0
     bend_radius: float | None = None
+    min_outer_diameter: float | None = None
+    min_body_length: float | None = None
 
     def least_wound_inside(self) -> float | None:
         """Smallest wound inside diameter that keeps the clearance ``arbor_gap`` to the arbor, m."""

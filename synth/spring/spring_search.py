@@ -48,7 +48,7 @@ def _sizes(
     """Wire diameter, mean diameter (m) and body coils of every candidate.
 
     ``only``: a wire diameter, m, to which the search is restricted. All candidates keep the limits on spring index and
-    coils, because the formulas do not hold outside them.
+    coils, because the formulas do not hold outside them, and have an allowed wire.
     """
     limits = wish.limits
     fraction = coil_fraction(wish.included_angle, wish.convention)
@@ -56,6 +56,8 @@ def _sizes(
         assert row.diameter is not None
         wire = row.diameter
         if only is not None and not math.isclose(wire, only, rel_tol=SAME_WIRE):
+            continue
+        if not wish.wire_range[0] * (1.0 - SAME_WIRE) <= wire <= wish.wire_range[1] * (1.0 + SAME_WIRE):
             continue
         modulus = material.properties(wire).elastic_modulus * wish.calibration.rate
         product = coil_product(modulus, wire, wish.rate, wish.rate_form)

@@ -16,6 +16,17 @@ from synth.swing.lane_groups import LaneGroups
 from synth.swing.lane_layout import DRIVE, LANES, Layout
 
 
+def driven_by(known: KnownTorque | None, signals: ServoSignals | None) -> tuple[str, ...]:
+    """What drives a trial, in words for its result; empty for a free motion."""
+    given = (("a known torque", known), ("a servo", signals))
+    return tuple(what for what, inputs in given if inputs is not None)
+
+
+def is_driven(known: KnownTorque | None, signals: ServoSignals | None) -> bool:
+    """Whether something acts on the joints: with its servos off and no torque a leg moves as after a release."""
+    return (known is not None and bool(np.any(known[1]))) or (signals is not None and bool(signals.enabled.any()))
+
+
 @dataclass(frozen=True)
 class DrivingInputs:
     """``known`` and ``signals`` as in ``Chain.run``, in the integrator's unit of time.

@@ -25,6 +25,7 @@ from synth.fit.recordings import Recording
 from synth.fit.starts import Start
 from synth.fit.uncertainty import root_mean_square
 from synth.motion.characteristics import Characteristics, characteristics
+from synth.motion.rest import last_tenth
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import absolute, coefficients, static_torque
 
@@ -140,8 +141,12 @@ class ThesisMethod:
 
 
 def features(time: Array, angle: Array, recording: Recording) -> list[Characteristics]:
-    """Characteristics of each joint for ``time`` (m,) s and ``angle`` (m, n) rad, with the recording's noise."""
-    return [characteristics(time, angle[:, j], float(recording.smoothed.noise[j])) for j in range(angle.shape[1])]
+    """Characteristics of each joint for ``time`` (m,) s and ``angle`` (m, n) rad, with the recording's noise.
+
+    As in the thesis, a release's last samples are its rest.
+    """
+    noise = recording.smoothed.noise
+    return [characteristics(time, column, float(noise[j]), rest=last_tenth(column)) for j, column in enumerate(angle.T)]
 
 
 def _off(wanted: float | None, found: float | None, penalty: float) -> float:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import UserError
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
@@ -23,6 +24,7 @@ from synth.fit.recordings import Recording
 from synth.fit.still_start import from_release
 from synth.fit.unseen_score import score
 from synth.motion.characteristics import Characteristics, characteristics
+from synth.motion.rest import last_tenth
 from synth.validation.comparison_table import ComparisonRow, ComparisonTable
 from synth.validation.explanations import median_text
 from synth.validation.thesis_data import JOINTS, SEVEN, LabData
@@ -97,7 +99,7 @@ def _errors(fit: FitResult, recordings: Sequence[Recording]) -> Errors:
     for recording, prediction in zip(recordings, scored.predictions, strict=True):
         for name, joint, term in JUDGED:
             j = JOINTS.index(joint)
-            theirs, ours = _of(recording, j), characteristics(recording.time, prediction[:, j], _noise(recording, j))
+            theirs, ours = _of(recording, j), _about_end(recording.time, prediction[:, j], _noise(recording, j))
             value, guess = getattr(theirs, term), getattr(ours, term)
             if value is not None and guess is not None:
                 found[name].append(abs(guess / value - 1.0))
@@ -158,14 +160,19 @@ def _said(columns: dict[str, Errors], first: _Releases, start: float) -> list[st
 def _risen(recording: Recording) -> float | None:
     """First time, s, at which less than ``RISEN`` of the hip's way to rest remains; None if there is none."""
     angle = recording.smoothed.angle[:, JOINTS.index("hip")]
-    away = angle - float(np.mean(angle[-max(2, len(angle) // 10) :]))
+    away = angle - last_tenth(angle)
     near = np.flatnonzero(np.abs(away) <= RISEN * abs(away[0]))
     return float(recording.smoothed.time[near[0]]) if len(near) else None
 
 
 def _of(recording: Recording, joint: int) -> Characteristics:
     smoothed = recording.smoothed
-    return characteristics(smoothed.time, smoothed.angle[:, joint], _noise(recording, joint))
+    return _about_end(smoothed.time, smoothed.angle[:, joint], _noise(recording, joint))
+
+
+def _about_end(time: Array, angle: Array, noise: float) -> Characteristics:
+    """As in the thesis, a release's last samples are its rest; of a prediction the same samples."""
+    return characteristics(time, angle, noise, rest=last_tenth(angle))
 
 
 def _noise(recording: Recording, joint: int) -> float:

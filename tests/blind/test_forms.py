@@ -93,7 +93,7 @@ FORMS = [
     ("backlash", 1, "arm and flanks", 2.0),
     ("joint_stop", 0, "rubber", 1.6),
     ("base_compliance", 1, "slides and rocks", 1.7),
-    ("base_compliance", 12, "slides and rocks", 1.6),
+    pytest.param("base_compliance", 12, "slides and rocks", 1.6, marks=pytest.mark.slow),
     ("link_flexibility", 5, "three hinges", 1.7),
     ("link_flexibility", 1, "cantilever", 2.6),
 ]

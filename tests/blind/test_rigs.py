@@ -96,6 +96,7 @@ def test_small_causes_are_small_together() -> None:
     assert answer["before_deg"] < 4.0 * together  # on other trials than those that the causes were sized on
 
 
+@pytest.mark.slow  # like ``test_generator``
 def test_the_same_seed_gives_the_same_rig(rig: Case) -> None:
     again = make_rig(5, 1, "single", "torque_offset", 1, True)
     assert again.answer == rig.answer

@@ -113,6 +113,7 @@ class Long(Setup):
         return range(3, 4)
 
 
+@pytest.mark.slow  # like the other causes of a servo, in longer logs
 def test_a_warming_winding_is_found_in_long_logs(tmp_path: Path) -> None:
     """Steps that hold the leg up, which both engines hold exactly; the resistance grows in the other engine."""
     short = _setup(np.random.default_rng(1))

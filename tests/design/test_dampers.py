@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from synth.design.choose_dampers import MeasuredCurve, choose_dampers
+from synth.design.choose_dampers import (
+    DamperOption,
+    MeasuredCurve,
+    choose_dampers,
+    curve_warnings,
+    size_warnings,
+)
 from synth.design.response import WantedRelease, WantedResponse
 from synth.errors import UserError
 from synth.files.project_options import DamperChoice, JointChoice, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.damper_law import power_law_curve
+from synth.parts.rows import RPM
+from synth.remarks import severity_of
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
 
@@ -105,10 +115,53 @@ def test_no_suitable_damper_gives_the_reasons_and_a_remedy(catalogue: Catalogue)
 
 def _without_sizes(catalogue: Catalogue) -> Catalogue:
     """A catalogue whose complete dampers turn through 360 deg only."""
-    from dataclasses import replace
-
     rows = tuple(replace(row, continuous="no", travel=2 * np.pi) if row.complete else row for row in catalogue.dampers)
     return replace(catalogue, dampers=rows)
+
+
+def test_a_damper_longer_than_allowed_is_left_out_and_an_unknown_length_is_said(catalogue: Catalogue) -> None:
+    rows = tuple(replace(row, body_length=0.08) if row.part == "6597K19" else row for row in catalogue.dampers)
+    wanted, asked = response(one_link(Damper(0.13))), choices(max_body_length=0.01)
+    made = choose_dampers(wanted, asked, replace(catalogue, dampers=rows), {}, TRAVEL)
+    assert "6597K19" not in {option.part for option in made.ranked[0]}
+    assert made.left_out[0]["body length over 10 mm"] == 1
+    (said,) = size_warnings("knee", made.chosen[0], asked["knee"].damper)
+    assert said.endswith(f"state the body length of {made.chosen[0].part}; the limit of 10 mm was not checked")
+    assert size_warnings("knee", made.chosen[0], choices()["knee"].damper) == []
+
+
+def test_a_named_damper_that_damps_one_way_is_refused_unless_a_pair_is_allowed(catalogue: Catalogue) -> None:
+    rows = tuple(replace(row, direction="clockwise") if row.part == "6597K19" else row for row in catalogue.dampers)
+    one_way, wanted = replace(catalogue, dampers=rows), response(one_link(Damper(0.1)))
+    with pytest.raises(UserError, match=r"6597K19 .* one way only.*parallel: 2 under select\.joints\.knee\.damper"):
+        choose_dampers(wanted, choices(part="6597K19"), one_way, {}, TRAVEL)
+    made = choose_dampers(wanted, choices(part="6597K19", parallel=2), one_way, {}, TRAVEL)
+    assert made.chosen[0].label == "a pair of 6597K19, one each way"
+
+
+@pytest.mark.parametrize(
+    ("rpm", "most", "said", "severity"),
+    [
+        (49.0, 50.0, "", ""),
+        (53.0, 50.0, "turned at up to 53 rpm; its vendor's maximum speed is 50 rpm", "decide"),
+        (53.0, None, "", ""),
+        (145.0, 50.0, "turned at up to 145 rpm; its vendor's maximum speed is 50 rpm", "decide"),
+        (145.0, None, "turned at up to 145 rpm; its vendor states torque at 50 rpm", "check"),
+        (145.0, 200.0, "turned at up to 145 rpm; its vendor states torque at 50 rpm", "check"),
+    ],
+)
+def test_a_maximum_speed_is_told_from_a_rated_point(
+    catalogue: Catalogue, rpm: float, most: float | None, said: str, severity: str
+) -> None:
+    row = catalogue.find_damper("6597K19")
+    assert row.max_speed == row.speed == pytest.approx(50 * RPM)  # published as "50 rpm max speed"
+    row = replace(row, max_speed=None if most is None else most * RPM)
+    option = DamperOption(row, row.damper(), "table", "")
+    found = [text for text in curve_warnings("knee", option, (0.0, np.inf), rpm * RPM) if "turned" in text]
+    assert bool(found) is bool(said)
+    for text in found:
+        assert said in text
+        assert severity_of(text) == severity
 
 
 def test_a_similar_part_number_is_suggested(catalogue: Catalogue) -> None:

@@ -13,12 +13,11 @@ from synth.design.choose_springs import (
     SpringChoiceMade,
     SpringSource,
     WantedTravel,
-    sense_warning,
-    spring_warnings,
     travels,
 )
 from synth.design.part_sets import SetsMade, choose_sets
 from synth.design.response import WantedRelease, WantedResponse
+from synth.design.spring_warnings import sense_warning, spring_warnings
 from synth.errors import UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
@@ -142,7 +141,7 @@ def test_a_bought_spring_that_would_yield_gives_a_warning(catalogue: Catalogue) 
     leg = knee(0.47269)
     far = [WantedTravel(radians(150.0), 0.0)]
     made = choose(leg, choice(part="LTR080F 10 S"), catalogue, far)
-    assert "yields at" in spring_warnings("knee", made.chosen[0])[0]
+    assert "yields at" in spring_warnings("knee", made.chosen[0], choice(part="LTR080F 10 S"))[0]
 
 
 def test_travel_is_the_joint_range_or_else_the_motion() -> None:
@@ -184,4 +183,4 @@ def test_a_spring_of_unknown_strength_is_reported_unchecked(catalogue: Catalogue
     )
     unknown = replace(catalogue, springs=rows)
     made = choose(leg, choice(part="LTR080F 10 S"), unknown, TRAVEL)
-    assert "has too few data" in spring_warnings("knee", made.chosen[0])[0]
+    assert "has too few data" in spring_warnings("knee", made.chosen[0], choice(part="LTR080F 10 S"))[0]

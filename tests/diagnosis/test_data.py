@@ -9,10 +9,11 @@ import pytest
 from scipy.signal import butter, filtfilt
 
 from diagnosis.simulated_releases import NOISE, TIME, TWO, off, recorded, with_effects
-from synth.diagnosis.angle_trials import angle_trial, copies
+from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.encoder_counts import coarse_counts, rounded, usual_noise
 from synth.diagnosis.sensor_noise import FILTERED, sensor
 from synth.files.trial_list import Trial
+from synth.fit.copies import copies
 from synth.fit.recordings import Recording, recordings
 
 LEG = off(TWO, 2)

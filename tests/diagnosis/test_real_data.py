@@ -14,13 +14,14 @@ import pytest
 
 from synth.arrays import Array
 from synth.diagnosis.angle_search import search
-from synth.diagnosis.angle_trials import angle_trial, copies
+from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.plants.swinging_chain.chain_candidates import scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose, scene_of
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
 from synth.diagnosis.plants.swinging_chain.free_torque import free_torques
 from synth.files.gap_project import GapProject, read_gap_project
+from synth.fit.copies import copies
 from synth.fit.recordings import recordings
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"

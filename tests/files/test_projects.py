@@ -151,7 +151,7 @@ def test_leg_project(folder: Path) -> None:
 scale: {time: froude}
 select:
   joints:
-    hip: {spring: {make: true}, damper: {direction: one, travel: 180 deg}}
+    hip: {spring: {make: true}, damper: {direction: both, travel: 180 deg}}
     knee: {spring: {rate_tolerance: 5 %, included_angle: 120 deg, max_outer_diameter: 1.25 in}}
 dampers:
   hip: {part: D1, leg: robot/r.leg.yaml, trials: [drops/*.csv], locked: [knee]}
@@ -164,7 +164,7 @@ cad: {bed: [320 mm, 20 cm, 15 cm]}
     assert project.time_scale == pytest.approx(2.0)  # sqrt(200 mm / 50 mm)
     assert project.dynamic_similarity
     hip, knee = project.joints["hip"], project.joints["knee"]
-    assert (hip.spring.make, hip.spring.wire, hip.damper.direction) == (True, "music", "one")
+    assert (hip.spring.make, hip.spring.wire, hip.damper.direction) == (True, "music", "both")
     assert hip.damper.travel == pytest.approx(math.pi)
     assert knee.spring.rate_tolerance == pytest.approx(0.05)
     assert knee.spring.max_outer_diameter == pytest.approx(0.03175)
@@ -229,6 +229,8 @@ def test_catalogue_opens_with_the_users_files(folder: Path) -> None:
         (SPRING + "{make: true, part: X}}}}\n", ["select.joints.hip.spring"], "keep one"),
         (DESIGN + "select: {joints: {hip: {damper: {direction: bth}}}}\n", ["select.joints.hip.damper.direction"],
          "did you mean both"),
+        (DESIGN + "select: {joints: {hip: {damper: {direction: one}}}}\n", ["select.joints.hip.damper.direction"],
+         "parallel: 2 allows two one-way dampers as a pair"),
         (DESIGN + "select: {joints: {hip: {spring: {min_body_length: 2 in, max_body_length: 1 in}}}}\n",
          ["select.joints.hip.spring.min_body_length"], "no spring fits"),
         (DESIGN + "dampers: {ankle: {curve: knee.csv}}\n", ["dampers.ankle"], "is no joint"),

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Annotated, Any
 
 import pytest
+import yaml
+from pydantic import TypeAdapter
 
 import synth
 from diagnosis.made_result import made_result
@@ -18,7 +21,7 @@ from synth.files.reference.json_schema import json_schema
 from synth.files.reference.keys import model_of, rows
 from synth.files.reference.pages import pages
 from synth.files.reference.result_texts import COLUMNS
-from synth.files.reference.sections import KINDS, sections
+from synth.files.reference.sections import KINDS, KeySection, sections
 from synth.files.reference.texts import KIND_TEXTS, SECTION_TEXTS, TEXTS
 from synth.files.validate import COMMANDS
 from synth.files.yaml_lines import load
@@ -69,6 +72,17 @@ def test_rows_have_type_unit_default_and_range() -> None:
     fit = {row.name: row for row in rows(KINDS["fit"])}
     assert fit["release"].allowed == "free, recorded"
     assert fit["leg"].example == "rat.leg.yaml"
+
+
+@pytest.mark.parametrize(("kind", "section"), EVERY, ids=[f"{kind}-{section.name}" for kind, section in EVERY])
+def test_no_example_is_refused(kind: str, section: KeySection) -> None:
+    """`free_angle: 105 deg` stood beside the mode of the fit and beside a tolerance of at most 90 deg."""
+    fields = model_of(section).model_fields
+    for row in rows(section):
+        if row.example and row.name not in section.inner:
+            item = fields[row.name]
+            written: Any = Annotated[(item.annotation, *item.metadata)] if item.metadata else item.annotation
+            TypeAdapter(written).validate_python(yaml.safe_load(row.example))
 
 
 def test_an_example_is_of_the_keys_size() -> None:

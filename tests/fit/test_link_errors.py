@@ -11,6 +11,7 @@ import pytest
 from fit.simulated_legs import Rig, bare, recorded, release, releases, robot
 from synth.files.static_points_file import StaticPoint
 from synth.files.tolerance import Tolerance
+from synth.fit import report_fit
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
@@ -70,6 +71,32 @@ def test_link_sensitivity_of_a_pendulum_equals_the_closed_form() -> None:
     for column, (_, quantity) in enumerate(found.names):
         moved = found.considered.sensitivity[[0, 2], column]
         assert moved == pytest.approx(expected[quantity], abs=0.015)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_on_the_ridge_of_an_overdamped_joint_rates_scale_with_mass_and_inertia(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both scaled by a factor scale k and b by it, exactly. Information from the step before gave +220 and -128."""
+    seen: list[LinkErrors] = []
+
+    def spied(*given: object, **more: object) -> LinkErrors | None:
+        found = link_errors(*given, **more)  # type: ignore[arg-type]
+        seen.extend([found] if found is not None else [])
+        return found
+
+    monkeypatch.setattr(report_fit, "link_errors", spied)
+    link = Link(0.2, 0.4, 0.1, 1.5e-3)
+    joint = Joint("knee", link, radians(100), -1, spring=Spring(3.0, radians(83)), damper=Damper(1.5))
+    generator = np.random.default_rng(seed)
+    leg, rig = Leg("slow", (joint,)), Rig(noise=0.1, duration=1.0)
+    trials = [release(leg, [away], generator, rig) for away in (-46.0, 29.0, -23.0)]
+    fit_leg(bare(leg), recordings(bare(leg), trials), LegFitOptions(tolerance=Tolerance(length=0.0, com=0.0)))
+    assert seen
+    for found in seen:
+        assert [quantity for _, quantity in found.names] == ["mass", "inertia"]
+        both = (found.considered.sensitivity / found.deviation).sum(axis=1)
+        assert both[[0, 2]] == pytest.approx([1.0, 1.0], abs=0.2)  # less by the weak prior of the rates
 
 
 def test_first_predictions_move_with_the_links_as_refits_do() -> None:

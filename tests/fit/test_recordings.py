@@ -34,6 +34,13 @@ def test_all_short_trials_are_refused_with_their_files() -> None:
     assert "at least 12 samples" in str(found[0])
 
 
+def test_a_locked_joint_that_swings_is_refused() -> None:
+    """Frozen at its median it gave the hip a spring of 6.4 for 8.0, with an interval of 2 %."""
+    (problem,) = refused([replace(TRIAL, name="swings.csv", locked=("knee",))])
+    assert (problem.file, problem.key) == ("swings.csv", "locked")
+    assert problem.text.startswith("knee is listed as locked, but its angle changes by")
+
+
 def test_a_joint_with_too_few_samples_is_refused() -> None:
     angles = TRIAL.angles.copy()
     angles[10:, 1] = np.nan

@@ -21,6 +21,7 @@ intervals: front
 """
 
 
+@pytest.mark.slow  # like ``batch/test_cluster``
 def test_a_killed_worker_loses_no_design_and_changes_no_byte(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(PROJECT)
     command = [sys.executable, "-m", "synth", "-q", "hopper", "--no-cad", str(tmp_path / "a.yaml"), "--out"]

@@ -72,6 +72,22 @@ def test_what_is_not_a_number_fails() -> None:
     assert not ModelCheck("a", "b", 1.0, float("nan"), 1.0, "1", "").passed
 
 
+def test_a_balanced_link_has_no_pendulum(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With its centre of mass on the joint gravity does not swing it; the check ended in a ZeroDivisionError."""
+    found = leg()
+    wheel = replace(found.joints[1], link=Link(0.15, 0.2, 0.0, 8e-4))
+    path = tmp_path / "balanced.leg.yaml"
+    write_leg(replace(found, joints=(found.joints[0], wheel)), path)
+    assert main(["check", str(path), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert [c["where"] for c in document["checks"] if c["name"] == "period as a pendulum"] == ["hip"]
+    assert "pendulum at the knee: what it carries is balanced, so gravity does not swing it" in document["left_out"]
+    hanging = replace(wheel, spring=None)
+    write_leg(replace(found, joints=(found.joints[0], hanging)), path)
+    assert main(["check", str(path), "--json"]) == 0
+    assert any("no stiffness" in text for text in json.loads(capsys.readouterr().out)["left_out"])
+
+
 @pytest.mark.parametrize("curve", [False, True])
 def test_a_leg_holds(curve: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "two.leg.yaml"

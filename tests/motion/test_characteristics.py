@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from synth.motion.characteristics import characteristics
+from synth.motion.characteristics import CUT, characteristics
+from synth.motion.rest import FROM_LEG, FROM_SWINGS, MOVES_AT_END
 
 Array = NDArray[np.float64]
 NATURAL = 20.0  # rad/s
@@ -121,3 +122,62 @@ def test_a_curve_that_only_touches_its_rest_has_no_swings() -> None:
     assert found.damping_ratio is None
     assert found.rise_time is not None
     assert found.validity == "fewer than two swings past rest"
+
+
+@pytest.mark.parametrize("ratio", [0.03, 0.1, 0.2])
+@pytest.mark.parametrize("periods", [1.3, 1.6, 2.1, 2.6])
+def test_a_recording_that_ends_in_motion_is_measured_about_the_rest_that_its_swings_tell(
+    ratio: float, periods: float
+) -> None:
+    """The mean of the last tenth is no rest: 1.3 periods at a ratio of 0.03 gave 0.107, at 0.2 0.36."""
+    damped = NATURAL * math.sqrt(1 - ratio**2)
+    time = np.arange(0.0, periods * 2 * math.pi / damped, 5e-4)
+    found = characteristics(time, 0.7 - 0.3 * released(time, ratio))
+    assert found.damping_ratio == pytest.approx(ratio, rel=5e-3)
+    assert found.amplitude == pytest.approx(-0.3, rel=1e-3)
+    assert found.overshoot == pytest.approx(math.exp(-math.pi * ratio / math.sqrt(1 - ratio**2)), abs=2e-3)
+    assert found.rise_time == pytest.approx(rise_time(ratio), rel=2e-3)
+    assert found.validity.startswith("valid")
+    assert found.validity.endswith(FROM_SWINGS)
+
+
+def test_without_enough_swings_rest_is_the_fitted_legs_or_unknown() -> None:
+    """Started with speed: two extremes do not tell rest, but half a period."""
+    damped = NATURAL * math.sqrt(1 - 0.1**2)
+    time = np.arange(0.0, 1.2 * 2 * math.pi / damped, 5e-4)
+    angle = 0.2 + np.exp(-0.1 * NATURAL * time) * np.cos(damped * time - 1.2)
+    found = characteristics(time, angle)
+    assert found.validity == MOVES_AT_END
+    assert math.isnan(found.amplitude)
+    assert (found.rise_time, found.damping_ratio, found.overshoot, found.settling_time) == (None,) * 4
+    assert found.damped_frequency == pytest.approx(damped, rel=1e-3)
+    known = characteristics(time, angle, equilibrium=0.2)
+    assert known.validity.endswith(FROM_LEG)
+    outside = characteristics(time, angle, equilibrium=3.0)
+    assert outside.validity == MOVES_AT_END
+
+
+def test_a_creeping_joint_has_no_rest_before_it_ends() -> None:
+    time = np.arange(0.0, 0.2, 1e-3)
+    found = characteristics(time, np.exp(-10 * time))
+    assert found.validity == MOVES_AT_END
+    assert (found.rise_time, found.damped_frequency, found.settling_time) == (None,) * 3
+    assert characteristics(time, np.exp(-10 * time), equilibrium=0.0).rise_time is None  # not seen to the 10 %
+
+
+def test_swings_of_two_modes_do_not_tell_rest() -> None:
+    time = np.arange(0.0, 0.9, 1e-3)
+    angle = np.exp(-time) * np.cos(20 * time) + 0.6 * np.exp(-0.5 * time) * np.cos(7 * time)
+    assert characteristics(time, angle).validity == MOVES_AT_END
+
+
+def test_a_cut_start_gives_no_time_and_share_that_need_the_start() -> None:
+    """From just before a crossing on: the overshoot was 8.5 and the rise took 4 ms."""
+    time = times(0.1)
+    whole = released(time, 0.1)
+    first = int(np.argmax(whole < 0.1))
+    found = characteristics(time[first:], whole[first:], cut=True)
+    assert (found.rise_time, found.overshoot, found.settling_time) == (None,) * 3
+    assert found.damping_ratio == pytest.approx(0.1, rel=5e-3)
+    assert found.validity == f"valid; {CUT}"
+    assert abs(found.amplitude) == pytest.approx(np.abs(whole[first:]).max(), rel=1e-6)

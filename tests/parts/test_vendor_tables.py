@@ -56,6 +56,17 @@ def test_a_vendors_damper_table(tmp_path: Path) -> None:
     assert row.direction == "both"
 
 
+def test_a_maximum_speed_is_the_torques_if_none_other_is_stated(tmp_path: Path) -> None:
+    head = "Model,Supplier,Damping Direction,Continuous,Torque (in-oz),"
+    path = written(tmp_path, f"{head}Max Speed (RPM)\nZ9,Maker,dual,yes,31,50\n")
+    row = Catalogue.load([path]).find_damper("z9")
+    assert row.complete, row.status
+    assert row.speed == row.max_speed == pytest.approx(50 * math.pi / 30)
+    path = written(tmp_path, f"{head}Rated Speed (RPM),Maximum Speed (RPM)\nZ9,Maker,dual,yes,31,20,50\n")
+    row = Catalogue.load([path]).find_damper("z9")
+    assert (row.speed, row.max_speed) == pytest.approx((20 * math.pi / 30, 50 * math.pi / 30))
+
+
 def test_own_words_never_take_the_place_of_the_catalogues(tmp_path: Path) -> None:
     """A table with both ``torque`` and ``max_torque`` keeps the second; every word stands for a column that exists."""
     path = written(

@@ -154,6 +154,17 @@ def test_names_with_markup_stay_text(leg_folder: LegFolder) -> None:
     assert drawings(html)
 
 
+def test_the_page_says_what_is_estimated_from_held_out_trials(leg_folder: LegFolder) -> None:
+    """With a free angle each, the trial's own is estimated too: the page said only the initial state."""
+    folder, design = leg_folder()
+    with_own = "its initial state and, within the spread of the fitted trials, its free angles are estimated"
+    for mode, told in (("per_trial", with_own), ("common", "only its initial state is estimated")):
+        design["stages"]["target"]["free_angle"]["mode"] = mode
+        (folder / "design.json").write_text(json.dumps(design))
+        _, page = page_of(write_leg_report(folder))
+        assert f"predicted with the fitted rates; from each trial {told}." in unescape(page.text)
+
+
 def test_every_key_that_a_caption_names_is_in_the_design(leg_folder: LegFolder) -> None:
     folder, design = leg_folder()
     _, page = page_of(write_leg_report(folder))

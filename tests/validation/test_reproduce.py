@@ -6,6 +6,8 @@ import json
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ import pytest
 from fit.simulated_legs import DAMPER, FREE_ANGLE, NAMES, SPRING, Rig, release, robot
 from synth.cli import main
 from synth.errors import UserError
-from synth.estimation.intervals import NORMAL90
+from synth.estimation.intervals import NORMAL90, Estimate
 from synth.files.leg_file import write_leg
 from synth.files.output import write_csv
 from synth.files.trial_list import Trial
@@ -22,6 +24,7 @@ from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.recordings import Recording
 from synth.fit.ridge import SOFTEST
+from synth.validation import robot_tables
 from synth.validation.built_leg import isolated
 from synth.validation.explanations import difference_sentences, found_rates, inside, on_bounds
 from synth.validation.rat_tables import _medians, _swarm_terms
@@ -161,6 +164,25 @@ def test_sentences_follow_from_the_figures(folder: Path) -> None:
     edges = on_bounds(ours, ours * 0.5, ours * np.array([[1.0], [3.0]]), "the pair")
     assert len(edges) == 3
     assert all(" k of the pair lies on its upper bound" in text for text in edges)
+
+
+def test_the_free_angle_is_the_cause_only_where_one_per_release_excludes_the_published_rate() -> None:
+    """Of three joints within the common intervals: one is excluded by its own, one is not, of one ours is nearer."""
+
+    def of(value: float, low: float, high: float) -> Any:
+        return Estimate(value, "N*m/rad", low, high)
+
+    common = {"hip": of(10.0, 5.0, 20.0), "knee": of(2.0, 1.0, 4.0), "ankle": of(0.3, 0.1, 1.0)}
+    own = {"hip": of(20.0, 15.0, 25.0), "knee": of(3.0, 1.0, 4.0), "ankle": of(0.45, 0.42, 0.48)}
+    fit: Any = SimpleNamespace(joints={name: SimpleNamespace(spring_rate=rate) for name, rate in own.items()})
+    variant: Any = SimpleNamespace(spring_rate=common)
+    caused, open_ = robot_tables._common(np.array([[10.5, 2.1, 0.4], [1.0, 1.0, 1.0]]), fit, variant)
+    assert "of hip lies" in caused
+    assert "the difference comes from the free angle" in caused
+    assert "of knee and ankle lies" in open_
+    assert "does not tell" in open_
+    (none,) = robot_tables._common(np.full((2, 3), 100.0), fit, variant)
+    assert "no published spring rate" in none
 
 
 @pytest.fixture(scope="module")

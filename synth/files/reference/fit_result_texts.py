@@ -60,6 +60,8 @@ FIT = {
     "trials[].held_out": "Whether it was only scored.",
     "trials[].locked": "Locked joints.",
     "trials[].tilt": "The base's tilt in it.",
+    "trials[].driven_by": "What drives it: a known torque, a servo; missing if nothing does.",
+    "trials[].start_cut": "True where it begins after the release; missing otherwise.",
     "trials[].tip_mass.mass": "Mass added to the last link.",
     "trials[].tip_mass.inertia": "Inertia of that mass about its own centre.",
     "trials[].tip_mass.at": "Its position along the last link.",
@@ -74,7 +76,7 @@ FIT = {
     "trials[].damped_frequency.NAME": "Of the nearest second-order oscillation.",
     "trials[].overshoot.NAME": "Beyond rest, as a share of the first deflection.",
     "trials[].settling_time.NAME": "Until the angle stays within 10 % of the first deflection.",
-    "trials[].damping_ratio_validity.NAME": "How well a single oscillation describes the joint.",
+    "trials[].damping_ratio_validity.NAME": "How well a single oscillation describes the joint; how rest was found.",
     "inputs.NAME": _SHA,
 }
 

@@ -95,7 +95,7 @@ KEYS: dict[str, str] = {
     "import.likelihood": "Points less likely than this are missing.",
     "import.plane": "Axes of space to the right and up, `[-y, z]` with signs; `[fit, z]`: the best-fitting plane.",
     "import.mirror": "Filmed from the other side.",
-    "import.roll": "Rotation of the camera, counter-clockwise.",
+    "import.roll": "Counter-clockwise rotation of the picture as filmed, before `mirror`.",
     "import.release": "`cut`: to the release; `free`: the driven part too; `keep`: nothing is cut.",
     "import.name": NAME,
     "import.topic": "Topic of the joint states in a robot's log, if there are several.",

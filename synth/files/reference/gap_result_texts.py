@@ -84,6 +84,7 @@ GAP = {
     **{f"trials[].rms.NAME.{key}": f"RMS error of the joint in it {text}." for key, text in _STAGES.items()},
     "trials[].locked": "Locked joints.",
     "trials[].tilt": "The base's tilt in it.",
+    "trials[].driven_by": "What drives it: a known torque, a servo; missing if nothing does.",
     "trials[].tip_mass": "Mass added to the last link.",
     "trials[].tip_mass.NAME": "Mass added to the last link: its mass, inertia and place.",
     "trials[].kind": "Jump or pull-up.",

@@ -50,7 +50,7 @@ def track(markers: Markers, leg: Leg, mapping: Mapping) -> Tracked:
     chosen = _chosen(markers, leg, mapping)
     notes = list(markers.notes)
     space = _unswapped(markers, chosen, notes)
-    flat = _in_plane(space, markers, mapping, notes)
+    flat = _unrolled(_in_plane(space, markers, mapping, notes), mapping.roll)  # as filmed, so before it is mirrored
     if mapping.mirror:
         flat[..., 0] *= -1.0
     vector = np.diff(flat, axis=1)
@@ -59,15 +59,14 @@ def track(markers: Markers, leg: Leg, mapping: Mapping) -> Tracked:
     if (middle <= 0).any():
         empty = [leg.joint_names[i] for i in np.flatnonzero(middle <= 0)]
         raise UserError(Problem(f"the points of these links are never visible together: {listed(empty)}", markers.name))
-    absolute = np.arctan2(vector[..., 0], -vector[..., 1]) - mapping.roll
+    absolute = np.arctan2(vector[..., 0], -vector[..., 1])
     absolute[_misplaced(length, middle, leg, notes)] = np.nan
     rotation = absolute.copy()
     rotation[:, 0] -= leg.tilt
     rotation[:, 1:] -= absolute[:, :-1]
     rotation = np.angle(np.exp(1j * rotation))
     scale = _scale(middle, leg, notes)
-    turned = _rolled(flat, mapping.roll)
-    return Tracked(time, np.asarray(rotation), turned, scale, tuple(notes))
+    return Tracked(time, np.asarray(rotation), flat, scale, tuple(notes))
 
 
 def _clock(markers: Markers, mapping: Mapping) -> Array:
@@ -208,8 +207,8 @@ def _scale(middle: Array, leg: Leg, notes: list[str]) -> float:
     return scale
 
 
-def _rolled(flat: Array, roll: float) -> Array:
-    """Points rotated back by the camera's roll."""
+def _unrolled(flat: Array, roll: float) -> Array:
+    """Points (..., 2) of a picture that is turned counter-clockwise by ``roll`` rad, turned back."""
     cosine, sine = np.cos(roll), np.sin(roll)
     x, z = flat[..., 0], flat[..., 1]
     return np.stack([cosine * x + sine * z, cosine * z - sine * x], axis=-1)

@@ -59,14 +59,13 @@ def test_angles_are_recovered_unchanged(tmp_path: Path) -> None:
     assert found.notes == (found.release.sentence, found.notes[-1]) if found.release else False
 
 
-@pytest.mark.parametrize(("mirror", "roll"), [(True, 0.0), (False, 12.0), (True, -7.0)])
+@pytest.mark.parametrize(("mirror", "roll"), [(True, 0.0), (False, 12.0), (True, -7.0), (True, 10.0)])
 def test_the_other_side_and_a_turned_camera(tmp_path: Path, mirror: bool, roll: float) -> None:
+    """The picture from the other side, turned counter-clockwise by ``roll`` as one sees it."""
     _, measured = angles()
-    places = points(measured)
+    places = points(measured) * [-1 if mirror else 1, 1]
     cosine, sine = np.cos(np.radians(roll)), np.sin(np.radians(roll))
     turned = places @ np.array([[cosine, sine], [-sine, cosine]])  # counter-clockwise by `roll`
-    if mirror:
-        turned[..., 0] *= -1
     mapping = Mapping(points=PARTS, frame_rate=RATE, mirror=mirror, roll=np.radians(roll))
     found = imported(written(tmp_path / "a.csv", parts(pixels(turned))), mapping)
     np.testing.assert_allclose(np.degrees(found.angles), measured, atol=1e-9)

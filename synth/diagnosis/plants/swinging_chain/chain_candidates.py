@@ -12,6 +12,7 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
+from synth.diagnosis.plants.swinging_chain.pieces import wholes
 from synth.drives.servo import Servo, fed_together
 from synth.estimation.parameters import Parameter
 from synth.motion.pace import paces
@@ -84,8 +85,12 @@ class NaturalSizes:
 
 
 def scales(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
-    """Natural sizes of each joint from the trials in which it is free."""
-    n = len(leg.joints)
+    """Natural sizes of each joint from the trials in which it is free; of cut recordings from the ``wholes``.
+
+    A piece of a fifth of a second shows a period that is mostly its own length: a motor's torque that acts 40 ms late
+    was then beyond the limit of a delay, which is two of these times.
+    """
+    trials, n = wholes(trials), len(leg.joints)
     low, high, speed, known = np.full(n, np.inf), np.full(n, -np.inf), np.zeros(n), np.zeros(n)
     for trial in trials:
         smoothed, driven = trial.recording.smoothed, trial.recording.known_force(trial.recording.leg or leg)

@@ -12,7 +12,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis import diagnose as any_plant
 from synth.diagnosis.angle_search import search
-from synth.diagnosis.angle_trials import AngleTrial, angle_trial, copies, spread
+from synth.diagnosis.angle_trials import AngleTrial, angle_trial, spread
 from synth.diagnosis.companions import with_companions
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual_noise
@@ -39,6 +39,7 @@ from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
 from synth.diagnosis.sensor_noise import sensor
 from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
+from synth.diagnosis.settled import with_settled
 from synth.diagnosis.unseen import with_unseen
 from synth.diagnosis.verdict import Judged, with_counts, with_doubt
 from synth.diagnosis.workbench import Workbench
@@ -48,6 +49,7 @@ from synth.estimation.intervals import Estimate
 from synth.estimation.linearisation import LinearisedNormal
 from synth.files.next_command import NextCommand
 from synth.files.tolerance import Tolerance
+from synth.fit.copies import copies
 from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import recordings, thinned_sentences
 from synth.remarks import decisive, noted
@@ -122,11 +124,11 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def search(self, say: Callable[[str], None]) -> Hypotheses[EvaluatedHypothesis]:
         """Every effect at every place where it could be visible, alone and with others."""
         leg, given = self.scene.leg, self.scene.given
-        found = search(self.bench, candidates(leg, given, scales(leg, given)), say)
+        found, done = with_settled(self.bench, search(self.bench, candidates(leg, given, scales(leg, given)), say))
         say("trials left out")
         found = with_unseen(self.bench, found)
         say("small causes beside the leading ones")
-        return with_companions(self.bench, found)
+        return with_settled(self.bench, with_companions(self.bench, found), done)[0]
 
     def designed(self) -> EvaluatedHypothesis:
         """The unchanged nominal leg."""

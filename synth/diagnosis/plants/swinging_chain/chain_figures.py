@@ -38,7 +38,7 @@ def trial_gaps(
     """Scored trials in measured angles, for the report and the files."""
     made = []
     for index, trial in enumerate(trials):
-        smoothed, found = trial.recording.smoothed, missing[index]
+        smoothed, found, rest = trial.recording.smoothed, missing[index], (trial.recording.leg or nominal).rest
         nearest = np.clip(np.searchsorted(smoothed.time, trial.time), 0, len(smoothed.time) - 1)
         torque = np.full((len(trial.time), len(nominal.joints)), np.nan)
         inside = (trial.time >= found.time[0]) & (trial.time <= found.time[-1]) if len(found.time) else None
@@ -56,7 +56,7 @@ def trial_gaps(
                 after=nominal.to_measured(stages.after[index]),
                 missing_torque=torque,
                 speed=nominal.sign * smoothed.rate[nearest],
-                deflection=nominal.sign * (smoothed.angle[nearest] - nominal.rest),
+                deflection=nominal.sign * (smoothed.angle[nearest] - rest),
                 phase=phases(trial, noise),
                 held_out=held_out,
                 scored=True,

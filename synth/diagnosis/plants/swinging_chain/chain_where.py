@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.diagnosis_result import PHASES, THIRDS, Where, shares
+from synth.diagnosis.plants.swinging_chain.leg_torques import acting_torques, joint_torques
 from synth.motion.smoothing import Smoothed, odd_points, smooth
-from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
@@ -48,10 +48,7 @@ def missing_torque(leg: Leg, trial: AngleTrial) -> MissingTorque:
     conditions = trial.recording.conditions
     found = coefficients(leg, conditions.tip)
     momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, leg.tilt + conditions.tilt)
-    known = force + joint_torques(leg, smoothed.angle, smoothed.rate)
-    driven = trial.recording.known_force(leg)
-    if driven is not None:
-        known = known + driven
+    known = force + acting_torques(leg, trial.recording)
     view = np.lib.stride_tricks.sliding_window_view
     starts = np.arange(0, count - support, max(1, support // 4))
     starts = starts[~view(smoothed.gap, support + 1)[starts].any(axis=1)]
@@ -61,19 +58,6 @@ def missing_torque(leg: Leg, trial: AngleTrial) -> MissingTorque:
     torque = (change - acting) / area
     torque[:, [j for j in range(len(leg.joints)) if j not in trial.free]] = np.nan
     return MissingTorque(smoothed.time[starts + support // 2], torque)
-
-
-def joint_torques(leg: Leg, angle: Array, rate: Array) -> Array:
-    """(n_time, n) N m of springs and dampers along a motion; effects of the leg file are not included."""
-    torque = np.zeros_like(angle)
-    for j, joint in enumerate(leg.joints):
-        spring = joint.spring.rate if joint.spring else 0.0
-        torque[:, j] -= spring * (angle[:, j] - joint.rest)
-        if joint.damper is not None and joint.damper.curve is not None:
-            torque[:, j] -= torque_at(joint.damper.curve, rate[:, j])
-        elif joint.damper is not None:
-            torque[:, j] -= (joint.damper.rate or 0.0) * rate[:, j]
-    return torque
 
 
 def rate_noise(smoothed: Smoothed, noise: Array) -> Array:
@@ -172,8 +156,12 @@ _LABELS: dict[str, tuple[str, ...]] = {
 
 
 def _thirds(leg: Leg, trial: AngleTrial) -> dict[str, NDArray[np.int64]]:
-    """Index 0..2 of each sample and joint by speed, deflection and carried torque, and by time."""
-    smoothed = trial.recording.smoothed
+    """Index 0..2 of each sample and joint by speed, deflection and carried torque, and by time.
+
+    A trial with its own leg is deflected from that leg's free angles, and its springs and dampers carry
+    the torque.
+    """
+    leg, smoothed = trial.recording.leg or leg, trial.recording.smoothed
     nearest = np.clip(np.searchsorted(smoothed.time, trial.time), 0, len(smoothed.time) - 1)
     speed = np.abs(smoothed.rate[nearest])
     position = np.abs(smoothed.angle[nearest] - leg.rest)

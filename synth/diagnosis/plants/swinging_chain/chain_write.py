@@ -18,6 +18,7 @@ from synth.files.leg_file import write_leg
 from synth.files.output import place, stems, write_csv, write_json
 from synth.files.page_outline import outline_json
 from synth.swing.chain import Conditions
+from synth.swing.driving_inputs import driven_by
 from synth.swing.effects import effect_named
 from synth.units import quantity
 
@@ -127,7 +128,10 @@ def _conditions(project: GapProject, name: str) -> dict[str, Any]:
     if trial is None:
         return {}
     locked = tuple(names.index(joint) for joint in trial.locked)
-    return Conditions(locked, trial.tip_mass, trial.tilt, trial.tip_inertia, trial.tip_at).as_json(names)
+    found = Conditions(locked, trial.tip_mass, trial.tilt, trial.tip_inertia, trial.tip_at).as_json(names)
+    torque = None if trial.torques is None else (trial.time, trial.torques)
+    by = list(driven_by(torque, trial.signals))
+    return {**found, "driven_by": by} if by else found
 
 
 def _trial(trial: TrialGap, name: str, joints: Sequence[str]) -> dict[str, Any]:

@@ -18,7 +18,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.lanes import Block, LanePredictor
-from synth.diagnosis.plants.swinging_chain.chain_where import joint_torques
+from synth.diagnosis.plants.swinging_chain.leg_torques import joint_torques
 from synth.diagnosis.score import first_state
 from synth.remarks import noted
 from synth.swing.leg_model import Leg

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from synth.diagnosis.angle_trials import copies
 from synth.errors import Problem, UserError
+from synth.fit.copies import copies
 from synth.fit.recordings import Recording, recordings
 from synth.remarks import decisive
 from synth.swing.leg_model import Leg

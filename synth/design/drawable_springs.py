@@ -1,0 +1,50 @@
+"""Whether a bought spring can be drawn in its joint, before the joint is laid out.
+
+A spring to wind is designed for the same shaft, clearance and travel, so both kinds are judged by the same numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import degrees, radians
+
+from synth.files.project_options import CadOptions
+from synth.parts.rows import TorsionSpringRow
+from synth.spring.space import wound_inside_diameter
+from synth.spring.spring_result import SpringLimits
+
+STOP_ROOM = radians(3.5)  # beyond the travel; the joint's hard stops are there, and the spring must bear it
+ROUNDING = 1.0 - 1e-6  # of converted units
+
+
+def arbor_of(cad: CadOptions) -> float:
+    """Diameter (m) inside the coil that the shaft takes with its clearance."""
+    return cad.shaft_diameter + 2.0 * cad.clearance
+
+
+def reasons_not_drawn(row: TorsionSpringRow, travel: float, cad: CadOptions) -> Iterator[str]:
+    """Why the joint cannot be drawn with a bought spring that it winds by ``travel`` rad from its free angle.
+
+    The same text for all springs of a joint, so that they can be counted.
+    """
+    from synth.cad import SpringDimensions
+
+    if row.leg_convention not in ("", "tangent"):
+        yield f"{row.leg_convention} legs, which are not drawn"
+        return
+    if row.wire_diameter is None or row.mean_diameter is None or row.body_coils is None or row.included_angle is None:
+        yield "cannot be drawn: wire, diameter, coils or included angle is unknown"
+        return
+    shaft = f"the shaft of {cad.shaft_diameter * 1e3:.4g} mm (cad.shaft_diameter)"
+    least = SpringLimits(arbor_diameter=arbor_of(cad)).least_wound_inside()
+    assert least is not None
+    wound = wound_inside_diameter(row.wire_diameter, row.mean_diameter, row.body_coils, travel + STOP_ROOM)
+    if wound < least * ROUNDING:
+        yield f"the coil would close on {shaft}"
+    if row.max_arbor_diameter is not None and row.max_arbor_diameter < cad.shaft_diameter * ROUNDING:
+        yield f"its vendor's max_arbor_diameter is below {shaft}"
+    drawn = SpringDimensions(
+        row.wire_diameter * 1e3, row.mean_diameter * 1e3, row.body_coils, degrees(row.included_angle)
+    )
+    for problem in drawn.problems():
+        yield f"cannot be drawn: {problem.dimension.replace('_', ' ')} out of range"

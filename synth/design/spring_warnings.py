@@ -1,0 +1,47 @@
+"""Warnings on a joint's spring: its seat, limits that the joint's travel passes, values to measure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import degrees
+
+from synth.design.choose_springs import SpringOption, WantedTravel
+from synth.files.project_options import SpringChoice
+from synth.remarks import decisive
+
+BEAR_IT = (
+    "Have one wound (make: true), allow other rates or several in parallel (rate_tolerance, parallel), add a table "
+    "under select.catalogs, or give the joint a smaller range."
+)
+LAST_RESORT = "; it is taken because no bought spring that meets the constraints bears this joint's travel"
+
+
+def sense_warning(joint: str, travel: WantedTravel) -> list[str]:
+    """A warning if the travel would open a spring seated as in the thesis, so that the other seat is drawn."""
+    if not travel.turned_round:
+        return []
+    return [
+        f"{joint}: its spring turns {degrees(travel.winding):.0f} deg towards larger measured angles and only "
+        f"{degrees(travel.opening):.0f} deg the other way. A torsion spring must be loaded in the winding direction, "
+        "so it is seated the other way round: larger angles close its arms, and its arm offset is the free angle "
+        "plus the included angle"
+    ]
+
+
+def _plain(option: SpringOption) -> SpringOption:
+    """The option without the remarks on its row."""
+    assert option.row is not None
+    return replace(option, row=replace(option.row, derived=()))
+
+
+def spring_warnings(joint: str, option: SpringOption, choice: SpringChoice) -> list[str]:
+    """Warnings on a bought spring: limits that the travel passes, or values that must be measured first."""
+    if option.row is not None and option.row.derived:
+        return [f"{joint}: {option.part} is {option.row.status}", *spring_warnings(joint, _plain(option), choice)]
+    why = "" if choice.part is not None else LAST_RESORT
+    warnings = [decisive(f"{joint}: {option.part} {each.text}{why}", BEAR_IT) for each in option.passed]
+    if option.row is not None and option.check is None:
+        warnings.append(
+            f"{joint}: the catalogue has too few data of {option.part} to compute the angle at which it yields"
+        )
+    return warnings

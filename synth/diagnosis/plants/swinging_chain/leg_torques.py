@@ -1,0 +1,114 @@
+"""Torques that a leg exerts along a recorded motion: springs, dampers, effects of its file, drives."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.drives.servo import OF_THE_LAW, Servo, ServoSignals
+from synth.fit.recordings import Recording
+from synth.motion.smoothing import Smoothed
+from synth.swing.chain import Conditions
+from synth.swing.damper_curves import torque_at
+from synth.swing.effects import effect_named
+from synth.swing.effects.torque_along_motion import AlongMotion, torque_along
+from synth.swing.known_torque import averaged, delayed
+from synth.swing.lane_layout import SERVO
+from synth.swing.leg_lanes import LegLanes, in_rotation
+from synth.swing.leg_model import Damper, Leg
+from synth.swing.mechanics import absolute
+
+
+def acting_torques(leg: Leg, recording: Recording) -> Array:
+    """(n_time, n) N m on q that the leg's joints exert along the smoothed motion, as the simulation has them.
+
+    Springs, dampers, known torques, servos, and of the effects in the leg file the torques and the errors of drives. A
+    common source and a limited rate of a command are left out; effects of structure and reading are none of a torque.
+    """
+    smoothed = recording.smoothed
+    driven = driving_torques(leg, recording)
+    torque = joint_torques(leg, smoothed.angle, smoothed.rate)
+    if driven is not None:
+        torque += driven
+    forces = None
+    for j, joint in enumerate(leg.joints):
+        for name, given in joint.effects.items():
+            effect = effect_named(name)
+            if effect.way != "torque":
+                continue
+            if effect.uses_load and forces is None:
+                forces = bearing_forces(leg, smoothed, recording.conditions)
+            force = np.zeros(len(smoothed.time)) if forces is None else forces[:, j]
+            if effect.uses_drive:
+                force = np.zeros(len(smoothed.time)) if driven is None else driven[:, j]
+            angle, rate = smoothed.angle[:, j], smoothed.rate[:, j]
+            spring = joint.spring.rate if joint.spring is not None else 0.0
+            damper = (joint.damper.rate or 0.0) if joint.damper is not None else 0.0
+            resisting = _resisting(joint.damper, rate)
+            motion = AlongMotion(smoothed.time, angle, rate, angle - joint.rest, spring, damper, resisting, force)
+            torque[:, j] += torque_along(effect, motion, in_rotation(effect, joint.sign, joint.zero, given))
+    return torque
+
+
+def joint_torques(leg: Leg, angle: Array, rate: Array) -> Array:
+    """(n_time, n) N m of springs and dampers along a motion; effects of the leg file are not included."""
+    torque = np.zeros_like(angle)
+    for j, joint in enumerate(leg.joints):
+        spring = joint.spring.rate if joint.spring else 0.0
+        torque[:, j] -= spring * (angle[:, j] - joint.rest) + _resisting(joint.damper, rate[:, j])
+    return torque
+
+
+def _resisting(damper: Damper | None, rate: Array) -> Array:
+    """(n_time,) N m of a damper, which resists positive rates."""
+    if damper is not None and damper.curve is not None:
+        return torque_at(damper.curve, rate)
+    return ((damper.rate or 0.0) if damper is not None else 0.0) * rate
+
+
+def driving_torques(leg: Leg, recording: Recording) -> Array | None:
+    """(n_time, n) N m on q of known torques and servos, with the errors that the leg file states; None without both."""
+    effects = [name for joint in leg.joints for name in joint.effects]
+    if not recording.driven or all(effect_named(name).way != "drive" for name in effects):
+        return recording.known_force(leg)
+    legs, torque = LegLanes.of(leg), np.zeros_like(recording.smoothed.angle)
+    if recording.known_torque is not None:
+        gain, offset, delay = legs.drive[:, :, 0]
+        times, known = recording.known_torque
+        torque += averaged(delayed((times, (1.0 + gain) * known + offset), delay), recording.smoothed.time)
+    if recording.signals is not None:
+        torque += _servo_torques(leg, legs.servo[:, :, 0], recording.signals, recording.smoothed)
+    return torque
+
+
+def _servo_torques(leg: Leg, numbers: Array, signals: ServoSignals, smoothed: Smoothed) -> Array:
+    """(n_time, n) N m on q of servos with these ``numbers`` (15, n), in the order of ``SERVO``."""
+    from synth.drives.servo_law import servo_torque  # with numba, see ``Servo.torque``
+
+    along = np.vectorize(servo_torque.py_func, otypes=[float])
+    command, supply, enabled = signals.at(smoothed.time, numbers[SERVO.index("servo_delay")])
+    torque = np.zeros_like(smoothed.angle)
+    for j, joint in enumerate(leg.joints):
+        if isinstance(joint.drive, Servo):
+            error, law = command[:, j] - smoothed.angle[:, j], numbers[:OF_THE_LAW, j].tolist()
+            torque[:, j] = along(error, smoothed.rate[:, j], supply[:, j], enabled[:, j], *law)
+    return torque
+
+
+def bearing_forces(leg: Leg, smoothed: Smoothed, conditions: Conditions) -> Array:
+    """(n_time, n) N in each hinge: weight and inertial force of all that is outboard (Newton's law), tip included."""
+    phi, omega = absolute(smoothed.angle, leg.tilt + conditions.tilt), np.cumsum(smoothed.rate, axis=1)
+    turning = np.gradient(omega, smoothed.time, axis=0)
+    sine, cosine = np.sin(phi), np.cos(phi)
+    # Of a point at distance 1 on each link, against the hinge: horizontal and upward acceleration.
+    there = np.stack([turning * cosine - omega**2 * sine, turning * sine + omega**2 * cosine])
+    force, hinge = np.zeros((2, *phi.shape)), np.zeros((2, len(phi)))
+    up = np.array([0.0, leg.gravity])[:, None]
+    for j, joint in enumerate(leg.joints):
+        own = joint.link.mass * (hinge + joint.link.com * there[:, :, j] + up)
+        if j == len(leg.joints) - 1:
+            reach = float(conditions.tip.place(joint.link.length))
+            own += conditions.tip.mass * (hinge + reach * there[:, :, j] + up)
+        force[:, :, : j + 1] += own[:, :, None]
+        hinge = hinge + joint.link.length * there[:, :, j]
+    return np.asarray(np.hypot(force[0], force[1]))

@@ -1,0 +1,65 @@
+"""Parameters of a cause that end where their search does: the trials may well ask for more.
+
+A torque that acts 40 ms late was once named with 36.0 ms, interval 30.1 to 36.0 ms: the search went no further, and
+nothing said so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.diagnosis_result import Cause
+from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.sentences import parameters_text
+from synth.estimation.intervals import Estimate
+
+NEAR = 1e-3  # deviations of the prior from a bound: a step that is cut at a bound ends on it
+INSIDE = 0.01  # deviations of the prior, by which a step back shows the sense of a parameter
+
+
+def at_limits(candidate: ShapedEffect, x: Array) -> dict[str, bool]:
+    """Name of each free parameter that ends at a limit of its search -> whether that is its largest value.
+
+    Not where the parameter itself ends: at 0 if it is a size, at the whole of a share. ``x`` (size,) : whitened.
+    """
+    low, high = candidate.bounds()
+    values, found = candidate.named(x), dict[str, bool]()
+    for k, (name, prior) in enumerate(zip(candidate.shape.free, candidate.priors, strict=True)):
+        unit = candidate.effect.parameters[candidate.effect.index(name)].unit
+        for bound, inward in ((low[k], INSIDE), (high[k], -INSIDE)):
+            end = float(prior.value(bound))
+            linear = not (prior.log or prior.inverse)
+            if abs(x[k] - bound) > NEAR or (linear and (end == 0.0 or (unit == "1" and abs(end) == 1.0))):
+                continue
+            inside = x.copy()
+            inside[k] = bound + inward
+            before = candidate.named(inside)[name]
+            if before != values[name]:
+                found[name] = values[name] > before
+    return found
+
+
+def opened(estimates: Mapping[str, Estimate], limits: Mapping[str, bool]) -> dict[str, Estimate]:
+    """The estimates, the intervals of those in ``limits`` without the end that only the search sets."""
+    return {name: _opened(each, limits[name]) if name in limits else each for name, each in estimates.items()}
+
+
+def _opened(estimate: Estimate, largest: bool) -> Estimate:
+    return replace(estimate, high=np.inf) if largest else replace(estimate, low=-np.inf)
+
+
+def limit_sentences(short: str, candidate: ShapedEffect, x: Array, cause: Cause) -> list[str]:
+    """A warning for each parameter told in the sentence that ends at a limit; ``short`` : the cause in a few words."""
+    found = []
+    for name, largest in at_limits(candidate, x).items():
+        if name in candidate.effect.told:
+            end, beyond = ("largest", "larger") if largest else ("smallest", "smaller")
+            found.append(
+                f"{short}: {parameters_text(cause, [name])} is the {end} value that the search tries; the true one may "
+                f"be {beyond}, and its interval is open on that side"
+            )
+    return found

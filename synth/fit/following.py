@@ -1,0 +1,88 @@
+"""How the estimates follow a small change of the model, and what of its motion they cannot follow.
+
+The change of each trial's prediction with the unknowns held is given; those of the estimates follow from the
+sensitivities of the trajectories (``estimation.consider``), without refits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.arrays import Array
+from synth.estimation.consider import Considered, Coupling, consider
+from synth.fit.least_squares import Stage, information_at, sample_weights
+from synth.fit.recordings import Recording
+from synth.fit.trajectories import TrajectoryModel
+from synth.threads import shared_out
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Followed:
+    """``considered`` : of the common unknowns (p, c). A trial each: ``own`` (l, c) change of its own unknowns, and
+    ``left`` (k, n, c) rad of the prediction of its samples asked for, all unknowns following.
+    """
+
+    considered: Considered
+    own: tuple[Array, ...]
+    left: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class _ChangedTrial:
+    """Its ``coupling``; of the samples asked for ``moved`` (k, n, c), and ``slopes`` (k, n, p + l) by its unknowns."""
+
+    coupling: Coupling
+    moved: Array
+    slopes: Array
+
+
+def followed(
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    stage: Stage,
+    change: Callable[[int], Array],
+    asked: Callable[[Recording], Mask],
+    beside: Array | None = None,
+) -> Followed:
+    """The estimates of ``stage`` after each of c changes of the model.
+
+    Parameters
+    ----------
+    change : trial -> (m, n, c) rad, of its prediction, the unknowns held.
+    asked : recording -> (m,) the samples whose remaining change is wanted.
+    beside : (p, c) change of the gradient by measurements other than trials.
+    """
+    solution, weights, n_common = stage.solution, stage.weights, len(stage.solution.values)
+    lanes = shared_out(lambda t: model.sensitivity(recordings[t], solution.values, solution.locals[t]), len(recordings))
+    # Not the solution's own, which may be that of the point before: along a ridge its least eigenvalue, and with it
+    # the change of the estimates, was off by a factor of 200.
+    information = information_at(model, recordings, stage, lanes)
+
+    def one(t: int) -> _ChangedTrial:
+        recording, found, moved = recordings[t], lanes[t], change(t)
+        both = (found.differences() / found.plan.width)[:, :, found.plan.order]
+        root = sample_weights(recording, found.prediction, weights.noise[t], weights.rounding)
+        product = _flat(both, root).T @ _flat(moved, root)
+        some = asked(recording)
+        return _ChangedTrial(Coupling(product[:n_common], product[n_common:]), moved[some], both[some])
+
+    trials = shared_out(one, len(recordings))
+    couplings = [trial.coupling for trial in trials]
+    considered = consider(information, couplings, beside)
+    own = tuple(considered.own(information, couplings))
+    left = (
+        trial.moved + trial.slopes @ np.concatenate([considered.sensitivity, mine])
+        for trial, mine in zip(trials, own, strict=True)
+    )
+    return Followed(considered, own, tuple(left))
+
+
+def _flat(slopes: Array, root: Array) -> Array:
+    """(k n, c), weighted."""
+    return np.asarray((slopes * root[:, :, None]).reshape(root.size, -1))

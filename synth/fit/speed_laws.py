@@ -1,0 +1,85 @@
+"""Laws of a joint's torque that a leg of springs and linear dampers lacks most often, and what a search has found.
+
+``synth gap`` has more of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from synth.arrays import Array
+from synth.estimation.intervals import NORMAL90
+from synth.fit.model_error import ModelError
+from synth.swing.leg_model import Leg
+from synth.units import quantity
+
+
+@dataclass(frozen=True)
+class SpeedLaw:
+    """A torque that opposes motion: the ``effect``, its ``key`` and ``unit``, what it is called; ``power`` of speed."""
+
+    effect: str
+    key: str
+    unit: str
+    words: str
+    power: int
+
+
+# Sought by a fit in this order; the one that leaves least is taken.
+LAWS = (
+    SpeedLaw("coulomb_friction", "torque", "N*m", "dry friction", 0),
+    SpeedLaw("quadratic_damping", "coefficient", "N*m*s^2/rad^2", "damping that grows with the square of speed", 2),
+)
+
+
+@dataclass(frozen=True)
+class AnotherLaw:
+    """``size`` (n,) of the law's coefficient at each joint, SI, 0 where it does not act, ``deviation`` (n,) of it.
+
+    ``leg`` : the given one with it as its effect. ``of_rates`` : error of the common unknowns by that of the
+    coefficients. ``left`` : share of the error that stays. ``values`` (p,) of the common unknowns beside it.
+    """
+
+    law: SpeedLaw
+    leg: Leg
+    size: Array
+    deviation: Array
+    of_rates: ModelError
+    left: float
+    values: Array
+
+    @property
+    def error(self) -> ModelError:
+        """Of the coefficients, with the finding and how to write it."""
+        law = self.law
+        told = ", ".join(
+            f"{joint.name} {size:.3g} +- {NORMAL90 * deviation:.2g} {law.unit}"
+            for joint, size, deviation in zip(self.leg.joints, self.size, self.deviation, strict=True)
+            if size > 0.0
+        )
+        explained = 100 * min(1 - self.left, 1.0)
+        sentence = (
+            f"{law.words} explains {explained:.0f} % of what springs and linear dampers leave: {told}. It is part of "
+            "the fitted leg and its uncertainty is in the intervals. To state it beforehand, write effects: "
+            f"[{{{law.effect}: {{{law.key}: ...}}}}] at the joint in the leg file; to fit without it, laws: linear"
+        )
+        return replace(self.of_rates, sentence=sentence)
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry ``law`` of ``fit.json``."""
+        sizes = {
+            joint.name: quantity(size, self.law.unit, (max(0.0, size - NORMAL90 * width), size + NORMAL90 * width))
+            for joint, size, width in zip(self.leg.joints, self.size.tolist(), self.deviation.tolist(), strict=True)
+            if size > 0.0
+        }
+        return {"effect": self.law.effect, self.law.key: sizes, "explains": min(1.0 - self.left, 1.0)}
+
+
+def with_law(leg: Leg, law: SpeedLaw, size: Array) -> Leg:
+    """The leg with coefficients (n,) of the law at its joints, none where they are zero."""
+    return leg.with_joints(**{
+        joint.name: {"effects": {law.effect: {law.key: float(each)}}}
+        for joint, each in zip(leg.joints, size, strict=True)
+        if each > 0.0
+    })  # fmt: skip

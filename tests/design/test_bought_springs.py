@@ -1,0 +1,245 @@
+"""Bought springs that do not bear the joint's travel, or that the joint cannot be drawn with, are not chosen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import degrees, pi, radians
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from synth.api.designs import design
+from synth.design.choose_dampers import DamperChoiceMade, DamperOption
+from synth.design.choose_springs import SpringOption, SpringSource, WantedTravel, other_springs, spring_options
+from synth.design.drawable_springs import reasons_not_drawn
+from synth.design.part_sets import SetsMade, choose_sets
+from synth.design.response import WantedRelease, WantedResponse
+from synth.design.spring_warnings import spring_warnings
+from synth.errors import UserError
+from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
+from synth.parts.catalogs import Catalogue
+from synth.parts.rows import TorsionSpringRow
+from synth.remarks import severity_of
+from synth.spring.bought_spring import check_bought, travel_to_yield
+from synth.spring.space import wound_inside_diameter
+from synth.swing.chain import Conditions
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
+
+TRAVEL = WantedTravel(radians(100.0), radians(10.0))
+HEAD = (
+    "part,vendor,material,included_angle [deg],rate [N*m/rad],wire_diameter [mm],outer_diameter [mm],body_coils [1],"
+    "max_torque [N*m],max_deflection [deg],max_arbor_diameter [mm],leg_convention\n"
+)
+# THIN yields at 41 deg; THICK and WIDE are the same coil, which holds, with other names and limits.
+ROWS = {
+    "THIN": "120,1.45,2.0,12.7,3.1667,,,,",
+    "THICK": "120,1.14,3.2,33,8.1667,,,,",
+    "LOADED": "120,1.14,3.2,33,8.1667,0.2,,,",
+    "TURNED": "120,1.14,3.2,33,8.1667,,10,,",
+    "ARBOR": "120,1.14,3.2,33,8.1667,,,7.5,",
+    "RADIAL": "60,1.14,3.2,33,8.1667,,,,radial",
+    "WHOLE": "360,1.14,3.2,33,8.5,,,,",
+    "NARROW": "120,0.2036,1,5,3.1667,,,,",
+}
+
+
+def table(folder: Path, *parts: str) -> Catalogue:
+    """Only these springs."""
+    path = folder / "mine.csv"
+    path.write_text(HEAD + "".join(f"{part},Mine,music wire,{ROWS[part]}\n" for part in parts))
+    whole = Catalogue.load([path])
+    return replace(whole, springs=tuple(row for row in whole.springs if row.file == str(path)))
+
+
+def source(catalogue: Catalogue, drawn: bool = False, **spring: object) -> SpringSource:
+    asked = SpringChoice(**{"rate_tolerance": 0.6, **spring})  # type: ignore[arg-type]
+    return SpringSource("knee", asked, TRAVEL, catalogue, CadOptions(), drawn=drawn)
+
+
+def parts(options: list[SpringOption]) -> list[str]:
+    return [option.part for option in options]
+
+
+def test_a_spring_that_yields_in_the_travel_is_left_out_and_counted(tmp_path: Path) -> None:
+    options, left_out, warnings = spring_options(source(table(tmp_path, "THIN", "THICK"), make=False), 1.4)
+    assert parts(options) == ["THICK"]
+    assert left_out == {"yields within 100 deg": 1}
+    assert warnings == []
+    others = other_springs(source(table(tmp_path, "THIN", "THICK"), make=False), 1.4, [])
+    assert parts(others) == ["THICK"]
+
+
+@pytest.mark.parametrize(
+    ("weak", "reason"),
+    [
+        ("LOADED", "loaded beyond its vendor's max_torque at 100 deg"),
+        ("TURNED", "turned 100 deg, beyond its vendor's max_deflection"),
+    ],
+)
+def test_a_spring_beyond_its_vendors_limits_is_left_out(tmp_path: Path, weak: str, reason: str) -> None:
+    options, left_out, _ = spring_options(source(table(tmp_path, weak, "THICK"), make=False), 1.14)
+    assert parts(options) == ["THICK"]
+    assert left_out == {reason: 1}
+
+
+def test_one_is_wound_if_no_bought_spring_bears_the_travel(tmp_path: Path) -> None:
+    (option,), left_out, warnings = spring_options(source(table(tmp_path, "THIN", "LOADED")), 1.4)
+    assert option.design is not None
+    assert sum(left_out.values()) == 2
+    assert "with this rate, 1 loaded beyond its vendor's max_torque at 100 deg; 1 yields within 100 deg" in warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("part", "limit"),
+    [
+        ("THIN", "yields at 41 deg from its free angle, but the joint turns it 100 deg"),
+        ("LOADED", "may be loaded with 0.2 N*m by its vendor's limit, but the joint loads it with 1.99 N*m"),
+        ("TURNED", "may be turned 10 deg by its vendor's limit, but the joint turns it 100 deg"),
+    ],
+)
+def test_a_named_part_or_the_only_one_is_taken_with_a_decisive_warning(tmp_path: Path, part: str, limit: str) -> None:
+    only = table(tmp_path, part)
+    for asked in ({"part": part}, {"make": False}):
+        where = source(only, **asked)
+        (option,), _, _ = spring_options(where, 1.4)
+        (said,) = spring_warnings("knee", option, where.choice)
+        assert said.startswith(f"knee: {part} {limit}")
+        assert said.endswith("bears this joint's travel") is ("make" in asked)
+        assert severity_of(said) == "decide"
+
+
+def test_a_last_resort_is_not_taken_if_another_damper_allows_a_spring_that_holds(tmp_path: Path) -> None:
+    """Each damper asks for its own rate: THIN would suit the better one, THICK the other."""
+    catalogue = table(tmp_path, "THIN", "THICK")
+    leg = Leg(
+        "knee", (Joint("knee", Link(0.3, 0.3, 0.12, 4e-3), pi, 1, None, Spring(1.45, radians(111)), Damper(0.1)),)
+    )
+    rows = [catalogue.find_damper(part) for part in ("6597K19", "6597K8")]
+    first, second = (
+        DamperOption(row, Damper(0.1), "linear", "", spring=Spring(rate, radians(111)))
+        for row, rate in zip(rows, (1.45, 1.14), strict=True)
+    )
+    time = np.linspace(0.0, 1.0, 101)
+    release = WantedRelease("a", time, leg.to_rotation(np.array([radians(70.0)])), np.zeros(1), Conditions())
+    wanted = WantedResponse.of(leg, [release])
+
+    def chosen(*options: DamperOption) -> SetsMade:
+        dampers = DamperChoiceMade((first,), (options,), ({},), leg, ())
+        where = source(catalogue, make=False, rate_tolerance=0.1)
+        return choose_sets(wanted, leg, dampers, [where], PartsOptions())
+
+    alone, both = chosen(first), chosen(first, second)
+    assert alone.springs.chosen[0].part == "THIN"  # there is no other
+    assert (both.springs.chosen[0].part, both.dampers.chosen[0].part) == ("THICK", "6597K8")
+    (said,) = (text for text in both.springs.warnings[0] if "left out" in text)
+    assert "6597K19, is left out" in said
+    assert "THIN yields at 41 deg" in said
+    assert severity_of(said) == "decide"
+
+
+def test_the_travel_to_yield_is_that_of_the_full_check() -> None:
+    catalogue = Catalogue.load()
+    known = 0
+    for row in catalogue.springs:
+        check = check_bought(row, catalogue, 1.0) if row.choosable else None
+        if check is not None:
+            assert travel_to_yield(row, catalogue) == pytest.approx(check.free_travel, rel=1e-12)
+            known += 1
+    assert known > 20
+
+
+REASONS = {
+    "ARBOR": "its vendor's max_arbor_diameter is below the shaft of 8 mm (cad.shaft_diameter)",
+    "NARROW": "the coil would close on the shaft of 8 mm (cad.shaft_diameter)",
+    "RADIAL": "radial legs, which are not drawn",
+    "WHOLE": "cannot be drawn: included angle out of range",
+}
+
+
+@pytest.mark.parametrize("part", REASONS)
+def test_a_spring_that_cannot_be_drawn_is_left_out_where_the_joint_is_drawn(tmp_path: Path, part: str) -> None:
+    catalogue = table(tmp_path, part, "THICK")
+    row = catalogue.find_spring(part)
+    assert row.choosable, row.status
+    assert row.rate is not None
+    for drawn in (False, True):
+        where = replace(source(catalogue, drawn, make=False), travel=WantedTravel(radians(20.0), 0.0))
+        if part == "NARROW" and drawn:
+            with pytest.raises(UserError, match="1 the coil would close on the shaft of 8 mm"):
+                spring_options(where, row.rate)
+            continue
+        options, left_out, _ = spring_options(where, row.rate)
+        assert (part in parts(options)) is not drawn
+        assert left_out.get(REASONS[part], 0) == drawn
+
+
+def test_a_bought_spring_gets_the_room_for_the_shaft_that_a_wound_one_gets() -> None:
+    """Both sides of the limit: shaft and clearance, a tenth beside the arbor, at the stops."""
+    row = TorsionSpringRow(
+        part="X", rate=1.0, included_angle=radians(120), wire_diameter=2e-3, outer_diameter=20e-3, body_coils=4.1667
+    )
+    cad, travel = CadOptions(), radians(60.0)
+    wound = wound_inside_diameter(2e-3, 18e-3, 4.1667, travel + radians(3.5))
+    shaft = 0.9 * wound - 2 * cad.clearance
+    fits, does_not = (
+        list(reasons_not_drawn(row, travel, replace(cad, shaft_diameter=shaft * k))) for k in (0.99, 1.01)
+    )
+    assert fits == []
+    assert [text.split(" of ")[0] for text in does_not] == ["the coil would close on the shaft"]
+
+
+def test_springs_to_wind_keep_the_system_and_every_limit_on_their_sizes() -> None:
+    catalogue = Catalogue.load()
+
+    def wound(parts: PartsOptions = PartsOptions(), **limits: float) -> SpringOption:  # noqa: B008
+        where = replace(source(catalogue, make=True, wire="music", **limits), parts=parts)
+        (option,), _, _ = spring_options(where, 1.1)
+        assert option.design is not None
+        assert option.result is not None
+        assert option.result.best is option.design
+        return option
+
+    free = wound().design
+    assert free is not None
+    metric = wound(PartsOptions(system="metric"), min_wire_diameter=4e-3).design
+    assert metric is not None
+    assert metric.wire_diameter == pytest.approx(4e-3, rel=1e-9)
+    thin = wound(max_wire_diameter=0.99 * free.wire_diameter, max_body_length=0.1).design
+    assert thin is not None
+    assert thin.wire_diameter < free.wire_diameter
+    outer = free.mean_diameter + free.wire_diameter
+    wide = wound(min_outer_diameter=1.3 * outer).design
+    assert wide is not None
+    assert wide.mean_diameter + wide.wire_diameter >= 1.3 * outer
+    long = wound(min_body_length=1.5 * free.body_length).design
+    assert long is not None
+    assert long.body_length >= 1.5 * free.body_length * (1 - 1e-9)
+
+
+def test_limits_that_no_wire_meets_are_named() -> None:
+    where = replace(source(Catalogue.load(), make=True, wire="music"), parts=PartsOptions(system="metric"))
+    where = replace(where, choice=replace(where.choice, min_wire_diameter=6.05e-3, max_wire_diameter=6.06e-3))
+    with pytest.raises(
+        UserError, match=r"music \(metric sizes, at least 6\.05 mm, at most 6\.06 mm\) gives 1\.1 N\*m/rad"
+    ):
+        spring_options(where, 1.1)
+
+
+def test_a_leg_whose_nearest_spring_is_too_narrow_is_drawn_with_another(tmp_path: Path) -> None:
+    """BC001 comes nearest in rate: its coil of 5 mm has no room for the shaft of 8 mm, and the run ended with that."""
+    leg = "link: {length: 200 mm, mass: 50 g, com: 86 mm, inertia: 5.3e-4 kg*m^2}"
+    (tmp_path / "one.leg.yaml").write_text(
+        f"kind: leg\nname: one\njoints:\n  - name: knee\n    zero: 180 deg\n    sign: +1\n    {leg}\n"
+    )
+    path = tmp_path / "leg.yaml"
+    path.write_text(
+        "kind: leg-design\nsource: {leg: one.leg.yaml, wanted: {knee: {rest: 170 deg, amplitude: 25 deg, "
+        "damping_ratio: 0.3, damped_frequency: 1.9 Hz}}}\ntarget: one.leg.yaml\n"
+        "select: {joints: {knee: {spring: {rate_tolerance: 60 %}}}}\n"
+    )
+    made = design(path).design
+    assert made.drawn is not None
+    assert made.drawn.dimensions.joints[0].spring.mean_diameter > 8.0
+    assert made.springs.left_out[0]["the coil would close on the shaft of 8 mm (cad.shaft_diameter)"] >= 1
+    assert degrees(made.errors[0]) < 3.0
