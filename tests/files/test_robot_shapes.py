@@ -14,7 +14,7 @@ from synth.files.robots.robot_project import robot_leg
 
 TURN = 0.4  # rad, of a shape about the hinge
 SINE, COSINE = np.sin(TURN), np.cos(TURN)
-# Half sizes 10, 15 and 100 mm about a centre 100 mm below the joint: MJCF, URDF, reach below the centre when turned, mm.
+# Half sizes 10, 15, 100 mm about a centre 100 mm below the joint: MJCF, URDF, reach below the centre when turned, mm.
 SHAPES = {
     "capsule": ('type="capsule" size=".01 .1"', '<capsule radius=".01" length=".2"/>', 100.0 * COSINE),
     "cylinder": ('type="cylinder" size=".01 .1"', '<cylinder radius=".01" length=".2"/>', 10 * SINE + 100 * COSINE),
