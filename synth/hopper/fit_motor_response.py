@@ -29,6 +29,7 @@ SAME_NOISE = 0.01  # relative change of the noise that ends them
 LEAST_NOISE = 1e-9  # of a column's root mean square: noise of recordings without any
 LEAST_GAIN = 1e-4  # of the cost: a step of 0.014 standard deviations
 SAME_COST = 1e-2  # difference of cost, 0.14 standard deviations, below which two fits are alike
+# Damping from a null direction's rounding to no step at all; hardly damped, a step's predicted gain is what it gains.
 RULE = Nielsen(least=1e-12, most=1e12, settled=1.0, hardly_damped=1e-2)
 SHORTEST = 40.0  # samples over L/R, above which no response shows L: it is within exp(-40) of none
 
