@@ -34,6 +34,7 @@ _PUBLIC = {
     "Leg": "synth.swing.leg_model",
     "Link": "synth.swing.leg_model",
     "Problem": "synth.errors",
+    "RatePrior": "synth.files.project_options",
     "Spring": "synth.swing.leg_model",
     "SpringAnswer": "synth.api.springs",
     "Tolerance": "synth.files.tolerance",
@@ -61,7 +62,7 @@ if TYPE_CHECKING:
     from synth.api.recorded import read_leg, read_trials, write_leg
     from synth.api.springs import SpringAnswer, spring
     from synth.errors import CannotBeHad, Problem, UserError
-    from synth.files.project_options import FitOptions
+    from synth.files.project_options import FitOptions, RatePrior
     from synth.files.tolerance import Tolerance
     from synth.files.trial_list import Trial
     from synth.parts.catalogs import Catalogue
@@ -84,6 +85,7 @@ __all__ = [
     "Leg",
     "Link",
     "Problem",
+    "RatePrior",
     "Spring",
     "SpringAnswer",
     "Tolerance",

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from synth.api.beside_project import not_overridden, refuse_trials, require_known, require_values
 from synth.api.report import IN_CODE, Cell, Panel, Report, Stage, silent
 from synth.batch.one_fit import Ready, fit_project, ready, write_fit
 from synth.estimation.intervals import Estimate
@@ -24,17 +25,19 @@ from synth.swing.leg_model import Leg
 
 @dataclass(frozen=True)
 class FitSettings:
-    """Options that a project file may give beside leg and trials; the defaults are those of the file.
+    """Options that a project file may give beside leg and trials.
 
+    None: as in the project, for a leg the default of the project file.
     ``free_angle``: ``common``, ``per_trial`` or ``auto``. ``release``: ``free`` cuts the driven part at the beginning,
     ``recorded`` fits all samples. ``laws``: ``auto`` adds dry friction or quadratic damping where it explains the
-    motion, ``linear`` never. ``prior`` None: values in the leg are only starting points.
+    motion, ``linear`` never. ``options``, ``tolerance`` and ``prior`` replace the project's section as a whole. Without
+    a prior, as with ``RatePrior()``, values in the leg are only starting points.
     """
 
-    options: FitOptions = field(default_factory=FitOptions)
-    free_angle: FreeAngle = "auto"
-    release: Release = "free"
-    laws: Laws = "auto"
+    options: FitOptions | None = None
+    free_angle: FreeAngle | None = None
+    release: Release | None = None
+    laws: Laws | None = None
     tolerance: Tolerance | None = None
     prior: RatePrior | None = None
 
@@ -133,43 +136,38 @@ def fit(
     ----------
     what
         a project file, a project that was read, or a leg with its ``trials``.
+    trials
+        of a leg; a project has its own.
     settings
-        fit options for ``trials``; a project has its own.
+        fit options; those that are given override a project's.
     stage
         called with the current stage.
 
     Raises
     ------
     UserError
-        If trials cannot be used, options contradict each other, or no simulated motion comes near the trials.
+        If trials are given beside a project, trials cannot be used, options contradict each other or name a joint or
+        a value that the leg does not have, or no simulated motion comes near the trials.
     """
     if isinstance(what, Leg):
-        chosen = settings or FitSettings()
-        project = FitProject(
-            IN_CODE,
-            what.name,
-            what,
-            tuple(trials),
-            chosen.free_angle,
-            chosen.options,
-            chosen.prior,
-            (),
-            (),
-            tolerance=chosen.tolerance or Tolerance(),
-            release=chosen.release,
-            laws=chosen.laws,
-        )
+        project = FitProject(IN_CODE, what.name, what, tuple(trials), "auto", FitOptions(), None, (), ())
     else:
         project = what if isinstance(what, FitProject) else read_fit(what)
-        if settings is not None:
-            project = replace(
-                project,
-                fit=settings.options,
-                free_angle=settings.free_angle,
-                release=settings.release,
-                laws=settings.laws,
-            )
-    return fitted(checked(project), stage=stage)
+        refuse_trials(trials, project.path, "fit")
+    return fitted(checked(_with_settings(project, settings or FitSettings())), stage=stage)
+
+
+def _with_settings(project: FitProject, settings: FitSettings) -> FitProject:
+    """The project with the given settings; those that override a default of its file are no longer listed as one."""
+    given = {name: value for name, value in vars(settings).items() if value is not None}
+    if "options" in given:
+        given["fit"] = given.pop("options")
+    if settings.tolerance is not None:
+        require_known(settings.tolerance, project.leg, project.path)
+    if settings.prior is not None:
+        require_values(settings.prior, project.leg, project.path)
+        given["prior"] = None if settings.prior == RatePrior() else settings.prior
+    return replace(project, **given, defaults=not_overridden(project.defaults, given))
 
 
 def checked(project: FitProject) -> Ready:

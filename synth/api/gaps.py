@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from synth.api.beside_project import not_overridden, refuse_trials, require_known
 from synth.api.diagnosed import Diagnosed
 from synth.api.report import IN_CODE, Panel, Stage, silent
 from synth.arrays import Array
@@ -120,7 +121,7 @@ def gap(
     trials: Sequence[Trial] = (),
     *,
     tolerance: Tolerance | None = None,
-    seed: int = 0,
+    seed: int | None = None,
     stage: Stage = silent,
 ) -> Gap:
     """Find why a built leg swings differently from its design.
@@ -129,19 +130,22 @@ def gap(
     ----------
     what
         a project file, a read project, or the designed leg with the ``trials`` of the built one.
+    trials
+        of the built leg; a project has its own.
     tolerance, seed
-        for ``trials``; a project has its own.
+        override a project's; None: the project's, of a leg the default of the project file.
     stage
         called with the current stage.
 
     Raises
     ------
     UserError
-        If the project or its trials cannot be used.
+        If the project or its trials cannot be used, trials are given beside a project, or the tolerance names a joint
+        that the leg does not have.
     """
     if isinstance(what, Leg):
         leg, defaults = with_rates(what)
-        project = GapProject(IN_CODE, leg.name, leg, tuple(trials), tolerance or Tolerance(), seed, defaults, ())
+        project = GapProject(IN_CODE, leg.name, leg, tuple(trials), Tolerance(), 0, defaults, ())
         checked = with_checked_trials(project)
     elif isinstance(what, CheckedGap):
         checked = what
@@ -149,6 +153,9 @@ def gap(
         if is_hopper_gap(what):
             raise UserError(f"{what} describes a jumping leg: read it with synth.jump_gap")
         checked = with_checked_trials(read_gap(what))
+    if not isinstance(what, Leg):
+        refuse_trials(trials, checked.project.path, "gap")
+    checked = replace(checked, project=_overridden(checked.project, tolerance, seed))
     project = checked.project
     with stage("diagnosing"), ExitStack() as within:
 
@@ -168,6 +175,15 @@ def gap(
         )
     messages = tuple(dict.fromkeys((*checked.warnings, *result.warnings)))
     return Gap(project, replace(result, warnings=messages, inputs=_inputs(checked)))
+
+
+def _overridden(project: GapProject, tolerance: Tolerance | None, seed: int | None) -> GapProject:
+    """The project with the given tolerance and seed."""
+    if tolerance is not None:
+        require_known(tolerance, project.leg, project.path)
+        rest = not_overridden(project.defaults, ("tolerance",))
+        project = replace(project, tolerance=tolerance, defaults=rest)
+    return project if seed is None else replace(project, seed=seed)
 
 
 def _inputs(checked: CheckedGap) -> Mapping[str, str]:

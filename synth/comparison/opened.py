@@ -40,8 +40,12 @@ def open_sides(
     Raises
     ------
     UserError
-        If a source cannot be read, legs have different joints, or recordings have no leg.
+        If a source cannot be read, legs have different joints, recordings have no leg, or ``leg`` is given and
+        there are none.
     """
+    if leg is not None and not any(source.kind == "trials" for source in sources):
+        text = f"the leg {leg.name} is given for recordings (--leg), but no argument is a recording without a leg: "
+        raise UserError(f"{text}results, projects and leg files have their own; leave it out")
     sides: list[list[Side]] = [[] for _ in sources]
     for place, source in enumerate(sources):
         if source.kind == "leg-design project":

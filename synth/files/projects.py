@@ -102,7 +102,8 @@ def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = No
         text = '"trials" and "wanted" are both given; keep one' if "wanted" in written else NO_MOTION
         reader.refuse(text, ("wanted",) if "wanted" in written else ())
     if leg is not None and prior is not None:
-        _check_prior(reader, prior, leg)
+        for key, text in prior_faults(prior, leg):
+            reader.refuse(text, ("prior", key))
     static: tuple[StaticPoint, ...] = ()
     if leg is not None and "static" in written:
         static = read_static_points(written["static"], leg, document, ("static",), reader.problems)
@@ -120,14 +121,16 @@ def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = No
     )  # fmt: skip
 
 
-def _check_prior(reader: ProjectReader, prior: RatePrior, leg: Leg) -> None:
-    """A prior on a value requires that value."""
+def prior_faults(prior: RatePrior, leg: Leg) -> list[tuple[str, str]]:
+    """Key and text of each value that the prior is on and no joint of the leg has."""
     has_spring = any(joint.spring is not None for joint in leg.joints)
     has_damper = any(joint.damper is not None and joint.damper.rate is not None for joint in leg.joints)
-    for key, asked, given, what in (
-        ("spring", prior.spring, has_spring, "spring"),
-        ("free_angle", prior.free_angle, has_spring, "spring"),
-        ("damper", prior.damper, has_damper, "damper rate"),
-    ):
-        if asked is not None and not given:
-            reader.refuse(f"no joint of {leg.name} has a {what} in its file that a prior could rest on", ("prior", key))
+    return [
+        (key, f"no joint of {leg.name} has a {what} in its file that a prior could rest on")
+        for key, asked, given, what in (
+            ("spring", prior.spring, has_spring, "spring"),
+            ("free_angle", prior.free_angle, has_spring, "spring"),
+            ("damper", prior.damper, has_damper, "damper rate"),
+        )
+        if asked is not None and not given
+    ]

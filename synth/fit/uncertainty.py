@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.correlation import correlation_factors
 from synth.estimation.intervals import NORMAL90, covariance_of
 from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
@@ -82,40 +83,12 @@ def sample_scatter(recordings: Sequence[Recording]) -> Array:
 
 
 def correlation_times(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
-    """(n,) factor >= 1 by which correlation reduces the information: 1 + 2 sum of autocorrelations.
-
-    Summed while pairs of neighbouring lags stay positive (Geyer, Statistical Science 7, 1992, initial positive
-    sequence). White noise gives 1; a model error that oscillates with the leg gives tens.
-    """
-    n = recordings[0].rotation.shape[1]
-    longest = max(len(r.time) for r in recordings) // 2
-    summed = np.zeros((longest, n))
+    """(n,) factor >= 1 by which correlation reduces the information, see ``correlation_factors``."""
+    residuals = []
     for recording, prediction in zip(recordings, predictions, strict=True):
         off = prediction - recording.rotation
-        value = np.where(recording.counts & np.isfinite(off), off, 0.0)
-        lags = _autocorrelation(value)[:longest]
-        summed[: len(lags)] += lags
-    return np.array([_factor(column) for column in summed.T])
-
-
-def _autocorrelation(value: Array) -> Array:
-    """(m, n) sums of products of (m, n) values that are so many samples apart."""
-    m = len(value)
-    size = 1 << (2 * m - 1).bit_length()
-    transformed = np.fft.rfft(np.ascontiguousarray(value.T), size)
-    power = transformed.real**2 + transformed.imag**2
-    return np.asarray(np.fft.irfft(power, size)[:, :m].T)
-
-
-def _factor(summed: Array) -> float:
-    """The factor from one joint's autocorrelation (longest,), not normalised."""
-    if summed[0] <= 0.0:
-        return 1.0
-    rho = summed / summed[0]
-    pairs = rho[1:-1:2] + rho[2::2]
-    ends = pairs <= 0
-    stop = int(np.argmax(ends)) if ends.any() else len(pairs)
-    return max(1.0, 1.0 + 2.0 * float(pairs[:stop].sum()))
+        residuals.append(np.where(recording.counts & np.isfinite(off), off, 0.0))
+    return correlation_factors(residuals)
 
 
 def covariance(model: TrajectoryModel, solution: Solution, *, with_prior: bool = True) -> Array:

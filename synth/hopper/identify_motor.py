@@ -4,9 +4,10 @@ With speeds at the output and constants at the rotor (ratio G), equations 3, 4 a
 
     V = R i + K_v G omega + L di/dt,        K_v i = f0 sign(omega) + b G omega + J G omega'
 
-Both are multiplied by bumps psi = (1 - u^2)^3 and integrated by parts, so nothing is differentiated: each is one linear
-least squares over windows of all runs (see ``windows``). Steady running at several voltages separates R from K_v and f0
-from b; the run-up gives L and J.
+First both are multiplied by bumps psi = (1 - u^2)^3 and integrated by parts, so nothing is differentiated: each is one
+linear least squares over windows of all runs (see ``windows``). Steady running at several voltages separates R from
+K_v and f0 from b; the run-up gives L and J. Current and speed are regressors there: their noise biases the constants.
+These are the start of a fit of the simulated response, which noise does not bias (see ``fit_motor_response``).
 """
 
 from __future__ import annotations
@@ -18,31 +19,43 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
+from synth.estimation.intervals import NORMAL90, covariance_of
 from synth.files.hopper_recordings import HopperRecording
+from synth.hopper.fit_motor_response import ResponseRun, fit_response, inductance_of
+from synth.hopper.motor_response import CONSTANTS
 from synth.hopper.odd_recording import refuse_odd
+from synth.hopper.quiet_voltage import pieces, quiet_voltage
 from synth.hopper.windows import OVERLAP, windows
 
 SHORT, LONG = 0.03, 0.3  # s, widths: the run-up needs short ones, steady running benefits from long ones
-Z90 = 1.6448536  # of a normal 90 % interval
+UNITS = {
+    "resistance": "ohm", "inductance": "H", "back_emf": "N*m/A", "friction": "N*m", "viscous": "N*m*s/rad",
+    "rotor_inertia": "kg*m^2",
+}  # fmt: skip
+POSITIVE = ("resistance", "back_emf", "rotor_inertia")
+UNKNOWN = 1.0  # standard deviation of a logarithm, above which a constant is known within less than a factor of 5
 SURE = 3.0  # standard deviations below 0 from which a constant counts as negative
 
 
 @dataclass(frozen=True)
 class IdentifiedConstant:
-    """A number and its standard deviation."""
+    """A number and its standard deviation; ``ends`` of its 90 % interval, None: those of a normal one."""
 
     value: float
     deviation: float
+    ends: tuple[float, float] | None = None
 
     @property
     def interval90(self) -> tuple[float, float]:
-        """Normal 90 % interval."""
-        return self.value - Z90 * self.deviation, self.value + Z90 * self.deviation
+        """90 % interval."""
+        if self.ends is not None:
+            return self.ends
+        return self.value - NORMAL90 * self.deviation, self.value + NORMAL90 * self.deviation
 
 
 @dataclass(frozen=True)
 class MotorEstimate:
-    """Constants at the rotor, SI."""
+    """Constants at the rotor, SI; ``not_determined``: what the runs leave open of them, and why."""
 
     resistance: IdentifiedConstant
     inductance: IdentifiedConstant
@@ -51,6 +64,7 @@ class MotorEstimate:
     viscous: IdentifiedConstant
     rotor_inertia: IdentifiedConstant
     windows: int
+    not_determined: tuple[str, ...] = ()
 
 
 def identify_motor(runs: tuple[HopperRecording, ...], ratio: float) -> MotorEstimate:
@@ -58,16 +72,43 @@ def identify_motor(runs: tuple[HopperRecording, ...], ratio: float) -> MotorEsti
 
     Raises
     ------
-    UserError : the runs do not separate the constants (a single steady speed, or no run-up), or some or all
+    UserError : the runs do not determine the constants (a single steady speed, or no run-up), or some or all
         are not of a motor.
     """
     rows = [np.concatenate([_weighted(run, ratio, width) for width in (SHORT, LONG)]) for run in runs]
     if sum(map(len, rows)) < 12:
         raise UserError(Problem("the runs are too short: at least a second of run-up and steady running is needed"))
     _refuse_odd_run([run.name for run in runs], rows)
-    found = _estimate(np.concatenate(rows))
-    _refuse_no_motor([run.name for run in runs], found)
+    names, near = [run.name for run in runs], _estimate(np.concatenate(rows))
+    _refuse_no_motor(names, near, POSITIVE)
+    found = _by_response(runs, ratio, near)
+    _refuse_no_motor(names, found, ("friction", "viscous"))
     return found
+
+
+def _by_response(runs: Sequence[HopperRecording], ratio: float, near: MotorEstimate) -> MotorEstimate:
+    """Constants from the simulated response, from a start near them."""
+    responses = []
+    for run in runs:
+        measured, voltage = np.column_stack([run["current"], ratio * run["speed"]]), quiet_voltage(run["voltage"])
+        responses += [ResponseRun(run["time"][k], voltage[k], measured[k]) for k in pieces(voltage)]
+    fit, best = fit_response(responses, np.array([getattr(near, name).value for name in CONSTANTS]))
+    values = fit.constants(best.unknowns[:, None])[:, 0]
+    deviations = np.sqrt(np.diag(covariance_of(fit.normal(best).matrix)))
+    found: dict[str, IdentifiedConstant] = {}
+    for name, value, deviation, unit in zip(CONSTANTS, values.tolist(), deviations.tolist(), fit.unit, strict=True):
+        if name in ("friction", "viscous"):
+            found[name] = IdentifiedConstant(value, deviation * float(unit))
+        elif name != "inductance":
+            if deviation > UNKNOWN:
+                text = f"the runs do not determine the {name.replace('_', ' ')}: record run-ups from rest"
+                raise UserError(Problem(f"{text} at several voltages"))
+            ends = value * np.exp(NORMAL90 * deviation * np.array([-1.0, 1.0]))
+            found[name] = IdentifiedConstant(value, value * deviation, (float(ends[0]), float(ends[1])))
+    value, low, high = inductance_of(fit, best)
+    found["inductance"] = IdentifiedConstant(value, (high - low) / (2.0 * NORMAL90), (low, high))
+    text = f"inductance: the runs show only that it is below {1e3 * high:.3g} mH; record more samples a second"
+    return MotorEstimate(**found, windows=near.windows, not_determined=() if low > 0.0 else (text,))
 
 
 def _weighted(run: HopperRecording, ratio: float, width: float) -> Array:
@@ -103,14 +144,13 @@ def _missed(found: MotorEstimate, rows: Array) -> float:
     )
 
 
-def _refuse_no_motor(names: Sequence[str], found: MotorEstimate) -> None:
+def _refuse_no_motor(names: Sequence[str], found: MotorEstimate, keys: Sequence[str]) -> None:
     """Refuse constants with an impossible sign: resistance or friction that supplies energy."""
-    above = {"resistance": "ohm", "back_emf": "N*m/A", "rotor_inertia": "kg*m^2"}
-    wrong = {key: unit for key, unit in above.items() if getattr(found, key).value <= 0.0}
-    for key, unit in {"inductance": "H", "friction": "N*m", "viscous": "N*m*s/rad"}.items():
+    wrong = {}
+    for key in keys:
         estimate: IdentifiedConstant = getattr(found, key)
-        if estimate.value < -SURE * estimate.deviation:
-            wrong[key] = unit
+        if estimate.value <= 0.0 if key in POSITIVE else estimate.value < -SURE * estimate.deviation:
+            wrong[key] = UNITS[key]
     if wrong:
         messages = ", ".join(f"{key.replace('_', ' ')} {getattr(found, key).value:.3g} {u}" for key, u in wrong.items())
         shown = ", ".join(names[:5]) + (" and others" if len(names) > 5 else "")

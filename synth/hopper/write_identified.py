@@ -41,6 +41,7 @@ def motor_json(found: MotorEstimate) -> dict[str, Any]:
             "rotor_inertia": _estimate(found.rotor_inertia, "kg*m^2"),
         },
         "windows": found.windows,
+        **({"not_determined": list(found.not_determined)} if found.not_determined else {}),
     }
 
 
@@ -103,7 +104,8 @@ def lines(result: dict[str, Any]) -> list[str]:
         shown = [_line(name, value) for name, value in result.get("motor", {}).items()]
         steady = result.get("steady", {})
         shown += [_line(f"steady {name}", value) for name, value in steady.get("motor", {}).items()]
-        return [*shown, *(f"not determined: {text}" for text in steady.get("not_determined", []))]
+        left_open = [*result.get("not_determined", []), *steady.get("not_determined", [])]
+        return [*shown, *(f"not determined: {text}" for text in left_open)]
     if "joint_damping" in result:
         each = [_line(f"  {item['length']['value'] * 100:g} cm", item["joint_damping"]) for item in result["by_length"]]
         return [_line("joint_damping", result["joint_damping"]), *each]

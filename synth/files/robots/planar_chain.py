@@ -53,6 +53,10 @@ class _Plane:
         """(..., 2) coordinates right and up of points (..., 3)."""
         return np.asarray(points @ np.stack([self.right, self.up], axis=1))
 
+    def lifted(self, point: Array) -> Array:
+        """(3,) in the plane through the world's origin, from coordinates (2,) right and up."""
+        return np.asarray(point @ np.stack([self.right, self.up]))
+
 
 def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: float | None = None) -> PickedLeg:
     """The chain of joints as a leg whose measured angles are the robot's joint readings.
@@ -226,9 +230,9 @@ def _last(
 
     Its direction is free because nothing is attached to it; through the centre of mass, no part of its motion is lost.
     """
-    points = [seen.flat(robot.bodies[index].points) for index in bodies]
-    points += [seen.flat(robot.bodies[index].position[None, :]) for index in bodies]
-    offsets = np.concatenate(points) - anchor
+    shapes = [shape for index in bodies for shape in robot.bodies[index].shapes]
+    frames = np.stack([robot.bodies[index].position for index in bodies])
+    offsets = np.concatenate([seen.flat(points) for points in (*(shape.line for shape in shapes), frames)]) - anchor
     to_com = lumped.com - anchor
     distance = float(np.hypot(*to_com))
     farthest = offsets[int(np.argmax(np.hypot(*offsets.T)))]
@@ -236,8 +240,12 @@ def _last(
     along = to_com / distance if distance > 1e-6 else farthest / max(float(np.hypot(*farthest)), NOTHING)
     if float(farthest @ along) < 0.0:  # a counterweight: the centre of mass lies beyond the joint
         along = -along
-    reach = float((offsets @ along).max())
+    way, from_ = seen.lifted(along), seen.lifted(anchor)
+    reach = max(float((offsets @ along).max()), *(shape.reach(from_, way) for shape in shapes), 0.0)
     length = tip if tip is not None else reach
+    unread = sorted({shape.unread for shape in shapes if shape.unread}) if tip is None else []
+    messages += [f"the last link may end farther out, --tip gives its length: only the centre is known of {text}"
+                 for text in unread]  # fmt: skip
     if length <= NOTHING:
         length = 2.0 * distance  # that of a rod, if the file has no shape
         if length > NOTHING:

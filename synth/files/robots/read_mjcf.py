@@ -10,6 +10,7 @@ import numpy as np
 
 from synth.errors import Problem, UserError
 from synth.files.robots.mjcf_dampers import HeldByTendons, held_by_tendons, with_arm
+from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
 from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint
 
 SHOWN = 4  # names of what is left out
@@ -72,7 +73,7 @@ def _body(model: Any, data: Any, index: int, massless: bool) -> RobotBody:
     turn = data.ximat[index].reshape(3, 3)
     inertia = turn @ np.diag(model.body_inertia[index]) @ turn.T
     first, count = int(model.body_geomadr[index]), int(model.body_geomnum[index])
-    ends = [_ends(model, data, geom) for geom in range(first, first + count)]
+    shapes = tuple(_shape(mujoco, model, data, geom) for geom in range(first, first + count))
     return RobotBody(
         _name(mujoco, model, "mjOBJ_BODY", index) or f"body {index}",
         int(model.body_parentid[index]) - 1,
@@ -81,20 +82,28 @@ def _body(model: Any, data: Any, index: int, massless: bool) -> RobotBody:
         0.0 if massless else float(model.body_mass[index]),
         data.xipos[index].copy(),
         0.0 * inertia if massless else inertia,
-        np.concatenate(ends) if ends else np.empty((0, 3)),
+        shapes,
     )
 
 
-def _ends(model: Any, data: Any, geom: int) -> np.ndarray[Any, Any]:
-    """(k, 3) where a shape ends: along the axis of a capsule or cylinder, else its centre."""
-    import mujoco
-
-    place = data.geom_xpos[geom].copy()
-    long = (int(mujoco.mjtGeom.mjGEOM_CAPSULE), int(mujoco.mjtGeom.mjGEOM_CYLINDER))
-    if int(model.geom_type[geom]) in long:
-        half = data.geom_xmat[geom].reshape(3, 3)[:, 2] * model.geom_size[geom, 1]
-        return np.array([place - half, place + half])
-    return np.asarray(place[None, :])
+def _shape(mujoco: Any, model: Any, data: Any, geom: int) -> RobotShape:
+    """A geom's shape in the world; of a height field or a signed distance only the centre is known."""
+    kind, (x, y, z) = int(model.geom_type[geom]), (float(size) for size in model.geom_size[geom])
+    names, mesh = mujoco.mjtGeom, int(model.geom_dataid[geom])
+    if kind == names.mjGEOM_CAPSULE:
+        found = capsule(y)
+    elif kind == names.mjGEOM_CYLINDER:
+        found = cylinder(y, x)
+    elif kind == names.mjGEOM_BOX:
+        found = box(np.array([x, y, z]))
+    elif kind in (names.mjGEOM_SPHERE, names.mjGEOM_ELLIPSOID):
+        found = ellipsoid(np.array([x, x, x] if kind == names.mjGEOM_SPHERE else [x, y, z]))
+    elif kind == names.mjGEOM_MESH:
+        first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+        found = of_points(np.array(model.mesh_vert[first : first + count], float))
+    else:
+        found = unread(f"a geom of the kind {names(kind).name.removeprefix('mjGEOM_').lower()}")
+    return found.moved(data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3))
 
 
 def _joint(model: Any, data: Any, index: int, held: HeldByTendons) -> RobotJoint:

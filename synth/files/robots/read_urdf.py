@@ -11,6 +11,8 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.paths import read_bytes
+from synth.files.robots.mesh_points import mesh_points
+from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
 from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint
 
 LARGEST = 20_000_000  # bytes; meshes are files of their own
@@ -88,6 +90,7 @@ class _UrdfReader:
 
     def __init__(self, path: Path) -> None:
         self.path, self.problems = path, list[Problem]()
+        self.meshes: dict[str, Array | str] = {}  # points, or why there are none
 
     def refuse(self, text: str, key: str) -> None:
         self.problems.append(Problem(text, str(self.path), key=key))
@@ -160,18 +163,36 @@ class _UrdfReader:
         mass = self.number(None if inertial is None else inertial.find("mass"), "value", key)
         if mass < 0.0:
             self.refuse(f"has the mass {mass:g} kg", key)
-        ends = [self.ends(item) for tag in ("collision", "visual") for item in link.findall(tag)]
-        points = place + np.concatenate(ends) @ turn.T if ends else np.empty((0, 3))
-        return RobotBody(name, parent, turn, place, mass, place + turn @ own_place, inertia, points)
+        drawn = [item for tag in ("collision", "visual") for item in link.findall(tag)]
+        shapes = tuple(self.shape(item, key).moved(place, turn) for item in drawn)
+        return RobotBody(name, parent, turn, place, mass, place + turn @ own_place, inertia, shapes)
 
-    def ends(self, shape: Element) -> Array:
-        """(k, 3) where a shape ends, in the link's frame: along a cylinder's axis, else its centre."""
-        place, turn = self.origin(shape)
-        cylinder = shape.find("geometry/cylinder")
-        if cylinder is None:
-            return place[None, :]
-        half = turn[:, 2] * self.number(cylinder, "length", "cylinder") / 2
-        return np.array([place - half, place + half])
+    def shape(self, owner: Element, key: str) -> RobotShape:
+        """A collision's or visual's shape in the link's frame."""
+        geometry = owner.find("geometry")
+        kind, item = next(((one.tag, one) for one in (geometry if geometry is not None else ())), ("", None))
+        if kind in ("cylinder", "capsule"):  # the capsule is Drake's and Bullet's
+            half, radius = self.number(item, "length", key) / 2.0, self.number(item, "radius", key)
+            found = cylinder(half, radius) if kind == "cylinder" else capsule(half)
+        elif kind == "box":
+            found = box(self.numbers(item, "size", "0 0 0", key) / 2.0)
+        elif kind == "sphere":
+            found = ellipsoid(np.full(3, self.number(item, "radius", key)))
+        elif kind == "mesh" and item is not None:
+            found = self.mesh(item.get("filename", ""), self.numbers(item, "scale", "1 1 1", key))
+        else:
+            found = unread(f"a <{kind}>" if kind else "a shape without a geometry")
+        return found.moved(*self.origin(owner))
+
+    def mesh(self, name: str, scale: Array) -> RobotShape:
+        """A mesh's shape; of one that cannot be read only the centre is known."""
+        if name not in self.meshes:
+            try:
+                self.meshes[name] = mesh_points(self.path.parent, name)
+            except UserError as error:
+                self.meshes[name] = f"the mesh {name}: {error.problems[0].text}"
+        points = self.meshes[name]
+        return unread(points) if isinstance(points, str) else of_points(points * scale)
 
     def joint(self, joint: Element, body: int, turn: Array, place: Array) -> RobotJoint:
         """A joint with its axis and anchor in the world."""

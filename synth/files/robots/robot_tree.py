@@ -8,6 +8,7 @@ from typing import Literal
 
 from synth.arrays import Array
 from synth.errors import UserError
+from synth.files.robots.robot_shapes import RobotShape
 from synth.files.validate import near
 
 Kind = Literal["hinge", "slide", "fixed", "free"]
@@ -18,8 +19,7 @@ class RobotBody:
     """A body in the robot's reference pose, in world coordinates, SI.
 
     ``parent`` : index of the body that it is attached to, -1 for the world. ``rotation`` (3, 3) body to world.
-    ``position``, ``com`` (3,) m. ``inertia`` (3, 3) kg m^2 about the centre of mass. ``points``
-    (k, 3) m: ends of its shapes.
+    ``position``, ``com`` (3,) m. ``inertia`` (3, 3) kg m^2 about the centre of mass.
     """
 
     name: str
@@ -29,7 +29,7 @@ class RobotBody:
     mass: float
     com: Array
     inertia: Array
-    points: Array
+    shapes: tuple[RobotShape, ...]
 
 
 @dataclass(frozen=True, eq=False)

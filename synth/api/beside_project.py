@@ -1,0 +1,64 @@
+"""Arguments of the library beside a project: each is checked and overrides the project, or is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Sequence
+from dataclasses import fields
+from pathlib import Path
+
+from synth.errors import Problem
+from synth.files.project_options import RatePrior
+from synth.files.projects import prior_faults
+from synth.files.schema import Default
+from synth.files.tolerance import JointTolerance, Tolerance
+from synth.files.trial_list import Trial
+from synth.files.validate import near, raise_if_any
+from synth.swing.leg_model import Leg
+
+
+def refuse_trials(trials: Sequence[Trial], path: Path, function: str) -> None:
+    """Refuse trials given beside a project, which has its own.
+
+    Raises
+    ------
+    UserError
+    """
+    if trials:
+        text = f"the project has its own trials, and {len(trials)} more are given beside it; name them in its file, or "
+        raise_if_any([Problem(f"{text}give a leg instead of the project: synth.{function}(leg, trials)", str(path))])
+
+
+def require_known(tolerance: Tolerance, leg: Leg, path: Path) -> None:
+    """Refuse tolerances of a joint that the leg does not have, or of an unknown quantity.
+
+    Raises
+    ------
+    UserError
+        With every such name.
+    """
+    quantities, problems = [item.name for item in fields(JointTolerance)], []
+    for name, own in tolerance.joints.items():
+        key = f"tolerance.{name}"
+        if name not in leg.joint_names:
+            text = f'"{name}" is no joint of {leg.name}{near(name, leg.joint_names)}'
+            problems.append(Problem(text, str(path), key=key))
+        for quantity in own:
+            if quantity not in quantities:
+                text = f'"{quantity}" has no tolerance{near(quantity, quantities)}'
+                problems.append(Problem(text, str(path), key=f"{key}.{quantity}"))
+    raise_if_any(problems)
+
+
+def require_values(prior: RatePrior, leg: Leg, path: Path) -> None:
+    """Refuse a prior on a value that no joint of the leg has.
+
+    Raises
+    ------
+    UserError
+    """
+    raise_if_any([Problem(text, str(path), key=f"prior.{key}") for key, text in prior_faults(prior, leg)])
+
+
+def not_overridden(defaults: Sequence[Default], keys: Container[str]) -> tuple[Default, ...]:
+    """The defaults of a project's file whose section is not among the overridden ``keys``."""
+    return tuple(default for default in defaults if default.key.partition(".")[0] not in keys)

@@ -1,0 +1,60 @@
+"""The points of a mesh that a URDF names, which must lie in the URDF's folder."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.errors import UserError
+from synth.files.paths import inside, read_bytes
+
+FORMATS = (".stl", ".obj", ".ply")  # that hold all their points; DAE and glTF may name further files
+LARGEST = 100_000_000  # bytes; a link's mesh seldom has over 10 MB
+PACKAGE = "package://"
+
+
+def mesh_points(folder: Path, name: str) -> Array:
+    """The mesh's points (m, 3) in its own units.
+
+    ``name`` : as in the file. That of a ROS package is sought below the folder, with the package's name and without.
+
+    Raises
+    ------
+    UserError
+        If it is no such file in the folder's tree, of another format, or cannot be read.
+    """
+    if not name.strip():
+        raise UserError("no file is named")
+    if PurePosixPath(name).suffix.lower() not in FORMATS:
+        raise UserError(f'"{name}" is none of {", ".join(FORMATS)}')
+    path = _found(folder, name)
+    return _points(read_bytes(path, LARGEST, "a mesh of this size is not read"), path)
+
+
+def _found(folder: Path, name: str) -> Path:
+    if not name.startswith(PACKAGE):
+        if "://" in name:
+            raise UserError(f'"{name}" is no file in the folder of the URDF')
+        return inside(folder, name)
+    whole = name.removeprefix(PACKAGE)
+    try:
+        return inside(folder, whole)
+    except UserError:
+        return inside(folder, whole.partition("/")[2])
+
+
+def _points(data: bytes, path: Path) -> Array:
+    import trimesh  # local: 0.2 s, and most legs come from files without meshes
+
+    try:
+        # From bytes and without a resolver, it opens no file that the mesh names.
+        mesh = trimesh.load(BytesIO(data), file_type=path.suffix.lower()[1:], force="mesh", process=False)
+        points = np.asarray(mesh.vertices, float)
+    except Exception as error:  # its readers raise whatever a damaged file brings about
+        raise UserError(f'"{path.name}" cannot be read as a mesh: {type(error).__name__}') from None
+    if points.ndim != 2 or points.shape[1:] != (3,) or not len(points) or not np.isfinite(points).all():
+        raise UserError(f'"{path.name}" cannot be read as a mesh: it has no points, or some are not finite')
+    return points

@@ -1,0 +1,76 @@
+"""A recorded voltage as the input of a simulation: without its sensor's noise, and in pieces between its switches.
+
+Noise of the voltage would drive the simulation, and never drove the motor: a fit then prefers constants that attenuate
+it, a larger resistance and inductance. When the source switched between two samples is not known; with L/R of a
+sample's length, that would decide the inductance.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from synth.arrays import Array
+
+WIDTHS = (41, 11)  # samples that are smoothed together; the wider that loses nothing is taken
+SMALL = 0.05  # of the largest voltage: more is no sensor's noise but a source that switches
+GROUP = 7  # samples whose mean deviation shows that the median has lost a sag or a ripple
+SURE = 5.0  # standard deviations of that mean; of 1e5 groups of noise alone the largest has 4.4
+SHORTEST = 5  # samples between two switches; of their current and speed, two numbers each are the state at the first
+ALIKE = 0.3  # correlation of neighbours above which what is left is a wave; of noise alone, n**-0.5
+TO_DEVIATION = 1.4826  # from the median of absolute deviations to a normal's standard deviation
+
+
+def quiet_voltage(voltage: Array) -> Array:
+    """A smooth voltage (n,) V from which the recorded one (n,) V differs by white noise alone, else the recorded one.
+
+    Running medians hold between switches, cubics (Savitzky & Golay, Analytical Chemistry 36 (1964) 1627) along waves.
+    """
+    from scipy.ndimage import median_filter  # imported here: only run-ups need them
+    from scipy.signal import savgol_filter
+
+    for width in WIDTHS:
+        if len(voltage) > 2 * width:
+            whole = np.concatenate([_before(voltage, width), voltage, _before(voltage[::-1], width)[::-1]])
+            smooth = np.asarray(median_filter(whole, width))[width:-width]
+            if _noise_alone(voltage, smooth):
+                return smooth
+    for width in WIDTHS:
+        if len(voltage) > 2 * width:
+            smooth = np.asarray(savgol_filter(voltage, width, 3))
+            if _noise_alone(voltage, smooth):
+                return smooth
+    return voltage
+
+
+def _noise_alone(voltage: Array, smooth: Array) -> bool:
+    """Whether a voltage (n,) V differs from a smooth one by little, and by white noise."""
+    off = voltage - smooth
+    deviation = _deviation(off)
+    mean = np.convolve(off, np.full(GROUP, 1.0 / GROUP), mode="valid")
+    small = deviation <= SMALL * float(np.max(np.abs(voltage)))
+    white = abs(float(off[1:] @ off[:-1])) <= ALIKE * float(off @ off)
+    return small and white and float(np.max(np.abs(mean))) * GROUP**0.5 <= SURE * deviation
+
+
+def _deviation(off: Array) -> float:
+    """Standard deviation of most of the numbers (n,)."""
+    return TO_DEVIATION * float(np.median(np.abs(off)))
+
+
+def _before(voltage: Array, width: int) -> Array:
+    """(width,) that continue the voltage before its first sample: turned about the end of a line through its first."""
+    place = np.arange(width)
+    end = np.polyfit(place, voltage[:width], 1)[1]
+    return np.asarray(2.0 * end - voltage[width:0:-1])
+
+
+def pieces(voltage: Array) -> list[slice]:
+    """The samples between switches of a voltage (n,) V without the shortest; all, where these are most."""
+    change = np.diff(voltage)
+    jumps = np.abs(change) > max(SMALL * float(np.max(np.abs(voltage))), SURE * _deviation(change))
+    ends = [0, *(np.nonzero(jumps)[0] + 1).tolist(), len(voltage)]
+    found = [slice(first, last) for first, last in pairwise(ends) if last - first >= SHORTEST]
+    kept = sum(piece.stop - piece.start for piece in found)
+    return found if kept >= len(voltage) / 2 else [slice(0, len(voltage))]

@@ -1,0 +1,130 @@
+"""How long the last link of a robot's file is: up to the farthest point of its shapes."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from synth.files.robots.planar_chain import PickedLeg
+from synth.files.robots.robot_project import robot_leg
+
+TURN = 0.4  # rad, of a shape about the hinge
+SINE, COSINE = np.sin(TURN), np.cos(TURN)
+# Half sizes 10, 15, 100 mm about a centre 100 mm below the joint: MJCF, URDF, reach below the centre when turned, mm.
+SHAPES = {
+    "capsule": ('type="capsule" size=".01 .1"', '<capsule radius=".01" length=".2"/>', 100.0 * COSINE),
+    "cylinder": ('type="cylinder" size=".01 .1"', '<cylinder radius=".01" length=".2"/>', 10 * SINE + 100 * COSINE),
+    "box": ('type="box" size=".01 .015 .1"', '<box size=".02 .03 .2"/>', 10 * SINE + 100 * COSINE),
+    "sphere": ('type="sphere" size=".1"', '<sphere radius=".1"/>', 100.0),
+    "ellipsoid": ('type="ellipsoid" size=".01 .015 .1"', "", np.hypot(10 * SINE, 100 * COSINE)),
+    "mesh": ('type="mesh" mesh="m"', '<mesh filename="m.stl" scale=".001 .001 .001"/>', 10 * SINE + 100 * COSINE),
+}
+ASSET = '<asset><mesh name="m" file="m.stl" scale=".001 .001 .001"/></asset>'
+
+
+def mjcf(folder: Path, geom: str) -> PickedLeg:
+    """The leg of one link of 200 g, its centre of mass 100 mm below the joint."""
+    asset = ASSET if "mesh" in geom else ""
+    text = f"""<mujoco><compiler angle="radian"/>{asset}<worldbody>
+        <body name="b" pos="0 0 1"><geom type="box" size=".1 .1 .1" mass="1"/><body name="t">
+        <inertial pos="0 0 -.1" mass=".2" diaginertia="1e-3 1e-3 1e-3"/><joint name="hip" axis="0 1 0"/>
+        <geom pos="0 0 -.1" {geom}/></body></body></worldbody></mujoco>"""
+    (folder / "r.xml").write_text(text)
+    return robot_leg(folder / "r.xml", ["hip"])
+
+
+def urdf(folder: Path, geometry: str, turn: float = 0.0) -> PickedLeg:
+    """The same leg."""
+    text = f"""<robot name="r"><link name="b"/><link name="t"><inertial><origin xyz="0 0 -.1"/><mass value=".2"/>
+        <inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial>
+        <visual><origin xyz="0 0 -.1" rpy="0 {turn} 0"/><geometry>{geometry}</geometry></visual></link>
+        <joint name="hip" type="continuous"><parent link="b"/><child link="t"/><axis xyz="0 1 0"/></joint></robot>"""
+    (folder / "r.urdf").write_text(text)
+    return robot_leg(folder / "r.urdf", ["hip"])
+
+
+def length(picked: PickedLeg) -> float:
+    """Of the last link, mm."""
+    return 1e3 * picked.leg.joints[-1].link.length
+
+
+def mesh(folder: Path, name: str = "m.stl") -> Path:
+    """A box of 20 x 30 x 200 in mm."""
+    trimesh.creation.box((20.0, 30.0, 200.0)).export(folder / name)
+    return folder / name
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_last_link_ends_with_its_shape(name: str, tmp_path: Path) -> None:
+    mesh(tmp_path)
+    geom, geometry, turned = SHAPES[name]
+    for picked, wanted in (
+        (mjcf(tmp_path, geom), 200.0),
+        (mjcf(tmp_path, f'{geom} euler="0 {TURN} 0"'), 100.0 + turned),
+        *([(urdf(tmp_path, geometry), 200.0), (urdf(tmp_path, geometry, TURN), 100.0 + turned)] if geometry else []),
+    ):
+        assert length(picked) == pytest.approx(wanted, rel=1e-6)  # STL has single precision
+        assert not any("farther out" in text for text in picked.messages)
+
+
+@pytest.mark.parametrize("name", ["m.obj", "m.ply", "meshes/m.STL", "package://robot/meshes/m.stl"])
+def test_meshes_of_the_folder_are_read(name: str, tmp_path: Path) -> None:
+    (tmp_path / "meshes").mkdir()
+    for each in ("m.obj", "m.ply", "meshes/m.stl"):
+        mesh(tmp_path, each)
+    (tmp_path / "meshes" / "m.stl").rename(
+        tmp_path / "meshes" / "m.STL" if "STL" in name else tmp_path / "meshes/m.stl"
+    )
+    assert length(urdf(tmp_path, f'<mesh filename="{name}" scale="1e-3 1e-3 1e-3"/>')) == pytest.approx(200.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("../out.stl", "leads out of"),
+        ("link.stl", "leads out of .* by a link"),
+        ("package://robot/../../out.stl", "leads out of"),
+        ("file:///etc/passwd.stl", "is no file in the folder"),
+        ("/etc/passwd.stl", "is an absolute path"),
+        ("m.dae", r"is none of \.stl, \.obj, \.ply"),
+        ("none.stl", "does not exist"),
+        ("broken.stl", "cannot be read as a mesh"),
+        ("broken.obj", "cannot be read as a mesh"),
+        ("nan.obj", "cannot be read as a mesh: it has no points, or some are not finite"),
+        ("", "no file is named"),
+    ],
+)
+def test_a_mesh_that_is_not_read_is_said_to_be_known_by_its_centre(name: str, said: str, tmp_path: Path) -> None:
+    folder = tmp_path / "robot"
+    folder.mkdir()
+    (folder / "link.stl").symlink_to(mesh(tmp_path, "out.stl"))
+    (folder / "broken.stl").write_bytes(b"\0" * 80 + b"\xff" * 20)
+    (folder / "broken.obj").write_text("v 1 2\nf 1 2 9\n")
+    (folder / "nan.obj").write_text("mtllib ../../secret.mtl\nv 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n")
+    picked = urdf(folder, f'<mesh filename="{name}"/>')
+    assert length(picked) == pytest.approx(100.0)  # the shape's centre
+    (text,) = [item for item in picked.messages if "farther out, --tip gives its length" in item]
+    assert re.search(f"only the centre is known of the mesh {re.escape(name)}: .*{said}", text)
+
+
+def test_a_given_tip_needs_no_shape(tmp_path: Path) -> None:
+    urdf(tmp_path, '<mesh filename="m.dae"/>')
+    picked = robot_leg(tmp_path / "r.urdf", ["hip"], tip=0.3)
+    assert length(picked) == pytest.approx(300.0)
+    assert not any("farther out" in text for text in picked.messages)
+
+
+def test_a_shape_across_the_limb_keeps_the_limb_s_direction(tmp_path: Path) -> None:
+    """The centre of mass on the joint, a counterweight above: the direction is that of the shapes' axes."""
+    box, weight = '<geom pos="0 0 -.1" type="box" size=".04 .01 .1"/>', '<geom type="sphere" size=".02" pos="0 0 .05"/>'
+    text = f"""<mujoco><worldbody><body name="b" pos="0 0 1"><geom type="box" size=".1 .1 .1" mass="1"/><body name="t">
+        <inertial pos="0 0 0" mass=".2" diaginertia="1e-3 1e-3 1e-3"/><joint name="hip" axis="0 1 0"/>{box}{weight}
+        </body></body></worldbody></mujoco>"""
+    (tmp_path / "r.xml").write_text(text)
+    picked = robot_leg(tmp_path / "r.xml", ["hip"])
+    assert length(picked) == pytest.approx(200.0)
+    assert picked.leg.joints[0].zero == pytest.approx(0.0, abs=1e-9)
