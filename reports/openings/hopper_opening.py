@@ -18,11 +18,13 @@ def study_opening(result: Result) -> Opening:
     document = result.content
     best, counts = mapping(document, "best"), mapping(document, "counts")
     if not best:
-        return Opening(
-            f"None of the {counts.get('designs', 0)} designs lifts off.",
-            steps=["Use stronger `motors:` or shorter links; designs.csv gives the limit of each design."],
-            good=False,
-        )
+        why, jump = str(document.get("none_because") or "no design was chosen"), counts.get("jump")
+        way_out = "Use stronger `motors:` or shorter links" if not jump else (
+            "Use motors with a stronger gearbox or a lower `supply:`, or write `motors: {gearbox: warn}` to have such "
+            "designs chosen with a warning"
+        )  # fmt: skip
+        steps = [f"{way_out}; designs.csv gives the limit of each design."]
+        return Opening(f"{why[0].upper()}{why[1:]}.", steps=steps, good=False)
     clearance, limit = best.get("clearance"), str(best.get("limit") or "")
     how = str(mapping(document, "settings").get("choose") or "").replace("_", " ")
     verdict = (
@@ -30,7 +32,8 @@ def study_opening(result: Result) -> Opening:
         f"by {_centimetres(clearance)}{_between(clearance)}, the best {how} of {counts.get('designs')} designs."
     )
     figure, caption = _picture(result)
-    return Opening(verdict, _trust(document, limit), _steps(limit), figure, caption, _figures(document), not limit)
+    good = False if limit else None if _after_takeoff(best) else True
+    return Opening(verdict, _trust(document, limit), _steps(limit), figure, caption, _figures(document), good)
 
 
 def truth_opening(result: Result) -> Opening:
@@ -73,6 +76,7 @@ def _trust(document: Json, limit: str) -> str:
     models = {name: value_of(mapping(item).get("clearance")) for name, item in mapping(document, "models").items()}
     heights = [value for value in models.values() if value is not None]
     words = f"But: {limit}. " if limit else ""
+    words += _after_takeoff(mapping(document, "best"))
     if len(heights) > 1:
         used = mapping(document, "settings").get("model")
         words += (
@@ -80,6 +84,18 @@ def _trust(document: Json, limit: str) -> str:
             f"from {100 * min(heights):.1f} to {100 * max(heights):.1f}\u00a0cm."
         )
     return words
+
+
+def _after_takeoff(best: Json) -> str:
+    """That the gear carries more than its maker allows at the leg's stop; empty if it does not."""
+    torque, limit = best.get("gear_torque_after_takeoff"), mapping(best, "motor_constants").get("torque_limit")
+    carried, allowed = value_of(torque), value_of(limit)
+    if carried is None or allowed is None or carried <= allowed:
+        return ""
+    return (
+        f"At the leg's stop, after takeoff, the gear carries {text(torque)}; its maker allows {text(limit)}. "
+        "Designs are judged by the push alone. "
+    )
 
 
 def _steps(limit: str) -> list[str]:
@@ -99,14 +115,15 @@ def _picture(result: Result) -> tuple[Markup, str]:
 
 def _figures(document: Json) -> Figures:
     best = mapping(document, "best")
-    limit = mapping(best, "motor_constants").get("torque_limit")
+    limit, after = mapping(best, "motor_constants").get("torque_limit"), best.get("gear_torque_after_takeoff")
     rows = [
         [Cell("Motor"), Cell(str(best.get("motor")))],
         [Cell("Gear ratio"), Cell(f"{best.get('gear_ratio')}:1")],
         [Cell("Upper link"), Cell(_millimetres(best.get("leg_length")))],
         [Cell("Clearance"), Cell(_centimetres(best.get("clearance")), _between(best.get("clearance")).strip(" ()"))],
         [Cell("Relative height"), Cell(brief(best.get("relative_height")), interval_text(best.get("relative_height")))],
-        [Cell("Peak gear torque"), Cell(brief(best.get("peak_gear_torque")), _bears(limit))],
+        [Cell("Peak gear torque, push"), Cell(brief(best.get("peak_gear_torque")), _bears(limit))],
+        *([[Cell("Peak gear torque, at the stop"), Cell(brief(after), _bears(limit))]] if after else []),
         [Cell("Peak current, both motors"), Cell(brief(best.get("peak_current")))],
         [Cell("Energy of a jump"), Cell(brief(best.get("energy")))],
     ]

@@ -17,7 +17,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Best design, neighbours with what they cost, tolerances, the front."""
     best = mapping(result.content, "best")
     if not best:
-        return AbsentResult("no design lifts off")
+        return AbsentResult("no design was chosen")
     reference = value_of(best.get("clearance"))
     neighbours = [
         {**item, "off": percent(value_of(item.get("clearance")), reference)}

@@ -14,7 +14,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     """A figure and a table of the ladder."""
     models = {name: item for name, item in mapping(result.content, "models").items() if isinstance(item, Mapping)}
     if not models:
-        return AbsentResult("no design lifts off")
+        return AbsentResult("no design was chosen")
     interval = mapping(result.content, "best", "clearance").get("interval90") or [None, None]
     used = mapping(result.content, "settings").get("model")
     bars = [

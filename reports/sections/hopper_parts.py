@@ -13,7 +13,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Layers, hinges and drawings."""
     parts = mapping(result.content, "parts")
     if not parts:
-        return AbsentResult("parts were not requested, or no design lifts off")
+        return AbsentResult("parts were not requested, or no design was chosen")
     layers = parts.get("layers") or []
     return {"parts": parts, "drawing": layers_figure(layers) if layers else None}
 

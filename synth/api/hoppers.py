@@ -15,6 +15,7 @@ from synth.files.hopper_project import read_hopper_project as _read_hopper_proje
 from synth.hopper.checkpoint import Checkpoint
 from synth.hopper.study import Study, study, sweep_problem
 from synth.jump.jump_runs import compiled_jump
+from synth.jump.outcomes import LANDED_AGAIN
 from synth.parts.catalogs import Catalogue
 
 if TYPE_CHECKING:
@@ -37,14 +38,19 @@ class Hopper(Report):
     @property
     def jumps(self) -> bool:
         """Whether any design lifts off."""
+        return bool((self.study.sweep.status == LANDED_AGAIN).any())
+
+    @property
+    def chosen(self) -> bool:
+        """Whether a design was chosen: one lifts off, and with ``gearbox: stop`` its gearbox bears the push."""
         return self.study.best is not None
 
     @property
     def headline(self) -> str:
-        """The chosen design, or a statement that none jumps."""
+        """The chosen design, or why there is none."""
         found = self.study
         if found.best is None:
-            return f"{self.project.name}: none of the {len(found.sweep.motor)} designs lifts off"
+            return f"{self.project.name}: {found.none_because}"
         motor, length = found.best_motor, float(found.sweep.length[found.best])
         return f"{self.project.name}: {motor.name} with an upper link of {length * 1e3:.4g} mm"
 

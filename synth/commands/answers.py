@@ -148,7 +148,7 @@ def hopper_text(content: Json) -> str:
     """Motor, ratio and length of the chosen leg; its jump height with interval."""
     best = content.get("best")
     if not best:
-        return f"none of the {content['counts']['designs']} designs lifts off"
+        return str(content["none_because"])
     clearance = best["clearance"]
     low, high = clearance.get("interval90") or (None, None)
     between = "" if low is None or high is None else f"{100 * low:.2f} to {100 * high:.2f}"

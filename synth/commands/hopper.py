@@ -71,7 +71,7 @@ def _require_here(arguments: argparse.Namespace, why: str) -> None:
 
 
 def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Namespace, progress: Progress) -> bool:
-    """Sweep and write; return whether any design lifts off."""
+    """Sweep and write; return whether a design was chosen."""
     from synth.api.hoppers import hopper
     from synth.commands.answers import hopper_text, tell
     from synth.files.output import output_folder
@@ -95,7 +95,7 @@ def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Na
     tell(progress, Path(arguments.out) / "hopper.json", hopper_text)
     progress.say(f"result: {Path(arguments.out) / 'hopper.json'}")
     progress.say(f"report: {Path(arguments.out) / 'report.html'}")
-    return found.jumps
+    return found.chosen
 
 
 def _tenths(progress: Progress) -> Callable[[int, int], None]:

@@ -52,6 +52,7 @@ class HopperProject:
     catalogs: tuple[Path, ...]
     lengths: tuple[float, ...]
     tolerances: HopperTolerances
+    written_tolerances: frozenset[str]  # keys that the file gives; the maker's statements do not replace them
     objectives: tuple[str, ...]
     choose: str
     intervals: str
@@ -109,6 +110,7 @@ def read_hopper_project(path: str | Path) -> HopperProject:
         catalogs=catalogs,
         lengths=swept,
         tolerances=HopperTolerances(**vars(tolerance)),
+        written_tolerances=frozenset(key for key in vars(tolerance) if ("tolerance", key) in document.lines),
         objectives=tuple(dict.fromkeys(meant(file.objectives, "objectives"))),
         choose=meant([file.choose], "choose")[0],
         intervals=file.intervals,

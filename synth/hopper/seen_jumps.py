@@ -2,7 +2,8 @@
 
 A video follows one point, the hips or the foot, whose height is relative to its initial level. A foot's is the
 clearance. A meter logs the total current of both motors: its peak, and the charge until the current has finally fallen
-to a tenth of the peak.
+to a tenth of the peak. The motors often stay on in flight, and after it; a model's peak and charge are those of as many
+seconds with its motors on.
 """
 
 from __future__ import annotations
@@ -13,12 +14,13 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import PlateJumps
 from synth.hopper.motors import motor_of
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
-from synth.jump.jump_runs import compiled_jump
+from synth.jump.jump_runs import Jumper, compiled_jump
 from synth.jump.outcomes import outcome_of
 from synth.parts.catalogs import Catalogue
 from synth.units import quantity
@@ -27,35 +29,42 @@ MODELS_HELD = ("A", "B", "D", "full")
 LEAST_JUMP = 2e-3  # m; a smaller rise is the camera's scatter
 LEVEL = 0.1  # of the samples before the fastest rise, whose median is the initial level
 IDLE = 0.1  # of the peak, below which the motors are off
+NO_FALL = 1e9  # m/s; no leg falls so fast, so that a trace goes on through flight and landing
 
 
 @dataclass(frozen=True)
 class SeenJumps:
-    """Heights by point and currents, each with a recording's name and value in SI; and every model's."""
+    """Heights by point and currents, each with a recording's name and value in SI; and every model's.
+
+    A model that folds up before the motors are off has no peak and no charge.
+    """
 
     heights: Mapping[str, Mapping[str, float]]  # point -> file -> m
     peaks: Mapping[str, float]  # file -> A
     charges: Mapping[str, float]  # file -> A s
+    lasting: Mapping[str, float]  # file -> s, for which the motors are on
     models: Mapping[str, Mapping[str, float]]
 
     def as_json(self) -> dict[str, Any]:
         """Measured values with their mean, and each model's."""
         found: dict[str, Any] = {}
         for point, each in self.heights.items():
-            found[f"height_of_{point}"] = _told(each, "m", {name: item[point] for name, item in self.models.items()})
+            found[f"height_of_{point}"] = self._told(each, "m", point)
         if self.peaks:
-            found["peak_current"] = _told(self.peaks, "A", {n: item["peak_current"] for n, item in self.models.items()})
-            found["charge"] = _told(self.charges, "A*s", {n: item["charge"] for n, item in self.models.items()})
+            found["peak_current"] = self._told(self.peaks, "A", "peak_current")
+            found["charge"] = self._told(self.charges, "A*s", "charge")
+            for item in found["charge"]["measured"]:
+                item["lasting"] = quantity(self.lasting[item["file"]], "s")
         return found
 
-
-def _told(each: Mapping[str, float], unit: str, models: Mapping[str, float]) -> dict[str, Any]:
-    mean = float(np.mean(list(each.values())))
-    return {
-        "measured": [{"file": name, "value": quantity(value, unit)} for name, value in each.items()],
-        "mean": quantity(mean, unit),
-        "models": {n: {"value": quantity(v, unit), "over_measured": v / mean - 1.0} for n, v in models.items()},
-    }
+    def _told(self, each: Mapping[str, float], unit: str, key: str) -> dict[str, Any]:
+        mean = float(np.mean(list(each.values())))
+        models = {name: item[key] for name, item in self.models.items() if key in item}
+        return {
+            "measured": [{"file": name, "value": quantity(value, unit)} for name, value in each.items()],
+            "mean": quantity(mean, unit),
+            "models": {n: {"value": quantity(v, unit), "over_measured": v / mean - 1.0} for n, v in models.items()},
+        }
 
 
 def seen_jumps(project: PlateJumps, catalogue: Catalogue) -> SeenJumps:
@@ -68,26 +77,38 @@ def seen_jumps(project: PlateJumps, catalogue: Catalogue) -> SeenJumps:
     motor = motor_of(catalogue.find_motor(project.motor), project.design.motor_options)
     leg = project.design.leg.with_length(project.length)
     jumper, layout = compiled_jump(leg.bending), LAYOUTS[leg.bending]
+    meters = {recording.name: pushed(recording.name, recording["time"], recording["current"])
+              for recording in project.meters}  # fmt: skip
+    lasting = {name: value[2] for name, value in meters.items()}
     models = {}
     for name in MODELS_HELD:
         parameters = lane(leg, motor, project.design.contact, MODELS[name])
         outcome = outcome_of(jumper.run(parameters[:, None])[:, 0])
-        trace = jumper.trace(parameters)
-        time, drawn, hips = trace[:, 0], trace[:, 1 + layout.row("drawn")], trace[:, 1 + layout.row("height")]
-        push = time <= outcome.takeoff_time
-        models[name] = {
-            "foot": outcome.clearance,
-            "hips": float(hips.max() - hips[0]),
-            "peak_current": float(drawn[push].max()),
-            "charge": float(np.trapezoid(drawn[push], time[push])),
-        }
+        hips = jumper.trace(parameters)[:, 1 + layout.row("height")]
+        models[name] = {"foot": outcome.clearance, "hips": float(hips.max() - hips[0])}
+        if lasting:
+            models[name] |= _drawn(jumper, parameters, list(lasting.values()))
     heights: dict[str, dict[str, float]] = {}
     for point, recording in project.videos:
         heights.setdefault(point, {})[recording.name] = jumped(recording.name, recording["height"])
-    meters = {recording.name: pushed(recording.name, recording["time"], recording["current"])
-              for recording in project.meters}  # fmt: skip
     peaks = {name: value[0] for name, value in meters.items()}
-    return SeenJumps(heights, peaks, {name: value[1] for name, value in meters.items()}, models)
+    return SeenJumps(heights, peaks, {name: value[1] for name, value in meters.items()}, lasting, models)
+
+
+def _drawn(jumper: Jumper, parameters: Array, lasting: Sequence[float]) -> dict[str, float]:
+    """Peak current, A, and charge, A s, of one lane, means over motors on for these times, s; empty if it folds up."""
+    trace = jumper.trace(parameters, duration=max(lasting), fall=NO_FALL)
+    time, drawn = trace[:, 0], trace[:, 1 + jumper.layout.row("drawn")]
+    if time[-1] < max(lasting):
+        return {}
+    peaks, charges = [], []
+    for end in lasting:
+        on = time < end
+        until = np.append(time[on], end)
+        current = np.append(drawn[on], np.interp(end, time, drawn))
+        peaks.append(float(current.max()))
+        charges.append(float(np.trapezoid(current, until)))
+    return {"peak_current": float(np.mean(peaks)), "charge": float(np.mean(charges))}
 
 
 def jumped(name: str, height: Sequence[float] | np.ndarray[Any, np.dtype[np.float64]]) -> float:
@@ -112,8 +133,8 @@ def jumped(name: str, height: Sequence[float] | np.ndarray[Any, np.dtype[np.floa
 
 def pushed(
     name: str, time: np.ndarray[Any, np.dtype[np.float64]], current: np.ndarray[Any, np.dtype[np.float64]]
-) -> tuple[float, float]:
-    """Peak current, A, and the push's charge, A s, over the idle level.
+) -> tuple[float, float, float]:
+    """Peak current, A, the charge while the motors are on, A s, and for how long they are, s.
 
     Raises
     ------
@@ -126,4 +147,5 @@ def pushed(
         raise UserError(Problem("shows no push; is the current's sign right?", name, key="current"))
     on = np.flatnonzero(drawn > IDLE * peak)
     push = slice(int(on[0]), int(on[-1]) + 1)
-    return peak + idle, float(np.trapezoid(current[push], time[push]))
+    on_for = float(time[on[-1]] - time[on[0]])
+    return peak + idle, float(np.trapezoid(current[push], time[push])), on_for

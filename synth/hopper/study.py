@@ -19,20 +19,22 @@ from synth.hopper.hopper_tolerances import contributions, groups, intervals
 from synth.hopper.motors import chosen_rows, estimates_of, motor_of
 from synth.hopper.sweep import OBJECTIVES, Sweep, SweepProblem, pareto_front, run_sweep
 from synth.jump.hopper_leg import HopperLeg, HopperTolerances, Motor, in_reach
+from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump, simulate
 from synth.jump.mujoco_model import mujoco_jump, require_mujoco
-from synth.jump.outcomes import TOO_STIFF, JumpOutcome, heights, outcome_of
+from synth.jump.outcomes import LANDED_AGAIN, TOO_STIFF, JumpOutcome, heights, outcome_of
 from synth.jump.planar_jump import planar_jump
 from synth.jump.point_mass import point_mass_outcomes
 from synth.parts.catalogs import Catalogue
 from synth.parts.rows import GearMotorRow
-from synth.remarks import decisive, noted
+from synth.remarks import Remark, decisive, noted
 
 if TYPE_CHECKING:
     from synth.batch.cluster import Cluster
 
 MOST_MUJOCO = 400  # designs of a sweep by model C: two minutes
+MOST_VOLTAGE = 1.5  # times the rated one; Pololu runs its 6 V micro metal gearmotors at 3 to 9 V
 Stage = Callable[[str], AbstractContextManager[None]]
 
 
@@ -58,7 +60,7 @@ class Leaning:
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """All data of a project's result; ``best`` None if nothing jumps."""
+    """All data of a project's result; ``best`` None if nothing jumps, or with ``gearbox: stop`` no gearbox bears it."""
 
     project: HopperProject
     rows: tuple[GearMotorRow, ...]
@@ -86,6 +88,38 @@ class Study:
         assert self.best is not None
         return self.sweep.problem.motors[int(self.sweep.motor[self.best])]
 
+    @property
+    def torque_after_takeoff(self) -> float | None:
+        """Largest torque of one gear of the chosen design after takeoff, when it runs into its stop, N m.
+
+        None without a choice, or with a model whose jump has no trace of its own.
+        """
+        if self.best is None or self.trace is None or not _has_lanes(self.sweep.problem):
+            return None
+        late = self.trace[:, 0] > self.sweep.values["takeoff_time"][self.best]
+        gear = self.trace[late, 1 + LAYOUTS[self.project.leg.bending].row("gear_torque")]
+        return float(np.abs(gear).max()) if len(gear) else None
+
+    @property
+    def breaks_after_takeoff(self) -> bool:
+        """Whether that torque exceeds the gearbox's limit, which the designs are not judged by."""
+        torque = self.torque_after_takeoff
+        limit = None if torque is None else self.best_motor.torque_limit
+        return torque is not None and limit is not None and torque > limit
+
+    @property
+    def none_because(self) -> str:
+        """Why there is no choice; empty if there is one."""
+        if self.best is not None:
+            return ""
+        count, jumping = len(self.sweep.motor), self.sweep.status == LANDED_AGAIN
+        if not jumping.any():
+            return f"none of the {count} designs lifts off"
+        return (
+            f"{int(jumping.sum())} of {count} designs jump, but all exceed {self.sweep.limits_text(jumping)} "
+            "(gearbox: stop)"
+        )
+
 
 def sweep_problem(project: HopperProject, catalogue: Catalogue) -> tuple[SweepProblem, tuple[GearMotorRow, ...]]:
     """The sweep, with the motors' rows.
@@ -106,7 +140,7 @@ def sweep_problem(project: HopperProject, catalogue: Catalogue) -> tuple[SweepPr
             text = f'"{project.model}" takes a third of a second per design; {size} asked, at most {MOST_MUJOCO}:'
             raise UserError(model_problem(project, f"{text} write model: A, or fewer motors and lengths"))
     everywhere = project.intervals == "all" or (project.intervals == "auto" and size <= MOST_INTERVALS)
-    tolerances = tuple(_tolerances(project.tolerances, row) for row in rows)
+    tolerances = tuple(_tolerances(project, row) for row in rows)
     return SweepProblem(project.leg, motors, tolerances, project.lengths, project.contact, MODELS[project.model],
                    everywhere and MODELS[project.model].engine == "lanes", project.height), tuple(rows)  # fmt: skip
 
@@ -171,11 +205,11 @@ def _has_lanes(problem: SweepProblem) -> bool:
     return problem.model.engine == "lanes"
 
 
-def _tolerances(given: HopperTolerances, row: GearMotorRow) -> HopperTolerances:
-    """The project's, overridden by the maker's statements."""
-    speed = given.speed if row.speed_tolerance is None else row.speed_tolerance
-    current = given.current if row.current_tolerance is None else row.current_tolerance
-    return replace(given, speed=speed, current=current)
+def _tolerances(project: HopperProject, row: GearMotorRow) -> HopperTolerances:
+    """Those that the project writes; else the maker's, where it states any; else the defaults."""
+    stated = {"speed": row.speed_tolerance, "current": row.current_tolerance}
+    taken = {key: value for key, value in stated.items() if value is not None}
+    return replace(project.tolerances, **{k: v for k, v in taken.items() if k not in project.written_tolerances})
 
 
 def _best(sweep: Sweep, objective: str, allowed: NDArray[np.bool_]) -> int | None:
@@ -232,19 +266,44 @@ def _one(problem: SweepProblem, motor: Motor, length: float) -> JumpOutcome:
     return simulate([(leg, motor)], problem.contact, problem.model)[0]
 
 
+def overvolted(found: Study) -> str:
+    """A sentence on motors whose supply is far above their rated voltage; empty if there are none."""
+    supply = found.project.motor_options.supply
+    rated = [row.voltage for row in found.rows if supply and row.voltage and supply > MOST_VOLTAGE * row.voltage]
+    if not rated:
+        return ""
+    of = f"{min(rated):g} V" if min(rated) == max(rated) else f"{min(rated):g} to {max(rated):g} V"
+    return (
+        f"the supply of {supply:g} V is more than {MOST_VOLTAGE:g} times the rated voltage ({of}) of {len(rated)} of "
+        f"the {len(found.rows)} motors: winding, brushes and gear wear out fast"
+    )
+
+
 def warnings_of(found: Study) -> list[str]:
     """The most important warnings."""
     sweep = found.sweep
     texts: list[str] = []
+    if hot := overvolted(found):
+        texts.append(decisive(hot))
     if found.best is None:
-        texts.append(
-            decisive("no design lifts off: every motor is too weak or too slow for this leg; the height is zero")
-        )
+        if (sweep.status == LANDED_AGAIN).any():
+            way_out = "choose a stronger gearbox, a lower supply, or motors: {gearbox: warn}"
+            texts.append(decisive(f"{found.none_because}: {way_out}"))
+        else:
+            why = "every motor is too weak or too slow for this leg; the height is zero"
+            texts.append(decisive(f"no design lifts off: {why}"))
         return texts
     row = found.rows[sweep.motor[found.best]]
     if limit := sweep.limit_text(found.best):
         way_out = "motors: {gearbox: stop} leaves such designs out"
         texts.append(decisive(f"the chosen design: {limit}; the gear may break ({way_out})"))
+    if found.breaks_after_takeoff:
+        limit_of = f"the gearbox's {found.best_motor.torque_limit:.3f} N*m"
+        texts.append(Remark(
+            f"the chosen design: after takeoff, at the leg's stop, its gear carries {found.torque_after_takeoff:.3f} "
+            f"N*m, above {limit_of}; designs are judged by the push alone, and the stop's stiffness is an assumption",
+            remedy="Give the leg a softer stop (leg: stop_rate, stop_dissipation), or switch the motors off before it.",
+        ))  # fmt: skip
     texts += [f"{row.part}: {text}" for text in estimates_of(row, found.project.motor_options)]
     edge = {found.project.lengths[0]: "shortest", found.project.lengths[-1]: "longest"}
     if len(found.project.lengths) > 2 and (word := edge.get(float(sweep.length[found.best]))):

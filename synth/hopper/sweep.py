@@ -76,6 +76,13 @@ class Sweep:
         jumps = self.status == LANDED_AGAIN
         return np.asarray(jumps & ~self.over_limit()) if gearbox == "stop" else np.asarray(jumps)
 
+    def limits_text(self, which: NDArray[np.bool_]) -> str:
+        """The gearboxes' limits of these designs, which all have one."""
+        limits = sorted({self.problem.motors[m].torque_limit or 0.0 for m in np.unique(self.motor[which])})
+        if len(limits) == 1:
+            return f"the gearbox's {limits[0]:.3f} N*m"
+        return f"their gearboxes' {limits[0]:.3f} to {limits[-1]:.3f} N*m"
+
     def limit_text(self, index: int) -> str:
         """The limit of a design; empty if there is none."""
         if self.status[index] == OUT_OF_REACH:

@@ -73,14 +73,21 @@ def validation_json(found: Validation) -> dict[str, Any]:
         "measured": [
             {
                 "file": jump.name,
+                "switched_on": quantity(begun.time, "s"),
                 "takeoff_time": quantity(jump.takeoff_time, "s"),
                 "takeoff_speed": quantity(jump.takeoff_speed, "m/s"),
                 "rise": quantity(jump.rise, "m"),
+                "rise_after_takeoff": quantity(jump.rise_after_takeoff, "m"),
                 "flight_rise": None if jump.flight_rise is None else quantity(jump.flight_rise, "m"),
                 "peak_force": quantity(jump.peak_force, "N"),
                 "start_angle": quantity(jump.start_angle, "deg"),
             }
-            for jump in found.jumps
+            for jump, begun in zip(found.jumps, found.switched_on, strict=True)
+        ],
+        "notes": [
+            text
+            for jump, begun in zip(found.jumps, found.switched_on, strict=True)
+            if (text := begun.sentence(jump.name))
         ],
         "mean_rise": quantity(found.mean_rise, "m"),
         "models": {
@@ -114,7 +121,7 @@ def lines(result: dict[str, Any]) -> list[str]:
     shown = [f"measured: rise {result['mean_rise']['value'] * 100:.2f} cm over {len(result['measured'])} jumps"]
     for name, item in result["models"].items():
         shown.append(f"{name}: rise {item['rise']['value'] * 100:.2f} cm, {item['over_measured']:+.0%} of measured")
-    return [*shown, *seen_lines(result.get("seen", {}))]
+    return [*shown, *seen_lines(result.get("seen", {})), *(f"note: {text}" for text in result["notes"])]
 
 
 def seen_lines(seen: dict[str, Any]) -> list[str]:

@@ -107,6 +107,7 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path) -> dict[str, 
         "counts": statuses,
         **remarks_json(warnings_of(found)),
         "best": {} if found.best is None else _best(found, found.best),
+        **({"none_because": found.none_because} if found.none_because else {}),
         "pareto": [_design(found, index) for index in found.front],
         "models": _ladder(found),
         "neighbours": [
@@ -189,10 +190,11 @@ def _design(found: Study, index: int) -> dict[str, Any]:
 
 
 def _best(found: Study, index: int) -> dict[str, Any]:
-    leg, motor = found.best_leg, found.best_motor
+    leg, motor, after = found.best_leg, found.best_motor, found.torque_after_takeoff
     upper, lower = leg.link_mass
     return {
         **_design(found, index),
+        **({} if after is None else {"gear_torque_after_takeoff": quantity(after, "N*m")}),
         "motor_constants": motor_json(motor),
         "leg": {
             "upper_link": quantity(leg.length, "mm"),

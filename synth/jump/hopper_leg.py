@@ -248,7 +248,7 @@ def segments(leg: HopperLeg) -> tuple[list[float], list[float], int]:
 
 @dataclass(frozen=True)
 class HopperTolerances:
-    """90 % half widths as shares of the value, ``crouch`` in rad; ``speed`` and ``current`` if the row has none."""
+    """90 % half widths as shares of the value, ``crouch`` in rad; ``current`` is that without load."""
 
     speed: float = 0.2
     current: float = 0.5

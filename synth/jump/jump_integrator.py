@@ -45,14 +45,24 @@ from synth.jump.outcomes import (
 LONGEST = 4e-3  # s, of a step, so that a landing is not stepped over
 _rhs = types.FunctionType(types.void(float64[:, ::1]))
 _signature = int64(
-    _rhs, float64[:, ::1], int64[::1], float64, float64, float64, int64, float64, float64[:, ::1], float64[:, ::1]
+    _rhs,
+    float64[:, ::1],
+    int64[::1],
+    float64,
+    float64,
+    float64,
+    float64,
+    int64,
+    float64,
+    float64[:, ::1],
+    float64[:, ::1],
 )
 _rules: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True}
 views, try_step, take = compiled_step(_rules)
 
 
 @compiled(_signature, **_rules)
-def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcome, trace):  # type: ignore[no-untyped-def]
+def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fall, outcome, trace):  # type: ignore[no-untyped-def]
     """Integrate from the crouch until every lane's outcome is known.
 
     Parameters
@@ -61,7 +71,8 @@ def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcom
     Z : (n_row, 16) workspace with initial state and parameters.
     where : rows: n_state, derivative, normal, foot, foot_speed, com_speed, com, gear_torque, drawn, bend, alive,
         height, energy.
-    duration : s; a lane still on the ground by then is too weak.
+    duration : s; a lane on the ground then or later is too weak.
+    longest : s; every lane ends then, also in flight, as too weak.
     tolerance : error per step relative to 1 in metres, radians, and their rates over 30 per second.
     first_step : s; max_steps : accepted and rejected; a group that needs more is too stiff.
     fall : m/s; a flying lane's outcome is known once its centre of mass falls so fast.
@@ -128,8 +139,10 @@ def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcom
                     ended = LANDED_AGAIN
                 elif x[height, lane] <= 0.0 or abs(Z[bend, lane]) > 0.999:  # sine of the last piece at its limit
                     ended = COLLAPSED
-                elif t >= duration or (
-                    t > SETTLED and at <= 0.0 and abs(speed) < CREEP and abs(begun[1 + n_angle, lane]) < 0.5
+                elif (
+                    (t >= duration and at <= 0.0)
+                    or t >= longest
+                    or (t > SETTLED and at <= 0.0 and abs(speed) < CREEP and abs(begun[1 + n_angle, lane]) < 0.5)
                 ):
                     ended = TOO_WEAK  # by now, or at rest: held, or stretched without lifting off
                 if ended != RUNNING:

@@ -19,7 +19,8 @@ from synth.jump.jump_models import Model, lane
 from synth.jump.outcomes import N_OUTCOME, JumpOutcome, outcome_of
 
 TOLERANCE = 1e-4  # clearance within 0.1 mm of a hundred times finer one, see tests/hopper
-DURATION = 1.0  # s, for the push; a leg still on the ground by then does not lift off
+DURATION = 1.0  # s, for the push; a leg still on the ground by then does not lift off. A flight may take longer
+NO_END = 1e9  # s; later than any flight ends
 FALL = 0.1  # m/s; falling that fast its highest point has passed
 FIRST_STEP = 1e-5  # s: far below the contact's and the winding's time constants
 MAX_STEPS = 60_000  # a jump takes hundreds to thousands; a stiffer one is reported as too stiff
@@ -49,7 +50,8 @@ class Jumper:
             group = lanes[:, first : first + LANES]
             workspace[:, : group.shape[1]] = group
             workspace[:, group.shape[1] :] = group[:, :1]
-            jump(right_hand_side, workspace, where, duration, tolerance, FIRST_STEP, MAX_STEPS, FALL, found, untraced)
+            jump(right_hand_side, workspace, where, duration, NO_END, tolerance, FIRST_STEP, MAX_STEPS, FALL, found,
+                 untraced)  # fmt: skip
             outcome[:, first : first + LANES] = found[:, : group.shape[1]]
         return outcome
 
@@ -59,13 +61,18 @@ class Jumper:
         return entry_point(self.jump), as_argument(self.right_hand_side)
 
     def trace(
-        self, parameters: Array, tolerance: float = TOLERANCE, duration: float = DURATION, fall: float = FALL
+        self, parameters: Array, tolerance: float = TOLERANCE, duration: float | None = None, fall: float = FALL
     ) -> Array:
-        """Time and the whole workspace (n_step, 1 + n_row) of one lane at every step."""
+        """Time and the whole workspace (n_step, 1 + n_row) of one lane at every step.
+
+        ``duration`` s: the end whatever the leg does by then; None: as a run ends, also in a long flight.
+        """
         workspace = np.repeat(parameters[:, None], LANES, axis=1)
         found, room = np.empty((N_OUTCOME, LANES)), np.empty((MAX_STEPS, 1 + self.layout.n_row))
         where = self.where
-        self.jump(self.right_hand_side, workspace, where, duration, tolerance, FIRST_STEP, MAX_STEPS, fall, found, room)
+        push, longest = (DURATION, NO_END) if duration is None else (duration, duration)
+        self.jump(self.right_hand_side, workspace, where, push, longest, tolerance, FIRST_STEP, MAX_STEPS, fall, found,
+                  room)  # fmt: skip
         return room[: where[13]]
 
 

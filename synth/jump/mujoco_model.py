@@ -21,7 +21,7 @@ from synth.arrays import Array
 from synth.errors import UserError
 from synth.jump.hopper_leg import Contact, HopperLeg, Motor, segments
 from synth.jump.jump_models import Model, lane, layout_of
-from synth.jump.jump_runs import FALL
+from synth.jump.jump_runs import DURATION, FALL
 from synth.jump.outcomes import (
     COLLAPSED,
     CREEP,
@@ -36,7 +36,7 @@ from synth.jump.outcomes import (
 
 Ground = Literal["same", "own"]
 STEP, LEAST_STEP = 5e-5, 4e-6  # s; half of it changes the clearance by less than 0.1 mm
-LONGEST = 1.0  # s, of a jump; none takes half as long
+FLIGHT = 60.0  # s, of a jump by MuJoCo with its flight; only a hundredth of the standard gravity takes so long
 FOOT_RADIUS = 1e-3  # m, of MuJoCo's own contact only
 HOW_TO_INSTALL = 'model C needs MuJoCo, an engine that is not installed: pip install "limb-synth[mujoco]"'
 
@@ -193,7 +193,7 @@ def mujoco_jump(
     step: float | None = None,
     drop: Drop | None = None,
 ) -> MujocoJump:
-    """One jump of at most a second, or a drop.
+    """One jump, whose push may take a second, or a drop.
 
     Raises
     ------
@@ -211,7 +211,7 @@ def mujoco_jump(
     seen, status = _Watched(), None
     with _passive(mujoco, model_, leg, contact, layout_of(leg).n, ground):
         mujoco.mj_forward(model_, data)
-        while data.time < (LONGEST if drop is None else drop.duration) and status is None:
+        while data.time < (FLIGHT if drop is None else drop.duration) and status is None:
             foot, foot_v = _foot(mujoco, model_, data)
             speed = _com_speed(mujoco, model_, data)
             normal = _linear_ground(contact, foot, foot_v) if ground == "same" else _own_normal(mujoco, model_, data)
@@ -237,7 +237,8 @@ def _ended(mujoco: Any, data: Any, seen: _Watched, step: float, foot_v: float) -
     still = abs(speed) < CREEP and len(seen.rows) > 1 and abs(speed - seen.rows[-2][4]) < 0.5 * step
     if seen.highest > LIFTED and speed < -FALL and (foot_v < 0.0 or foot <= 0.0):
         return LANDED_AGAIN
-    if data.qpos[0] > 0.0 and still and data.time > SETTLED and foot <= 0.0:
+    down = foot <= 0.0 or seen.highest < LIFTED
+    if data.qpos[0] > 0.0 and ((still and data.time > SETTLED and foot <= 0.0) or (data.time >= DURATION and down)):
         return TOO_WEAK  # as in the lanes: it stands, and will not lift off
     return _broken(mujoco, data)
 

@@ -207,8 +207,11 @@ def _derivative(x, n, arguments):  # type: ignore[no-untyped-def]
 
 
 @compiled_when_called(**_options)
-def integrate(x, n, arguments, weight, tolerance, duration, fall, mass, max_steps, trace):  # type: ignore[no-untyped-def]
-    """State and outputs at every accepted step until the outcome is known; returns rows written and the status."""
+def integrate(x, n, arguments, weight, tolerance, ends, fall, mass, max_steps, trace):  # type: ignore[no-untyped-def]
+    """State and outputs at every accepted step until the outcome is known; returns rows written and the status.
+
+    ends : (2,) s, ``duration`` and ``longest`` of ``jump_integrator.jump``.
+    """
     K0, aside = _derivative(x, n, arguments)
     t, h, rows, steps = 0.0, 1e-5, 0, 0
     highest = 0.0
@@ -238,7 +241,7 @@ def integrate(x, n, arguments, weight, tolerance, duration, fall, mass, max_step
                 return rows, LANDED_AGAIN
             if x[1] <= 0.0:
                 return rows, COLLAPSED
-            if t >= duration:
+            if (t >= ends[0] and aside[3] <= 0.0) or t >= ends[1]:
                 return rows, TOO_WEAK
         # Safety 0.9, between a fifth and four times: Hairer et al., Solving ODEs I, section II.4.
         factor = 0.9 * error ** (-1.0 / 3.0)

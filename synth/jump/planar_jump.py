@@ -11,7 +11,7 @@ from synth.arrays import Array
 from synth.jump.hopper_leg import Contact, HopperLeg, Motor
 from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import Model, columns
-from synth.jump.jump_runs import DURATION, FALL, TOLERANCE
+from synth.jump.jump_runs import DURATION, FALL, NO_END, TOLERANCE
 from synth.jump.outcomes import LANDED_AGAIN, LIFTED, LIMITS, JumpOutcome
 from synth.jump.planar_engine import SCALARS, com_speed, integrate
 
@@ -38,7 +38,7 @@ def planar_jump(
 ) -> PlanarJump:
     """One jump by the planar form, from the crouch leaning by ``pitch`` rad."""
     jumps = columns(leg, motor, contact, model, np.array([leg.length]))
-    run = _run(jumps, leg.body_inertia, contact.slip_speed, pitch, tolerance, duration)
+    run = _run(jumps, leg.body_inertia, contact.slip_speed, pitch, tolerance, (duration, NO_END))
     aside = run.aside
     outcome = _outcome(run.trace, aside, run.n, run.status, run.arguments, float(jumps.total_mass[0]))
     return PlanarJump(outcome, _slip(aside), float(run.trace[-1, 3]), run.trace)
@@ -52,7 +52,8 @@ def planar_record(
     ``angle`` : the right upper link's, from the body; ``normal`` N; ``current`` of both motors, A; ``pitch`` rad;
     ``slide`` : path of the foot along the ground, m.
     """
-    run = _run(jumps, body_inertia, slip_speed, pitch, tolerance, float(times[-1]), fall=np.inf)
+    last = float(times[-1])
+    run = _run(jumps, body_inertia, slip_speed, pitch, tolerance, (last, last), fall=np.inf)
     t, x, aside = run.trace[:, 0], run.trace[:, 1 : 1 + 2 * run.n + 3], run.aside
     rows = {
         "angle": x[:, 3] - x[:, 2],
@@ -81,10 +82,10 @@ class _Run:
 
 
 def _run(
-    jumps: JumpLanes, body_inertia: float, slip_speed: float, pitch: float, tolerance: float, duration: float,
-    fall: float = FALL,
+    jumps: JumpLanes, body_inertia: float, slip_speed: float, pitch: float, tolerance: float,
+    ends: tuple[float, float], fall: float = FALL,
 ) -> _Run:  # fmt: skip
-    """Integrate the first lane."""
+    """Integrate the first lane; ``ends`` s: of a push on the ground, and of everything."""
     layout = jumps.layout
     parameters = jumps.workspace()[:, 0]
     scalars = np.array([parameters[layout.row(name)] for name in SCALARS])
@@ -104,9 +105,7 @@ def _run(
     foot_mass = float(jumps.foot_mass[0])
     arguments = (lengths, masses, parameters[layout.block("beam")], body, ground, scalars, foot_mass)
     trace = np.empty((60_000, 1 + len(x) + 8))
-    rows, status = integrate(
-        x, n, arguments, weight, tolerance, duration, fall, float(jumps.total_mass[0]), 60_000, trace
-    )
+    rows, status = integrate(x, n, arguments, weight, tolerance, ends, fall, float(jumps.total_mass[0]), 60_000, trace)
     return _Run(trace[:rows], n, status, arguments)
 
 

@@ -17,10 +17,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import synth
 from result_fields import require_explained
 from synth.cli import main
 from synth.files import hopper_project as files
-from synth.hopper.study import sweep_problem
+from synth.hopper.study import sweep_problem, warnings_of
 from synth.hopper.sweep import run_sweep
 from synth.parts.catalogs import Catalogue
 
@@ -107,6 +108,61 @@ def test_gearbox_stop_leaves_out_what_would_break(tmp_path: Path) -> None:
     rows = designs(tmp_path / "out")
     assert all("gearbox" in row["limit"] for row in rows if row["gear_ratio"] == "210.59")
     assert all(row["feasible"] == "no" for row in rows if "gearbox" in row["limit"])
+
+
+def test_jumps_that_no_gearbox_bears_are_not_too_weak(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.yaml").write_text(SMALL.replace("motors: {", "motors: {gearbox: stop, "))
+    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 1
+    why = "9 of 15 designs jump, but all exceed the gearbox's 0.196 N*m (gearbox: stop)"
+    assert why in capsys.readouterr().out
+    found = json.loads((tmp_path / "out" / "hopper.json").read_text())
+    require_explained("hopper.json", found)
+    assert found["none_because"] == why
+    assert found["warnings"] == [f"{why}: choose a stronger gearbox, a lower supply, or motors: {{gearbox: warn}}"]
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "9 of 15 designs jump, but all exceed" in page
+    assert "stronger gearbox or a lower" in page
+    assert "lifts off" not in page
+    swept = synth.hopper(tmp_path / "a.yaml")
+    assert swept.headline == f"a: {why}"
+    assert swept.jumps
+    assert not swept.chosen
+
+
+def test_a_written_tolerance_replaces_the_maker_s(tmp_path: Path) -> None:
+    """The catalogue's row states 20 and 50 %."""
+    zero = "speed: 0 %, torque: 0 %, rotor_inertia: 0 %, mass: 0 %, joint_damping: 0 %, crouch: 0 deg"
+    widths = {}
+    for name, text in (("all", f"{zero}, current: 0 %"), ("current", zero)):
+        (tmp_path / "a.yaml").write_text(f"{SMALL}tolerance: {{{text}}}\n")
+        study = synth.hopper(tmp_path / "a.yaml").study
+        assert study.best is not None
+        widths[name] = study.high[study.best] - study.low[study.best]
+    assert widths["all"] == 0.0
+    assert widths["current"] > 1e-4
+
+
+def test_the_torque_at_the_stop_is_beside_that_of_the_push(result: Path, found: dict) -> None:  # type: ignore[type-arg]
+    """The largest torque of jump.csv after takeoff, which the designs are not judged by, and a warning."""
+    best = found["best"]
+    with (result / "jump.csv").open(newline="") as stream:
+        rows = [(float(row["time [s]"]), abs(float(row["gear torque [N*m]"]))) for row in csv.DictReader(stream)]
+    after = max(torque for time, torque in rows if time > best["takeoff_time"]["value"])
+    stated, limit = best["gear_torque_after_takeoff"]["value"], best["motor_constants"]["torque_limit"]["value"]
+    assert after <= stated < 1.3 * after  # the table has every thousandth of a second
+    assert best["peak_gear_torque"]["value"] < limit < stated
+    (told,) = [text for text in found["warnings"] if "at the leg's stop" in text]
+    assert f"{stated:.3f} N*m, above the gearbox's {limit:.3f} N*m" in told
+    page = (result / "report.html").read_text()
+    assert "Peak gear torque, at the stop" in page
+    assert "Designs are judged by the push alone" in page
+
+
+def test_a_supply_far_above_the_rated_voltage_is_reported(tmp_path: Path) -> None:
+    for supply, warned in (("24 V", True), ("9 V", False)):
+        (tmp_path / "a.yaml").write_text(SMALL.replace("motors: {", f"motors: {{supply: {supply}, "))
+        texts = warnings_of(synth.hopper(tmp_path / "a.yaml").study)
+        assert any("times the rated voltage (6 V) of 5 of the 5 motors" in text for text in texts) == warned
 
 
 def test_a_motor_that_is_too_weak_is_reported_and_does_not_jump(tmp_path: Path) -> None:

@@ -8,9 +8,10 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from hopper.hoppers import motor
+from hopper.hoppers import catalogue, motor
+from synth.hopper.motors import motor_of
 from synth.jump import outcomes
-from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, Laminate
+from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, Laminate, MotorOptions
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump, simulate
@@ -176,3 +177,35 @@ def test_a_leg_that_cannot_jump_is_reported() -> None:
     found = simulate([(tiny, motor())], GROUND, MODELS["A"])[0]
     assert found.clearance == 0.0
     assert found.limit.startswith("too stiff")
+
+
+@pytest.mark.parametrize("bending", LAYOUTS)
+def test_a_flight_on_the_moon_may_take_longer_than_a_push(bending: str) -> None:
+    """At 1.62 m/s^2 a takeoff at 1.5 m/s rises for 0.9 s: the rise is the takeoff's height and v^2 / (2 g)."""
+    leg = replace(HopperLeg(), bending=bending, gravity=1.62)
+    strong = motor_of(catalogue().find_motor("N20 HP 6V 150:1"), MotorOptions(supply=9.0))
+    for name in ("A", "full"):
+        z = lane(leg, strong, GROUND, MODELS[name])
+        jumper = compiled_jump(bending)
+        found = jumper.run(z[:, None])[:, 0]
+        jump = outcomes.outcome_of(found)
+        assert jump.limit == ""
+        assert jump.takeoff_speed > 1.4
+        assert found[outcomes.END_TIME] > 1.0
+        pushed = found[outcomes.TAKEOFF_HEIGHT] - found[outcomes.START_COM]
+        assert jump.rise == pytest.approx(pushed + jump.takeoff_speed**2 / (2 * 1.62), rel=5e-3)
+        assert jumper.trace(z)[-1, 0] > 1.0
+        assert jumper.trace(z, duration=0.5)[-1, 0] < 0.51
+    planar = planar_jump(leg, strong, GROUND, MODELS["full"]).outcome
+    assert planar.limit == ""
+    assert planar.clearance == pytest.approx(jump.clearance, rel=2e-3)
+
+
+def test_a_push_still_has_one_second() -> None:
+    """A leg that pushes its weight slowly, by a motor at a third of its voltage, has not lifted by then."""
+    slow = motor_of(catalogue().find_motor("N20 HP 6V 1000:1"), MotorOptions(supply=2.0))
+    for gravity in (9.81, 1.62):
+        leg = replace(HopperLeg(), gravity=gravity)
+        jump = simulate([(leg, slow)], GROUND, MODELS["full"])[0]
+        assert jump.limit.startswith("too weak")
+        assert planar_jump(leg, slow, GROUND, MODELS["full"]).outcome.limit.startswith("too weak")

@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hopper.hoppers import motor
+from hopper.hoppers import catalogue, motor
 from synth.errors import UserError
+from synth.hopper.motors import motor_of
 from synth.jump import mujoco_model
-from synth.jump.hopper_leg import Contact, Flexures, HopperLeg
+from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, MotorOptions
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump, simulate
@@ -55,6 +56,21 @@ def test_a_sprung_four_bar_dropped_on_the_ground(rate: float, damping: float, du
         other = np.interp(times, theirs.trace[:, 0], theirs.trace[:, column])
         assert np.abs(ours - other).max() < 2e-4
     assert theirs.trace[:, 3].min() < -1e-4
+
+
+def test_a_long_flight_in_mujoco() -> None:
+    """On the moon, at 1.62 m/s^2, rising takes over a second; the push alone has a limit of one."""
+    leg = replace(HopperLeg(), bending="none", gravity=1.62)
+    strong = motor_of(catalogue().find_motor("N20 HP 6V 150:1"), MotorOptions(supply=9.0))
+    ours = simulate([(leg, strong)], GROUND, MODELS["A"])[0]
+    theirs = mujoco_jump(leg, strong, GROUND, MODELS["A"], step=5e-5)
+    assert theirs.trace[-1, 0] > 1.0
+    assert theirs.outcome.limit == ""
+    assert theirs.outcome.clearance == pytest.approx(ours.clearance, rel=0.01)
+    weak = motor_of(catalogue().find_motor("N20 HP 6V 1000:1"), MotorOptions(supply=2.0))
+    held = mujoco_jump(replace(leg, bending="none"), weak, GROUND, MODELS["A"], step=5e-5)
+    assert held.outcome.limit.startswith("too weak")
+    assert held.trace[-1, 0] < 1.001
 
 
 def test_models_a_and_c_differ_by_the_contact() -> None:

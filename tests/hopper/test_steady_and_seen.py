@@ -170,6 +170,28 @@ def test_video_and_meter_of_model_d_agree_with_model_d(tmp_path: Path) -> None:
     assert abs(seen["charge"]["models"]["D"]["over_measured"]) < 0.05
 
 
+@pytest.mark.parametrize("on", [0.06, 0.15, 0.3])
+def test_a_charge_is_that_of_the_time_for_which_the_motors_are_on(on: float, tmp_path: Path) -> None:
+    """A meter of the complete model: in the push, in flight with the leg on its stop, and after the landing."""
+    shutil.copy(EXAMPLE, tmp_path)
+    project = read_hopper_project(EXAMPLE)
+    leg, motor = project.leg.with_length(0.12), motor_of(Catalogue.load().find_motor("N20 HP 6V 150:1"))
+    jumper = compiled_jump(leg.bending)
+    trace = jumper.trace(lane(leg, motor, project.contact, MODELS["full"]), duration=0.5, fall=99.0)
+    ticks = np.arange(-0.05, 0.4, 1e-3)
+    drawn = np.interp(ticks, trace[:, 0], trace[:, 1 + jumper.layout.row("drawn")])
+    meter = np.where((ticks >= 0) & (ticks < on), drawn, 0.0) + 0.01 * np.random.default_rng(1).normal(size=len(ticks))
+    write(tmp_path / "meter.csv", "time [s],current [A]", np.column_stack([ticks, meter]))
+    (tmp_path / "jumps.yaml").write_text(
+        'kind: hopper-jumps\ndesign: hopper.yaml\nmotor: "N20 HP 6V 150:1"\nlength: 120 mm\ncurrents: [meter.csv]\n'
+    )
+    assert main(["-q", "hopper", str(tmp_path / "jumps.yaml"), "--out", str(tmp_path / "out")]) == 0
+    seen = json.loads((tmp_path / "out" / "jumps.json").read_text())["seen"]
+    assert seen["charge"]["measured"][0]["lasting"]["value"] == pytest.approx(on, abs=2.5e-3)
+    assert abs(seen["charge"]["models"]["full"]["over_measured"]) < 0.02
+    assert abs(seen["peak_current"]["models"]["full"]["over_measured"]) < 0.02
+
+
 def test_a_video_without_a_jump_is_refused() -> None:
     still = 1e-4 * np.sin(np.arange(100.0))
     with pytest.raises(UserError, match="is it a jump"):

@@ -11,13 +11,13 @@ _JUMP = {
     "takeoff_speed": "Of the centre of mass.",
     "takeoff_time": "From the command to takeoff.",
     "energy": "Electrical, up to takeoff.",
-    "peak_gear_torque": "Greatest torque through the gear.",
+    "peak_gear_torque": "Greatest torque through one gear in the push, until the foot has lifted.",
     "peak_current": "Greatest current.",
     "limit": "Reason for the jump's end, or the limit that it exceeds.",
 }
 _WHERE = {"motor": "Catalogue part.", "gear_ratio": "Of the gear.", "leg_length": "Length of the links."}
 _CONSTANT = {
-    "torque_constant_through_the_gear": "Torque per current at the output.",
+    "torque_constant_through_the_gear": "Torque per current at the rotor, less the gear's loss.",
     "torque_limit": "Of the gearbox.",
     "voltage": "Supply.",
     "friction_of_the_rotor": "Friction torque before the gear.",
@@ -27,8 +27,8 @@ HOPPER = {
     "format": "Name and version of the format.",
     "name": "Of the project.",
     **{f"best.{key}": text for key, text in {**_WHERE, **_JUMP}.items()},
-    "best.clearance_low": "Lower end of the clearance's 90 % interval.",
-    "best.clearance_high": "Upper end of the clearance's 90 % interval.",
+    "best.gear_torque_after_takeoff": "Greatest torque through one gear after takeoff, at the leg's stop.",
+    "none_because": "Why no design was chosen.",
     "best.motor_constants.NAME": "The motor's constants as used, by their names in the catalogue.",
     **{f"best.motor_constants.{key}": text for key, text in _CONSTANT.items()},
     "best.leg.NAME": "Dimensions of the leg at this length.",

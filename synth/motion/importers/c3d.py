@@ -6,7 +6,6 @@ it is read in a separate one, which costs half a second per file.
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +19,6 @@ from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.registry import loader
 
 SIZE_LIMIT = 1_000_000_000  # bytes; the whole file is read into memory
-INSTALL = 'reading C3D needs the package ezc3d: pip install "limb-synth[c3d]", or pip install ezc3d'
 
 _READ = """
 import ezc3d
@@ -46,18 +44,16 @@ def is_c3d(start: bytes, path: Path) -> bool:
     return len(start) > 512 and start[1:2] == b"\x50" and 2 <= start[0] <= 10  # bytes of a block, the smallest file
 
 
-@loader("c3d", "C3D", is_c3d, "points", space=True)
+@loader("c3d", "C3D", is_c3d, "points", space=True, needs=("ezc3d", "c3d"))
 def read_c3d(path: Path, mapping: Mapping, name: str) -> Markers:
     """Points in space with the file's own rate.
 
     Raises
     ------
-    UserError : ezc3d is not installed, the file is not C3D or damaged, or it has no points or no rate.
+    UserError : the file is not C3D or damaged, or it has no points or no rate.
     """
     if not read_bytes(path, SIZE_LIMIT, "cut it in the capture software")[1:2] == b"\x50":
         raise UserError(Problem("is not a C3D file: its second byte is not the mark 50h", name))
-    if importlib.util.find_spec("ezc3d") is None:
-        raise UserError(Problem(INSTALL, name))
     content = read_in_child(f"LONGER = {_LONGER!r}\n{_READ}", path, name, "C3D")
     names = tuple(str(label).strip() for label in content["labels"])
     positions: Array = content["points"].transpose(2, 1, 0).copy()

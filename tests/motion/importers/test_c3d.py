@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from motion.importers.simulated_leg import PARTS, RATE, angles, leg, points
+from synth.cli import main
 from synth.errors import UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers.convert import Imported, import_file
@@ -78,11 +79,16 @@ def test_a_frame_rate_that_contradicts_the_file_is_refused(tmp_path: Path) -> No
         imported(path, Mapping(points=MAPPING.points, plane=MAPPING.plane, frame_rate=100.0))
 
 
-def test_a_missing_package_is_reported_with_its_installation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_is_reported_and_listed_with_its_installation(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     path = written(tmp_path / "a.c3d", in_space(angles()[1]))
     monkeypatch.setitem(sys.modules, "ezc3d", None)
-    with pytest.raises(UserError, match=r'a.c3d: reading C3D needs the package ezc3d: pip install "limb-synth\[c3d\]"'):
+    with pytest.raises(UserError, match=r"a.c3d: is C3D, which ezc3d reads: pip install limb-synth\[c3d\]"):
         imported(path)
+    assert main(["import", "--list"]) == 0
+    (row,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("c3d ")]
+    assert row.split("points", 1)[1].strip() == "ezc3d, not installed: pip install limb-synth[c3d]"
 
 
 def test_a_file_that_is_not_c3d_is_refused(tmp_path: Path) -> None:

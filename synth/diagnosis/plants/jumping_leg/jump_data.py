@@ -12,6 +12,7 @@ from synth.errors import Problem, UserError
 from synth.files.hopper_gap_project import PULL_UP, HopperGapProject, JumpTrial
 from synth.files.hopper_recordings import LEAST_SAMPLES, HopperRecording
 from synth.hopper.motors import motor_of
+from synth.hopper.switch_on import from_switch_on, white_noise
 from synth.hopper.validate_jumps import MeasuredJump, measure, refuse_out_of_reach
 from synth.jump.hopper_leg import HopperLeg, Motor
 from synth.jump.jump_lanes import JumpLanes
@@ -40,7 +41,8 @@ class Jump:
     a sample from noise, ``CLAIM`` and ``JITTER``; ``noise`` the noise alone. ``jumps`` : one lane of
     the nominal leg under the trial's conditions. ``group`` : index of its motor's tolerances. ``torque`` : a pull-up's,
     over all of ``time``. ``seen`` : takeoff and rise from the recording; None for a pull-up, or if the leg does not
-    lift off.
+    lift off. ``time`` counts from the switch-on; ``start_deviation`` s: of one that was found in the recording, 0 where
+    its clock begins there.
     """
 
     trial: JumpTrial
@@ -55,6 +57,8 @@ class Jump:
     slip_speed: float
     torque: Array | None = None
     seen: MeasuredJump | None = None
+    start_deviation: float = 0.0
+    note: str = ""
 
     @property
     def name(self) -> str:
@@ -99,6 +103,7 @@ def prepared(project: HopperGapProject, catalogue: Catalogue) -> tuple[list[Jump
             problems += [p if p.file else replace(p, file=trial.name) for p in error.problems]
     if problems:
         raise UserError(problems)
+    said += [noted(jump.note) for jump in found if jump.note]
     given = [jump for jump in found if not jump.trial.held_out]
     if len(given) == 1:
         said.append("only one training trial: an effect and the peculiarities of this trial cannot be separated")
@@ -135,22 +140,25 @@ def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, gro
         text = f"does not move: the upper link turns by only {np.degrees(np.ptp(angle)):.2g} deg"
         raise UserError(Problem(text, trial.name, key=ANGLE))
     refuse_out_of_reach(trial.name, angle, leg)
+    own: tuple[MeasuredJump | None, float, str] = (None, 0.0, "")
     if trial.kind == "pull-up":
         _refuse_out_of_reach(trial, leg)
         recorded = _averaged(_off_the_stop(trial, leg))
         measured = {ANGLE: recorded[ANGLE]}
-        seen, torque = None, recorded[PULL_UP]
+        torque = recorded[PULL_UP]
     else:
-        seen = _seen(trial, float(jumps.total_mass[0]), leg.gravity)
-        last = _end_of_push(trial)
-        stretch = {name: values[trial.columns["time"] <= last] for name, values in trial.columns.items()}
+        mass = float(jumps.total_mass[0])
+        timed, begun = from_switch_on(HopperRecording(trial.name, trial.columns), mass * leg.gravity)
+        own = (_seen(timed, mass, leg.gravity), begun.deviation, begun.sentence(trial.name))
+        last = _end_of_push(timed)
+        stretch = {name: values[timed["time"] <= last] for name, values in timed.columns.items()}
         recorded = _averaged(stretch)
         measured = {name: recorded[name] for name in CLAIM if name in recorded and (name != "pitch" or trial.lean)}
         torque = None
-    noise = {name: max(_noise(values), LEAST_NOISE[name]) for name, values in measured.items()}
+    noise = {name: max(white_noise(values), LEAST_NOISE[name]) for name, values in measured.items()}
     sigma = {name: uncertain(recorded["time"], v, noise[name], name) for name, v in measured.items()}
     group = groups.setdefault(trial.motor, len(groups))
-    return Jump(trial, leg, motor, recorded["time"], measured, sigma, noise, jumps, group, slip, torque, seen)
+    return Jump(trial, leg, motor, recorded["time"], measured, sigma, noise, jumps, group, slip, torque, *own)
 
 
 def _off_the_stop(trial: JumpTrial, leg: HopperLeg) -> dict[str, Array]:
@@ -172,22 +180,22 @@ def _refuse_out_of_reach(trial: JumpTrial, leg: HopperLeg) -> None:
         raise UserError(Problem(f"{text}{most:.1f} deg", trial.name, key=ANGLE))
 
 
-def _seen(trial: JumpTrial, mass: float, gravity: float) -> MeasuredJump | None:
+def _seen(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump | None:
     """Takeoff and rise from the force plate; empty without one. The motion shows whether the leg lifts off."""
-    if FORCE not in trial.columns:
+    if FORCE not in jump.columns:
         return None
     try:
-        return measure(HopperRecording(trial.name, trial.columns), mass, gravity)
+        return measure(jump, mass, gravity)
     except UserError:
         return None
 
 
-def _end_of_push(trial: JumpTrial) -> float:
+def _end_of_push(jump: HopperRecording) -> float:
     """A little after the upper link's largest speed, which ends at the leg's stop; s.
 
     Later motion is sensitive to small errors: whether a weak jump lifts off, how a landing oscillates.
     """
-    time, angle = trial.columns["time"], trial.columns[ANGLE]
+    time, angle = jump["time"], jump[ANGLE]
     width = max(1, round(0.004 / float(np.median(np.diff(time)))))  # 4 ms: above the noise of an encoder, below a push
     rate = (angle[2 * width :] - angle[: -2 * width]) / (time[2 * width :] - time[: -2 * width])
     return float(time[width + int(np.argmin(rate))]) + AFTER
@@ -199,12 +207,6 @@ def _averaged(columns: Mapping[str, Array]) -> dict[str, Array]:
     size = max(1, round(DENSE / float(np.median(np.diff(time)))))
     whole = len(time) // size * size
     return {name: values[:whole].reshape(-1, size).mean(axis=1) for name, values in columns.items()}
-
-
-def _noise(values: Array) -> float:
-    """Standard deviation of white noise on a smooth curve, from the median of third differences."""
-    third = np.diff(values, 3)
-    return float(1.4826 * np.median(np.abs(third - np.median(third))) / np.sqrt(20.0)) if len(third) > 8 else 0.0
 
 
 def uncertain(time: Array, values: Array, noise: float, channel: str) -> Array:

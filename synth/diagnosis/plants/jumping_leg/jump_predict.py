@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 
@@ -67,7 +68,7 @@ class JumpPredictor:
 
     def _times(self, jump: Jump, own: Array) -> Array:
         """(m, n_lane) s since each lane's switch-on."""
-        return np.asarray(jump.time[:, None] - self.tolerances.tolerance.start * own[1])
+        return np.asarray(jump.time[:, None] - hypot(self.tolerances.tolerance.start, jump.start_deviation) * own[1])
 
     def _upright(self, jump: Jump, made: JumpLanes, own: Array) -> dict[str, Array]:
         jumper = compiled_jump(self.bending)
