@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from synth.design.clamped_arms import leg_that_bends_as_much, softening
+from synth.cad.dimensions import CLOSE_WOUND_PITCH
+from synth.design.clamped_arms import JointArms, leg_that_bends_as_much, softening
 from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
@@ -21,7 +22,7 @@ from synth.remarks import about, decisive, noted
 from synth.spring.design import SpringResult, design_spring
 from synth.spring.evaluate import check_spring
 from synth.spring.spring_requirements import SpringRequirements
-from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits, SpringTask
+from synth.spring.spring_result import DESIGN_LIFE, FreeArm, SpringDesign, SpringLimits, SpringTask
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
@@ -239,20 +240,29 @@ def _bought(
     """A bought spring with its rate including the arms; vendors state the rate of the body alone."""
     assert row.rate is not None
     assert row.included_angle is not None
-    check = None
-    if row.material and row.wire_diameter and row.mean_diameter and row.body_coils:
-        try:
-            task = SpringTask(travel.winding, travel.opening, limits=SpringLimits(index_range=(1.0, 100.0)))
-            material = source.catalogue.find_material(row.material)
-            check = check_spring(
-                material, row.wire_diameter, row.mean_diameter, row.body_coils, task, stated_rate=row.rate
-            )
-        except UserError:
-            check = None  # the strength of this wire is unknown; ``spring_warnings`` reports that nothing was checked
-    closes, rate = 1 if travel.turned_round else -1, row.rate * count
+    closes, rate, check = 1 if travel.turned_round else -1, row.rate * count, None
     if row.wire_diameter and row.mean_diameter and row.body_coils:
         rate *= softening(row.wire_diameter, row.mean_diameter, row.body_coils, travel.opening, source.cad)
+        clamped = JointArms(travel.opening, source.cad)
+        check = checked(row, (travel.winding, travel.opening), rate / count, clamped, source.catalogue)
     return SpringOption(rate, row.included_angle, row=row, check=check, count=count, closes=closes, asked=asked)
+
+
+def checked(
+    row: TorsionSpringRow, turned: tuple[float, float], rate: float, arm: FreeArm, catalogue: Catalogue
+) -> SpringDesign | None:
+    """A bought spring as the joint holds it, with clamped arms; None if the strength of its wire is unknown.
+
+    ``turned``: winding and opening travel, rad; ``rate``: of one spring with these arms, N m/rad.
+    """
+    if not (row.material and row.wire_diameter and row.mean_diameter and row.body_coils):
+        return None
+    task = SpringTask(*turned, limits=SpringLimits(index_range=(1.0, 100.0)), free_arm=arm)
+    try:
+        material = catalogue.find_material(row.material)
+        return check_spring(material, row.wire_diameter, row.mean_diameter, row.body_coils, task, stated_rate=rate)
+    except UserError:
+        return None  # ``spring_warnings`` reports that nothing was checked
 
 
 def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, list[str]]:
@@ -273,6 +283,8 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
         objective=choice.objective,
         rate_form=RATE_FORMS[choice.rate_formula],
         held_wire=source.held_wire,
+        free_arm=JointArms(travel.opening + STOP_ROOM, cad),
+        pitch=CLOSE_WOUND_PITCH,
         limits=SpringLimits(
             arbor_diameter=cad.shaft_diameter + 2.0 * cad.clearance,
             min_inside_diameter=choice.min_inner_diameter,
@@ -329,10 +341,15 @@ def spring_warnings(joint: str, option: SpringOption) -> list[str]:
         return [f"{joint}: {option.part} is {option.row.status}", *spring_warnings(joint, _plain(option))]
     if option.row is not None and option.check is None:
         return [f"{joint}: the catalogue has too few data of {option.part} to compute the angle at which it yields"]
-    if option.check is None or option.check.travel <= option.check.free_travel:
+    if option.check is None:
         return []
-    text = (
-        f"{joint}: {option.part} yields at {degrees(option.check.free_travel):.0f} deg from its free angle, but the "
-        f"joint turns it {degrees(option.check.travel):.0f} deg"
+    check, found = option.check, []
+    ways = (
+        ("at", "turns", check.free_travel, check.travel),
+        ("when opened", "opens", check.free_opening_travel, check.opening_travel),
     )
-    return [decisive(text)]
+    for at, turns, free, turned in ways:
+        if turned > free:
+            text = f"{joint}: {option.part} yields {at} {degrees(free):.0f} deg from its free angle, but the joint "
+            found.append(decisive(f"{text}{turns} it {degrees(turned):.0f} deg"))
+    return found

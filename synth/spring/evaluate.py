@@ -12,8 +12,10 @@ from synth.parts.coil_rate import RATE_FORMULA, active_coils, energy, rate
 from synth.parts.wire import WireMaterial
 from synth.spring import arms, codes, fatigue, space, stress, winding
 from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask, Violation
+from synth.spring.wire_load import LEAST_RATIO, WireLoad
 
 SLACK = 1e-9  # relative: a limit that is reached exactly counts as kept despite rounding
+LASTING_ROUNDS = 4  # of a lasting travel with clamped arms: a tenth of a degree, to which it is rounded
 MOST_UNWOUND = 0.9 * math.tau  # rad per coil: the formula of the opened coil diverges when none is left
 
 
@@ -74,7 +76,8 @@ def surely_broken(material: WireMaterial, sizes: tuple[float, float, float], tas
     wire, limits, more = material.properties(d), task.limits, 1.0 + SLACK
     active = active_coils(coils, mean, task.leg_lengths)
     used = rate(wire.elastic_modulus * task.calibration.rate, d, mean, active, task.rate_form)
-    moment = used * max(task.travel, task.opening_travel)
+    least = 1.0 if task.free_arm is None else LEAST_RATIO
+    moment = used * max(task.travel, task.opening_travel) * least
     if stress.bending_stress(moment, d, mean) > wire.static_limit * wire.strength.value / limits.safety * more:
         return True
     if limits.max_outer_diameter is not None:
@@ -82,7 +85,7 @@ def surely_broken(material: WireMaterial, sizes: tuple[float, float, float], tas
         if opened + d > limits.max_outer_diameter * more:
             return True
     if limits.max_body_length is not None:
-        return space.body_length(d, coils, travel=task.travel) > limits.max_body_length * more
+        return space.body_length(d, coils, task.travel, task.pitch) > limits.max_body_length * more
     return False
 
 
@@ -104,8 +107,15 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
     active = active_coils(body_coils, mean, task.leg_lengths)
     forms = {form: rate(wire.elastic_modulus * task.calibration.rate, d, mean, active, form) for form in RATE_FORMULA}
     used = forms[task.rate_form] if stated_rate is None else stated_rate
+    load = WireLoad(used, d, mean, body_coils, None if task.free_arm is None else task.free_arm(d, mean, body_coils))
+    ends = (travel, -task.opening_travel)
+    peaks = load.ratios(ends[0]), load.ratios(ends[1])
+    winding_stress, opening_stress = (load.stress(end, peak) for end, peak in zip(ends, peaks, strict=True))
     moment = used * max(travel, task.opening_travel)
-    winding_stress, opening_stress = (stress.bending_stress(used * t, d, mean) for t in (travel, task.opening_travel))
+    in_coil, in_arms = (
+        used * max(travel * winding, task.opening_travel * opening)
+        for winding, opening in ((peaks[0].coil, peaks[1].coil), (peaks[0].arms, peaks[1].arms))
+    )
     yield_stress = wire.static_limit * wire.strength.value
     length = space.wire_length(d, mean, body_coils, task.leg_lengths)
     opened = space.wound_mean_diameter(mean, body_coils, -min(task.opening_travel, MOST_UNWOUND * body_coils))
@@ -134,10 +144,9 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
         travel=travel,
         opening_travel=task.opening_travel,
         moment=moment,
-        stress=stress.bending_stress(moment, d, mean),
-        free_travel=stress.free_travel(yield_stress, used, d, mean),
-        body_length=space.body_length(d, body_coils),
-        wound_body_length=space.body_length(d, body_coils, travel=travel),
+        stress=max(winding_stress, opening_stress),
+        body_length=space.body_length(d, body_coils, pitch=task.pitch),
+        wound_body_length=space.body_length(d, body_coils, travel, task.pitch),
         outer_diameter=opened + d,
         inside_diameter=mean - d,
         wound_inside_diameter=space.wound_inside_diameter(d, mean, body_coils, travel),
@@ -147,16 +156,19 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
         energy=energy(moment, used),
         tolerance=winding.winding_tolerance(d, mean, body_coils, wire.diameter_tolerance),
         life=fatigue.life(wire.fatigue, wire.strength.value, -opening_stress, winding_stress),
-        arm_stress=arms.arm_stress(moment, d, task.convention, bent or d),
+        arm_stress=arms.arm_stress(in_arms, d, task.convention, bent or d),
         bend_radius=bent,
         opening_stress=opening_stress,
         allowed_opening_stress=codes.OPENING * yield_stress / task.limits.safety,
         surge_frequency=codes.surge_frequency(d, mean, body_coils, wire.elastic_modulus, wire.density),
-        codes=codes.code_checks(wire.allowables, moment, d, mean),
+        codes=codes.code_checks(wire.allowables, in_coil, d, mean),
         rate_form=task.rate_form,
         spring_back=task.calibration.spring_back,
         count=coil.count,
         hand=task.hand,
+        clamped_arm=load.arm,
+        peaks=peaks,
+        pitch=task.pitch,
     )
 
 
@@ -212,21 +224,30 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
 def _lasting_travel(design: SpringDesign, cycles: float, factor: float) -> float:
     """Winding travel (rad) that the spring bears for ``cycles`` cycles with fatigue safety ``factor``.
 
-    The opening travel is that of the design, but not more than the winding travel. By bisection.
+    The opening travel is that of the design, but not more than the winding travel. By bisection with stresses in
+    proportion to the angle; with clamped arms again with those at the angles found.
     """
     assert design.life is not None
-    per_angle = design.stress / max(design.travel, design.opening_travel)
-    known = design.life
+    known, load = design.life, design.load
+    found, peaks = design.travel, design.peaks
+    for _ in range(1 if load.arm is None else LASTING_ROUNDS):
+        per_angle = load.stress(1.0, peaks[0]), load.stress(1.0, peaks[1])
+        found = _borne_travel(design, known.repeated(cycles), factor, per_angle)
+        peaks = load.ratios(found), load.ratios(-min(design.opening_travel, found))
+    return found
+
+
+def _borne_travel(design: SpringDesign, repeated: float, factor: float, per_angle: tuple[float, float]) -> float:
+    """As ``_lasting_travel``; ``per_angle``: stress per angle, Pa/rad, when the coil winds and when it opens."""
 
     def lasts(travel: float) -> bool:
-        least = -per_angle * min(design.opening_travel, travel)
-        amplitude, mean = (per_angle * travel - least) / 2.0, (per_angle * travel + least) / 2.0
-        repeated = known.repeated(cycles)
+        least = -per_angle[1] * min(design.opening_travel, travel)
+        amplitude, mean = (per_angle[0] * travel - least) / 2.0, (per_angle[0] * travel + least) / 2.0
         endurance = fatigue.endurance_about_zero(repeated, design.tensile_strength)
         borne = fatigue.gerber_amplitude(endurance, design.tensile_strength, amplitude, mean)
         return borne >= factor * amplitude
 
-    low, high = 0.0, design.tensile_strength / per_angle
+    low, high = 0.0, design.tensile_strength / per_angle[0]
     for _ in range(50):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if lasts(middle) else (low, middle)
@@ -238,9 +259,8 @@ def travel_limit(design: SpringDesign, limits: SpringLimits) -> float:
 
     Limits that do not depend on the travel are not checked.
     """
-    allowed = stress.moment_limit(design.allowed_stress, design.wire_diameter, design.mean_diameter)
     reached = design.moment / design.rate
-    bounds = [allowed / design.rate, reached * design.allowed_stress / design.arm_stress]
+    bounds = [design.load.angle(design.allowed_stress), reached * design.allowed_stress / design.arm_stress]
     if limits.cycles is not None and design.life is not None:
         bounds.append(_lasting_travel(design, limits.cycles, limits.fatigue_safety))
     inside = limits.least_wound_inside()
@@ -249,5 +269,6 @@ def travel_limit(design: SpringDesign, limits: SpringLimits) -> float:
             space.travel_to_inside_diameter(design.wire_diameter, design.mean_diameter, design.body_coils, inside)
         )
     if limits.max_body_length is not None:
-        bounds.append(space.travel_to_body_length(design.wire_diameter, design.body_coils, limits.max_body_length))
+        coil = (design.wire_diameter, design.body_coils)
+        bounds.append(space.travel_to_body_length(*coil, limits.max_body_length, design.pitch))
     return min(bounds)
