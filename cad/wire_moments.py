@@ -24,7 +24,6 @@ from dataclasses import dataclass
 from synth.cad.flexed_wire import effective_length
 
 LEAST_ANGLE = 1e-4  # deg; a smaller one counts as this: the end's distance would be lost in rounding
-FULL = 2 * math.pi
 
 
 @dataclass(frozen=True)
@@ -61,19 +60,19 @@ def peak_moments(radius: float, coils: float, arm: float, closing: float) -> Pea
     ``EI theta / effective_length``. Within 2 % of ``flexed`` as long as at least half of the coils remain.
     """
     theta = math.radians(closing if abs(closing) >= LEAST_ANGLE else LEAST_ANGLE)
-    whole = FULL * coils * radius + 2 * arm
-    bent = _bent(radius, FULL * coils, arm, theta / whole)
-    place = complex(radius, arm) * cmath.rect(1.0, FULL * coils + theta)
+    whole = math.tau * coils * radius + 2 * arm
+    bent = _bent(radius, math.tau * coils, arm, theta / whole)
+    place = complex(radius, arm) * cmath.rect(1.0, math.tau * coils + theta)
     tau, force = _load(bent, whole, theta, place)
     to_force, size = force.conjugate(), abs(force)
     linear = abs(theta) / effective_length(radius, coils, arm)
     at_ends = [abs(tau + (to_force * point).real) for point in bent.ends]
     middle, swing = tau + (to_force * bent.centre).real, size * bent.radius
-    ahead = (cmath.phase(force) - bent.begin) % FULL
+    ahead = (cmath.phase(force) - bent.begin) % math.tau
     in_coil = at_ends[1:3]
     if ahead <= bent.turn:
         in_coil.append(abs(middle + swing))
-    if (ahead + math.pi) % FULL <= bent.turn:
+    if (ahead + math.pi) % math.tau <= bent.turn:
         in_coil.append(abs(middle - swing))
     return PeakMoments(max(in_coil) / linear, max(at_ends) / linear)
 

@@ -12,7 +12,7 @@ from synth.parts.coil_rate import RATE_FORMULA, active_coils, energy, rate
 from synth.parts.wire import WireMaterial
 from synth.spring import arms, codes, fatigue, space, stress, winding
 from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask, Violation
-from synth.spring.wire_load import LEAST_RATIO, WireLoad
+from synth.spring.wire_load import LEAST_RATIO, PeakRatios, WireLoad
 
 SLACK = 1e-9  # relative: a limit that is reached exactly counts as kept despite rounding
 LASTING_ROUNDS = 4  # of a lasting travel with clamped arms: a tenth of a degree, to which it is rounded
@@ -81,12 +81,16 @@ def surely_broken(material: WireMaterial, sizes: tuple[float, float, float], tas
     if stress.bending_stress(moment, d, mean) > wire.static_limit * wire.strength.value / limits.safety * more:
         return True
     if limits.max_outer_diameter is not None:
-        opened = space.wound_mean_diameter(mean, coils, -min(task.opening_travel, MOST_UNWOUND * coils))
-        if opened + d > limits.max_outer_diameter * more:
+        if _opened_diameter(mean, coils, task) + d > limits.max_outer_diameter * more:
             return True
     if limits.max_body_length is not None:
         return space.body_length(d, coils, task.travel, task.pitch) > limits.max_body_length * more
     return False
+
+
+def _opened_diameter(mean: float, coils: float, task: SpringTask) -> float:
+    """Mean diameter at the end of the opening travel, m."""
+    return space.wound_mean_diameter(mean, coils, -min(task.opening_travel, MOST_UNWOUND * coils))
 
 
 @dataclass(frozen=True)
@@ -100,6 +104,33 @@ class _Coil:
     count: int
 
 
+@dataclass(frozen=True)
+class _Borne:
+    """What the wire bears at the ends of both travels: stresses (Pa) and the largest moments in coil and arms (N m)."""
+
+    arm: float | None
+    peaks: tuple[PeakRatios, PeakRatios]
+    winding_stress: float
+    opening_stress: float
+    in_coil: float
+    in_arms: float
+
+
+def _borne(coil: _Coil, task: SpringTask, used: float) -> _Borne:
+    """The load of a coil with the rate ``used``, N m/rad."""
+    sizes = (coil.wire_diameter, coil.mean_diameter, coil.body_coils)
+    load = WireLoad(used, *sizes, None if task.free_arm is None else task.free_arm(*sizes))
+    winding, opening = load.ratios(task.travel), load.ratios(-task.opening_travel)
+    return _Borne(
+        load.arm,
+        (winding, opening),
+        load.stress(task.travel, winding),
+        load.stress(-task.opening_travel, opening),
+        used * max(task.travel * winding.coil, task.opening_travel * opening.coil),
+        used * max(task.travel * winding.arms, task.opening_travel * opening.arms),
+    )
+
+
 def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rate: float | None) -> SpringDesign:
     """Rate, stress, room and life of a coil, without the comparison with its limits."""
     wire = material.properties(coil.wire_diameter)
@@ -107,18 +138,9 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
     active = active_coils(body_coils, mean, task.leg_lengths)
     forms = {form: rate(wire.elastic_modulus * task.calibration.rate, d, mean, active, form) for form in RATE_FORMULA}
     used = forms[task.rate_form] if stated_rate is None else stated_rate
-    load = WireLoad(used, d, mean, body_coils, None if task.free_arm is None else task.free_arm(d, mean, body_coils))
-    ends = (travel, -task.opening_travel)
-    peaks = load.ratios(ends[0]), load.ratios(ends[1])
-    winding_stress, opening_stress = (load.stress(end, peak) for end, peak in zip(ends, peaks, strict=True))
-    moment = used * max(travel, task.opening_travel)
-    in_coil, in_arms = (
-        used * max(travel * winding, task.opening_travel * opening)
-        for winding, opening in ((peaks[0].coil, peaks[1].coil), (peaks[0].arms, peaks[1].arms))
-    )
+    moment, bears = used * max(travel, task.opening_travel), _borne(coil, task, used)
     yield_stress = wire.static_limit * wire.strength.value
     length = space.wire_length(d, mean, body_coils, task.leg_lengths)
-    opened = space.wound_mean_diameter(mean, body_coils, -min(task.opening_travel, MOST_UNWOUND * body_coils))
     bent = None if task.convention == "tangent" else (task.limits.bend_radius or d)
     return SpringDesign(
         material=material.name,
@@ -144,10 +166,10 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
         travel=travel,
         opening_travel=task.opening_travel,
         moment=moment,
-        stress=max(winding_stress, opening_stress),
+        stress=max(bears.winding_stress, bears.opening_stress),
         body_length=space.body_length(d, body_coils, pitch=task.pitch),
         wound_body_length=space.body_length(d, body_coils, travel, task.pitch),
-        outer_diameter=opened + d,
+        outer_diameter=_opened_diameter(mean, body_coils, task) + d,
         inside_diameter=mean - d,
         wound_inside_diameter=space.wound_inside_diameter(d, mean, body_coils, travel),
         arbor_diameter=task.limits.arbor_diameter,
@@ -155,19 +177,19 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
         mass=space.wire_mass(wire.density, d, length),
         energy=energy(moment, used),
         tolerance=winding.winding_tolerance(d, mean, body_coils, wire.diameter_tolerance),
-        life=fatigue.life(wire.fatigue, wire.strength.value, -opening_stress, winding_stress),
-        arm_stress=arms.arm_stress(in_arms, d, task.convention, bent or d),
+        life=fatigue.life(wire.fatigue, wire.strength.value, -bears.opening_stress, bears.winding_stress),
+        arm_stress=arms.arm_stress(bears.in_arms, d, task.convention, bent or d),
         bend_radius=bent,
-        opening_stress=opening_stress,
+        opening_stress=bears.opening_stress,
         allowed_opening_stress=codes.OPENING * yield_stress / task.limits.safety,
         surge_frequency=codes.surge_frequency(d, mean, body_coils, wire.elastic_modulus, wire.density),
-        codes=codes.code_checks(wire.allowables, in_coil, d, mean),
+        codes=codes.code_checks(wire.allowables, bears.in_coil, d, mean),
         rate_form=task.rate_form,
         spring_back=task.calibration.spring_back,
         count=coil.count,
         hand=task.hand,
-        clamped_arm=load.arm,
-        peaks=peaks,
+        clamped_arm=bears.arm,
+        peaks=bears.peaks,
         pitch=task.pitch,
     )
 
