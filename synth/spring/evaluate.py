@@ -80,9 +80,9 @@ def surely_broken(material: WireMaterial, sizes: tuple[float, float, float], tas
     moment = used * max(task.travel, task.opening_travel) * least
     if stress.bending_stress(moment, d, mean) > wire.static_limit * wire.strength.value / limits.safety * more:
         return True
-    if limits.max_outer_diameter is not None:
-        if _opened_diameter(mean, coils, task) + d > limits.max_outer_diameter * more:
-            return True
+    widest = limits.max_outer_diameter
+    if widest is not None and _opened_diameter(mean, coils, task) + d > widest * more:
+        return True
     if limits.max_body_length is not None:
         return space.body_length(d, coils, task.travel, task.pitch) > limits.max_body_length * more
     return False
