@@ -10,7 +10,6 @@ from synth.reports.reading import Json, value_of
 from synth.reports.section import mapping, sequence
 from synth.reports.sections.warnings import text_of
 
-GRIP = 1.1  # factor on the wire's length to cut: ends to hold
 _MEASURED = (
     ("wire_diameter", "wire diameter", "wire_diameter"), ("mean_diameter", "mean coil diameter", "mean_diameter"),
     ("body_coils", "coils of the body", "body_coils"), ("included_angle", "angle between the free arms", "free_angle"),
@@ -49,12 +48,12 @@ def closing_words(hand: str, arms: str = "tangent") -> str:
 def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
     """What to do, in order."""
     wire, hand = str(make.get("material") or "wire"), str(make.get("hand") or "right")
-    length = in_si(make.get("wire_length"))
+    length = in_si(make.get("cut_length"))
     legs = " and ".join(text(leg) for leg in sequence(make, "leg_lengths")) or "as needed"
     steps = []
-    cut = "" if length is None else f"; the spring itself takes {text(make.get('wire_length'))}"
     if length is not None:
-        steps.append(f"Cut {number(length * GRIP * 1e3, 3)} mm of {wire}, {text(make.get('wire_diameter'))}{cut}.")
+        spring = f"the spring itself takes {text(make.get('wire_length'))}, the rest is to hold and trim"
+        steps.append(f"Cut {length * 1e3:.0f} mm of {wire}, {text(make.get('wire_diameter'))}; {spring}.")
     steps.append(
         f"Wind {text(mandrel.get('turns'))} turns, {hand}-hand and touching, on a mandrel of "
         f"{text(mandrel.get('diameter'))}: after spring-back that leaves {text(make.get('body_coils'))} coils of "

@@ -15,12 +15,12 @@ from typing import Any
 from synth.design.leg_design import LegDesign
 from synth.design.write_design import bought_or_wound
 from synth.files.output import write_csv
+from synth.spring.spring_result import WIRE_ALLOWANCE
 
 HEADER = ("joint", "item", "how", "standard", "size", "length [mm]", "vendor", "part", "quantity", "price", "mass [g]",
           "print time [h]", "source")  # fmt: skip
 BUY = "buy: "  # prefix of a drawn part that is a standard part to buy
 _LISTED = ("spring", "damper")  # families that are listed as bought or wound already
-WIRE_ALLOWANCE = 0.060  # m of extra wire per spring: 30 mm at each end to hold in the winder and to trim
 SAW = 3.0  # mm of extra length of rods and tubes: saw cut and facing
 # mm^3 of solid part an hour: PrusaSlicer 2.5.0 gave 3 h 4 min for 38.5 cm^3 of a clevis at its defaults (research of
 # this project, 0.4 mm nozzle); a Markforged with fill as dense takes about as long.

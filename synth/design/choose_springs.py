@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from synth.design.clamped_arms import leg_that_bends_as_much, softening
+from synth.cad.dimensions import CLOSE_WOUND_PITCH
+from synth.design.clamped_arms import JointArms, leg_that_bends_as_much, softening
 from synth.design.drawable_springs import STOP_ROOM, arbor_of, reasons_not_drawn
 from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
@@ -249,13 +250,13 @@ def _borne(rows: Sequence[tuple[TorsionSpringRow, int]], source: SpringSource, r
         looked += 1
         reason = next(reasons_not_drawn(row, source.turned.winding, source.cad), None) if source.drawn else None
         if reason is None:
-            passed = next(passed_limits(row, source.catalogue, source.turned.winding), None)
-            if passed is None:
-                holding.append(_bought(row, source, count, rate))
+            option = _bought(row, source, count, rate)
+            if not option.passed:
+                holding.append(option)
                 continue
-            reason = passed.reason
+            reason = option.passed[0].reason
             if len(passing) < most:
-                passing.append(_bought(row, source, count, rate))
+                passing.append(option)
         against[f"{row.vendor} {row.part}"] = reason
     kept = {f"{option.row.vendor} {option.row.part}" for option in holding if option.row is not None}
     reasons = Counter(reason for name, reason in against.items() if name not in kept)
@@ -295,19 +296,21 @@ def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: floa
     assert row.rate is not None
     assert row.included_angle is not None
     travel = source.turned
-    check = check_bought(row, source.catalogue, travel.winding, travel.opening)
-    closes, rate = 1 if travel.turned_round else -1, row.rate * count
+    closes, rate, arm = 1 if travel.turned_round else -1, row.rate, None
     if row.wire_diameter and row.mean_diameter and row.body_coils:
         rate *= softening(row.wire_diameter, row.mean_diameter, row.body_coils, travel.opening, source.cad)
+        arm = JointArms(travel.opening, source.cad)
+    check = check_bought(row, source.catalogue, travel.winding, travel.opening, arm=arm, rate=rate)
+    yields = None if check is None else check.free_travel
     return SpringOption(
-        rate,
+        rate * count,
         row.included_angle,
         row=row,
         check=check,
         count=count,
         closes=closes,
         asked=asked,
-        passed=tuple(passed_limits(row, source.catalogue, travel.winding)),
+        passed=tuple(passed_limits(row, source.catalogue, travel.winding, yields=yields)),
     )
 
 
@@ -331,6 +334,8 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
         system=source.parts.system,
         wire_range=(choice.min_wire_diameter or 0.0, choice.max_wire_diameter or inf),
         held_wire=source.held_wire,
+        free_arm=JointArms(travel.opening + STOP_ROOM, cad),
+        pitch=CLOSE_WOUND_PITCH,
         limits=SpringLimits(
             arbor_diameter=arbor_of(cad),
             min_inside_diameter=choice.min_inner_diameter,

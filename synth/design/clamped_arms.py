@@ -5,6 +5,8 @@ The drawn joint gives the exact value (``synth.design.drawn_springs``); the esti
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import lru_cache
 from math import pi, sqrt, tau
 
 from synth.files.project_options import CadOptions
@@ -17,16 +19,33 @@ def free_arm(wire: float, mean: float, coils: float, opening: float, cad: CadOpt
 
     ``opening`` rad: angle by which the joint opens the spring; the coil loses turns and becomes wider. Lengths in m.
     """
+    widest = mean * coils / max(coils - opening / tau, FEWEST * coils)
+    wall = widest / 2 + wire / 2 + 2 * cad.clearance + cad.wall
+    return sqrt(max(wall**2 - max(0.0, mean / 2 - _half_seat(wire)) ** 2, 0.0))
+
+
+@lru_cache(maxsize=1024)
+def _half_seat(wire: float) -> float:
+    """Half of the width of an arm's seat, m, which depends on the wire only."""
     from synth.cad import JointDimensions, SpringDimensions
     from synth.cad.arm_layout import seat_size
     from synth.cad.dimensions import coil_fraction
 
     angle = 180.0
-    spring = SpringDimensions(wire * 1e3, mean * 1e3, round(coils) + coil_fraction(angle), angle)
-    seat = seat_size(JointDimensions("spring", spring, 0.0, 0.0, range=(-1.0, 1.0)))
-    widest = mean * coils / max(coils - opening / tau, FEWEST * coils)
-    wall = widest / 2 + wire / 2 + 2 * cad.clearance + cad.wall
-    return sqrt(max(wall**2 - max(0.0, mean / 2 - seat.half_width * 1e-3) ** 2, 0.0))
+    spring = SpringDimensions(wire * 1e3, 10.0 * wire * 1e3, 3.0 + coil_fraction(angle), angle)
+    return seat_size(JointDimensions("spring", spring, 0.0, 0.0, range=(-1.0, 1.0))).half_width * 1e-3
+
+
+@dataclass(frozen=True)
+class JointArms:
+    """The free length (m) of a spring's arms in a joint that opens it by ``opening`` rad, by the spring's sizes."""
+
+    opening: float
+    cad: CadOptions
+
+    def __call__(self, wire: float, mean: float, coils: float) -> float:
+        """As ``free_arm``."""
+        return free_arm(wire, mean, coils, self.opening, self.cad)
 
 
 def softening(wire: float, mean: float, coils: float, opening: float, cad: CadOptions) -> float:

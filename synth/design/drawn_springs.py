@@ -19,8 +19,10 @@ from synth.design.joint_sizing import dimensions_of
 from synth.design.leg_design import LegDesign, Solids
 from synth.parts.catalogs import Catalogue
 from synth.remarks import decisive
+from synth.spring.bought_spring import check_bought
 from synth.spring.evaluate import check_spring
-from synth.spring.spring_result import SpringDesign
+from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
+from synth.spring.spring_search import lasts
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import rest_pose
 from synth.units import quantity
@@ -33,6 +35,7 @@ SETTLED = 1e-5  # relative, of mean diameters and rates from round to round
 HALVINGS = 60  # bisection steps of a bracket of a factor of four: to machine precision
 SEAT_TRAVEL = 13.0  # deg, either way; default of ``cad``
 LEAST_LEFT = radians(0.1)  # remaining error of a free angle that gives a warning: the resolution of an encoder
+REMEDY = "Ask for somewhat more (travel, cycles) or less (max_body_length, max_outer_diameter) than you need."
 LEAST_PLAY = radians(0.01)  # a smaller backlash is rounding of the meshes
 
 
@@ -61,7 +64,30 @@ def draw_up(design: LegDesign, catalogue: Catalogue) -> LegDesign:
         if change < SETTLED:
             break
     solids = dimensions_of(design, arms)
+    solids = replace(solids, notes=(*solids.notes, *_worse_as_drawn(design)))
     return replace(design, drawn=solids, built=with_stops(design.built, solids.dimensions.joints))
+
+
+def _worse_as_drawn(design: LegDesign) -> list[str]:
+    """A sentence for each spring to wind that violates a limit or does not last only with the arms of its drawn joint.
+
+    The search estimates the arms; what it found is among the design's warnings already.
+    """
+    found = []
+    for name, option in zip(design.built.joint_names, design.springs.chosen, strict=True):
+        made, searched = option.design, option.result
+        if made is None or searched is None:
+            continue
+        known = {each.limit for item in searched.nearest for each in item.design.violations}
+        known = known if searched.best is None else set()
+        texts = [each.text for each in made.violations if each.limit not in known]
+        lasted = searched.best is not None and lasts(searched.best, searched.wish.limits)
+        if lasted and not lasts(made, searched.wish.limits) and searched.wish.limits.cycles is None:
+            assert made.life is not None
+            texts.append(f"strength over stress for {DESIGN_LIFE:.0f} full turns {made.life.factor(DESIGN_LIFE):.3f}")
+        if texts:
+            found.append(decisive(f"{name}: the spring to wind, as its joint holds it, has {'; '.join(texts)}", REMEDY))
+    return found
 
 
 def _laid_out(design: LegDesign, arms: Sequence[float | None] | None) -> Solids:
@@ -95,8 +121,12 @@ def _drawn(option: SpringOption, dimensions: JointDimensions, arm: float, catalo
         row = option.row
         assert row.rate is not None
         body = pi * spring.mean_diameter * spring.drawn_coils
-        stiff = effective_length(spring.radius, spring.drawn_coils, arm)
-        return replace(option, rate=row.rate * option.count * body / stiff)
+        rate = row.rate * body / effective_length(spring.radius, spring.drawn_coils, arm)
+        check = option.check
+        if check is not None:
+            length, turned = arm * 1e-3, (check.travel, check.opening_travel)
+            check = check_bought(row, catalogue, *turned, arm=lambda *sizes: length, rate=rate)
+        return replace(option, rate=rate * option.count, check=check)
     assert option.design is not None
     return replace(option, design=_wound(option, dimensions, arm, catalogue))
 
@@ -110,7 +140,13 @@ def _wound(option: SpringOption, dimensions: JointDimensions, arm: float, catalo
     assert option.design is not None
     assert option.result is not None
     made, rate = option.design, option.rate / option.design.count
-    task = replace(option.result.wish.task, travel=made.travel, opening_travel=made.opening_travel)
+    task = replace(
+        option.result.wish.task,
+        travel=made.travel,
+        opening_travel=made.opening_travel,
+        free_arm=lambda *sizes: arm * 1e-3,
+        pitch=dimensions.spring.drawn_pitch / dimensions.spring.wire_diameter,
+    )
     wire, coils = made.wire_diameter, dimensions.spring.drawn_coils
     # EI of the designed spring, independent of the formula and calibration of its rate: rate = EI/(pi D Na).
     rigidity = made.rate * pi * made.mean_diameter * made.active_coils
@@ -135,13 +171,11 @@ def _wound(option: SpringOption, dimensions: JointDimensions, arm: float, catalo
     )
     active = wanted / (pi * mean)
     length = wire_length(drawn, layout.arm_length) * 1e-3
-    gap = (drawn.drawn_pitch - drawn.wire_diameter) * 1e-3
     return replace(
         found,
         active_coils=active,
         rate_bending_form=made.rate_bending_form * rate / made.rate,
         rate_friction_form=made.rate_friction_form * rate / made.rate,
-        body_length=found.body_length + gap * made.body_coils,
         wire_length=length,
         mass=found.mass * length / found.wire_length,
         hand=made.hand,

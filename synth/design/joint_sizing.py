@@ -111,8 +111,8 @@ def _yields(design: LegDesign, j: int) -> tuple[float, float] | None:
     if known is None:
         return None
     assert joint.spring is not None
-    free = degrees(joint.spring.free_angle)
-    return free - degrees(known.free_travel), free + degrees(known.free_travel)
+    free, winds, opens = (degrees(a) for a in (joint.spring.free_angle, known.free_travel, known.free_opening_travel))
+    return (free - winds, free + opens) if option.closes < 0 else (free - opens, free + winds)
 
 
 def _stops(

@@ -157,7 +157,9 @@ def _spring(option: SpringOption) -> dict[str, Any]:
         wire, mean, outer = made.wire_diameter, made.mean_diameter, made.outer_diameter
     per_torque = None
     if wire is not None and mean is not None and mean > wire:
-        per_torque = _number(bending_stress(1.0 / count, wire, mean) * 1e-6)
+        checked = option.check if made is None else made
+        peak = 1.0 if checked is None else checked.peak_moment / checked.moment
+        per_torque = _number(bending_stress(peak / count, wire, mean) * 1e-6)
     return {
         "part": option.label,
         "vendor": row.vendor if row is not None else "to wind",
@@ -165,7 +167,7 @@ def _spring(option: SpringOption) -> dict[str, Any]:
         "error": _number(math.degrees(option.error)),
         "within_tolerance": not option.outside,
         "outer_mm": None if outer is None else _number(outer * 1e3),
-        "stress_per_torque": per_torque,  # MPa per N m, inner fibre
+        "stress_per_torque": per_torque,  # MPa per N m, inner fibre, at full travel
         "allowed_mpa": None if made is None else _number(made.allowed_stress * 1e-6),
         "choice": f"{{part: {row.part}}}" if row is not None else "{make: true}",
         **_price(row),

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from synth.batch.cluster import Cluster
 
 MOST_MUJOCO = 400  # designs of a sweep by model C: two minutes
-MOST_VOLTAGE = 1.5  # times the rated one; Pololu runs its 6 V micro metal gearmotors at 3 to 9 V
+MOST_VOLTAGE = 1.5  # times the rated one, an assumption: makers state no limit in the catalogues' sources
 Stage = Callable[[str], AbstractContextManager[None]]
 
 

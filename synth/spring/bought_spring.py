@@ -10,7 +10,7 @@ from synth.errors import UserError
 from synth.parts.catalogs import Catalogue
 from synth.parts.rows import TorsionSpringRow
 from synth.spring.evaluate import check_spring
-from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask
+from synth.spring.spring_result import FreeArm, SpringDesign, SpringLimits, SpringTask
 from synth.spring.stress import free_travel
 
 ANY_INDEX = (1.0, 100.0)  # spring index; that of a spring on sale is not ours to limit
@@ -29,15 +29,26 @@ class PassedLimit:
 
 
 def check_bought(
-    row: TorsionSpringRow, catalogue: Catalogue, travel: float, opening: float = 0.0
+    row: TorsionSpringRow,
+    catalogue: Catalogue,
+    travel: float,
+    opening: float = 0.0,
+    *,
+    arm: FreeArm | None = None,
+    rate: float | None = None,
 ) -> SpringDesign | None:
-    """The spring with its published rate over ``travel`` and ``opening`` rad; None if too few data of it are known."""
+    """The spring over ``travel`` and ``opening`` rad; None if too few data of it are known.
+
+    ``arm`` : of arms that the joint clamps, with which the spring's ``rate`` is given, N m/rad; None: the published
+    rate, and a moment that is the same along the wire.
+    """
     if not (row.material and row.wire_diameter and row.mean_diameter and row.body_coils):
         return None
-    task = SpringTask(travel, opening, limits=SpringLimits(index_range=ANY_INDEX))
+    task = SpringTask(travel, opening, limits=SpringLimits(index_range=ANY_INDEX), free_arm=arm)
+    stated = row.rate if rate is None else rate
     try:
         material = catalogue.find_material(row.material)
-        return check_spring(material, row.wire_diameter, row.mean_diameter, row.body_coils, task, stated_rate=row.rate)
+        return check_spring(material, row.wire_diameter, row.mean_diameter, row.body_coils, task, stated_rate=stated)
     except UserError:
         return None  # the strength of this wire is unknown; the design's warnings say that nothing was checked
 
@@ -54,14 +65,17 @@ def travel_to_yield(row: TorsionSpringRow, catalogue: Catalogue) -> float | None
     return free_travel(limit, row.rate, row.wire_diameter, row.mean_diameter)
 
 
-def passed_limits(row: TorsionSpringRow, catalogue: Catalogue, travel: float) -> Iterator[PassedLimit]:
+def passed_limits(
+    row: TorsionSpringRow, catalogue: Catalogue, travel: float, *, yields: float | None = None
+) -> Iterator[PassedLimit]:
     """Yield of the wire and the vendor's largest deflection and torque, as far as they are passed.
 
-    ``travel`` : rad from the free angle. Torque and stress are those of the published rate, which is the body's: with
-    its arms the spring is a little softer. An unknown limit is not passed.
+    ``travel`` : rad from the free angle. ``yields`` : rad at which the wire yields as the joint holds its arms; None:
+    with a moment that is the same along the wire. Torque is that of the published rate, which is the body's: with its
+    arms the spring is a little softer. An unknown limit is not passed.
     """
     turned = degrees(travel)
-    held = travel_to_yield(row, catalogue)
+    held = travel_to_yield(row, catalogue) if yields is None else yields
     if held is not None and travel > held:
         text = f"yields at {degrees(held):.0f} deg from its free angle, but the joint turns it {turned:.0f} deg"
         yield PassedLimit(f"yields within {turned:.0f} deg", text)

@@ -12,8 +12,10 @@ from synth.parts.coil_rate import RATE_FORMULA, active_coils, energy, rate
 from synth.parts.wire import WireMaterial
 from synth.spring import arms, codes, fatigue, space, stress, winding
 from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask, Violation
+from synth.spring.wire_load import LEAST_RATIO, PeakRatios, WireLoad
 
 SLACK = 1e-9  # relative: a limit that is reached exactly counts as kept despite rounding
+LASTING_ROUNDS = 4  # of a lasting travel with clamped arms: a tenth of a degree, to which it is rounded
 MOST_UNWOUND = 0.9 * math.tau  # rad per coil: the formula of the opened coil diverges when none is left
 
 
@@ -74,16 +76,21 @@ def surely_broken(material: WireMaterial, sizes: tuple[float, float, float], tas
     wire, limits, more = material.properties(d), task.limits, 1.0 + SLACK
     active = active_coils(coils, mean, task.leg_lengths)
     used = rate(wire.elastic_modulus * task.calibration.rate, d, mean, active, task.rate_form)
-    moment = used * max(task.travel, task.opening_travel)
+    least = 1.0 if task.free_arm is None else LEAST_RATIO
+    moment = used * max(task.travel, task.opening_travel) * least
     if stress.bending_stress(moment, d, mean) > wire.static_limit * wire.strength.value / limits.safety * more:
         return True
-    if limits.max_outer_diameter is not None:
-        opened = space.wound_mean_diameter(mean, coils, -min(task.opening_travel, MOST_UNWOUND * coils))
-        if opened + d > limits.max_outer_diameter * more:
-            return True
+    widest = limits.max_outer_diameter
+    if widest is not None and _opened_diameter(mean, coils, task) + d > widest * more:
+        return True
     if limits.max_body_length is not None:
-        return space.body_length(d, coils, travel=task.travel) > limits.max_body_length * more
+        return space.body_length(d, coils, task.travel, task.pitch) > limits.max_body_length * more
     return False
+
+
+def _opened_diameter(mean: float, coils: float, task: SpringTask) -> float:
+    """Mean diameter at the end of the opening travel, m."""
+    return space.wound_mean_diameter(mean, coils, -min(task.opening_travel, MOST_UNWOUND * coils))
 
 
 @dataclass(frozen=True)
@@ -97,6 +104,33 @@ class _Coil:
     count: int
 
 
+@dataclass(frozen=True)
+class _Borne:
+    """What the wire bears at the ends of both travels: stresses (Pa) and the largest moments in coil and arms (N m)."""
+
+    arm: float | None
+    peaks: tuple[PeakRatios, PeakRatios]
+    winding_stress: float
+    opening_stress: float
+    in_coil: float
+    in_arms: float
+
+
+def _borne(coil: _Coil, task: SpringTask, used: float) -> _Borne:
+    """The load of a coil with the rate ``used``, N m/rad."""
+    sizes = (coil.wire_diameter, coil.mean_diameter, coil.body_coils)
+    load = WireLoad(used, *sizes, None if task.free_arm is None else task.free_arm(*sizes))
+    winding, opening = load.ratios(task.travel), load.ratios(-task.opening_travel)
+    return _Borne(
+        load.arm,
+        (winding, opening),
+        load.stress(task.travel, winding),
+        load.stress(-task.opening_travel, opening),
+        used * max(task.travel * winding.coil, task.opening_travel * opening.coil),
+        used * max(task.travel * winding.arms, task.opening_travel * opening.arms),
+    )
+
+
 def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rate: float | None) -> SpringDesign:
     """Rate, stress, room and life of a coil, without the comparison with its limits."""
     wire = material.properties(coil.wire_diameter)
@@ -104,11 +138,9 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
     active = active_coils(body_coils, mean, task.leg_lengths)
     forms = {form: rate(wire.elastic_modulus * task.calibration.rate, d, mean, active, form) for form in RATE_FORMULA}
     used = forms[task.rate_form] if stated_rate is None else stated_rate
-    moment = used * max(travel, task.opening_travel)
-    winding_stress, opening_stress = (stress.bending_stress(used * t, d, mean) for t in (travel, task.opening_travel))
+    moment, bears = used * max(travel, task.opening_travel), _borne(coil, task, used)
     yield_stress = wire.static_limit * wire.strength.value
     length = space.wire_length(d, mean, body_coils, task.leg_lengths)
-    opened = space.wound_mean_diameter(mean, body_coils, -min(task.opening_travel, MOST_UNWOUND * body_coils))
     bent = None if task.convention == "tangent" else (task.limits.bend_radius or d)
     return SpringDesign(
         material=material.name,
@@ -134,11 +166,10 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
         travel=travel,
         opening_travel=task.opening_travel,
         moment=moment,
-        stress=stress.bending_stress(moment, d, mean),
-        free_travel=stress.free_travel(yield_stress, used, d, mean),
-        body_length=space.body_length(d, body_coils),
-        wound_body_length=space.body_length(d, body_coils, travel=travel),
-        outer_diameter=opened + d,
+        stress=max(bears.winding_stress, bears.opening_stress),
+        body_length=space.body_length(d, body_coils, pitch=task.pitch),
+        wound_body_length=space.body_length(d, body_coils, travel, task.pitch),
+        outer_diameter=_opened_diameter(mean, body_coils, task) + d,
         inside_diameter=mean - d,
         wound_inside_diameter=space.wound_inside_diameter(d, mean, body_coils, travel),
         arbor_diameter=task.limits.arbor_diameter,
@@ -146,17 +177,20 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
         mass=space.wire_mass(wire.density, d, length),
         energy=energy(moment, used),
         tolerance=winding.winding_tolerance(d, mean, body_coils, wire.diameter_tolerance),
-        life=fatigue.life(wire.fatigue, wire.strength.value, -opening_stress, winding_stress),
-        arm_stress=arms.arm_stress(moment, d, task.convention, bent or d),
+        life=fatigue.life(wire.fatigue, wire.strength.value, -bears.opening_stress, bears.winding_stress),
+        arm_stress=arms.arm_stress(bears.in_arms, d, task.convention, bent or d),
         bend_radius=bent,
-        opening_stress=opening_stress,
+        opening_stress=bears.opening_stress,
         allowed_opening_stress=codes.OPENING * yield_stress / task.limits.safety,
         surge_frequency=codes.surge_frequency(d, mean, body_coils, wire.elastic_modulus, wire.density),
-        codes=codes.code_checks(wire.allowables, moment, d, mean),
+        codes=codes.code_checks(wire.allowables, bears.in_coil, d, mean),
         rate_form=task.rate_form,
         spring_back=task.calibration.spring_back,
         count=coil.count,
         hand=task.hand,
+        clamped_arm=bears.arm,
+        peaks=bears.peaks,
+        pitch=task.pitch,
     )
 
 
@@ -215,21 +249,30 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
 def _lasting_travel(design: SpringDesign, cycles: float, factor: float) -> float:
     """Winding travel (rad) that the spring bears for ``cycles`` cycles with fatigue safety ``factor``.
 
-    The opening travel is that of the design, but not more than the winding travel. By bisection.
+    The opening travel is that of the design, but not more than the winding travel. By bisection with stresses in
+    proportion to the angle; with clamped arms again with those at the angles found.
     """
     assert design.life is not None
-    per_angle = design.stress / max(design.travel, design.opening_travel)
-    known = design.life
+    known, load = design.life, design.load
+    found, peaks = design.travel, design.peaks
+    for _ in range(1 if load.arm is None else LASTING_ROUNDS):
+        per_angle = load.stress(1.0, peaks[0]), load.stress(1.0, peaks[1])
+        found = _borne_travel(design, known.repeated(cycles), factor, per_angle)
+        peaks = load.ratios(found), load.ratios(-min(design.opening_travel, found))
+    return found
+
+
+def _borne_travel(design: SpringDesign, repeated: float, factor: float, per_angle: tuple[float, float]) -> float:
+    """As ``_lasting_travel``; ``per_angle``: stress per angle, Pa/rad, when the coil winds and when it opens."""
 
     def lasts(travel: float) -> bool:
-        least = -per_angle * min(design.opening_travel, travel)
-        amplitude, mean = (per_angle * travel - least) / 2.0, (per_angle * travel + least) / 2.0
-        repeated = known.repeated(cycles)
+        least = -per_angle[1] * min(design.opening_travel, travel)
+        amplitude, mean = (per_angle[0] * travel - least) / 2.0, (per_angle[0] * travel + least) / 2.0
         endurance = fatigue.endurance_about_zero(repeated, design.tensile_strength)
         borne = fatigue.gerber_amplitude(endurance, design.tensile_strength, amplitude, mean)
         return borne >= factor * amplitude
 
-    low, high = 0.0, design.tensile_strength / per_angle
+    low, high = 0.0, design.tensile_strength / per_angle[0]
     for _ in range(50):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if lasts(middle) else (low, middle)
@@ -241,9 +284,8 @@ def travel_limit(design: SpringDesign, limits: SpringLimits) -> float:
 
     Limits that do not depend on the travel are not checked.
     """
-    allowed = stress.moment_limit(design.allowed_stress, design.wire_diameter, design.mean_diameter)
     reached = design.moment / design.rate
-    bounds = [allowed / design.rate, reached * design.allowed_stress / design.arm_stress]
+    bounds = [design.load.angle(design.allowed_stress), reached * design.allowed_stress / design.arm_stress]
     if limits.cycles is not None and design.life is not None:
         bounds.append(_lasting_travel(design, limits.cycles, limits.fatigue_safety))
     inside = limits.least_wound_inside()
@@ -252,5 +294,6 @@ def travel_limit(design: SpringDesign, limits: SpringLimits) -> float:
             space.travel_to_inside_diameter(design.wire_diameter, design.mean_diameter, design.body_coils, inside)
         )
     if limits.max_body_length is not None:
-        bounds.append(space.travel_to_body_length(design.wire_diameter, design.body_coils, limits.max_body_length))
+        coil = (design.wire_diameter, design.body_coils)
+        bounds.append(space.travel_to_body_length(*coil, limits.max_body_length, design.pitch))
     return min(bounds)

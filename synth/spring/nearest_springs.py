@@ -79,7 +79,7 @@ def limits_in_the_way(found: list[SpringDesign], wish: SpringRequirements) -> It
         design = min((each for each in found if _violated(each) == limits), key=worst_excess)
         text = "; ".join(violation.text for violation in design.violations)
         if "stress" in limits:
-            allowed = design.free_travel * design.allowed_stress / design.yield_stress
+            allowed = design.load.angle(design.allowed_stress)
             wanted = math.degrees(max(wish.travel, wish.opening_travel))
             text += (
                 f"; it yields at {math.degrees(design.free_travel):.3g} deg and may turn "

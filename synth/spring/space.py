@@ -32,19 +32,18 @@ def travel_to_inside_diameter(
     return math.tau * body_coils * (mean_diameter / (inside_diameter + wire_diameter) - 1.0)
 
 
-def body_length(wire_diameter: float, body_coils: float, gap: float = 0.0, travel: float = 0.0) -> float:
-    """Length of the coil body: ``max(d (Nb + 1) + gap Nb, d (Nb + 1 + turns))``.
+def body_length(wire_diameter: float, body_coils: float, travel: float = 0.0, pitch: float = 1.0) -> float:
+    """Length of the coil body, ``d + p (Nb + turns)``: each turn of the travel adds one.
 
-    Winding adds turns. A close-wound body grows by one wire diameter per turn; spaced coils first close their gaps (as
-    in the handbook program ODOP and EN 13906-3).
+    ``pitch`` is the axial advance per coil over the wire diameter, 1 for touching coils. A joint that holds both arms
+    keeps it; a coil whose arms are free first closes its gaps.
     """
-    free = wire_diameter * (body_coils + 1.0) + gap * body_coils
-    return max(free, wire_diameter * (body_coils + 1.0 + travel / math.tau))
+    return wire_diameter * (1.0 + pitch * (body_coils + travel / math.tau))
 
 
-def travel_to_body_length(wire_diameter: float, body_coils: float, length: float) -> float:
-    """Travel at which a close-wound body has the length ``length``."""
-    return math.tau * (length / wire_diameter - body_coils - 1.0)
+def travel_to_body_length(wire_diameter: float, body_coils: float, length: float, pitch: float = 1.0) -> float:
+    """Travel at which a body has the length ``length``; ``pitch`` as in ``body_length``."""
+    return math.tau * ((length / wire_diameter - 1.0) / pitch - body_coils)
 
 
 def wire_length(

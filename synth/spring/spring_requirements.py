@@ -10,7 +10,7 @@ from synth.errors import UserError
 from synth.parts.coil_angle import CONVENTIONS, Convention
 from synth.parts.coil_rate import RateForm
 from synth.spring.calibration import UNCALIBRATED, WindingCalibration
-from synth.spring.spring_result import SpringLimits, SpringTask
+from synth.spring.spring_result import FreeArm, SpringLimits, SpringTask
 
 Objective = Literal["mass", "space", "life"]
 
@@ -47,6 +47,10 @@ class SpringRequirements:
         strength, then the lightest.
     held_wire
         m; a spring of this wire is preferred if one keeps all limits and lasts, even if another wire is lighter.
+    free_arm
+        free length of arms that the joint clamps, which makes the wire's moment uneven; None: they are not clamped.
+    pitch
+        axial advance per coil over the wire diameter; 1: touching coils.
     """
 
     rate: float
@@ -64,6 +68,8 @@ class SpringRequirements:
     calibration: WindingCalibration = UNCALIBRATED
     held_wire: float | None = None
     wire_range: tuple[float, float] = (0.0, math.inf)
+    free_arm: FreeArm | None = None
+    pitch: float = 1.0
 
     @property
     def task(self) -> SpringTask:
@@ -77,6 +83,8 @@ class SpringRequirements:
             self.hand,
             self.rate_form,
             self.calibration,
+            self.free_arm,
+            self.pitch,
         )
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from synth.parts.coil_angle import Convention
@@ -11,12 +13,15 @@ from synth.parts.coil_rate import RATE_FORMULA, RateForm
 from synth.remarks import decisive, remarks_json
 from synth.spring.arms import arm_force, arm_share
 from synth.spring.calibration import UNCALIBRATED, WindingCalibration
-from synth.spring.codes import CodeCheck, dynamic_factor
+from synth.spring.codes import OPENING, CodeCheck, dynamic_factor
 from synth.spring.din_2194 import SOURCE, STANDARD, GradeTolerance, grade_tolerances, suitable_grade
 from synth.spring.fatigue import Life
 from synth.spring.winding import WindingTolerance, mandrel_diameter, stress_relief, turns_on_mandrel
+from synth.spring.wire_load import PeakRatios, WireLoad
 from synth.units import quantity
 
+FreeArm = Callable[[float, float, float], float]  # of wire and mean diameter (m) and coils: an arm's free length, m
+WIRE_ALLOWANCE = 0.060  # m of extra wire per spring: 30 mm at each end to hold in the winder and to trim
 DESIGN_LIFE = 1e5  # full-travel cycles; the default requirement, dropped if no spring reaches it
 # From this number of coils on, the ends and their tolerance hardly matter. With two coils the attachment of the arms
 # takes part of one, and a tolerance of 10 deg on the free angle is 1.4 % of the rate; with three coils it is 0.9 %.
@@ -107,11 +112,13 @@ class SpringDesign:
     """A torsion spring and its properties. SI units, angles in rad.
 
     ``travel`` winds the coil, ``opening_travel`` opens it. Moments and stresses are computed with ``rate``;
-    ``rate_form`` is the formula by which it was designed. ``opening_stress`` is the stress at the end of the opening
-    travel, where less is allowed (``codes.OPENING``). ``codes`` has the checks by other codes. ``surge_frequency`` is
-    the lowest natural frequency of the coils, Hz. ``free_travel`` is the angle from the free position to yield of the
-    inner fibre, without a safety factor. ``arm_stress`` is the stress where an arm meets the coil, ``bend_radius`` the
-    radius of its bend (None for tangent arms). ``count`` such springs act in parallel; every number is for one of them.
+    ``rate_form`` is the formula by which it was designed. ``moment`` is the torque; in a spring with clamped arms of
+    the free length ``clamped_arm`` (None: not clamped) the wire bears more, by ``peaks`` at the ends of both travels.
+    ``opening_stress`` is the stress at the end of the opening travel, where less is allowed (``codes.OPENING``).
+    ``codes`` has the checks by other codes. ``surge_frequency`` is the lowest natural frequency of the coils, Hz.
+    ``arm_stress`` is the largest stress in an arm, ``bend_radius`` the radius of its bend (None for tangent arms).
+    ``pitch`` is the axial advance per coil over the wire diameter. ``count`` such springs act in parallel; every number
+    is for one of them.
     """
 
     material: str
@@ -138,7 +145,6 @@ class SpringDesign:
     opening_travel: float
     moment: float
     stress: float
-    free_travel: float
     body_length: float
     wound_body_length: float
     outer_diameter: float
@@ -161,6 +167,35 @@ class SpringDesign:
     violations: tuple[Violation, ...] = ()
     count: int = 1
     hand: str = "right"
+    clamped_arm: float | None = None
+    peaks: tuple[PeakRatios, PeakRatios] = (PeakRatios(), PeakRatios())
+    pitch: float = 1.0
+
+    @property
+    def load(self) -> WireLoad:
+        """The load of the wire at any angle."""
+        return WireLoad(self.rate, self.wire_diameter, self.mean_diameter, self.body_coils, self.clamped_arm)
+
+    @cached_property
+    def free_travel(self) -> float:
+        """Angle from the free position to yield of the inner fibre when the coil winds, without a safety factor."""
+        return self.load.angle(self.yield_stress)
+
+    @cached_property
+    def free_opening_travel(self) -> float:
+        """The same when the coil opens: smaller, because less stress is allowed (``codes.OPENING``)."""
+        return self.load.angle(OPENING * self.yield_stress, -1)
+
+    @property
+    def peak_moment(self) -> float:
+        """Largest bending moment in the wire over both travels, N m."""
+        winding, opening = self.peaks
+        return self.rate * max(self.travel * winding.coil, self.opening_travel * opening.coil)
+
+    @property
+    def cut_length(self) -> float:
+        """Length of wire to cut, and to order, for one spring, m."""
+        return self.wire_length + WIRE_ALLOWANCE
 
     @property
     def feasible(self) -> bool:
@@ -189,7 +224,8 @@ class SpringDesign:
     @property
     def stress_range_en(self) -> float:
         """Stress range over the whole travel with the factor of EN 13906-3 for varying load, Pa."""
-        moment = self.rate * (self.travel + self.opening_travel)
+        winding, opening = self.peaks
+        moment = self.rate * (self.travel * winding.coil + self.opening_travel * opening.coil)
         return dynamic_factor(self.index) * 32.0 * moment / (math.pi * self.wire_diameter**3)
 
     @property
@@ -238,15 +274,18 @@ class SpringDesign:
     def as_json(self) -> dict[str, Any]:
         """Every number with its unit, for a result file."""
         lengths = ("wire_diameter", "mean_diameter", "outer_diameter", "inside_diameter", "wound_inside_diameter",
-                   "body_length", "wound_body_length", "wire_length", "arbor_diameter", "arbor_clearance")  # fmt: skip
+                   "body_length", "wound_body_length", "wire_length", "cut_length", "arbor_diameter",
+                   "arbor_clearance")  # fmt: skip
         stresses = ("stress", "allowed_stress", "yield_stress", "tensile_strength")
-        angles = ("included_angle", "travel", "opening_travel", "free_travel")
+        angles = ("included_angle", "travel", "opening_travel", "free_travel", "free_opening_travel")
         rates = ("rate", "rate_bending_form", "rate_friction_form")
         ratios = ("body_coils", "active_coils", "index", "curvature_factor")
         units = {**dict.fromkeys(lengths, "mm"), **dict.fromkeys(stresses, "MPa"), **dict.fromkeys(angles, "deg")}
         units |= {**dict.fromkeys(rates, "N*m/rad"), **dict.fromkeys(ratios, "1")}
         units |= dict.fromkeys(("opening_stress", "stress_range_en"), "MPa")
         units |= {"surge_frequency": "Hz", "elastic_modulus": "GPa", "moment": "N*m", "mass": "g", "energy": "J"}
+        if self.clamped_arm is not None:
+            units["peak_moment"] = "N*m"
         values = {name: getattr(self, name) for name in units}
         numbers = {name: quantity(value, units[name]) for name, value in values.items() if value is not None}
         if math.isfinite(self.safety):
@@ -329,7 +368,11 @@ class SpringDesign:
 
 @dataclass(frozen=True)
 class SpringTask:
-    """The requirements that are the same for every candidate: travel, legs, limits, hand, rate formula, calibration."""
+    """The requirements that are the same for every candidate: travel, legs, limits, hand, rate formula, calibration.
+
+    ``free_arm`` gives the free length of arms that the joint clamps; None: they are not clamped. ``pitch`` as in
+    ``SpringDesign``.
+    """
 
     travel: float
     opening_travel: float = 0.0
@@ -339,3 +382,5 @@ class SpringTask:
     hand: str = "right"
     rate_form: RateForm = "bending"
     calibration: WindingCalibration = UNCALIBRATED
+    free_arm: FreeArm | None = None
+    pitch: float = 1.0

@@ -18,8 +18,8 @@ def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
     lines = [
         "WINDING SHEET: helical torsion spring of round wire",
         "",
-        f"Wire: {spring.material}, {shown.text(spring.wire_diameter, 'm')}; cut {_long(spring.wire_length, shown)} or "
-        "more",
+        f"Wire: {spring.material}, {shown.text(spring.wire_diameter, 'm')}; cut {_long(spring.cut_length, shown)}, "
+        f"of which the spring takes {_long(spring.wire_length, shown)}",
         f"Coil: {spring.body_coils:.3f} coils, {spring.hand}-hand, touching",
         f"      inside diameter {_size(spring.inside_diameter, shown)}, mean {_size(spring.mean_diameter, shown)}",
         f"      body {_size(spring.body_length, shown)} long",

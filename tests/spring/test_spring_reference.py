@@ -81,7 +81,7 @@ class TestCarlson:
 
     def test_body_length_and_wound_inside_diameter(self) -> None:
         # The handbook counts 7 coils and 6 gaps, and shrinks the inside instead of the mean diameter.
-        assert space.body_length(self.d, 7.0, 0.015) - 0.015 == pytest.approx(0.594, abs=5e-4)
+        assert space.body_length(self.d, 7.0, pitch=(self.d + 0.015) / self.d) - 0.015 == pytest.approx(0.594, abs=5e-4)
         # So its inside is 0.75 * 7 / (7 + 200/360) = 0.6948.
         ours = space.wound_inside_diameter(self.d, self.mean, 7.0, math.radians(200.0))
         assert ours == pytest.approx(0.6948, rel=0.008)

@@ -1,0 +1,144 @@
+"""The spring to wind as its joint holds it: stops before its yield either way, limits as drawn, one length of wire."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from synth.api.designs import design as design_of
+from synth.design.bom import write_bom
+from synth.design.choose_springs import spring_warnings
+from synth.design.drawn_springs import draw_up
+from synth.design.joint_sizing import _yields
+from synth.design.leg_design import LegDesign
+from synth.design.page_data import page_json
+from synth.parts.catalogs import Catalogue
+from synth.remarks import severity_of
+from synth.reports.sections.winding_plan import winding_of
+from synth.spring.codes import OPENING
+from synth.spring.stress import bending_stress
+
+LEG = """kind: leg
+name: one joint
+gravity: 9.81 m/s^2
+joints:
+  - name: knee
+    zero: 180 deg
+    sign: +1
+    range: [132 deg, 215 deg]
+    link: {length: 250 mm, mass: 0.5 kg, com: 100 mm, inertia: 4e-3 kg*m^2}
+"""
+PROJECT = """kind: leg-design
+name: stiff
+source: {leg: one.leg.yaml, wanted: {knee: {rest: 170 deg, amplitude: 40 deg, damping_ratio: 0.1,
+                                            damped_frequency: 4 Hz}}}
+target: one.leg.yaml
+select: {joints: {knee: {spring: {SPRING}}}}
+"""
+
+
+def designed(folder: Path, spring: str) -> LegDesign:
+    (folder / "one.leg.yaml").write_text(LEG)
+    (folder / "leg-design.yaml").write_text(PROJECT.replace("SPRING", spring))
+    return design_of(folder / "leg-design.yaml").design
+
+
+@pytest.fixture(scope="module")
+def wound(tmp_path_factory: pytest.TempPathFactory) -> LegDesign:
+    return designed(tmp_path_factory.mktemp("wound"), "make: true")
+
+
+@pytest.fixture(scope="module")
+def bought(tmp_path_factory: pytest.TempPathFactory) -> LegDesign:
+    return designed(tmp_path_factory.mktemp("bought"), "part: 9271K589")
+
+
+def test_the_drawn_spring_has_the_arms_and_pitch_of_its_joint(wound: LegDesign) -> None:
+    made, drawn = wound.springs.chosen[0].design, wound.drawn
+    assert made is not None
+    assert drawn is not None
+    spring = drawn.dimensions.joints[0].spring
+    assert made.clamped_arm == pytest.approx(spring.free_arm * 1e-3)
+    assert made.peak_moment > 1.02 * made.moment
+    body = spring.wire_diameter + spring.drawn_pitch * made.body_coils
+    assert made.body_length == pytest.approx(body * 1e-3)
+    assert made.wound_body_length > made.body_length
+
+
+def test_stops_keep_the_yield_of_each_direction(wound: LegDesign) -> None:
+    """Smaller angles close this spring. Opening, it may bear 70/85 of the stress."""
+    option, spring = wound.springs.chosen[0], wound.built.joints[0].spring
+    made = option.design
+    assert made is not None
+    assert spring is not None
+    yields, free = _yields(wound, 0), math.degrees(spring.free_angle)
+    assert yields == pytest.approx(
+        (free - math.degrees(made.free_travel), free + math.degrees(made.free_opening_travel))
+    )
+    assert made.load.stress(-made.free_opening_travel) == pytest.approx(OPENING * made.yield_stress)
+    turned = replace(wound, springs=replace(wound.springs, chosen=(replace(option, closes=1),)))
+    other = _yields(turned, 0)
+    assert other is not None
+    assert (free - other[0], other[1] - free) == pytest.approx((yields[1] - free, free - yields[0]))
+
+
+def test_a_bought_spring_yields_as_its_joint_holds_it(bought: LegDesign) -> None:
+    """The vendor's rate and a uniform moment are those of a body whose arms are free."""
+    option = bought.springs.chosen[0]
+    row, check, drawn = option.row, option.check, bought.drawn
+    assert row is not None
+    assert check is not None
+    assert drawn is not None
+    assert check.rate == pytest.approx(option.rate / option.count)
+    assert check.clamped_arm == pytest.approx(drawn.dimensions.joints[0].spring.free_arm * 1e-3)
+    assert row.rate is not None
+    plain = replace(check, rate=row.rate, clamped_arm=None)
+    bent = check.rate * check.free_travel * check.load.ratios(check.free_travel).coil
+    assert bent == pytest.approx(plain.rate * plain.free_travel)
+    assert check.free_opening_travel < 0.97 * plain.free_opening_travel
+    assert spring_warnings("knee", option) == []
+    opened = replace(check, opening_travel=1.01 * check.free_opening_travel)
+    assert "opens it" in spring_warnings("knee", replace(option, check=opened))[0]
+
+
+def test_a_limit_that_only_the_drawn_spring_violates_is_a_warning(wound: LegDesign) -> None:
+    made, result = wound.springs.chosen[0].design, wound.springs.chosen[0].result
+    assert made is not None
+    assert result is not None
+    assert wound.drawn is not None
+    assert not any("as its joint holds it" in note for note in wound.drawn.notes)
+    limits = replace(result.wish.limits, max_outer_diameter=0.99 * made.outer_diameter)
+    asked = replace(result, wish=replace(result.wish, limits=limits))
+    springs = replace(wound.springs, chosen=(replace(wound.springs.chosen[0], result=asked),))
+    again = draw_up(replace(wound, springs=springs), Catalogue.load()).drawn
+    assert again is not None
+    said = [note for note in again.notes if "as its joint holds it" in note]
+    assert len(said) == 1
+    assert re.match(r"knee: the spring to wind, as its joint holds it, has outer diameter [\d.]+ mm, allowed", said[0])
+    assert severity_of(said[0]) == "decide"
+
+
+def test_order_and_winding_plan_have_one_length_of_wire(wound: LegDesign, tmp_path: Path) -> None:
+    """A tenth more than the spring was to be cut, 60 mm more to be ordered: too short above 600 mm of wire."""
+    made = wound.springs.chosen[0].design
+    assert made is not None
+    write_bom(wound, [], tmp_path / "bom.csv")
+    with (tmp_path / "bom.csv").open(newline="") as stream:
+        line = next(row for row in csv.DictReader(stream) if row["how"] == "wind")
+    assert float(line["length [mm]"]) == pytest.approx(made.cut_length * 1e3, abs=0.51)
+    assert made.cut_length == pytest.approx(made.wire_length + 0.060)
+    cut = winding_of(made.as_json())["steps"][0]
+    assert cut.startswith(f"Cut {line['length [mm]']} mm of music wire")
+
+
+def test_the_page_shows_the_peak_stress(wound: LegDesign) -> None:
+    made = wound.springs.chosen[0].design
+    assert made is not None
+    shown = page_json(wound)["joints"]["knee"]["springs"][0]["stress_per_torque"] * made.moment
+    assert shown == pytest.approx(made.stress * 1e-6, rel=1e-6)
+    assert shown > 1.02e-6 * bending_stress(made.moment, made.wire_diameter, made.mean_diameter)
