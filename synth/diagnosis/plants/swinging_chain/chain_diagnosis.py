@@ -363,9 +363,7 @@ def scene_of(
             f"learnt from; the other {len(spare)} only score"
         )
     held = (*(trial for trial in prepared if trial.held_out), *(replace(trial, held_out=True) for trial in spare))
-    found = sensor([trial.recording for trial in learnt])
-    for joint, known in (noise or {}).items():
-        found.noise[leg.joint_names.index(joint)] = known
+    found = sensor([trial.recording for trial in learnt]).stated(leg.joint_names, noise)
     coarse = coarse_counts(found)
     tolerances = Tolerances.of(leg, tolerance)
     predictor = Predictor(leg, tolerances)
