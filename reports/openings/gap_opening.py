@@ -12,9 +12,20 @@ from synth.reports.reading import Json, Result
 from synth.reports.section import mapping, sequence
 from synth.reports.sections import gap_how_far
 from synth.reports.sections.gap_next import entry_text
-from synth.reports.sections.gap_which import meaning_of, name_of
+from synth.reports.sections.gap_which import meaning_of, name_of, within_accuracy
 
 MOST_CAUSES = 3  # in the opening; its section has all
+# In words, how the scored trials were predicted if none was held out.
+HOW = {
+    "in_turn": ", each in turn predicted from the others",
+    "pieces_in_turn": ", each piece in turn predicted from the others",
+    "fitted": ", the one that was fitted",
+}
+ON = {
+    "in_turn": "each trial, predicted from the others",
+    "pieces_in_turn": "each piece of the recording, predicted from the others",
+    "fitted": "the trial that was fitted",
+}
 
 
 def gap_opening(result: Result) -> Opening:
@@ -44,7 +55,8 @@ def _trust(document: Json, verdict: str) -> str:
     count = f"{len(scored)} trial{'s' if len(scored) != 1 else ''}"
     if all(trial.get("held_out") for trial in scored):
         return f"{words} Scored on {count} left out of the diagnosis."
-    how = ", each in turn predicted from the others" if len(scored) > 1 else ""
+    fallback = "in_turn" if len(scored) > 1 else "fitted"  # of a result that does not say it
+    how = HOW.get(str(document.get("scored_by") or fallback), "")
     return f"{words} Scored on {count}{how}."
 
 
@@ -70,7 +82,8 @@ def _figures(document: Json) -> Figures | None:
         ]
         for entry in ranked[:MOST_CAUSES]
     ]
-    for key, words in (("none", "no missing effect"), ("unknown", "not in the library")):
+    none = "below the required accuracy" if within_accuracy(document) else "no missing effect"
+    for key, words in (("none", none), ("unknown", "not in the library")):
         if f"probability_{key}" in document:
             rows.append([Cell(words), Cell(share_text(document[f"probability_{key}"])), Cell("–")])
     if not rows:
@@ -78,7 +91,8 @@ def _figures(document: Json) -> Figures | None:
     gap = mapping(document, "gap")
     steps = (("as_designed", "as designed"), ("before", "at its best within tolerances"), ("after", "explained"))
     errors = [f"{words} {brief(gap.get(key))}" for key, words in steps if gap.get(key)]
-    note = f"RMS angle error on unseen trials: {', '.join(errors)}; noise {brief(gap.get('noise_floor'))}."
+    on = ON.get(str(document.get("scored_by")), "unseen trials")
+    note = f"RMS angle error on {on}: {', '.join(errors)}; noise {brief(gap.get('noise_floor'))}."
     if len(sequence(document, "explanation")) > 1:
         note += " Of causes accepted together the one that takes most comes first."
     return Figures(("Cause", "Probability", "Alone reduces the gap by"), rows, note if errors else "")

@@ -17,7 +17,7 @@ from synth.reports.quantities import brief, interval_of, number, share_text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.response_files import Response, extremes, read_response
 from synth.reports.section import AbsentResult, FirstFigure, ReportSection, mapping, sequence
-from synth.reports.sections.gap_which import name_of
+from synth.reports.sections.gap_which import name_of, within_accuracy
 from synth.reports.stick_figure import following
 
 STEPS = (
@@ -44,7 +44,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     shown = extremes(list(rms), rms)
     joints = mapping(gap, "joints")
     return {
-        "steps": _steps(gap, str(result.content.get("verdict"))),
+        "steps": _steps(gap, str(result.content.get("verdict")), within_accuracy(result.content)),
         "figure": _bars(gap),
         "shrink": gap.get("shrink"),
         "of_best": gap.get("shrink_of_best"),
@@ -58,6 +58,9 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "tied": result.content.get("verdict") == "tie",
         "unknown": result.content.get("verdict") == "unknown",
         "remainder": _remainder(mapping(result.content, "remainder")),
+        "within": within_accuracy(result.content),
+        "worse": (value_of(gap.get("shrink")) or 0.0) < 0.0,
+        "fitted": result.content.get("scored_by") == "fitted",
         "explained": result.content.get("verdict") in ("effect", "tie"),
     }  # fmt: skip
 
@@ -85,10 +88,10 @@ def _remainder(left: Json) -> Json:
     }
 
 
-def _steps(gap: Json, verdict: str) -> list[Json]:
+def _steps(gap: Json, verdict: str, within: bool) -> list[Json]:
     """Rows of the table; without an accepted explanation, another meaning of ``after``."""
     others = {
-        "none": "the same: no effect is missing",
+        "none": "the same: causes were not judged" if within else "the same: no effect is missing",
         "unknown": "with the nearest explanation, not accepted",
     }
     return [

@@ -18,6 +18,7 @@ VERDICTS = {
     "tie": "an effect is missing, but these trials cannot distinguish the effects below",
     "unknown": "no effect in the library explains the trials",
 }
+WITHIN = "the gap is below the required accuracy; causes were not judged"
 SURE = 0.8  # probability of the first cause from which the trials identify it; below, they favour it
 WIDTH, LABEL = 800.0, 236.0  # px
 MOST_BARS = 10  # candidates drawn
@@ -37,7 +38,8 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "means": meaning_of(document),
         "explanation": [_cause(item, effects) for item in sequence(document, "explanation")],
         "tied": [[_cause(item, effects) for item in causes] for causes in sequence(document, "tied")],
-        "figure": _figure(ranked, document.get("probability_none"), document.get("probability_unknown")),
+        "figure": _figure(document, ranked),
+        "unknown": verdict == "unknown",
         "ranked": [{**_cause(entry, effects), "probability": share_text(entry.get("probability"))} for entry in ranked],
         "shown": MOST_BARS,
     }
@@ -45,12 +47,19 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
 
 def meaning_of(document: Json) -> str:
     """The verdict in words; of an effect how sure it is."""
+    if within_accuracy(document):
+        return WITHIN
     verdict, first = str(document.get("verdict")), sequence(document, "ranked")[:1]
     sure = bool(first) and isinstance(first[0], Mapping) and _number(first[0].get("probability")) >= SURE
     if verdict != "effect" or sure:
         return VERDICTS.get(verdict, "")
     unknown = share_text(document.get("probability_unknown"))
     return f"the trials favour this cause; the probability that it is not in the library is {unknown}"
+
+
+def within_accuracy(document: Json) -> bool:
+    """Whether the gap is below the required accuracy, so that causes were not judged."""
+    return document.get("within_accuracy") is True
 
 
 def name_of(cause: Mapping[str, Any]) -> str:
@@ -71,7 +80,7 @@ def _cause(entry: Mapping[str, Any], effects: Json) -> Json:
     }
 
 
-def _figure(ranked: list[Mapping[str, Any]], none: object, unknown: object) -> Markup:
+def _figure(document: Json, ranked: list[Mapping[str, Any]]) -> Markup:
     """Probability and shrink of each candidate, improbable candidates as one row, then none and unknown.
 
     In the order of the table: of several causes accepted together the one that takes most comes first.
@@ -86,8 +95,9 @@ def _figure(ranked: list[Mapping[str, Any]], none: object, unknown: object) -> M
         labels.append(f"{len(ranked) - len(shown)} others together")
         chances.append(others)
         shrinks.append(None)
-    labels += ["none: no effect is missing", "unknown: not in the library"]
-    chances += [_number(none), _number(unknown)]
+    none = "none: below the required accuracy" if within_accuracy(document) else "none: no effect is missing"
+    labels += [none, "unknown: not in the library"]
+    chances += [_number(document.get(f"probability_{key}")) for key in ("none", "unknown")]
     shrinks += [None, None]
     most, last = max(chances), len(labels) - 2
     bars = [

@@ -123,7 +123,8 @@ def gap_text(content: Json) -> str:
         shrink = entry["shrink"]["value"] if entry.get("shrink") else None
         shown = "-" if shrink is None else f"{shrink:.0%}"
         rows.append([entry["effect"].replace("_", " "), entry["joint"], _chance(entry["probability"]), shown])
-    rows.append(["no missing effect", "", _chance(content["probability_none"]), "-"])
+    none = "below the required accuracy" if content.get("within_accuracy") else "no missing effect"
+    rows.append([none, "", _chance(content["probability_none"]), "-"])
     rows.append(["not in the library", "", _chance(content["probability_unknown"]), "-"])
     return f"verdict: {content['verdict']}\n{table_text(rows)}{_remainder_text(content.get('remainder'))}"
 

@@ -9,7 +9,7 @@ from typing import Any, Generic
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.diagnosis_result import Cause, Experiment, Ranked
+from synth.diagnosis.diagnosis_result import Cause, Experiment, Ranked, ScoredBy
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
 from synth.diagnosis.next_experiment import next_experiment
@@ -29,6 +29,11 @@ SHOWN_ALONE = 4  # single causes whose predictions are stored for the page, the 
 # one (29 %) was right.
 LEAST_UNSEEN, MEANINGFUL = 0.25, 2.0
 LEAST_CHANCE = 0.05  # of held-out trials that contradict: a smaller one decides no verdict
+ON = {  # in words, where one recording is all there is
+    "fitted": "the trial that was fitted",
+    "pieces_in_turn": "each piece of the recording, predicted by the others,",
+}
+DIRECT = "direct causes"  # label of the errors with these alone
 SHOWN = {"rad": "deg", "rad/s": "deg/s", "H": "mH"}  # display units
 
 
@@ -47,11 +52,20 @@ class Findings(Generic[F, S]):
     sentence: str
     next_experiment: Experiment | None
     warnings: tuple[str, ...]
+    scored_by: ScoredBy
+    within_accuracy: bool
+    odds: Judged[F]  # ``judged``, within the required accuracy as if none were required
 
     @property
     def best(self) -> F:
         """The accepted hypothesis if one explains the trials, else the nominal leg's best fit."""
         return (self.judged.accepted if self.explained else self.found.none).fit
+
+    @property
+    def likeliest(self) -> F:
+        """The hypothesis accepted as if no accuracy were required, else the nominal leg's best fit."""
+        accepted = self.odds.verdict in ("effect", "tie")
+        return (self.odds.accepted if accepted else self.found.none).fit
 
     def fields(self) -> dict[str, Any]:
         """The fields of ``result.Diagnosis`` except ``where``."""
@@ -66,6 +80,8 @@ class Findings(Generic[F, S]):
             "remainder": self.remainder,
             "next_experiment": self.next_experiment,
             "warnings": self.warnings,
+            "scored_by": self.scored_by,
+            "within_accuracy": self.within_accuracy,
         }
 
 
@@ -73,21 +89,21 @@ class Findings(Generic[F, S]):
 def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S]:
     """Find what distinguishes the built leg from the nominal one; ``say`` receives the current stage."""
     found = plant.search(say)
+    before = _unseen(plant, found.none)
+    within = plant.accuracy > 0.0 and _rms(plant, before) <= plant.accuracy
+    if within:  # where the gap lies does not depend on the accuracy that is required
+        plant.motion = plant.own_motion
     weighed = judge(found, plant.calibration, free=plant.freely(found), motion=plant.motion)
     doubts, chance = plant.doubts(found, weighed)
     if weighed.verdict in ("effect", "tie"):
         weighed = doubted_further(weighed, chance)
-    judged = plant.with_direct_causes(weighed)
     say("reduction of the gap")
-    before = _unseen(plant, found.none)
-    if plant.accuracy > 0.0 and _rms(plant, before) <= plant.accuracy:
+    weighed = plant.with_direct_causes(weighed)
+    judged, stages, moved = _on_scored(plant, before, found, weighed)
+    offered, odds = not within and weighed.verdict in ("effect", "tie"), judged
+    if within:
         judged = of_no_account(judged, found.none)
-    stages = _stages(plant, before, found, judged)
-    offered = judged.verdict in ("effect", "tie")
-    moved = None
-    if offered and judged.accepted.keys and plant.held_out:
-        moved = _moved_errors(plant, stages.errors, judged.accepted)
-        judged = doubted(judged, _fails(moved or stages.errors))
+        stages, moved = _stages(plant, before, found, judged, within), None
     explained = judged.verdict in ("effect", "tie")
     named = judged.verdict != "none"
     causes = (*causes_of(plant, judged.accepted), *plant.direct_causes) if named else ()
@@ -107,7 +123,7 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
         ranked,
         left,
         _sentence(plant, judged, explanations, ranked, stages, left, moved),
-        next_experiment(plant, plant.rivals(judged), what_is_open(judged.verdict, short)),
+        next_experiment(plant, plant.rivals(judged), what_is_open(judged.verdict, short, within)),
         (
             *plant.warnings,
             *plant.remarks(stages),
@@ -115,7 +131,30 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
             *doubts,
             *(plant.worse(stages.errors, moved) if offered else ()),
         ),
+        _scored_by(plant),
+        within,
+        odds,
     )
+
+
+def _on_scored(
+    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F]
+) -> tuple[Judged[F], StagePredictions[F, S], PredictionErrors | None]:
+    """The verdict with what held-out trials say of its explanation, the predictions, and the moved errors if any."""
+    stages = _stages(plant, before, found, judged)
+    if judged.verdict not in ("effect", "tie") or not judged.accepted.keys or not plant.held_out:
+        return judged, stages, None
+    moved = _moved_errors(plant, stages.errors, judged.accepted)
+    return doubted(judged, _fails(moved or stages.errors)), stages, moved
+
+
+def _scored_by(plant: Plant[F, T, S]) -> ScoredBy:
+    """How ``_unseen`` predicts the scored trials; pieces of one recording have one row of samples."""
+    if plant.held_out:
+        return "held_out"
+    if len(plant.scored) == 1:
+        return "fitted"
+    return "in_turn" if len(plant.samples()[0]) > 1 else "pieces_in_turn"
 
 
 def _rms(plant: Plant[F, T, S], predicted: tuple[S, ...]) -> float:
@@ -124,11 +163,18 @@ def _rms(plant: Plant[F, T, S], predicted: tuple[S, ...]) -> float:
 
 
 def _stages(
-    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F]
+    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F], within: bool = False
 ) -> StagePredictions[F, S]:
-    """Predict the scored trials as designed and with each listed single cause; ``before`` is given."""
+    """Predict the scored trials as designed, with each listed single cause and each tied explanation.
+
+    ``before`` is given. ``within`` the required accuracy no cause counts, the direct ones neither.
+    """
+
+    def read(predicted: tuple[S, ...]) -> tuple[S, ...]:
+        return predicted if within else plant.as_read(predicted)
+
     as_designed = plant.predict(plant.designed(), plant.scored)
-    after = plant.as_read(before if judged.accepted is found.none else _unseen(plant, judged.accepted))
+    after = read(before if judged.accepted is found.none else _unseen(plant, judged.accepted))
     squares = {
         "as_designed": plant.squares(as_designed),
         "before": plant.squares(before),
@@ -136,10 +182,15 @@ def _stages(
     }
     alone: dict[str, tuple[S, ...]] = {}
     for single, _ in _listed(judged):
-        predicted = after if single is judged.accepted else plant.as_read(_unseen(plant, single))
+        predicted = after if single is judged.accepted else read(_unseen(plant, single))
         squares[label(single.keys)] = plant.squares(predicted)
         if len(alone) < SHOWN_ALONE:
             alone[label(single.keys)] = predicted
+    for rival in judged.tied:
+        if label(rival.keys) not in squares:
+            squares[label(rival.keys)] = plant.squares(read(_unseen(plant, rival)))
+    if plant.direct_causes:
+        squares[DIRECT] = plant.squares(plant.as_read(before))
     errors = PredictionErrors(squares, *plant.samples(), plant.seed)
     fits = (plant.designed(), found.none.fit, judged.accepted.fit)
     return StagePredictions(fits, as_designed, before, after, alone, errors)
@@ -246,7 +297,7 @@ def _ranked(plant: Plant[F, T, S], judged: Judged[F], errors: PredictionErrors) 
     made = [
         Ranked(causes_of(plant, item)[0], probability, errors.shrink(label(item.keys))) for item, probability in singles
     ]
-    made += [Ranked(cause, judged.counts, errors.shrink()) for cause in plant.direct_causes]
+    made += [Ranked(cause, judged.counts, errors.shrink(DIRECT)) for cause in plant.direct_causes]
     listed = {item.keys[0] for item, _ in singles}
     for cause, key in zip(causes_of(plant, judged.accepted), judged.accepted.keys, strict=True):
         if key not in listed:  # its fit alone diverged
@@ -278,6 +329,7 @@ def _sentence(
     probability = 1.0 - judged.none - judged.unknown if several else judged.probability
     leading = [(plant.short_text(entry.cause), entry.shrink.value) for entry in ranked if entry.shrink is not None]
     wording = plant.wording(stages.errors)
+    wording = replace(wording, on=ON.get(_scored_by(plant), wording.on))
     nearest = " + ".join(plant.short_text(cause) for cause in explanations[0])
     wording = replace(
         wording,
@@ -287,6 +339,7 @@ def _sentence(
         accuracy=plant.accuracy,
         leading=leading,
         common=[plant.cause_text(cause) for cause in explanations[0] if (cause.effect, cause.joint) in common],
+        each=[stages.errors.figure(label(rival.keys)) for rival in judged.tied],
         moved=moved.figure("after") if moved is not None and _fails(moved) < 0.5 <= _fails(stages.errors) else None,
     )
     text = sentence(judged.verdict, texts[0], texts[1:], probability, wording)

@@ -15,6 +15,9 @@ from synth.units import quantity
 
 FORMAT = "synth/gap/1"
 Verdict = Literal["effect", "none", "tie", "unknown"]
+# How the scored trials were predicted: left out of the diagnosis, each by a fit to the others, each piece of the one
+# recording by a fit to the other pieces, or by the fit to the one trial itself.
+ScoredBy = Literal["held_out", "in_turn", "pieces_in_turn", "fitted"]
 PHASES = ("release", "swing", "settle", "rest")
 THIRDS = ("low", "middle", "high")
 
@@ -120,6 +123,7 @@ class Diagnosis:
 
     ``explanation`` : the accepted causes, or the nearest ones if no known cause explains the trials;
     ``tied`` : other sets of causes that explain the trials equally well. ``remainder`` : the unexplained part.
+    ``within_accuracy`` : the gap is below the required accuracy, so causes were not judged: verdict "none".
     """
 
     verdict: Verdict
@@ -133,6 +137,8 @@ class Diagnosis:
     remainder: Remainder
     next_experiment: Experiment | None
     warnings: tuple[str, ...]
+    scored_by: ScoredBy
+    within_accuracy: bool
 
     def said_as_json(self, name: str) -> dict[str, Any]:
         """The entries of ``gap.json`` up to ``where``; ``name`` of the leg."""
@@ -140,6 +146,7 @@ class Diagnosis:
             "format": FORMAT,
             "name": name,
             "verdict": self.verdict,
+            "within_accuracy": self.within_accuracy,
             "sentence": self.sentence,
             "explanation": [cause.as_json() for cause in self.explanation],
             "ranked": [entry.as_json() for entry in self.ranked],
@@ -148,6 +155,7 @@ class Diagnosis:
             "tied": [[cause.as_json() for cause in causes] for causes in self.tied],
             "where": self.where.as_json(),
             "remainder": self.remainder.as_json(),
+            "scored_by": self.scored_by,
         }
 
     def next_as_json(self) -> dict[str, Any] | None:

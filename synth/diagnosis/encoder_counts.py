@@ -39,10 +39,10 @@ def coarse_counts(sensor: AngleSensor) -> tuple[Coarse, ...]:
 
 
 def usual_noise(sensor: AngleSensor, coarse: Sequence[Coarse]) -> Array:
-    """(n,) rad, each channel's noise without its coarse counts: that of the other channels."""
+    """(n,) rad, each channel's noise without its coarse counts: as stated, else that of the other channels."""
     noise = sensor.noise.copy()
-    rough = [item.joint for item in coarse]
-    fine = [j for j in range(len(noise)) if j not in rough]
+    rough = [item.joint for item in coarse if item.joint not in sensor.known]
+    fine = [j for j in range(len(noise)) if j not in [item.joint for item in coarse]]
     if fine:
         noise[rough] = float(np.median(noise[fine]))
     return noise

@@ -101,7 +101,10 @@ class Plant(ABC, Generic[F, T, S]):
     n_tolerance: int
     calibration: Calibration = CALIBRATED
     accuracy: float = 0.0  # rad: a smaller gap does not matter to the user
-    motion: float = np.inf  # RMS of the motion over the noise; infinite: a gap's share of it tells nothing
+    # RMS of the motion over the noise, or what takes its place if an accuracy is required, and of the trials in any
+    # case; infinite: a gap's share of it tells nothing.
+    motion: float = np.inf
+    own_motion: float = np.inf
     direct_causes: tuple[Cause, ...] = ()  # found directly in the readings, without a fit
     most_rivals: int = RIVALS  # explanations that a further trial should separate
     independent: float = np.inf  # errors of a trial that count as independent; infinite: all, and of known size

@@ -13,6 +13,7 @@ from typing import Any
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.estimation.intervals import Estimate
 
+LEAST_GAP = 0.05  # of the squared noise floor; a smaller gap has no meaningful share, see ``PredictionErrors.shrink``
 MOSTLY = 0.5  # least share of the remainder for a place to be named in the sentence
 
 
@@ -20,8 +21,8 @@ MOSTLY = 0.5  # least share of the remainder for a place to be named in the sent
 class Remainder:
     """On the scored trials.
 
-    ``rms`` rad above the noise; ``share`` of the initial gap above the noise; ``times_noise`` : over
-    the noise floor. ``joint``, ``phase`` : name -> share of its squares.
+    ``rms`` rad above the noise; ``share`` of the initial gap above the noise, above 1 if the explanation predicts
+    worse; ``times_noise`` : over the noise floor. ``joint``, ``phase`` : name -> share of its squares.
     """
 
     rms: Estimate
@@ -36,7 +37,9 @@ class Remainder:
     ) -> Remainder:
         """The remainder under a ``label`` of the errors."""
         rms, before = errors.above_noise(label), errors.above_noise("before")
-        share = min(rms.value / before.value, 1.0) if before.value > 0.0 else 0.0
+        share = rms.value / before.value if before.value > 0.0 else 0.0
+        if before.value**2 <= LEAST_GAP * errors.floor.value**2:
+            share = min(share, 1.0)
         return cls(rms, share, rms.value / errors.floor.value if errors.floor.value > 0.0 else 0.0, joint, phase)
 
     def place(self) -> str:

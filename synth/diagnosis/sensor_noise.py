@@ -9,8 +9,8 @@ again. So the noise of filtered readings is read where they grow least.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import comb
 
 import numpy as np
@@ -43,12 +43,20 @@ class AngleSensor:
     """``noise`` (n,) rad RMS of a reading about the true angle; ``step`` (n,) rad of one count, 0 if not visible.
 
     ``scatter`` (n,) : readings about a smooth motion over readings from one to the next; from ``FILTERED`` on they were
-    filtered.
+    filtered. ``known`` : joints whose noise is stated, not read.
     """
 
     noise: Array
     step: Array
     scatter: Array
+    known: tuple[int, ...] = ()
+
+    def stated(self, joints: Sequence[str], noise: Mapping[str, float] | None) -> AngleSensor:
+        """With the noise (rad) that a project states of some joints, in place of what the readings show."""
+        known = {joints.index(joint): value for joint, value in (noise or {}).items()}
+        found = self.noise.copy()
+        found[list(known)] = [*known.values()]
+        return replace(self, noise=found, known=tuple(known))
 
 
 def sensor(recordings: Sequence[Recording]) -> AngleSensor:

@@ -12,6 +12,7 @@ from synth.estimation.intervals import Estimate
 
 SEEN = 0.5  # noise floors; a smaller remainder is a form error and is not mentioned
 LEADING, LEAST_TOLD = 3, 0.05  # causes named if nothing explains the gap, and least share of each
+LEAST_TAKEN = 0.005  # of the gap; less rounds to 0 %
 BETTER = {"*": "·", "deg": "°", "percent": "%"}  # typographic units
 
 
@@ -24,8 +25,9 @@ class ErrorWording:
     gap that the explanation removes there; ``left`` : the remainder; ``accuracy`` rad, below which a gap does
     not matter, 0 if not given; ``leading`` : single causes in a few words, with the share that each removes;
     ``nearest`` : the explanation that comes nearest, in a few words. ``common`` : the causes that all tied explanations
-    contain, in words. ``moved`` : the error of the explanation where it follows held-out trials within its
-    uncertainty, if only that keeps them from contradicting it.
+    contain, in words; ``each`` : the errors with each tied explanation but the accepted one. ``moved`` : the error of
+    the explanation where it follows held-out trials within its uncertainty, if only that keeps them from contradicting
+    it.
     """
 
     nominal: str
@@ -41,6 +43,7 @@ class ErrorWording:
     leading: Sequence[tuple[str, float]] = ()
     nearest: str = ""
     common: Sequence[str] = ()
+    each: Sequence[Estimate] = ()
     moved: Estimate | None = None
 
 
@@ -75,7 +78,7 @@ def sentence(
 
     Of tied explanations without the causes that they have in common, see ``ErrorWording.common``.
     """
-    error, floor, after = f"{told.error} on {told.on}", angle(told.floor), angle(told.after)
+    error, floor = f"{told.error} on {told.on}", angle(told.floor)
     rest = _unexplained(verdict, told)
     if verdict == "none":
         return _nothing(told, error, floor) + rest
@@ -88,13 +91,34 @@ def sentence(
     if verdict == "tie":
         return (
             f"{_ways(told, causes, tied[:2])}: these trials cannot distinguish them. With any of them {error} "
-            f"falls from {told.falls_from} to about {after}, noise {floor}.{rest}"
+            f"{_moves(told, told.after, *told.each)}, noise {floor}.{rest}"
         )
-    them = {1: "it takes", 2: "both take"}.get(len(causes), "together they take")
     return (
-        f"{text[0].upper()}{text[1:]}, {100 * probability:.0f} %; {them} {max(told.takes, 0.0):.0%} of the gap: "
-        f"{error} falls from {told.falls_from} to {after}, noise {floor}.{rest}".replace("% of", " % of", 1)
+        f"{text[0].upper()}{text[1:]}, {100 * probability:.0f} %; {_takes(told.takes, len(causes))}: "
+        f"{error} {_moves(told, told.after)}, noise {floor}.{rest}"
     )
+
+
+def _takes(share: float, causes: int) -> str:
+    """What the explanation does to the gap; a share that would round to 0 % or less is none."""
+    if share < LEAST_TAKEN:
+        them = {1: "it does", 2: "both do"}.get(causes, "together they do")
+        return f"{them} not reduce the gap"
+    them = {1: "it takes", 2: "both take"}.get(causes, "together they take")
+    return f"{them} {100 * share:.0f} % of the gap"
+
+
+def _moves(told: ErrorWording, *after: Estimate) -> str:
+    """How the error changes, with the range of its values over several explanations."""
+    low, high = (angle(end(after, key=lambda each: each.value)) for end in (min, max))
+    most, ends = max(each.value for each in after), low if low == high else f"between {low} and {high}"
+    if high == low == told.falls_from:
+        return f"stays at {low}"
+    if most <= told.before.value:
+        return f"falls from {told.falls_from} to {ends}"
+    if min(each.value for each in after) >= told.before.value:
+        return f"rises from {told.falls_from} to {ends}"
+    return f"goes from {told.falls_from} to {ends}"
 
 
 def _ways(told: ErrorWording, causes: Sequence[str], tied: Sequence[Sequence[str]]) -> str:
@@ -150,15 +174,25 @@ def _unexplained(verdict: Verdict, told: ErrorWording) -> str:
             f" The remaining {left}{aside} may be due to the tolerances: moved within them, as far as the training "
             f"trials allow, the explanation follows to {angle(told.moved)}."
         )
+    if verdict == "tie" and told.each:
+        return f" The first of them leaves {left}{mostly}{within}."
     if verdict in ("effect", "tie"):
         return f" No effect in the library explains the remaining {left}{mostly}{within}."
     return f" {left} remains unexplained{mostly}{within}."
 
 
-def what_is_open(verdict: Verdict, explanations: Sequence[str]) -> str:
-    """Why another trial: ``explanations`` are the accepted one and those tied with it, in words."""
+def what_is_open(verdict: Verdict, explanations: Sequence[str], within: bool = False) -> str:
+    """Why another trial: ``explanations`` are the accepted one and those tied with it, in words.
+
+    ``within`` : the gap is below the required accuracy.
+    """
     if verdict == "tie":
         return f"{', '.join(explanations[:-1])} and {explanations[-1]} explain these trials equally well."
+    if within:
+        return (
+            "The gap is below the required accuracy and causes were not judged; in this trial the most probable ones "
+            "would show first."
+        )
     if verdict == "none":
         return "These trials show no missing effect; in this one the most probable causes would show first."
     if verdict == "unknown":

@@ -238,9 +238,9 @@ def with_counts(judged: Judged[F], coarse: bool) -> Judged[F]:
 
 
 def of_no_account(judged: Judged[F], none: Assessed[F]) -> Judged[F]:
-    """The verdict for a gap that is smaller than the required accuracy: nothing is missing."""
+    """The verdict for a gap that is smaller than the required accuracy: no cause counts, coarse counts neither."""
     singles = tuple((item, 0.0) for item, _ in judged.singles)
-    return replace(judged, verdict="none", accepted=none, tied=(), singles=singles, none=1.0, unknown=0.0)
+    return replace(judged, verdict="none", accepted=none, tied=(), singles=singles, none=1.0, unknown=0.0, counts=0.0)
 
 
 def doubted(judged: Judged[F], fails: float) -> Judged[F]:

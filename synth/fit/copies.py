@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording
+from synth.fit.rounding import on_counts, width_of
 
+LEAST_GAP = 1e-7  # rad between readings; less is how a file is written
+HALF_STEP = 0.51  # of a step, that rounding takes at most; the rest is how the rounded value is written
+FAR_BELOW = 0.1  # of a channel's noise; two readings with noise of their own are 1.4 of it apart, RMS
+FEWEST = 12  # samples that two recordings must share
 LATER = 40  # largest offset, in samples, at which a copy may begin
 
 
@@ -46,14 +53,19 @@ def copies(recordings: Sequence[Recording], held_out: Sequence[bool]) -> list[tu
     """Pairs (copy, original) of recordings that hold the same samples and count as one measurement.
 
     Includes recordings cut short, starting a few samples later, or saved with fewer digits: the shared samples agree to
-    1e-3 of their range. The copy is the later one, or the held-out one: a fitted recording cannot be used for scoring.
+    1e-3 of their range, and as nearly as rounding leaves them. A repeat with noise of its own is no copy, however well
+    the motion repeats. The copy is the later one, or the held-out one: a fitted recording cannot be used for scoring.
     """
     found = []
     order = sorted(range(len(recordings)), key=lambda k: (held_out[k], k))
     near = _alike([recordings[k] for k in order]) if order else []
+    read: dict[int, _Readings] = {}
     for place, later in enumerate(order):
         for earlier in (order[p] for p in near[place] if p < place):
-            if _same(recordings[later], recordings[earlier]):
+            for k in (later, earlier):
+                if k not in read:
+                    read[k] = _Readings.of(recordings[k])
+            if _same(recordings[later], recordings[earlier], _rounding(read[later], read[earlier])):
                 found.append((later, earlier))
                 break
     return found
@@ -78,19 +90,53 @@ def _alike(recordings: Sequence[Recording]) -> list[list[int]]:
     return [np.flatnonzero(alike[index] | alike[:, index]).tolist() for index in range(count)]
 
 
-def _same(a: Recording, b: Recording) -> bool:
-    """Whether one recording's samples are the other's, starting up to ``LATER`` samples later."""
+@dataclass(frozen=True)
+class _Readings:
+    """``noise`` (n,) rad, and ``step`` (n,) rad between readings that were rounded, 0 if they were not."""
+
+    noise: Array
+    step: Array
+
+    @classmethod
+    def of(cls, recording: Recording) -> _Readings:
+        """As one recording shows them."""
+        step = np.zeros(len(recording.levels))
+        for j, levels in enumerate(recording.levels):
+            width = width_of(np.diff(levels), LEAST_GAP)
+            step[j] = width if width > 0.0 and on_counts(levels, width) else 0.0
+        return cls(np.nan_to_num(recording.smoothed.noise), step)
+
+
+def _rounding(one: _Readings, other: _Readings) -> Array:
+    """(n,) rad, by how much readings differ at most that were rounded on the way: not two readings of the same motion.
+
+    Half the coarser step that either's readings show, or ``FAR_BELOW`` of the lesser noise, which no two readings with
+    noise of their own keep to all along.
+    """
+    steps = HALF_STEP * np.maximum(one.step, other.step)
+    return np.asarray(np.maximum(steps, FAR_BELOW * np.minimum(one.noise, other.noise)) + LEAST_GAP)
+
+
+def _same(a: Recording, b: Recording, rounding: Array) -> bool:
+    """Whether one recording's samples are the other's, starting up to ``LATER`` samples later.
+
+    ``rounding`` (n,) rad: what rounding may take.
+    """
     if a.rotation.shape[1] != b.rotation.shape[1] or a.conditions != b.conditions or a.leg is not b.leg:
         return False
     reach = max(float(np.ptp(b.rotation, axis=0).max()), 1e-9)
     for first, second in ((a, b), (b, a)):
         for offset in range(LATER):
             count = min(len(first.time), len(second.time) - offset)
-            if count < 12:
+            if count < FEWEST:
                 break
+            begun = np.abs(first.rotation[:FEWEST] - second.rotation[offset : offset + FEWEST])
+            if np.any(begun.max(axis=0) > rounding):  # nearly all repeats end here
+                continue
             shifted = second.time[offset : offset + count] - second.time[offset]
             apart = np.abs(first.rotation[:count] - second.rotation[offset : offset + count])
-            # Identical but for rounding: a thousandth of the motion, and a tenth of a millisecond.
-            if apart.max() <= 1e-3 * reach and np.allclose(first.time[:count], shifted, atol=1e-4):
+            # A thousandth of the motion, and a tenth of a millisecond; then identical but for rounding.
+            near = apart.max() <= 1e-3 * reach and np.allclose(first.time[:count], shifted, atol=1e-4)
+            if near and np.all(apart.max(axis=0) <= rounding):
                 return True
     return False

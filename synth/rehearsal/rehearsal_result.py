@@ -11,7 +11,7 @@ import numpy as np
 
 from synth.rehearsal.ladder import visible_from
 from synth.rehearsal.outcome import CANNOT, CaseOutcome, Key
-from synth.rehearsal.plants import RUNGS
+from synth.rehearsal.plants import RUNGS, places
 from synth.rehearsal.sizes import MEANING
 from synth.rehearsal.users_rig import BACKGROUND, Rig
 from synth.remarks import remarks_json
@@ -109,11 +109,11 @@ class RehearsalResult:
             text = f"In these trials a cause {gap} is found in {_of(sum(o.right for o in large), len(large))}; "
         else:
             text = f"No cause {gap} was planted; "
-        text += (
-            f"{_of(seen, len(possible))} causes that can act in this leg were found at some size."
-            if possible
-            else "no smaller one either."
-        )
+        left = len(places(self.rig, self.seed)) - len(self.shown)
+        kind = "causes that were planted" if left > 0 else "causes that can act in this leg"
+        text += f"{_of(seen, len(possible))} {kind} were found at some size." if possible else "no smaller one either."
+        if left > 0:
+            text += f" {left} further causes that may act in this leg were not planted."
         if nothing:
             text += " With small causes only, an absent cause is named in "
             text += f"{_of(sum(not o.right for o in nothing), len(nothing))}."

@@ -102,6 +102,10 @@ def users_rig(project: GapProject) -> Rig:
     counts[coarse] = 2.0 * np.pi / found.step[coarse]
     inputs = [_inputs(project, t, r) for r, t in zip(made, kept, strict=True)]
     rounding = np.where(coarse, found.step, 0.0) / np.sqrt(12.0)
+    # Noise beside the rounding: at least a twentieth of both, which the rounding hides.
+    noise = np.sqrt(np.maximum(found.noise**2 - rounding**2, (0.05 * found.noise) ** 2))
+    for joint, stated in project.noise.items():
+        noise[leg.joint_names.index(joint)] = stated
     return Rig(
         _nominal(leg, fastest_seen),
         tuple(_trial(leg, r, t.held_out, own) for r, t, own in zip(made, kept, inputs, strict=True)),
@@ -109,8 +113,7 @@ def users_rig(project: GapProject) -> Rig:
         tuple(r.time for r in made),
         tuple(np.logical_not(r.counts) for r in made),
         project.tolerance.widths(leg),
-        # Noise beside the rounding: at least a twentieth of both, which the rounding hides.
-        np.sqrt(np.maximum(found.noise**2 - rounding**2, (0.05 * found.noise) ** 2)),
+        noise,
         counts,
         BACKGROUND * float(np.sqrt(np.mean(np.concatenate(motion) ** 2))),
         tuple(left_out),

@@ -108,6 +108,8 @@ def made_result(verdict: Any = "effect", names: tuple[str, ...] | None = None) -
         ranked=ranked,
         probability_none=0.01,
         probability_unknown=0.03,
+        scored_by="held_out",
+        within_accuracy=False,
         where=Where(
             joint={hip: 0.03, knee: 0.89, ankle: 0.08},
             phase={"release": 0.07, "swing": 0.28, "settle": 0.5, "rest": 0.15},

@@ -37,6 +37,20 @@ def test_a_repeated_release_is_no_copy() -> None:
     assert copied([*TRIALS, *recorded(LEG, held_out=0, seed=9)]) == []
 
 
+@pytest.mark.parametrize("count", [0.0, np.radians(0.088)])  # of an encoder of 12 bits
+def test_a_repeat_with_noise_of_its_own_is_no_copy(count: float) -> None:
+    """A servo repeats a command to a hundredth of its sensor's noise, which is a ten thousandth of the motion."""
+    rng = np.random.default_rng(4)
+    clean = np.radians(50.0) * np.sin(2.0 * np.pi * 0.8 * TIME)[:, None] * np.ones(2)
+    noisy = [clean + np.radians(0.012) * rng.standard_normal(clean.shape) for _ in range(3)]
+    angles = [np.round(each / count) * count if count else each for each in noisy]
+    runs = [
+        replace(TRIALS[0], name=f"{k}.csv", time=TIME, angles=each, velocities=None) for k, each in enumerate(angles)
+    ]
+    assert copied(runs) == []
+    assert copied([*runs, replace(runs[1], name="copy.csv")]) == [(3, 1)]
+
+
 @pytest.mark.parametrize("change", ["same", "cut short", "fewer digits"])
 def test_a_copy_is_detected_after_editing(change: str) -> None:
     copy = replace(TRIALS[1], name="copy.csv")
@@ -117,6 +131,9 @@ def test_coarse_counts_are_detected_at_their_joint() -> None:
     assert coarse.joint == 1
     assert coarse.step == pytest.approx(step, rel=1e-6)
     assert usual_noise(found, (coarse,))[1] == pytest.approx(NOISE, rel=0.1)  # as it would be without the counts
+    stated = usual_noise(found.stated(TWO.joint_names, {TWO.joint_names[1]: 0.01}), (coarse,))
+    assert stated[1] == 0.01  # what is stated of the channel, as it is
+    assert stated[0] == usual_noise(found, (coarse,))[0]
     trial = angle_trial(read(trials)[0], False)
     told = rounded(trial, trial.measured + 0.3 * step, (coarse,))
     np.testing.assert_allclose(told[:, 1], trial.measured[:, 1], atol=1e-9)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -15,10 +18,14 @@ from diagnosis.turning_pendulum import recorded as turned_over
 from synth.cli import main
 from synth.diagnosis.check import run
 from synth.diagnosis.check.check_result import Check
+from synth.diagnosis.check.clocks import clock_findings, sampling
+from synth.diagnosis.check.coverage import coverage_findings
 from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.check.separability import Showing
+from synth.drives.servo import Servo, ServoSignals
 from synth.files.gap_project import GapProject, Tolerance
 from synth.files.trial_list import Trial
+from synth.fit.recordings import recordings
 from synth.swing.leg_model import Damper, Leg, Spring
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "gap"
@@ -53,6 +60,60 @@ def test_good_recordings_have_no_fault_and_correct_noise(clean: Check) -> None:
     assert [channel.noise for channel in clean.channels] == pytest.approx([NOISE, NOISE], rel=0.1)
     assert all(channel.count == 0.0 for channel in clean.channels)
     assert all(lag.late.low is not None and lag.late.low < 0.0 < (lag.late.high or 0.0) for lag in clean.lags)
+
+
+def test_stated_noise_is_used() -> None:
+    quiet, loud = recorded(off(TWO, 3), seed=1), np.radians(0.5)
+    found = run.check(replace(project(TWO, quiet), noise={"knee": loud}))
+    assert found.channels[TWO.joint_names.index("knee")].noise == loud
+    other = run.check(project(TWO, quiet))
+    for told in (found, other):
+        assert told.usable
+    sizes = [showing(told, "coulomb_friction", "knee").visible_from for told in (found, other)]
+    loudest, plain = (size["torque"].value if size else np.inf for size in sizes)
+    assert loudest > 2.0 * plain
+
+
+HASHED = """
+import sys
+from dataclasses import replace
+from pathlib import Path
+from synth.files.output import write_json
+sys.path.insert(0, sys.argv[1])
+from diagnosis.simulated_releases import TWO, off, recorded
+from diagnosis.test_gap_check import project
+from synth.diagnosis.check import run
+write_json(Path(sys.argv[2]), run.check(project(TWO, recorded(off(TWO, 3), seed=1))).as_json())
+"""
+
+
+def test_the_same_recordings_give_the_same_bytes(tmp_path: Path) -> None:
+    """A set of names has another order under each seed of Python's hash."""
+    written = []
+    for seed in ("0", "1", "2"):
+        tests = str(Path(__file__).resolve().parents[1])
+        command = [sys.executable, "-c", HASHED, tests, str(tmp_path / f"{seed}.json")]
+        subprocess.run(command, check=True, env={**os.environ, "PYTHONHASHSEED": seed})
+        written.append((tmp_path / f"{seed}.json").read_bytes())
+    assert len(set(written)) == 1
+
+
+@pytest.mark.parametrize("slow", [True, False])
+def test_a_servo_s_commands_are_no_free_motion(slow: bool) -> None:
+    """Its leg moves as it is told: neither a clock in other units nor a recording that ends too early."""
+    knee, hz = HANGING.joint_names[0], 0.02 if slow else 0.8
+    leg = HANGING.with_joints(**{knee: {"drive": Servo(gain=6.0, damping_gain=0.15)}})
+    time = np.arange(0.0, 0.95 / hz, 0.01 / hz)
+    rest = leg.to_measured(leg.rest)
+    angle = rest[0] + np.radians(30.0) * np.sin(2.0 * np.pi * hz * time)[:, None]
+    signals = ServoSignals(time, angle, np.full((len(time), 1), 12.0), np.ones((len(time), 1)))
+    made = recordings(leg, [Trial(name="a.csv", time=time, angles=angle, signals=signals)], ())
+    assert all(recording.driven for recording in made)
+    assert clock_findings(leg, made, [sampling(recording) for recording in made]) == []
+    assert coverage_findings(leg, made, ()) == []
+    free = [replace(recording, signals=None) for recording in made]
+    assert bool(clock_findings(leg, free, [sampling(recording) for recording in free])) == slow
+    assert len(coverage_findings(leg, free, ())) == 1
 
 
 def test_base_tilt_and_encoder_offset_are_inseparable_without_a_spring() -> None:

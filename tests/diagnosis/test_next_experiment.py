@@ -76,3 +76,39 @@ def test_the_best_variation_is_the_trial() -> None:
     found = next_experiment(plant, [(4.0, 0.5), (0.0, 0.5)], "Why.")
     assert found is not None
     assert [what for what, _ in found.menu] == ["round 9", "held"]
+
+
+class LateFit(float):
+    """An explanation with one cause."""
+
+    def __new__(cls, value: float, effect: str) -> LateFit:
+        made = super().__new__(cls, value)
+        made.hypothesis = [SimpleNamespace(key=(effect, "knee"))]
+        return made
+
+    hypothesis: list[Any]
+
+
+@pytest.mark.parametrize(
+    ("effects", "release", "keys", "said"),
+    [
+        (("latency", "torque_delay"), {"knee": 0.5}, {}, True),
+        (("latency", "torque_delay"), {"hip": 0.1, "knee": 0.5}, {"locked": ["hip"]}, True),
+        (("latency", "torque_delay"), {"hip": 0.1, "knee": 0.5}, {}, False),  # late against the other
+        (("torque_gain", "torque_delay"), {"knee": 0.5}, {}, False),
+    ],
+)
+def test_a_late_reading_shows_in_free_motion_only_from_the_release_on(
+    effects: tuple[str, str], release: dict[str, float], keys: dict[str, Any], said: bool
+) -> None:
+    class Released(Menu):
+        def menu(self) -> list[Any]:
+            (item,) = super().menu()
+            return [SimpleNamespace(**{**vars(item), "release": release, "keys": keys})]
+
+    plant: Any = Released({"a release": 1.0})
+    rivals = [(LateFit(4.0, effects[0]), 0.5), (LateFit(0.0, effects[1]), 0.5)]
+    found = next_experiment(plant, rivals, "Why.")
+    assert found is not None
+    assert ("if its recording begins exactly at the release" in found.why) is said
+    assert found.why.endswith(".")

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from synth.diagnosis.sentences import ErrorWording, sentence
+import pytest
+
+from synth.diagnosis.sentences import ErrorWording, sentence, what_is_open
 from synth.estimation.intervals import Estimate
 
 TOLD = ErrorWording(
@@ -29,3 +31,37 @@ def test_a_common_cause_is_said_once_and_first() -> None:
     common = replace(TOLD, common=["the knee has backlash"])
     said = sentence("tie", ["the hip sticks"], [["the hip slips"]], 0.5, common)
     assert said.startswith("The knee has backlash, and either the hip sticks, or the hip slips: these trials cannot")
+
+
+def degrees(value: float) -> Estimate:
+    return Estimate(math.radians(value), "deg")
+
+
+def test_tied_explanations_are_told_with_the_range_of_their_own_errors() -> None:
+    told = replace(TOLD, falls_from="0.2°", before=degrees(0.2), after=degrees(0.13), each=[degrees(0.047)])
+    said = sentence("tie", ["the hip sticks"], [["the hip slips"]], 0.5, told)
+    assert "With any of them the error on unseen releases falls from 0.2° to between 0.047° and 0.13°, noise" in said
+    said = sentence("tie", ["the hip sticks"], [["the hip slips"]], 0.5, replace(told, each=[degrees(0.1301)]))
+    assert "falls from 0.2° to 0.13°, noise" in said
+    said = sentence("tie", ["the hip sticks"], [["the hip slips"]], 0.5, replace(told, each=[degrees(0.3)]))
+    assert "goes from 0.2° to between 0.13° and 0.3°, noise" in said
+
+
+@pytest.mark.parametrize(
+    ("after", "takes", "words"),
+    [
+        (0.24, -0.09, "it does not reduce the gap: the error on unseen releases rises from 0.22° to 0.24°"),
+        (0.2199, 0.001, "it does not reduce the gap: the error on unseen releases stays at 0.22°"),
+        (0.02, 0.91, "it takes 91 % of the gap: the error on unseen releases falls from 0.22° to 0.02°"),
+    ],
+)
+def test_an_error_falls_only_where_it_does(after: float, takes: float, words: str) -> None:
+    told = replace(TOLD, falls_from="0.22°", before=degrees(0.22), after=degrees(after), takes=takes)
+    assert f"The hip sticks, 80 %; {words}, noise" in sentence("effect", ["the hip sticks"], [], 0.8, told)
+
+
+def test_a_gap_within_the_accuracy_is_not_told_as_no_missing_effect() -> None:
+    assert what_is_open("none", [""]).startswith("These trials show no missing effect")
+    within = what_is_open("none", [""], within=True)
+    assert "below the required accuracy" in within
+    assert "no missing effect" not in within

@@ -19,7 +19,7 @@ from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.score import score
 from synth.diagnosis.unseen import folds, independent, jackknife, unseen
-from synth.diagnosis.verdict import judge, of_no_account, paying
+from synth.diagnosis.verdict import judge, of_no_account, paying, with_counts
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 
@@ -273,6 +273,8 @@ def test_a_gap_below_the_requested_accuracy_gives_none() -> None:
     none, single = assessed(held_out_error(*[100] * 3)), assessed(held_out_error(*[10] * 3), FRICTION)
     judged = of_no_account(judge(Hypotheses(none, (single,), ())), none)
     assert (judged.verdict, judged.accepted, judged.none) == ("none", none, 1.0)
+    counted = of_no_account(with_counts(judge(Hypotheses(none, (single,), ())), coarse=True), none)
+    assert (counted.counts, counted.none, counted.probability) == (0.0, 1.0, 0.0)
 
 
 def test_the_remainder_is_the_error_above_the_noise() -> None:
@@ -285,3 +287,12 @@ def test_the_remainder_is_the_error_above_the_noise() -> None:
     assert found.times_noise == pytest.approx(2.0)
     assert found.place() == "at the knee while it swings"
     assert set(found.as_json()) == {"rms", "share", "times_noise", "where"}
+
+
+def test_a_remainder_larger_than_the_gap_is_said() -> None:
+    counts = np.full((2, 4), 50.0)
+    squares = {"before": counts * 5.0 * NOISE**2, "after": counts * 10.0 * NOISE**2}
+    errors = PredictionErrors(squares, counts, counts * NOISE**2, 0)
+    assert Remainder.of(errors, "after", {}, {}).share == pytest.approx(1.5)
+    none = replace(errors, squares={**squares, "before": counts * 1.04 * NOISE**2})  # no gap to speak of
+    assert Remainder.of(none, "after", {}, {}).share == 1.0

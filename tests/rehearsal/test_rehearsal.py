@@ -278,7 +278,18 @@ def test_a_result_has_sizes_confusions_and_false_alarms(rig: Rig) -> None:
     assert found["nothing_planted"] == {"cases": 2, "right": 1, "taken_for": {"latency (hip)": 1}}
     assert found["not_in_the_library"]["right"] == 1
     assert "named in 1 of 2" in found["sentence"]
-    assert "1 of 2 causes that can act in this leg were found" in found["sentence"]
+    assert "1 of 2 causes that were planted were found at some size." in found["sentence"]
+    left = len(places(rig, 0)) - 3
+    assert f" {left} further causes that may act in this leg were not planted." in found["sentence"]
+    all_of_them = [outcome(effect, max(joint, 0), 2, True) for effect, joint in places(rig, 0)]
+    names = {-1: "base", **dict(enumerate(rig.nominal.names))}
+    planted = [
+        replace(made, planted=(effect, names[joint]))
+        for made, (effect, joint) in zip(all_of_them, places(rig, 0), strict=True)
+    ]
+    sentence = RehearsalResult("leg", rig, 0, tuple(planted), {}).sentence
+    assert f" of {len(planted)} causes that can act in this leg were found" in sentence
+    assert "not planted" not in sentence
     assert json.dumps(found, allow_nan=False)
 
 

@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import re
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from html import unescape
@@ -21,6 +22,7 @@ from diagnosis.made_result import FRICTION, made_result
 from page_reader import check_words, drawings, page_of
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
+from synth.estimation.intervals import Estimate
 from synth.files.gap_project import GapProject, Tolerance
 from synth.files.leg_file import read_leg
 from synth.reports import quantities, write_gap_report
@@ -40,6 +42,7 @@ def written(tmp_path: Path) -> Folder:
 
     def made(result: GapResult) -> Path:
         folder = tmp_path / "out"
+        shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir()
         result = replace(result, inputs={"gap.yaml": "ab" * 32})
         project = GapProject(Path("gap.yaml"), "robot", result.leg, (), Tolerance(), 0, (), ())
@@ -223,6 +226,43 @@ def test_every_verdict_has_its_page(written: Folder, verdict: str, words: str) -
     assert ("nearest explanation, not accepted" in page.text) == (verdict == "unknown")
     assert "none: no effect is missing" in page.text
     assert "unknown: not in the library" in page.text
+
+
+def test_a_gap_within_the_accuracy_is_not_told_as_no_missing_effect(written: Folder) -> None:
+    _, page = page_of(written(replace(made_result("none"), within_accuracy=True)) / "report.html")
+    assert "the gap is below the required accuracy; causes were not judged" in page.text.lower()
+    assert "no effect is missing" not in page.text
+    assert "no missing effect" not in page.text
+    assert "show no effect" not in page.text
+
+
+def test_causes_that_were_not_accepted_are_not_in_the_diagnosed_leg(written: Folder, effect: GapResult) -> None:
+    _, page = page_of(written(replace(effect, verdict="unknown")) / "report.html")
+    assert "Nearest, not accepted" in page.text
+    assert "is the nominal leg fitted within its tolerances, without this effect." in page.text
+    assert "is the nominal leg with this effect." not in page.text
+    _, page = page_of(written(effect) / "report.html")
+    assert "is the nominal leg with this effect." in page.text
+
+
+def test_an_explanation_that_predicts_worse_removes_nothing(written: Folder, effect: GapResult) -> None:
+    _, page = page_of(written(replace(effect, shrink=Estimate(-0.08, "1", -0.2, 0.05))) / "report.html")
+    assert re.search(r"With the explanation the gap above the noise rises by\s+8\s%", page.text)
+    assert "removes −8" not in page.text
+    assert "largest reduction" not in page.text
+
+
+def test_the_page_says_how_the_trials_were_predicted(written: Folder, effect: GapResult) -> None:
+    for how, words, note in (
+        ("held_out", "left out of the diagnosis", "error on unseen trials"),
+        ("fitted", ", the one that was fitted", "error on the trial that was fitted"),
+        ("in_turn", ", each in turn predicted from the others", "error on each trial, predicted from the others"),
+        ("pieces_in_turn", ", each piece in turn predicted", "error on each piece of the recording, predicted from"),
+    ):
+        trials = tuple(replace(trial, held_out=trial.scored and how == "held_out") for trial in effect.trials)
+        _, page = page_of(written(replace(effect, scored_by=how, trials=trials)) / "report.html")
+        assert words in page.text
+        assert note in page.text
 
 
 def test_a_cause_that_is_not_sure_is_favoured_and_not_identified(written: Folder, effect: GapResult) -> None:

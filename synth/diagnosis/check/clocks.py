@@ -70,7 +70,7 @@ def clock_findings(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sam
 
 def _another_clock(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sampling]) -> list[Finding]:
     """Motion far slower or faster than springs, gravity and dampers of the designed leg allow."""
-    free = [(r, one) for r, one in zip(recordings, made, strict=True) if r.known_torque is None]
+    free = [(r, one) for r, one in zip(recordings, made, strict=True) if not r.driven]
     span = _natural(leg)
     if not free or span is None:
         return []

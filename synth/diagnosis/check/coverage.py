@@ -152,7 +152,7 @@ def _cut_short(recordings: Sequence[Recording]) -> list[Finding]:
     """Free recordings that end before the leg comes to rest."""
     moving = []
     for recording in recordings:
-        if recording.known_torque is not None or not recording.free:
+        if recording.driven or not recording.free:
             continue
         rate = np.abs(recording.smoothed.rate[:, recording.free])
         last = max(int(LAST * len(rate)), 1)

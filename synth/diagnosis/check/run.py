@@ -49,11 +49,11 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
     tell("channels, clocks and ranges")
     leg = project.leg
     warnings = check_trials(leg, project.trials)
-    scene, more = scene_of(leg, project.trials, project.tolerance, project.seed)
+    scene, more = scene_of(leg, project.trials, project.tolerance, project.seed, project.noise)
     # Whole, not the pieces that they are compared in: in a piece a joint may hold still while another moves.
     learnt = [trial.recording for trial in wholes(scene.given)]
     recordings = [*learnt, *(trial.recording for trial in wholes(scene.held))]
-    found = sensor(learnt)
+    found = sensor(learnt).stated(leg.joint_names, project.noise)
     read = channels(leg.joint_names, recordings, found)
     steps = tuple(sampling(recording) for recording in recordings)
     covered = coverage(leg, learnt)

@@ -131,7 +131,8 @@ def separability(
         against = [_nearest(gram, true, others) for other, others in by_key.items() if other != key]
         pairs[key] = sorted(against, key=lambda pair: pair.sine)
     showings = tuple(_showing(_plainest(own), pairs[key]) for key, own in by_key.items())
-    visible = {showing.key for showing in showings if showing.visible_from is not None}
+    # Not a set, whose order differs from run to run.
+    visible = [showing.key for showing in showings if showing.visible_from is not None]
     alike = [pair for key in visible for pair in pairs[key] if pair.sine < ALIKE and pair.other.key in visible]
     order = {key: place for place, key in enumerate(by_key)}
     sines = np.zeros((len(order), len(order)))

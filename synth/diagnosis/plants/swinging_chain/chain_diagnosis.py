@@ -112,6 +112,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         self.scored, self.held_out, self.n_tolerance = scene.scored, bool(scene.held), scene.bench.n_tolerance
         self.whole = wholes(scene.scored)
         self.accuracy, self.motion = scene.accuracy, scene.motion_trusted(self.calibration.accuracy)
+        self.own_motion = scene.motion
         self.most_rivals = MOST_RIVALS if has_servo(scene.leg, scene.given) else RIVALS
         self.independent = EFFECTIVE * len(scene.leg.joints)
         self._free: tuple[FreeTorque, ...] | None = None
@@ -318,17 +319,17 @@ def diagnose(
     scene = replace(scene, accuracy=accuracy, next_command=next_command or NextCommand())
     plant = SwingingChain(scene, warnings)
     findings = any_plant.diagnose(plant, progress or (lambda text: None))
-    stages, errors, judged = findings.stages, findings.stages.errors, findings.judged
+    stages, errors = findings.stages, findings.stages.errors
     tolerances = scene.tolerances
     nominal = tolerances.leg(leg, findings.found.none.fit.unknowns)
     # The torque of accepted effects is missing from the leg without them, not from one whose dampers replace them.
-    bare = tolerances.leg(leg, findings.best.unknowns[: tolerances.size])
+    bare = tolerances.leg(leg, findings.likeliest.unknowns[: tolerances.size])
     missing = [missing_torque(bare, trial) for trial in plant.whole]
     shown = plant.shown(stages)
     return GapResult(
         **findings.fields(),
         leg=leg,
-        where=where(nominal, plant.whole, shown.before, scene.usual, missing, _blamed(judged, leg)),
+        where=where(nominal, plant.whole, shown.before, scene.usual, missing, _blamed(findings.odds, leg)),
         as_designed=errors.figure("as_designed"),
         before=errors.figure("before"),
         after=errors.figure("after"),
@@ -364,9 +365,7 @@ def scene_of(
             f"learnt from; the other {len(spare)} only score"
         )
     held = (*(trial for trial in prepared if trial.held_out), *(replace(trial, held_out=True) for trial in spare))
-    found = sensor([trial.recording for trial in learnt])
-    for joint, known in (noise or {}).items():
-        found.noise[leg.joint_names.index(joint)] = known
+    found = sensor([trial.recording for trial in learnt]).stated(leg.joint_names, noise)
     coarse = coarse_counts(found)
     tolerances = Tolerances.of(leg, tolerance)
     predictor = Predictor(leg, tolerances)
