@@ -61,10 +61,10 @@ def ready(project: FitProject) -> Ready:
         raise UserError(Problem(text, str(project.path), key="trials"))
     held_out = [trial for trial in project.trials if trial.held_out]
     leg, both = project.leg, (recordings(project.leg, fitted), recordings(project.leg, held_out, ()))
-    *own, messages = without_copies(*both, str(project.path))
+    own, checks, messages = without_copies(*both, str(project.path))
     if project.release == "recorded":
-        return Ready(project, *own, messages if wanted is None else wanted.messages, wanted)
-    begun = [from_release(leg, some) for some in own]
+        return Ready(project, own, checks, messages if wanted is None else wanted.messages, wanted)
+    begun = [from_release(leg, some) for some in (own, checks)]
     messages = (*messages, *begun[0].messages, *begun[1].messages)
     return Ready(project, begun[0].recordings, begun[1].recordings, messages)
 

@@ -76,10 +76,10 @@ def read_motion(project: LegProject) -> SourceMotion:
     if driven:
         raise UserError(driven)
     both = recordings(project.source, fitted), recordings(project.source, held_out, ())
-    *own, copied = without_copies(*both, str(project.path), "source.trials")
+    own, checks, copied = without_copies(*both, str(project.path), "source.trials")
     if project.release == "recorded":
-        return SourceMotion(tuple(own[0]), tuple(own[1]), project.time_scale, (*project.messages, *copied))
-    begun = [from_release(project.source, some) for some in own]
+        return SourceMotion(tuple(own), tuple(checks), project.time_scale, (*project.messages, *copied))
+    begun = [from_release(project.source, some) for some in (own, checks)]
     notes = (*copied, *begun[0].messages, *begun[1].messages)
     return SourceMotion(tuple(begun[0].recordings), tuple(begun[1].recordings), project.time_scale, notes)
 

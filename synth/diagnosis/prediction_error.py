@@ -108,7 +108,8 @@ class PredictionErrors:
         resample's variance is ``(n - 1) / n`` of the trials', and Student's distribution is wider than the normal. Ends
         are moved away by that, as ratios, since the figures are errors. That holds 76 to 91 %.
         """
-        ends, value = np.percentile(figure(self._whole_trials()), [5.0, 95.0]), float(figure(None))
+        ends = np.percentile(figure(self._whole_trials()), [5.0, 95.0])  # 90 % interval
+        value = float(figure(None))
         number = len(self.counts)
         if number > 1:
             wider = np.sqrt(number / (number - 1.0)) * student95(number - 1) / NORMAL90

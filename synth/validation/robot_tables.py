@@ -100,7 +100,8 @@ def table_3(data: LabData, target: RobotTarget) -> ComparisonTable:
 
 def _common(published: Array, fit: FitResult, common: Variant) -> list[str]:
     """Whether one free angle for all releases explains published spring rates, against ``fit`` with one per release."""
-    within, explained = [], []
+    within: list[str] = []
+    explained: list[str] = []
     for j, (name, one) in enumerate(common.spring_rate.items()):
         own, rate = fit.joints[name].spring_rate, float(published[0, j])
         if not inside(one, rate):
