@@ -227,7 +227,7 @@ def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption
 
 
 @dataclass(frozen=True)
-class _BearingBought:
+class _BoughtBorne:
     """Bought springs that bear the joint's travel, those that do not, the number of these and of the others that cannot
     be drawn by reason, and the number that was not looked at.
     """
@@ -238,7 +238,7 @@ class _BearingBought:
     more: int
 
 
-def _borne(rows: Sequence[tuple[TorsionSpringRow, int]], source: SpringSource, rate: float, most: int) -> _BearingBought:
+def _borne(rows: Sequence[tuple[TorsionSpringRow, int]], source: SpringSource, rate: float, most: int) -> _BoughtBorne:
     """The first ``most`` of these springs (each with its number in parallel) that bear the travel and can be drawn."""
     holding: list[SpringOption] = []
     passing: list[SpringOption] = []
@@ -260,7 +260,7 @@ def _borne(rows: Sequence[tuple[TorsionSpringRow, int]], source: SpringSource, r
         against[f"{row.vendor} {row.part}"] = reason
     kept = {f"{option.row.vendor} {option.row.part}" for option in holding if option.row is not None}
     reasons = Counter(reason for name, reason in against.items() if name not in kept)
-    return _BearingBought(holding, passing, dict(sorted(reasons.items())), len(rows) - looked)
+    return _BoughtBorne(holding, passing, dict(sorted(reasons.items())), len(rows) - looked)
 
 
 def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOption]) -> list[SpringOption]:

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
 FEWEST = 12  # samples of a trial: fewer determine neither its noise nor its initial state
 LEAST_MOTION = np.radians(0.5)  # rad; a smaller motion is not a release
-LOCKED = np.radians(5.0)  # 5 to 95 % of the samples: a clamped joint gives less, even with its play
+LOCKED = np.radians(5.0)  # rad, of most samples: a clamped joint gives less, even with its play
+MOST_SAMPLES = (0.05, 0.95)  # shares of the samples between which a joint's range is taken: glitches do not count
 
 
 @dataclass(frozen=True)
@@ -177,12 +178,14 @@ def recordings(leg: Leg, trials: Sequence[Trial], sought: Sequence[str] | None =
 
     Raises
     ------
-    UserError : a trial is too short, a joint has too few samples, or a free joint moves in no trial.
+    UserError : a trial is too short, a joint has too few samples, or a free joint moves in no trial; where any is
+        sought, a locked joint moves.
     """
     made, problems = [], []
     for trial in trials:
         try:
             made.append(_recording(leg, trial))
+            problems += _moving_locked(leg, trial) if sought is None or sought else []
         except UserError as error:
             problems += error.problems
     problems += [] if problems else _unmoved(leg, made, sought)
@@ -208,9 +211,6 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
     locked = tuple(names.index(name) for name in trial.locked)
     counts = ~lost
     smoothed = _with_velocities(leg, trial, read, smooth(time, rotation, lost, locked=locked))
-    moved = [_moves_though_locked(names[j], rotation[~lost[:, j], j]) for j in locked]
-    if any(moved):
-        raise UserError([Problem(text, file=trial.name, key="locked") for text in moved if text])
     for j in locked:
         held = float(np.median(rotation[~lost[:, j], j]))
         rotation[:, j], smoothed.angle[:, j], smoothed.rate[:, j] = held, held, 0.0
@@ -232,15 +232,17 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
     )
 
 
-def _moves_though_locked(name: str, angle: Array) -> str:
-    """What is wrong with a locked joint whose angle (m,) rad changes; empty if it does not."""
-    low, high = np.quantile(angle, [0.05, 0.95])
-    if high - low <= LOCKED:
-        return ""
-    return (
-        f"{name} is listed as locked, but its angle changes by {np.degrees(high - low):.3g} deg. List the joints that "
-        "were held in this trial, or leave the trial out"
-    )
+def _moving_locked(leg: Leg, trial: Trial) -> list[Problem]:
+    """Joints listed as locked whose angles change."""
+    problems = []
+    for name in trial.locked:
+        angle = trial.angles[:, leg.joint_names.index(name)]
+        low, high = np.nanquantile(angle, MOST_SAMPLES)
+        if high - low > LOCKED:
+            text = f"{name} is listed as locked, but its angle changes by {np.degrees(high - low):.3g} deg. List the "
+            text += "joints that were held in this trial, or leave the trial out"
+            problems.append(Problem(text, file=trial.name, key="locked"))
+    return problems
 
 
 def _servo_torque(leg: Leg, signals: ServoSignals, smoothed: Smoothed) -> Array:

@@ -124,22 +124,10 @@ def test_dampers_that_cannot_be_arranged_stand_once_at_their_place(
         assert any(" at " in row["part"] for row in one_way) == off
 
 
-def test_springs_that_do_not_bear_the_requested_travel_do_not_fit(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """More than a turn bends every wire of this rate and size beyond its yield."""
-    (folder / "knee.yaml").write_text(WISH.replace("parallel: 2", "parallel: 2, travel: 400 deg"))
-    text = "\n".join(shown(capsys, "knee.yaml"))
-    assert "springs of 2.2 N*m/rad: 0 fit" in text
-    assert "yields within 400 deg" in text
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("kind: part-wish\n", "requests nothing"),
-        ("kind: part-wish\nspring: {rate: 2.2 N*m/rad, make: true}\n", '"make" is not a key here'),
-        ("kind: part-wish\ndamper: {part: 6597K19}\n", '"part" is not a key here'),
         ("kind: part-wsh\n", "did you mean"),
         ("kind: leg-design\n", 'is read by "synth leg"'),
         ("kind: part-wish\nspring: {rate: 2.2}\n", "spring.rate"),
