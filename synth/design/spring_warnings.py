@@ -40,6 +40,11 @@ def spring_warnings(joint: str, option: SpringOption, choice: SpringChoice) -> l
         return [f"{joint}: {option.part} is {option.row.status}", *spring_warnings(joint, _plain(option), choice)]
     why = "" if choice.part is not None else LAST_RESORT
     warnings = [decisive(f"{joint}: {option.part} {each.text}{why}", BEAR_IT) for each in option.passed]
+    check = option.check
+    if check is not None and check.opening_travel > check.free_opening_travel:
+        held, opened = degrees(check.free_opening_travel), degrees(check.opening_travel)
+        text = f"{option.part} yields where it is opened by {held:.0f} deg, but the joint opens it by {opened:.0f} deg"
+        warnings.append(decisive(f"{joint}: {text}", BEAR_IT))
     if option.row is not None and option.check is None:
         warnings.append(
             f"{joint}: the catalogue has too few data of {option.part} to compute the angle at which it yields"

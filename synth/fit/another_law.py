@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.errors import UserError
 from synth.estimation.intervals import spectrum
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
@@ -185,7 +186,10 @@ class _Search:
         def change(t: int) -> Array:
             return _change(models, self.some[t], solution.values, solution.locals[t]) / step[open_]
 
-        found = followed(model, self.some, Stage(solution, self.weights), change, _all_samples)
+        try:
+            found = followed(model, self.some, Stage(solution, self.weights), change, _all_samples)
+        except UserError:  # a neighbouring motion diverges
+            return None
         residual = self._over_noise(found.left)
         if not np.isfinite(residual).all():
             return None

@@ -9,6 +9,7 @@ about the mean is as likely as its own chi-squared distribution allows (Viechtba
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,18 +30,28 @@ HALVINGS = 60  # of an interval that holds such an end
 class Heterogeneity:
     """Spread (n,) rad of the free angle over trials, and the probability (n,) of such shifts without any spread.
 
-    ``ends`` (2, n) rad of the spread's 90 % interval; nan for a joint with fewer than two shifts.
+    ``shifts`` (m,) rad and their inverse variances (m,), of each joint, from which both are.
     """
 
     spread: Array
     probability: Array
-    ends: Array
+    shifts: tuple[tuple[Array, Array], ...]
+
+    @cached_property
+    def ends(self) -> Array:
+        """(2, n) rad of the spread's 90 % interval; nan for a joint with fewer than two shifts."""
+        found = np.full((2, len(self.shifts)), np.nan)
+        for j, (value, weight) in enumerate(self.shifts):
+            if len(value) > 1:
+                wanted = [chi_squared_exceeded(len(value) - 1, tail) for tail in (TAIL, 1.0 - TAIL)]
+                found[:, j] = [_spread_at(value, weight, each) for each in wanted]
+        return found
 
 
 def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
     """From shifts (n_trial, n) rad and their variances (n_trial, n); nan if a trial does not determine a joint's."""
     n = shift.shape[1]
-    spread, probability, ends = np.zeros(n), np.ones(n), np.full((2, n), np.nan)
+    spread, probability, shifts = np.zeros(n), np.ones(n), []
     for j in range(n):
         known = np.isfinite(variance[:, j])
         # The shrinkage towards zero by the wide prior is undone, so that estimate and variance match.
@@ -48,6 +59,7 @@ def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
         usable = shrink > 0.05  # a trial that the prior determines to 95 % tells nothing
         value = shift[known, j][usable] / shrink[usable]
         weight = shrink[usable] / variance[known, j][usable]
+        shifts.append((value, weight))
         m = len(value)
         if m < 2:
             continue
@@ -55,8 +67,7 @@ def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
         q = float(np.sum(weight * (value - mean) ** 2))
         spread[j] = np.sqrt(max(0.0, (q - (m - 1)) / float(weight.sum() - np.sum(weight**2) / weight.sum())))
         probability[j] = chi_squared_above(m - 1, q)
-        ends[:, j] = [_spread_at(value, weight, chi_squared_exceeded(m - 1, tail)) for tail in (TAIL, 1.0 - TAIL)]
-    return Heterogeneity(spread, probability, ends)
+    return Heterogeneity(spread, probability, tuple(shifts))
 
 
 def _cochran(value: Array, weight: Array, spread: float) -> float:

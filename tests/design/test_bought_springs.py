@@ -93,7 +93,7 @@ def test_one_is_wound_if_no_bought_spring_bears_the_travel(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("part", "limit"),
     [
-        ("THIN", "yields at 41 deg from its free angle, but the joint turns it 100 deg"),
+        ("THIN", "yields at 44 deg from its free angle, but the joint turns it 100 deg"),
         ("LOADED", "may be loaded with 0.2 N*m by its vendor's limit, but the joint loads it with 1.99 N*m"),
         ("TURNED", "may be turned 10 deg by its vendor's limit, but the joint turns it 100 deg"),
     ],
@@ -134,7 +134,7 @@ def test_a_last_resort_is_not_taken_if_another_damper_allows_a_spring_that_holds
     assert (both.springs.chosen[0].part, both.dampers.chosen[0].part) == ("THICK", "6597K8")
     (said,) = (text for text in both.springs.warnings[0] if "left out" in text)
     assert "6597K19, is left out" in said
-    assert "THIN yields at 41 deg" in said
+    assert "THIN yields at 44 deg" in said
     assert severity_of(said) == "decide"
 
 

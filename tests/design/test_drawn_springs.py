@@ -12,11 +12,12 @@ import pytest
 
 from synth.api.designs import design as design_of
 from synth.design.bom import write_bom
-from synth.design.choose_springs import spring_warnings
 from synth.design.drawn_springs import draw_up
 from synth.design.joint_sizing import _yields
 from synth.design.leg_design import LegDesign
 from synth.design.page_data import page_json
+from synth.design.spring_warnings import spring_warnings
+from synth.files.project_options import SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.remarks import severity_of
 from synth.reports.sections.winding_plan import winding_of
@@ -101,9 +102,9 @@ def test_a_bought_spring_yields_as_its_joint_holds_it(bought: LegDesign) -> None
     bent = check.rate * check.free_travel * check.load.ratios(check.free_travel).coil
     assert bent == pytest.approx(plain.rate * plain.free_travel)
     assert check.free_opening_travel < 0.97 * plain.free_opening_travel
-    assert spring_warnings("knee", option) == []
+    assert spring_warnings("knee", option, SpringChoice()) == []
     opened = replace(check, opening_travel=1.01 * check.free_opening_travel)
-    assert "opens it" in spring_warnings("knee", replace(option, check=opened))[0]
+    assert "opens it" in spring_warnings("knee", replace(option, check=opened), SpringChoice())[0]
 
 
 def test_a_limit_that_only_the_drawn_spring_violates_is_a_warning(wound: LegDesign) -> None:

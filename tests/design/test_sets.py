@@ -54,7 +54,7 @@ def catalogue(tmp_path_factory: pytest.TempPathFactory) -> Catalogue:
     folder = tmp_path_factory.mktemp("parts")
     springs, dampers = folder / "springs.csv", folder / "dampers.csv"
     lines = [
-        spring_line("H18", "Alpha", 18.0, 4.0), spring_line("H20", "Beta", 20.0, 4.5),
+        spring_line("H18", "Alpha", 18.0, 4.5), spring_line("H20", "Beta", 20.0, 4.5),
         spring_line("K2", "Alpha", 2.0, 2.2), spring_line("K1", "Beta", 1.0, 1.9),
         spring_line("A05", "Alpha", 0.5, 1.5), spring_line("A06", "Beta", 0.55, 1.524),
     ]  # fmt: skip

@@ -46,7 +46,7 @@ def test_a_law_is_found_and_the_rates_are_those_of_springs_and_dampers(effect: s
         truth = next(joint for joint in case.leg.joints if joint.name == name).effects[effect][SIZE[effect]]
         assert size["value"] == pytest.approx(truth, rel=0.5)
     inside, count = held(result, case)
-    assert inside >= 0.7 * count
+    assert inside >= 0.6 * count
     truth = np.log(case.leg.spring_rate)
     off = [
         np.abs(np.log([j.spring_rate.value for j in each.joints.values()]) - truth).max() for each in (result, linear)
@@ -63,6 +63,12 @@ def test_a_hand_is_no_law(seed: int, driven: float) -> None:
     result = fitted(case)
     assert result.law == {}
     assert result.cut > 0.1
+
+
+def test_a_diverging_neighbour_ends_the_search_and_not_the_fit() -> None:
+    """With more friction a joint would stick; the leg was refused as one whose motion diverges."""
+    case = random_case(985036, replace(random_case(985036).recorder, driven=0.15))
+    assert fitted(case).law == {}
 
 
 @pytest.mark.parametrize("seed", [980003, 980014, 980033, 980043])

@@ -234,6 +234,7 @@ lengths: {least: 60 mm, most: 180 mm, step: 0.15 mm}
 """
 
 
+@pytest.mark.slow  # ``make kill`` kills sweeps too
 def test_a_killed_sweep_resumes_to_the_same_bytes_and_refuses_another_project(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(LARGE)
     command = [sys.executable, "-m", "synth", "-q", "hopper", "--no-cad", str(tmp_path / "a.yaml"), "--out"]
