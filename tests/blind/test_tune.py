@@ -49,6 +49,7 @@ def searched_once(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(module, "search", once)
 
 
+@pytest.mark.slow  # like the rig's
 def test_a_stored_search_of_a_case_gives_the_verdict_of_its_diagnosis(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -140,6 +140,7 @@ def test_changed_link_masses_are_reported_with_both_figures(design: dict[str, An
     assert 1 <= design["mass_rounds"]["count"] <= 5
 
 
+@pytest.mark.slow  # a second design with solids
 def test_measured_springs_set_the_seats_and_keep_the_parts(
     project: Path, result: Path, design: dict[str, Any], tmp_path: Path
 ) -> None:

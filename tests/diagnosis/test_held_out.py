@@ -15,6 +15,7 @@ from synth.files.gap_project import read_gap_project
 CASE = Path(__file__).parents[3] / "shared/cases/gap/khs6wm2x"
 
 
+@pytest.mark.slow  # a whole case of ``../shared``
 def test_a_tip_mass_that_only_a_held_out_trial_carries_does_not_contradict_the_cause() -> None:
     """By another generator: friction that falls with speed at the knee, at three noise floors.
 

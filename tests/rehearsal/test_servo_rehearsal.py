@@ -123,6 +123,7 @@ def test_planted_causes_move_a_leg_as_the_effects_of_the_other_engine_do(name: s
         assert apart < 0.03 * float(np.sqrt(np.mean((found - plain) ** 2)))
 
 
+@pytest.mark.slow  # like ``test_rehearsal``, on a servo
 def test_a_servo_s_cause_is_planted_and_found(tmp_path: Path) -> None:
     project = read_gap_project(written(tmp_path / "mine"))
     rig = users_rig(project)
