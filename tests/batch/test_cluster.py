@@ -21,6 +21,7 @@ from synth.cli import main
 from synth.errors import UserError
 
 
+@pytest.mark.slow  # ``make kill`` kills clusters too
 def test_neither_a_killed_worker_nor_a_killed_scheduler_loses_a_fit_or_changes_a_byte(tmp_path: Path) -> None:
     """Half-way one of two workers dies, then the scheduler; without a cluster it goes on, to a local run's bytes."""
     legs = folder_of_legs(tmp_path / "legs", 9)

@@ -90,6 +90,7 @@ def is_consistent(result: GapResult) -> bool:
         ),
     ],
 )
+@pytest.mark.slow  # one rig of ``make rigs``, diagnosed twice
 def test_the_verdict_does_not_depend_on_the_hand_driven_start(joint: str, tmp_path: Path) -> None:
     """The first 0.1 s are driven by the hand; with and without them the verdict is the same."""
     results = {}
