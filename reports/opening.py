@@ -100,9 +100,11 @@ def listed(names: Sequence[str], conjunction: str = "and") -> str:
 
 
 def shortly(words: str, most: int = MOST_FOREMOST_LETTERS) -> str:
-    """A text cut after a sentence or a word, with an ellipsis if it was cut."""
+    """A text cut after a sentence, or after a clause or a word with an ellipsis."""
     if len(words) <= most:
         return words
     cut = words[:most]
     stop = max(cut.rfind(". "), cut.rfind("; "))
-    return cut[: stop + 1] if stop > most // 2 else cut[: cut.rfind(" ")] + " …"
+    if stop <= most // 2:
+        return cut[: cut.rfind(" ")] + " …"
+    return cut[: stop + 1] if cut[stop] == "." else cut[:stop] + " …"

@@ -1,4 +1,4 @@
-"""The array type of all packages; shapes and units are given in each docstring."""
+"""The array types of all packages; shapes and units are given in each docstring."""
 
 from __future__ import annotations
 
@@ -6,3 +6,4 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]

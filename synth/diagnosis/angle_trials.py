@@ -10,9 +10,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.fit.recordings import Recording
-from synth.motion.smoothing import Mask
 from synth.swing.time_unit import time_unit
 
 PACES = 4.0  # most ratio of the time scales of trials that are simulated together

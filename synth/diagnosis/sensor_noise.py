@@ -15,10 +15,9 @@ from math import comb
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.fit.recordings import Recording
-from synth.fit.rounding import on_counts, width_of
-from synth.motion.smoothing import Mask
+from synth.fit.rounding import LEAST_GAP, on_counts, width_of
 
 ORDER = 6  # order of differences that isolate noise: the sixth difference of a smooth motion is almost zero
 FINE_ORDER = 10  # of those of every D-th sample: the motion takes over later
@@ -33,7 +32,6 @@ STEEPER = 1.5  # times that exponent, growth at smaller D if a filter is the rea
 OF_MOTION = 3e-3  # of the motion, below which differences of every D-th sample are not yet the motion's own
 FINE = 1e-4  # of the motion, below which the step of the readings is a file's rounding, not an encoder's count
 EVEN = 1e-3  # of the step, range of the steps of samples that count as even
-LEAST_GAP = 1e-7  # rad between readings; less is how a file is written
 LEAST = 1e-9  # rad: so that readings of a simulation have some noise
 ROUNDED = 2.0  # times the noise of rounding, below which differences show the rounding
 

@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.errors import UserError
 from synth.estimation.intervals import spectrum
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
-from synth.fit.following import Mask, followed
+from synth.fit.following import followed
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
 from synth.fit.link_errors import link_errors, link_widths
 from synth.fit.model_error import ModelError

@@ -10,16 +10,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.estimation.consider import Considered, Coupling, consider
 from synth.fit.least_squares import Stage, information_at, sample_weights
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
 from synth.threads import shared_out
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

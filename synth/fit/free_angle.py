@@ -12,12 +12,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.estimation.chi_squared import chi_squared_above, chi_squared_exceeded
-
-Mask = NDArray[np.bool_]
 
 WIDE = np.radians(10.0)  # spread with which shifts are first estimated: almost free
 LEAST_SPREAD = np.radians(0.01)  # rad, far below the accuracy of springs and encoders

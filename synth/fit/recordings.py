@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.drives.servo import Servo, ServoSignals
 from synth.errors import Problem, UserError
 from synth.motion.first_state import FirstState, first_state
-from synth.motion.smoothing import Mask, Smoothed, lost_samples, smooth
+from synth.motion.smoothing import Smoothed, lost_samples, smooth
 from synth.motion.thinning import thinned
 from synth.motion.velocity import unlike, with_velocities
 from synth.remarks import noted

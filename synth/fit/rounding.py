@@ -26,6 +26,7 @@ COARSE = 0.6  # noise over count, below which rounding is no longer like noise
 FINEST = 0.05  # noise over count that can be distinguished from zero
 FARTHEST = 3.0  # counts from the prediction; beyond it the error is not due to rounding
 CELLS = 600  # steps of the table over distance
+LEAST_GAP = 1e-7  # rad between readings; less is how a file is written
 LEAST_COUNT = 1e-6  # rad; smaller counts are the rounding of a text file
 SURE = 10.0  # counts from one level to the next, whose number a width known to a few per cent tells
 ON_GRID = 0.98  # share of the readings that must lie on the counts

@@ -12,8 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from synth.arrays import Array
-from synth.motion.smoothing import Mask
+from synth.arrays import Array, Mask
 
 WIDTH = 0.03  # s, support of the narrowest polynomial, as of ``smooth``
 LEAST = 5  # samples of a polynomial: a cubic and one degree of freedom

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.motion.foreign_torque import drive_after, polynomial_noise
-from synth.motion.smoothing import Mask, Smoothed, lost_samples, odd_points, smooth
+from synth.motion.smoothing import Smoothed, lost_samples, odd_points, smooth
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import absolute, coefficients, mass_matrix
 

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.motion.pace import pace
 
-Mask = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 # Of the motion's pace: the error of a cubic over this range of a sinusoid is 1e-5 of its amplitude. 30 ms at 2 Hz.

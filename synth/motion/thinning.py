@@ -17,8 +17,7 @@ from math import comb, sqrt
 
 import numpy as np
 
-from synth.arrays import Array
-from synth.motion.smoothing import Mask
+from synth.arrays import Array, Mask
 
 LONG = 6_000  # samples, up to which a recording is unchanged
 FEWEST = 2_500  # samples that are kept at least

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from synth.arrays import Array
-from synth.motion.smoothing import Mask
+from synth.arrays import Array, Mask
 from synth.planting.effect_makers import AT_BASE, EFFECTS
 from synth.planting.effect_size import PlainMotion, PlantedCause, combined
 from synth.planting.forms import Form, Maker, NotApplicable

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.compiling.compiled import keep_code_of
 from synth.diagnosis.sensor_noise import sensor
 from synth.drives.servo import Servo
 from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording, recordings
-from synth.motion.smoothing import Mask
 from synth.planting import bodies, engine, torque_laws
 from synth.planting.model import MOTOR_PARAMETERS, PlantedLeg, PlantedTrial, Truth
 from synth.planting.setup import LONGEST_LAG, Setup, as_built

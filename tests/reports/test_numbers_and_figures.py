@@ -16,6 +16,7 @@ from synth.reports.figures.axes import AxisScale, log_ticks, padded, tick_text, 
 from synth.reports.figures.spring_drawing import DrawnSpring, arms_of, spring_drawing
 from synth.reports.figures.svg import polyline_path, thinned
 from synth.reports.figures.torque_speed import RPM, law_points
+from synth.reports.opening import shortly
 from synth.reports.reading import ReportError, ResultTable, read_table
 from synth.reports.response_files import Response, extremes, file_of
 from synth.reports.sections.spring_sheet import drawing_of
@@ -244,3 +245,10 @@ def test_work_turns_the_near_arm_along_the_wires_winding(hand: str, sense: float
     far = arms_of(spring)[0].direction
     enclosed = abs(math.remainder(end - math.atan2(far[1], far[0]), math.tau))
     assert enclosed == pytest.approx(angle - travel if arms == "tangent" else angle + travel, abs=0.02)
+
+
+def test_a_long_text_is_cut_where_a_reader_expects_it() -> None:
+    assert shortly("One sentence here. Another one", 25) == "One sentence here."
+    assert shortly("A clause goes here; another one", 25) == "A clause goes here …"
+    assert shortly("words without any stop at all", 25) == "words without any stop …"
+    assert shortly("short", 25) == "short"

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.sensor_noise import FILTERED, AngleSensor
 from synth.fit.recordings import Recording
-from synth.motion.smoothing import Mask
 from synth.units import quantity
 
 LONG_RUN = 10  # consecutive equal readings; a turning point has fewer

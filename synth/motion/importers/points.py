@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers.foreign_data import Markers, listed, other_side
-from synth.motion.importers.swaps import Mask, exchanged, restored, swap_note
+from synth.motion.importers.swaps import exchanged, restored, swap_note
 from synth.swing.leg_model import Leg
 
 STRETCH = 0.2  # of a link's length; with a larger deviation a point is misplaced

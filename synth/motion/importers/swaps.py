@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 
 SHORTER = 0.25  # the exchanged step against the plain one, squared distances
 STRIDES = 6.0  # ordinary steps; a plain step must be larger
-
-Mask = NDArray[np.bool_]
 
 
 def exchanged(one: Array, other: Array) -> Mask:

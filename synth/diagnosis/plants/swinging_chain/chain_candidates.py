@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
@@ -16,7 +16,6 @@ from synth.diagnosis.plants.swinging_chain.pieces import wholes
 from synth.drives.servo import Servo, fed_together
 from synth.estimation.parameters import Parameter
 from synth.motion.pace import paces
-from synth.motion.smoothing import Mask
 from synth.swing.damper_curves import torque_at
 from synth.swing.effects import Effect, registered
 from synth.swing.effects.definition import Need

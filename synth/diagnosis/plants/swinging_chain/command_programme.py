@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.arrays import Array
-from synth.motion.smoothing import Mask
+from synth.arrays import Array, Mask
 
 DWELL = 0.5  # s, usual time of a level: several rise times of a servo
 FEWEST = 3  # levels
