@@ -10,10 +10,10 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import RATE_FORMULA
 from synth.parts.wire import WireMaterial
 from synth.spring.nearest_springs import NearestSpring, limits_in_the_way, nearest_lasting, nearest_springs
-from synth.spring.preferred_springs import preferred
+from synth.spring.preferred_springs import preferred, suits
 from synth.spring.spring_requirements import SpringRequirements, require_possible
-from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign
-from synth.spring.spring_search import candidates, distinct_wires, feasible_candidates, lasts, ranked
+from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
+from synth.spring.spring_search import best_of_wires, candidates, distinct_wires, feasible_candidates, lasts, ranked
 from synth.units import quantity
 
 
@@ -81,6 +81,8 @@ def design_spring(
     material = catalogue.find_material(wish.material)
     if (held := _of_held_wire(wish, material)) is not None:
         return SpringResult(wish, held, (), (), ())
+    if wish.objective != "life" and (wires := best_of_wires(wish, material, suits, n_alternative + 1)):
+        return SpringResult(wish, wires[0], tuple(wires[1:]), (), ())
     good = list(feasible_candidates(wish, material))
     if good:
         kept, notes = preferred(good, partial(candidates, wish, material), wish)
@@ -97,9 +99,7 @@ def _of_held_wire(wish: SpringRequirements, material: WireMaterial) -> SpringDes
     """The spring of ``wish.held_wire``, if it keeps every limit, lasts and has enough coils."""
     if wish.held_wire is None:
         return None
-    kept = [
-        design
-        for design in feasible_candidates(wish, material, wish.held_wire)
-        if lasts(design, wish.limits) and design.body_coils >= FEWEST_COILS
-    ]
+    if wish.objective != "life":
+        return next(iter(best_of_wires(wish, material, suits, 1, wish.held_wire)), None)
+    kept = [design for design in feasible_candidates(wish, material, wish.held_wire) if suits(design, wish.limits)]
     return next(iter(ranked(kept, wish.objective)), None)

@@ -88,6 +88,18 @@ def surely_broken(material: WireMaterial, sizes: tuple[float, float, float], tas
     return False
 
 
+def room_of(material: WireMaterial, sizes: tuple[float, float, float], task: SpringTask) -> Room:
+    """Mass and room of a spring, without its load; ``sizes`` as in ``surely_broken``."""
+    d, mean, coils = sizes
+    length = space.wire_length(d, mean, coils, task.leg_lengths)
+    return Room(
+        length,
+        space.wire_mass(material.properties(d).density, d, length),
+        _opened_diameter(mean, coils, task) + d,
+        space.body_length(d, coils, task.travel, task.pitch),
+    )
+
+
 def _opened_diameter(mean: float, coils: float, task: SpringTask) -> float:
     """Mean diameter at the end of the opening travel, m."""
     return space.wound_mean_diameter(mean, coils, -min(task.opening_travel, MOST_UNWOUND * coils))
@@ -102,6 +114,16 @@ class _Coil:
     body_coils: float
     included_angle: float
     count: int
+
+
+@dataclass(frozen=True)
+class Room:
+    """Wire length (m), mass (kg), outer diameter at the widest and body length at the longest (m) of a spring."""
+
+    wire_length: float
+    mass: float
+    outer_diameter: float
+    wound_body_length: float
 
 
 @dataclass(frozen=True)
@@ -140,7 +162,7 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
     used = forms[task.rate_form] if stated_rate is None else stated_rate
     moment, bears = used * max(travel, task.opening_travel), _borne(coil, task, used)
     yield_stress = wire.static_limit * wire.strength.value
-    length = space.wire_length(d, mean, body_coils, task.leg_lengths)
+    room = room_of(material, (d, mean, body_coils), task)
     bent = None if task.convention == "tangent" else (task.limits.bend_radius or d)
     return SpringDesign(
         material=material.name,
@@ -168,13 +190,13 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
         moment=moment,
         stress=max(bears.winding_stress, bears.opening_stress),
         body_length=space.body_length(d, body_coils, pitch=task.pitch),
-        wound_body_length=space.body_length(d, body_coils, travel, task.pitch),
-        outer_diameter=_opened_diameter(mean, body_coils, task) + d,
+        wound_body_length=room.wound_body_length,
+        outer_diameter=room.outer_diameter,
         inside_diameter=mean - d,
         wound_inside_diameter=space.wound_inside_diameter(d, mean, body_coils, travel),
         arbor_diameter=task.limits.arbor_diameter,
-        wire_length=length,
-        mass=space.wire_mass(wire.density, d, length),
+        wire_length=room.wire_length,
+        mass=room.mass,
         energy=energy(moment, used),
         tolerance=winding.winding_tolerance(d, mean, body_coils, wire.diameter_tolerance),
         life=fatigue.life(wire.fatigue, wire.strength.value, -bears.opening_stress, bears.winding_stress),

@@ -5,8 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from synth.spring.spring_requirements import SpringRequirements
-from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign
+from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign, SpringLimits
 from synth.spring.spring_search import describe, lasts, worst_excess
+
+
+def suits(design: SpringDesign, limits: SpringLimits) -> bool:
+    """Whether a spring meets every preference."""
+    return design.body_coils >= FEWEST_COILS and lasts(design, limits)
 
 
 def preferred(

@@ -61,3 +61,8 @@ def wire_length(
 def wire_mass(density: float, wire_diameter: float, length: float) -> float:
     """Mass of round wire, kg; ``density`` in kg/m^3."""
     return density * math.pi * wire_diameter**2 / 4.0 * length
+
+
+def cylinder(diameter: float, length: float) -> float:
+    """Volume of a cylinder, m^3."""
+    return math.pi / 4.0 * diameter**2 * length

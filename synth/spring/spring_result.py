@@ -16,6 +16,7 @@ from synth.spring.calibration import UNCALIBRATED, WindingCalibration
 from synth.spring.codes import OPENING, CodeCheck, dynamic_factor
 from synth.spring.din_2194 import SOURCE, STANDARD, GradeTolerance, grade_tolerances, suitable_grade
 from synth.spring.fatigue import Life
+from synth.spring.space import cylinder
 from synth.spring.winding import WindingTolerance, mandrel_diameter, stress_relief, turns_on_mandrel
 from synth.spring.wire_load import PeakRatios, WireLoad
 from synth.units import quantity
@@ -249,7 +250,7 @@ class SpringDesign:
     @property
     def volume(self) -> float:
         """Volume of the cylinder that the coil needs, m^3: at its widest and its longest."""
-        return math.pi / 4.0 * self.outer_diameter**2 * self.wound_body_length
+        return cylinder(self.outer_diameter, self.wound_body_length)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -9,12 +9,15 @@ exhaustive: some thousand candidates.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TypeVar
 
 from synth.parts.coil_angle import coil_fraction
 from synth.parts.coil_rate import coil_product, mean_diameter_for
 from synth.parts.wire import WireMaterial
-from synth.spring.evaluate import check_spring, surely_broken
+from synth.spring.evaluate import Room, check_spring, room_of, surely_broken
+from synth.spring.space import cylinder
 from synth.spring.spring_requirements import Objective, SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits
 
@@ -23,7 +26,10 @@ from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits
 # wire often halves the diameter.
 NEARLY_AS_LIGHT = 1.25
 SAME_WIRE = 1e-6  # relative: wire diameters this close are one size
+ALIKE_WIRES = 0.02  # relative: an inch and a metric size this close
 ENDLESS = 1.5  # strength over stress at 1e6 cycles; above it, more strength does not count as longer life
+
+S = TypeVar("S", SpringDesign, "_Sized")
 
 
 def feasible_candidates(
@@ -31,10 +37,76 @@ def feasible_candidates(
 ) -> Iterator[SpringDesign]:
     """The candidates that keep all limits; ``only`` as in ``candidates``."""
     for sizes in _sizes(wish, material, only):
-        if not surely_broken(material, sizes, wish.task):
-            design = check_spring(material, *sizes, wish.task)
-            if design.feasible:
-                yield design
+        if (design := _feasible(material, sizes, wish)) is not None:
+            yield design
+
+
+def _feasible(
+    material: WireMaterial, sizes: tuple[float, float, float], wish: SpringRequirements
+) -> SpringDesign | None:
+    """The spring of these sizes, if it keeps all limits."""
+    if surely_broken(material, sizes, wish.task):
+        return None
+    design = check_spring(material, *sizes, wish.task)
+    return design if design.feasible else None
+
+
+def best_of_wires(
+    wish: SpringRequirements,
+    material: WireMaterial,
+    suits: Callable[[SpringDesign, SpringLimits], bool],
+    most: int,
+    only: float | None = None,
+) -> list[SpringDesign]:
+    """The first ``most`` of ``distinct_wires(ranked(...))`` of the springs that keep all limits and ``suits``.
+
+    Mass and size need no load, so the candidates are ranked first, and their loads computed only until each wire has
+    its spring: a third of the time. Not for the objective ``life``, which ranks by the load. ``only`` as in ``_sizes``.
+    """
+    sized = [_Sized(sizes, room_of(material, sizes, wish.task)) for sizes in _sizes(wish, material, only)]
+    known: dict[_Sized, SpringDesign | None] = {}
+
+    def found(one: _Sized) -> SpringDesign | None:
+        if one not in known:
+            design = _feasible(material, one.sizes, wish)
+            known[one] = design if design is not None and suits(design, wish.limits) else None
+        return known[one]
+
+    lightest = next(filter(None, map(found, sorted(sized, key=lambda one: one.mass))), None)
+    if lightest is None:
+        return []
+    kept: list[SpringDesign] = []
+    for one in _in_order(sized, wish.objective, lightest.mass):
+        if all(_other_wire(one.sizes[0], design.wire_diameter) for design in kept):
+            design = found(one)
+            kept += [design] if design is not None else []
+            if len(kept) == most:
+                break
+    return kept
+
+
+@dataclass(frozen=True)
+class _Sized:
+    """A candidate's sizes, as of ``_sizes``, and its room; named as in ``SpringDesign``."""
+
+    sizes: tuple[float, float, float]
+    room: Room
+
+    @property
+    def mass(self) -> float:
+        return self.room.mass
+
+    @property
+    def outer_diameter(self) -> float:
+        return self.room.outer_diameter
+
+    @property
+    def wound_body_length(self) -> float:
+        return self.room.wound_body_length
+
+    @property
+    def volume(self) -> float:
+        return cylinder(self.room.outer_diameter, self.room.wound_body_length)
 
 
 def candidates(wish: SpringRequirements, material: WireMaterial) -> Iterator[SpringDesign]:
@@ -87,14 +159,19 @@ def ranked(designs: list[SpringDesign], objective: Objective) -> list[SpringDesi
     """The springs, best first by the objective of ``SpringRequirements``."""
     if objective == "life":
         return sorted(designs, key=lambda design: (-endurance(design), design.mass, design.volume))
+    return _in_order(designs, objective, min((design.mass for design in designs), default=0.0))
+
+
+def _in_order(designs: list[S], objective: Objective, lightest: float) -> list[S]:
+    """Best first by size or mass; ``lightest``: the least mass (kg) that is possible."""
     if objective == "space":
         return sorted(designs, key=lambda design: (design.volume, design.mass))
-    enough = NEARLY_AS_LIGHT * min((design.mass for design in designs), default=0.0)
+    enough = NEARLY_AS_LIGHT * lightest
     light = sorted((d for d in designs if d.mass <= enough), key=lambda d: (_larger_dimension(d), d.mass))
     return light + sorted((d for d in designs if d.mass > enough), key=lambda d: (d.mass, d.volume))
 
 
-def _larger_dimension(design: SpringDesign) -> float:
+def _larger_dimension(design: SpringDesign | _Sized) -> float:
     """Outer diameter or wound body length, whichever is larger, m."""
     return max(design.outer_diameter, design.wound_body_length)
 
@@ -108,12 +185,16 @@ def endurance(design: SpringDesign) -> float:
 
 
 def distinct_wires(ranked: list[SpringDesign]) -> list[SpringDesign]:
-    """The best spring of each wire; inch and metric sizes within 2 % of each other count as one wire."""
+    """The best spring of each wire; sizes within ``ALIKE_WIRES`` of each other count as one wire."""
     kept: list[SpringDesign] = []
     for design in ranked:
-        if all(abs(design.wire_diameter / other.wire_diameter - 1.0) > 0.02 for other in kept):
+        if all(_other_wire(design.wire_diameter, other.wire_diameter) for other in kept):
             kept.append(design)
     return kept
+
+
+def _other_wire(wire: float, kept: float) -> bool:
+    return abs(wire / kept - 1.0) > ALIKE_WIRES
 
 
 def worst_excess(design: SpringDesign) -> float:

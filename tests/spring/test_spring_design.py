@@ -16,9 +16,10 @@ from synth.parts.coil_rate import active_coils, coil_product, mean_diameter_for,
 from synth.spring import space, spring_search, stress
 from synth.spring.design import design_spring
 from synth.spring.evaluate import check_spring, travel_limit
+from synth.spring.preferred_springs import suits
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import FEWEST_COILS, SpringDesign, SpringLimits, SpringTask
-from synth.spring.spring_search import NEARLY_AS_LIGHT, candidates, lasts
+from synth.spring.spring_search import NEARLY_AS_LIGHT, best_of_wires, candidates, distinct_wires, lasts, ranked
 
 KNEE_LIMITS = SpringLimits(max_outer_diameter=0.03175, max_body_length=0.03175)
 
@@ -340,3 +341,19 @@ def test_no_number_of_coils_is_left_out(monkeypatch, catalogue, rate, leg):
     monkeypatch.setattr(spring_search, "_whole_coils", lambda product, limits: range(int(limits.max_coils) + 1))
     assert found == list(candidates(wish, music))
     assert found or leg == 0.3
+
+
+@pytest.mark.parametrize("objective", ["mass", "space"])
+@pytest.mark.parametrize("rate", [0.3, 2.0, 15.0])
+def test_springs_whose_load_is_not_computed_would_not_come_first(catalogue, rate, objective):
+    """The search ranks by room and mass before it computes loads; here every load is computed first."""
+    wish = SpringRequirements(rate, math.radians(30.0), limits=SpringLimits(arbor_diameter=0.008), objective=objective)
+    material = catalogue.find_material(wish.material)
+    suiting = [one for one in candidates(wish, material) if one.feasible and suits(one, wish.limits)]
+    expected = distinct_wires(ranked(suiting, objective))
+    assert len(expected) > 4
+    assert best_of_wires(wish, material, suits, 4) == expected[:4]
+    held = expected[-1].wire_diameter
+    assert best_of_wires(wish, material, suits, 1, held) == [
+        ranked([one for one in suiting if one.wire_diameter == held], objective)[0]
+    ]
