@@ -69,7 +69,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--objective",
         type=one_of(["mass", "space", "life"]),
         default="mass",
-        help="mass (default): lightest; space: smallest; life: strongest against fatigue",
+        help="mass (default): smallest of those nearly as light as the lightest; space: smallest; "
+        "life: strongest against fatigue",
     )
     parser.add_argument(
         "--legs",

@@ -113,9 +113,10 @@ class SpringChoice(SpringBounds):
     ] = None
     wire: str | None = None
     part: Title | None = None
-    objective: Annotated[Literal["mass", "space", "life"], Because("of springs to wind that hold, the lightest")] = (
-        "mass"
-    )
+    objective: Annotated[
+        Literal["mass", "space", "life"],
+        Because("the smallest of those nearly as light as the lightest"),
+    ] = "mass"
     cycles: Annotated[float | None, Quantity("1", least=1, most=1e6)] = None
     rate_formula: Annotated[
         Literal["64", "10.8"],

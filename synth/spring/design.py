@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -13,8 +14,21 @@ from synth.spring.nearest_springs import NearestSpring, limits_in_the_way, neare
 from synth.spring.preferred_springs import preferred, suits
 from synth.spring.spring_requirements import SpringRequirements, require_possible
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
-from synth.spring.spring_search import best_of_wires, candidates, distinct_wires, feasible_candidates, lasts, ranked
+from synth.spring.spring_search import (
+    SAME_WIRE,
+    SpringSearch,
+    candidates,
+    distinct_wires,
+    endurance,
+    feasible_candidates,
+    lasts,
+    ranked,
+)
 from synth.units import quantity
+
+# A spring of the held wire may be this much heavier, larger or less enduring than the best: one or two wire sizes. More
+# than ``NEARLY_AS_LIGHT``, else two wires at that limit could alternate.
+HELD = 1.4
 
 
 @dataclass(frozen=True)
@@ -79,14 +93,18 @@ def design_spring(
     require_possible(wish)
     catalogue = catalogue or Catalogue.load()
     material = catalogue.find_material(wish.material)
-    if (held := _of_held_wire(wish, material)) is not None:
-        return SpringResult(wish, held, (), (), ())
-    if wish.objective != "life" and (wires := best_of_wires(wish, material, suits, n_alternative + 1)):
-        return SpringResult(wish, wires[0], tuple(wires[1:]), (), ())
+    if wish.objective != "life":
+        search = SpringSearch(wish, material, suits)
+        if wires := search.best_of_wires(n_alternative + 1):
+            held = _of_held_wire(wish, material, search.lightest() if wish.objective == "mass" else wires[0])
+            best, *others = wires if held is None else [held]
+            return SpringResult(wish, best, tuple(others), (), ())
     good = list(feasible_candidates(wish, material))
     if good:
         kept, notes = preferred(good, partial(candidates, wish, material), wish)
         best, *others = distinct_wires(ranked(kept, wish.objective))
+        if (same := _as_enduring(kept, wish, best)) is not None:
+            return SpringResult(wish, same, (), (), ())
         wanting = lasting and not lasts(best, wish.limits)
         longer = tuple(nearest_lasting(wish, material, catalogue)) if wanting else ()
         return SpringResult(wish, best, tuple(others[:n_alternative]), (), (), longer, notes)
@@ -95,11 +113,21 @@ def design_spring(
     return SpringResult(wish, None, (), tuple(limits_in_the_way(found, wish)), tuple(nearest))
 
 
-def _of_held_wire(wish: SpringRequirements, material: WireMaterial) -> SpringDesign | None:
-    """The spring of ``wish.held_wire``, if it keeps every limit, lasts and has enough coils."""
-    if wish.held_wire is None:
+def _of_held_wire(wish: SpringRequirements, material: WireMaterial, least: SpringDesign | None) -> SpringDesign | None:
+    """The spring of ``wish.held_wire``, if it suits and is not much heavier, or larger, than the ``least``."""
+    if wish.held_wire is None or least is None:
         return None
-    if wish.objective != "life":
-        return next(iter(best_of_wires(wish, material, suits, 1, wish.held_wire)), None)
-    kept = [design for design in feasible_candidates(wish, material, wish.held_wire) if suits(design, wish.limits)]
-    return next(iter(ranked(kept, wish.objective)), None)
+    for held in SpringSearch(wish, material, suits, wish.held_wire).best_of_wires(1):
+        size, smallest = (each.mass if wish.objective == "mass" else each.volume for each in (held, least))
+        return held if size <= HELD * smallest else None
+    return None
+
+
+def _as_enduring(kept: list[SpringDesign], wish: SpringRequirements, best: SpringDesign) -> SpringDesign | None:
+    """For the objective ``life``, the spring of ``wish.held_wire``, if it suits and endures nearly as much."""
+    if wish.held_wire is None or wish.objective != "life":
+        return None
+    held = [
+        d for d in kept if math.isclose(d.wire_diameter, wish.held_wire, rel_tol=SAME_WIRE) and suits(d, wish.limits)
+    ]
+    return next((d for d in ranked(held, "life") if HELD * endurance(d) >= endurance(best)), None)

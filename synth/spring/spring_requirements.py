@@ -46,7 +46,8 @@ class SpringRequirements:
         (diameter or length). ``space``: the smallest cylinder, then the lightest. ``life``: the highest fatigue
         strength, then the lightest.
     held_wire
-        m; a spring of this wire is preferred if one keeps all limits and lasts, even if another wire is lighter.
+        m; a spring of this wire is preferred if one keeps all limits and lasts, and is not much heavier (larger, less
+        enduring) than the best.
     free_arm
         free length of arms that the joint clamps, which makes the wire's moment uneven; None: they are not clamped.
     pitch

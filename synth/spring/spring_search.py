@@ -51,38 +51,47 @@ def _feasible(
     return design if design.feasible else None
 
 
-def best_of_wires(
-    wish: SpringRequirements,
-    material: WireMaterial,
-    suits: Callable[[SpringDesign, SpringLimits], bool],
-    most: int,
-    only: float | None = None,
-) -> list[SpringDesign]:
-    """The first ``most`` of ``distinct_wires(ranked(...))`` of the springs that keep all limits and ``suits``.
+class SpringSearch:
+    """The springs that keep all limits and ``suits``, best first; not for the objective ``life``, which ranks by load.
 
     Mass and size need no load, so the candidates are ranked first, and their loads computed only until each wire has
-    its spring: a third of the time. Not for the objective ``life``, which ranks by the load. ``only`` as in ``_sizes``.
+    its spring: a third of the time. ``only``: a wire diameter, m, to which the search is restricted.
     """
-    sized = [_Sized(sizes, room_of(material, sizes, wish.task)) for sizes in _sizes(wish, material, only)]
-    known: dict[_Sized, SpringDesign | None] = {}
 
-    def found(one: _Sized) -> SpringDesign | None:
-        if one not in known:
-            design = _feasible(material, one.sizes, wish)
-            known[one] = design if design is not None and suits(design, wish.limits) else None
-        return known[one]
+    def __init__(
+        self,
+        wish: SpringRequirements,
+        material: WireMaterial,
+        suits: Callable[[SpringDesign, SpringLimits], bool],
+        only: float | None = None,
+    ) -> None:
+        self._wish, self._material, self._suits = wish, material, suits
+        self._sized = [_Sized(sizes, room_of(material, sizes, wish.task)) for sizes in _sizes(wish, material, only)]
+        self._known: dict[_Sized, SpringDesign | None] = {}
 
-    lightest = next(filter(None, map(found, sorted(sized, key=lambda one: one.mass))), None)
-    if lightest is None:
-        return []
-    kept: list[SpringDesign] = []
-    for one in _in_order(sized, wish.objective, lightest.mass):
-        if all(_other_wire(one.sizes[0], design.wire_diameter) for design in kept):
-            design = found(one)
-            kept += [design] if design is not None else []
-            if len(kept) == most:
-                break
-    return kept
+    def lightest(self) -> SpringDesign | None:
+        """The spring of the least mass; None if there is no spring."""
+        return next(filter(None, map(self._found, sorted(self._sized, key=lambda one: one.mass))), None)
+
+    def best_of_wires(self, most: int) -> list[SpringDesign]:
+        """The first ``most`` of ``distinct_wires(ranked(...))`` of the springs."""
+        lightest = self.lightest()
+        kept: list[SpringDesign] = []
+        if lightest is None:
+            return kept
+        for one in _in_order(self._sized, self._wish.objective, lightest.mass):
+            if all(_other_wire(one.sizes[0], design.wire_diameter) for design in kept):
+                design = self._found(one)
+                kept += [design] if design is not None else []
+                if len(kept) == most:
+                    break
+        return kept
+
+    def _found(self, one: _Sized) -> SpringDesign | None:
+        if one not in self._known:
+            design = _feasible(self._material, one.sizes, self._wish)
+            self._known[one] = design if design is not None and self._suits(design, self._wish.limits) else None
+        return self._known[one]
 
 
 @dataclass(frozen=True)

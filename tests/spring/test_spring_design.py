@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -19,7 +20,7 @@ from synth.spring.evaluate import check_spring, travel_limit
 from synth.spring.preferred_springs import suits
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import FEWEST_COILS, SpringDesign, SpringLimits, SpringTask
-from synth.spring.spring_search import NEARLY_AS_LIGHT, best_of_wires, candidates, distinct_wires, lasts, ranked
+from synth.spring.spring_search import NEARLY_AS_LIGHT, SpringSearch, candidates, distinct_wires, lasts, ranked
 
 KNEE_LIMITS = SpringLimits(max_outer_diameter=0.03175, max_body_length=0.03175)
 
@@ -352,8 +353,28 @@ def test_springs_whose_load_is_not_computed_would_not_come_first(catalogue, rate
     suiting = [one for one in candidates(wish, material) if one.feasible and suits(one, wish.limits)]
     expected = distinct_wires(ranked(suiting, objective))
     assert len(expected) > 4
-    assert best_of_wires(wish, material, suits, 4) == expected[:4]
+    assert SpringSearch(wish, material, suits).best_of_wires(4) == expected[:4]
     held = expected[-1].wire_diameter
-    assert best_of_wires(wish, material, suits, 1, held) == [
+    assert SpringSearch(wish, material, suits, held).best_of_wires(1) == [
         ranked([one for one in suiting if one.wire_diameter == held], objective)[0]
     ]
+
+
+@pytest.mark.parametrize("objective", ["mass", "space", "life"])
+def test_a_held_wire_is_kept_only_if_its_spring_is_nearly_the_best(catalogue, objective):
+    wish = SpringRequirements(2.0, math.radians(30.0), math.radians(20.0), objective=objective)
+    free = design_spring(wish, catalogue, 12)
+    assert free.best is not None
+
+    def merit(one: SpringDesign) -> float:
+        return {"mass": one.mass, "space": one.volume, "life": 1.0 / spring_search.endurance(one)}[objective]
+
+    kept = 0
+    for other in free.alternatives:
+        held = design_spring(replace(wish, held_wire=other.wire_diameter), catalogue).best
+        assert held is not None
+        kept += held.wire_diameter == other.wire_diameter
+        assert merit(held) <= 1.4 * min(merit(one) for one in (free.best, *free.alternatives))
+    assert kept
+    if objective != "life":  # thick wires endure alike: the figure has an upper end
+        assert kept < len(free.alternatives)

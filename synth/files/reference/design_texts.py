@@ -58,7 +58,8 @@ KEYS: dict[str, str] = {
     "spring_choice.max_body_length": "Greatest length of the coil.",
     "spring_choice.min_wire_diameter": "Least wire diameter.",
     "spring_choice.max_wire_diameter": "Greatest wire diameter.",
-    "spring_choice.objective": "Among feasible springs to wind: the lightest, the smallest, or that of longest life.",
+    "spring_choice.objective": "Of the springs to wind: the smallest of those within a quarter of the lightest, "
+    "the smallest of all, or that of longest life.",
     "spring_choice.cycles": "Full turns that a spring to wind must last.",
     "spring_choice.rate_formula": "`64`: bending only; `10.8`: with friction between the coils.",
     "spring_choice.parallel": "Largest number of equal bought springs in parallel.",
