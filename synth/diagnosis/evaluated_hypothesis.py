@@ -43,7 +43,7 @@ class EvaluatedHypothesis:
 
     @cached_property
     def shapes(self) -> Array:
-        """(n, 2), see ``hypotheses.FittedHypothesis``; without derivatives fully determined."""
+        """(n, 2), see ``hypotheses.FittedHypothesis``; without derivatives, or where those diverge, fully determined."""
         first = len(self.unknowns) - sum(cause.size for cause in self.hypothesis)
         places = shape_places(self.hypothesis)
         values = self.unknowns[[first + place for place in places]]
@@ -55,4 +55,5 @@ class EvaluatedHypothesis:
             rows = columns.T[places]
             changes += np.sum((rows if part is None else part.project(rows)) ** 2, axis=1)
         squares = sum(float(residual @ residual) for residual in self.residuals)
-        return np.column_stack([values, changes / squares])
+        curvature = np.where(np.isfinite(changes), changes, np.inf) / squares
+        return np.column_stack([values, curvature])

@@ -12,6 +12,7 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Block
+from synth.diagnosis.odds import shape_cost
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
@@ -216,3 +217,20 @@ def test_with_effects_sets_joint_and_base_effects() -> None:
     leg = with_effects(TWO, {"knee": {"coulomb_friction": {"torque": 0.02}}, "base": {"base_tilt": {"tilt": 0.1}}})
     assert leg.joints[1].effects == {"coulomb_friction": {"torque": 0.02}}
     assert leg.effects == {"base_tilt": {"tilt": 0.1}}
+
+
+def test_a_diverging_derivative_costs_odds_and_makes_no_nan() -> None:
+    """One diverging neighbour of a hopeless fit made every cause's probability NaN."""
+    cause = next(c for c in CANDIDATES if c.key == ("joint_stop", "knee"))
+    fit = started((cause,))
+    framed = BENCH.frame(fit)
+    spoilt = replace(framed.trials[0], q=np.full_like(framed.trials[0].q, np.nan))
+    columns = tuple(np.ones((len(part.common), cause.size)) for part in framed.trials)
+    residuals = tuple(np.ones(len(part.common)) for part in framed.trials)
+    fit = replace(fit, unknowns=fit.unknowns + 1.0, residuals=residuals, columns=columns)
+    sound = replace(fit, frame=framed).shapes
+    diverged = replace(fit, frame=replace(framed, trials=(spoilt, *framed.trials[1:]))).shapes
+    assert len(sound) > 1
+    assert np.isfinite(sound).all()
+    assert np.all(diverged[:, 1] == np.inf)
+    assert shape_cost(diverged) == pytest.approx(0.5 * np.sum(sound[:, 0] ** 2))
