@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from blind.chance import bootstrap, calibration_error, wilson
+from blind.chance import bootstrap, calibrated_by_chance, calibration_error, wilson
 from blind.score import CONFIDENT, LEAST_TO_GAIN, Answer, Level, Score, shrink_of
 from blind.views import Key, View
 
@@ -117,9 +117,12 @@ def _calibration(answers: Mapping[str, Answer], views: Mapping[str, View]) -> li
     if not len(rows):
         return []
     what, level = "calibration error of the first-ranked's probability", LEVELS["calibration"]
+    chance = calibrated_by_chance(rows[:, 0].tolist())
     return [
-        Score("calibration", what, calibration_error(rows), bootstrap(rows, calibration_error), len(rows), "1", level)
-    ]
+        Score("calibration", what, calibration_error(rows), bootstrap(rows, calibration_error), len(rows), "1", level),
+        Score("calibration_by_chance", "what perfect odds would show on as many cases", chance, (chance, chance),
+              len(rows), "1"),
+    ]  # fmt: skip
 
 
 def _shrink(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list[Score]:
