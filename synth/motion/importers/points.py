@@ -75,6 +75,8 @@ def _clock(markers: Markers, mapping: Mapping) -> Array:
     if own is not None and stated is not None and abs(own / stated - 1.0) > 1e-6:  # as written to six digits
         text = f"the file says {own:g} Hz and the project {stated:g} Hz; leave it out"
         raise UserError(Problem(text, markers.name, key="frame_rate"))
+    if markers.time is not None:
+        return markers.time
     rate = own or stated
     if rate is None:
         text = "has no clock: state the camera's frame rate, frame_rate: 250 Hz (--frame-rate '250 Hz'). "
