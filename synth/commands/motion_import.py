@@ -11,6 +11,7 @@ jumps by whole turns, left and right exchanged by a tracker, samples before the 
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -83,9 +84,10 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         progress.document((out / "import.json").read_text(encoding="utf-8"))
     _tell_read(trials, progress)
     file = out / project_file(project.leg)
-    what = f"{'fit' if file.stem == 'fit' else 'diagnose'} them with: synth {file.stem} {file}"
-    progress.say(f"trials: {out / TRIALS}/*.csv; {what} --out {out.name}_{file.stem}")
-    progress.say(f"check the stick figure before you {what.split()[0]}: {out / 'report.html'}")
+    what = "fit" if file.stem == "fit" else "diagnose"
+    words = ["synth", file.stem, str(file), "--out", f"{out.name}_{file.stem}"]
+    progress.say(f"trials: {out / TRIALS}/*.csv; {what} them with: {shlex.join(words)}")
+    progress.say(f"check the stick figure before you {what}: {out / 'report.html'}")
     return 0
 
 

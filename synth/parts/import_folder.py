@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 
 from synth.errors import Problem, UserError
 from synth.files.added_files import StandingFile, add_files, standing_files
@@ -93,7 +94,7 @@ def _of_others(path: Path, table: ImportedParts) -> Iterator[str]:
     old = read_table(path)
     if old.family not in (None, table.family):
         other, this = ((family or "").replace("_", " ") for family in (old.family, table.family))
-        folder = f"{path.parent}_{table.family}"
+        folder = quote(f"{path.parent}_{table.family}")
         yield f"has the {other} of an earlier import, which these {this} would replace; write them to --out {folder}"
         return
     new = {vendor for vendor, _ in _parts(table, path.name)}

@@ -17,6 +17,10 @@ import numpy as np
 from synth.arrays import Array
 from synth.swing.leg_model import Leg, Tip
 
+STEPS = 100  # of a search for the rest pose
+FAR = 0.3  # rad, the longest step of one joint, over which sines are nearly linear
+LEVEL = 1e-9  # of the largest stiffness, below which a curvature is rounding
+
 
 @dataclass(frozen=True)
 class Coefficients:
@@ -119,28 +123,93 @@ def static_torque(coefficient: Coefficients, rotation: Array, tilt: float) -> Ar
 
 
 def rest_pose(leg: Leg, tip_mass: float | Tip = 0.0, start: Array | None = None) -> Array:
-    """(n,) rad, rotations at which springs and gravity balance.
+    """(n,) rad, rotations at which springs and gravity balance, stably.
 
-    Newton's method from ``start`` (n,) rad, by default the springs' free angles.
+    Newton's method from ``start`` (n,) rad, by default the springs' free angles; where it ends nowhere, or in a maximum
+    or saddle of energy, such as a link that stands upright, the minimum to which the energy falls from ``start``.
 
     Raises
     ------
-    ArithmeticError : no equilibrium within 100 steps, or no stiffness in some direction.
+    ArithmeticError : no equilibrium is found, or there is no stiffness in some direction.
     """
-    coefficient = coefficients(leg, tip_mass)
-    rate, rest = leg.spring_rate, leg.rest
-    n = len(rate)
-    lower = np.tril(np.ones((n, n)))
-    rotation = rest.copy() if start is None else np.array(start, dtype=float)
-    for _ in range(100):
-        phi = absolute(rotation, leg.tilt)
-        residual = rate * (rotation - rest) + static_torque(coefficient, rotation, leg.tilt)
-        if np.abs(residual).max() <= 1e-13 * max(1e-12, float(np.abs(coefficient.gravity).max() + rate.max())):
-            return rotation
-        stiffness = np.diag(rate) + lower.T @ np.diag(coefficient.gravity * np.cos(phi)) @ lower
+    balance = _Balance(coefficients(leg, tip_mass), leg.spring_rate, leg.rest, leg.tilt)
+    nothing = balance.nothing
+    first = leg.rest.copy() if start is None else np.array(start, dtype=float)
+    rotation = first
+    for _ in range(STEPS):
+        residual = balance.torque(rotation)
+        if np.abs(residual).max() <= nothing:
+            if balance.stable(rotation):
+                return rotation
+            break
         try:
-            step = np.linalg.solve(stiffness, residual)
+            step = np.linalg.solve(balance.stiffness(rotation), residual)
         except np.linalg.LinAlgError:
             raise ArithmeticError(f"no rest pose of {leg.name!r}: it has no stiffness in some direction") from None
-        rotation = rotation - np.clip(step, -0.3, 0.3)  # rad, where sines are nearly linear
-    raise ArithmeticError(f"no rest pose found for {leg.name!r}: the last torque imbalance was {residual} N m")
+        rotation = rotation - np.clip(step, -FAR, FAR)
+    return _descended(balance, first, leg.name)
+
+
+@dataclass(frozen=True)
+class _Balance:
+    """Springs and gravity on a chain at rest: ``rate`` (n,) N m/rad, ``rest`` (n,) rad, ``tilt`` rad."""
+
+    coefficient: Coefficients
+    rate: Array
+    rest: Array
+    tilt: float
+
+    @property
+    def size(self) -> float:
+        """N m/rad, of the largest stiffness."""
+        return max(1e-12, float(np.abs(self.coefficient.gravity).max() + self.rate.max()))
+
+    @property
+    def nothing(self) -> float:
+        """N m, an imbalance that is rounding."""
+        return 1e-13 * self.size
+
+    def energy(self, rotation: Array) -> float:
+        """J, of gravity and springs."""
+        height = -self.coefficient.gravity @ np.cos(absolute(rotation, self.tilt))
+        return float(height + 0.5 * self.rate @ (rotation - self.rest) ** 2)
+
+    def torque(self, rotation: Array) -> Array:
+        """(n,) N m, the slope of the energy."""
+        return np.asarray(self.rate * (rotation - self.rest) + static_torque(self.coefficient, rotation, self.tilt))
+
+    def stiffness(self, rotation: Array) -> Array:
+        """(n, n) N m/rad, the curvature of the energy."""
+        lower = np.tril(np.ones((len(rotation), len(rotation))))
+        weight = np.diag(self.coefficient.gravity * np.cos(absolute(rotation, self.tilt)))
+        return np.asarray(np.diag(self.rate) + lower.T @ weight @ lower)
+
+    def stable(self, rotation: Array) -> bool:
+        """Whether the energy curves down in no direction; a balanced joint without spring is indifferent."""
+        return bool(np.linalg.eigvalsh(self.stiffness(rotation))[0] >= -LEVEL * self.size)
+
+
+def _descended(balance: _Balance, start: Array, name: str) -> Array:
+    """(n,) rad, a minimum of energy below ``start``; from a maximum or saddle to the side where angles grow.
+
+    Newton's method with the stiffness's eigenvalues made positive, halved until the energy falls (Nocedal and Wright,
+    *Numerical Optimization*, 2nd ed., section 3.4).
+    """
+    rotation = start.copy()
+    for _ in range(STEPS):
+        residual = balance.torque(rotation)
+        values, ways = np.linalg.eigh(balance.stiffness(rotation))
+        if np.abs(residual).max() <= balance.nothing:
+            if values[0] >= -LEVEL * balance.size:
+                return rotation
+            way = ways[:, 0] * np.sign(ways[int(np.argmax(np.abs(ways[:, 0]))), 0])
+            rotation = rotation + FAR * way
+            continue
+        step = -ways @ ((ways.T @ residual) / np.maximum(np.abs(values), LEVEL * balance.size))
+        step *= min(1.0, FAR / float(np.abs(step).max()))
+        before = balance.energy(rotation)
+        # Near the minimum the energy changes by less than its rounding: whole steps, as Newton's.
+        while balance.energy(rotation + step) > before + 1e-15 * balance.size and np.abs(step).max() > 1e-6:
+            step *= 0.5
+        rotation = rotation + step
+    raise ArithmeticError(f"no stable rest pose found for {name!r}: the last torque imbalance was {residual} N m")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import shutil
 from pathlib import Path
 
@@ -66,6 +67,14 @@ def test_an_import_project_writes_trials_page_and_report(project: Path, capsys: 
     assert "with the other sign they would be inside" in page
     assert "hip 125° ↺" in page
     assert re.search("ankle 16[0-9]° ↻", page)
+
+
+def test_the_printed_command_runs_also_with_blanks(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", "import.yaml", "--out", "my out/trials of today"]) == 0
+    (line,) = [each for each in capsys.readouterr().out.splitlines() if "fit them with: " in each]
+    words = shlex.split(line.partition("fit them with: ")[2])
+    assert words == ["synth", "fit", "my out/trials of today/fit.yaml", "--out", "trials of today_fit"]
+    assert main([*words[1:], "--dry-run"]) == 0
 
 
 def test_a_mirrored_video_gives_the_same_angles(project: Path) -> None:

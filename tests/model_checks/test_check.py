@@ -88,6 +88,18 @@ def test_a_balanced_link_has_no_pendulum(tmp_path: Path, capsys: pytest.CaptureF
     assert any("no stiffness" in text for text in json.loads(capsys.readouterr().out)["left_out"])
 
 
+@pytest.mark.parametrize(("com", "tilt"), [(-0.06, 0.0), (0.06, radians(179.0)), (0.06, pi), (0.0, 0.0)])
+def test_a_leg_that_nothing_holds_upright_is_checked_where_it_hangs(
+    com: float, tilt: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A link without spring whose aligned pose is a maximum of energy, and a balanced one that has no minimum."""
+    write_leg(Leg("one", (Joint("knee", Link(0.2, 0.2, com, 1e-3), 0.0),), tilt=tilt), tmp_path / "one.leg.yaml")
+    assert main(["check", str(tmp_path / "one.leg.yaml")]) == 0
+    said = capsys.readouterr().out
+    assert "checks hold" in said
+    assert ("energy: 10 deg away from equilibrium the leg has no more of it than there" in said) == (com == 0.0)
+
+
 @pytest.mark.parametrize("curve", [False, True])
 def test_a_leg_holds(curve: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "two.leg.yaml"

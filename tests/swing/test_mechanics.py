@@ -29,7 +29,7 @@ angles = st.lists(st.floats(-3, 3), min_size=3, max_size=3)
 
 
 def potential(leg: Leg, rotation: np.ndarray) -> float:
-    return float(mechanical_energy(leg, rotation[None, :], np.zeros((1, 3)))[0])
+    return float(mechanical_energy(leg, rotation[None, :], np.zeros((1, len(rotation))))[0])
 
 
 def slopes(function: object, at: np.ndarray, step: float = 1e-6) -> np.ndarray:
@@ -121,3 +121,27 @@ def test_outboard_inertia_of_a_straight_leg_by_parallel_axes() -> None:
         tip = 0.1 * (0.602 - reach[first]) ** 2
         expected.append(tip + sum(LINKS[i].inertia + LINKS[i].mass * distance[i] ** 2 for i in outboard))
     np.testing.assert_allclose(outboard_inertia(robot(), 0.1), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("tilt", "com"), [(0.0, -0.06), (math.pi, 0.06), (math.radians(179.0), 0.06), (0.0, 0.06)])
+def test_a_link_without_spring_rests_below_its_joint(tilt: float, com: float) -> None:
+    """Newton's method from the aligned pose ends where the link stands upright."""
+    leg = Leg("one", (Joint("knee", Link(0.2, 0.2, com, 1e-3), 0.0),), tilt=tilt)
+    hangs = -math.copysign(1.0, com) * math.cos(tilt + float(rest_pose(leg)[0]))
+    assert hangs == pytest.approx(-1.0, abs=1e-12)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(-0.1, 0.2), st.floats(0.05, 1.0), st.floats(-3, 1)), min_size=1, max_size=6),
+    st.one_of(st.just(math.pi), st.floats(-3.2, 3.2)),
+)
+def test_every_rest_pose_is_a_minimum_of_energy(links: list[tuple[float, float, float]], tilt: float) -> None:
+    """Of links with a centre of mass on either side, upright or not, springs of 1e-3 to 10 N m/rad."""
+    joints = [Joint(f"j{k}", Link(0.2, mass, com, 1e-3), 0.0, 1, None, Spring(10.0**power, 0.0))
+              for k, (com, mass, power) in enumerate(links)]  # fmt: skip
+    leg = Leg("some", tuple(joints), tilt=tilt)
+    rest = rest_pose(leg)
+    here = potential(leg, rest)
+    for way in np.random.default_rng(1).normal(size=(20, len(rest))):
+        assert potential(leg, rest + 1e-3 * way) > here - 1e-10

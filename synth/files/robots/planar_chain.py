@@ -14,6 +14,7 @@ from synth.errors import Problem, UserError
 from synth.files.names import name_fault
 from synth.files.robot_bodies import tip_names
 from synth.files.robots.mjcf_dampers import curve_of
+from synth.files.robots.outer_forces import contact_messages, felt_share
 from synth.files.robots.robot_tree import Robot, RobotJoint
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
@@ -74,7 +75,8 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
     Raises
     ------
     UserError
-        If the joints are not such a chain, or an axis deviates from the plane's normal by more than 5 degrees.
+        If the joints are not such a chain, an axis deviates from the plane's normal by more than 5 degrees, or the
+        file compensates the weight of its bodies by different shares.
     """
     joints = _chain(robot, chain)
     seen = _plane(robot, joints, plane)
@@ -104,7 +106,8 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
         direction = atan2(along[0], -along[1])  # counter-clockwise from straight down
         made.append(_joint(joint, seen, anchors[index], lumped, length, (direction, before), messages))
         before = direction
-    gravity = -float(robot.gravity @ seen.up)
+    gravity = -float(robot.gravity @ seen.up) * felt_share(robot, groups, messages)
+    messages += contact_messages(robot, groups)
     name = robot.name if robot.name else "robot"
     return PickedLeg(Leg(name, tuple(made), gravity, tilt), tuple(dict.fromkeys(messages)))
 

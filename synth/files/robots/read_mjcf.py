@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from synth.errors import Problem, UserError
+from synth.files.robots.mjcf_contacts import contacts_of
 from synth.files.robots.mjcf_dampers import HeldByTendons, held_by_tendons, with_arm
 from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
 from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint
@@ -50,7 +51,9 @@ def read_mjcf(path: Path) -> Robot:
     title = _title(path) or name or path.stem
     marks = {_name(mujoco, model, "mjOBJ_SITE", index): data.site_xpos[index].copy() for index in range(model.nsite)}
     left_out = _left_out(mujoco, model, held.read)
-    return Robot(title, bodies, joints, np.array(model.opt.gravity), left_out, marks)
+    weighs = not int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
+    gravity = np.array(model.opt.gravity) if weighs else np.zeros(3)
+    return Robot(title, bodies, joints, gravity, left_out, marks, contacts_of(mujoco, model))
 
 
 def _title(path: Path) -> str:
@@ -83,6 +86,7 @@ def _body(model: Any, data: Any, index: int, massless: bool) -> RobotBody:
         data.xipos[index].copy(),
         0.0 * inertia if massless else inertia,
         shapes,
+        float(model.body_gravcomp[index]),
     )
 
 
@@ -162,4 +166,7 @@ def _left_out(mujoco: Any, model: Any, read: set[int]) -> tuple[str, ...]:
             found.append(f"{count} {what if count > 1 else what.removesuffix('s')} left out: {', '.join(names)}{more}")
     if model.opt.density or model.opt.viscosity:
         found.append("the medium's density and viscosity are left out")
+    for bit, what in (("SPRING", "springs"), ("DAMPER", "dampers"), ("FRICTIONLOSS", "dry friction")):
+        if int(model.opt.disableflags) & int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{bit}", 0)):
+            found.append(f"a flag of the file switches its {what} off; the leg has them")
     return tuple(found)

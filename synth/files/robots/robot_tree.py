@@ -19,7 +19,8 @@ class RobotBody:
     """A body in the robot's reference pose, in world coordinates, SI.
 
     ``parent`` : index of the body that it is attached to, -1 for the world. ``rotation`` (3, 3) body to world.
-    ``position``, ``com`` (3,) m. ``inertia`` (3, 3) kg m^2 about the centre of mass.
+    ``position``, ``com`` (3,) m. ``inertia`` (3, 3) kg m^2 about the centre of mass. ``weightless`` : the share of its
+    weight that the file compensates.
     """
 
     name: str
@@ -30,6 +31,16 @@ class RobotBody:
     com: Array
     inertia: Array
     shapes: tuple[RobotShape, ...]
+    weightless: float = 0.0
+
+
+@dataclass(frozen=True)
+class RobotContact:
+    """Two bodies that may touch: ``other`` by its name too; -1 if that is fixed in the world."""
+
+    body: int
+    other: int
+    other_name: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +79,7 @@ class Robot:
     """Bodies, each after its parent, and joints.
 
     ``gravity`` (3,) m/s^2. ``left_out`` : unsupported features. ``frames`` : places (3,) m in the world by name, of
-    bodies without mass and of marks (MuJoCo's sites).
+    bodies without mass and of marks (MuJoCo's sites). ``contacts`` : between bodies.
     """
 
     name: str
@@ -77,6 +88,7 @@ class Robot:
     gravity: Array
     left_out: tuple[str, ...] = ()
     frames: Mapping[str, Array] = field(default_factory=dict)
+    contacts: tuple[RobotContact, ...] = ()
 
     def joint(self, name: str) -> RobotJoint:
         """The joint of that name.

@@ -16,7 +16,7 @@ from synth.motion.importers.drive_inputs import DriveInput, drive_inputs, within
 from synth.motion.importers.foreign_data import Channels, ColumnProblem, Markers, listed, other_side, same_name
 from synth.motion.importers.points import Tracked, track
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
-from synth.motion.importers.swaps import exchanged, restored, swap_note
+from synth.motion.importers.swaps import exchanged, restored, swap_notes
 from synth.motion.release import Release, find_release
 from synth.swing.leg_model import Joint, Leg
 from synth.units import factor
@@ -174,33 +174,34 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Array, Array,
     notes = list(source.notes)
     problems: list[Problem] = []
     columns: list[Array] = []
-    for joint in leg.joints:
-        try:
-            columns.append(_angle(source, joint, mapping.joints.get(joint.name) or JointColumn(joint.name), notes))
-        except UserError as error:
-            problems += error.problems
-    time = None
+    time, no_clock = np.full(len(source.values), np.nan), []
     try:
         time = _clock(source, mapping)
     except UserError as error:
-        problems += error.problems
-    if problems:
-        raise UserError(problems)
-    assert time is not None
+        no_clock = list(error.problems)
+    for joint in leg.joints:
+        column = mapping.joints.get(joint.name) or JointColumn(joint.name)
+        try:
+            columns.append(_angle(source, joint, column, time, notes))
+        except UserError as error:
+            problems += error.problems
+    if problems or no_clock:
+        raise UserError([*problems, *no_clock])
     return time, np.column_stack(columns), notes
 
 
-def _angle(source: Channels, joint: Joint, column: JointColumn, notes: list[str]) -> Array:
-    """One joint's measured angle (n,) rad."""
+def _angle(source: Channels, joint: Joint, column: JointColumn, time: Array, notes: list[str]) -> Array:
+    """One joint's measured angle (n,) rad; ``time`` (n,) s is for the notes."""
     index = source.find(column.column, joint.name)
     unit = _unit(source, index, column.unit, joint.name, "deg")
     value = source.values[:, index : index + 1]
     other = other_side(source.names[index], source.names)
     if other is not None:
-        swapped = exchanged(value, source.values[:, other : other + 1])
-        if swapped.any():
-            notes.append(swap_note(f"{joint.name} ({source.names[index]})", swapped))
-            value = restored(value, swapped, source.values[:, other : other + 1])
+        both = [source.values[:, k] * factor(unit, "rad") for k in (index, other)]
+        # On the circle a column that wraps does not jump: two that pass half a turn at once are no exchange.
+        found = exchanged(*(np.column_stack([np.cos(each), np.sin(each)]) for each in both))
+        notes += swap_notes(f"{joint.name} ({source.names[index]})", found, time)
+        value = restored(value, found.swapped, source.values[:, other : other + 1])
     angle = value[:, 0] * factor(unit, "rad")
     zero = joint.zero if column.zero is None else column.zero
     sign = joint.sign if column.sign is None else column.sign

@@ -18,7 +18,7 @@ from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.files.validate import near
 from synth.motion.importers.foreign_data import Markers, listed
-from synth.motion.importers.registry import loader, text_start
+from synth.motion.importers.registry import loader, text_start, utf8
 
 SIZE_LIMIT = 400_000_000  # bytes: an hour at 200 Hz of 30 points
 LIKELIHOOD = 0.6  # DeepLabCut's own `pcutoff`
@@ -40,7 +40,7 @@ def read_deeplabcut(path: Path, mapping: Mapping, name: str) -> Markers:
     ------
     UserError : another header, manual labels, a cell that is not a number, or several animals without a choice.
     """
-    data = read_bytes(path, SIZE_LIMIT, "cut the video")
+    data = utf8(read_bytes(path, SIZE_LIMIT, "cut the video"))
     rows = [row for _, row in csv_rows(data, name) if row]
     levels = [row[0].strip() for row in rows[:4] if row[0].strip() in LEVELS]
     if levels not in (list(LEVELS), [level for level in LEVELS if level != "individuals"]):

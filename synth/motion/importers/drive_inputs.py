@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from synth.drives.servo import Servo, TorqueDrive
 from synth.errors import Problem, UserError
 from synth.files.import_project import DRIVEN, InputColumn, JointColumn, Mapping
 from synth.motion.importers.cleaning import TURN
+from synth.motion.importers.command_turns import Turned, same_turn
 from synth.motion.importers.foreign_data import Channels, ColumnProblem, listed
 from synth.swing.leg_model import Joint, Leg
 from synth.units import factor
@@ -65,14 +66,15 @@ def drive_inputs(
     found: list[DriveInput] = []
     for index, joint in enumerate(leg.joints):
         column = mapping.joints.get(joint.name) or JointColumn(joint.name)
-        turned = cleaned[:, index] if bool((np.abs(cleaned - angles)[:, index] > TURN / 2).any()) else None
+        turned = _turned(time, angles[:, index], cleaned[:, index])
         try:
             for word, own, k in _of_joint(source, joint, column):
                 made = _converted(source, own, k, word, joint, column, time)
-                if word == "command" and turned is not None:
-                    made = _same_turn(made, time, turned)
-                found.append(made)
                 notes.append(f"{joint.name} {word}: from {own.names[k]}")
+                if word == "command" and turned is not None:
+                    value = same_turn(f"{joint.name} {word}", made.time, made.value, turned, notes)
+                    made = replace(made, value=value)
+                found.append(made)
         except UserError as error:
             problems += error.problems
     try:
@@ -164,12 +166,12 @@ def _unit(own: Channels, k: int, stated: InputColumn | None, angle: str | None, 
     return unit
 
 
-def _same_turn(made: DriveInput, time: Array, angle: Array) -> DriveInput:
-    """A command shifted by whole turns to within half a turn of the cleaned angle."""
-    known = np.isfinite(angle)
-    at = np.degrees(np.interp(made.time, time[known], angle[known]))
-    turn = np.degrees(TURN)
-    return DriveInput(made.title, made.time, made.value + turn * np.round((at - made.value) / turn))
+def _turned(time: Array, angle: Array, cleaned: Array) -> Turned | None:
+    """A joint whose whole turns were changed; None if none were."""
+    known = np.isfinite(cleaned)
+    if not (np.abs(cleaned - angle)[known] > TURN / 2).any():
+        return None
+    return Turned(time[known], np.degrees(angle[known]), np.degrees(cleaned[known]))
 
 
 def _supply(source: Channels, leg: Leg, mapping: Mapping, time: Array, notes: list[str]) -> list[DriveInput]:

@@ -67,7 +67,7 @@ class Markers:
 
     ``positions`` (n, n_point, 2 or 3), nan where missing; ``frames`` (n,) the file's own count; ``frame_rate`` Hz or
     None if the file has no clock; ``unit`` of the positions. ``up`` : the upward axis in space by the format's
-    convention, for fitting the plane; None: it must be stated.
+    convention, for fitting the plane; None: it must be stated. ``time`` (n,) s, None if it is frames over rate.
     """
 
     name: str
@@ -78,6 +78,7 @@ class Markers:
     unit: str
     notes: tuple[str, ...] = ()
     up: str | None = None
+    time: Array | None = None
 
     def find(self, wanted: str) -> int:
         """The index of a point; raises UserError with the existing points."""

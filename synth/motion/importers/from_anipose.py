@@ -16,7 +16,7 @@ from synth.files.csv_rows import csv_rows
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.motion.importers.foreign_data import Markers
-from synth.motion.importers.registry import loader, text_start
+from synth.motion.importers.registry import loader, text_start, utf8
 
 SIZE_LIMIT = 400_000_000  # bytes; the whole file is read into memory
 _COLUMN = re.compile(r"(.+)_([xyz]|error|score|ncams)")
@@ -38,7 +38,7 @@ def read_anipose(path: Path, mapping: Mapping, name: str) -> Markers:
     ------
     UserError : a cell that is not a number, or frames out of order.
     """
-    rows = [row for _, row in csv_rows(read_bytes(path, SIZE_LIMIT, "cut the video"), name) if row]
+    rows = [row for _, row in csv_rows(utf8(read_bytes(path, SIZE_LIMIT, "cut the video")), name) if row]
     head = [cell.strip() for cell in rows[0]]
     try:
         values = np.array([[float(cell) if cell.strip() else np.nan for cell in row] for row in rows[1:]])

@@ -20,7 +20,7 @@ from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.motion.importers.foreign_data import Channels, listed
 from synth.motion.importers.plain_csv import SIZE_LIMIT, title_and_unit
-from synth.motion.importers.registry import loader, text_start
+from synth.motion.importers.registry import loader, text_start, utf8
 
 DEEPEST = 8  # levels of nested records; logs nest two or three
 SHOWN = 12  # values in the note on the settings of the run
@@ -66,7 +66,7 @@ def read_json(path: Path, mapping: Mapping, name: str) -> Channels:
 def _content(path: Path, name: str) -> Any:
     """The content of the file; for one record per line, the list of records."""
     try:
-        text = read_bytes(path, SIZE_LIMIT, "thin it").decode("utf-8-sig")
+        text = utf8(read_bytes(path, SIZE_LIMIT, "thin it")).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise UserError(Problem("is not text", name)) from None
     try:

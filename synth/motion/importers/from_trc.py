@@ -1,15 +1,18 @@
 """TRC: points in space as text, written by Motion Analysis' systems, OpenSim and Pose2Sim.
 
 Three lines of header (``PathFileType``, names of settings, settings), two of labels (markers, X1 Y1 Z1 ...), then a row
-a frame: number, time, coordinates (OpenSim documentation, *Marker (.trc) Files*). OpenSim's y is up.
+a frame: number, time, coordinates (OpenSim documentation, *Marker (.trc) Files*). OpenSim's y is up, and its clock is
+the column ``Time``; ``DataRate`` in the header must agree with it.
 """
 
 from __future__ import annotations
 
+from math import ceil
 from pathlib import Path
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
@@ -18,6 +21,7 @@ from synth.motion.importers.registry import loader, text_start
 
 SIZE_LIMIT = 400_000_000  # bytes; the whole file is read into memory
 UP = "y"
+SAME_RATE = 5e-3  # relative; 60 Hz is also written for the 59.94 Hz of NTSC video, a difference of 1e-3
 
 
 def is_trc(start: bytes, path: Path) -> bool:
@@ -27,11 +31,11 @@ def is_trc(start: bytes, path: Path) -> bool:
 
 @loader("trc", "TRC", is_trc, "points", space=True)
 def read_trc(path: Path, mapping: Mapping, name: str) -> Markers:
-    """Points in space with the file's own rate.
+    """Points in space with the file's own clock.
 
     Raises
     ------
-    UserError : an invalid header, a wrong number of markers, or a cell that is not a number.
+    UserError : an invalid header, a wrong number of markers, a cell that is not a number, or clocks that differ.
     """
     lines = text_start(read_bytes(path, SIZE_LIMIT, "cut it in the capture software")).splitlines()
     if len(lines) < 7:
@@ -44,7 +48,8 @@ def read_trc(path: Path, mapping: Mapping, name: str) -> Markers:
         raise UserError(Problem('has no row of markers that begins with "Frame#"', name, 4))
     if count.isdigit() and int(count) != len(names):
         raise UserError(Problem(f"states {count} markers but names {len(names)}", name, 4))
-    rows, numbers = [], []
+    rows: list[list[str]] = []
+    numbers = []
     for number, line in enumerate(lines[5:], start=6):
         if not line.strip():
             continue
@@ -63,7 +68,61 @@ def read_trc(path: Path, mapping: Mapping, name: str) -> Markers:
         raise UserError(Problem("has frames without a number, or not in order", name))
     positions = values[:, 2:].reshape(len(values), len(names), 3).copy()
     unit = settings.get("Units", "").strip()
-    return Markers(name, tuple(names), positions, values[:, 0], rate, unit, (), up=UP)
+    time, rate, notes = _clock(values[:, 1], _resolution(rows), values[:, 0], rate, mapping.frame_rate, name)
+    return Markers(name, tuple(names), positions, values[:, 0], rate, unit, notes, up=UP, time=time)
+
+
+def _resolution(rows: list[list[str]]) -> float:
+    """The last digit of the times as written, s."""
+    mantissas = [row[1].strip().casefold().partition("e") for row in rows]
+    return float(min(10.0 ** (float(power or 0) - len(digits.partition(".")[2])) for digits, _, power in mantissas))
+
+
+def _clock(
+    time: Array, resolution: float, frames: Array, rate: float, stated: float | None, name: str
+) -> tuple[Array | None, float, tuple[str, ...]]:
+    """The clock (n,) s, None if it is frames over rate; that rate, Hz; notes.
+
+    Parameters
+    ----------
+    time, frames : (n,) the columns; ``resolution`` s, of the times as written.
+    rate, stated : Hz, of the header and of the project.
+    """
+    if np.isnan(time).all():
+        return None, rate, (f"its column Time is empty: the clock is Frame# over the DataRate of {rate:g} Hz",)
+    if not np.isfinite(time).all() or (np.diff(time) <= 0).any():
+        if stated is not None:
+            return None, rate, ("its column Time does not increase: the clock is Frame# over the frame rate given",)
+        text = "has empty or repeated times, or times that run backwards, in its column Time; correct them, or state "
+        raise UserError(Problem(f"{text}the frame rate, frame_rate: {rate:g} Hz (--frame-rate '{rate:g} Hz')", name))
+    by_row, by_frame = (_pace(time, count, resolution, rate) for count in (np.arange(float(len(time))), frames))
+    if _same(by_frame, rate):
+        even = time[0] + (frames - frames[0]) / rate
+        return (even if (np.abs(even - time) <= resolution).all() else time), rate, ()  # the same, but for rounding
+    if _same(by_row, rate):
+        step = float(np.median(np.diff(frames)))
+        return (
+            time,
+            rate,
+            (f"Frame# counts {step:g} a row; Time and DataRate agree on {rate:g} Hz a row: Time is used",),
+        )
+    if stated is not None and _same(by_row, stated):
+        return time, stated, (f"the header's DataRate of {rate:g} Hz is wrong; its column Time is used",)
+    if stated is not None and _same(rate, stated):
+        return None, rate, (f"its column Time runs at {by_row:.5g} Hz; the clock is Frame# over the {rate:g} Hz given",)
+    text = f"has two clocks: the column Time has {by_row:.5g} rows a second, and the header says DataRate {rate:g}; "
+    text += "state the right one, for example frame_rate: "
+    raise UserError(Problem(f"{text}{by_row:.5g} Hz (--frame-rate '{by_row:.5g} Hz')", name))
+
+
+def _pace(time: Array, count: Array, resolution: float, rate: float) -> float:
+    """The usual counts a second, over so many rows that the rounding of the times does not matter; Hz."""
+    rows = min(len(time) - 1, max(1, ceil(2.0 * resolution * rate / SAME_RATE)))
+    return float(np.median((count[rows:] - count[:-rows]) / (time[rows:] - time[:-rows])))
+
+
+def _same(one: float, other: float) -> bool:
+    return abs(one / other - 1.0) < SAME_RATE
 
 
 def _number(text: str | None, what: str, name: str) -> float:

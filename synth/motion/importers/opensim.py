@@ -14,7 +14,7 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.motion.importers.foreign_data import Channels
-from synth.motion.importers.registry import loader, text_start
+from synth.motion.importers.registry import loader, text_start, utf8
 
 SIZE_LIMIT = 200_000_000  # bytes; the whole file is read into memory
 HEADER_LIMIT = 500  # lines; real headers have about ten
@@ -35,7 +35,7 @@ def read_opensim(path: Path, mapping: Mapping, name: str) -> Channels:
     UserError : no end of header, ``inDegrees`` neither yes nor no, vectors in cells, or a table cut off.
     """
     try:
-        lines = read_bytes(path, SIZE_LIMIT, "cut it in OpenSim").decode("utf-8-sig").splitlines()
+        lines = utf8(read_bytes(path, SIZE_LIMIT, "cut it in OpenSim")).decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
         raise UserError(Problem("is not text; OpenSim writes .mot and .sto as text", name)) from None
     header, first = _header(lines, name)

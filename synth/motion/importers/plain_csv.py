@@ -17,9 +17,10 @@ from synth.files.csv_rows import csv_rows
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.motion.importers.foreign_data import Channels
-from synth.motion.importers.registry import loader, text_start
+from synth.motion.importers.registry import UTF_16, loader, text_start
 
 SIZE_LIMIT = 200_000_000  # bytes; the whole file is read into memory
+TRIED = 20  # lines, header included, by which the separator is chosen
 COMMENTS = ("#", "%", "//")
 _TITLE = re.compile(r"\s*(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
 _ELECTRIC = re.compile(r"volt|supply|battery|current|torque|effort|moment", re.IGNORECASE)
@@ -44,7 +45,7 @@ def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
     above = 0
     while above < len(lines) and (not lines[above].strip() or lines[above].lstrip().startswith(COMMENTS)):
         above += 1
-    separator = max(",;\t", key=lines[above].count) if above < len(lines) else ","
+    separator = _separator(lines[above : above + TRIED], name)
     numbered = [(above + line, row) for line, row in csv_rows("".join(lines[above:]), name, separator=separator)
             if len(row) > 1 or any(cell.strip() for cell in row)]  # fmt: skip
     rows, numbers = [row for _, row in numbered], [line for line, _ in numbered]
@@ -66,11 +67,29 @@ def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
     return Channels(name, tuple(names), tuple(found_units), values)
 
 
+def _separator(lines: list[str], name: str) -> str:
+    """The separator of which the rows make the most numbers and the fewest other cells; then that of most columns.
+
+    A comma may also stand in a quoted name, an unquoted one (``hip, deg``), and in every decimal.
+    """
+    scores: dict[str, tuple[int, int]] = {}
+    for separator in ",;\t":
+        try:
+            rows = [row for _, row in csv_rows("".join(lines), name, separator=separator)]
+        except UserError:
+            continue  # a cell is too long; the right separator's error is raised when the whole file is read
+        if rows and len(rows[0]) > 1:
+            cells = [cell for row in rows[1:] for cell in row if cell.strip().casefold() not in _MISSING]
+            numbers = sum(_number(cell, separator) is not None for cell in cells)
+            scores[separator] = 2 * numbers - len(cells), len(rows[0])
+    return max(scores, key=scores.__getitem__, default=",")
+
+
 def _text(path: Path, name: str) -> str:
     data = read_bytes(path, SIZE_LIMIT, "thin it")
     if data[:4] in (b"PK\x03\x04", b"\xd0\xcf\x11\xe0"):
         raise UserError(Problem("is a spreadsheet or an archive, not a CSV; export it as CSV", name))
-    for encoding in ("utf-16",) if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252"):
+    for encoding in ("utf-16",) if data.startswith(UTF_16) else ("utf-8-sig", "cp1252"):
         try:
             return data.decode(encoding)  # a degree sign often comes in Windows' encoding
         except UnicodeDecodeError:

@@ -15,7 +15,7 @@ from synth.arrays import Array, Mask
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers.foreign_data import Markers, listed, other_side
-from synth.motion.importers.swaps import exchanged, restored, swap_note
+from synth.motion.importers.swaps import exchanged, restored, swap_notes
 from synth.swing.leg_model import Leg
 
 STRETCH = 0.2  # of a link's length; with a larger deviation a point is misplaced
@@ -49,7 +49,7 @@ def track(markers: Markers, leg: Leg, mapping: Mapping) -> Tracked:
     time = _clock(markers, mapping)
     chosen = _chosen(markers, leg, mapping)
     notes = list(markers.notes)
-    space = _unswapped(markers, chosen, notes)
+    space = _unswapped(markers, chosen, time, notes)
     flat = _unrolled(_in_plane(space, markers, mapping, notes), mapping.roll)  # as filmed, so before it is mirrored
     if mapping.mirror:
         flat[..., 0] *= -1.0
@@ -75,6 +75,8 @@ def _clock(markers: Markers, mapping: Mapping) -> Array:
     if own is not None and stated is not None and abs(own / stated - 1.0) > 1e-6:  # as written to six digits
         text = f"the file says {own:g} Hz and the project {stated:g} Hz; leave it out"
         raise UserError(Problem(text, markers.name, key="frame_rate"))
+    if markers.time is not None:
+        return markers.time
     rate = own or stated
     if rate is None:
         text = "has no clock: state the camera's frame rate, frame_rate: 250 Hz (--frame-rate '250 Hz'). "
@@ -98,16 +100,15 @@ def _chosen(markers: Markers, leg: Leg, mapping: Mapping) -> list[int]:
     return [markers.find(point) for point in mapping.points]
 
 
-def _unswapped(markers: Markers, chosen: list[int], notes: list[str]) -> Array:
+def _unswapped(markers: Markers, chosen: list[int], time: Array, notes: list[str]) -> Array:
     """Positions (n, n_point, d) of the chosen points, with exchanges between the sides reversed."""
     found = []
     for index in chosen:
         track, other = markers.positions[:, index], other_side(markers.names[index], markers.names)
         if other is not None and other not in chosen:
-            swapped = exchanged(track, markers.positions[:, other])
-            if swapped.any():
-                notes.append(swap_note(markers.names[index], swapped))
-                track = restored(track, swapped, markers.positions[:, other])
+            exchange = exchanged(track, markers.positions[:, other])
+            notes += swap_notes(markers.names[index], exchange, time)
+            track = restored(track, exchange.swapped, markers.positions[:, other])
         if not np.isfinite(track).any():
             raise UserError(Problem(f'the point "{markers.names[index]}" is never visible', markers.name))
         found.append(track)

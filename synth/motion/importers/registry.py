@@ -21,6 +21,7 @@ from synth.files.paths import size_of_regular
 from synth.motion.importers.foreign_data import Source
 
 START = 200_000  # bytes of a file that validators receive
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # byte order marks
 HDF5 = b"\x89HDF\r\n\x1a\n"
 Reader = Callable[[Path, Mapping, str], Source]
 Holds = Callable[[bytes, Path], bool]  # the file's first bytes, and the path for validators that need more
@@ -137,6 +138,18 @@ def _unknown_format(start: bytes) -> str:
 
 def text_start(start: bytes) -> str:
     """The first bytes as text; empty if they are not text."""
+    if start.startswith(UTF_16):
+        return start.decode("utf-16", errors="replace")
     if b"\0" in start[:4000] or start.startswith(HDF5):  # a text has no zero byte, a binary file has one soon
         return ""
     return start.decode("utf-8-sig", errors="replace")
+
+
+def utf8(data: bytes) -> bytes:
+    """A text in UTF-16, as some spreadsheets and shells write it, in UTF-8; other data as they are."""
+    if not data.startswith(UTF_16):
+        return data
+    try:
+        return data.decode("utf-16").encode()
+    except UnicodeDecodeError:
+        return data  # the reader refuses it as no text

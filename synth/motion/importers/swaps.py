@@ -1,42 +1,131 @@
-"""Left and right exchanged: a tracker that confuses the two legs in some frames."""
+"""Left and right exchanged: a tracker that confuses the two legs in some frames.
+
+An exchange is a jump of both tracks at once into each other's place, and back. Two tracks that cross also come close
+to each other's place from one frame to the next, but each goes on as it moved before; a prediction at constant velocity
+from either side tells the two apart. Only what is beyond doubt is restored: a wrong repair destroys a good recording.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.arrays import Array, Mask
 
+# Limits tuned with tests/motion/importers/test_swaps.py: crossings of 5 to 100 samples a period and 0 to 3 % noise.
 SHORTER = 0.25  # the exchanged step against the plain one, squared distances
-STRIDES = 6.0  # ordinary steps; a plain step must be larger
+STRIDES = 6.0  # ordinary steps nearby; a jump is longer
+NEARBY = 7  # steps before, and after
+SMOOTHER = 0.1  # error of the prediction with an exchange against that without, squared: below, there is no doubt
+MOST = 0.5  # share of exchanged frames: with more, the first frame may be wrong as well
+NAMED = 6  # times in a note
 
 
-def exchanged(one: Array, other: Array) -> Mask:
+@dataclass(frozen=True, eq=False)
+class SideExchange:
+    """What is found in two tracks of n frames.
+
+    ``swapped`` (n,) True where they hold each other's values; ``doubtful`` frames at which an exchange may begin or
+    end. If any is doubtful, ``swapped`` is False everywhere.
+    """
+
+    swapped: Mask
+    doubtful: tuple[int, ...] = ()
+
+
+def exchanged(one: Array, other: Array) -> SideExchange:
     """Frames in which two tracks hold each other's values.
 
     Parameters
     ----------
-    one, other : (n, d), the same point or angle of either side, nan where missing.
+    one, other : (n, d), the same point or angle of either side, nan where missing. Angles that may jump by a turn are
+        points on the unit circle.
 
     Returns
     -------
-    (n,) True if exchanged. An exchange shows as a step of both tracks that is long
-    as recorded and short when crossed; each such step begins or ends an exchange. Tracks that merely cross
-    have short steps and are left alone. The first frame is assumed correct.
+    An exchange begins and ends with a jump of both tracks that is much longer than their steps nearby, short when
+    crossed, and after which each track goes on from the other's place with the other's velocity. The first frame is
+    assumed correct. A jump without one back, or at which the prediction is not clear, is doubtful, and so is a meeting
+    from which both tracks turn back as if each had gone on as the other.
     """
-    known = np.isfinite(one).all(axis=1) & np.isfinite(other).all(axis=1)
-    at = np.flatnonzero(known)
-    swapped = np.zeros(len(one), dtype=bool)
-    if len(at) < 3:
-        return swapped
-    a, b = one[at], other[at]
+    none = np.zeros(len(one), dtype=bool)
+    at = _changing(one, other)
+    if len(at) < 4:
+        return SideExchange(none)
+    jump, corner, clear = _turns(one[at], other[at], np.diff(at).astype(float))
+    turn = jump & clear
+    state = np.concatenate([[False], np.cumsum(turn) % 2 == 1])
+    # A frame with one side missing, or equal to the one before it, goes with the frame before it.
+    position = np.searchsorted(at, np.arange(len(one)), side="right") - 1
+    swapped = np.asarray(state[np.maximum(position, 0)] & (position >= 0))
+    suspected = jump | corner
+    if (suspected & ~turn).any() or state[-1] or swapped.mean() > MOST:
+        return SideExchange(none, tuple(int(frame) for frame in at[1:][suspected]))
+    return SideExchange(swapped)
+
+
+def _changing(one: Array, other: Array) -> NDArray[np.intp]:
+    """Frames with both tracks that differ from the frame before: held values have no velocity."""
+    at = np.flatnonzero(np.isfinite(one).all(axis=1) & np.isfinite(other).all(axis=1))
+    both = np.concatenate([one[at], other[at]], axis=1)
+    return np.asarray(at[np.concatenate([[True], (np.diff(both, axis=0) != 0).any(axis=1)])[: len(at)]])
+
+
+def _turns(a: Array, b: Array, gap: Array) -> tuple[Mask, Mask, Mask]:
+    """Steps (m - 1,) with a jump that is smoother crossed; such without a jump; those beyond doubt.
+
+    Parameters
+    ----------
+    a, b : (m, d) tracks without missing frames.
+    gap : (m - 1,) frames from each to the next.
+    """
     plain = ((a[1:] - a[:-1]) ** 2 + (b[1:] - b[:-1]) ** 2).sum(axis=1)
     crossed = ((a[1:] - b[:-1]) ** 2 + (b[1:] - a[:-1]) ** 2).sum(axis=1)
-    stride = float(np.median(np.minimum(plain, crossed)))
-    turns = (crossed < SHORTER * plain) & (plain > STRIDES**2 * stride)
-    state = np.concatenate([[False], np.cumsum(turns) % 2 == 1])
-    # A frame with one side missing goes with the frame before it.
-    position = np.searchsorted(at, np.arange(len(one)), side="right") - 1
-    return np.asarray(state[np.maximum(position, 0)] & (position >= 0))
+    step = np.sqrt(np.minimum(plain, crossed)) / gap
+    stride = gap * _ordinary(step)
+    jump = (crossed < SHORTER * plain) & (plain > (STRIDES * stride) ** 2)
+    kept, turned = _errors(a, b, gap, jump)
+    # Errors of prediction nearby, as recorded: a corner of two tracks that meet is larger.
+    usual = _ordinary(np.sqrt(np.minimum(kept, turned)))
+    corner = ~jump & (turned < SMOOTHER * kept) & (kept > (STRIDES * usual) ** 2)
+    return jump & (turned < kept), corner, turned < SMOOTHER * kept
+
+
+def _errors(a: Array, b: Array, gap: Array, jump: Mask) -> tuple[Array, Array]:
+    """Squared errors (m - 1,) of predictions at constant velocity over each step: as recorded, and exchanged there.
+
+    From the two frames before to the one after, and from the two after to the one before. A neighbouring step that
+    jumps may be an exchange too (of a single frame), whichever fits better.
+    """
+    mean, apart = (a + b) / 2.0, (a - b) / 2.0  # an exchange leaves the one and reverses the other
+    kept, turned = np.zeros(len(gap)), np.zeros(len(gap))
+    for before, after, between, reach, beside in (
+        (slice(0, -2), slice(2, None), slice(1, None), gap[1:] / gap[:-1], jump[:-1]),
+        (slice(2, None), slice(0, -2), slice(0, -1), gap[:-1] / gap[1:], jump[1:]),
+    ):
+        # Predicted from `before` and the middle one to `after`, over the steps `between`.
+        far = reach[:, None]
+        common = ((mean[after] - mean[1:-1] - far * (mean[1:-1] - mean[before])) ** 2).sum(axis=1)
+        for total, sign in ((kept, 1.0), (turned, -1.0)):
+            same = ((sign * apart[after] - apart[1:-1] - far * (apart[1:-1] - apart[before])) ** 2).sum(axis=1)
+            also = ((sign * apart[after] - apart[1:-1] - far * (apart[1:-1] + apart[before])) ** 2).sum(axis=1)
+            total[between] += common + np.where(beside, np.minimum(same, also), same)
+    return kept, turned
+
+
+def _ordinary(size: Array) -> Array:
+    """The median nearby (m,) of the sizes (m,), before or after each, whichever is larger; at least the mean of all."""
+    padded = np.concatenate([np.full(NEARBY, np.nan), size, np.full(NEARBY, np.nan)])
+    window = np.lib.stride_tricks.sliding_window_view(padded, NEARBY)
+    before, after = window[: len(size)], window[NEARBY + 1 :]
+    found = np.full(len(size), float(size.mean()))
+    for side in (before, after):
+        some = np.isfinite(side).any(axis=1)
+        found[some] = np.maximum(found[some], np.nanmedian(side[some], axis=1))
+    return found
 
 
 def restored(one: Array, swapped: Mask, other: Array) -> Array:
@@ -44,10 +133,18 @@ def restored(one: Array, swapped: Mask, other: Array) -> Array:
     return np.where(swapped[:, None], other, one)
 
 
-def swap_note(what: str, swapped: Mask) -> str:
-    """The finding in words."""
-    stretches = int(np.diff(np.concatenate([[False], swapped])[:].astype(int)).clip(0).sum())
-    text = f"{what}: left and right are exchanged in {int(swapped.sum())} frames ({stretches} stretches); restored"
-    if swapped[-1]:
-        text += ". The last stretch runs to the end: check that the first frames, not the last, are correct"
-    return text
+def swap_notes(what: str, found: SideExchange, time: Array) -> list[str]:
+    """The finding in words, if there is one; ``time`` (n,) s of the frames."""
+    if found.doubtful:
+        return [_doubt(what, time[list(found.doubtful)])]
+    if not found.swapped.any():
+        return []
+    stretches = int(np.diff(np.concatenate([[False], found.swapped]).astype(int)).clip(0).sum())
+    frames = int(found.swapped.sum())
+    return [f"{what}: left and right are exchanged in {frames} frames ({stretches} stretches); restored"]
+
+
+def _doubt(what: str, times: Sequence[float] | Array) -> str:
+    shown = ", ".join(f"{time:.3f}" for time in times[:NAMED]) + (" and later" if len(times) > NAMED else "")
+    text = f"{what}: left and right may be exchanged from or to {shown} s, which is not certain; the recording is left "
+    return f"{text}as it is: look at it there, and leave it out or cut it with a window if they are"

@@ -139,6 +139,19 @@ def trc(path: Path) -> Path:
     return path
 
 
+def test_texts_in_utf_16_are_read_as_in_utf_8(tmp_path: Path) -> None:
+    """As PowerShell's ``>`` writes them."""
+    for name, made, mapping in (
+        ("trc", trc(tmp_path / "a.trc"), Mapping(points=PARTS)),
+        ("anipose", anipose(tmp_path / "a.csv"), Mapping(points=PARTS, frame_rate=RATE, plane=("fit", "z"))),
+    ):
+        plain = imported(made, mapping)
+        made.write_bytes(made.read_bytes().decode().encode("utf-16"))
+        found = imported(made, mapping)
+        assert found.format == plain.format == name
+        np.testing.assert_array_equal(found.angles, plain.angles)
+
+
 def test_points_in_space_lie_in_the_plane_that_fits_best(tmp_path: Path) -> None:
     for found, form in (
         (imported(anipose(tmp_path / "a.csv"), FLAT), "anipose"),

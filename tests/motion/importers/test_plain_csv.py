@@ -49,6 +49,33 @@ def test_other_names_units_separator_decimal_comma_and_comments(tmp_path: Path) 
     np.testing.assert_allclose(found.time, angles()[0], atol=1e-12)
 
 
+@pytest.mark.parametrize("quoted", [True, False])
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_decimal_commas_and_commas_in_names(tmp_path: Path, separator: str, quoted: bool) -> None:
+    """MATLAB's names and a spreadsheet's separators: the commas are as many as the separators, or more."""
+    data = table("t", "theta(:,1)", "theta(:,2)", "theta(:,3)")
+    text = data.to_csv(index=False, sep=separator, decimal=",")
+    header, _, rest = text.partition("\n")
+    assert '"' not in header
+    if quoted:
+        header = separator.join(f'"{name}"' for name in header.split(separator))
+    (tmp_path / "a.csv").write_text(f"{header}\n{rest}")
+    columns = {name: JointColumn(f"theta(:,{k})", unit="deg") for k, name in enumerate(("hip", "knee", "ankle"), 1)}
+    found = imported(tmp_path / "a.csv", Mapping(joints=columns, time="t", time_unit="s"))
+    np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be"])
+def test_a_table_in_utf_16_is_recognised(tmp_path: Path, encoding: str) -> None:
+    """As a spreadsheet saves "Unicode text": a byte order mark, tabs."""
+    text = table("time [s]", "hip [°]", "knee [deg]", "ankle [deg]").to_csv(index=False, sep="\t")
+    mark = b"\xfe\xff" if encoding == "utf-16-be" else b""
+    (tmp_path / "a.txt").write_bytes(mark + text.encode(encoding))
+    found = imported(tmp_path / "a.txt")
+    assert found.format == "csv"
+    np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
+
+
 def test_a_row_of_units_under_the_names(tmp_path: Path) -> None:
     lines = table("t", "hip", "knee", "ankle").to_csv(index=False, sep="\t").splitlines()
     (tmp_path / "a.txt").write_text("\n".join([lines[0], "s\tdeg\tdeg\tdeg", *lines[1:]]))
