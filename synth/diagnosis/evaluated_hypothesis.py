@@ -43,7 +43,7 @@ class EvaluatedHypothesis:
 
     @cached_property
     def shapes(self) -> Array:
-        """(n, 2), see ``hypotheses.FittedHypothesis``; without derivatives, or where those diverge, fully determined."""
+        """(n, 2), see ``hypotheses.FittedHypothesis``; without derivatives, or where they diverge, fully determined."""
         first = len(self.unknowns) - sum(cause.size for cause in self.hypothesis)
         places = shape_places(self.hypothesis)
         values = self.unknowns[[first + place for place in places]]
