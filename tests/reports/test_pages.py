@@ -210,6 +210,18 @@ def test_a_missing_part_leaves_the_rest(leg_folder: LegFolder, key: str, absent:
         assert said[key] in page.text
 
 
+@pytest.mark.parametrize("last_head", ["From wanted, RMS", "Built minus wanted, rms"])
+def test_the_free_angle_beside_the_chosen_spring_is_the_built_legs(leg_folder: LegFolder, last_head: str) -> None:
+    """Arm offset and built.leg.yaml belong to it; the refit's and the wanted motion's are other numbers."""
+    folder, design = leg_folder()
+    html, _ = page_of(write_leg_report(folder))
+    shown = html[html.index(f">{last_head}</th>") :].split("</table>")[0]
+    for joint in design["joints"].values():
+        assert f"{joint['spring']['free_angle']['value']:g}°" in shown
+        assert f"{joint['refit']['free_angle']['value']:g}°" not in shown
+        assert f"{joint['wanted']['free_angle']['value']:g}°" not in shown
+
+
 def test_an_empty_design_has_a_page(tmp_path: Path) -> None:
     (tmp_path / "design.json").write_text('{"format": "synth/leg-design/1"}')
     _, page = page_of(write_leg_report(tmp_path))
