@@ -10,7 +10,7 @@ import numpy as np
 
 from synth.api.beside_project import not_overridden, recordings_of, refuse_trials, require_known, require_values
 from synth.api.report import IN_CODE, Cell, Panel, Report, Stage, silent
-from synth.batch.one_fit import Ready, fit_project, ready, write_fit
+from synth.batch.one_fit import Ready, fit_project, ready, write_fit, write_fit_files
 from synth.estimation.intervals import Estimate
 from synth.files.fit_words import FreeAngle, Laws, Release
 from synth.files.leg_file import PartResolver
@@ -110,6 +110,11 @@ class Fit(Report):
     def write(self, folder: Path) -> None:
         """``fit.json``, the fitted leg, responses and a report."""
         write_fit(self.result, folder)
+
+    def write_compared(self, folder: Path) -> tuple[str, str]:
+        """Without the report."""
+        write_fit_files(self.result, folder)
+        return "fit", self.project.name
 
 
 def read_fit(path: str | Path, *, resolve_part: PartResolver | None = None) -> FitProject:

@@ -81,6 +81,13 @@ class Gap(Diagnosed):
         write_simulator_files(self.diagnosed, self._fastest(), folder / "diagnosed", leg, told, driven)
         write_gap_report(folder)
 
+    def write_compared(self, folder: Path) -> tuple[str, str]:
+        """Without files for simulators and the report."""
+        from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
+
+        write_gap(self.result, self.project, folder)
+        return "gap", self.project.name
+
     def _fastest(self) -> Array:
         """(n,) rad/s, the largest speed of each joint in the trials; at least one degree per second."""
         speeds = [np.nanmax(np.abs(trial.speed), axis=0, initial=0.0) for trial in self.result.trials]
