@@ -121,8 +121,9 @@ def _figures(document: Json) -> Figures | None:
         return None
     errors = mapping(document, "response", "wanted_to_built", "joints")
     rows = [_row(name, mapping(joint), errors.get(name)) for name, joint in joints.items()]
-    heads = ("Joint", "Spring", "Damper", "Free angle", "From wanted, RMS")
-    return Figures(heads, rows, "Spring rate, and its deviation from the rate that suits the chosen damper.")
+    heads = ("Joint", "Spring", "Damper", "Free angle, built", "From wanted, RMS")
+    words = "Spring rate, and its deviation from the rate that suits the chosen damper. Free angle of built.leg.yaml."
+    return Figures(heads, rows, words)
 
 
 def _row(name: str, joint: Json, error: object) -> list[Cell]:
@@ -136,12 +137,11 @@ def _row(name: str, joint: Json, error: object) -> list[Cell]:
         what = f"{count} × {what}"
     each = value_of(rate)
     off = percent(None if each is None else each * (count if isinstance(count, int) else 1), value_of(wanted))
-    free = mapping(joint, "refit").get("free_angle") or mapping(joint, "wanted").get("free_angle")
     return [
         Cell(name),
         Cell(what, f"{text(rate)}, {off}" if rate else ""),
         Cell(str(damper.get("arrangement") or damper.get("part") or "–"), _law(damper)),
-        Cell(text(free), interval_text(free)),
+        Cell(text(spring.get("free_angle"))),
         Cell(brief(error)),
     ]
 

@@ -13,6 +13,7 @@ from synth.reports.quantities import text
 from synth.reports.reading import Result
 from synth.reports.section import AbsentResult, mapping, sequence
 from synth.reports.sections import many_gaps, many_legs
+from synth.reports.sections.warnings import of_leg
 
 WORDS = {
     "effect": "have a cause",
@@ -70,7 +71,7 @@ def _counted(result: Result) -> str:
 
 
 def _warned(legs: Sequence[Mapping[str, Any]]) -> str:
-    warned = sum(bool(sequence(leg, "warnings")) for leg in legs)
+    warned = sum(bool(of_leg(leg)) for leg in legs)
     return f"{warned} of them have warnings." if warned else "None has a warning." if legs else ""
 
 

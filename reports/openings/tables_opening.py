@@ -10,6 +10,7 @@ from synth.reports.opening import Cell, Figures, Opening, listed
 from synth.reports.quantities import text
 from synth.reports.reading import Result
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.sections.warnings import of_leg
 
 NEXT = "Open a leg's page below; each leg's `fitted.leg.yaml` can be the source of `synth leg`."
 
@@ -17,7 +18,7 @@ NEXT = "Open a leg's page below; each leg's `fitted.leg.yaml` can be the source 
 def fits_opening(result: Result, across: ReportSection) -> Opening:
     """How many were fitted, how the legs differ, and what failed."""
     legs, failed = sequence(result.content, "legs"), sequence(result.content, "failed")
-    warned = sum(bool(sequence(leg, "warnings")) for leg in legs)
+    warned = sum(bool(of_leg(leg)) for leg in legs)
     found = across.content(result)
     rows, figure, caption = [], Markup(""), ""
     if not isinstance(found, AbsentResult):

@@ -9,7 +9,7 @@ from typing import Any
 from synth.reports.figures.interval_bars import IntervalRow, interval_figure
 from synth.reports.reading import Json, Result
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
-from synth.reports.sections.warnings import text_of
+from synth.reports.sections.warnings import of_leg
 
 MOST_ROWS = 400  # of the table; the CSV holds all
 MOST_WARNINGS = 100  # of different words
@@ -77,7 +77,7 @@ def _warnings(result: Result) -> dict[str, Any] | AbsentResult:
     """Warnings with the legs that have them; the same words of many legs once."""
     where: dict[str, list[str]] = {}
     for leg in _items(result, "legs"):
-        for words in dict.fromkeys(map(text_of, sequence(leg, "warnings"))):
+        for words in dict.fromkeys(of_leg(leg)):
             where.setdefault(words, []).append(leg["name"])
     if not where:
         return AbsentResult("none has a warning")

@@ -28,7 +28,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
             shown.append({"path": name, "caption": item.get("caption") or name, "uri": png_uri(path)})
     joints = mapping(result.content, "joints")
     offsets = {name: joint.get("arm_offset") for name, joint in joints.items() if isinstance(joint, Mapping)}
-    frees = {name: _free_angle(joint) for name, joint in joints.items()}
+    frees = {name: mapping(joint, "spring").get("free_angle") for name, joint in joints.items()}
     included = {name: mapping(joint, "spring").get("included_angle") or
                 mapping(joint, "spring", "make").get("included_angle") for name, joint in joints.items()}  # fmt: skip
     rows = [
@@ -46,12 +46,6 @@ def _assembly(result: Result) -> list[dict[str, Any]]:
         texts = [str(step.get("step")) for step in steps if isinstance(step, Mapping)]
         found.append({"name": name, "steps": texts})
     return found
-
-
-def _free_angle(joint: object) -> object:
-    """The free angle that the parts are made for."""
-    spring = mapping(joint, "spring").get("free_angle")
-    return spring or mapping(joint, "refit").get("free_angle") or mapping(joint, "wanted").get("free_angle")
 
 
 SECTION = ReportSection("pictures", "Pictures of the parts", content)

@@ -28,6 +28,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
                 "name": name,
                 "wanted": wanted,
                 "refit": refit,
+                "free_angle": spring.get("free_angle"),
                 "spring": _bought(spring) or ("to make" if make else "none chosen"),
                 "none": not spring.get("part") and not make,
                 "rate": rate,

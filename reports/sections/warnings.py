@@ -34,6 +34,8 @@ def _all(document: Json) -> list[tuple[str, str, str, object]]:
     rows: list[tuple[str, str, str, object]] = []
     for index, item in enumerate(sequence(document, "remarks") or sequence(document, "warnings")):
         rows.append((str(mapping(item).get("joint") or ""), text_of(item), f"warnings[{index}]", item))
+    for index, item in enumerate(sequence(document, "not_separable")):
+        rows.append(("", text_of(item), f"not_separable[{index}]", item))
     for name, joint in mapping(document, "joints").items():
         rows += [(name, text_of(item), f"joints.{name}.warnings", item) for item in sequence(joint, "warnings")]
     for name, law in mapping(document, "damper_laws").items():
@@ -42,6 +44,11 @@ def _all(document: Json) -> list[tuple[str, str, str, object]]:
         fit = mapping(document, "stages", stage)
         rows += [("", text_of(item), f"stages.{stage}.warnings", item) for item in sequence(fit, "warnings")]
     return rows
+
+
+def of_leg(leg: object) -> list[str]:
+    """The texts of a leg in a folder's summary, as its own page has them: warnings and what is not separable."""
+    return [text_of(item) for key in ("warnings", "not_separable") for item in sequence(leg, key)]
 
 
 def text_of(item: object) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import fields
 from pathlib import Path
 
-from synth.errors import Problem
+from synth.errors import Problem, UserError
 from synth.files.project_options import RatePrior
 from synth.files.projects import prior_faults
 from synth.files.schema import Default
@@ -26,6 +26,24 @@ def refuse_trials(trials: Sequence[Trial], path: Path, function: str) -> None:
     if trials:
         text = f"the project has its own trials, and {len(trials)} more are given beside it; name them in its file, or "
         raise_if_any([Problem(f"{text}give a leg instead of the project: synth.{function}(leg, trials)", str(path))])
+
+
+def recordings_of(trials: object, function: str) -> tuple[Trial, ...]:
+    """The trials of a leg made in code.
+
+    Raises
+    ------
+    UserError
+        If there is none, or something else is among them.
+    """
+    how = f'synth.{function}(leg, synth.read_trials(["trials/*.csv"], leg))'
+    found = tuple(trials) if isinstance(trials, Iterable) and not isinstance(trials, str) else (trials,)
+    for trial in found:
+        if not isinstance(trial, Trial):
+            raise UserError(f"{trial!r:.80} is no recording that was read, but a {type(trial).__name__}: {how}")
+    if not found:
+        raise UserError(f"no recording is given beside the leg: {how}")
+    return found
 
 
 def require_known(tolerance: Tolerance, leg: Leg, path: Path) -> None:

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from synth.api.compared_objects import Comparable, sources_of
 from synth.api.report import Cell, Panel, Report, Stage, silent
 from synth.comparison.compare_sides import Comparison, response_columns, table_columns
 from synth.comparison.compare_sides import compare as _compare
 from synth.comparison.opened import open_sides
 from synth.comparison.side import ComparedMotion, Side
-from synth.comparison.side_source import RESULTS, Source, read_source
+from synth.comparison.side_source import RESULTS, Source
 from synth.files.output import sha256_file
 from synth.parts.resolver import resolver
 from synth.swing.leg_model import Leg
@@ -71,7 +73,7 @@ def open_compared(
 
 
 def compare(
-    *sources: str | Path,
+    *sources: Comparable | Mapping[str, Comparable],
     reference: str | None = None,
     stretch: Mapping[str, float] | None = None,
     leg: Leg | None = None,
@@ -81,7 +83,9 @@ def compare(
     Parameters
     ----------
     sources
-        as on the command line: ``PATH``, ``NAME=PATH``, ``PATH#built,wanted``.
+        a ``Fit``, ``Gap`` or ``Design``, a ``Leg``, ``Trial``s that were read, or as on the command line ``PATH``,
+        ``NAME=PATH``, ``PATH#built,wanted``; ``{"new": fit, "old": other}`` names them. A ``Design`` is compared as its
+        ``leg``; its saved folder has the friction of the drawn bearings too.
     reference
         the side to compare with; default: the first recorded one.
     stretch
@@ -94,8 +98,9 @@ def compare(
     UserError
         If a source cannot be opened or compared.
     """
-    named = [read_source(str(source)) for source in sources]
-    return compared(open_compared(named, leg=leg), named, reference=reference, stretch=stretch or {})
+    with TemporaryDirectory(prefix="synth-compare-") as folder:
+        named = sources_of(sources, Path(folder))
+        return compared(open_compared(named, leg=leg), named, reference=reference, stretch=stretch or {})
 
 
 def compared(
@@ -115,14 +120,16 @@ def compared(
 
 
 def _inputs(sources: Sequence[Source]) -> dict[str, str]:
-    """The named files, or a result folder's JSON, with their SHA-256."""
+    """The named files, or a result folder's JSON, with their SHA-256; of an object the files that it is written as."""
     found: dict[str, str] = {}
     for source in sources:
+        found |= {trial.name: trial.sha256 for trial in source.trials}
         if source.path.is_file():
             files = [source.path]
         elif source.kind in RESULTS.values():
             files = [source.path / name for name, kind in RESULTS.items() if kind == source.kind]
         else:
             files = sorted(source.path.glob("*.csv"))
-        found |= {file.as_posix(): sha256_file(file) for file in files}
+        names = [f"{source.label}/{file.name}" if source.in_code else file.as_posix() for file in files]
+        found |= {name: sha256_file(file) for name, file in zip(names, files, strict=True)}
     return found

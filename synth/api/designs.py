@@ -97,6 +97,17 @@ class Design(Report):
         if failure is not None:
             raise failure
 
+    def write_compared(self, folder: Path) -> tuple[str, str]:
+        """Without solids and what drawing them changes, and without the report."""
+        from synth.design.drawn_springs import seats_set
+        from synth.design.write_design import design_json, write_files
+        from synth.files.output import write_json
+
+        design, _ = seats_set(self.design)
+        write_files(design, folder)
+        write_json(folder / "design.json", design_json(design, [], folder, {}))
+        return "design", self.project.name
+
     def write_with(
         self,
         folder: Path,

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from synth.api.beside_project import not_overridden, refuse_trials, require_known, require_values
+from synth.api.beside_project import not_overridden, recordings_of, refuse_trials, require_known, require_values
 from synth.api.report import IN_CODE, Cell, Panel, Report, Stage, silent
-from synth.batch.one_fit import Ready, fit_project, ready, write_fit
+from synth.batch.one_fit import Ready, fit_project, ready, write_fit, write_fit_files
 from synth.estimation.intervals import Estimate
-from synth.files.fit_words import FreeAngle
+from synth.files.fit_words import FreeAngle, Laws, Release
 from synth.files.leg_file import PartResolver
-from synth.files.project_options import FitOptions, Laws, RatePrior, Release
-from synth.files.projects import FitProject, read_fit_project
+from synth.files.project_options import FitOptions, RatePrior
+from synth.files.projects import FitProject, check_in_code, read_fit_project
 from synth.files.tolerance import Tolerance
 from synth.files.trial_list import Trial
 from synth.fit.fit_result import FitResult, JointFit
@@ -111,6 +111,11 @@ class Fit(Report):
         """``fit.json``, the fitted leg, responses and a report."""
         write_fit(self.result, folder)
 
+    def write_compared(self, folder: Path) -> tuple[str, str]:
+        """Without the report."""
+        write_fit_files(self.result, folder)
+        return "fit", self.project.name
+
 
 def read_fit(path: str | Path, *, resolve_part: PartResolver | None = None) -> FitProject:
     """Read a project of kind ``fit`` with leg and trials; parts come from the built-in catalogues.
@@ -146,11 +151,12 @@ def fit(
     Raises
     ------
     UserError
-        If trials are given beside a project, trials cannot be used, options contradict each other or name a joint or
-        a value that the leg does not have, or no simulated motion comes near the trials.
+        If trials are given beside a project or none beside a leg, trials cannot be used, options contradict each other,
+        name a joint or a value that the leg does not have or have a value that is not allowed, or no simulated motion
+        comes near the trials.
     """
     if isinstance(what, Leg):
-        project = FitProject(IN_CODE, what.name, what, tuple(trials), "auto", FitOptions(), None, (), ())
+        project = FitProject(IN_CODE, what.name, what, recordings_of(trials, "fit"), "auto", FitOptions(), None, (), ())
     else:
         project = what if isinstance(what, FitProject) else read_fit(what)
         refuse_trials(trials, project.path, "fit")
@@ -162,12 +168,14 @@ def _with_settings(project: FitProject, settings: FitSettings) -> FitProject:
     given = {name: value for name, value in vars(settings).items() if value is not None}
     if "options" in given:
         given["fit"] = given.pop("options")
-    if settings.tolerance is not None:
-        require_known(settings.tolerance, project.leg, project.path)
-    if settings.prior is not None:
-        require_values(settings.prior, project.leg, project.path)
-        given["prior"] = None if settings.prior == RatePrior() else settings.prior
-    return replace(project, **given, defaults=not_overridden(project.defaults, given))
+    if settings.prior == RatePrior():
+        given["prior"] = None
+    changed = replace(project, **given, defaults=not_overridden(project.defaults, given))
+    check_in_code(changed)
+    require_known(changed.tolerance, changed.leg, changed.path)
+    if changed.prior is not None:
+        require_values(changed.prior, changed.leg, changed.path)
+    return changed
 
 
 def checked(project: FitProject) -> Ready:

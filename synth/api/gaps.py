@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from synth.api.beside_project import not_overridden, refuse_trials, require_known
+from synth.api.beside_project import not_overridden, recordings_of, refuse_trials, require_known
 from synth.api.diagnosed import Diagnosed
 from synth.api.report import IN_CODE, Panel, Stage, silent
 from synth.arrays import Array
@@ -21,7 +21,7 @@ from synth.diagnosis.plants.swinging_chain.stand_in import stand_in
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.errors import UserError
 from synth.files.gap_kind import is_hopper_gap
-from synth.files.gap_project import GapProject, with_rates
+from synth.files.gap_project import GapProject, check_in_code, with_rates
 from synth.files.gap_project import read_gap_project as _read_gap_project
 from synth.files.output import sha256_file
 from synth.files.simulator_files import write_simulator_files
@@ -80,6 +80,13 @@ class Gap(Diagnosed):
         driven = drive_error(self.diagnosed, self.project.trials)
         write_simulator_files(self.diagnosed, self._fastest(), folder / "diagnosed", leg, told, driven)
         write_gap_report(folder)
+
+    def write_compared(self, folder: Path) -> tuple[str, str]:
+        """Without files for simulators and the report."""
+        from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
+
+        write_gap(self.result, self.project, folder)
+        return "gap", self.project.name
 
     def _fastest(self) -> Array:
         """(n,) rad/s, the largest speed of each joint in the trials; at least one degree per second."""
@@ -140,12 +147,12 @@ def gap(
     Raises
     ------
     UserError
-        If the project or its trials cannot be used, trials are given beside a project, or the tolerance names a joint
-        that the leg does not have.
+        If the project or its trials cannot be used, trials are given beside a project or none beside a leg, or the
+        tolerance names a joint that the leg does not have or a value that is not allowed.
     """
     if isinstance(what, Leg):
         leg, defaults = with_rates(what)
-        project = GapProject(IN_CODE, leg.name, leg, tuple(trials), Tolerance(), 0, defaults, ())
+        project = GapProject(IN_CODE, leg.name, leg, recordings_of(trials, "gap"), Tolerance(), 0, defaults, ())
         checked = with_checked_trials(project)
     elif isinstance(what, CheckedGap):
         checked = what
@@ -180,10 +187,12 @@ def gap(
 def _overridden(project: GapProject, tolerance: Tolerance | None, seed: int | None) -> GapProject:
     """The project with the given tolerance and seed."""
     if tolerance is not None:
-        require_known(tolerance, project.leg, project.path)
         rest = not_overridden(project.defaults, ("tolerance",))
         project = replace(project, tolerance=tolerance, defaults=rest)
-    return project if seed is None else replace(project, seed=seed)
+    project = project if seed is None else replace(project, seed=seed)
+    check_in_code(project)
+    require_known(project.tolerance, project.leg, project.path)
+    return project
 
 
 def _inputs(checked: CheckedGap) -> Mapping[str, str]:

@@ -102,6 +102,13 @@ class Report(ABC):
             axes.legend(fontsize="small")
         return figure
 
+    def write_compared(self, folder: Path) -> tuple[str, str] | None:
+        """Write what a comparison reads, and give its kind, as of a result's folder, and a title.
+
+        None: it cannot be compared.
+        """
+        return None
+
     def save(self, folder: str | Path) -> Path:
         """Write the command's files into a folder, complete or not at all, and return the folder.
 

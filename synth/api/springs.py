@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from synth.api.report import Cell, Panel, Report
+from synth.api.spring_wish import spring_wish
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.parts.catalogs import Catalogue
 from synth.spring.design import SpringResult, design_spring
@@ -18,7 +19,7 @@ from synth.spring.evaluate import check_spring
 from synth.spring.spring_files import write_spring
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import SpringDesign
-from synth.units import parse, quantity
+from synth.units import quantity
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,21 +102,18 @@ def spring(
     travel
         largest angle from rest that winds the coil up: text with a unit, or rad.
     wish
-        further fields of ``SpringRequirements``, in SI and radians: ``included_angle``, ``material``, ``limits``, ...
+        further fields of ``SpringRequirements``: ``included_angle``, ``material``, ``limits``, ...; quantities are text
+        with a unit, or in SI and radians. ``limits`` : ``{"max_outer_diameter": "20 mm", ...}``, or ``SpringLimits``.
     catalogue
         of wire; default: the built-in one.
 
     Raises
     ------
     UserError
-        If a quantity cannot be read or the material is unknown. That no spring can be made is a valid result.
+        If a quantity cannot be read, or a name, a word or the material is unknown. That no spring can be made is a
+        valid result.
     """
-    wanted = SpringRequirements(
-        rate=parse(rate, "N*m/rad") if isinstance(rate, str) else float(rate),
-        travel=parse(travel, "rad") if isinstance(travel, str) else float(travel),
-        **(wish or {}),
-    )
-    return to_wind(wanted, catalogue or Catalogue.load())
+    return to_wind(spring_wish(rate, travel, wish or {}), catalogue or Catalogue.load())
 
 
 def to_wind(wish: SpringRequirements, catalogue: Catalogue, shown: ShownUnits = METRIC) -> SpringAnswer:

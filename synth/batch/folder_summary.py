@@ -40,7 +40,7 @@ def fit_entry(name: str, folder: Path) -> dict[str, Any]:
 
 
 def fit_columns(content: Mapping[str, Any]) -> dict[str, list[Any]]:
-    """``fits.csv``: one row per joint of each leg, and one row per failed project."""
+    """``fits.csv``: a row per joint of each leg, and one per failed project; ``warnings`` as ``synth fit`` counts."""
     columns: dict[str, list[Any]] = {"leg": [], "state": [], "joint": [], "trials": []}
     for key in ESTIMATES:
         columns |= {f"{key}{end} [{UNITS[key]}]": [] for end in ("", " low", " high")}
@@ -52,7 +52,7 @@ def fit_columns(content: Mapping[str, Any]) -> dict[str, list[Any]]:
                 estimate = estimates.get(key)
                 low, high = (estimate or {}).get("interval90") or (None, None)
                 row += [None if estimate is None else estimate["value"], low, high]
-            row += [leg["rms"].get(joint, {}).get("value"), len(leg["warnings"]), None]
+            row += [leg["rms"].get(joint, {}).get("value"), len(leg["warnings"]) + len(leg["not_separable"]), None]
             add_row(columns, row)
     add_failed(columns, content)
     return columns

@@ -111,11 +111,16 @@ def write_fit(result: FitResult, folder: Path) -> None:
     from synth.reports.page import environment
 
     environment().bytecode_cache = KeptTemplates()
+    write_fit_files(result, folder)
+    write_fit_report(folder)
+
+
+def write_fit_files(result: FitResult, folder: Path) -> None:
+    """The same without the report."""
     write_json(folder / "fit.json", result.as_json())
     write_leg(result.leg, folder / "fitted.leg.yaml")
     write_fit_responses(result, folder / "responses" / "source")
     write_json(folder / "page.json", outline_json(result.leg))
-    write_fit_report(folder)
 
 
 def fit_files(project: FitProject) -> dict[str, bytes]:

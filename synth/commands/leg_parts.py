@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from synth.commands.answers import offered
 from synth.commands.arguments import near_miss, one_of
@@ -23,12 +23,14 @@ SHOWN = 2  # substitutes of each part on the screen
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare options that restrict the parts, in addition to the project's."""
+    from synth.files.spring_words import System
+
     group = parser.add_argument_group("available parts", "in addition to select: in the project")
     group.add_argument(
         "--vendor", action="append", default=[], metavar="NAME", help="springs and dampers of this vendor; repeatable"
     )
     group.add_argument("--without", action="append", default=[], metavar="PART", help="exclude this part; repeatable")
-    group.add_argument("--system", type=one_of(["inch", "metric"]), help="springs of inch or of metric wire only")
+    group.add_argument("--system", type=one_of(get_args(System)), help="springs of inch or of metric wire only")
 
 
 def with_options(project: LegProject, arguments: argparse.Namespace, catalogue: Catalogue) -> LegProject:

@@ -19,13 +19,14 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 from synth.commands.arguments import Quantities, one_of
 from synth.errors import Problem
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
+    from synth.files.spring_words import Hand
     from synth.parts.catalogs import Catalogue
     from synth.spring.spring_requirements import SpringRequirements
     from synth.spring.spring_result import SpringLimits
@@ -36,6 +37,9 @@ GIVEN = ("--wire-diameter", "--mean-diameter", "--coils")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
+    from synth.files.spring_words import Hand, Objective, RateFormula, System
+    from synth.parts.coil_angle import CONVENTIONS
+
     parser.add_argument(
         "action", nargs="?", type=one_of(["calibrate"]), help="calibrate: spring-back and rate from wound samples"
     )
@@ -57,24 +61,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     quantity("--fatigue-safety", "1.2", "strength over stress at --cycles (default: 1)")
     quantity("--bend-radius", "3 mm", "inside radius where a radial or axial arm leaves (default: the wire's diameter)")
     parser.add_argument("--material", help="wire: music (default), stainless, A228 ...; see synth catalog list")
-    parser.add_argument("--system", type=one_of(["inch", "metric"]), help="stock sizes to search (default: both)")
+    parser.add_argument("--system", type=one_of(get_args(System)), help="stock sizes to search (default: both)")
     parser.add_argument(
         "--rate-formula",
-        type=one_of(["64", "10.8"]),
+        type=one_of(get_args(RateFormula)),
         default="64",
         help="64 (default): E d^4/(64 D N); 10.8: the handbook's rate per turn with friction between coils, 6 %% less",
     )
     parser.add_argument("--calibration", metavar="FILE", help="result of synth spring calibrate")
     parser.add_argument(
         "--objective",
-        type=one_of(["mass", "space", "life"]),
+        type=one_of(get_args(Objective)),
         default="mass",
         help="mass (default): smallest of those nearly as light as the lightest; space: smallest; "
         "life: strongest against fatigue",
     )
     parser.add_argument(
         "--legs",
-        type=one_of(["tangent", "radial", "axial"]),
+        type=one_of(CONVENTIONS),
         default="tangent",
         help="how the legs leave the coil: tangent (default), radial, axial",
     )
@@ -83,7 +87,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=one_of(["clockwise", "counter-clockwise"]),
         help="direction in which the load turns the far arm, seen from the near end; determines the hand",
     )
-    parser.add_argument("--hand", type=one_of(["right", "left"]), help="right (default) or left wound")
+    parser.add_argument("--hand", type=one_of(get_args(Hand)), help="right (default) or left wound")
     check = parser.add_argument_group("to check a given spring")
     check.add_argument("--wire-diameter", metavar='"2 mm"')
     check.add_argument("--mean-diameter", metavar='"18 mm"')
@@ -225,11 +229,11 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringRequirements, tuple[floa
     return wish, (sizes[0] or 0.0, sizes[1] or 0.0, sizes[2] or 0.0) if checking else None
 
 
-def _hand(arguments: argparse.Namespace, read: Quantities) -> str:
+def _hand(arguments: argparse.Namespace, read: Quantities) -> Hand:
     """The hand as given, or as required by the load's direction."""
     from synth.spring.winding import hand_for
 
-    given: str | None = arguments.hand
+    given: Hand | None = arguments.hand
     if arguments.closes is None:
         return given or "right"
     needed = hand_for(arguments.closes == "clockwise")

@@ -11,7 +11,7 @@ import numpy as np
 import synth
 from synth.arrays import Array
 from synth.comparison.overlay import Difference, Overlay, chosen_starts, differences, overlaid
-from synth.comparison.shown_characteristics import UNITS, JointAlone, Spread, alone, shown
+from synth.comparison.shown_characteristics import UNITS, JointAlone, Shown, alone, shown
 from synth.comparison.side import MODEL, ComparedMotion, Side
 from synth.errors import UserError
 from synth.files.validate import near
@@ -36,7 +36,7 @@ class Comparison:
     starts_of: str
     overlays: tuple[Overlay, ...]
     differences: tuple[Difference, ...]
-    characteristics: tuple[Mapping[str, Mapping[str, Spread]], ...]
+    characteristics: tuple[Shown, ...]
     alone: tuple[Mapping[str, JointAlone], ...]
     inputs: Mapping[str, str]
 
@@ -78,7 +78,7 @@ class Comparison:
             "joints": {name: joint.as_json() for name, joint in side.joints.items()},
             "characteristics": {
                 name: {key: spread.as_json(UNITS[key]) for key, spread in found.items()}
-                for name, found in self.characteristics[place].items()
+                for name, found in self.characteristics[place].joints.items()
             },
             "alone": {name: found.as_json() for name, found in self.alone[place].items()},
             "stated": [{"what": figure.what, "value": dict(figure.value)} for figure in side.stated],
@@ -159,7 +159,7 @@ def compare(
         starts_of,
         overlays,
         differences(found, overlays),
-        tuple(shown(side, index, overlays) for index, side in enumerate(found)),
+        shown(found, overlays),
         tuple(alone(side.leg) if side.kind == MODEL else {} for side in found),
         inputs or {},
     )
@@ -184,6 +184,10 @@ def warnings(found: Comparison) -> list[str]:
         if driven:
             text = f"{side.name}: {driven} of {len(side.motions)} recordings are driven by a known torque or a servo; "
             messages.append(f"{text}these are no releases and show no rise time, damping ratio or overshoot")
+        own = found.characteristics[place].own
+        if own:
+            text = f"{side.name} shares no release with the other sides: its rise time, damping ratio and the like are "
+            messages.append(f"{text}those of its own {own} recordings")
         if side.leg.effects and side.kind == MODEL:
             messages.append(f"{side.name}: includes effects of its base: {', '.join(side.leg.effects)}")
     return messages

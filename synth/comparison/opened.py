@@ -74,7 +74,7 @@ def _leg(source: Source, resolve_part: PartResolver) -> list[Side]:
 
 def _trials(source: Source, leg: Leg) -> Side:
     folder, pattern = (source.path, "*.csv") if source.path.is_dir() else (source.path.parent, source.path.name)
-    motions = from_trials(leg, read_trials([pattern], folder, leg))
+    motions = from_trials(leg, source.trials or read_trials([pattern], folder, leg))
     return Side(source.named("recorded"), source.written, RECORDED, leg, {}, motions)
 
 

@@ -23,14 +23,19 @@ STANDARD_TIME = 2.0  # s, time in which a limb of this size comes to rest
 class OverlaidMotion:
     """One side's motion from a start.
 
-    ``rotation`` (m, n) rad at the start's times, nan where undefined; ``recording`` and ``away`` (rad, of the joint
-    farthest away): the recording used and the distance of its first sample from the start; empty and 0 for a
+    ``rotation`` (m, n) rad at the start's times, nan where undefined; ``measured`` and ``away`` (rad, of the joint
+    farthest away): the recording used and the distance of its first sample from the start; None and 0 for a
     simulated leg.
     """
 
     rotation: Array
-    recording: str = ""
+    measured: ComparedMotion | None = None
     away: float = 0.0
+
+    @property
+    def recording(self) -> str:
+        """The recording's name; empty for a simulated leg."""
+        return "" if self.measured is None else self.measured.name
 
 
 @dataclass(frozen=True)
@@ -99,14 +104,14 @@ def _recorded(side: Side, start: ComparedMotion) -> tuple[OverlaidMotion | None,
     if away > NEAR:
         return None, f"the nearest recording, {motion.name}, starts {np.degrees(away):.0f} deg away"
     if motion is start or (away == 0.0 and np.array_equal(motion.time, start.time)):
-        return OverlaidMotion(motion.rotation, motion.name), ""
+        return OverlaidMotion(motion.rotation, motion), ""
     out = np.full((len(start.time), motion.rotation.shape[1]), np.nan)
     for j in range(out.shape[1]):
         good = np.isfinite(motion.rotation[:, j])
         if good.sum() > 1:
             seen = np.interp(start.time, motion.time[good], motion.rotation[good, j])
             out[:, j] = np.where(start.time <= motion.time[good][-1], seen, np.nan)
-    return OverlaidMotion(out, motion.name, away), ""
+    return OverlaidMotion(out, motion, away), ""
 
 
 @dataclass(frozen=True)

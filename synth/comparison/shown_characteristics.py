@@ -1,4 +1,4 @@
-"""Characteristics of each side's motion, such as rise time and damping ratio, over all its releases."""
+"""Characteristics of each side's motion, such as rise time and damping ratio, over the releases that all sides have."""
 
 from __future__ import annotations
 
@@ -11,13 +11,18 @@ import numpy as np
 from synth.arrays import Array
 from synth.comparison.overlay import Overlay
 from synth.comparison.side import MODEL, ComparedMotion, Side
-from synth.motion.characteristics import Characteristics, characteristics
+from synth.motion.characteristics import STARTS_AT_REST, Characteristics, characteristics
+from synth.motion.rest import LEAST_SWING
 from synth.motion.smoothing import smooth
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, mass_matrix, rest_pose
 from synth.units import quantity
 
 UNITS = {"rise_time": "s", "damping_ratio": "1", "damped_frequency": "rad/s", "overshoot": "1", "settling_time": "s"}
+# Of the largest deflection at a release's start, over joints and sides: a joint that starts nearer to its rest is moved
+# by the other joints and shows no release of its own; its overshoot would be a ratio to almost nothing. Smaller swings
+# do not count either, see LEAST_SWING.
+AT_REST = LEAST_SWING
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,28 @@ class Spread:
         """``{"value", "unit", "least", "most", "motions"}``."""
         ends = {"least": self.least, "most": self.most}
         return quantity(self.median, unit) | ends | {"motions": self.motions}
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Joint -> characteristic -> spread of one side.
+
+    ``own``: number of its own recordings if it shares no release with the other sides, else 0.
+    """
+
+    joints: Mapping[str, Mapping[str, Spread]]
+    own: int = 0
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """A smooth motion: ``time`` (m,) s, ``angle`` (m, n) and ``noise`` (n,) rad; see ``ComparedMotion``."""
+
+    time: Array
+    angle: Array
+    noise: Array
+    free: Sequence[int]
+    cut: bool
 
 
 @dataclass(frozen=True)
@@ -58,44 +85,87 @@ class JointAlone:
         return found
 
 
-def shown(side: Side, place: int, overlays: Sequence[Overlay]) -> dict[str, dict[str, Spread]]:
-    """Joint -> characteristic -> spread, over all recordings of a recorded side or all starts of a leg.
+def shown(sides: Sequence[Side], overlays: Sequence[Overlay]) -> tuple[Shown, ...]:
+    """What each side shows of the releases, all sides judged by one rule.
 
-    Driven motions are left out: they are no releases.
+    A release counts for a joint if every side shows the joint's motion there and none starts at rest there; a
+    characteristic is taken from the releases where all sides that ever show it do so. The noise is the recordings', the
+    largest where sides differ, also for simulated sides; see ``AT_REST`` for rest. A side without any common release is
+    judged over its own recordings by the same rule. Driven motions are no releases and are left out.
     """
-    every: dict[str, list[Characteristics]] = {name: [] for name in side.leg.joint_names}
-    if side.kind == MODEL:
-        for overlay in overlays:
-            motion = overlay.motions[place]
-            if motion is not None and not overlay.start.driven:
-                _add(every, overlay.start, overlay.start.time, motion.rotation, np.zeros(len(every)))
-    else:
-        for recording in (each for each in side.slowed if not each.driven):
-            time, angle, noise = _smoothed(recording)
-            _add(every, recording, time, angle, noise)
-    return {name: _spreads(found) for name, found in every.items()}
+    names = sides[0].leg.joint_names
+    releases = [_release(sides, overlay) for overlay in overlays if not overlay.start.driven]
+    common = [place for place in range(len(sides)) if any(place in release for release in releases)]
+    together = _spreads(names, common, [_judged(release, names) for release in releases])
+    found = []
+    for place, side in enumerate(sides):
+        if place in common:
+            found.append(Shown(together[place]))
+            continue
+        own = [_judged({place: _smoothed(motion)}, names) for motion in side.slowed if not motion.driven]
+        found.append(Shown(_spreads(names, [place], own)[place], len(own)))
+    return tuple(found)
 
 
-def _smoothed(motion: ComparedMotion) -> tuple[Array, Array, Array]:
+def _release(sides: Sequence[Side], overlay: Overlay) -> dict[int, _Motion]:
+    """The motions of one start by the place of their side."""
+    found = {}
+    for place, (side, motion) in enumerate(zip(sides, overlay.motions, strict=True)):
+        if motion is None:
+            continue
+        if motion.measured is not None:
+            found[place] = _smoothed(motion.measured)
+        elif side.kind == MODEL:
+            start = overlay.start
+            found[place] = _Motion(start.time, motion.rotation, np.zeros(len(start.start)), start.free, start.cut)
+    return found
+
+
+def _smoothed(motion: ComparedMotion) -> _Motion:
     found = smooth(motion.time, motion.rotation, ~np.isfinite(motion.rotation))
-    return found.time, found.angle, found.noise
+    return _Motion(found.time, found.angle, found.noise, motion.free, motion.cut)
 
 
-def _add(
-    every: dict[str, list[Characteristics]], start: ComparedMotion, time: Array, angle: Array, noise: Array
-) -> None:
-    for j, name in enumerate(every):
-        if j in start.free and np.isfinite(angle[:, j]).all():
-            every[name].append(characteristics(time, angle[:, j], float(noise[j]), cut=start.cut))
+def _judged(release: Mapping[int, _Motion], names: Sequence[str]) -> dict[int, dict[str, Characteristics]]:
+    """Side -> joint -> its characteristics in one release; joints that start at rest on any side are left out."""
+    noise = np.nanmax([np.zeros(len(names)), *(motion.noise for motion in release.values())], axis=0)
+    found = {
+        place: {
+            name: characteristics(motion.time, motion.angle[:, j], float(noise[j]), cut=motion.cut)
+            for j, name in enumerate(names)
+            if j in motion.free and np.isfinite(motion.angle[:, j]).all()
+        }
+        for place, motion in release.items()
+    }
+    amplitudes = [abs(seen.amplitude) for joints in found.values() for seen in joints.values()]
+    least = AT_REST * max((value for value in amplitudes if np.isfinite(value)), default=0.0)
+    rests = {
+        name
+        for joints in found.values()
+        for name, seen in joints.items()
+        if seen.validity == STARTS_AT_REST or abs(seen.amplitude) < least
+    }
+    return {place: {n: seen for n, seen in joints.items() if n not in rests} for place, joints in found.items()}
 
 
-def _spreads(found: Sequence[Characteristics]) -> dict[str, Spread]:
-    out = {}
-    for key in UNITS:
-        values = [value for each in found if (value := getattr(each, key)) is not None]
-        if values:
-            out[key] = Spread(float(np.median(values)), min(values), max(values), len(values))
-    return out
+def _spreads(
+    names: Sequence[str], places: Sequence[int], releases: Sequence[Mapping[int, Mapping[str, Characteristics]]]
+) -> dict[int, dict[str, dict[str, Spread]]]:
+    """Side -> joint -> characteristic -> spread over the releases that count."""
+    found: dict[int, dict[str, dict[str, Spread]]] = {place: {name: {} for name in names} for place in places}
+    for name in names:
+        moving = [place for place in places if any(name in release.get(place, {}) for release in releases)]
+        counted = [release for release in releases if all(name in release.get(place, {}) for place in moving)]
+        for key in UNITS:
+            values = {place: [getattr(release[place][name], key) for release in counted] for place in moving}
+            showing = [place for place in moving if any(value is not None for value in values[place])]
+            for place in showing:
+                taken = [
+                    value for k, value in enumerate(values[place]) if all(values[p][k] is not None for p in showing)
+                ]
+                if taken:
+                    found[place][name][key] = Spread(float(np.median(taken)), min(taken), max(taken), len(taken))
+    return found
 
 
 def alone(leg: Leg) -> Mapping[str, JointAlone]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from synth.errors import Problem, UserError
 from synth.files.names import name_fault
+from synth.files.trial_list import Trial
 from synth.files.validate import near
 from synth.files.yaml_lines import load
 
@@ -29,13 +30,19 @@ _OTHER = {"hopper.json": "a jumping leg's study", "spring.json": "a spring", "fi
 
 @dataclass(frozen=True)
 class Source:
-    """One argument: path, kind, name, and requested views."""
+    """One argument: path, kind, name, and requested views.
+
+    ``in_code``: it is no file of the user's but an object of the library, written at ``path``; ``trials`` : recordings
+    that were read, of the kind ``trials``.
+    """
 
     label: str
     path: Path  # the file, or a result's folder
     kind: str
     views: tuple[str, ...]
     written: str
+    in_code: bool = False
+    trials: tuple[Trial, ...] = ()
 
     def named(self, view: str) -> str:
         """The side's name: the label, with the view if there are several."""

@@ -9,6 +9,8 @@ Method = Literal["least_squares", "piecewise", "swarm"]
 Cost = Literal["trajectory", "transient", "characteristics"]
 Weight = Literal["amplitude", "equal", "noise"]
 Intervals = Literal["sensitivities", "bootstrap"]
+Release = Literal["free", "recorded"]
+Laws = Literal["auto", "linear"]
 
 
 def allowed_values(option: str) -> tuple[str, ...]:

@@ -10,15 +10,16 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from synth.errors import UserError
+from synth.errors import Problem, UserError
 from synth.files.leg_file import PartResolver
+from synth.files.made_in_code import check_values, in_code
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.next_command import NextCommand, read_next_command
 from synth.files.schema import Default
 from synth.files.tolerance import Tolerance as Tolerance
-from synth.files.tolerance import read_tolerance
+from synth.files.tolerance import check_tolerance, read_tolerance
 from synth.files.trial_list import Trial
-from synth.files.validate import Quantity, Title, gathering
+from synth.files.validate import Quantity, Title, gathering, raise_if_any
 from synth.swing.leg_model import Damper, Leg, Spring
 
 Angle = Annotated[float, Quantity("rad", least=0, most=radians(90))]
@@ -62,6 +63,21 @@ class GapProject:
     noise: Mapping[str, float] = field(default_factory=dict)
     accuracy: float = 0.0
     next_command: NextCommand = field(default_factory=NextCommand)
+
+
+def check_in_code(project: GapProject) -> None:
+    """Check the tolerance and the seed that code may have set in a project, as its file is checked.
+
+    Raises
+    ------
+    UserError
+        With every value that is not allowed.
+    """
+    place, problems = in_code(project.path), list[Problem]()
+    check_tolerance(project.tolerance, place, problems)
+    given = {"kind": "gap", "leg": "in code", "trials": ["in code"], "seed": project.seed}
+    check_values(_GapFile, given, place, (), problems)
+    raise_if_any(problems)
 
 
 def read_gap_project(path: str | Path, *, resolve_part: PartResolver | None = None) -> GapProject:

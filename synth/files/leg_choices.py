@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -18,6 +18,7 @@ from synth.files.project_options import (
     Turn,
 )
 from synth.files.schema import Because, Default, read_section
+from synth.files.spring_words import System
 from synth.files.yaml_lines import Key
 from synth.swing.leg_model import Leg
 
@@ -31,7 +32,7 @@ class SelectSection:
     joints: dict[str, Any] = field(default_factory=dict)
     vendors: Names = field(default_factory=list)
     without: Names = field(default_factory=list)
-    system: Literal["inch", "metric"] | None = None
+    system: System | None = None
     within: Annotated[Turn, Because("a tenth of a leg's common joint amplitude")] = PartsOptions.within
     tolerance: Any = None
 

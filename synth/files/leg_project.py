@@ -12,7 +12,7 @@ from pydantic import Field
 
 from synth import units
 from synth.errors import UserError
-from synth.files.fit_words import FreeAngle
+from synth.files.fit_words import FreeAngle, Release
 from synth.files.leg_choices import SelectSection, read_joint_choices, read_parts_options
 from synth.files.leg_file import PartResolver
 from synth.files.measured_parts import (
@@ -30,7 +30,6 @@ from synth.files.project_options import (
     JointChoice,
     MeasuredSpring,
     PartsOptions,
-    Release,
 )
 from synth.files.schema import Because, Default
 from synth.files.tolerance import Tolerance, of_links, read_tolerance

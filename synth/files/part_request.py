@@ -14,12 +14,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field
 
 from synth.files.named_files import ProjectReader
 from synth.files.project_options import DamperBounds, PartsOptions, Share, SpringBounds
+from synth.files.spring_words import System
 from synth.files.validate import Quantity, Title
 
 Names = Annotated[list[str], Field(examples=["[Lee Spring]"])]
@@ -61,7 +62,7 @@ class _RequestFile:
     catalogs: list[str] = field(default_factory=list)
     vendors: Names = field(default_factory=list)
     without: Names = field(default_factory=list)
-    system: Literal["inch", "metric"] | None = None
+    system: System | None = None
 
 
 def read_part_request(path: str | Path) -> PartRequest:

@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field
 
 from synth.files.fit_words import Cost, Intervals, Method, Weight
 from synth.files.schema import Because
+from synth.files.spring_words import Objective, RateFormula, System
 from synth.files.validate import Quantity, Title, refusal
 
 Length = Annotated[float, Quantity("m", above=0)]
@@ -19,9 +20,6 @@ Share = Annotated[float, Quantity("1", above=0, most=10)]
 Turn = Annotated[float, Quantity("rad", above=0, most=radians(3600))]
 Ratio = Annotated[float, Quantity("1", least=0.1, most=20)]
 Count = Annotated[int, Field(ge=1, le=4)]
-
-Release = Literal["free", "recorded"]
-Laws = Literal["auto", "linear"]
 
 ONE_WAY = (
     "one cannot be designed for: the leg is simulated with dampers that act both ways, so the motion would be wrong "
@@ -113,13 +111,10 @@ class SpringChoice(SpringBounds):
     ] = None
     wire: str | None = None
     part: Title | None = None
-    objective: Annotated[
-        Literal["mass", "space", "life"],
-        Because("the smallest of those nearly as light as the lightest"),
-    ] = "mass"
+    objective: Annotated[Objective, Because("the smallest of those nearly as light as the lightest")] = "mass"
     cycles: Annotated[float | None, Quantity("1", least=1, most=1e6)] = None
     rate_formula: Annotated[
-        Literal["64", "10.8"],
+        RateFormula,
         BeforeValidator(str),
         Because("bending only, E d^4/(64 D N); 10.8 per turn includes friction between the coils"),
     ] = "64"
@@ -198,7 +193,7 @@ class PartsOptions:
 
     vendors: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
-    system: Literal["inch", "metric"] | None = None
+    system: System | None = None
     within: float = radians(3.0)
     tolerance: ToleranceOptions = field(default_factory=ToleranceOptions)
 

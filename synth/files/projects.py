@@ -9,16 +9,18 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from synth.files.fit_words import FreeAngle
+from synth.errors import Problem
+from synth.files.fit_words import FreeAngle, Laws, Release
 from synth.files.leg_file import PartResolver
 from synth.files.leg_project import LegProject, read_leg_project
+from synth.files.made_in_code import check_section, check_values, in_code
 from synth.files.named_files import InputFile, ProjectReader
-from synth.files.project_options import FitOptions, Laws, RatePrior, Release
+from synth.files.project_options import FitOptions, RatePrior
 from synth.files.schema import Because, Default
 from synth.files.static_points_file import StaticPoint, read_static_points
-from synth.files.tolerance import Tolerance, of_links, read_tolerance
+from synth.files.tolerance import Tolerance, check_tolerance, of_links, read_tolerance
 from synth.files.trial_list import Trial
-from synth.files.validate import Title
+from synth.files.validate import Title, raise_if_any
 from synth.files.wanted_section import WantedCharacteristics, read_wanted
 from synth.swing.leg_model import Leg
 
@@ -119,6 +121,24 @@ def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = No
         document.path, name, leg, trials, file.free_angle, fit, prior, defaults, inputs, static, tolerance,
         file.release, wanted, file.laws,
     )  # fmt: skip
+
+
+def check_in_code(project: FitProject) -> None:
+    """Check what code may have set in a project, as its file is checked.
+
+    Raises
+    ------
+    UserError
+        With every word and number that is not allowed.
+    """
+    place, problems = in_code(project.path), list[Problem]()
+    words = {name: getattr(project, name) for name in ("free_angle", "release", "laws")}
+    check_values(_FitFile, {"kind": "fit", "leg": "in code", **words}, place, (), problems)
+    check_section(FitOptions, project.fit, place, ("fit",), problems)
+    if project.prior is not None:
+        check_section(RatePrior, project.prior, place, ("prior",), problems)
+    check_tolerance(project.tolerance, place, problems)
+    raise_if_any(problems)
 
 
 def prior_faults(prior: RatePrior, leg: Leg) -> list[tuple[str, str]]:

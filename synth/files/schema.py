@@ -98,7 +98,7 @@ def _shown(value: object, hint: Any) -> str:
     """A value as it would be written in a file."""
     if isinstance(value, tuple):
         return "[" + ", ".join(_shown(item, hint) for item in value) + "]"
-    quantity = _quantity(hint)
+    quantity = quantity_of(hint)
     if isinstance(value, float) and quantity is not None:
         return units.write(value, quantity.shown)
     if isinstance(value, bool):
@@ -106,9 +106,10 @@ def _shown(value: object, hint: Any) -> str:
     return "none" if value is None else str(value)
 
 
-def _quantity(hint: Any) -> Quantity | None:
+def quantity_of(hint: Any) -> Quantity | None:
+    """The quantity that a field's type is marked with; None if it has no unit."""
     for part in get_args(hint):
-        found = part if isinstance(part, Quantity) else _quantity(part)
+        found = part if isinstance(part, Quantity) else quantity_of(part)
         if found is not None:
             return found
     return None

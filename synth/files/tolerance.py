@@ -16,9 +16,12 @@ from pydantic import Field
 
 from synth.arrays import Array
 from synth.drives.servo import Servo
+from synth.errors import Problem
+from synth.files.made_in_code import check_section, check_values
 from synth.files.named_files import ProjectReader
 from synth.files.schema import Because, Default, read_section
 from synth.files.validate import Quantity
+from synth.files.yaml_lines import Document
 from synth.swing.leg_model import Joint, Leg
 from synth.swing.tolerances import LINK_QUANTITIES, MOTOR_POWERS, QUANTITIES
 from synth.units import quantity
@@ -86,6 +89,15 @@ def read_tolerance(reader: ProjectReader, leg: Leg | None, key: str = "tolerance
         motors = {f"{key}.{name}" for name in MOTOR_POWERS}
         reader.defaults[:] = [default for default in reader.defaults if default.key not in motors]
     return found
+
+
+def check_tolerance(given: Tolerance, place: Document, problems: list[Problem]) -> None:
+    """Check the values of tolerances made in code as a file's are; mistakes go to ``problems``."""
+    known = {item.name for item in fields(JointTolerance)}
+    check_section(Tolerance, given, place, ("tolerance",), problems, JointTolerance)
+    for name, own in given.joints.items() if isinstance(given, Tolerance) else ():
+        values = {quantity: value for quantity, value in own.items() if quantity in known}
+        check_values(JointTolerance, values, place, ("tolerance", name), problems)
 
 
 def _has_motor(joint: Joint) -> bool:

@@ -10,6 +10,7 @@ from synth.arrays import Array
 from synth.motion.rest import rest_of, vertex
 
 SETTLE_BAND = 0.1  # of the amplitude: 2 or 5 % would lie in the noise and dry friction of small limbs
+STARTS_AT_REST = "starts at rest"
 CUT = "its start is cut off: no rise time, overshoot and settling time"
 
 
@@ -68,7 +69,7 @@ def characteristics(
 def _about_rest(time: Array, away: Array, amplitude: float, noise: float, how: str) -> Characteristics:
     """Characteristics of the deflections (n,) rad from rest; ``how`` rest was found, for the validity."""
     if abs(amplitude) < max(3 * noise, 1e-6):  # rad: a microradian is no motion
-        return Characteristics(amplitude, None, None, None, None, None, "starts at rest")
+        return Characteristics(amplitude, None, None, None, None, None, STARTS_AT_REST)
     level = away / amplitude
     rise = _rise_time(time, level)
     outside = np.flatnonzero(np.abs(level) > SETTLE_BAND)

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import get_args
 
-from synth.errors import UserError
-from synth.parts.coil_angle import CONVENTIONS, Convention
+from synth.errors import UserError, did_you_mean
+from synth.files.spring_words import Hand, Objective, System
+from synth.parts.coil_angle import Convention
 from synth.parts.coil_rate import RateForm
 from synth.spring.calibration import UNCALIBRATED, WindingCalibration
 from synth.spring.spring_result import FreeArm, SpringLimits, SpringTask
 
-Objective = Literal["mass", "space", "life"]
+_WORDS = {
+    "convention": get_args(Convention),
+    "system": (None, *get_args(System)),
+    "objective": get_args(Objective),
+    "hand": get_args(Hand),
+    "rate_form": get_args(RateForm),
+}
 
 
 @dataclass(frozen=True)
@@ -61,10 +68,10 @@ class SpringRequirements:
     convention: Convention = "tangent"
     leg_lengths: tuple[float, float] = (0.025, 0.025)
     material: str = "music wire"
-    system: str | None = None
+    system: System | None = None
     objective: Objective = "mass"
     limits: SpringLimits = field(default_factory=SpringLimits)
-    hand: str = "right"
+    hand: Hand = "right"
     rate_form: RateForm = "bending"
     calibration: WindingCalibration = UNCALIBRATED
     held_wire: float | None = None
@@ -105,8 +112,12 @@ def require_possible(wish: SpringRequirements) -> None:
         wrong.append(f"the opening travel must be 0 or more, not {math.degrees(wish.opening_travel):.4g} deg")
     if min(wish.leg_lengths) < 0.0:
         wrong.append("a leg's length must be 0 or more")
-    if wish.convention not in CONVENTIONS:
-        wrong.append(f'"{wish.convention}" is not a leg convention; choose one of {", ".join(CONVENTIONS)}')
+    for name, allowed in _WORDS.items():
+        value = getattr(wish, name)
+        if value not in allowed:
+            words = [str(word) for word in allowed]
+            near = did_you_mean(str(value), words) or f"; choose one of {', '.join(words)}"
+            wrong.append(f'{name}: "{value}" is not allowed{near}')
     if wish.limits.cycles is not None and not 1.0 <= wish.limits.cycles <= 1e6:
         wrong.append(f"fatigue limits are known for 1 to 1e6 cycles, not for {wish.limits.cycles:.4g}")
     if wish.limits.safety < 1.0:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from synth.files.spring_words import Hand
 from synth.parts.coil_angle import Convention
 from synth.parts.coil_rate import RATE_FORMULA, RateForm
 from synth.remarks import decisive, remarks_json
@@ -380,7 +381,7 @@ class SpringTask:
     leg_lengths: tuple[float, float] = (0.0, 0.0)
     convention: Convention = "tangent"
     limits: SpringLimits = field(default_factory=SpringLimits)
-    hand: str = "right"
+    hand: Hand = "right"
     rate_form: RateForm = "bending"
     calibration: WindingCalibration = UNCALIBRATED
     free_arm: FreeArm | None = None

@@ -13,12 +13,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 
+from synth.files.spring_words import Objective
 from synth.parts.coil_angle import coil_fraction
 from synth.parts.coil_rate import coil_product, mean_diameter_for
 from synth.parts.wire import WireMaterial
 from synth.spring.evaluate import Room, check_spring, room_of, surely_broken
 from synth.spring.space import cylinder
-from synth.spring.spring_requirements import Objective, SpringRequirements
+from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits
 
 # Designs up to this multiple of the least mass are ranked by size, heavier ones by mass. The lightest wire that keeps

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from synth.files.spring_words import Hand
 from synth.parts.part_tolerance import free_angle_tolerance
 
 # Outer diameter up to, mm -> plus or minus mm, the tolerance of Lee Spring: http://www.leespring.com/torsion_tol.asp
@@ -97,7 +98,7 @@ def stress_relief(material: str) -> str | None:
     return f"{celsius} degC for {minutes} min, then in still air; the coil {does}, so check the angle afterwards"
 
 
-def hand_for(closes_clockwise: bool) -> str:
+def hand_for(closes_clockwise: bool) -> Hand:
     """The hand of the coil that is wound up by the load, ``right`` or ``left``.
 
     ``closes_clockwise``: whether the load turns the far leg clockwise relative to the near one, seen from the near end.

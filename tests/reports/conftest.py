@@ -246,7 +246,7 @@ def design_joint(folder: Path, name: str, index: int) -> Json:
     springs: list[Json] = [
         {"make": None, "binding": ["stress: it has 2100 MPa, allowed are 1230 MPa"], "nearest": nearest},
         {"part": "LTR135H 10 M", "vendor": "Lee Spring", "rate": quantity(rate * 1.03, "N*m/rad"),
-         "free_angle": quantity(111.0, DEG), "included_angle": quantity(120.0, DEG),
+         "included_angle": quantity(120.0, DEG),
          "wire_diameter": quantity(3.43, "mm"), "outer_diameter": quantity(29.5, "mm"),
          "body_coils": quantity(7.17, "1"), "source": "thesis, Table 6"},
         {"make": spring_to_make(rate)},
@@ -264,7 +264,7 @@ def design_joint(folder: Path, name: str, index: int) -> Json:
             "vendor_point": {"torque": quantity(0.2189, "N*m"), "speed": quantity(50.0, "rpm")},
             "secant_rate": quantity(0.0418, "N*m*s/rad"),
         },
-        "spring": springs[index % 3],
+        "spring": {**springs[index % 3], "free_angle": quantity(111.0 + index, DEG)},
         "arm_offset": quantity(-9.0 + 14 * index, DEG),
         "spring_alternatives": [
             {"part": "LTR120", "vendor": "Lee Spring", "rate": quantity(rate * 1.2, "N*m/rad"),

@@ -18,8 +18,10 @@ import pytest
 
 from page_reader import check_words, drawings, page_of
 from synth import reports
+from synth.batch.folder_summary import fit_columns, fit_entry
 from synth.remarks import about, decisive, noted, read_remark, remark_json, severity_of
 from synth.reports import ReportError, write_fit_report, write_leg_report
+from synth.reports.many_pages import write_fits_report
 from synth.reports.reading import read_result
 from synth.reports.sections.warnings import warnings_of
 from synth.reports.severity import foremost, judged
@@ -208,6 +210,37 @@ def test_a_missing_part_leaves_the_rest(leg_folder: LegFolder, key: str, absent:
     if key in said:
         assert "Left out" in page.text
         assert said[key] in page.text
+
+
+def test_what_trials_cannot_tell_apart_is_a_warning_alone_and_in_a_folder(
+    fit_folder: FitFolder, tmp_path: Path
+) -> None:
+    folder, fit = fit_folder(["hip", "knee"], 2)
+    told = "not separable: mass scale, from free swings alone"
+    fit |= {"warnings": [], "remarks": [], "not_separable": [told]}
+    (folder / "fit.json").write_text(json.dumps(fit))
+    assert [warned.text for warned in warnings_of(read_result(folder, "fit.json", "fit"))] == [told]
+
+    many = tmp_path / "many"
+    many.mkdir()
+    content = {"format": "synth/fits/1", "legs": [fit_entry("rig", folder)], "failed": []}
+    assert set(fit_columns(content)["warnings"]) == {1}
+    (many / "fits.json").write_text(json.dumps(content))
+    text = " ".join(page_of(write_fits_report(many))[1].text.split())
+    assert "1 of the fits have warnings." in text
+    assert told in text
+
+
+@pytest.mark.parametrize("last_head", ["From wanted, RMS", "Built minus wanted, rms"])
+def test_the_free_angle_beside_the_chosen_spring_is_the_built_legs(leg_folder: LegFolder, last_head: str) -> None:
+    """Arm offset and built.leg.yaml belong to it; the refit's and the wanted motion's are other numbers."""
+    folder, design = leg_folder()
+    html, _ = page_of(write_leg_report(folder))
+    shown = html[html.index(f">{last_head}</th>") :].split("</table>")[0]
+    for joint in design["joints"].values():
+        assert f"{joint['spring']['free_angle']['value']:g}°" in shown
+        assert f"{joint['refit']['free_angle']['value']:g}°" not in shown
+        assert f"{joint['wanted']['free_angle']['value']:g}°" not in shown
 
 
 def test_an_empty_design_has_a_page(tmp_path: Path) -> None:

@@ -91,7 +91,8 @@ COMPARE = {
     "sides[].pace": "Its natural pace over the first side's.",
     "sides[].slowed": "Factor by which its motion is slowed down for the comparison.",
     "sides[].joints.NAME.NAME": "A parameter of the joint, with its interval if there is one.",
-    "sides[].characteristics.NAME.NAME": "A characteristic of the joint's motion: median and spread over starts.",
+    "sides[].characteristics.NAME.NAME": "A characteristic of the joint's motion: median and spread over the "
+    "starts at which every side shows it.",
     "sides[].alone.NAME.inertia": "Of the joint with the others locked.",
     "sides[].alone.NAME.stiffness": "Of the joint with the others locked, including gravity.",
     "sides[].alone.NAME.natural_frequency": "Of the joint with the others locked.",

@@ -1,0 +1,147 @@
+"""Options made in code are checked as those of a file: misspelt words and wrong numbers are refused, not replaced."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from math import radians
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+import pytest
+
+import synth
+from synth.files.fit_words import allowed_values
+from synth.spring.spring_result import SpringLimits
+
+FIT = Path(synth.__file__).parent / "examples" / "fit"
+RATE, TRAVEL = "1.7 N*m/rad", "40 deg"
+
+
+@pytest.fixture(scope="module")
+def leg() -> synth.Leg:
+    return synth.read_leg(FIT / "robot.leg.yaml")
+
+
+@pytest.fixture(scope="module")
+def trials(leg: synth.Leg) -> tuple[synth.Trial, ...]:
+    return synth.read_trials("trials/free_1.csv", leg, folder=FIT)
+
+
+def words_of(options: type[Any]) -> list[tuple[str, tuple[str, ...]]]:
+    """Every field that takes words, with them."""
+    found = []
+    for name, hint in get_type_hints(options).items():
+        for each in (hint, *get_args(hint)):
+            if get_origin(each) is Literal:
+                found.append((name, get_args(each)))
+    return found
+
+
+@pytest.mark.parametrize("options", [synth.FitOptions, synth.FitSettings])
+def test_every_misspelt_word_is_refused_with_the_near_one(
+    leg: synth.Leg, trials: tuple[synth.Trial, ...], options: type[Any]
+) -> None:
+    named = words_of(options)
+    assert len(named) >= 3
+    for name, words in named:
+        given = options(**{name: f"{words[0]}s"})
+        settings = given if options is synth.FitSettings else synth.FitSettings(options=given)
+        for arguments in ((leg, trials), (FIT / "fit.yaml", ())):
+            with pytest.raises(
+                synth.UserError, match=rf'{name}: "{words[0]}s" is not allowed; did you mean {words[0]}'
+            ):
+                synth.fit(*arguments, settings)
+
+
+def test_library_file_and_command_line_take_the_same_words() -> None:
+    words = dict(words_of(synth.FitOptions))
+    assert {name: allowed_values(name) for name in words} == words
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        (synth.FitSettings(options=synth.FitOptions(seed=-1)), "fit.seed: -1 is not allowed"),
+        (synth.FitSettings(options={"method": "swarm"}), r"fit: \{.*\} is no FitOptions: write synth.FitOptions"),  # type: ignore[arg-type]
+        (synth.FitSettings(prior=synth.RatePrior(spring=-0.1)), "prior.spring: .* must be more than 0"),
+        (synth.FitSettings(tolerance=synth.Tolerance(mass=-0.1)), "tolerance.mass: .* must be at least 0"),
+        (synth.FitSettings(tolerance=synth.Tolerance(mass="1 %")), 'mass: "1 %" is not allowed: .* such as 0.05'),  # type: ignore[arg-type]
+        (
+            synth.FitSettings(tolerance=synth.Tolerance(joints={"knee": {"mass": 0.9}})),
+            "tolerance.knee.mass: .* at most",
+        ),
+        (synth.FitSettings(tolerance={"mass": 0.1}), r"is no Tolerance: write synth.Tolerance"),  # type: ignore[arg-type]
+    ],
+)
+def test_numbers_are_in_the_ranges_of_the_file(
+    leg: synth.Leg, trials: tuple[synth.Trial, ...], settings: synth.FitSettings, said: str
+) -> None:
+    with pytest.raises(synth.UserError, match=said):
+        synth.fit(leg, trials, settings)
+
+
+def test_a_diagnosis_checks_its_tolerance_and_seed(leg: synth.Leg, trials: tuple[synth.Trial, ...]) -> None:
+    springs = leg.with_joints(**{name: {"spring": synth.Spring(1.0, 2.0)} for name in leg.joint_names})
+    with pytest.raises(synth.UserError, match=r"tolerance\.spring: .* at least 0"):
+        synth.gap(springs, trials, tolerance=synth.Tolerance(spring=-1.0))
+    with pytest.raises(synth.UserError, match="seed: -1 is not allowed"):
+        synth.gap(springs, trials, seed=-1)
+
+
+def test_what_is_no_recording_is_told(leg: synth.Leg) -> None:
+    springs = leg.with_joints(**{name: {"spring": synth.Spring(1.0, 2.0)} for name in leg.joint_names})
+    for function in (synth.fit, synth.gap):
+        with pytest.raises(synth.UserError, match="no recording is given beside the leg"):
+            function(springs, [])
+        with pytest.raises(synth.UserError, match=r"'a\.csv' is no recording that was read, but a str"):
+            function(springs, ["a.csv"])  # type: ignore[list-item]
+
+
+@pytest.mark.parametrize("name", ["convention", "system", "objective", "hand", "rate_form"])
+def test_a_misspelt_word_of_a_spring_is_refused(name: str) -> None:
+    with pytest.raises(synth.UserError, match=f'{name}: "massive" is not allowed'):
+        synth.spring(RATE, TRAVEL, wish={name: "massive"})
+
+
+def test_every_quantity_of_a_spring_is_text_or_a_number() -> None:
+    by_text = {
+        "included_angle": "120 deg", "opening_travel": "5 deg", "leg_lengths": ("20 mm", 0.02),
+        "limits": {"arbor_diameter": "6 mm", "max_outer_diameter": "0.8 in", "safety": 1.2},
+    }  # fmt: skip
+    limits = SpringLimits(arbor_diameter=0.006, max_outer_diameter=0.8 * 0.0254, safety=1.2)
+    numbers = {
+        "included_angle": radians(120), "opening_travel": radians(5), "leg_lengths": (0.02, 0.02), "limits": limits,
+    }  # fmt: skip
+    told, given = synth.spring(RATE, TRAVEL, wish=by_text), synth.spring(RATE, TRAVEL, wish=numbers)
+    assert told.best is not None
+    assert told.headline == given.headline
+    assert told.wish.included_angle == pytest.approx(given.wish.included_angle)
+
+
+def test_every_number_of_a_spring_has_its_unit() -> None:
+    from synth.api.spring_wish import LIMITS, UNITS
+
+    hints = {item.name for item in fields(SpringLimits)}
+    assert set(LIMITS) == hints
+    kept = {
+        name for name, hint in get_type_hints(synth.SpringAnswer)["wish"].__annotations__.items() if "float" in hint
+    }
+    assert set(UNITS) == kept
+
+
+@pytest.mark.parametrize(
+    ("wish", "said"),
+    [
+        ({"included_angle": "120"}, "included_angle: .*unit"),
+        ({"included_angle": [1]}, r"included_angle: \[1\] is not allowed: write a number in rad, or text"),
+        ({"included": "120 deg"}, "included: is no requirement on a spring; did you mean included_angle"),
+        ({"max_outer_diameter": "20 mm"}, "max_outer_diameter: .* it is one of the limits"),
+        ({"limits": {"max_outer": "20 mm"}}, r"limits\.max_outer: .* did you mean max_outer_diameter"),
+        ({"limits": {"max_outer_diameter": "20 deg"}}, r"limits\.max_outer_diameter: "),
+        ({"leg_lengths": "20 mm"}, "leg_lengths: .* write 2 values"),
+        ({"rate": 1.0}, "rate: is an argument of its own"),
+    ],
+)
+def test_a_wish_that_cannot_be_read_is_a_message(wish: dict[str, Any], said: str) -> None:
+    with pytest.raises(synth.UserError, match=said):
+        synth.spring(RATE, TRAVEL, wish=wish)
