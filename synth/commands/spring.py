@@ -73,8 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--objective",
         type=one_of(get_args(Objective)),
         default="mass",
-        help="mass (default): smallest of those nearly as light as the lightest; space: smallest; "
-        "life: strongest against fatigue",
+        help="mass (default): small and nearly the lightest; space: smallest; life: strongest against fatigue",
     )
     parser.add_argument(
         "--legs",
