@@ -13,6 +13,7 @@ from synth.errors import Problem, UserError
 from synth.files.output import write_json
 from synth.files.stage_cache import StageCache, key_of
 from synth.remarks import decisive
+from synth.spring.loose_test import HELD
 
 if TYPE_CHECKING:
     from synth.cad import CheckResult, ExportedFile
@@ -161,8 +162,26 @@ def with_settings(extra: dict[str, Any], design: LegDesign, settings: Mapping[st
     for name, setting in settings.items():
         notes.append(f"{name}: turn the seat to {degrees(setting.turn):+.1f} deg on its scale for the measured spring")
     if joints and not settings and solids["drawn"]:
-        notes.append(HOW_TO_MEASURE)
+        notes += [HOW_TO_MEASURE, *_how_to_test(design)]
     return {**extra, "solids": {**solids, "joints": joints, "notes": notes}}
+
+
+def _how_to_test(design: LegDesign) -> list[str]:
+    """How to measure the springs' rates, and the rates to expect."""
+    tests = [
+        f"{name} {option.count * option.test.rate:.4g} N*m/rad at {option.test.distances[0] * 1e3:.4g} mm "
+        f"({option.rate:.4g} in the joint)"
+        for name, option in zip(design.built.joint_names, design.springs.chosen, strict=True)
+        if option.test is not None
+    ]
+    if not tests:
+        return []
+    return [
+        f"a rate can be measured too, {HELD}, at a distance from the coil. To expect of all springs of a joint "
+        f"together: {', '.join(tests)}. Write it as measured: {{spring: {{JOINT: {{rate: 1 N*m/rad}}}}}}; it is "
+        "converted into the rate in the joint, which clamps both arms. State another distance as rate_distance, and "
+        "rate_held: joint for a rate that was measured in the joint"
+    ]
 
 
 HOW_TO_MEASURE = (

@@ -212,11 +212,15 @@ class MeasuredSpring:
 
     ``free_angle``: measured angle at which the assembled joint rests under this spring alone, its seat at zero on
     its scale (link or joint level, so that no weight acts; damper removed). ``rate``: of all springs of
-    the joint together.
+    the joint together. ``rate_held``: how they were held for it: ``loose``, on an arbor with a pin pressing square on
+    each arm ``rate_distance`` m from the coil (None: at the distance that the design states), or in the ``joint``,
+    which clamps both arms.
     """
 
     free_angle: Angle | None = None
     rate: Rate | None = None
+    rate_held: Literal["loose", "joint"] = "loose"
+    rate_distance: Annotated[float | None, Quantity("m", least=0, most=1)] = None
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,8 @@ _JOINT = {
     **{f"spring.make.{key}": text for key, text in SPRING_TO_MAKE.items()},
     "spring.make.arbor_diameter": "Diameter of the shaft inside the coil.",
     "spring.make.arbor_clearance": "Clearance around it at full travel.",
+    "spring.test.NAME": "How to measure the loose bought spring, as of one to make.",
+    "spring.test.distances[]": "Where the pins press on near and far arm, from the coil.",
     "spring.binding": "Limits that prevent a spring.",
     "spring.nearest": "The nearest springs that can be made.",
     "spring.lasting": "Changes that would reach the design life.",
