@@ -111,9 +111,15 @@ def require_drawn(solids: dict[str, Any], project: Path, report: Path) -> None:
 
 def not_drawable(error: Any, project: LegProject) -> UserError:
     """The user's message for joints that cannot be drawn; ``error`` is a ``cad.DimensionError``."""
-    file = str(project.path)
+    file, found = str(project.path), error.problems
     hint = "change cad: or select: in the project, or leave the solids out with --no-cad"
-    return UserError([Problem(f"{problem}; {hint}", file, key="cad") for problem in error.problems])
+    return UserError([Problem(f"{problem}; {hint}", file, key=_key_of(problem.dimension)) for problem in found])
+
+
+def _key_of(dimension: str) -> str:
+    """The project's key of a dimension that cannot be drawn, as far as one says it."""
+    joint, _, rest = dimension.rpartition(".damper.bore.")
+    return f"cad.dampers.{joint}.hub" if joint and rest == "hub" else "cad"
 
 
 def _drawn(

@@ -228,7 +228,8 @@ class DamperShape:
     """Measured dimensions of a joint's damper, in m; None: as in the catalogue.
 
     ``shaft_side``: ``shaft`` if the damper has its own, ``bore`` if it fits on the joint's. ``shaft_size``:
-    its diameter, or the width across flats.
+    its diameter, or the width across flats. ``hub``: what holds the joint's shaft in a round bore; ``none`` or not
+    given: nothing, and the shaft would slip.
     """
 
     outer_diameter: Length | None = None
@@ -239,6 +240,7 @@ class DamperShape:
     shaft_side: Literal["shaft", "bore"] | None = None
     shaft_form: Literal["round", "d", "square", "hex"] | None = None
     shaft_size: Length | None = None
+    hub: Literal["none", "set_screw", "clamp"] | None = None
 
 
 @dataclass(frozen=True)

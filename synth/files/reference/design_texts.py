@@ -94,7 +94,8 @@ KEYS: dict[str, str] = {
     "cad.encoder": "Whether each shaft's end has a seat for an angle sensor.",
     "cad.mount": "Whether the first joint hangs from the body by a flange.",
     "cad.damper_shafts": "Joint -> shaft diameter of its damper, if it has its own.",
-    "cad.dampers": "Joint -> measured sizes of its damper, which override the catalogue: body, shaft, screws.",
+    "cad.dampers": "Joint -> measured sizes of its damper, which override the catalogue: body, screws, shaft, "
+    "and what holds the joint's shaft in a round bore (hub: set_screw or clamp).",
     "cad.masses": "Part -> its weighed mass, instead of the drawing's.",
     "measured.spring": "By joint.",
     "measured_spring.free_angle": "Measured angle at which the joint rests under this spring alone.",
