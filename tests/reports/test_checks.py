@@ -37,6 +37,15 @@ def test_of_the_passed_the_nearest_to_its_limit_is_shown(tmp_path: Path) -> None
     assert "59.4 × 50 × 90.8 mm" in page
 
 
+def test_the_direction_to_print_is_that_of_the_part_s_own_file(tmp_path: Path) -> None:
+    for vector, words in (((0.0, 0.0, -1.0), "-z"), ((0.6, 0.8, 0.0), "(0.6, 0.8, 0)")):
+        plan = {"part": "hip_lower", "up": "+y", "up_in_file": [{"value": x, "unit": "1"} for x in vector]}
+        result = Result(tmp_path, "design.json", {"solids": {"checks": [check("a", 1.0)], "print": [plan]}})
+        content = joint_checks.content(result)
+        assert not isinstance(content, AbsentResult)
+        assert content["plans"][0]["up"] == words
+
+
 def test_a_failed_one_comes_first_with_its_picture_and_markup_escaped(tmp_path: Path) -> None:
     (tmp_path / "checks").mkdir()
     (tmp_path / "checks" / "a.png").write_bytes(DOT)
