@@ -10,7 +10,7 @@ from typing import Any
 
 from synth.parts.coil_angle import Convention
 from synth.parts.coil_rate import RATE_FORMULA, RateForm
-from synth.remarks import decisive, remarks_json
+from synth.remarks import decisive, remarks_json, unlike
 from synth.spring.arms import arm_force, arm_share
 from synth.spring.calibration import UNCALIBRATED, WindingCalibration
 from synth.spring.codes import OPENING, CodeCheck, dynamic_factor
@@ -247,10 +247,9 @@ class SpringDesign:
             )
             found.append(decisive(text))
         low = [check for check in self.codes if check.safety < 1.0 <= self.safety]
-        found += [
-            f"{check.code} allows {check.allowed / 1e6:.0f} MPa, its stress formula gives {check.stress / 1e6:.0f} MPa"
-            for check in low
-        ]
+        for check in low:
+            borne, allowed = unlike(check.stress / 1e6, check.allowed / 1e6, ".0f")
+            found.append(f"{check.code} allows {allowed} MPa, its stress formula gives {borne} MPa")
         if self.body_coils < 2.0:
             found.append(f"{self.body_coils:.3g} coils; the theory holds for 2 or more (EN 13906-3)")
         return tuple(found)
