@@ -62,7 +62,14 @@ def _up(plan: Mapping[str, Any]) -> str:
 def _plan(plan: Mapping[str, Any]) -> dict[str, Any]:
     size = [mapping(item).get("value") for item in sequence(plan, "size")]
     shown = " × ".join(number(value, 3) for value in size if isinstance(value, (int, float)))
-    return {"part": plan.get("part"), "up": _up(plan), "support": plan.get("support"), "size": f"{shown} mm"}
+    return {
+        "part": plan.get("part"),
+        "up": _up(plan),
+        "support": plan.get("support"),
+        "contact": plan.get("contact"),
+        "wobbly": plan.get("wobbly"),
+        "size": f"{shown} mm",
+    }
 
 
 SECTION = ReportSection("checks", "Checks of the joints", content)

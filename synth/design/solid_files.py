@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import degrees
 from pathlib import Path
@@ -133,7 +133,7 @@ def _drawn(
     from synth.design.solid_work import checked_leg, failures_of, written_leg
 
     leg = checked_leg(solids.dimensions, *known)
-    notes, whole = list(solids.notes), True
+    notes, whole = [*solids.notes, *_wobbly(leg.record["print"])], True
     files: list[ExportedFile] = []
     failures: dict[str, CheckResult] = {}
     try:
@@ -156,6 +156,19 @@ def _drawn(
         "masses": leg.masses,
     }
     return record, whole
+
+
+def _wobbly(plans: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A sentence on the parts that stand on very little of the bed."""
+    found = [
+        f"{plan['part']} on {plan['contact']['value']:.0f} mm^2 of {plan['size'][0]['value']:.0f} x "
+        f"{plan['size'][1]['value']:.0f} mm"
+        for plan in plans
+        if plan["wobbly"]
+    ]
+    if not found:
+        return []
+    return [f"on the printer some parts stand on very little, print them with a brim or a raft: {', '.join(found)}"]
 
 
 def with_settings(extra: dict[str, Any], design: LegDesign, settings: Mapping[str, SeatSetting]) -> dict[str, Any]:

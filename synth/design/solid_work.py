@@ -176,6 +176,7 @@ def _of_parts(dimensions: LegDimensions, index: int, known: Known) -> _Parts:
             {"part": plan.part, "up": plan.up,
              "up_in_file": [_value(round(x, 6), "1") for x in about_z(WAYS_UP[plan.up], turns[plan.part])],
              "support": _value(plan.overhang, "mm^2"),
+             "contact": _value(plan.contact, "mm^2"), "wobbly": plan.wobbly,
              "size": [_value(size, "mm") for size in plan.size]}
             for plan in plan_joint(joint, printing)
         ],

@@ -161,6 +161,9 @@ DESIGN = {
     "solids.print[].up_in_file[]": "The same in the part's STL and STEP, as x, y and z.",
     "solids.print[].size[]": "Bounding box in that orientation.",
     "solids.print[].support": "Area that needs support.",
+    "solids.print[].contact": "Area of the flat faces on the bed.",
+    "solids.print[].wobbly": "Whether that is less than a twentieth of the size on the bed: print it with a brim or a "
+    "raft.",
     "solids.joints": "Values that the drawing adds to each joint, as in `joints`.",
     **{f"solids.joints.NAME.{key}": _JOINT[key] for key in _DRAWN},
     "solids.assembly.NAME[].parts": "Parts mounted in a step of the assembly.",
