@@ -153,7 +153,7 @@ DESIGN = {
     "The size is that of its STL and STEP, whose frame is the joint's at the free angle: hinge axis z, parent link "
     "along +y. The inertia is about the centre of mass and the hinge's direction.",
     "solids.parts[].NAME[]": "Of the part: place of its centre of mass, in its STL's and STEP's frame.",
-    "solids.parts[].in_link.size[]": "Its size in the frame of the half that it moves with, whose link is along y.",
+    "solids.parts[].in_link.size": "Its size in the frame of the half that it moves with, whose link is along y.",
     "solids.parts[].in_link.com[]": "Its centre of mass there: the parent link is at +y, the joint's own at -y.",
     "solids.print": "How parts are printed; empty if none is drawn.",
     "solids.print[].part": "The part.",
