@@ -107,7 +107,19 @@ def _at_damper(joint: BuiltJoint) -> str:
         return "; tighten the set screw on its shaft's flat through the hole in the bracket"
     if any(name.endswith("damper_output_pin") for name in names):
         return "; drill its shaft and push the pin in through the hole in the bracket"
-    return ""
+    damper = joint.dimensions.damper
+    if damper.adapter is not None or damper.bore.form != "round":
+        return ""
+    torque = joint.dimensions.loads.damper_torque
+    borne = f", which must hold {torque:.3g} N*m" if torque > 0.0 else ""
+    if damper.bore.hub == "unknown":
+        return (
+            "; but first see what turns it with the shaft: its hub is unknown and is drawn as a round bore, in which "
+            f"the shaft slips. Make the shaft's end to fit the hub{borne}"
+        )
+    if damper.bore.hub == "clamp":
+        return f"; tighten its hub's clamp on the shaft{borne}"
+    return f"; tighten its hub's set screw on the flat of the shaft's end{borne}"
 
 
 def exploded(joint: BuiltJoint) -> list[tuple[BuiltPart, Mesh, int]]:

@@ -60,8 +60,10 @@ def shaft_end(dimensions: JointDimensions, layout: JointLayout) -> ShaftEnd:
     outside = layout.gap_a + layout.ear
     bottom = damper_bracket.rotor_bottom(damper, layout.bracket_height) - outside
     form, size = damper.bore.form, damper.bore.size if damper.bore.size is not None else shaft
-    if has_insert(dimensions) or form == "round":
+    if has_insert(dimensions) or (form == "round" and damper.bore.hub != "set_screw"):
         return ShaftEnd(bottom, "round", shaft, 0.0, wide)
+    if form == "round":  # a flat for the set screw of the damper's hub
+        form, size = "d", shaft
     grip = damper_bracket.ROTOR_GRIP * damper.body_length
     return ShaftEnd(bottom, form, size, grip, wide)
 
@@ -88,6 +90,8 @@ def damper_side(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]
     made = f"cut from ground rod, h6, {dimensions.shaft_diameter:g} mm, {length:.1f} mm long; drilled for its pins"
     if end.form != "round":
         made += f"; end milled to a {_words(end.form)} of {end.size:g} mm over {end.length:.1f} mm"
+    elif dimensions.damper.adapter is None and dimensions.damper.bore.slips:
+        made += "; its end is still to be made to drive the damper, whose hub is unknown"
     solid = arm_shaft.build_shaft(shape)
     return [Drawn("shaft", "shaft", "lower", solid, arm_shaft.shaft_volume(shape), False, made), *found]
 

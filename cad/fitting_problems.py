@@ -168,6 +168,9 @@ def _bore(dimensions: JointDimensions) -> list[DimensionProblem]:
     wide = 2 * circumradius(bore.form, bore.size)
     if not has_insert(dimensions):
         return []
+    if bore.form == "round" and bore.hub != "unknown":
+        reason = "the hub's set screw or clamp holds the shaft itself, not a printed insert round it"
+        return [DimensionProblem(name, bore.size, f"{shaft:g} mm, the shaft's, or a shaft_diameter like it", reason)]
     if bore.size >= least:
         most = 2 * bracket_bore(dimensions) - 2 * dimensions.clearance
         if wide <= most:

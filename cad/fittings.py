@@ -8,9 +8,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Literal
 
 from synth.cad.arm_shaft import FORMS, Form
 from synth.cad.limits import DimensionProblem, dimension, range_problems
+
+Hold = Literal["unknown", "none", "set_screw", "clamp"]
+HOLDS: tuple[Hold, ...] = ("unknown", "none", "set_screw", "clamp")
+HUB_REMEDY = (
+    "set_screw or clamp if the damper's hub has one, or a form that turns with the shaft (d, square, hex), or another "
+    "damper"
+)
 
 
 @dataclass(frozen=True)
@@ -96,15 +104,28 @@ class BoreDimensions:
     """The bore of a damper for the joint's shaft: its form, and its diameter or width across the flats.
 
     If the shaft can be milled to a square, D or hexagon of this size, it is milled; for a larger bore an insert is
-    printed and pinned on the shaft.
+    printed and pinned on the shaft. ``hub``: what holds a round shaft in a round bore, which alone would slip: a set
+    screw, for which the shaft's end gets a flat, a clamp, or nothing, which is refused; ``unknown`` is drawn.
     """
 
     form: Form = "round"
     size: float | None = dimension(None, 2.0, 30.0, "mm", "left out: the joint's shaft")
+    hub: Hold = "unknown"
+
+    @property
+    def slips(self) -> bool:
+        """Whether nothing that is drawn or known turns the damper with the shaft."""
+        return self.form == "round" and self.hub in ("unknown", "none")
 
     def problems(self, prefix: str = "") -> list[DimensionProblem]:
-        """Every number that is out of range."""
-        return range_problems(self, prefix) + _form_problems(self.form, prefix + "form")
+        """Every number that is out of range, and a bore in which the shaft would slip."""
+        found = range_problems(self, prefix) + _form_problems(self.form, prefix + "form")
+        if self.form == "round" and self.hub == "none":
+            reason = "a round shaft in a round bore transmits no torque: nothing would turn the damper"
+            found.append(DimensionProblem(prefix + "hub", self.hub, HUB_REMEDY, reason))
+        elif self.hub not in HOLDS:
+            found.append(DimensionProblem(prefix + "hub", self.hub, ", ".join(HOLDS), "what holds a round shaft"))
+        return found
 
 
 @dataclass(frozen=True)

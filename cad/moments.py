@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
 Vector = tuple[float, float, float]
+
+
+def about_z(vector: Vector, angle: float) -> Vector:
+    """The vector turned about z by ``angle`` deg."""
+    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    x, y, z = vector
+    return c * x - s * y, s * x + c * y, z
 
 
 @dataclass(frozen=True)

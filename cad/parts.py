@@ -59,6 +59,12 @@ class Mesh:
     vertices: Array
     faces: Faces
 
+    @property
+    def size(self) -> tuple[float, float, float]:
+        """Extent along x, y and z, mm, to a hundredth."""
+        x, y, z = (round(float(extent), 2) for extent in np.ptp(self.vertices, axis=0))
+        return x, y, z
+
     def turned(self, angle: float, shift: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
         """Rotated by ``angle`` deg about z, then shifted by mm; a mesh that stays where it is, is the same object."""
         if angle == 0.0 and not any(shift):
@@ -137,9 +143,8 @@ class BuiltPart:
 
     @property
     def size(self) -> tuple[float, float, float]:
-        """Extent along x, y and z, mm, to a hundredth."""
-        x, y, z = (round(float(extent), 2) for extent in np.ptp(self.mesh.vertices, axis=0))
-        return x, y, z
+        """The mesh's."""
+        return self.mesh.size
 
     def moments(self) -> Moments:
         """Volume, centre and second moment of the solid, by the kernel; the lower half's parts with q = 0."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +23,10 @@ SAMPLES = 1000  # points on a part's surface at which its thickness is measured
 PERCENTILE = 1.0  # of those; the smallest value is at an edge that two faces share
 OPPOSED = 0.7  # cosine between the faces of a wall; a ray that leaves through an oblique face measures a corner
 BASE_LAYER = 0.3  # mm above the bed; faces below this height lie on the bed
+FLAT = 0.9999  # cosine between bed and a face on it: 0.8 deg, so that of a round only its lowest facet counts
+LEAST_CONTACT = 0.05  # of the footprint; a part that stands on less needs a brim or a raft
+# Overhangs that count as the same, relative and mm^2 (a support tower of 7 x 7 mm): there the contact decides as well.
+ALIKE = (1.25, 50.0)
 MOST_SUPPORT = 0.3  # of the surface; above this the part should be designed differently
 # Directions in which a part may be printed: the axis that points up.
 WAYS_UP: dict[str, Axis] = {
@@ -45,6 +50,12 @@ class PrintPlan:
     size: tuple[float, float, float]  # mm, on the bed (two) and high
     fits: bool
     strong: bool
+    contact: float  # mm^2 of flat faces on the bed
+
+    @property
+    def wobbly(self) -> bool:
+        """Whether the part stands on so little of its footprint that it needs a brim or a raft."""
+        return self.contact < LEAST_CONTACT * self.size[0] * self.size[1]
 
 
 def _triangles(mesh: Mesh) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
@@ -99,6 +110,14 @@ def overhang(mesh: Mesh, up: Axis, angle: float) -> float:
     return float(_triangles(hanging)[2].sum())
 
 
+def contact(mesh: Mesh, up: Axis) -> float:
+    """Area (mm^2) of the flat faces that lie on the bed."""
+    corners, normals, areas, _ = _triangles(mesh)
+    height = corners @ np.array(up)
+    lying = (normals @ np.array(up) < -FLAT) & (height.max(axis=1) <= height.min() + BASE_LAYER)
+    return float(areas[lying].sum())
+
+
 def on_bed(mesh: Mesh, up: Axis, bed: tuple[float, float, float]) -> tuple[tuple[float, float, float], bool]:
     """Size (mm) on the bed and height, and whether it fits, with or without a quarter turn."""
     size = np.ptp(mesh.vertices, axis=0)
@@ -112,7 +131,8 @@ def on_bed(mesh: Mesh, up: Axis, bed: tuple[float, float, float]) -> tuple[tuple
 def plan_part(joint: BuiltJoint, part: BuiltPart, printing: PrintDimensions) -> PrintPlan:
     """The best orientation: first those that fit the bed and bear the load, then least support, then lowest height.
 
-    The joint caches it for checks, files and report.
+    Among orientations whose support is alike the contact with the bed counts against it. The joint caches the plan for
+    checks, files and report.
     """
     key = ("plan", part.name, printing)
     if key not in joint.kept:
@@ -129,8 +149,17 @@ def _best_way_up(joint: BuiltJoint, part: BuiltPart, printing: PrintDimensions) 
         checks = check_strength(joint.dimensions, joint.layout, printing, {part.name: up})
         strong = all(check.passed for check in checks if check.part == part.name)
         area = overhang(part.mesh, up, printing.overhang)
-        plans.append(PrintPlan(part.name, name, area, area / surface, size, fits, strong))
-    return min(plans, key=lambda plan: (not plan.fits, not plan.strong, round(plan.overhang), round(plan.size[2], 3)))
+        plans.append(PrintPlan(part.name, name, area, area / surface, size, fits, strong, contact(part.mesh, up)))
+    return best_of(plans)
+
+
+def best_of(plans: Sequence[PrintPlan]) -> PrintPlan:
+    """The best of a part's orientations, as ``plan_part`` ranks them."""
+    first = min((not plan.fits, not plan.strong) for plan in plans)
+    able = [plan for plan in plans if (not plan.fits, not plan.strong) == first]
+    most = ALIKE[0] * min(plan.overhang for plan in able) + ALIKE[1]
+    alike = [plan for plan in able if plan.overhang <= most]
+    return min(alike, key=lambda plan: (round(plan.overhang - plan.contact), round(plan.size[2], 3)))
 
 
 def plan_joint(joint: BuiltJoint, printing: PrintDimensions) -> tuple[PrintPlan, ...]:

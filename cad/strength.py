@@ -13,6 +13,7 @@ middle to both ends (a rigid bar on an elastic foundation). The resulting stress
 - ears and hinge shaft: the force that keeps the coil on the axis (``cad.flexed_wire``): pressure F/(2 d t) in two ears,
   bending F L/8 over their span, the tongue spreading the load;
 - the shaft in torsion by the damper: 16 T/(pi (0.9 d)^3), where the tenth accounts for the hole of its pin;
+- its end, milled to fit the damper, in torsion as a round shaft of the width across its flats;
 - its pins (Roloff/Matek, cross pin under torsion): shear of the pin 4 T/(pi D d^2), pressure in the print beside it
   T/(d s (D + s)), s of its length in the hub on either side, D the shaft, d the pin;
 - a D, square or hexagon that drives or is driven: pressure on half of each flat, h wide and l long, that grows
@@ -29,7 +30,7 @@ import math
 from dataclasses import dataclass
 
 from synth.cad.arm_layout import ArmLayout
-from synth.cad.arm_shaft import FLAT_DEPTH, SIDES, Form
+from synth.cad.arm_shaft import FLAT_DEPTH, SIDES, Form, flat_distance
 from synth.cad.damper_bracket import ROTOR_GRIP
 from synth.cad.dimensions import JointDimensions
 from synth.cad.fitting_problems import adapter_pins, has_insert, longest_pin
@@ -177,7 +178,9 @@ def _damper(dimensions: JointDimensions, layout: JointLayout, printed: float) ->
             pressure = key_pressure(torque, adapter.form, adapter.output_diameter, adapter.output_grip)
             found.append(Stress("damper's key in the adapter", "damper_adapter", pressure, bore, ALL_AROUND,
                                 ("adapter.output_grip",)))  # fmt: skip
-    elif has_insert(dimensions):
+    elif not has_insert(dimensions):
+        found += _milled(dimensions)
+    else:
         size = damper.bore.size
         assert size is not None
         held = longest_pin(dimensions.hardware.pin, shaft, size - 2 * dimensions.fit)
@@ -190,6 +193,22 @@ def _damper(dimensions: JointDimensions, layout: JointLayout, printed: float) ->
             found.append(Stress("damper's insert, pressure", "damper_insert", pressure, bore, ALL_AROUND,
                                 ("damper.body_length",)))  # fmt: skip
     return found
+
+
+def _milled(dimensions: JointDimensions) -> list[Stress]:
+    """The shaft's milled end in the damper: torsion of the circle within its flats, pressure on them."""
+    torque, bore = dimensions.loads.damper_torque, dimensions.damper.bore
+    if bore.form == "round":
+        return []
+    size = bore.size if bore.size is not None else dimensions.shaft_diameter
+    inside = size / 2 + flat_distance(bore.form, size)  # across the flats; of a D less than its free circle
+    twisted = 16 * torque * 1e3 / (math.pi * inside**3)
+    pressure = key_pressure(torque, bore.form, size, ROTOR_GRIP * dimensions.damper.body_length)
+    return [
+        Stress("shaft's end, torsion", "shaft", twisted, SHEAR * SHAFT_YIELD, (), ("damper.bore.size",)),
+        Stress("shaft's end in the damper, pressure", "shaft", pressure, BEARING * SHAFT_YIELD, (),
+               ("damper.bore.size",)),
+    ]  # fmt: skip
 
 
 def stresses(dimensions: JointDimensions, layout: JointLayout, printing: PrintDimensions) -> tuple[Stress, ...]:

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from typing import Any, Literal
 
 Severity = Literal["decide", "check", "note"]
+MOST_DIGITS = 9  # of a number beside its limit; more would be rounding of the arithmetic
 SEVERITIES: tuple[Severity, ...] = ("decide", "check", "note")  # the most important first
 
 
@@ -83,3 +84,16 @@ def read_remark(item: Any) -> Remark:
             str(item.get("remedy") or ""),
         )
     return Remark(str(item))
+
+
+def unlike(value: float, limit: float, style: str = ".4g") -> tuple[str, str]:
+    """Both numbers in ``style`` (``.0f``, ``.4g``), with as many more digits as they need to read differently.
+
+    50.3 and 50 in ``.0f`` become ``50.3`` and ``50.0``. Equal numbers stay alike.
+    """
+    digits, kind = int(style[1:-1]), style[-1]
+    for more in range(digits, max(digits, MOST_DIGITS) + 1):
+        found = f"{value:.{more}{kind}}", f"{limit:.{more}{kind}}"
+        if found[0] != found[1]:
+            return found
+    return f"{value:{style}}", f"{limit:{style}}"

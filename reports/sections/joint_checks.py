@@ -49,10 +49,27 @@ def _nearest(checks: list[Mapping[str, Any]]) -> dict[str, Any]:
     return {"part": nearest.get("part"), "value": nearest.get("value"), "limit": nearest.get("limit")}
 
 
+def _up(plan: Mapping[str, Any]) -> str:
+    """The direction that points up, in the part's own file."""
+    found = [mapping(item).get("value") for item in sequence(plan, "up_in_file")]
+    shown = [float(x) for x in found if isinstance(x, (int, float))]
+    if len(shown) != 3 or max(map(abs, shown)) > 1.0 - 1e-6:  # along an axis
+        axis = max(range(len(shown)), key=lambda k: abs(shown[k]), default=None)
+        return str(plan.get("up")) if axis is None else f"{'+' if shown[axis] > 0 else '-'}{'xyz'[axis]}"
+    return f"({', '.join(number(x, 3) for x in shown)})"
+
+
 def _plan(plan: Mapping[str, Any]) -> dict[str, Any]:
     size = [mapping(item).get("value") for item in sequence(plan, "size")]
     shown = " × ".join(number(value, 3) for value in size if isinstance(value, (int, float)))
-    return {"part": plan.get("part"), "up": plan.get("up"), "support": plan.get("support"), "size": f"{shown} mm"}
+    return {
+        "part": plan.get("part"),
+        "up": _up(plan),
+        "support": plan.get("support"),
+        "contact": plan.get("contact"),
+        "wobbly": plan.get("wobbly"),
+        "size": f"{shown} mm",
+    }
 
 
 SECTION = ReportSection("checks", "Checks of the joints", content)

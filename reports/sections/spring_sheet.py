@@ -13,7 +13,7 @@ from synth.reports.quantities import in_si, text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 from synth.reports.sections.warnings import text_of
-from synth.reports.sections.winding_plan import winding_of
+from synth.reports.sections.winding_plan import clamped, winding_of
 
 # Key of ``make`` -> its label and its equation. In the order of the sheet: dimensions, function, strength.
 WIND = (
@@ -27,11 +27,15 @@ WIND = (
 )  # fmt: skip
 ACT = (
     ("rate", "spring rate", "E12"), ("rate_bending_form", "rate, bending form", "E12"),
-    ("rate_friction_form", "rate, friction form", "E12"), ("active_coils", "active coils, arms included", "E13"),
+    ("rate_friction_form", "rate, friction form", "E12"), ("test_rate", "rate in the loose test", "E12"),
+    ("test_active_coils", "active coils in the loose test", "E13"),
+    ("test_force", "force of a pin in the loose test, full travel", ""),
+    ("active_coils", "active coils, arms included", "E13"),
     ("elastic_modulus", "elastic modulus E", ""), ("travel", "travel, winding", ""),
     ("opening_travel", "travel, opening", ""), ("moment", "torque at full travel", "E2"),
     ("peak_moment", "largest bending moment in the wire", "E20"),
     ("energy", "energy at full travel", "E12"), ("arms_force", "force at the end of an arm", ""),
+    ("arms_axis_force", "force on the joint's axis, at most", "E20"),
     ("arms_share_of_angle", "share of the angle that the arms bend", "E13"),
 )  # fmt: skip
 LAST = (
@@ -49,6 +53,7 @@ LAST = (
 )  # fmt: skip
 _COMPARED = ("wire_diameter", "mean_diameter", "outer_diameter", "active_coils", "rate", "stress", "allowed_stress",
              "travel", "free_travel", "body_length", "wound_body_length", "mass")  # fmt: skip
+_AS_HELD = ("rate", "rate_bending_form", "rate_friction_form", "active_coils")  # a joint's clamped arms change them
 _KINDS = {"more_room": "more room", "parallel": "several in parallel", "smaller_travel": "a smaller travel"}
 _KINDS |= {"other_material": "another wire"}
 
@@ -97,6 +102,7 @@ def groups_of(make: Json) -> list[Json]:
     if not make:
         return []
     make = {**make, **_nested(make)}
+    held = ", in the joint" if clamped(make) else ""
     known = {key for key, _, _ in (*WIND, *ACT, *LAST)}
     others = tuple(
         (key, key.replace("_", " "), "")
@@ -106,7 +112,7 @@ def groups_of(make: Json) -> list[Json]:
     groups = []
     for title, keys in (("To wind", WIND), ("Function", ACT), ("Strength", LAST), ("More", others)):
         rows = [
-            {"label": label, "key": key, "quantity": make[key], "equation": equation}
+            {"label": label + held * (key in _AS_HELD), "key": key, "quantity": make[key], "equation": equation}
             for key, label, equation in keys
             if value_of(make.get(key)) is not None
         ]
@@ -124,6 +130,7 @@ def _nested(make: Json) -> Json:
     """Nested quantities, flattened to keys of one word."""
     arms, fatigue, mandrel = (mapping(make, key) for key in ("arms", "fatigue", "mandrel"))
     found = {f"arms_{key}": value for key, value in arms.items()}
+    found |= {f"test_{key}": value for key, value in mapping(make, "test").items()}
     found |= {f"mandrel_{key}": value for key, value in mandrel.items()}
     return {**found, **{key: value for key, value in fatigue.items() if key != "source"}}
 

@@ -27,6 +27,9 @@ def winding_of(make: Json) -> Json:
             {"label": label, "value": make.get(key), "plus": plus.get(tolerance)} for key, label, tolerance in _MEASURED
         ],
         "torques": _torques(make, value_of(plus.get("rate")) or 0.0),
+        "test": mapping(make, "test"),
+        "pins": _distances(make),
+        "in_joint": make.get("rate") if clamped(make) else None,
         "closing": closing_words(str(make.get("hand") or "right"), str(make.get("leg_convention") or "tangent")),
         "hand": str(make.get("hand") or "right"),
         "rate_plus": plus.get("rate"),
@@ -61,20 +64,35 @@ def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
         "and correct the mandrel by the coil's error."
     )
     bend = mapping(make, "arms").get("bend_radius")
+    end = "their ends" if clamped(make) else "where the load acts"
     bent = "" if bend is None else f", bent with an inside radius of {text(bend)} or more"
     steps.append(
-        f"Leave the arms straight, {make.get('leg_convention') or 'tangent'}{bent}, {legs} from the coil to where the "
-        f"load acts, with {text(make.get('included_angle'))} between them (within {text(plus.get('free_angle'))})."
+        f"Leave the arms straight, {make.get('leg_convention') or 'tangent'}{bent}, {legs} from the coil to {end}, "
+        f"with {text(make.get('included_angle'))} between them (within {text(plus.get('free_angle'))})."
     )
     relief = make.get("stress_relief")
     steps.append(f"Relieve stress: {relief}." if relief else f"Relieve stress as the maker of the {wire} specifies.")
-    steps.append("Measure the free angle and the torque below, and set the joint's arm to the measured angle.")
+    how = f", {mapping(make, 'test').get('held')}, {_distances(make)} from the coil" if mapping(make, "test") else ""
+    steps.append(f"Measure the free angle and the torque below{how}. Set the joint's arm to the measured angle.")
     return steps
 
 
+def clamped(make: Json) -> bool:
+    """Whether the spring's rate is that in a joint which clamps its arms, and the test's another."""
+    rate, tested = in_si(make.get("rate")), in_si(mapping(make, "test").get("rate"))
+    return rate is not None and tested is not None and rate != tested
+
+
+def _distances(make: Json) -> str:
+    """Where the pins press, as one length where both are equal."""
+    found = [text(distance) for distance in sequence(mapping(make, "test"), "distances")]
+    return " and ".join(dict.fromkeys(found))
+
+
 def _torques(make: Json, rate_plus: float) -> list[Json]:
-    """Torque at quarters of the travel, with its tolerance from that of the rate; degrees, N m."""
-    rate, travel = in_si(make.get("rate")), in_si(make.get("travel"))
+    """Torque of the loose spring at quarters of the travel, with its tolerance from that of the rate; degrees, N m."""
+    rate = in_si(mapping(make, "test").get("rate")) or in_si(make.get("rate"))
+    travel = in_si(make.get("travel"))
     if rate is None or travel is None:
         return []
     return [

@@ -113,7 +113,7 @@ def _lines(part: Mapping[str, Any]) -> list[dict[str, str]]:
             item = f"{washer['standard']} - {washer['size']} plain washer, steel; mass is with its screw's"
             lines.append(_row(joint, item, how="buy", standard=washer["standard"], size=washer["size"], vendor="any"))
         return lines
-    x, y, z = sorted(part["size"], reverse=True)
+    x, y, z = sorted(part["in_link"]["size"], reverse=True)
     name = str(part["part"]).removeprefix(f"{joint.replace(' ', '_')}_").replace("_", " ")
     cut = _CUT.match(made)
     if cut is not None:

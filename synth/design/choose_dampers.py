@@ -16,7 +16,7 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.part_candidates import ANY, damper_candidates, damper_limits, damper_reason, of_family
 from synth.parts.rows import RPM, DamperRow
 from synth.parts.usable import offers
-from synth.remarks import decisive, noted
+from synth.remarks import decisive, noted, unlike
 from synth.swing.damper_curves import thinning_error, torque_at
 from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
 
@@ -235,9 +235,10 @@ def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float]
         text = f"{joint}: the torque-speed law of {option.part} is {option.why}: its rate at low speed may be off by a "
         warnings.append(decisive(f"{text}factor of two", DROPS))
     if option.law == "curve" and fastest > 1.1 * speeds[1]:  # a tenth beyond the data: little extrapolation
+        reached, measured = unlike(fastest, speeds[1], ".2g")
         warnings.append(
-            f"{joint}: the wanted motion reaches {fastest:.2g} rad/s; the damper was measured up to {speeds[1]:.2g} "
-            "rad/s, and its law is extrapolated beyond"
+            f"{joint}: the wanted motion reaches {reached} rad/s; the damper was measured up to {measured} rad/s, and "
+            "its law is extrapolated beyond"
         )
     if option.row is not None:
         warnings += _speed_warnings(joint, option.row, fastest * option.arrangement.ratio)
@@ -252,12 +253,14 @@ def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float]
 
 def _speed_warnings(joint: str, row: DamperRow, reached: float) -> list[str]:
     """Warnings on a damper turned at ``reached`` rad/s: beyond its vendor's maximum speed, else beyond its point."""
-    turned = f"{joint}: {row.part} is turned at up to {reached / RPM:.0f} rpm"
+    turned = f"{joint}: {row.part} is turned at up to"
     if row.max_speed is not None and reached > row.max_speed:
-        return [decisive(f"{turned}; its vendor's maximum speed is {row.max_speed / RPM:.0f} rpm", SLOWER)]
+        speed, most = unlike(reached / RPM, row.max_speed / RPM, ".0f")
+        return [decisive(f"{turned} {speed} rpm; its vendor's maximum speed is {most} rpm", SLOWER)]
     # A tenth beyond the vendor's point: little extrapolation.
     if row.speed is not None and reached > 1.1 * row.speed:
-        return [f"{turned}; its vendor states torque at {row.speed / RPM:.0f} rpm and gives no data beyond it"]
+        speed, stated = unlike(reached / RPM, row.speed / RPM, ".0f")
+        return [f"{turned} {speed} rpm; its vendor states torque at {stated} rpm and gives no data beyond it"]
     return []
 
 

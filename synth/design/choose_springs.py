@@ -23,6 +23,7 @@ from synth.parts.rows import TorsionSpringRow
 from synth.remarks import about, decisive, noted
 from synth.spring.bought_spring import PassedLimit, check_bought, passed_limits
 from synth.spring.design import SpringResult, design_spring
+from synth.spring.loose_test import LooseTest
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits
 from synth.swing.leg_model import Leg
@@ -60,7 +61,8 @@ class SpringOption:
     tolerances. ``outside``: the rate is outside the requested tolerance. ``compared``: the spring is listed for
     comparison only, because bought springs have priority over springs to wind, and a spring requested by its part
     number has priority over all others. ``closes``: -1 if smaller measured angles close its arms, +1 if larger ones do.
-    ``passed``: of a bought spring, its limits that the joint's travel passes.
+    ``passed``: of a bought spring, its limits that the joint's travel passes; ``loose``: how to measure one of it, once
+    its joint is drawn.
     """
 
     rate: float
@@ -77,6 +79,12 @@ class SpringOption:
     closes: int = -1
     asked: float = 0.0
     passed: tuple[PassedLimit, ...] = ()
+    loose: LooseTest | None = None
+
+    @property
+    def test(self) -> LooseTest | None:
+        """How to measure the loose spring; None: a bought one whose joint is not drawn."""
+        return self.loose if self.design is None else self.design.test
 
     @property
     def label(self) -> str:
@@ -116,6 +124,8 @@ class SpringOption:
             ):
                 if value is not None:
                     written[name] = quantity(value, unit)
+            if self.loose is not None:
+                written["test"] = self.loose.as_json()
             if self.check is not None:
                 written["free_travel"] = quantity(self.check.free_travel, "deg")
                 written["travel"] = quantity(self.check.travel, "deg")

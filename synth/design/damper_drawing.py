@@ -9,11 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 from synth.design.leg_design import LegDesign
 from synth.files.project_options import DamperShape
+from synth.remarks import decisive
 
 if TYPE_CHECKING:
     from synth.cad import DamperDimensions
 
 BESIDE = 10.0  # mm, bolt circle minus body diameter if unknown: the space of M3 screws in a flange
+TO_MEASURE = (
+    "Measure its hub before anything is made and write shaft_side, shaft_form and shaft_size (and for a round bore "
+    "hub: set_screw or clamp) into"
+)
 # Keys of ``cad.dampers.JOINT``, which are also columns of the catalogue, as text.
 ASKED = {
     "outer_diameter": "the body's diameter",
@@ -37,7 +42,7 @@ def damper_of(design: LegDesign, j: int, shaft: float, notes: list[str]) -> Damp
         )
     own = design.project.cad.damper_shafts.get(name)
     given = design.project.cad.dampers.get(name, DamperShape())
-    known: dict[str, Any] = {}
+    known: dict[str, Any] = {} if given.hub is None else {"hub": given.hub}
     for key in ASKED:
         value = getattr(given, key)
         if value is None and row is not None:
@@ -53,11 +58,20 @@ def damper_of(design: LegDesign, j: int, shaft: float, notes: list[str]) -> Damp
             f"{name}: {what} is drawn {_as_drawn(drawn)}; measure and write into the project before printing: "
             + ", ".join(drawn.unknown)
         )
+    if drawn.adapter is None and drawn.bore.slips:
+        notes.append(decisive(_slips(name), f"{TO_MEASURE} cad.dampers.{name}"))
     return drawn
 
 
+def _slips(name: str) -> str:
+    return (
+        f"{name}: what turns the damper with the shaft is unknown: it is drawn with a round bore on the round shaft, "
+        "which would slip, so that the joint as drawn has no damping"
+    )
+
+
 def drawn_damper(known: dict[str, Any], shaft: float, place: str) -> DamperDimensions:
-    """A damper from its known dimensions (SI, keys of ``ASKED``); ``unknown`` names the others with their keys."""
+    """A damper from its known dimensions (SI, keys of ``ASKED``, ``hub``); ``unknown`` names the others by key."""
     from synth import cad
 
     default = cad.DamperDimensions()
@@ -73,8 +87,9 @@ def drawn_damper(known: dict[str, Any], shaft: float, place: str) -> DamperDimen
     if side == "shaft":
         across = size if size is not None else shaft
         adapter = cad.AdapterDimensions(across, max(12.0, 2.0 * across), max(16.0, 2.0 * shaft), form=form or "d")
-    elif side == "bore":
-        bore = cad.BoreDimensions(form or "round", size)
+    elif side == "bore" or "hub" in known:
+        unstated = "unknown" if form is None else "none"
+        bore = cad.BoreDimensions(form or "round", size, known.get("hub", unstated))
     unknown = [f"{words} ({place}.{key})" for key, words in ASKED.items() if key not in known]
     return cad.DamperDimensions(
         outer_diameter=outer,

@@ -17,10 +17,12 @@ import numpy as np
 from synth.design.choose_springs import SpringOption
 from synth.design.joint_sizing import dimensions_of
 from synth.design.leg_design import LegDesign, Solids
+from synth.design.measured_rate import rate_in_joint
 from synth.parts.catalogs import Catalogue
 from synth.remarks import decisive
 from synth.spring.bought_spring import check_bought
 from synth.spring.evaluate import check_spring
+from synth.spring.loose_test import loose_test, pin_distance
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
 from synth.spring.spring_search import lasts
 from synth.swing.leg_model import Leg
@@ -114,9 +116,11 @@ def _free_arms(solids: Solids) -> tuple[float, ...]:
 
 def _drawn(option: SpringOption, dimensions: JointDimensions, arm: float, catalogue: Catalogue) -> SpringOption:
     """A spring with free arms of ``arm`` mm."""
+    from synth.cad.arm_layout import seat_size
     from synth.cad.flexed_wire import effective_length
 
     spring = dimensions.spring
+    distance = pin_distance(arm * 1e-3, seat_size(dimensions).length * 1e-3)
     if option.row is not None:
         row = option.row
         assert row.rate is not None
@@ -126,9 +130,13 @@ def _drawn(option: SpringOption, dimensions: JointDimensions, arm: float, catalo
         if check is not None:
             length, turned = arm * 1e-3, (check.travel, check.opening_travel)
             check = check_bought(row, catalogue, *turned, arm=lambda *sizes: length, rate=rate)
-        return replace(option, rate=rate * option.count, check=check)
+        loose = loose_test(row.rate, spring.drawn_coils, spring.mean_diameter * 1e-3, distance)
+        return replace(option, rate=rate * option.count, check=check, loose=loose)
     assert option.design is not None
-    return replace(option, design=_wound(option, dimensions, arm, catalogue))
+    made = _wound(option, dimensions, arm, catalogue)
+    body_rate = made.rate * made.active_coils / made.body_coils
+    loose = loose_test(body_rate, made.body_coils, made.mean_diameter, distance)
+    return replace(option, design=replace(made, loose=loose))
 
 
 def _wound(option: SpringOption, dimensions: JointDimensions, arm: float, catalogue: Catalogue) -> SpringDesign:
@@ -266,8 +274,9 @@ class SeatSetting:
 def seats_set(design: LegDesign) -> tuple[LegDesign, dict[str, SeatSetting]]:
     """The design with measured springs, their seats set so that the leg has its designed rest pose.
 
-    The parts are unchanged. Rates and free angles of the built leg become those of the measured springs, and its
-    motions are simulated with them. For a spring of another rate the free angle is the one with the designed rest pose.
+    A rate measured on the loose spring is converted into the joint's. The parts are unchanged. Rates and free angles of
+    the built leg become those of the measured springs, and its motions are simulated with them. For a spring of another
+    rate the free angle is the one with the designed rest pose.
     """
     known = design.project.measured_springs
     if not known:
@@ -279,7 +288,8 @@ def seats_set(design: LegDesign) -> tuple[LegDesign, dict[str, SeatSetting]]:
             joints.append(joint)
             continue
         assert joint.spring is not None
-        rate = measured.rate if measured.rate is not None else joint.spring.rate
+        option = design.springs.chosen[index]
+        rate = rate_in_joint(measured, option) if measured.rate is not None else joint.spring.rate
         rest = float(pose[index] + (joint.rest - pose[index]) * joint.spring.rate / rate)
         suits = joint.zero + joint.sign * rest
         found = measured.free_angle if measured.free_angle is not None else joint.spring.free_angle

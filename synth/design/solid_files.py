@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import degrees
 from pathlib import Path
@@ -13,6 +13,7 @@ from synth.errors import Problem, UserError
 from synth.files.output import write_json
 from synth.files.stage_cache import StageCache, key_of
 from synth.remarks import decisive
+from synth.spring.loose_test import HELD
 
 if TYPE_CHECKING:
     from synth.cad import CheckResult, ExportedFile
@@ -110,9 +111,15 @@ def require_drawn(solids: dict[str, Any], project: Path, report: Path) -> None:
 
 def not_drawable(error: Any, project: LegProject) -> UserError:
     """The user's message for joints that cannot be drawn; ``error`` is a ``cad.DimensionError``."""
-    file = str(project.path)
+    file, found = str(project.path), error.problems
     hint = "change cad: or select: in the project, or leave the solids out with --no-cad"
-    return UserError([Problem(f"{problem}; {hint}", file, key="cad") for problem in error.problems])
+    return UserError([Problem(f"{problem}; {hint}", file, key=_key_of(problem.dimension)) for problem in found])
+
+
+def _key_of(dimension: str) -> str:
+    """The project's key of a dimension that cannot be drawn, as far as one says it."""
+    joint, _, rest = dimension.rpartition(".damper.bore.")
+    return f"cad.dampers.{joint}.hub" if joint and rest == "hub" else "cad"
 
 
 def _drawn(
@@ -126,7 +133,7 @@ def _drawn(
     from synth.design.solid_work import checked_leg, failures_of, written_leg
 
     leg = checked_leg(solids.dimensions, *known)
-    notes, whole = list(solids.notes), True
+    notes, whole = [*solids.notes, *_wobbly(leg.record["print"])], True
     files: list[ExportedFile] = []
     failures: dict[str, CheckResult] = {}
     try:
@@ -151,6 +158,19 @@ def _drawn(
     return record, whole
 
 
+def _wobbly(plans: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A sentence on the parts that stand on very little of the bed."""
+    found = [
+        f"{plan['part']} on {plan['contact']['value']:.0f} mm^2 of {plan['size'][0]['value']:.0f} x "
+        f"{plan['size'][1]['value']:.0f} mm"
+        for plan in plans
+        if plan["wobbly"]
+    ]
+    if not found:
+        return []
+    return [f"on the printer some parts stand on very little, print them with a brim or a raft: {', '.join(found)}"]
+
+
 def with_settings(extra: dict[str, Any], design: LegDesign, settings: Mapping[str, SeatSetting]) -> dict[str, Any]:
     """``extra`` with the setting of each seat (zero, or for the measured spring) and how to measure the spring."""
     solids = dict(extra["solids"])
@@ -161,8 +181,26 @@ def with_settings(extra: dict[str, Any], design: LegDesign, settings: Mapping[st
     for name, setting in settings.items():
         notes.append(f"{name}: turn the seat to {degrees(setting.turn):+.1f} deg on its scale for the measured spring")
     if joints and not settings and solids["drawn"]:
-        notes.append(HOW_TO_MEASURE)
+        notes += [HOW_TO_MEASURE, *_how_to_test(design)]
     return {**extra, "solids": {**solids, "joints": joints, "notes": notes}}
+
+
+def _how_to_test(design: LegDesign) -> list[str]:
+    """How to measure the springs' rates, and the rates to expect."""
+    tests = [
+        f"{name} {option.count * option.test.rate:.4g} N*m/rad at {option.test.distances[0] * 1e3:.4g} mm "
+        f"({option.rate:.4g} in the joint)"
+        for name, option in zip(design.built.joint_names, design.springs.chosen, strict=True)
+        if option.test is not None
+    ]
+    if not tests:
+        return []
+    return [
+        f"a rate can be measured too, {HELD}, at a distance from the coil. To expect of all springs of a joint "
+        f"together: {', '.join(tests)}. Write it as measured: {{spring: {{JOINT: {{rate: 1 N*m/rad}}}}}}; it is "
+        "converted into the rate in the joint, which clamps both arms. State another distance as rate_distance, and "
+        "rate_held: joint for a rate that was measured in the joint"
+    ]
 
 
 HOW_TO_MEASURE = (

@@ -162,20 +162,25 @@ def _of_parts(dimensions: LegDimensions, index: int, known: Known) -> _Parts:
     from synth.cad.assembly import assembly
     from synth.cad.checks import check_parts
     from synth.cad.leg_joints import built_leg
-    from synth.cad.printing import check_printing, plan_joint
+    from synth.cad.moments import about_z
+    from synth.cad.printing import WAYS_UP, check_printing, plan_joint
     from synth.design.part_masses import mass_json, masses_of
 
     leg, printing = built_leg(dimensions), dimensions.printing
     joint = leg.joints[index]
+    turns = {part.name: joint.turn(part.group, joint.dimensions.free_angle) for part in joint.parts}
     return _Parts(
         alone=check_parts(joint, leg.links[index]),
         printing=check_printing(joint, printing),
         plans=[
-            {"part": plan.part, "up": plan.up, "support": _value(plan.overhang, "mm^2"),
+            {"part": plan.part, "up": plan.up,
+             "up_in_file": [_value(round(x, 6), "1") for x in about_z(WAYS_UP[plan.up], turns[plan.part])],
+             "support": _value(plan.overhang, "mm^2"),
+             "contact": _value(plan.contact, "mm^2"), "wobbly": plan.wobbly,
              "size": [_value(size, "mm") for size in plan.size]}
             for plan in plan_joint(joint, printing)
         ],
-        parts=_parts(leg, index),
+        parts=part_records(leg, index),
         steps=[{"step": step.text, "parts": list(step.parts)} for step in assembly(joint)],
         masses=[mass_json(item) for item in masses_of(leg, *known, [index])],
     )  # fmt: skip
@@ -260,26 +265,32 @@ def _draw_failures(dimensions: LegDimensions, checks: Sequence[CheckResult], fol
     return cad.draw_failures(built_leg(dimensions), checks, folder)
 
 
-def _parts(leg: BuiltLeg, index: int) -> list[dict[str, Any]]:
+def part_records(leg: BuiltLeg, index: int) -> list[dict[str, Any]]:
     """Every part of a joint with its method of manufacture, mass, centre of mass and inertia.
 
-    ``com`` is in the frame of the half that the part moves with: the hinge axis is z, the half's link lies along y,
-    towards the parent (+y) for the upper half, away from it (-y) for the lower one. ``inertia`` is about the com, for
-    the axis parallel to the hinge.
+    ``size`` and ``com`` are in the frame of the part's STL and STEP: the joint's, hinge axis z, its parent link along
+    +y, at the free angle. ``in_link`` has them in the frame of the half that the part moves with, whose link lies
+    along y: towards the parent (+y) for the upper half, away from it (-y) for the lower one. ``inertia`` is about the
+    com, for the axis parallel to the hinge, the same in both.
     """
+    from synth.cad.moments import about_z
+
     joint, density, found = leg.joints[index], leg.dimensions.printing.density, []
+    angle = joint.dimensions.free_angle
     for part in (*joint.parts, leg.links[index]):
-        mass = part.mass(density)
+        mass, turn = part.mass(density), joint.turn(part.group, angle)
         item: dict[str, Any] = {
             "part": part.name, "joint": joint.dimensions.name, "family": part.family, "made": part.made,
             "moves_with": part.group, "material": part.material,
-            "mass": None if mass is None else _value(mass, "g"), "size": part.size,
+            "mass": None if mass is None else _value(mass, "g"), "size": joint.mesh_at(part, angle).size,
+            "in_link": {"size": part.size},
         }  # fmt: skip
         if part.printed:
             item["volume"] = _value(float(part.solid.Volume()), "mm^3")
         if mass is not None:
             moments = part.moments()
-            item["com"] = [_value(place, "mm") for place in moments.centre]
+            item["com"] = [_value(place, "mm") for place in about_z(moments.centre, turn)]
+            item["in_link"]["com"] = [_value(place, "mm") for place in moments.centre]
             item["inertia"] = _value(mass * 1e-9 * moments.about_z / moments.volume, "kg*m^2")
         found.append(item)
     return found

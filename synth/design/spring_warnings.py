@@ -7,7 +7,7 @@ from math import degrees
 
 from synth.design.choose_springs import SpringOption, WantedTravel
 from synth.files.project_options import SpringChoice
-from synth.remarks import decisive
+from synth.remarks import decisive, unlike
 
 BEAR_IT = (
     "Have one wound (make: true), allow other rates or several in parallel (rate_tolerance, parallel), add a table "
@@ -42,8 +42,8 @@ def spring_warnings(joint: str, option: SpringOption, choice: SpringChoice) -> l
     warnings = [decisive(f"{joint}: {option.part} {each.text}{why}", BEAR_IT) for each in option.passed]
     check = option.check
     if check is not None and check.opening_travel > check.free_opening_travel:
-        held, opened = degrees(check.free_opening_travel), degrees(check.opening_travel)
-        text = f"{option.part} yields where it is opened by {held:.0f} deg, but the joint opens it by {opened:.0f} deg"
+        opened, held = unlike(degrees(check.opening_travel), degrees(check.free_opening_travel), ".0f")
+        text = f"{option.part} yields where it is opened by {held} deg, but the joint opens it by {opened} deg"
         warnings.append(decisive(f"{joint}: {text}", BEAR_IT))
     if option.row is not None and option.check is None:
         warnings.append(

@@ -46,7 +46,7 @@ class DamperSection:
 
 
 def read_measured_springs(reader: ProjectReader, target: Leg | None) -> dict[str, MeasuredSpring]:
-    """``measured: {spring: {JOINT: {free_angle, rate}}}``, of available springs."""
+    """``measured: {spring: {JOINT: {free_angle, rate, …}}}``, of available springs."""
     section = reader.section(MeasuredPartsSection, "measured")
     if section is None or target is None:
         return {}
@@ -59,6 +59,14 @@ def read_measured_springs(reader: ProjectReader, target: Leg | None) -> dict[str
             continue
         if measured.free_angle is None and measured.rate is None:
             reader.refuse('needs "free_angle", "rate" or both', (*place, name))
+            continue
+        stray = [key for key in ("rate_held", "rate_distance") if key in item]
+        if stray and measured.rate is None:
+            reader.refuse(f'"{stray[0]}" says how "rate" was measured, which is not given', (*place, name))
+            continue
+        if measured.rate_held == "joint" and measured.rate_distance is not None:
+            text = '"rate_distance" belongs to a loose spring; leave it out, or write rate_held: loose'
+            reader.refuse(text, (*place, name, "rate_distance"))
             continue
         found[name] = measured
     return found

@@ -208,11 +208,15 @@ class MeasuredSpring:
 
     ``free_angle``: measured angle at which the assembled joint rests under this spring alone, its seat at zero on
     its scale (link or joint level, so that no weight acts; damper removed). ``rate``: of all springs of
-    the joint together.
+    the joint together. ``rate_held``: how they were held for it: ``loose``, on an arbor with a pin pressing square on
+    each arm ``rate_distance`` m from the coil (None: at the distance that the design states), or in the ``joint``,
+    which clamps both arms.
     """
 
     free_angle: Angle | None = None
     rate: Rate | None = None
+    rate_held: Literal["loose", "joint"] = "loose"
+    rate_distance: Annotated[float | None, Quantity("m", least=0, most=1)] = None
 
 
 @dataclass(frozen=True)
@@ -220,7 +224,8 @@ class DamperShape:
     """Measured dimensions of a joint's damper, in m; None: as in the catalogue.
 
     ``shaft_side``: ``shaft`` if the damper has its own, ``bore`` if it fits on the joint's. ``shaft_size``:
-    its diameter, or the width across flats.
+    its diameter, or the width across flats. ``hub``: what holds the joint's shaft in a round bore; ``none`` or not
+    given: nothing, and the shaft would slip.
     """
 
     outer_diameter: Length | None = None
@@ -231,6 +236,7 @@ class DamperShape:
     shaft_side: Literal["shaft", "bore"] | None = None
     shaft_form: Literal["round", "d", "square", "hex"] | None = None
     shaft_size: Length | None = None
+    hub: Literal["none", "set_screw", "clamp"] | None = None
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from math import degrees
 from synth.errors import UserError
 from synth.parts.catalogs import Catalogue
 from synth.parts.rows import TorsionSpringRow
+from synth.remarks import unlike
 from synth.spring.evaluate import check_spring
 from synth.spring.spring_result import FreeArm, SpringDesign, SpringLimits, SpringTask
 from synth.spring.stress import free_travel
@@ -77,13 +78,16 @@ def passed_limits(
     turned = degrees(travel)
     held = travel_to_yield(row, catalogue) if yields is None else yields
     if held is not None and travel > held:
-        text = f"yields at {degrees(held):.0f} deg from its free angle, but the joint turns it {turned:.0f} deg"
+        far, limit = unlike(turned, degrees(held), ".0f")
+        text = f"yields at {limit} deg from its free angle, but the joint turns it {far} deg"
         yield PassedLimit(f"yields within {turned:.0f} deg", text)
     most = row.max_deflection
     if most is not None and travel > most * ROUNDING:
-        text = f"may be turned {degrees(most):.0f} deg by its vendor's limit, but the joint turns it {turned:.0f} deg"
+        far, limit = unlike(turned, degrees(most), ".0f")
+        text = f"may be turned {limit} deg by its vendor's limit, but the joint turns it {far} deg"
         yield PassedLimit(f"turned {turned:.0f} deg, beyond its vendor's max_deflection", text)
     most, torque = row.max_torque, (row.rate or 0.0) * travel
     if most is not None and torque > most * ROUNDING:
-        text = f"may be loaded with {most:.3g} N*m by its vendor's limit, but the joint loads it with {torque:.3g} N*m"
+        load, limit = unlike(torque, most, ".3g")
+        text = f"may be loaded with {limit} N*m by its vendor's limit, but the joint loads it with {load} N*m"
         yield PassedLimit(f"loaded beyond its vendor's max_torque at {turned:.0f} deg", text)

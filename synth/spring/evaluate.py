@@ -10,6 +10,7 @@ from synth.errors import UserError
 from synth.parts import coil_angle
 from synth.parts.coil_rate import RATE_FORMULA, active_coils, energy, rate
 from synth.parts.wire import WireMaterial
+from synth.remarks import unlike
 from synth.spring import arms, codes, fatigue, space, stress, winding
 from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask, Violation
 from synth.spring.wire_load import LEAST_RATIO, PeakRatios, WireLoad
@@ -223,16 +224,16 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
         name: str, value: float, limit: float | None, shown: str, scale: float = 1e3, unit: str = " mm"
     ) -> Iterator[Violation]:
         if limit is not None and value > limit * (1.0 + SLACK):
-            yield Violation(
-                name, value / limit, f"{shown} {value * scale:.4g}{unit}, allowed {limit * scale:.4g}{unit}"
-            )
+            found, most = unlike(value * scale, limit * scale)
+            yield Violation(name, value / limit, f"{shown} {found}{unit}, allowed {most}{unit}")
 
     def below(
         name: str, value: float, limit: float | None, shown: str, scale: float = 1e3, unit: str = " mm"
     ) -> Iterator[Violation]:
         if limit is not None and value < limit * (1.0 - SLACK):
             excess = limit / value if value > 0.0 else math.inf
-            yield Violation(name, excess, f"{shown} {value * scale:.4g}{unit}, required {limit * scale:.4g}{unit}")
+            found, least = unlike(value * scale, limit * scale)
+            yield Violation(name, excess, f"{shown} {found}{unit}, required {least}{unit}")
 
     yield from above("stress", design.stress, design.allowed_stress, "stress", 1e-6, " MPa")
     opened, less = design.opening_stress, design.allowed_opening_stress

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from synth.parts.catalogs import Catalogue
 from synth.parts.wire import WireMaterial
+from synth.remarks import unlike
 from synth.spring.codes import OPENING
 from synth.spring.evaluate import travel_limit
 from synth.spring.preferred_springs import preferred
@@ -79,11 +80,11 @@ def limits_in_the_way(found: list[SpringDesign], wish: SpringRequirements) -> It
         design = min((each for each in found if _violated(each) == limits), key=worst_excess)
         text = "; ".join(violation.text for violation in design.violations)
         if "stress" in limits:
-            allowed = design.load.angle(design.allowed_stress)
-            wanted = math.degrees(max(wish.travel, wish.opening_travel))
+            allowed = math.degrees(design.load.angle(design.allowed_stress))
+            wanted, may = unlike(math.degrees(max(wish.travel, wish.opening_travel)), allowed, ".3g")
             text += (
                 f"; it yields at {math.degrees(design.free_travel):.3g} deg and may turn "
-                f"{math.degrees(allowed):.3g} deg; {wanted:.3g} deg are required"
+                f"{may} deg; {wanted} deg are required"
             )
             if design.wire_diameter == max(each.wire_diameter for each in found):
                 text += "; no thicker stock wire of this material gives this rate"

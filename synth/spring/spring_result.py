@@ -11,12 +11,13 @@ from typing import Any
 from synth.files.spring_words import Hand
 from synth.parts.coil_angle import Convention
 from synth.parts.coil_rate import RATE_FORMULA, RateForm
-from synth.remarks import decisive, remarks_json
+from synth.remarks import decisive, remarks_json, unlike
 from synth.spring.arms import arm_force, arm_share
 from synth.spring.calibration import UNCALIBRATED, WindingCalibration
 from synth.spring.codes import OPENING, CodeCheck, dynamic_factor
 from synth.spring.din_2194 import SOURCE, STANDARD, GradeTolerance, grade_tolerances, suitable_grade
 from synth.spring.fatigue import Life
+from synth.spring.loose_test import LoadPoint, LooseTest, load_points
 from synth.spring.space import cylinder
 from synth.spring.winding import WindingTolerance, mandrel_diameter, stress_relief, turns_on_mandrel
 from synth.spring.wire_load import PeakRatios, WireLoad
@@ -93,23 +94,6 @@ class Violation:
 
 
 @dataclass(frozen=True)
-class LoadPoint:
-    """A torque (N m) to measure at an angle (rad) from the free position, and its tolerance ``within`` (N m)."""
-
-    angle: float
-    torque: float
-    within: float
-
-    def as_json(self) -> dict[str, Any]:
-        """Every number beside its unit."""
-        return {
-            "angle": quantity(self.angle, "deg"),
-            "torque": quantity(self.torque, "N*m"),
-            "within": quantity(self.within, "N*m"),
-        }
-
-
-@dataclass(frozen=True)
 class SpringDesign:
     """A torsion spring and its properties. SI units, angles in rad.
 
@@ -120,7 +104,8 @@ class SpringDesign:
     ``codes`` has the checks by other codes. ``surge_frequency`` is the lowest natural frequency of the coils, Hz.
     ``arm_stress`` is the largest stress in an arm, ``bend_radius`` the radius of its bend (None for tangent arms).
     ``pitch`` is the axial advance per coil over the wire diameter. ``count`` such springs act in parallel; every number
-    is for one of them.
+    is for one of them. ``loose`` is the test of the spring for a joint that clamps its arms, where ``rate`` is that of
+    the joint; None: ``rate`` is the one with the loads at the ends of the legs.
     """
 
     material: str
@@ -172,6 +157,12 @@ class SpringDesign:
     clamped_arm: float | None = None
     peaks: tuple[PeakRatios, PeakRatios] = (PeakRatios(), PeakRatios())
     pitch: float = 1.0
+    loose: LooseTest | None = None
+
+    @property
+    def test(self) -> LooseTest:
+        """How to measure the loose spring, with the rate to expect."""
+        return self.loose or LooseTest(self.leg_lengths, self.active_coils, self.rate)
 
     @property
     def load(self) -> WireLoad:
@@ -232,16 +223,8 @@ class SpringDesign:
 
     @property
     def load_points(self) -> tuple[LoadPoint, LoadPoint]:
-        """The two angles at which to measure the torque, T1 and T2, with its tolerance.
-
-        T2 is at the full travel. T1 is at a third of it, where the coils have separated and static friction between
-        them no longer acts. The tolerance is that of the rate; angles are from the free position.
-        """
-        return (self._load(self.travel / 3.0), self._load(self.travel))
-
-    def _load(self, angle: float) -> LoadPoint:
-        torque = self.rate * angle
-        return LoadPoint(angle, torque, torque * self.tolerance.rate)
+        """The two angles at which to measure the loose spring's torque, T1 and T2, with its tolerance."""
+        return load_points(self.test.rate, self.travel, self.tolerance.rate)
 
     @property
     def mandrel_turns(self) -> float:
@@ -265,10 +248,9 @@ class SpringDesign:
             )
             found.append(decisive(text))
         low = [check for check in self.codes if check.safety < 1.0 <= self.safety]
-        found += [
-            f"{check.code} allows {check.allowed / 1e6:.0f} MPa, its stress formula gives {check.stress / 1e6:.0f} MPa"
-            for check in low
-        ]
+        for check in low:
+            borne, allowed = unlike(check.stress / 1e6, check.allowed / 1e6, ".0f")
+            found.append(f"{check.code} allows {allowed} MPa, its stress formula gives {borne} MPa")
         if self.body_coils < 2.0:
             found.append(f"{self.body_coils:.3g} coils; the theory holds for 2 or more (EN 13906-3)")
         return tuple(found)
@@ -304,6 +286,7 @@ class SpringDesign:
             **self._lasting(),
             "rate_formula": RATE_FORMULA[self.rate_form],
             "codes": [check.as_json() for check in self.codes],
+            "test": self.test.as_json(self.travel),
             "load_points": [point.as_json() for point in self.load_points],
             "grade": self._grade(),
             "stress_relief": stress_relief(self.material),
@@ -334,7 +317,8 @@ class SpringDesign:
 
     def _lasting(self) -> dict[str, Any]:
         """Tolerances, fatigue, arms and mandrel, with their units."""
-        plus, force = self.tolerance, arm_force(self.moment, self.leg_lengths[0])
+        plus, force = self.tolerance, self.load.axis_force(self.travel, self.opening_travel)
+        pressed = arm_force(self.moment, self.leg_lengths[0]) if self.clamped_arm is None else None
         written: dict[str, Any] = {
             "tolerance": {
                 "wire_diameter": quantity(plus.wire_diameter, "mm"),
@@ -346,7 +330,8 @@ class SpringDesign:
             "arms": {
                 "stress": quantity(self.arm_stress, "MPa"),
                 "share_of_angle": quantity(arm_share(self.body_coils, self.active_coils), "1"),
-                **({} if force is None else {"force": quantity(force, "N")}),
+                **({} if pressed is None else {"force": quantity(pressed, "N")}),
+                **({} if force is None else {"axis_force": quantity(force, "N")}),
                 **({} if self.bend_radius is None else {"bend_radius": quantity(self.bend_radius, "mm")}),
             },
             "mandrel": {

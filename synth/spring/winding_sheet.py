@@ -7,6 +7,7 @@ import math
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.spring.codes import CodeCheck
 from synth.spring.din_2194 import STANDARD
+from synth.spring.loose_test import HELD
 from synth.spring.spring_result import SpringDesign
 from synth.spring.winding import stress_relief
 
@@ -15,6 +16,7 @@ def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
     """The winding sheet: all data to wind and check the spring."""
     sense = "clockwise" if spring.hand == "right" else "counter-clockwise"
     closing, opening = math.degrees(spring.travel), math.degrees(spring.opening_travel)
+    in_test = spring.test.rate / spring.rate
     lines = [
         "WINDING SHEET: helical torsion spring of round wire",
         "",
@@ -24,7 +26,7 @@ def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
         f"      inside diameter {_size(spring.inside_diameter, shown)}, mean {_size(spring.mean_diameter, shown)}",
         f"      body {_size(spring.body_length, shown)} long",
         f"Legs: straight, {spring.convention}, {math.degrees(spring.included_angle):.1f} deg between them when free;",
-        f"      each {shown.text(spring.leg_lengths[0], 'm')} from the coil to where the load acts",
+        f"      each {shown.text(spring.leg_lengths[0], 'm')} from the coil to {_leg_end(spring)}",
         f"Turn: work must turn the far arm {sense} against the near one, seen from the near end: that closes the coil",
         f"Use:  winds up by at most {closing:.4g} deg" + (f", opens by at most {opening:.4g} deg" if opening else ""),
         "",
@@ -32,17 +34,19 @@ def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
         "",
         *_codes(spring, shown),
         "",
+        f"To check it: {test_words(spring, shown)}.",
+        *_rates(spring, shown),
         *(
             f"T{number}: {shown.text(point.torque, 'N*m')} at {math.degrees(point.angle):.4g} deg, within "
             f"{shown.text(point.within, 'N*m', '.2g')}"
             for number, point in enumerate(spring.load_points, 1)
         ),
-        "To check it: torque at the leg against the angle from rest",
+        "Torque against the angle from rest, in this test",
         f"angle [deg]  torque [{shown.unit('N*m')}]",
         *(f"{angle:<11}  {torque}" for angle, torque in _torques(spring, shown)),
         "Friction between the coils may make the rate softer: "
-        f"{shown.value(spring.rate_friction_form, 'N*m/rad'):.4g} {shown.unit('N*m/rad')} instead of",
-        f"{shown.text(spring.rate_bending_form, 'N*m/rad')}.",
+        f"{shown.value(in_test * spring.rate_friction_form, 'N*m/rad'):.4g} {shown.unit('N*m/rad')} instead of",
+        f"{shown.text(in_test * spring.rate_bending_form, 'N*m/rad')}.",
         "",
         f"Stress at full travel {_stress(spring.stress, spring.allowed_stress, shown)} allowed;",
         f"it yields at {math.degrees(spring.free_travel):.1f} deg.",
@@ -57,9 +61,10 @@ def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
 def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC) -> list[str]:
     """The text of a request for quotation: dimensions, quantities to measure, tolerances."""
     plus = spring.tolerance
-    a_degree = f"{spring.rate * 1e3 * math.radians(1.0):.4g} N*mm/deg"
+    rate = spring.test.rate
+    a_degree = f"{rate * 1e3 * math.radians(1.0):.4g} N*mm/deg"
     if shown.system == "inch":
-        a_degree = f"{shown.value(spring.rate, 'N*m/rad') * math.radians(1.0):.4g} in*lbf/deg"
+        a_degree = f"{shown.value(rate, 'N*m/rad') * math.radians(1.0):.4g} in*lbf/deg"
     arms = [f"{shown.value(length, 'm'):.4g}" for length in spring.leg_lengths]
     lines = [
         "REQUEST FOR QUOTATION: helical torsion spring of round wire",
@@ -70,7 +75,8 @@ def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC) -> list[str]
         f"{_size(spring.mean_diameter, shown)}, within {shown.text(plus.mean_diameter, 'm', '.2g')}",
         f"Arms: {spring.convention}, {arms[0]} and {arms[1]} {shown.unit('m')}",
         f"Free angle: {math.degrees(spring.included_angle):.1f} deg, within {math.degrees(plus.free_angle):.2g} deg",
-        f"Rate: {shown.text(spring.rate, 'N*m/rad')} = {a_degree}, within {plus.rate:.1%}",
+        f"Test: {test_words(spring, shown)}",
+        f"Rate in this test: {shown.text(rate, 'N*m/rad')} = {a_degree}, within {plus.rate:.1%}",
         *(
             f"T{number}: {shown.text(point.torque, 'N*m')} at {math.degrees(point.angle):.4g} deg of winding, within "
             f"{shown.text(point.within, 'N*m', '.2g')}"
@@ -78,6 +84,8 @@ def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC) -> list[str]
         ),
         f"Works {math.degrees(spring.travel):.4g} deg closing, {math.degrees(spring.opening_travel):.4g} deg opening",
     ]
+    if spring.loose is not None:
+        lines.append(f"For information: {shown.text(spring.rate, 'N*m/rad')} in the joint, which clamps both arms")
     if spring.arbor_diameter is not None:
         lines.append(f"Arbor: {shown.text(spring.arbor_diameter, 'm')}; the coil must not bind on it")
     return [
@@ -87,6 +95,24 @@ def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC) -> list[str]
         "      Where a figure above is tighter, it applies.",
         "Drawn in mm, free, seen from the near end and from the side.",
     ]
+
+
+def test_words(spring: SpringDesign, shown: ShownUnits) -> str:
+    """How the spring is held to measure it."""
+    near, far = (shown.text(distance, "m") for distance in spring.test.distances)
+    return f"{HELD}, {near if near == far else f'{near} and {far}'} from the coil"
+
+
+def _leg_end(spring: SpringDesign) -> str:
+    return "where the load acts" if spring.loose is None else "its end"
+
+
+def _rates(spring: SpringDesign, shown: ShownUnits) -> list[str]:
+    """The rate in the test, and for a joint's spring the one in the joint."""
+    lines = [f"Rate in this test {shown.text(spring.test.rate, 'N*m/rad')}, within {spring.tolerance.rate:.1%}"]
+    if spring.loose is not None:
+        lines.append(f"Rate in the joint {shown.text(spring.rate, 'N*m/rad')}: it clamps both arms. Not to be tested.")
+    return lines
 
 
 def _size(length: float, shown: ShownUnits) -> str:
@@ -139,7 +165,7 @@ def _grades(spring: SpringDesign, shown: ShownUnits) -> list[str]:
 
 def _torques(spring: SpringDesign, shown: ShownUnits) -> list[list[str]]:
     angles = [spring.travel * part / 4.0 for part in range(1, 5)]
-    return [[f"{math.degrees(angle):.4g}", f"{shown.value(spring.rate * angle, 'N*m'):.4g}"] for angle in angles]
+    return [[f"{math.degrees(angle):.4g}", f"{shown.value(spring.test.rate * angle, 'N*m'):.4g}"] for angle in angles]
 
 
 def _workshop(spring: SpringDesign, shown: ShownUnits) -> list[str]:

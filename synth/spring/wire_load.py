@@ -49,6 +49,21 @@ class WireLoad:
         found = peak_moments(self.mean_diameter * 5e2, self.body_coils, self.arm * 1e3, turned)
         return PeakRatios(found.coil, found.arms)
 
+    def axis_force(self, winding: float, opening: float) -> float | None:
+        """Largest force on the joint's axis, N, at the ends of two travels; None if the arms are not clamped.
+
+        ``winding``, ``opening`` : rad, from the free angle. At an end to which the wire cannot be bent there is none.
+        """
+        if self.arm is None:
+            return None
+        from synth.cad.flexed_wire import effective_length, flexed
+
+        radius, arm = self.mean_diameter * 5e2, self.arm * 1e3
+        rigidity = self.rate * 1e3 * effective_length(radius, self.body_coils, arm)  # N mm^2
+        ends = (math.degrees(winding), -math.degrees(opening))
+        found = [flexed(radius, self.body_coils, arm, end) for end in ends if end]
+        return max((rigidity * wire.force for wire in found if wire is not None), default=None)
+
     def stress(self, angle: float, ratios: PeakRatios | None = None) -> float:
         """Largest bending stress at ``angle`` rad, Pa, not negative; ``ratios`` if they are known."""
         peak = (self.ratios(angle) if ratios is None else ratios).coil

@@ -13,6 +13,7 @@ from synth.cad import (
     DamperDimensions,
     EncoderDimensions,
     JointDimensions,
+    LoadDimensions,
     SpringDimensions,
 )
 from synth.cad.assembly import assembly, exploded, numbers_at
@@ -43,3 +44,17 @@ def test_assembly_uses_every_part_once_in_a_feasible_order(change):
     numbered = [int(words) for words, _ in numbers_at(apart)]
     assert set(numbered) == {number for _, _, number in apart}
     assert sorted(numbered).count(at["shaft"] + 1) == 2  # the lower half, and the shaft away from it
+
+
+@pytest.mark.parametrize(
+    ("hub", "words"),
+    [
+        ("unknown", "first see what turns it with the shaft"),
+        ("set_screw", "set screw on the flat of the shaft's end, which must hold 1.91 N*m"),
+        ("clamp", "tighten its hub's clamp on the shaft, which must hold 1.91 N*m"),
+    ],
+)
+def test_the_step_of_a_round_bore_says_what_turns_the_damper(hub, words):
+    damper, loads = DamperDimensions(bore=BoreDimensions("round", hub=hub)), LoadDimensions(damper_torque=1.91)
+    steps = assembly(build_joint(cleared(replace(KNEE, damper=damper, loads=loads))))
+    assert [words in step.text for step in steps if step.text.startswith("put the damper on")] == [True]

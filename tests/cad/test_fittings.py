@@ -18,14 +18,17 @@ from synth.cad import (
     LegDimensions,
     LoadDimensions,
     MountDimensions,
+    PrintDimensions,
     SpringDimensions,
     build_leg,
     check_leg,
     export_leg,
 )
+from synth.cad.arm_shaft import flat_distance
 from synth.cad.checked_layout import lay_out
 from synth.cad.checks import check_axial_play, check_keyed, check_part, check_screws
 from synth.cad.joint import build_joint
+from synth.cad.strength import stresses
 from synth.cad.travel import Bodies, check_travel, check_within, manifold
 
 HIP = cleared(
@@ -108,6 +111,28 @@ def test_every_form_of_a_damper_s_shaft_or_bore_is_drawn(damper, parts):
         assert np.abs(end[:, :2]).max() == pytest.approx(3.0, abs=1e-6)
 
 
+def test_the_hub_of_a_round_bore_holds_the_shaft():
+    """A set screw gets a flat, D of the shaft's own 8 mm; an unknown hub is said on the shaft."""
+    for hub, width in (("set_screw", 4.0 + flat_distance("d", 8.0)), ("unknown", 8.0)):
+        damper = DamperDimensions(bore=BoreDimensions("round", 8.0, hub))
+        shaft = build_joint(cleared(replace(HIP, damper=damper, encoder=None))).part("shaft")
+        end = shaft.mesh.vertices
+        end = end[np.abs(end[:, 2] - end[:, 2].min()) < 1e-6]
+        assert np.ptp(end[:, 0]) == pytest.approx(width, abs=0.02)
+        assert ("still to be made to drive the damper" in shaft.made) == (hub == "unknown")
+
+
+def test_a_milled_end_bears_the_damper_s_torque():
+    """16 T/(pi a^3) of a square a: 1.91 N m on 6 mm is 45 MPa."""
+    damper = DamperDimensions(bore=BoreDimensions("square", 6.0))
+    loads = LoadDimensions(damper_torque=1.91)
+    joint = cleared(replace(HIP, damper=damper, loads=loads, encoder=None))
+    found = {each.name: each.value for each in stresses(joint, lay_out(joint), PrintDimensions())}
+    assert found["shaft's end, torsion"] == pytest.approx(45.04, abs=0.01)
+    pressure = 3 * 1910 / (4 * 3.0**2 * 0.8 * damper.body_length)
+    assert found["shaft's end in the damper, pressure"] == pytest.approx(pressure)
+
+
 def test_assumed_damper_sizes_are_listed_on_the_part():
     damper = DamperDimensions(unknown=("bolt circle (cad.dampers.hip.bolt_circle)",))
     joint = build_joint(cleared(replace(HIP, damper=damper, encoder=None)))
@@ -175,6 +200,14 @@ def test_mount_screws_clear_the_ears(hip):
         (
             {"damper": DamperDimensions(bore=BoreDimensions("round", 7.0))},
             r"hip\.damper\.bore\.size = 7.*at least 8 mm",
+        ),
+        (
+            {"damper": DamperDimensions(bore=BoreDimensions("round", 8.0, "none"))},
+            r"hip\.damper\.bore\.hub = 'none': allowed is set_screw or clamp.*transmits no torque",
+        ),
+        (
+            {"damper": DamperDimensions(bore=BoreDimensions("round", 14.0, "clamp"))},
+            r"hip\.damper\.bore\.size = 14.*allowed is 8 mm.*not a printed insert",
         ),
         ({"damper": DamperDimensions(bolt_circle=46.0)}, r"hip\.damper\.bolt_circle = 46.*at least 47.2 mm; inserts"),
         ({"loads": LoadDimensions(spring_rate=-1.0)}, r"hip\.loads\.spring_rate = -1"),

@@ -16,6 +16,7 @@ from synth.cad.leg_joints import build_leg_of_facets
 from synth.cad.parts import ANGULAR_TOLERANCE, LINEAR_TOLERANCE, BuiltPart, _ordered, _triangles, mesh_of
 from synth.cad.spring_seat import build_screw, screw_volume
 from synth.cad.travel import manifold
+from synth.design.solid_work import part_records
 
 PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
@@ -154,3 +155,23 @@ def test_mesh_moments_and_body_of_a_part_are_cached(leg: BuiltLeg) -> None:
 def test_built_joints_are_cached(leg: BuiltLeg) -> None:
     alone = replace(leg.dimensions, joints=leg.dimensions.joints[:1])
     assert build_leg(alone).joints[0] is build_leg(alone).joints[0]
+
+
+def test_a_part_s_record_is_that_of_its_file(leg: BuiltLeg) -> None:
+    """``com`` and ``size`` in the STL's frame (free angle), ``in_link`` with the half's link along y."""
+    joint = leg.joints[1]
+    assert abs(joint.turn("lower", joint.dimensions.free_angle)) > 20.0
+    turned = 0
+    for item in part_records(leg, 1):
+        part = leg.links[1] if item["family"] == "link" else joint.part(item["part"].removeprefix("knee_"))
+        if "com" not in item or part.group == "spring":
+            continue
+        mesh = joint.mesh_at(part, joint.dimensions.free_angle)
+        found = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+        assert [place["value"] for place in item["com"]] == pytest.approx(found.center_mass, abs=0.1), part.name
+        assert item["size"] == pytest.approx(found.extents, abs=0.01)
+        straight = trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, process=False)
+        assert [place["value"] for place in item["in_link"]["com"]] == pytest.approx(straight.center_mass, abs=0.1)
+        assert item["in_link"]["size"] == pytest.approx(straight.extents, abs=0.01)
+        turned += abs(item["com"][1]["value"] - item["in_link"]["com"][1]["value"]) > 1.0
+    assert turned >= 2  # the lower half and its link at least

@@ -9,7 +9,17 @@ import pytest
 
 from synth.cad.parts import Mesh
 from synth.cad.print_file import laid
-from synth.cad.printing import WAYS_UP, hanging_faces, on_bed, overhang, thin_points, wall_thickness
+from synth.cad.printing import (
+    WAYS_UP,
+    PrintPlan,
+    best_of,
+    contact,
+    hanging_faces,
+    on_bed,
+    overhang,
+    thin_points,
+    wall_thickness,
+)
 
 pytest.importorskip("manifold3d")
 
@@ -23,6 +33,12 @@ def box(x, y, z, at=(0.0, 0.0, 0.0)):
     import manifold3d
 
     return manifold3d.Manifold.cube((x, y, z)).translate(at)
+
+
+def rod(height, radius):
+    import manifold3d
+
+    return manifold3d.Manifold.cylinder(height, radius, circular_segments=256)
 
 
 def test_the_wall_thickness_of_a_box_is_measured():
@@ -57,6 +73,28 @@ def test_a_part_is_turned_to_fit_the_bed():
     assert on_bed(mesh, WAYS_UP["+z"], (320.0, 160.0, 154.0)) == ((300.0, 150.0, 100.0), True)
     assert not on_bed(mesh, WAYS_UP["+y"], (320.0, 160.0, 154.0))[1]
     assert not on_bed(mesh, WAYS_UP["+z"], (320.0, 140.0, 154.0))[1]
+
+
+def test_the_contact_with_the_bed_is_that_of_the_flat_faces_there():
+    table = mesh_of(box(30, 30, 4, (0, 0, 20)) + box(10, 10, 21, (10, 10, 0)))
+    assert contact(table, WAYS_UP["+z"]) == pytest.approx(100.0)
+    assert contact(table, WAYS_UP["-z"]) == pytest.approx(900.0)
+    cylinder = mesh_of(rod(20.0, 5.0))
+    assert contact(cylinder, WAYS_UP["+z"]) == pytest.approx(math.pi * 25.0, rel=0.01)
+    assert contact(cylinder, WAYS_UP["+x"]) < 0.05 * 20.0 * 10.0
+
+
+def test_of_alike_overhangs_the_one_with_more_contact_is_taken():
+    def plan(up, hangs, lies, high=10.0, *, strong=True):
+        return PrintPlan("part", up, hangs, 0.1, (89.0, 47.0, high), True, strong, lies)
+
+    assert best_of([plan("+z", 2109.0, 62.0), plan("-z", 2300.0, 2400.0)]).up == "-z"
+    assert best_of([plan("+z", 900.0, 62.0), plan("-z", 2300.0, 2400.0)]).up == "+z"
+    assert best_of([plan("+z", 0.0, 470.0), plan("-y", 40.0, 480.0)]).up == "+z"
+    assert best_of([plan("+z", 64.0, 588.0, 30.0), plan("-z", 64.0, 588.0, 20.0)]).up == "-z"
+    assert best_of([plan("+y", 100.0, 900.0, strong=False), plan("+z", 2109.0, 62.0)]).up == "+z"
+    assert plan("+z", 2109.0, 62.0).wobbly
+    assert not plan("+z", 894.0, 3186.0).wobbly
 
 
 @pytest.mark.parametrize("up", WAYS_UP)

@@ -347,7 +347,18 @@ def test_the_request_for_quotation_is_complete(tmp_path: Path) -> None:
     words = "\n".join(item.dxf.text for item in space.query("TEXT"))
     grade = made["grade"]
     quality = f"DIN 2194, grade {grade['grade']}: free angle within {value(grade['free_angle'], 'deg'):.2g} deg"
-    assert all(part in words for part in ("REQUEST FOR QUOTATION", "T1:", "T2:", "Rate:", quality, "hand"))
+    assert all(
+        part in words
+        for part in (
+            "REQUEST FOR QUOTATION",
+            "T1:",
+            "T2:",
+            "Test: loose on an arbor",
+            "Rate in this test:",
+            quality,
+            "hand",
+        )
+    )
     assert len(space.query("DIMENSION")) == 5
 
 

@@ -28,7 +28,7 @@ SCREW = "buy: ISO 7380-1 - M3 x 10, steel"
 def part(name: str, family: str, mass: float | None, made: str = "print") -> dict[str, object]:
     size, weight = [30.0, 4.0, 4.0], None if mass is None else {"value": mass, "unit": "g"}
     return {"part": f"hip_{name}", "joint": "hip", "family": family, "made": made, "material": "", "mass": weight,
-            "size": size}  # fmt: skip
+            "in_link": {"size": size}}  # fmt: skip
 
 
 def test_equal_lines_are_merged_with_quantity_and_mass(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,7 +20,7 @@ from synth.files.project_options import DamperChoice, JointChoice, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.damper_law import power_law_curve
 from synth.parts.rows import RPM
-from synth.remarks import severity_of
+from synth.remarks import severity_of, unlike
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
 
@@ -143,6 +143,7 @@ def test_a_named_damper_that_damps_one_way_is_refused_unless_a_pair_is_allowed(c
     ("rpm", "most", "said", "severity"),
     [
         (49.0, 50.0, "", ""),
+        (50.3, 50.0, "turned at up to 50.3 rpm; its vendor's maximum speed is 50.0 rpm", "decide"),
         (53.0, 50.0, "turned at up to 53 rpm; its vendor's maximum speed is 50 rpm", "decide"),
         (53.0, None, "", ""),
         (145.0, 50.0, "turned at up to 145 rpm; its vendor's maximum speed is 50 rpm", "decide"),
@@ -173,3 +174,17 @@ def test_the_response_uses_the_curve_not_its_secant() -> None:
     """A curve that is a straight line acts as a linear damper of that rate."""
     straight = one_link(Damper(curve=DamperCurve((10.0,), (1.0,))))
     assert response(one_link(Damper(0.1))).errors([straight])[0, 0] < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "style", "texts"),
+    [
+        (53.0, 50.0, ".0f", ("53", "50")),
+        (50.004, 50.0, ".0f", ("50.004", "50.000")),
+        (1342.01, 1342.0, ".4g", ("1342.01", "1342")),
+        (2.0, 2.0, ".4g", ("2", "2")),
+        (float("inf"), 2.0, ".3g", ("inf", "2")),
+    ],
+)
+def test_a_value_beyond_its_limit_reads_so(value: float, limit: float, style: str, texts: tuple[str, str]) -> None:
+    assert unlike(value, limit, style) == texts

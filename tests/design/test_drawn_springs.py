@@ -11,18 +11,21 @@ from pathlib import Path
 import pytest
 
 from synth.api.designs import design as design_of
+from synth.cad.flexed_wire import effective_length
 from synth.design.bom import write_bom
-from synth.design.drawn_springs import draw_up
+from synth.design.drawn_springs import draw_up, seats_set
 from synth.design.joint_sizing import _yields
 from synth.design.leg_design import LegDesign
+from synth.design.measured_rate import rate_in_joint
 from synth.design.page_data import page_json
 from synth.design.spring_warnings import spring_warnings
-from synth.files.project_options import SpringChoice
+from synth.files.project_options import MeasuredSpring, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.remarks import severity_of
 from synth.reports.sections.winding_plan import winding_of
 from synth.spring.codes import OPENING
 from synth.spring.stress import bending_stress
+from synth.spring.winding_sheet import request_lines, winding_sheet
 
 LEG = """kind: leg
 name: one joint
@@ -69,6 +72,53 @@ def test_the_drawn_spring_has_the_arms_and_pitch_of_its_joint(wound: LegDesign) 
     body = spring.wire_diameter + spring.drawn_pitch * made.body_coils
     assert made.body_length == pytest.approx(body * 1e-3)
     assert made.wound_body_length > made.body_length
+
+
+def test_the_sheet_gives_the_rate_that_a_maker_measures(wound: LegDesign) -> None:
+    """Pins at l from the coil bend each arm as a cantilever: rate = EI/(pi D Nb + 2 l/3); the joint's is EI/L_eff."""
+    made, drawn = wound.springs.chosen[0].design, wound.drawn
+    assert made is not None
+    assert drawn is not None
+    spring, mean, distance = drawn.dimensions.joints[0].spring, made.mean_diameter, made.test.distances[0]
+    assert spring.free_arm is not None
+    stiff = effective_length(mean * 500, made.body_coils, spring.free_arm) * 1e-3
+    expected = made.rate * stiff / (math.pi * mean * made.body_coils + 2 * distance / 3)
+    assert made.test.rate == pytest.approx(expected)
+    assert made.test.rate > 1.01 * made.rate
+    assert spring.free_arm * 1e-3 < distance < made.leg_lengths[0]
+    assert made.load_points[1].torque == pytest.approx(expected * made.travel)
+    shown = winding_of(made.as_json())
+    assert shown["torques"][-1]["torque"].startswith(f"{expected * made.travel:.3f}")
+    assert shown["in_joint"]["value"] == pytest.approx(made.rate)
+    for text in ("\n".join(request_lines(made)), winding_sheet(made)):
+        assert f"Rate in this test{':' * ('REQUEST' in text)} {expected:.4g} N*m/rad" in text
+        assert f"{distance * 1e3:.4g} mm from the coil" in text
+        assert f"{made.rate:.4g} N*m/rad" in text
+    arms = made.as_json()["arms"]
+    assert "force" not in arms
+    assert arms["axis_force"]["value"] < 0.5 * made.moment / made.leg_lengths[0]
+
+
+def test_a_measured_rate_is_converted_into_the_joints(wound: LegDesign, bought: LegDesign) -> None:
+    made = wound.springs.chosen[0].design
+    assert made is not None
+    for rate, held, factor in (
+        (1.02 * made.test.rate, {}, 1.02),
+        (made.test.rate_at(0.0, made.body_coils, made.mean_diameter), {"rate_distance": 0.0}, 1.0),
+        (0.97 * made.rate, {"rate_held": "joint"}, 0.97),
+    ):
+        measured = {"knee": MeasuredSpring(rate=rate * made.count, **held)}
+        design, seats = seats_set(replace(wound, project=replace(wound.project, measured_springs=measured)))
+        assert seats["knee"].rate == pytest.approx(factor * made.rate * made.count)
+        assert design.built.spring_rate[0] == pytest.approx(factor * made.rate * made.count)
+    option = bought.springs.chosen[0]
+    assert option.row is not None
+    assert option.row.rate is not None
+    assert option.as_json()["test"]["rate"]["value"] < option.row.rate
+    at_the_coil = MeasuredSpring(rate=option.row.rate * option.count, rate_distance=0.0)
+    assert rate_in_joint(at_the_coil, option) == pytest.approx(option.rate, rel=0.01)  # of a count of coils as drawn
+    not_drawn = replace(option, loose=None)
+    assert rate_in_joint(replace(at_the_coil, rate_distance=None), not_drawn) == pytest.approx(option.rate)
 
 
 def test_stops_keep_the_yield_of_each_direction(wound: LegDesign) -> None:

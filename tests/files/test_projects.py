@@ -332,3 +332,19 @@ def test_mistakes_in_measured_dampers_are_reported(folder: Path, cad: str, words
         read_leg_project(write(folder, DESIGN + f"cad: {cad}\n"))
     assert words in str(caught.value)
     assert all((problem.key or "").startswith("cad.dampers") for problem in caught.value.problems)
+
+
+@pytest.mark.parametrize(
+    ("spring", "words"),
+    [
+        ("{rate: 3 N*m/rad, rate_held: joint, rate_distance: 20 mm}", "belongs to a loose spring"),
+        ("{free_angle: 98 deg, rate_held: joint}", 'how "rate" was measured'),
+        ("{rate: 3 N*m/rad, rate_held: vice}", "vice"),
+        ("{rate_held: joint}", 'needs "free_angle", "rate" or both'),
+    ],
+)
+def test_mistakes_in_measured_springs_are_reported(folder: Path, spring: str, words: str) -> None:
+    with pytest.raises(UserError) as caught:
+        read_leg_project(write(folder, DESIGN + f"measured: {{spring: {{hip: {spring}}}}}\n"))
+    assert words in str(caught.value)
+    assert all((problem.key or "").startswith("measured.spring.hip") for problem in caught.value.problems)

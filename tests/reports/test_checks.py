@@ -23,6 +23,7 @@ def check(part: str, value: float, *, passed: bool = True, **more: object) -> di
 def shown(folder: Path, *found: dict[str, object]) -> tuple[dict[str, object], str]:
     size = [{"value": value, "unit": "mm"} for value in (59.4, 50.0, 90.8)]
     plan = {"part": "hip_upper", "up": "+y", "support": {"value": 9.0, "unit": "mm^2"}, "size": size}
+    plan |= {"contact": {"value": 12.5, "unit": "mm^2"}, "wobbly": True}
     content = joint_checks.content(Result(folder, "design.json", {"solids": {"checks": list(found), "print": [plan]}}))
     assert not isinstance(content, AbsentResult)
     return dict(content), environment().get_template("checks.html").render(**content, file="design.json")
@@ -35,6 +36,16 @@ def test_of_the_passed_the_nearest_to_its_limit_is_shown(tmp_path: Path) -> None
     assert "near" in page
     assert "far" not in page
     assert "59.4 × 50 × 90.8 mm" in page
+    assert "12.5\u00a0mm²; with a brim" in page
+
+
+def test_the_direction_to_print_is_that_of_the_part_s_own_file(tmp_path: Path) -> None:
+    for vector, words in (((0.0, 0.0, -1.0), "-z"), ((0.6, 0.8, 0.0), "(0.6, 0.8, 0)")):
+        plan = {"part": "hip_lower", "up": "+y", "up_in_file": [{"value": x, "unit": "1"} for x in vector]}
+        result = Result(tmp_path, "design.json", {"solids": {"checks": [check("a", 1.0)], "print": [plan]}})
+        content = joint_checks.content(result)
+        assert not isinstance(content, AbsentResult)
+        assert content["plans"][0]["up"] == words
 
 
 def test_a_failed_one_comes_first_with_its_picture_and_markup_escaped(tmp_path: Path) -> None:

@@ -95,11 +95,17 @@ KEYS: dict[str, str] = {
     "cad.encoder": "Whether each shaft's end has a seat for an angle sensor.",
     "cad.mount": "Whether the first joint hangs from the body by a flange.",
     "cad.damper_shafts": "Joint -> shaft diameter of its damper, if it has its own.",
-    "cad.dampers": "Joint -> measured sizes of its damper, which override the catalogue: body, shaft, screws.",
+    "cad.dampers": "Joint -> measured sizes of its damper, which override the catalogue: body, screws, shaft, "
+    "and what holds the joint's shaft in a round bore (hub: set_screw or clamp).",
     "cad.masses": "Part -> its weighed mass, instead of the drawing's.",
     "measured.spring": "By joint.",
     "measured_spring.free_angle": "Measured angle at which the joint rests under this spring alone.",
-    "measured_spring.rate": "Rate of all springs of the joint together.",
+    "measured_spring.rate": "Rate of all springs of the joint together, in the test that the next two name; "
+    "it is converted into the rate in the joint.",
+    "measured_spring.rate_held": "loose: on an arbor, a pin pressing square on each arm. joint: in the joint, which "
+    "clamps both arms.",
+    "measured_spring.rate_distance": "Where the pins press on the arms, from the coil; default: as the design states "
+    "(joints.NAME.spring.make.test.distances).",
     "part_wish.kind": KIND,
     "part_wish.name": NAME,
     "part_wish.spring": "Requirements of the spring.",
