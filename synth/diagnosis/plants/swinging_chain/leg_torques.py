@@ -77,7 +77,7 @@ def driving_torques(leg: Leg, recording: Recording) -> Array | None:
         times, known = recording.known_torque
         torque += averaged(delayed((times, (1.0 + gain) * known + offset), delay), recording.smoothed.time)
     if recording.signals is not None:
-        torque += _servo_torques(leg, legs.servo[:, :, 0], recording.signals, recording.smoothed)
+        torque += _servo_torques(leg, legs.servo_numbers()[:, :, 0], recording.signals, recording.smoothed)
     return torque
 
 
