@@ -50,8 +50,8 @@ class Effect(PlantEffect):
     """An effect of the swinging chain: how it acts, and the information that the engine needs.
 
     ``where`` : it acts at a joint or at the base.
-    ``uses_drive`` : the argument ``bearing_force`` of its function is the drive's torque on q, N m; "before its limit"
-    that of a drive without a limit, and ``damper_torque`` is the limit.
+    ``uses_drive`` : the argument ``bearing_force`` of its function is the drive's torque on q, N m; "warms its
+    winding": the memory is the relative growth of the winding's resistance, by which the drive's torque falls.
     ``uses_load`` : it needs the bearing force; ``by_load`` : only if one of these strengths is on (empty: any).
     ``bristle`` : the parameter that is the presliding of ``inlined.bristle``; the memory is the bend of the bristle,
     which the integrator keeps in -1..1 and reverses with the joint.
