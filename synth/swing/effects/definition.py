@@ -64,6 +64,7 @@ class Effect(PlantEffect):
     ``belongs_to`` : the part with which a design replaces the effect; an effect of the joint itself remains.
     ``needs`` : the joint, or the leg, must have one of these: a spring or damper with a rate, an armature, a known
     torque in some trial.
+    ``changes`` : of the way "leg", the keys of the leg file that hold the numbers it changes, in words.
     ``shows_locked`` : it is visible although its joint is locked, by the pose of the links or by their mass.
     ``bounds`` : name of its function that keeps estimated parameters plausible for a leg whose slowest joint swings at
     a given rate, 1/s.
@@ -81,6 +82,7 @@ class Effect(PlantEffect):
     belongs_to: Literal["joint", "spring", "damper"] = "joint"
     kin: str = ""
     needs: tuple[Need, ...] = ()
+    changes: str = ""
     shows_locked: bool = False
     bounds: str = ""
 
