@@ -52,6 +52,7 @@ EFFECT = Effect(
         Parameter("time", "s", USUAL, positive(USUAL, SPREAD, 5.0, 600.0), off=USUAL, natural=False,
                   meaning="time constant of warming"),
     ),
+    stated=("rise", "reference", "time"),
     strengths=("rise",),
     shapes=(Shape(("rise", "time"), {"reference": HELD}, ({"rise": 0.2, "time": 30.0}, {"rise": 0.3, "time": 120.0})),),
 )  # fmt: skip

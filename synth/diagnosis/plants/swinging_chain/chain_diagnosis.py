@@ -38,7 +38,7 @@ from synth.diagnosis.plants.swinging_chain.tolerance_words import in_words
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
 from synth.diagnosis.sensor_noise import sensor
-from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
+from synth.diagnosis.sentences import ErrorWording, angle, scored_on, stated
 from synth.diagnosis.settled import with_settled
 from synth.diagnosis.unseen import with_unseen
 from synth.diagnosis.verdict import Judged, with_counts, with_doubt
@@ -240,7 +240,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def cause_text(self, cause: Cause) -> str:
         """The knee lacks dry friction (torque 0.052 N·m)."""
         effect = effect_named(cause.effect)
-        values = parameters_text(cause, effect.told)
+        values = stated(cause, effect)
         phrase = effect.phrase or f"shows {effect.meaning}"
         plain = f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
         return in_words(cause, plain, self.scene.leg, self.scene.tolerances)
