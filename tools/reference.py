@@ -12,7 +12,7 @@ from pathlib import Path
 from synth.estimation.parameters import PlantEffect
 from synth.files.reference.pages import pages
 from synth.jump.effects import motor_effects
-from synth.swing.effects import registered
+from synth.swing.effects import Effect, registered
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "reference"
 EFFECTS = FOLDER.parent / "effects.md"
@@ -20,8 +20,9 @@ HEAD = """<!-- made from synth/swing/effects and synth/jump/effects by `make ref
 
 # Effects
 
-What `synth gap` looks for, and what `effects:` of a joint in a leg file may hold, such as
-`- coulomb_friction: {torque: 0.05 N*m}`. A parameter in brackets has a usual value and may be left out.
+What `synth gap` looks for. `effects:` of a joint in a leg file may hold those of the swinging leg, such as
+`- coulomb_friction: {torque: 0.05 N*m}`, but for those that say which number of the file to change instead; those of
+its base stand in `effects:` beside `joints:`. A parameter in brackets has a usual value and may be left out.
 """
 
 
@@ -39,8 +40,17 @@ def _entries(effects: Iterable[PlantEffect]) -> str:
         for one in effect.parameters:
             name = f"`{one.name}`" if one.default is None else f"[`{one.name}`]"
             text.append(f"| {name} | {'' if one.unit == '1' else one.unit} | {one.meaning} |")
+        if isinstance(effect, Effect):
+            text += _place(effect)
         text += ["", f"*{effect.source}.*", ""]
     return "\n".join(text)
+
+
+def _place(effect: Effect) -> list[str]:
+    """Lines that say where a leg file has it, if not in ``effects:`` of a joint."""
+    if effect.way == "leg":
+        return ["", f"In a leg file: change {effect.changes}."]
+    return ["", "In a leg file: in `effects:` beside `joints:`."] if effect.where == "base" else []
 
 
 def main() -> None:

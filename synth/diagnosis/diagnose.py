@@ -109,7 +109,7 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
     causes = (*causes_of(plant, judged.accepted), *plant.direct_causes) if named else ()
     tied = tuple(causes_of(plant, rival) for rival in judged.tied)
     explanations = (causes, *tied)
-    left = Remainder.of(stages.errors, "after", *plant.left_where(stages.after))
+    left = Remainder.of(stages.errors, "after", *plant.left_where(stages.after, stages.unread))
     say("what next")
     short = [" + ".join(plant.short_text(cause) for cause in each) for each in explanations]
     ranked = _ranked(plant, judged, stages.errors)
@@ -174,7 +174,8 @@ def _stages(
         return predicted if within else plant.as_read(predicted)
 
     as_designed = plant.predict(plant.designed(), plant.scored)
-    after = read(before if judged.accepted is found.none else _unseen(plant, judged.accepted))
+    unread = before if judged.accepted is found.none else _unseen(plant, judged.accepted)
+    after = read(unread)
     squares = {
         "as_designed": plant.squares(as_designed),
         "before": plant.squares(before),
@@ -191,9 +192,11 @@ def _stages(
             squares[label(rival.keys)] = plant.squares(read(_unseen(plant, rival)))
     if plant.direct_causes:
         squares[DIRECT] = plant.squares(plant.as_read(before))
-    errors = PredictionErrors(squares, *plant.samples(), plant.seed)
+    unread = () if within else unread
+    noise_as_read = plant.samples(unread)[1]  # what counts round carries its noise, of all explanations the same
+    errors = PredictionErrors(squares, *plant.samples(), plant.seed, noise_as_read)
     fits = (plant.designed(), found.none.fit, judged.accepted.fit)
-    return StagePredictions(fits, as_designed, before, after, alone, errors)
+    return StagePredictions(fits, as_designed, before, after, alone, errors, unread)
 
 
 def _fails(errors: PredictionErrors) -> float:

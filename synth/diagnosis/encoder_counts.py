@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import erfc, sqrt
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.sensor_noise import AngleSensor
 
+UNIFORM = 1.0 / np.sqrt(12.0)  # standard deviation of a uniform distribution of width 1
+EDGES = 3  # counts to either side that noise may carry a reading: it is less than ``UNIFORM`` of a count
 COARSER = 2.5  # times the other channels' counts, or noise, from which a count is a cause
 ALONE = np.radians(0.36)  # rad, 1000 counts per turn: for a leg of one joint, without another channel
 
@@ -33,7 +36,7 @@ def coarse_counts(sensor: AngleSensor) -> tuple[Coarse, ...]:
                 found.append(Coarse(j, float(step)))
             continue
         usual = float(np.median(sensor.noise[others]))
-        if step / np.sqrt(12.0) > COARSER * usual and step > COARSER * float(np.median(sensor.step[others])):
+        if UNIFORM * step > COARSER * usual and step > COARSER * float(np.median(sensor.step[others])):
             found.append(Coarse(j, float(step)))
     return tuple(found)
 
@@ -57,6 +60,58 @@ def rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[Coarse]) -> A
     for item in coarse:
         j = item.joint
         if j in trial.free:
-            origin = trial.measured[np.flatnonzero(trial.counts[:, j])[0], j]
+            origin = _origin(trial, j)
             reading[:, j] = origin + np.round((prediction[:, j] - origin) / item.step) * item.step
     return reading
+
+
+def noise_as_read(
+    trials: Sequence[AngleTrial], predictions: Sequence[Array], coarse: Sequence[Coarse], usual: Array
+) -> list[Array]:
+    """(m, n) rad of each trial, the ``noise_of_rounded`` predictions, (m, n) rad before rounding.
+
+    The ``usual`` noise of a coarse channel is that of another sensor, the most that is believed of it: where it would
+    turn more readings than are off, those tell it. Else it would hide what is not explained at another joint.
+    """
+    made = [noise_of_rounded(trial, each, coarse, usual) for trial, each in zip(trials, predictions, strict=True)]
+    seen, expected = np.zeros(len(usual)), np.zeros(len(usual))
+    for trial, prediction, noise in zip(trials, predictions, made, strict=True):
+        away = rounded(trial, prediction, coarse) - trial.measured
+        seen += np.where(trial.counts & np.isfinite(away), away**2, 0.0).sum(axis=0)
+        expected += np.where(trial.counts & np.isfinite(away), noise**2, 0.0).sum(axis=0)
+    less = np.ones(len(usual))
+    for j in {item.joint for item in coarse}:
+        less[j] = sqrt(min(seen[j] / expected[j], 1.0)) if expected[j] > 0.0 else 1.0
+    return [noise * less for noise in made]
+
+
+def noise_of_rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[Coarse], usual: Array) -> Array:
+    """(m, n) rad, RMS expected between readings and the ``rounded`` ``prediction`` (m, n) rad that is not yet rounded.
+
+    A reading is the angle with its noise s, ``usual`` (n,) rad, rounded: it is k counts or more away where the noise
+    carries the angle over the k-th edge, whose distance is d, with the probability Q(d/s). The mean square is the
+    count's times the sum of (2 k - 1) Q(d_k/s) over the edges of both sides. Of angles spread evenly over counts much
+    wider than the noise it is step s sqrt(2/pi): a noise of one hundredth of a count becomes nine hundredths.
+    """
+    noise = np.tile(usual, (len(prediction), 1))
+    for item in coarse:
+        j = item.joint
+        if j in trial.free and 0.0 < usual[j] < UNIFORM * item.step:
+            away = (prediction[:, j] - _origin(trial, j)) / item.step
+            within = away - np.round(away)
+            square = np.zeros(len(away))
+            for k in range(1, EDGES + 1):
+                for edge in (k - 0.5 - within, k - 0.5 + within):
+                    square += (2 * k - 1) * _beyond(edge * item.step / usual[j])
+            noise[:, j] = item.step * np.sqrt(square)
+    return noise
+
+
+def _beyond(deviations: Array) -> Array:
+    """(m,) probability that a normal variable is so many ``deviations`` or more above its mean."""
+    return np.array([0.5 * erfc(x / sqrt(2.0)) for x in deviations.tolist()])
+
+
+def _origin(trial: AngleTrial, joint: int) -> float:
+    """Rad, a reading of the joint, from which all are whole counts away."""
+    return float(trial.measured[np.flatnonzero(trial.counts[:, joint])[0], joint])

@@ -14,9 +14,8 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.encoder_counts import Coarse
+from synth.diagnosis.encoder_counts import UNIFORM, Coarse
 
-UNIFORM = 1.0 / np.sqrt(12.0)  # standard deviation of a uniform distribution of width 1
 REST, MOST = 4, 12  # least samples of a constant reading for one to be used, and most that are used
 
 

@@ -76,7 +76,8 @@ class StagePredictions(Generic[F, S]):
     """Scored trials predicted by the unchanged nominal leg, by its best fit, and with the explanation.
 
     ``fits`` : these three, fitted to all training trials. ``alone`` : label of a single cause -> prediction with
-    only that cause, for the most probable ones.
+    only that cause, for the most probable ones. ``unread`` : ``after`` as it was before the direct causes were applied;
+    empty if they were not.
     """
 
     fits: tuple[F, F, F]
@@ -85,6 +86,7 @@ class StagePredictions(Generic[F, S]):
     after: tuple[S, ...]
     alone: Mapping[str, tuple[S, ...]]
     errors: PredictionErrors
+    unread: tuple[S, ...] = ()
 
 
 class Plant(ABC, Generic[F, T, S]):
@@ -145,11 +147,16 @@ class Plant(ABC, Generic[F, T, S]):
         """(n_trial, BLOCKS) summed squared errors of the scored trials, rad^2."""
 
     @abstractmethod
-    def samples(self) -> tuple[Array, Array]:
-        """(n_trial, BLOCKS) number of samples, and the sum expected from noise alone, rad^2."""
+    def samples(self, unread: Sequence[S] = ()) -> tuple[Array, Array]:
+        """(n_trial, BLOCKS) number of samples, and the sum expected from noise alone, rad^2.
+
+        ``unread`` : predictions, if the sum is about them with the direct causes applied.
+        """
 
     @abstractmethod
-    def left_where(self, predicted: Sequence[S]) -> tuple[Mapping[str, float], Mapping[str, float]]:
+    def left_where(
+        self, predicted: Sequence[S], unread: Sequence[S] = ()
+    ) -> tuple[Mapping[str, float], Mapping[str, float]]:
         """Shares of the joints and of the phases in the errors of the scored trials above the noise."""
 
     def freely(self, found: Hypotheses[F]) -> TrialErrors | None:

@@ -12,6 +12,7 @@ from synth.arrays import Array
 from synth.diagnosis.hypotheses import Key
 from synth.estimation.intervals import NORMAL90, Estimate, student95
 
+PLAIN = ("as_designed", "before")  # labels of the nominal leg, of which no cause is known
 BLOCKS = 4  # blocks of time per trial
 RESAMPLES = 500  # a 5 % quantile then rests on 25 of them
 DOUBLED = -1.0  # shrink of an error that doubles: how much worse an explanation might be tells nothing
@@ -24,14 +25,15 @@ class PredictionErrors:
 
     ``squares`` : label -> (n_trial, BLOCKS) summed squared errors in rad^2, under "as_designed", "before", "after" and
     each single cause's ``label``; ``counts`` (n_trial, BLOCKS) samples; ``noise`` (n_trial, BLOCKS) sum expected
-    from noise
-    alone. ``seed`` : of the resampling.
+    from noise alone; ``noise_as_read`` the same about predictions with the direct causes applied, of all labels but the
+    ``PLAIN``; None: as ``noise``. ``seed`` : of the resampling.
     """
 
     squares: Mapping[str, Array]
     counts: Array
     noise: Array
     seed: int
+    noise_as_read: Array | None = None
 
     @property
     def explanations(self) -> tuple[str, ...]:
@@ -46,7 +48,7 @@ class PredictionErrors:
         """RMS error above the noise, quadratically subtracted, in rad, shown in deg."""
 
         def figure(pick: Picks | None) -> Array:
-            above = _rms(self.squares[label], self.counts, pick) ** 2 - _rms(self.noise, self.counts, pick) ** 2
+            above = _rms(self.squares[label], self.counts, pick) ** 2 - self._floor(label, pick) ** 2
             return np.sqrt(np.maximum(above, 0.0))
 
         return self._estimate(figure, "deg")
@@ -58,8 +60,13 @@ class PredictionErrors:
 
     @property
     def floor(self) -> Estimate:
-        """RMS of the noise on the same samples."""
-        return Estimate(float(_rms(self.noise, self.counts, None)), "deg")
+        """RMS of the noise on the same samples, about the explanation."""
+        return Estimate(float(self._floor("after", None)), "deg")
+
+    def _floor(self, label: str, pick: Picks | None) -> Array:
+        """RMS of the noise about the predictions of a label, see ``_rms``."""
+        noise = self.noise if label in PLAIN or self.noise_as_read is None else self.noise_as_read
+        return _rms(noise, self.counts, pick)
 
     def shrink(self, label: str = "after") -> Estimate:
         """1 - after/before of the RMS above the noise floor, subtracted quadratically; 0 without a gap."""
@@ -74,15 +81,14 @@ class PredictionErrors:
 
         0 if the gap is less than ``least`` noise floors: too small to tell.
         """
-        floor = _rms(self.noise, self.counts, None)
-        if _rms(self.squares["before"], self.counts, None) < least * floor:
+        if _rms(self.squares["before"], self.counts, None) < least * self._floor("before", None):
             return 0.0
         return float(np.mean(self._shrink("after", self._picks()) < share))
 
     def _shrink(self, label: str, pick: Picks | None) -> Array:
-        floor = _rms(self.noise, self.counts, pick) ** 2
+        floor = self._floor("before", pick) ** 2
         before = _rms(self.squares["before"], self.counts, pick) ** 2 - floor
-        after = _rms(self.squares[label], self.counts, pick) ** 2 - floor
+        after = _rms(self.squares[label], self.counts, pick) ** 2 - self._floor(label, pick) ** 2
         some = before > 0.05 * floor  # a smaller gap has no meaningful share
         return np.where(some, 1.0 - np.sqrt(np.maximum(after, 0.0) / np.where(some, before, 1.0)), 0.0)
 

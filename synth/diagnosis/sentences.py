@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.remainder import Remainder
 from synth.estimation.intervals import Estimate
+from synth.estimation.parameters import PlantEffect
 
 SEEN = 0.5  # noise floors; a smaller remainder is a form error and is not mentioned
+MOST_STATED = 3  # parameters of a cause; the table has all
 LEADING, LEAST_TOLD = 3, 0.05  # causes named if nothing explains the gap, and least share of each
 LEAST_TAKEN = 0.005  # of the gap; less rounds to 0 %
 BETTER = {"*": "·", "deg": "°", "percent": "%"}  # typographic units
@@ -57,10 +59,26 @@ def angle(value: Estimate) -> str:
     return f"{math.degrees(value.value):.2g}°"
 
 
-def parameters_text(cause: Cause, told: Collection[str]) -> str:
-    """Torque 0.052 N·m, speed 0.3 rad/s: those ``told``, see ``PlantEffect.told``."""
-    given = [(name, estimate) for name, estimate in cause.parameters.items() if name in told]
-    return ", ".join(f"{name.replace('_', ' ')} {_shown(estimate)}" for name, estimate in given)
+def stated(cause: Cause, effect: PlantEffect) -> str:
+    """Torque 0.06 N·m, fall 0.6, speed 114 deg/s: the first few that carry the effect, see ``PlantEffect.stated``."""
+    found = cause.parameters
+    matter = [name for name in effect.stated or effect.told if name in found]
+    matter = [name for name in matter if not _covers(found, *effect.idle.get(name, ("", 0.0)))]
+    return parameters_text(cause, matter[:MOST_STATED])
+
+
+def _covers(found: Mapping[str, Estimate], name: str, value: float) -> bool:
+    """Whether a parameter is found, and may have this value."""
+    if name not in found:
+        return False
+    estimate = found[name]
+    low, high = (estimate.value if end is None else end for end in (estimate.low, estimate.high))
+    return low <= value <= high
+
+
+def parameters_text(cause: Cause, names: Sequence[str]) -> str:
+    """Torque 0.052 N·m, speed 0.3 rad/s: these parameters of the cause."""
+    return ", ".join(f"{name.replace('_', ' ')} {_shown(cause.parameters[name])}" for name in names)
 
 
 def _shown(estimate: Estimate) -> str:

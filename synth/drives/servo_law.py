@@ -18,15 +18,16 @@ def servo_duty(error, rate, gain, damping_gain, dead_band, duty_limit):  # type:
 
 
 @inlined
-def unlimited_torque(duty, rate, supply, strength, back_emf, sag):  # type: ignore[no-untyped-def]
+def unlimited_torque(duty, rate, supply, strength, back_emf, sag, warm):  # type: ignore[no-untyped-def]
     """Torque on the joint, N m, of a winding whose current nothing limits; ``supply`` V.
 
     The winding gives ``strength`` N m/V less ``back_emf``
     N m s/rad (direct-current motor at steady current, Hughes & Drury, *Electric Motors and Drives*, 4th ed.,
     section 3.4). ``sag`` is the source's resistance over the winding's: with the duty d the source carries d times the
-    winding's current, so the winding sees d V less d^2 times the source's drop.
+    winding's current, so the winding sees d V less d^2 times the source's drop. ``warm`` is the winding's resistance
+    over that of these numbers.
     """
-    return steady_line(strength * duty * supply, back_emf, rate) / (1.0 + sag * duty * duty)
+    return steady_line(strength * duty * supply, back_emf, rate) / (warm + sag * duty * duty)
 
 
 @inlined
@@ -50,7 +51,8 @@ def servo_torque(  # type: ignore[no-untyped-def]
     back_emf,
     torque_limit,
     sag,
+    warm=1.0,
 ):
     """Torque on the joint, N m, of a continuous controller; ``open_duty`` is added without control."""
     duty = servo_duty(error, rate, gain, damping_gain, dead_band, duty_limit) + open_duty
-    return limited(unlimited_torque(duty, rate, supply, strength, back_emf, sag), enabled, torque_limit)
+    return limited(unlimited_torque(duty, rate, supply, strength, back_emf, sag, warm), enabled, torque_limit)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from types import ModuleType
 from typing import Any, Literal
@@ -152,7 +152,8 @@ class PlantEffect:
 
     ``strengths`` : the parameters that switch it off when all are zero. ``shapes`` : the variants that a diagnosis
     tries. ``phrase`` : the words for a place that has it, "lacks dry friction". ``module`` : the module of its
-    functions.
+    functions. ``stated`` : parameters for a sentence, the most needed first; empty: those ``told``. ``idle`` :
+    parameter -> another one and its value at which the first does not matter.
     """
 
     name: str
@@ -164,6 +165,8 @@ class PlantEffect:
     shapes: tuple[Shape, ...]
     phrase: str = ""
     module: str = ""
+    stated: tuple[str, ...] = ()
+    idle: Mapping[str, tuple[str, float]] = field(default_factory=dict)
 
     @cached_property
     def defaults(self) -> dict[str, float]:
@@ -172,7 +175,7 @@ class PlantEffect:
 
     @property
     def told(self) -> list[str]:
-        """Parameters that a sentence states: strengths, and what scales with the motion; a table has the rest."""
+        """Strengths, and what scales with the motion: what a sentence states, if not ``stated``; a table has all."""
         return [p.name for p in self.parameters if p.natural or p.name in self.strengths]
 
     def function(self, name: str) -> Callable[..., Any]:

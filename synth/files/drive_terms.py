@@ -63,7 +63,7 @@ def drive_terms(leg: Leg) -> list[DriveTerms | None]:
     """The drive of each joint; None without a servo or a known voltage. The supply is the stated one."""
     held = [{name: x for name, x in joint.effects.items() if effect_named(name).way == "drive"} for joint in leg.joints]
     joints = [replace(joint, effects=effects) for joint, effects in zip(leg.joints, held, strict=True)]
-    servo = LegLanes.of(replace(leg, joints=tuple(joints), effects={})).servo[:, :, 0]
+    servo = LegLanes.of(replace(leg, joints=tuple(joints), effects={})).servo_numbers()[:, :, 0]
     return [
         _terms(joint.drive, dict(zip(SERVO, servo[:, j].tolist(), strict=True)))
         if isinstance(joint.drive, Servo)

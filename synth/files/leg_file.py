@@ -214,8 +214,21 @@ def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Effect] | None = 
 
 
 def _allowed(effects: Sequence[Effect] | None) -> dict[str, Effect]:
-    found = registered() if effects is None else effects
-    return {effect.name: effect for effect in found if effect.way != "leg"}
+    return {effect.name: effect for effect in _known(effects) if effect.way != "leg"}
+
+
+def _known(effects: Sequence[Effect] | None) -> Sequence[Effect]:
+    return registered() if effects is None else effects
+
+
+def _elsewhere(name: str, where: str, known: Sequence[Effect]) -> str:
+    """Where what an effect changes is written, for one that a place cannot hold; empty if there is no such effect."""
+    for effect in known:
+        if effect.name == name and effect.way == "leg":
+            return f"change {effect.changes or 'the number itself'} instead: this effect is another value of that"
+        if effect.name == name and effect.where != where:
+            return "write it in `effects:` " + ("beside `joints:`" if where == "joint" else "of a joint")
+    return ""
 
 
 def _part(part: str | None) -> dict[str, str]:
@@ -344,7 +357,9 @@ class _Reader:
                 place: Key = (*key, index, name)
                 possible = [known.name for known in self.specifications.values() if known.where == where]
                 if name not in possible:
-                    self.refuse(f'"{name}" is no effect that a {where} can hold{near(name, possible)}', place)
+                    there = _elsewhere(name, where, _known(self.given))
+                    more = f"; {there}" if there else near(name, possible)
+                    self.refuse(f'"{name}" is no effect that a {where} can hold{more}', place)
                 elif name in result:
                     self.refuse("is given twice; keep one", place)
                 elif isinstance(parameters, dict):

@@ -118,12 +118,10 @@ def command_rate_limit(rng: np.random.Generator, setup: Setup, scale: Scale, j: 
 
 
 def source_resistance(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A supply that sags under the joint's current; a measured supply has its sag."""
+    """A supply that sags under the joint's current, of its source or its leads; a measured supply has its sag."""
     _motor(setup, j)
     if any(t.inputs is not None and np.ptp(t.inputs.supply[:, j]) > 0.0 for t in setup.trials):
         raise NotApplicable("the supply was measured")
-    if len(setup.true.servos) > 1:
-        raise NotApplicable("one source feeds several servos, which the generator's engine does not know")
     return _form(setup, j, "sag", 2.0, "source")
 
 

@@ -182,8 +182,6 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
 
 def forces_of(law: LaneLaw) -> tuple[str, str]:
     """Blocks of the two forces that a law is told of, see ``effects.definition.Effect``."""
-    if law.uses_drive == "before its limit":
-        return "servo_torque_limit", "unlimited_drive"
     return "damper_torque", "drive_torque" if law.uses_drive else "bearing_force"
 
 
@@ -217,11 +215,11 @@ def _servos(layout: Layout, at: Callable[[str], str], each: str) -> list[str]:
         f"            error = {at('command')} - {at('rotation')}",
         f"            duty = servo_duty(error, {at('rate')}, {duty}) + {at('servo_open_duty')}",
     ]
-    free = f"free = unlimited_torque(duty, {at('rate')}, {{}}, {winding})"
+    warm = _warm(layout, at)
+    free = f"free = unlimited_torque(duty, {at('rate')}, {{}}, {winding}, {warm})"
     put = [
         f"            {free.format(at('supply'))}",
         f"            value = limited(free, {at('enabled')}, {at('servo_torque_limit')})",
-        f"            {at('unlimited_drive')} = {at('enabled')} * free",
         f"            {at('drive_torque')} = value",
         f"            {at('extra_torque')} += value",
     ]
@@ -233,11 +231,17 @@ def _servos(layout: Layout, at: Callable[[str], str], each: str) -> list[str]:
         "    if active[1] == 1:", f"        {each}", *seen, *put,
         "    elif active[1] == 2:", f"        {each}", *seen, held, *put,
         "    else:", f"        {each}", *seen, held, f"            {at('duty')} = duty",
-        *_common_source(layout, at, free), f"        {each}", *sagging,
+        *_common_source(layout, at, free, warm), f"        {each}", *sagging,
     ]  # fmt: skip
 
 
-def _common_source(layout: Layout, at: Callable[[str], str], free: str) -> list[str]:
+def _warm(layout: Layout, at: Callable[[str], str]) -> str:
+    """Resistance of a joint's winding over the stated one: the memories of the effects that warm it are its growth."""
+    growth = [at(f"{law.name} memory") for law in layout.laws if law.uses_drive == "warms its winding"]
+    return " + ".join(["1.0", *(f"max({each}, 0.0)" for each in growth)])
+
+
+def _common_source(layout: Layout, at: Callable[[str], str], free: str, warm: str) -> list[str]:
     """Lines that set the drop (V) of the source that feeds several windings, by Newton's method from no drop.
 
     The source carries each winding's current times the share of its voltage that the winding sees: the duty, or less
@@ -262,11 +266,12 @@ def _common_source(layout: Layout, at: Callable[[str], str], free: str) -> list[
         f"                    value = limited(free, {at('enabled')}, {at('servo_torque_limit')})",
         f"                    fed = {ohms} * {at('servo_conductance')}",
         f"                    strength = {at('servo_strength')} if {at('servo_strength')} > 0.0 else 1.0",
-        f"                    lowered = (value + {at('servo_back_emf')} * {at('rate')}) / (strength * volts)",
+        f"                    steady = ({warm}) * value + {at('servo_back_emf')} * {at('rate')}",
+        "                    lowered = steady / (strength * volts)",
         f"                    inside = abs(free) <= {at('servo_torque_limit')}",
         "                    seen = duty if inside else lowered",
         f"                    {drawn} += fed * seen * value / strength",
-        f"                    own = duty * duty / (1.0 + {at('servo_sag')} * duty * duty)",
+        f"                    own = duty * duty / ({warm} + {at('servo_sag')} * duty * duty)",
         f"                    {slope} += fed * {at('enabled')} * own if inside else 0.0",
         f"            {lanes}",
         f"                {drop} -= ({drop} - {drawn}) / {slope}",

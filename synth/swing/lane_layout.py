@@ -49,7 +49,7 @@ _ONE_A_JOINT = (
     *SERVO,
     *SIGNALS,
     "sine", "cosine",  # of the link's angle from straight down, see ``chain_source.link_directions``
-    "drive_torque", "unlimited_drive",  # of the servo, on q; the same if nothing limited its current
+    "drive_torque",  # of the servo, on q
     "duty",  # of a servo on a common source
     # Of a servo whose command's rate is limited: its limited command when it last changed course, when that was, the
     # command that it approaches; the line by which it counts until it changes course again, its start (rad) and slope
@@ -63,7 +63,7 @@ _FOR_EFFECTS = (
     "first_moment",  # of the link and of all links outboard of it, about the joint
     "bearing_force",
 )  # fmt: skip
-UsesDrive = Literal["", "as it is", "before its limit"]
+UsesDrive = Literal["", "as it is", "warms its winding"]
 
 
 @dataclass(frozen=True)

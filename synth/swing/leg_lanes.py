@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.drives.servo import Servo, fed_together
+from synth.drives.servo import UNLIMITED, Servo, TorqueDrive, fed_together
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.lane_layout import CURVE_POINTS, DRIVE, LANES, MOST_LINKS, SERVO, Layout
@@ -33,7 +33,9 @@ class LegLanes:
     ``rest`` rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad, ``armature`` kg m^2 (turns
     with the joint); ``tilt`` (n_lane,) rad; ``source`` (n_lane,) ohm of the source that feeds several servos;
     ``drive`` (3, n, n_lane) errors of a known torque on q: gain (share), offset N m, delay s; ``servo`` (15, n,
-    n_lane) parameters of the servos in the order of ``SERVO``, 0 without a servo; ``weightless`` (n,) links on
+    n_lane) parameters of the servos in the order of ``SERVO``, 0 without a servo, of their torque limits that by the
+    current; ``torque_limit`` (n, n_lane) N m, that which no motor constant changes; ``winding`` (n, n_lane) stated
+    resistance of a winding over that with effects. ``weightless`` (n,) links on
     which gravity does no work (a sliding base). ``torques`` : name of a torque effect -> (n_parameter, n, n_lane)
     in the sense of q. ``curves`` : clamp speeds and slopes (2, 12) of each joint, or None.
     """
@@ -52,6 +54,8 @@ class LegLanes:
     armature: Array
     drive: Array
     servo: Array
+    torque_limit: Array
+    winding: Array
     torques: dict[str, Array] = field(default_factory=dict)
     own: tuple[int, ...] = ()  # index in the chain of each joint of the leg
     source: Array = field(default_factory=lambda: np.zeros(1))
@@ -98,6 +102,8 @@ class LegLanes:
             armature=column(leg.armature),
             drive=np.zeros((len(DRIVE), len(joints), n_lane)),
             servo=_servos(leg, n_lane),
+            torque_limit=column([_stated_limit(joint.drive) for joint in joints]),
+            winding=np.ones((len(joints), n_lane)),
             own=tuple(range(len(joints))),
             source=np.zeros(n_lane),
         )
@@ -140,6 +146,8 @@ class LegLanes:
             weightless=self.weightless.copy(),
             drive=wide(self.drive),
             servo=wide(self.servo),
+            torque_limit=wide(self.torque_limit),
+            winding=wide(self.winding),
             curves=list(self.curves),
         )
 
@@ -220,11 +228,20 @@ class LegLanes:
             torques=torques,
             drive=np.insert(self.drive, before, 0.0, axis=1),
             servo=np.insert(self.servo, before, 0.0, axis=1),
+            torque_limit=np.insert(self.torque_limit, before, UNLIMITED, axis=0),
+            winding=np.insert(self.winding, before, 1.0, axis=0),
             own=own,
             newest=before,
             tilt=self.tilt.copy(),
             source=self.source.copy(),
         )
+
+    def servo_numbers(self) -> Array:
+        """(15, n, n_lane) ``servo`` with the lower one of both torque limits."""
+        numbers = self.servo.copy()
+        limit = numbers[SERVO.index("servo_torque_limit")]
+        np.minimum(limit, self.torque_limit, out=limit)
+        return numbers
 
     def write(self, layout: Layout, locked: tuple[int, ...], tip: Tip, tilt: float, off: Array) -> Array:
         """(n_row, n_lane) the chain's lanes, with state rows zero.
@@ -260,7 +277,7 @@ class LegLanes:
             for block, wrong in zip(DRIVE, self.drive, strict=True):
                 lanes[layout.rows(block)] = wrong
         if self.servo.any():
-            for block, numbers in zip(SERVO, self.servo, strict=True):
+            for block, numbers in zip(SERVO, self.servo_numbers(), strict=True):
                 lanes[layout.rows(block)] = numbers
             lanes[layout.rows("slew_short")] = SLEW_SHORT
         for block, values in (
@@ -289,10 +306,15 @@ def _servos(leg: Leg, n_lane: int) -> Array:
     shared = fed_together([joint.drive for joint in leg.joints])
     for index, joint in enumerate(leg.joints):
         if isinstance(joint.drive, Servo):
-            numbers[:, index] = np.array(joint.drive.numbers)[:, None]
+            numbers[:, index] = np.array(replace(joint.drive, torque_limit=np.inf).numbers)[:, None]
             if index not in shared:
                 numbers[SERVO.index("servo_conductance"), index] = 0.0
     return numbers
+
+
+def _stated_limit(drive: Servo | TorqueDrive | None) -> float:
+    """N m, the limit that a drive states as a torque."""
+    return min(drive.torque_limit, UNLIMITED) if isinstance(drive, Servo) else UNLIMITED
 
 
 def has_direction(effect: Effect) -> bool:

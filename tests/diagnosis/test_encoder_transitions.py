@@ -8,7 +8,7 @@ import pytest
 from diagnosis.simulated_releases import TIME, TWO, off, recorded, with_effects
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
-from synth.diagnosis.encoder_counts import Coarse
+from synth.diagnosis.encoder_counts import Coarse, noise_as_read, noise_of_rounded, rounded
 from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import Tolerance
@@ -78,3 +78,26 @@ def test_held_out_readings_are_predicted_to_the_count() -> None:
     assert result.verdict == "effect"
     assert [(c.effect, c.joint) for c in result.explanation] == [("encoder_quantisation", "knee")]
     assert result.after.value < 0.45 * step / np.sqrt(12.0) / np.sqrt(2.0)  # of both joints; .5 before
+
+
+@pytest.mark.parametrize("noise", [0.02, 0.05, 0.2])  # of a count
+def test_the_noise_of_readings_that_are_rounded(noise: float) -> None:
+    """By chance, and in the mean over a count; readings quieter than assumed tell their own noise."""
+    generator = np.random.default_rng(4)
+    time = np.arange(800) * 0.005
+    angle = STEP * time  # four counts
+    trial, _ = counted(angle + noise * STEP * generator.standard_normal(800), time)
+    coarse, usual = [Coarse(1, STEP)], np.array([USUAL, noise * STEP])
+    prediction = np.column_stack([trial.measured[:, 0], angle])
+    made = noise_of_rounded(trial, prediction, coarse, usual)
+    np.testing.assert_array_equal(made[:, 0], USUAL)
+    assert np.mean(made[:, 1] ** 2) == pytest.approx(noise * STEP**2 * np.sqrt(2.0 / np.pi), rel=0.02)
+    square = [
+        np.mean((STEP * np.round((angle + noise * STEP * generator.standard_normal(800)) / STEP)
+                 - STEP * np.round(angle / STEP)) ** 2)
+        for _ in range(200)
+    ]  # fmt: skip
+    assert np.mean(made[:, 1] ** 2) == pytest.approx(np.mean(square), rel=0.15)
+    (loud,) = noise_as_read([trial], [prediction], coarse, np.array([USUAL, 0.28 * STEP]))
+    told = rounded(trial, prediction, coarse) - trial.measured
+    assert np.mean(loud[:, 1] ** 2) == pytest.approx(np.mean(told[:, 1] ** 2))

@@ -16,10 +16,12 @@ from synth.diagnosis.plants.swinging_chain.chain_figures import trial_gaps
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque, where
 from synth.diagnosis.plants.swinging_chain.leg_torques import bearing_forces, driving_torques
 from synth.diagnosis.prediction_error import PredictionErrors
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo, ServoSignals
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
 from synth.swing.chain import Conditions, simulate
-from synth.swing.leg_model import Leg
+from synth.swing.leg_model import Joint, Leg, Link
 
 FINE = np.arange(1201) * 1e-3
 STATED = {
@@ -58,6 +60,26 @@ def test_the_bearing_force_of_a_leg_at_rest_is_the_outboard_weight() -> None:
     still = replace(smoothed, rate=np.zeros_like(smoothed.rate))
     found = bearing_forces(TWO, still, Conditions(tip_mass=0.2))
     assert found == pytest.approx(np.tile([9.81 * (0.6 + 0.35 + 0.2), 9.81 * (0.35 + 0.2)], (len(found), 1)))
+
+
+def test_a_stated_warming_of_a_winding_is_in_the_torque_that_acts() -> None:
+    """A motor that holds a link against gravity: in the end the drive's torque is that of the warm winding."""
+    heat = {"rise": 0.5, "reference": 0.3, "time": 5.0}
+    servo = Servo(gain=1.15, supply=7.4, motor=GearedMotor(3.5, 0.37, rotor_inertia=1.6e-3), source_resistance=1.0)
+    leg = Leg("arm", (Joint("arm", Link(0.12, 0.49, 0.1, 1e-4), drive=servo, effects={"winding_heating": heat}),))
+    time = np.arange(0.0, 30.0, 0.02)
+    ones = np.ones((len(time), 1))
+    signals = ServoSignals(time, (0.9 + 0.2 * np.sin(3.0 * time))[:, None], 7.4 * ones, ones)
+    angle = simulate(leg, [0.5], [0.0], time, signals=signals)
+    recording = recordings(leg, [Trial("1.csv", time, angle, signals=signals)], ())[0]
+    weight = 0.49 * 9.81 * 0.1 * np.sin(recording.smoothed.angle[:, 0])
+    away = [float(np.mean((driving_torques(each, recording)[:, 0] - weight)[-700:])) for each in (leg, cold(leg))]  # type: ignore[index]
+    assert abs(away[0]) < 0.02 * np.mean(weight)
+    assert away[1] > 0.2 * np.mean(weight)
+
+
+def cold(leg: Leg) -> Leg:
+    return leg.with_joints(arm={"effects": {}})
 
 
 def test_a_stated_error_of_a_known_torque_is_in_the_torque_that_acts() -> None:

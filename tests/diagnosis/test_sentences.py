@@ -7,8 +7,10 @@ from dataclasses import replace
 
 import pytest
 
-from synth.diagnosis.sentences import ErrorWording, sentence, what_is_open
+from synth.diagnosis.diagnosis_result import Cause
+from synth.diagnosis.sentences import ErrorWording, sentence, stated, what_is_open
 from synth.estimation.intervals import Estimate
+from synth.swing.effects import effect_named
 
 TOLD = ErrorWording(
     nominal="the nominal leg",
@@ -65,3 +67,28 @@ def test_a_gap_within_the_accuracy_is_not_told_as_no_missing_effect() -> None:
     within = what_is_open("none", [""], within=True)
     assert "below the required accuracy" in within
     assert "no missing effect" not in within
+
+
+DRAG = {"coefficient": 0.0015, "speed": 20.0}
+MOUNT = {"stiffness": 1e3, "mass": 1.0, "rocking_stiffness": 9.0, "arm": 0.2, "inertia": 0.1}
+STATED = [
+    ("stribeck_friction", {"torque": 0.06, "fall": 0.6, "speed": 2.0, "presliding": 3e-4}, "torque fall speed"),
+    ("quadratic_damping", {**DRAG, "exponent": 2.1}, "coefficient exponent"),
+    ("quadratic_damping", {**DRAG, "exponent": 2.6}, "coefficient exponent speed"),
+    ("gear_load_friction", {"torque": 0.01, "share": 0.3, "fall": 0.4, "speed": 1.0}, "share torque fall"),
+    ("base_compliance", MOUNT, "stiffness rocking_stiffness mass"),
+    ("viscous_damping", {"rate": 0.1}, "rate"),
+]
+
+
+@pytest.mark.parametrize(("name", "values", "wanted"), STATED)
+def test_a_sentence_states_the_few_parameters_that_carry_a_cause(
+    name: str, values: dict[str, float], wanted: str
+) -> None:
+    """The reference speed of a drag does not matter where its exponent may be 2."""
+    effect = effect_named(name)
+    unit = {parameter.name: parameter.unit for parameter in effect.parameters}
+    found = {key: Estimate(value, unit[key], 0.9 * value, 1.1 * value) for key, value in values.items()}
+    text = stated(Cause(name, "knee", found), effect)
+    words = [key.replace("_", " ") for key in wanted.split()]
+    assert all(each.startswith(f"{word} ") for each, word in zip(text.split(", "), words, strict=True)), text

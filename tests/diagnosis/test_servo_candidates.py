@@ -32,15 +32,17 @@ def test_source_resistance_is_a_candidate_only_for_an_unmeasured_supply(supply: 
     assert {"gear_load_friction", "command_delay"} <= found
 
 
-@pytest.mark.parametrize(("second", "places"), [(7.4, [("shared_source_resistance", "base")]), (12.0, ["hip", "knee"])])
-def test_servos_of_one_stated_supply_have_one_source(second: float, places: list[object]) -> None:
+@pytest.mark.parametrize(("second", "shared"), [(7.4, [("shared_source_resistance", "base")]), (12.0, [])])
+def test_servos_of_one_stated_supply_have_one_source_beside_the_leads_of_each(
+    second: float, shared: list[tuple[str, str]]
+) -> None:
     link, ones = Link(0.12, 0.49, 0.1, 1e-4), np.ones((50, 2))
     joints = [Joint(name, link, drive=replace(SERVO, supply=v)) for name, v in (("hip", 7.4), ("knee", second))]
     signals = ServoSignals(np.arange(50) * 0.01, 0.0 * ones, np.array([7.4, second]) * ones, ones)
     recording = SimpleNamespace(known_torque=None, signals=signals)
     trial = SimpleNamespace(recording=recording, free=(0, 1), time=np.array([0.0, 5.0]))
     found = candidates(Leg("leg", tuple(joints)), [trial], SimpleNamespace())  # type: ignore[list-item, arg-type]
-    wanted = [place if isinstance(place, tuple) else ("source_resistance", place) for place in places]
+    wanted = [*shared, ("source_resistance", "hip"), ("source_resistance", "knee")]
     assert sorted(each.key for each in found if "source_resistance" in each.effect.name) == sorted(wanted)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -34,6 +35,17 @@ def test_shrink_is_one_at_the_floor_and_negative_for_a_larger_error() -> None:
 
 def test_shrink_is_zero_without_a_gap() -> None:
     assert misses(0.1, 0.05, 0.1).shrink().value == 0.0
+
+
+def test_what_counts_round_has_a_noise_of_its_own() -> None:
+    """The gap is above the sensor's noise, what remains above that of readings that the noise turns."""
+    plain = misses(math.sqrt(0.01 + 9.0), math.sqrt(0.25 + 1.0), 0.1)
+    found = replace(plain, noise_as_read=0.25 * plain.counts)
+    assert (found.floor.value, plain.floor.value) == pytest.approx((0.5, 0.1))
+    assert found.shrink().value == pytest.approx(1.0 - 1.0 / 3.0)
+    above = [found.above_noise(name).value for name in ("before", "after")]
+    assert above == pytest.approx([3.0, 1.0])
+    assert found.chance_below(0.6, 2.0) == 0.0
 
 
 def test_the_chance_of_a_small_shrink_is_that_over_resamples() -> None:

@@ -59,16 +59,16 @@ def torques(servos: tuple[Servo, ...], ohms: float, q: Array, w: Array, command:
     return [i * s.motor.torque_a_current for i, s in zip(amperes, servos, strict=True) if s.motor is not None]
 
 
-def moved(servos: tuple[Servo, ...], ohms: float) -> Array:
-    """(m, 2) rad with scipy, the mass matrix written out for two links."""
+def moved(servos: tuple[Servo, ...], ohms: float, heat: dict[str, float] | None = None) -> Array:
+    """(m, 2) rad with scipy, the mass matrix written out for two links; ``heat`` warms the knee's winding."""
     (a, b), g = LINKS, 9.81
     rotor = [s.motor.armature for s in servos if s.motor is not None]
     c, far = b.mass * a.length * b.com, b.inertia + b.mass * b.com**2
 
     def slope(t: float, x: Array) -> list[float]:
-        q, w = x[:2], x[2:]
+        q, w = x[:2], x[2:4]
         command = np.array([np.interp(t, TIMES, COMMAND[:, j]) for j in range(2)])
-        drive = torques(servos, ohms, q, w, command)
+        drive = torques((servos[0], warmed(servos[1], x[4])), ohms, q, w, command)
         m11 = a.inertia + a.mass * a.com**2 + b.mass * a.length**2 + far + 2.0 * c * math.cos(q[1]) + rotor[0]
         m12, m22 = far + c * math.cos(q[1]), far + rotor[1]
         outer = b.mass * g * b.com * math.sin(q[0] + q[1])
@@ -77,9 +77,12 @@ def moved(servos: tuple[Servo, ...], ohms: float) -> Array:
         f0 = drive[0] - inner - outer + turning * (2.0 * w[0] * w[1] + w[1] ** 2)
         f1 = drive[1] - outer - turning * w[0] ** 2
         det = m11 * m22 - m12**2
-        return [w[0], w[1], (m22 * f0 - m12 * f1) / det, (m11 * f1 - m12 * f0) / det]
+        grown = 0.0
+        if heat is not None:
+            grown = (heat["rise"] * (drive[1] / heat["reference"]) ** 2 * (1.0 + x[4]) - x[4]) / heat["time"]
+        return [w[0], w[1], (m22 * f0 - m12 * f1) / det, (m11 * f1 - m12 * f0) / det, grown]
 
-    x, found = np.zeros(4), [np.zeros(2)]
+    x, found = np.zeros(5), [np.zeros(2)]
     for k in range(len(TIMES) - 1):  # piecewise: the commands bend at their samples
         part = solve_ivp(slope, (TIMES[k], TIMES[k + 1]), x, "RK45", rtol=1e-9, atol=1e-11)
         x = part.y[:, -1]
@@ -95,6 +98,25 @@ def test_two_joints_share_one_drop_as_an_independent_simulation_has_it(limit: fl
     wanted = moved(servos, OHMS)
     assert float(np.abs(wanted - plain).max()) > 0.02
     np.testing.assert_allclose(found, wanted, atol=2e-6)
+
+
+def warmed(servo: Servo, growth: float) -> Servo:
+    """With a larger resistance of its winding, and its source as it is."""
+    assert servo.motor is not None
+    return replace(servo, motor=replace(servo.motor, resistance=servo.motor.resistance * (1.0 + growth)))
+
+
+def test_a_winding_that_warms_draws_less_from_the_source() -> None:
+    """The source stays cold; its drop was that of cold windings."""
+    heat = {"rise": 1.0, "reference": 0.1, "time": 2.0}
+    leg = two(HIP, KNEE, ohms=OHMS)
+    knee = replace(leg.joints[1], effects={"winding_heating": heat})
+    warm = replace(leg, joints=(leg.joints[0], knee))
+    found, plain = (
+        simulate(each, [0.0, 0.0], [0.0, 0.0], TIMES, signals=told(), tolerance=1e-9) for each in (warm, leg)
+    )
+    assert float(np.abs(found - plain).max()) > 0.02
+    np.testing.assert_allclose(found, moved((HIP, KNEE), OHMS, heat), atol=2e-6)
 
 
 def test_a_source_of_one_joint_is_the_same_shared_or_not() -> None:

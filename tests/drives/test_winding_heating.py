@@ -44,15 +44,20 @@ def test_a_held_load_lets_the_joint_sag_as_the_winding_warms() -> None:
     assert found[100] - q > 0.05
 
 
-def test_a_moving_joint_against_scipy() -> None:
+@pytest.mark.parametrize("ohms", [0.0, 2.0])
+def test_a_moving_joint_against_scipy(ohms: float) -> None:
+    """The winding warms, its source does not: R (1 + z) + d^2 times the source's resistance."""
     command = 0.7 + 0.4 * np.sin(2.0 * TIMES)
-    found = simulate(leg(winding_heating=HEAT), [0.5], [0.0], TIMES[:1001], signals=signals(command), tolerance=1e-9)
+    made = leg(winding_heating=HEAT).with_joints(arm={"drive": replace(SERVO, source_resistance=ohms)})
+    found = simulate(made, [0.5], [0.0], TIMES[:1001], signals=signals(command), tolerance=1e-9)
     inertia = LINK.inertia + LINK.mass * LINK.com**2 + MOTOR.armature
 
     def slope(t: float, x: Array) -> list[float]:
-        cold = SERVO.torque(np.interp(t, TIMES, command) - x[0], x[1], 7.4)
-        drive = float(cold) / (1.0 + x[2])
-        heat = HEAT["rise"] * (float(cold) / HEAT["reference"]) ** 2 / (1.0 + x[2])
+        error = float(np.interp(t, TIMES, command)) - x[0]
+        duty = min(max(SERVO.gain * error, -1.0), 1.0)
+        warm = replace(MOTOR, resistance=MOTOR.resistance * (1.0 + x[2]) + ohms * duty**2)
+        drive = float(replace(SERVO, motor=warm).torque(np.array(error), np.array(x[1]), 7.4))
+        heat = HEAT["rise"] * (drive / HEAT["reference"]) ** 2 * (1.0 + x[2])
         return [x[1], (drive - WEIGHT * np.sin(x[0])) / inertia, (heat - x[2]) / HEAT["time"]]
 
     told = solve_ivp(slope, (0.0, 20.0), [0.5, 0.0, 0.0], "RK45", TIMES[:1001], rtol=1e-7, atol=1e-9, max_step=0.02)

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from synth.errors import Problem, UserError
 from synth.files.leg_file import read_leg, write_leg
 from synth.files.names import file_name, name_fault
+from synth.swing.effects import registered
 from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
 
 SHARED = Path(__file__).parents[3] / "shared"
@@ -259,6 +260,13 @@ base_effects = st.sampled_from([{}, {"base_compliance": {"rocking_stiffness": 30
             "speed: 0 rad/s is not allowed: it must be more than 0",
         ),
         ("quadratic_damping: {coefficient: 1 N*m*s^2/rad^2, speed: -1 rad/s}", "it must be more than 0"),
+        (
+            "spring_rate: {rate: 1 N*m/rad}",
+            '"spring_rate" is no effect that a joint can hold; change `rate` and `free_angle` of `spring:` instead: '
+            "this effect is another value of that",
+        ),
+        ("base_compliance: {horizontal: 1 N/m}", "can hold; write it in `effects:` beside `joints:`"),
+        ("coulomb_frictoin: {torque: 1 N*m}", "can hold; did you mean coulomb_friction?"),
     ],
 )
 def test_an_effect_that_cannot_be_is_refused(effect: str, wanted: str, tmp_path: Path) -> None:
@@ -268,6 +276,11 @@ def test_an_effect_that_cannot_be_is_refused(effect: str, wanted: str, tmp_path:
         read_leg(tmp_path / "x.leg.yaml")
     (problem,) = refused.value.problems
     assert str(problem).endswith(wanted)
+
+
+def test_every_effect_that_changes_a_number_says_which() -> None:
+    for effect in registered():
+        assert bool(effect.changes) is (effect.way == "leg"), effect.name
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,8 @@ from synth.files.gap_project import read_gap_project
 from synth.files.leg_file import write_leg
 from synth.fit.recordings import recordings
 from synth.planting import torque_laws
-from synth.planting.model import Law, Truth
+from synth.planting.model import Law, PlantedServo, Truth
+from synth.planting.servo_errors import SERVO_ERRORS
 from synth.planting.simulation import release
 from synth.rehearsal import sizes
 from synth.rehearsal.case_files import write_case
@@ -91,6 +93,14 @@ def test_each_of_two_servos_has_its_own_numbers(tmp_path: Path) -> None:
     rig = users_rig(read_gap_project(tmp_path / "gap.yaml"))
     found = release(Truth(rig.nominal), rig.trials[0]._replace(pose=np.zeros(2), speed=np.zeros(2)), 1e-4).at(TIME)
     assert np.degrees(np.sqrt(np.mean((found - angle) ** 2))) < 0.01
+
+
+def test_the_leads_of_one_of_two_servos_of_a_supply_are_planted() -> None:
+    """Both hang on 7.4 V; it was refused for them."""
+    servos = tuple(PlantedServo(j, 2.0, 0.0, 0.0, 1.0, 0.0, 0.1, 0.05, 9.0, 0.0, 0.0) for j in range(2))
+    setup = SimpleNamespace(true=SimpleNamespace(servos=servos, n=2), trials=[SimpleNamespace(inputs=None)])
+    form = SERVO_ERRORS["source_resistance"](np.random.default_rng(0), setup, SimpleNamespace(), 1)  # type: ignore[arg-type]
+    assert form.build(0.4)[0].servo_errors == ((1, "sag", 0.4),)
 
 
 CAUSES = {

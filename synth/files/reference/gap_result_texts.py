@@ -54,7 +54,7 @@ GAP = {
     "others), `pieces_in_turn` (each piece of the one recording by the others), `fitted` (the trial that was fitted).",
     **{f"gap.{key}": f"RMS error on scored trials {text}." for key, text in _STAGES.items()},
     **{f"gap.joints.NAME.{key}": f"RMS error of the joint {text}." for key, text in _STAGES.items()},
-    "gap.noise_floor": "RMS noise of the readings.",
+    "gap.noise_floor": "RMS noise of the readings; with coarse counts as they carry it, where it turns a reading.",
     "gap.best_possible": "Lowest RMS error that a model of this kind can reach on these trials.",
     "gap.shrink": "1 - after/before, both less the noise.",
     "gap.shrink_of_best": "The same relative to the largest possible reduction.",

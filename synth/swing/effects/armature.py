@@ -28,6 +28,7 @@ EFFECT = Effect(
     formula="mass matrix in joint coordinates + inertia on the joint's diagonal, there at least 0",
     source="Featherstone, Rigid Body Dynamics Algorithms (2008), section 9.6; MuJoCo's joint attribute of this name",
     way="leg",
+    changes="`armature` of the joint",
     parameters=(
         Parameter("inertia", "kg*m^2", prior=signed(0.3), meaning="excess of all parts that turn with the joint"),
     ),

@@ -108,6 +108,7 @@ EFFECT = Effect(
         Parameter("inertia", "kg*m^2", 0.0, positive(0.3, 1.0), meaning="of the part of the mount that rocks"),
         Parameter("damping_ratio", "1", 0.05, positive(0.05, 0.7, upper=0.7), natural=False),
     ),
+    stated=("stiffness", "rocking_stiffness", "mass", "arm", "inertia"),
     strengths=("stiffness", "rocking_stiffness"),
     bounds="bounded",
     shapes=(

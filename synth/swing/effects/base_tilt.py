@@ -23,6 +23,7 @@ EFFECT = Effect(
     formula="tilt of the leg + tilt",
     source="definition",
     way="leg",
+    changes="`tilt` of the leg",
     where="base",
     parameters=(Parameter("tilt", "rad", prior=Prior(0.0, 0.08), natural=False, meaning="counter-clockwise"),),
     strengths=("tilt",),

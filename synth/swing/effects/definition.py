@@ -50,8 +50,8 @@ class Effect(PlantEffect):
     """An effect of the swinging chain: how it acts, and the information that the engine needs.
 
     ``where`` : it acts at a joint or at the base.
-    ``uses_drive`` : the argument ``bearing_force`` of its function is the drive's torque on q, N m; "before its limit"
-    that of a drive without a limit, and ``damper_torque`` is the limit.
+    ``uses_drive`` : the argument ``bearing_force`` of its function is the drive's torque on q, N m; "warms its
+    winding": the memory is the relative growth of the winding's resistance, by which the drive's torque falls.
     ``uses_load`` : it needs the bearing force; ``by_load`` : only if one of these strengths is on (empty: any).
     ``bristle`` : the parameter that is the presliding of ``inlined.bristle``; the memory is the bend of the bristle,
     which the integrator keeps in -1..1 and reverses with the joint.
@@ -64,6 +64,7 @@ class Effect(PlantEffect):
     ``belongs_to`` : the part with which a design replaces the effect; an effect of the joint itself remains.
     ``needs`` : the joint, or the leg, must have one of these: a spring or damper with a rate, an armature, a known
     torque in some trial.
+    ``changes`` : of the way "leg", the keys of the leg file that hold the numbers it changes, in words.
     ``shows_locked`` : it is visible although its joint is locked, by the pose of the links or by their mass.
     ``bounds`` : name of its function that keeps estimated parameters plausible for a leg whose slowest joint swings at
     a given rate, 1/s.
@@ -81,6 +82,7 @@ class Effect(PlantEffect):
     belongs_to: Literal["joint", "spring", "damper"] = "joint"
     kin: str = ""
     needs: tuple[Need, ...] = ()
+    changes: str = ""
     shows_locked: bool = False
     bounds: str = ""
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.swing.effects.definition import Effect, Parameter, Shape, positive
-from synth.swing.lane_layout import SERVO
 
 if TYPE_CHECKING:
     from synth.arrays import Array
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
 
 def drive(legs: LegLanes, joint: int, sign: int, torque: Array) -> None:
     """Limit the drive to ``torque`` (n_lane,) N m; 0 for no further limit."""
-    limit = legs.servo[SERVO.index("servo_torque_limit"), joint]
+    limit = legs.torque_limit[joint]
     limit[:] = np.where(torque > 0.0, np.minimum(limit, torque), limit)
 
 
@@ -24,7 +23,7 @@ EFFECT = Effect(
     name="drive_torque_limit",
     meaning="a drive's current, and with it its torque, is limited",
     phrase="has a drive whose current is limited",
-    formula="torque of the drive between -torque and torque",
+    formula="torque of the drive between -torque and torque, whatever its motor's constant",
     source="current limit of position servos, as in Duclusaud et al., BAM, arXiv 2410.08650",
     way="drive",
     needs=("servo", "motor"),

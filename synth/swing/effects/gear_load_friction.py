@@ -76,6 +76,7 @@ EFFECT = Effect(
         Parameter("speed", "rad/s", 1.0, positive(0.3, 1.0, upper=1.0), off=1.0, meaning="speed over which it falls"),
         PRESLIDING_PARAMETER,
     ),
+    stated=("share", "torque", "backdriven", "fall", "speed"),
     strengths=("torque", "share", "backdriven"),
     shapes=(
         Shape(("share",), {}, ({"share": 0.1}, {"share": 0.3})),

@@ -49,6 +49,7 @@ EFFECT = Effect(
         Parameter("onset", "rad", 0.0, Prior(0.0, 0.4, lower=0.0, upper=0.9), meaning="deflection where it begins"),
         Parameter("softening", "1/rad", 0.0, size(1.0), meaning="1 over the deflection at which the spring softens"),
     ),
+    stated=("stiffening", "softening", "onset", "reach", "exponent"),
     strengths=("stiffening", "softening"),
     shapes=(
         Shape(("stiffening", "exponent"), {"reach": 1.0}, ({"exponent": 2.0}, {"exponent": 3.5})),

@@ -24,6 +24,7 @@ EFFECT = Effect(
     formula="com (1 + com share), inertia about it (1 + inertia share)",
     source="definition",
     way="leg",
+    changes="`com` and `inertia` of `link:`",
     shows_locked=True,
     parameters=(
         Parameter(

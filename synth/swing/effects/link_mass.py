@@ -24,6 +24,7 @@ EFFECT = Effect(
     formula="mass (1 + share), inertia (1 + share)",
     source="definition",
     way="leg",
+    changes="`mass` and `inertia` of `link:`",
     shows_locked=True,
     parameters=(
         Parameter(

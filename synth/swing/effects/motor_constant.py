@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def drive(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
-    """Increase torque per current and back-EMF per speed by the share ``share`` (n_lane,)."""
+    """Increase torque per current, with the limit of the current, and back-EMF per speed by ``share`` (n_lane,)."""
     for name, power in (("servo_strength", 1), ("servo_torque_limit", 1), ("servo_back_emf", 2)):
         legs.servo[SERVO.index(name), joint] *= (1.0 + share) ** power
 
@@ -22,7 +22,7 @@ EFFECT = Effect(
     name="motor_constant",
     meaning="a motor's torque constant differs from the stated one",
     phrase="has another torque constant",
-    formula="torque constant = stated (1 + share); back-EMF likewise",
+    formula="torque constant = stated (1 + share); back-EMF likewise; a limit stated in A is that of the current",
     source="in SI torque a current equals back-EMF a speed: Hughes & Drury, Electric Motors and Drives, section 3.3",
     way="drive",
     needs=("motor",),

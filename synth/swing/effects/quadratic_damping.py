@@ -27,6 +27,8 @@ EFFECT = Effect(
         Parameter("exponent", "1", 2.0, Prior(2.1, 0.4, lower=1.5, upper=3.5), off=2.0, natural=False),
         Parameter("speed", "rad/s", 1.0, off=1.0, above=0.0, meaning="speed to which the coefficient refers"),
     ),
+    stated=("coefficient", "exponent", "speed"),
+    idle={"speed": ("exponent", 2.0)},
     strengths=("coefficient",),
     shapes=(Shape(("coefficient", "exponent"), {"speed": 1.0}, ({"exponent": 2.0},)),),
 )

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 
 def drive(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
-    """Add a source resistance of ``share`` (n_lane,) times the winding's resistance to the stated one."""
-    legs.servo[SERVO.index("servo_sag"), joint] += share
+    """Add a source resistance of ``share`` (n_lane,) times the winding's stated resistance to the stated one."""
+    legs.servo[SERVO.index("servo_sag"), joint] += share * legs.winding[joint]
 
 
 EFFECT = Effect(
@@ -26,7 +26,7 @@ EFFECT = Effect(
     way="drive",
     needs=("stated supply",),  # of its own: a measured supply includes its sag, see also ``shared_source_resistance``
     parameters=(
-        Parameter("share", "1", prior=size(0.2), natural=False, meaning="source resistance over winding resistance"),
+        Parameter("share", "1", prior=size(0.2), natural=False, meaning="source over stated winding resistance"),
     ),
     strengths=("share",),
     shapes=(Shape(("share",), {}),),

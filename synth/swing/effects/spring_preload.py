@@ -24,6 +24,7 @@ EFFECT = Effect(
     formula="free angle + shift",
     source="definition",
     way="leg",
+    changes="`free_angle` of `spring:`",
     belongs_to="spring",
     parameters=(
         Parameter("shift", "rad", prior=Prior(0.0, 0.12), natural=False, meaning="of the free angle, measured"),

@@ -26,6 +26,7 @@ EFFECT = Effect(
     formula="spring rate + rate, at least 0; free angle + free_angle",
     source="definition",
     way="leg",
+    changes="`rate` and `free_angle` of `spring:`",
     belongs_to="spring",
     parameters=(
         Parameter("rate", "N*m/rad", prior=signed(0.4), meaning="excess of the rate"),

@@ -52,6 +52,7 @@ EFFECT = Effect(
         Parameter("speed", "rad/s", prior=positive(0.15, 1.0, upper=1.0), off=1.0, meaning="speed over which it falls"),
         PRESLIDING_PARAMETER,
     ),
+    stated=("torque", "fall", "speed"),
     strengths=("torque",),
     shapes=(
         Shape(

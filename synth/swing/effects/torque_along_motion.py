@@ -18,7 +18,6 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.compiling import code_cache
-from synth.drives.servo import UNLIMITED
 from synth.swing.chain import compiled_chain
 from synth.swing.chain_source import forces_of
 from synth.swing.effects.definition import Effect
@@ -134,7 +133,6 @@ def _along(effect: Effect, time: Array, inputs: Array, parameters: Array) -> Arr
             workspace[memory] = np.sign(inputs[1, 0] - inputs[0, 0])
     force = forces_of(next(law for law in layout.laws if law.name == effect.name))[1]
     rows = np.array([layout.row(block) for block in (*_INPUTS, force)])
-    workspace[layout.rows("servo_torque_limit")] = UNLIMITED  # the given torque of a drive is what it was
     torque = np.empty((len(time), LANES))
     bound = 1.0 if effect.bristle else 1e300
     gap = layout.parameter_rows(effect.name, effect.index(effect.play)).start if effect.play else -1

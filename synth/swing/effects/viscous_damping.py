@@ -30,6 +30,7 @@ EFFECT = Effect(
     formula="torque of the damper - rate w, at least 0",
     source="definition",
     way="leg",
+    changes="`rate` or `curve` of `damper:`",
     belongs_to="damper",
     parameters=(Parameter("rate", "N*m*s/rad", prior=signed(0.5), meaning="excess of the rate"),),
     strengths=("rate",),

@@ -14,17 +14,15 @@ MOST = 1.5  # a copper winding's resistance has grown by half at 150 K; twice as
 
 @inlined
 def torque(  # type: ignore[no-untyped-def]
-    rotation, rate, deflection, spring_rate, damper_rate, limit, drive, memory, rise, reference, time
+    rotation, rate, deflection, spring_rate, damper_rate, damper_torque, drive, memory, rise, reference, time
 ):
-    """What the torque loses to the memory, the relative growth of the resistance, which the current's square heats.
+    """No torque of its own, and the growth of the memory, that of the winding's resistance, which the current heats.
 
-    A winding under voltage gives torque and braking in inverse proportion to its resistance. Where its controller
-    limits the current to a torque of ``limit`` N m, nothing is lost until the warm winding no longer reaches that.
+    The servo's law takes its winding with that growth, so that ``drive``, N m, is that of the warm winding: a source's
+    resistance stays, and where the controller limits the current nothing is lost until it no longer flows.
     """
-    warm = 1.0 + max(memory, 0.0)
-    cold, left = max(-limit, min(limit, drive)), max(-limit, min(limit, drive / warm))
-    share = left / reference
-    return left - cold, (rise * share * share * warm - memory) / time
+    share = drive / reference
+    return 0.0, (rise * share * share * (1.0 + max(memory, 0.0)) - memory) / time
 
 
 def start(deflection, rise, reference, time):  # type: ignore[no-untyped-def]
@@ -40,7 +38,7 @@ EFFECT = Effect(
     source="one thermal mass: Hughes & Drury, Electric Motors and Drives, 4th ed., section 11.3; copper 0.39 %/K",
     way="torque",
     memory=True,
-    uses_drive="before its limit",
+    uses_drive="warms its winding",
     needs=("time to warm",),  # a motor, in logs of ``chain_candidates.WARMING`` s
     parameters=(
         Parameter(
@@ -54,6 +52,7 @@ EFFECT = Effect(
         Parameter("time", "s", USUAL, positive(USUAL, SPREAD, 5.0, 600.0), off=USUAL, natural=False,
                   meaning="time constant of warming"),
     ),
+    stated=("rise", "reference", "time"),
     strengths=("rise",),
     shapes=(Shape(("rise", "time"), {"reference": HELD}, ({"rise": 0.2, "time": 30.0}, {"rise": 0.3, "time": 120.0})),),
 )  # fmt: skip

@@ -92,7 +92,9 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         """All channels, with the start angle and moment that fit best."""
         return score(self.bench, fit, trials)
 
-    def left_where(self, predicted: Sequence[ScoredJump]) -> tuple[Mapping[str, float], Mapping[str, float]]:
+    def left_where(
+        self, predicted: Sequence[ScoredJump], unread: Sequence[ScoredJump] = ()
+    ) -> tuple[Mapping[str, float], Mapping[str, float]]:
         """By place and phase, over all channels in units of their samples' uncertainty."""
         lacks = [missing(trial, told) for trial, told in zip(self.scored, predicted, strict=True)]
         found = where(self.scored, predicted, lacks)
@@ -102,7 +104,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         """Squared errors of the upper link's angle."""
         return squares(self.scored, predicted)
 
-    def samples(self) -> tuple[Array, Array]:
+    def samples(self, unread: Sequence[ScoredJump] = ()) -> tuple[Array, Array]:
         """Samples of the upper link, and the sum expected from noise alone."""
         lengths = [[len(part) for part in np.array_split(trial.time, BLOCKS)] for trial in self.scored]
         counts = np.array(lengths, dtype=float)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from synth.diagnosis.diagnosis_result import Cause
 from synth.diagnosis.plants.jumping_leg.jump_figures import Rise
 from synth.diagnosis.prediction_error import PredictionErrors
-from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
+from synth.diagnosis.sentences import ErrorWording, angle, scored_on, stated
 from synth.jump.effects import motor_effect_named
 
 SUBJECTS = {"hip": "the motors", "all": "the joints", "base": "the ground"}
@@ -16,7 +16,7 @@ SUBJECTS = {"hip": "the motors", "all": "the joints", "base": "the ground"}
 def cause_text(cause: Cause) -> str:
     """The joints have more damping than the design (damping 0.00046 N·m·s/rad)."""
     effect = motor_effect_named(cause.effect)
-    values = parameters_text(cause, effect.told)
+    values = stated(cause, effect)
     return f"{SUBJECTS[cause.joint]} {effect.phrase}" + (f" ({values})" if values else "")
 
 

@@ -287,8 +287,10 @@ def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[
         found |= {"time to warm"} if drive.motor is not None and longest >= WARMING else set()
         signals = [trial.recording.signals for trial in trials if joint in trial.free]
         measured = any(each is not None and np.ptp(each.supply[:, joint]) > 0.0 for each in signals)
-        shared = joint in fed_together([each.drive for each in leg.joints])
-        found |= {"shared supply" if shared else "stated supply"} if drive.motor is not None and not measured else set()
+        if drive.motor is not None and not measured:
+            # A joint of a common source has leads of its own too.
+            together = joint in fed_together([each.drive for each in leg.joints])
+            found |= {"stated supply", "shared supply"} if together else {"stated supply"}
     return found
 
 

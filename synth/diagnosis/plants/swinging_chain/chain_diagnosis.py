@@ -15,7 +15,7 @@ from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial, spread
 from synth.diagnosis.companions import with_companions
 from synth.diagnosis.diagnosis_result import Cause, Verdict
-from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual_noise
+from synth.diagnosis.encoder_counts import Coarse, coarse_counts, noise_as_read, rounded, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.held_out import moved_within, no_better
@@ -38,7 +38,7 @@ from synth.diagnosis.plants.swinging_chain.tolerance_words import in_words
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
 from synth.diagnosis.sensor_noise import sensor
-from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
+from synth.diagnosis.sentences import ErrorWording, angle, scored_on, stated
 from synth.diagnosis.settled import with_settled
 from synth.diagnosis.unseen import with_unseen
 from synth.diagnosis.verdict import Judged, with_counts, with_doubt
@@ -161,9 +161,12 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         both = zip(self.scored, predicted, strict=True)
         return tuple(rounded(trial, prediction, self.scene.coarse) for trial, prediction in both)
 
-    def left_where(self, predicted: Sequence[Array]) -> tuple[dict[str, float], dict[str, float]]:
+    def left_where(
+        self, predicted: Sequence[Array], unread: Sequence[Array] = ()
+    ) -> tuple[dict[str, float], dict[str, float]]:
         """By joint and phase, in squared degrees above the noise."""
-        return left_where(self.scene.leg, self.whole, joined(self.scored, predicted), self.scene.usual)
+        noise, usual = self._noise(unread), self.scene.usual
+        return left_where(self.scene.leg, self.whole, joined(self.scored, predicted), noise, usual)
 
     def freely(self, found: Hypotheses[EvaluatedHypothesis]) -> TrialErrors | None:
         """The remainder with the most effective free torque; None where causes reach the noise: nothing lacks."""
@@ -176,10 +179,18 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         """Squared errors of the rotations, recording by recording."""
         return squares(self.whole, joined(self.scored, predicted))
 
-    def samples(self) -> tuple[Array, Array]:
-        """Samples that count, and the sum expected from noise alone."""
+    def samples(self, unread: Sequence[Array] = ()) -> tuple[Array, Array]:
+        """Samples that count, and the sum expected from noise alone; of ``unread`` predictions, as coarse counts do."""
         counts = squares(self.whole, [np.ones_like(t.measured) + t.measured for t in self.whole])
-        return counts, squares(self.whole, [t.measured + self.scene.usual for t in self.whole])
+        each = zip(self.whole, self._noise(unread), strict=True)
+        return counts, squares(self.whole, [trial.measured + noise for trial, noise in each])
+
+    def _noise(self, unread: Sequence[Array]) -> tuple[Array, ...]:
+        """(m, n) rad, the RMS noise of each whole trial's readings; of ``unread`` predictions, about these as read."""
+        coarse, usual = self.scene.coarse, self.scene.usual
+        if not (coarse and unread):
+            return tuple(np.broadcast_to(usual, trial.measured.shape) for trial in self.whole)
+        return joined(self.scored, noise_as_read(self.scored, unread, coarse, usual))
 
     def with_direct_causes(self, judged: Judged[EvaluatedHypothesis]) -> Judged[EvaluatedHypothesis]:
         """The verdict with coarse counts included."""
@@ -229,7 +240,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def cause_text(self, cause: Cause) -> str:
         """The knee lacks dry friction (torque 0.052 N·m)."""
         effect = effect_named(cause.effect)
-        values = parameters_text(cause, effect.told)
+        values = stated(cause, effect)
         phrase = effect.phrase or f"shows {effect.meaning}"
         plain = f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
         return in_words(cause, plain, self.scene.leg, self.scene.tolerances)

@@ -136,15 +136,18 @@ def where(
 
 
 def left_where(
-    leg: Leg, trials: Sequence[AngleTrial], predictions: Sequence[Array], noise: Array
+    leg: Leg, trials: Sequence[AngleTrial], predictions: Sequence[Array], noise: Sequence[Array], usual: Array
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Shares of each joint, and of each phase, in the squared prediction error above the noise."""
+    """Shares of each joint, and of each phase, in the squared prediction error above the noise.
+
+    ``noise`` : (m, n) rad per trial, of each reading about its prediction; ``usual`` (n,) rad of the sensors.
+    """
     joints, by_phase = np.zeros(len(leg.joints)), np.zeros(len(PHASES))
-    for trial, prediction in zip(trials, predictions, strict=True):
-        excess = np.where(trial.counts, (prediction - trial.measured) ** 2 - noise**2, 0.0)
+    for trial, prediction, about in zip(trials, predictions, noise, strict=True):
+        excess = np.where(trial.counts, (prediction - trial.measured) ** 2 - about**2, 0.0)
         excess = np.nan_to_num(excess)
         joints += excess.sum(axis=0)
-        np.add.at(by_phase, phases(trial, noise), excess.sum(axis=1))
+        np.add.at(by_phase, phases(trial, usual), excess.sum(axis=1))
     free = {j for trial in trials for j in trial.free}
     names = [name for j, name in enumerate(leg.joint_names) if j in free]
     return shares(names, joints[sorted(free)]), shares(PHASES, by_phase)

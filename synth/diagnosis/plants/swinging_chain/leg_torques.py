@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from synth.arrays import Array
@@ -10,12 +13,12 @@ from synth.fit.recordings import Recording
 from synth.motion.smoothing import Smoothed
 from synth.swing.chain import Conditions
 from synth.swing.damper_curves import torque_at
-from synth.swing.effects import effect_named
+from synth.swing.effects import Effect, effect_named
 from synth.swing.effects.torque_along_motion import AlongMotion, torque_along
 from synth.swing.known_torque import averaged, delayed
 from synth.swing.lane_layout import SERVO
 from synth.swing.leg_lanes import LegLanes, in_rotation
-from synth.swing.leg_model import Damper, Leg
+from synth.swing.leg_model import Damper, Joint, Leg
 from synth.swing.mechanics import absolute
 
 
@@ -68,8 +71,8 @@ def _resisting(damper: Damper | None, rate: Array) -> Array:
 
 def driving_torques(leg: Leg, recording: Recording) -> Array | None:
     """(n_time, n) N m on q of known torques and servos, with the errors that the leg file states; None without both."""
-    effects = [name for joint in leg.joints for name in joint.effects]
-    if not recording.driven or all(effect_named(name).way != "drive" for name in effects):
+    effects = [effect_named(name) for joint in leg.joints for name in joint.effects]
+    if not recording.driven or not any(effect.way == "drive" or _warms(effect) for effect in effects):
         return recording.known_force(leg)
     legs, torque = LegLanes.of(leg), np.zeros_like(recording.smoothed.angle)
     if recording.known_torque is not None:
@@ -77,7 +80,7 @@ def driving_torques(leg: Leg, recording: Recording) -> Array | None:
         times, known = recording.known_torque
         torque += averaged(delayed((times, (1.0 + gain) * known + offset), delay), recording.smoothed.time)
     if recording.signals is not None:
-        torque += _servo_torques(leg, legs.servo[:, :, 0], recording.signals, recording.smoothed)
+        torque += _servo_torques(leg, legs.servo_numbers()[:, :, 0], recording.signals, recording.smoothed)
     return torque
 
 
@@ -91,8 +94,34 @@ def _servo_torques(leg: Leg, numbers: Array, signals: ServoSignals, smoothed: Sm
     for j, joint in enumerate(leg.joints):
         if isinstance(joint.drive, Servo):
             error, law = command[:, j] - smoothed.angle[:, j], numbers[:OF_THE_LAW, j].tolist()
-            torque[:, j] = along(error, smoothed.rate[:, j], supply[:, j], enabled[:, j], *law)
+            inputs = [error, smoothed.rate[:, j], supply[:, j], enabled[:, j]]
+            warm = _warmth(joint, smoothed.time, inputs, law)
+            torque[:, j] = along(*inputs, *law, warm)
     return torque
+
+
+def _warms(effect: Effect) -> bool:
+    return effect.uses_drive == "warms its winding"
+
+
+def _warmth(joint: Joint, time: Array, inputs: Sequence[Array], law: Sequence[float]) -> Array:
+    """(m,) resistance of a joint's winding over the stated one, by Euler's method from sample to sample.
+
+    ``inputs``, ``law`` : arguments of ``servo_torque``. A winding warms in seconds to minutes.
+    """
+    from synth.drives.servo_law import servo_torque  # with numba, see ``Servo.torque``
+
+    warm = np.ones(len(time))
+    for effect in (found for found in map(effect_named, joint.effects) if _warms(found)):
+        given = in_rotation(effect, joint.sign, joint.zero, joint.effects[effect.name])
+        grows: Any = effect.function()
+        memory = 0.0
+        for i in range(1, len(time)):
+            drive = servo_torque.py_func(*(values[i - 1] for values in inputs), *law, 1.0 + memory)
+            _, change = grows.py_func(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, drive, memory, *given)
+            memory = max(memory + (time[i] - time[i - 1]) * change, 0.0)
+            warm[i] = 1.0 + memory
+    return warm
 
 
 def bearing_forces(leg: Leg, smoothed: Smoothed, conditions: Conditions) -> Array:
