@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from fit.simulated_legs import robot
 from swing.effects.one_joint import INERTIA, LINK, OMEGA, RATE, Array, leg, swing
 from synth.swing.chain import Conditions, compiled_chain, simulate
-from synth.swing.effects.inlined import ASYMPTOTE, BRISTLE_DAMPING, LEAST_PRESLIDING
+from synth.swing.effects.inlined import ASYMPTOTE, BRISTLE_DAMPING, LEAST_PRESLIDING, OF_INTENDED
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Damper, Joint, Leg, Spring
 
@@ -59,7 +59,8 @@ def test_an_intended_presliding_follows_dahl(presliding: float) -> None:
             q, w, z = state
             slides = abs(z) >= bound and w * z > 0.0
             change = 0.0 if slides else (asymptote * w - abs(w) * z) / presliding
-            exerted = min(max(z + (BRISTLE_DAMPING * change if abs(z) < bound else 0.0), -bound), bound)
+            damping = OF_INTENDED * BRISTLE_DAMPING if bound < np.inf else 0.0
+            exerted = min(max(z + (damping * change if abs(z) < bound else 0.0), -bound), bound)
             return [w, (-RATE * q - torque * exerted) / INERTIA, change]
 
         solved = solve_ivp(derivative, (0, 0.8), [0.5, 0, 0], "LSODA", times, rtol=1e-8, atol=1e-10, max_step=5e-4)
@@ -69,7 +70,7 @@ def test_an_intended_presliding_follows_dahl(presliding: float) -> None:
     dahl = bristle(1.0, np.inf)
     assert np.abs(dahl - sliding_swing(0.5, torque, times)).max() > 3e-3
     np.testing.assert_allclose(got, bristle(ASYMPTOTE, 1.0), atol=1e-5)
-    np.testing.assert_allclose(got, dahl, atol=1e-3)
+    np.testing.assert_allclose(got, dahl, atol=5e-4)
 
 
 def test_the_motion_is_continuous_as_presliding_goes_to_zero() -> None:
@@ -101,11 +102,11 @@ def test_a_push_below_the_friction_torque_bends_the_bristle_which_springs_back_i
     moments = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
     known = (moments, np.array([[0.0], [0.16], [0.16], [0.0], [0.0]]))
     angle = simulate(made, [0.0], [0.0], np.array([0.0, 2.0, 3.5]), known_torque=known, tolerance=1e-9)[:, 0]
-    # With its asymptote 2 % above the friction torque, at which ours slides.
+    # With its asymptote half a per cent above the friction torque, at which ours slides.
     most = 0.8 / ASYMPTOTE
     assert angle[1] == pytest.approx(-presliding * math.log(1.0 - most), rel=1e-3)
     assert angle[2] == pytest.approx(-presliding * (math.log(1.0 - most) + math.log(1.0 + most)), rel=2e-3)
-    assert angle[1] == pytest.approx(-presliding * math.log(1.0 - 0.8), rel=0.05)  # Dahl's own
+    assert angle[1] == pytest.approx(-presliding * math.log(1.0 - 0.8), rel=0.02)  # Dahl's own
 
 
 def test_a_slow_pull_breaks_away_at_the_friction_torque() -> None:
