@@ -34,12 +34,13 @@ EFFECT = Effect(
     name="coulomb_friction",
     meaning="dry friction, constant in speed",
     phrase="lacks dry friction",
-    formula="-torque s, s = z + 0.1 ms dz/dt within -1 .. 1, dz/dt = (1.005 w - |w| z) / presliding up to |z| = 1;\n"
-    "presliding below 2e-4 rad: it reverses at once, and holds with s = z (3 - z^2) / 2 of z + 1 ms dz/dt,\n"
+    formula="-torque s, s = z + (2e-4 rad / presliding) 1 ms dz/dt within -1 .. 1,\n"
+    "dz/dt = (1.005 w - |w| z) / presliding up to |z| = 1;\n"
+    "presliding below 2e-4 rad: it reverses at once, and holds with s = x (3 - x^2) / 2, x = z + 1 ms dz/dt,\n"
     "dz/dt = w / 2e-4 rad up to |z| = 1",
-    source="Coulomb 1785; presliding: Dahl, TOR-158 (1968), dz/dt = (w - |w| z) / presliding, with 1.005 "
-    "to slide at last; dz/dt in the torque: sigma_1 of LuGre, Canudas de Wit, Olsson, Astrom & Lischinsky, IEEE TAC 40 (1995) 419; "
-    "holding: Prandtl's element, ZAMM 8 (1928) 85",
+    source="Coulomb 1785; presliding: Dahl, TOR-158 (1968), dz/dt = (w - |w| z) / presliding, with 1.005 to slide at "
+    "last; dz/dt in the torque: sigma_1 of LuGre, Canudas de Wit, Olsson, Astrom & Lischinsky, IEEE TAC 40 (1995) "
+    "419; holding: Prandtl's element, ZAMM 8 (1928) 85",
     way="torque",
     linear=True,
     memory=True,

@@ -24,10 +24,10 @@ from synth.compiling.inlining import inlined
 __all__ = ["bend_that_holds", "bristle", "dahl_share", "held", "inlined", "power", "stribeck_share"]
 
 LEAST_PRESLIDING = 2e-4  # rad, least presliding of a holding bristle; less makes a held joint stiff to integrate
-# s, of a bristle that only holds: more makes a held joint stiff to integrate, less lets it oscillate. Of an intended
-# presliding, whose bristle is softer, a tenth. With all of it and an asymptote of 1.02, Dahl's law of 0.01 rad was
-# missed by 0.06 deg RMS and tied with a friction that falls with speed; a simulation takes as long.
-BRISTLE_DAMPING, OF_INTENDED = 0.001, 0.1
+# s, of a bristle that only holds: more makes a held joint stiff to integrate, less lets it oscillate. A softer bristle,
+# of an intended presliding, has less in proportion. With all of it and an asymptote of 1.02, Dahl's law of
+# 0.01 rad was missed by 0.06 deg RMS and tied with a friction that falls with speed; a simulation takes as long.
+BRISTLE_DAMPING = 0.001
 ASYMPTOTE = 1.005  # of Dahl's law, over the friction torque: sliding is reached, and is not stiff
 
 
@@ -62,8 +62,8 @@ def held(memory, change, presliding=0.0):  # type: ignore[no-untyped-def]
     which saves steps when sixteen lanes begin to slide at different times, and exerts more torque than a linear
     function.
     """
-    damping = BRISTLE_DAMPING * (1.0 - (1.0 - OF_INTENDED) * dahl_share(presliding))
-    damped = memory + damping * change if abs(memory) < 1.0 else memory
+    softer = LEAST_PRESLIDING / max(presliding, LEAST_PRESLIDING)
+    damped = memory + BRISTLE_DAMPING * softer * change if abs(memory) < 1.0 else memory
     z = max(-1.0, min(1.0, damped))
     return z * (1.0 + (1.0 - dahl_share(presliding)) * (0.5 - 0.5 * z * z))
 

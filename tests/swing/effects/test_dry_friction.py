@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from fit.simulated_legs import robot
 from swing.effects.one_joint import INERTIA, LINK, OMEGA, RATE, Array, leg, swing
 from synth.swing.chain import Conditions, compiled_chain, simulate
-from synth.swing.effects.inlined import ASYMPTOTE, BRISTLE_DAMPING, LEAST_PRESLIDING, OF_INTENDED
+from synth.swing.effects.inlined import ASYMPTOTE, BRISTLE_DAMPING, LEAST_PRESLIDING
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Damper, Joint, Leg, Spring
 
@@ -59,7 +59,7 @@ def test_an_intended_presliding_follows_dahl(presliding: float) -> None:
             q, w, z = state
             slides = abs(z) >= bound and w * z > 0.0
             change = 0.0 if slides else (asymptote * w - abs(w) * z) / presliding
-            damping = OF_INTENDED * BRISTLE_DAMPING if bound < np.inf else 0.0
+            damping = BRISTLE_DAMPING * LEAST_PRESLIDING / presliding if bound < np.inf else 0.0
             exerted = min(max(z + (damping * change if abs(z) < bound else 0.0), -bound), bound)
             return [w, (-RATE * q - torque * exerted) / INERTIA, change]
 
@@ -70,7 +70,7 @@ def test_an_intended_presliding_follows_dahl(presliding: float) -> None:
     dahl = bristle(1.0, np.inf)
     assert np.abs(dahl - sliding_swing(0.5, torque, times)).max() > 3e-3
     np.testing.assert_allclose(got, bristle(ASYMPTOTE, 1.0), atol=1e-5)
-    np.testing.assert_allclose(got, dahl, atol=5e-4)
+    np.testing.assert_allclose(got, dahl, atol=1e-3)
 
 
 def test_the_motion_is_continuous_as_presliding_goes_to_zero() -> None:
@@ -301,3 +301,16 @@ def test_load_friction_in_a_leg_is_coulomb_friction_of_the_present_load() -> Non
     assert half.t[-1] > 0.15
     got = simulate(made, [1.2], [0.0], times, tolerance=1e-9)[:, 0]
     np.testing.assert_allclose(got, half.sol(times)[0], atol=1e-6)
+
+
+def test_a_soft_bearing_follows_dahl_s_own_law_to_a_part_in_a_thousand() -> None:
+    """Of its swing, 0.5 rad, at 0.01 rad of presliding: with a bristle damped by 1 ms it was ten of them."""
+    torque, presliding, times = 0.2, 1e-2, np.linspace(0, 0.8, 401)
+
+    def dahl(_: float, state: Array) -> list[float]:
+        q, w, z = state
+        return [w, (-RATE * q - torque * z) / INERTIA, (w - abs(w) * z) / presliding]
+
+    solved = solve_ivp(dahl, (0, 0.8), [0.5, 0, 0], "RK45", times, rtol=1e-8, atol=1e-10, max_step=1e-3)
+    got = swing(leg({"coulomb_friction": {"torque": torque, "presliding": presliding}}), 0.5, 0.0, times)[:, 0]
+    np.testing.assert_allclose(got, solved.y[0], atol=5e-4)
