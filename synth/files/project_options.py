@@ -216,7 +216,7 @@ class MeasuredSpring:
     free_angle: Angle | None = None
     rate: Rate | None = None
     rate_held: Literal["loose", "joint"] = "loose"
-    rate_distance: Annotated[float | None, Quantity("m", least=0, most=1)] = None
+    rate_distance: Annotated[float | None, Quantity("m", least=0, most=1), Field(examples=["25 mm"])] = None
 
 
 @dataclass(frozen=True)
