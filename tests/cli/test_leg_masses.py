@@ -74,7 +74,6 @@ def parts_of_link(design: dict[str, Any], index: int) -> list[tuple[dict[str, An
     return found
 
 
-@pytest.mark.slow  # a design with solids beside that of ``test_leg``
 def test_exported_solids_have_the_stated_masses(result: Path, design: dict[str, Any]) -> None:
     """STL volumes by trimesh times density; of bought parts whose inside is not known the stated mass."""
     for index, (name, link) in enumerate(design["links"].items()):
@@ -91,7 +90,6 @@ def test_exported_solids_have_the_stated_masses(result: Path, design: dict[str, 
         assert link["built"]["mass"]["value"] == pytest.approx(60.0 + link["drawn"]["mass"]["value"])
 
 
-@pytest.mark.slow  # a design with solids beside that of ``test_leg``
 def test_the_built_leg_and_the_robot_files_have_the_same_links(result: Path, design: dict[str, Any]) -> None:
     mujoco = pytest.importorskip("mujoco")
     from synth.files.leg_file import read_leg
@@ -119,7 +117,6 @@ def test_the_built_leg_and_the_robot_files_have_the_same_links(result: Path, des
     assert urdf.count("<mesh filename=") == (result / "leg.sdf").read_text().count("<uri>parts/") == model.nmesh
 
 
-@pytest.mark.slow  # a design with solids beside that of ``test_leg``
 def test_drawn_parts_are_at_their_joints_in_the_robot_files(result: Path) -> None:
     """With every joint straight each shaft lies on its joint's axis, and each lower socket's tube hangs below it."""
     mujoco = pytest.importorskip("mujoco")
@@ -134,7 +131,6 @@ def test_drawn_parts_are_at_their_joints_in_the_robot_files(result: Path) -> Non
         assert tube[2] < anchor[2] - 0.05
 
 
-@pytest.mark.slow  # a design with solids beside that of ``test_leg``
 def test_changed_link_masses_are_reported_with_both_figures(design: dict[str, Any]) -> None:
     texts = [warning["text"] for warning in design["warnings"]]
     for name, link in design["links"].items():
@@ -192,7 +188,6 @@ def test_measured_springs_set_the_seats_and_keep_the_parts(
     assert np.degrees(spring.free_angle) == pytest.approx(ankle + 17.0, abs=0.05)
 
 
-@pytest.mark.slow  # a design with solids beside that of ``test_leg``
 def test_mujoco_confirms_the_response_and_detects_a_wrong_model(
     result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

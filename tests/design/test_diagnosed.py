@@ -106,7 +106,6 @@ def loop(tmp_path_factory: pytest.TempPathFactory) -> Loop:
     return Loop(blind, gap, knowing, real)
 
 
-@pytest.mark.slow  # two designs and a diagnosis
 def test_the_friction_is_diagnosed_from_the_built_leg(loop: Loop) -> None:
     friction = loop.gap.diagnosed.joints[1].effects
     assert loop.gap.verdict in ("effect", "tie")
@@ -114,14 +113,12 @@ def test_the_friction_is_diagnosed_from_the_built_leg(loop: Loop) -> None:
     assert loop.gap.after.value < 0.3 * loop.gap.before.value
 
 
-@pytest.mark.slow  # two designs and a diagnosis
 def test_parts_chosen_for_the_diagnosed_leg_reduce_the_error(loop: Loop) -> None:
     blind, knowing = (errors(loop.blind, loop.moves(design)) for design in (loop.blind, loop.knowing))
     assert np.sqrt(np.mean(knowing**2)) < 0.85 * np.sqrt(np.mean(blind**2))
     assert knowing[1] < 0.8 * blind[1]
 
 
-@pytest.mark.slow  # two designs and a diagnosis
 def test_mujoco_agrees_on_both_designs(loop: Loop) -> None:
     """The leg with either design's parts by MuJoCo, whose smoothed friction creeps where true friction holds."""
     found = []
@@ -136,7 +133,6 @@ def test_mujoco_agrees_on_both_designs(loop: Loop) -> None:
     assert found[1][1] < 0.8 * found[0][1]
 
 
-@pytest.mark.slow  # two designs and a diagnosis
 def test_the_error_predicted_with_friction_is_the_error_found(loop: Loop) -> None:
     promised = {n: float(np.degrees(d.errors[1])) for n, d in (("blind", loop.blind), ("knowing", loop.knowing))}
     moved = {n: errors(loop.blind, loop.moves(d))[1] for n, d in (("blind", loop.blind), ("knowing", loop.knowing))}
@@ -144,7 +140,6 @@ def test_the_error_predicted_with_friction_is_the_error_found(loop: Loop) -> Non
     assert moved["blind"] > 2.0 * promised["blind"]
 
 
-@pytest.mark.slow  # two designs and a diagnosis
 def test_the_design_lists_the_effects_it_carried_over(loop: Loop, tmp_path: Path) -> None:
     content = design_json(loop.knowing, [], tmp_path, {})
     (taken,) = (item for item in content["target_effects"] if item["joint"] == "knee")
