@@ -1,7 +1,6 @@
 """Display units of a result: inch or metric, from --units or from the input.
 
 Result files keep their units; only the screen and the winding sheet change.
-spring to wind changes.
 """
 
 from __future__ import annotations
@@ -10,11 +9,11 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from synth import units
+from synth.files.spring_words import System
 
-System = Literal["inch", "metric"]
 SYSTEMS: tuple[System, ...] = ("inch", "metric")
 
 # SI unit -> the usual unit in each system on a drawing or a data sheet.
