@@ -20,6 +20,7 @@ from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
 from synth.diagnosis.odds import CALIBRATED, price_of_unknown
 from synth.diagnosis.restarts import beside_best, descended, exchanged, fitted_again, has_other_minima, refine
+from synth.diagnosis.richer_shapes import in_richer_shapes
 from synth.diagnosis.score import first_state, fresh, score
 from synth.diagnosis.screened_causes import same_shape, screen
 from synth.diagnosis.screening import leverage, overshoots, prospects, strengthened
@@ -167,6 +168,15 @@ class AngleExplorer:
         rank = self._rank(refined)
         return best_of_each([min([fit, *(end for end in ends if end.keys == fit.keys)], key=rank) for fit in refined])
 
+    def _sets_in_richer_shapes(self, refined: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
+        """The fits of several causes, each with a cause in a richer shape where the odds prefer that."""
+        if min((self.ratio(fit) for fit in refined), default=1.0) <= WELL:
+            return list(refined)
+        starts = [in_richer_shapes(self.bench, fit, self.every) for fit in refined]
+        ends = iter(refine(self.bench, self.bench.evaluate([start for own in starts for start in own])))
+        rank = self._rank(refined)
+        return [min([fit, *(next(ends) for _ in own)], key=rank) for fit, own in zip(refined, starts, strict=True)]
+
     @cached_property
     def _starts(self) -> list[EvaluatedHypothesis]:
         """The nominal leg unchanged, from the recorded initial states, and from fitted ones where these differ."""
@@ -202,7 +212,7 @@ class AngleExplorer:
         if alone and self.bench.in_pieces:
             return self._in_pieces(fits, [single.fit for single in singles])
         found = further(self.bench, self._sifting, fits, self.candidates)
-        refined = refine(self.bench, found[:REFINED_FURTHER])
+        refined = self._sets_in_richer_shapes(refine(self.bench, found[:REFINED_FURTHER]))
         fewer = [] if alone else without_one(self.bench, sorted(refined, key=lambda fit: fit.cost)[:REDUCED], fits)
         return [*refined, *found[REFINED_FURTHER:], *self._reduced(fewer, [*fits, *refined])]
 
