@@ -1,4 +1,4 @@
-"""A joint's damper and spring in the forms of other engines' joints, with the loss of each form.
+"""A joint's damper in the forms of other engines' joints, with the loss of each form.
 
 MuJoCo's joints know ``a w + b w|w| + c w^3`` and dry friction; its dry friction, given its own viscous slope, is a
 clamped speed, ``slope * clamp(w, -s, s)``, and a sum of those is any curve that bends downwards, exactly.
@@ -16,7 +16,6 @@ from synth.swing.damper_curves import clamps, thin, torque_at
 from synth.swing.leg_model import Joint
 
 IN_DAMPING = ("shear_thinning_damping", "quadratic_damping")  # effects that are included in the damper's curve
-IN_SPRING = ("hardening_spring",)
 LEAST = 1e-9  # of the largest torque, below which a term is dropped
 
 
@@ -39,14 +38,6 @@ class DampingTerms:
         for limit, slope in zip(self.speed, self.slope, strict=True):
             found = found + slope * np.clip(speed, -limit, limit)
         return np.asarray(found)
-
-
-@dataclass(frozen=True)
-class SpringTerms:
-    """Spring torque as ``k1 u + k2 u|u| + k3 u^3`` of the deflection u, and its largest error as a share."""
-
-    polynomial: tuple[float, float, float]
-    error: float
 
 
 def damper_torque(joint: Joint, speed: Array) -> Array:
@@ -120,33 +111,6 @@ def linear_damping(joint: Joint, fastest: float) -> tuple[float, float]:
     rate = float(speed @ torque / (speed @ speed))
     largest = float(np.abs(torque).max())
     return rate, float(np.abs(rate * speed - torque).max()) / largest if largest > 0.0 else 0.0
-
-
-def spring_torque(joint: Joint, deflection: Array) -> Array:
-    """Torque (N m) over deflection (rad, any shape) of the spring with its hardening."""
-    assert joint.spring is not None
-    torque = joint.spring.rate * deflection
-    hard = joint.effects.get("hardening_spring")
-    if hard is not None:
-        beyond = (np.maximum(np.abs(deflection) - hard.get("onset", 0.0), 0.0) + 1e-9) / hard.get("reach", 1.0)
-        torque = torque / np.sqrt(1.0 + (hard.get("softening", 0.0) * deflection) ** 2)
-        torque = torque + hard.get("stiffening", 0.0) * beyond ** hard.get("exponent", 3.0) * np.sign(deflection)
-    return np.asarray(torque)
-
-
-def spring_terms(joint: Joint, reach: float) -> SpringTerms:
-    """The spring in MuJoCo's terms over deflections up to ``reach`` rad."""
-    assert joint.spring is not None
-    if not any(name in joint.effects for name in IN_SPRING):
-        return SpringTerms((joint.spring.rate, 0.0, 0.0), 0.0)
-    grid = np.linspace(0.0, reach, 200)[1:]
-    wanted = spring_torque(joint, grid)
-    terms = np.column_stack([grid, grid**2, grid**3])
-    scale = terms.max(axis=0)
-    found = np.linalg.lstsq(terms / scale, wanted, rcond=None)[0] / scale
-    found[np.abs(found) * scale < 1e-7 * np.abs(wanted).max()] = 0.0
-    error = float(np.abs(terms @ found - wanted).max() / np.abs(wanted).max())
-    return SpringTerms((float(found[0]), float(found[1]), float(found[2])), error)
 
 
 def without_held(joint: Joint, names: tuple[str, ...]) -> list[str]:
