@@ -78,7 +78,8 @@ class Gap(Diagnosed):
         near = stand_in(self.diagnosed, self.project.trials)
         leg, told = (None, ()) if near is None else (near.leg, near.texts)
         driven = drive_error(self.diagnosed, self.project.trials)
-        write_simulator_files(self.diagnosed, self._fastest(), folder / "diagnosed", leg, told, driven)
+        fastest, deflected = self._fastest(), self._deflected()
+        write_simulator_files(self.diagnosed, fastest, folder / "diagnosed", leg, told, driven, deflected)
         write_gap_report(folder)
 
     def write_compared(self, folder: Path) -> tuple[str, str]:
@@ -92,6 +93,16 @@ class Gap(Diagnosed):
         """(n,) rad/s, the largest speed of each joint in the trials; at least one degree per second."""
         speeds = [np.nanmax(np.abs(trial.speed), axis=0, initial=0.0) for trial in self.result.trials]
         return np.asarray(np.maximum(np.max(speeds, axis=0), np.radians(1.0)))
+
+    def _deflected(self) -> Array:
+        """(n,) rad, the largest deflection of each joint's spring in the trials, measured and as diagnosed."""
+        leg = self.diagnosed
+        each = [
+            np.nanmax(np.abs(leg.to_rotation(angles) - leg.rest), axis=0, initial=0.0)
+            for trial in self.result.trials
+            for angles in (trial.measured, trial.after)
+        ]
+        return np.asarray(np.max(each, axis=0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,21 +6,28 @@ from collections.abc import Sequence
 from math import radians
 from pathlib import Path
 
+import numpy as np
+
 from synth.design.leg_design import LegDesign, fastest_rates
 from synth.design.part_masses import PartMass
 from synth.files.mjcf import write_mjcf
+from synth.files.mjcf_omissions import mjcf_omissions
 from synth.files.robot_bodies import RobotLink, Visual
 from synth.files.robot_xml import write_robot_files
+from synth.remarks import noted
 from synth.swing.rigid_body import Vector
 
 
 def write_robots(design: LegDesign, masses: Sequence[PartMass], folder: Path) -> list[str]:
-    """Write ``leg.mjcf.xml``, ``leg.urdf`` and ``leg.sdf``; return sentences on what URDF and SDF lack."""
+    """Write ``leg.mjcf.xml``, ``leg.urdf`` and ``leg.sdf``; return sentences on what each lacks."""
     times = [release.time for release in design.wanted.releases]
     fastest = fastest_rates(design.built_motions, times)
     base, links = _base(design, masses, folder), _links(design, masses, folder)
-    write_mjcf(design.built, fastest, folder / "leg.mjcf.xml", base, links)
-    return write_robot_files(design.built, fastest, folder, base, links)
+    deflected = np.max([np.abs(motion - design.built.rest).max(axis=0) for motion in design.built_motions], axis=0)
+    write_mjcf(design.built, fastest, folder / "leg.mjcf.xml", base, links, deflected)
+    lost = mjcf_omissions(design.built, fastest, deflected)
+    said = [noted(f"leg.mjcf.xml does not represent all of the leg: {'; '.join(lost)}")] if lost else []
+    return said + write_robot_files(design.built, fastest, folder, base, links)
 
 
 def _base(design: LegDesign, masses: Sequence[PartMass], folder: Path) -> RobotLink:

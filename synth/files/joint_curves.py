@@ -1,4 +1,4 @@
-"""A joint's damper and spring in the forms of other engines' joints, with the loss of each form.
+"""A joint's damper in the forms of other engines' joints, with the loss of each form.
 
 MuJoCo's joints know ``a w + b w|w| + c w^3`` and dry friction; its dry friction, given its own viscous slope, is a
 clamped speed, ``slope * clamp(w, -s, s)``, and a sum of those is any curve that bends downwards, exactly.
@@ -16,8 +16,8 @@ from synth.swing.damper_curves import clamps, thin, torque_at
 from synth.swing.leg_model import Joint
 
 IN_DAMPING = ("shear_thinning_damping", "quadratic_damping")  # effects that are included in the damper's curve
-IN_SPRING = ("hardening_spring",)
 LEAST = 1e-9  # of the largest torque, below which a term is dropped
+ROUNDED = 1e-3  # of the largest torque: more than twice what rounding to four digits leaves (test_mjcf_dampers.py)
 
 
 @dataclass(frozen=True)
@@ -41,14 +41,6 @@ class DampingTerms:
         return np.asarray(found)
 
 
-@dataclass(frozen=True)
-class SpringTerms:
-    """Spring torque as ``k1 u + k2 u|u| + k3 u^3`` of the deflection u, and its largest error as a share."""
-
-    polynomial: tuple[float, float, float]
-    error: float
-
-
 def damper_torque(joint: Joint, speed: Array) -> Array:
     """Torque (N m) that resists ``speed`` (rad/s, any shape): rate or curve, with the effects that belong to it."""
     damper, held = joint.damper, joint.effects
@@ -69,28 +61,42 @@ def damper_torque(joint: Joint, speed: Array) -> Array:
 
 
 def damping_terms(joint: Joint, fastest: float) -> DampingTerms:
-    """The damper in MuJoCo's terms over 0 to ``fastest`` rad/s, by least squares with positive coefficients."""
+    """The damper in MuJoCo's terms over 0 to ``fastest`` rad/s, by least squares with positive coefficients.
+
+    A table that bends downwards but for the rounding of its numbers is represented up to its end.
+    """
     exact = _exact_terms(joint)
     if exact is not None:
         return exact
-    from scipy.optimize import nnls  # only here: its import takes longer than everything else written
-
     damper = joint.damper
     corners = np.geomspace(fastest / 300.0, fastest, 14)
     if damper is not None and damper.curve is not None:
-        corners = clamps(thin(damper.curve))[0][:-1]
-    even, near_zero = np.linspace(0.0, fastest, 120)[1:], np.geomspace(fastest / 1e3, fastest, 80)
-    grid = np.unique(np.concatenate([corners, even, near_zero]))
-    grid = grid[grid <= max(fastest, float(corners[0]))]
+        table = thin(damper.curve)
+        corners = clamps(table)[0][:-1]
+        if not any(name in joint.effects for name in IN_DAMPING):
+            found = _fitted_terms(joint, fastest, corners, max(fastest, table.speed[-1]), (1,))
+            if found.error <= ROUNDED:
+                return found
+    # Up to the fastest speed a clamp at or above it is the linear term, and beyond it would hold the torque.
+    return _fitted_terms(joint, fastest, corners[corners < fastest], fastest, (1, 2, 3))
+
+
+def _fitted_terms(joint: Joint, fastest: float, corners: Array, upto: float, powers: tuple[int, ...]) -> DampingTerms:
+    """Clamps at ``corners`` (rad/s) and powers of the speed, fitted up to ``upto``; their error up to ``fastest``."""
+    from scipy.optimize import nnls  # only here: its import takes longer than everything else written
+
+    even, near_zero = np.linspace(0.0, upto, 120)[1:], np.geomspace(fastest / 1e3, upto, 80)
+    grid = np.unique(np.concatenate([corners, even, near_zero, [fastest]]))
     wanted = damper_torque(joint, grid)
-    terms = np.column_stack([np.minimum(grid[:, None], corners), grid, grid**2, grid**3])
+    terms = np.column_stack([np.minimum(grid[:, None], corners), *(grid**power for power in powers)])
     scale = terms.max(axis=0)
     found = nnls(terms / scale, wanted)[0] / scale
     found[found * scale < LEAST * wanted.max()] = 0.0
-    kept = found[:-3] > 0.0
-    error = float(np.abs(terms @ found - wanted).max() / wanted.max())
-    a, b, c = (float(value) for value in found[-3:])
-    return DampingTerms(tuple(corners[kept].tolist()), tuple(found[:-3][kept].tolist()), (a, b, c), error)
+    slope = found[: len(corners)]
+    kept, within = slope > 0.0, grid <= fastest
+    error = float(np.abs(terms @ found - wanted)[within].max() / wanted[within].max())
+    a, b, c = (*(float(value) for value in found[len(corners) :]), 0.0, 0.0)[:3]
+    return DampingTerms(tuple(corners[kept].tolist()), tuple(slope[kept].tolist()), (a, b, c), error)
 
 
 def _exact_terms(joint: Joint) -> DampingTerms | None:
@@ -103,8 +109,9 @@ def _exact_terms(joint: Joint) -> DampingTerms | None:
     rate = 0.0 if damper is None else damper.rate or 0.0
     if damper is not None and damper.curve is not None:
         speed, slope = clamps(thin(damper.curve))
+        # Of the steepest piece: of a straight line the others, all but one, are nothing but rounding.
+        slope[np.abs(slope) <= LEAST * float(np.cumsum(slope[::-1]).max())] = 0.0
         speed, slope, rate = speed[:-1], slope[:-1], float(slope[-1])
-        slope[np.abs(slope) <= LEAST * slope.max()] = 0.0
         if (slope < 0.0).any() or rate < 0.0:
             return None
     size = drag["coefficient"] * drag.get("speed", 1.0) ** (2.0 - exponent)
@@ -120,33 +127,6 @@ def linear_damping(joint: Joint, fastest: float) -> tuple[float, float]:
     rate = float(speed @ torque / (speed @ speed))
     largest = float(np.abs(torque).max())
     return rate, float(np.abs(rate * speed - torque).max()) / largest if largest > 0.0 else 0.0
-
-
-def spring_torque(joint: Joint, deflection: Array) -> Array:
-    """Torque (N m) over deflection (rad, any shape) of the spring with its hardening."""
-    assert joint.spring is not None
-    torque = joint.spring.rate * deflection
-    hard = joint.effects.get("hardening_spring")
-    if hard is not None:
-        beyond = (np.maximum(np.abs(deflection) - hard.get("onset", 0.0), 0.0) + 1e-9) / hard.get("reach", 1.0)
-        torque = torque / np.sqrt(1.0 + (hard.get("softening", 0.0) * deflection) ** 2)
-        torque = torque + hard.get("stiffening", 0.0) * beyond ** hard.get("exponent", 3.0) * np.sign(deflection)
-    return np.asarray(torque)
-
-
-def spring_terms(joint: Joint, reach: float) -> SpringTerms:
-    """The spring in MuJoCo's terms over deflections up to ``reach`` rad."""
-    assert joint.spring is not None
-    if not any(name in joint.effects for name in IN_SPRING):
-        return SpringTerms((joint.spring.rate, 0.0, 0.0), 0.0)
-    grid = np.linspace(0.0, reach, 200)[1:]
-    wanted = spring_torque(joint, grid)
-    terms = np.column_stack([grid, grid**2, grid**3])
-    scale = terms.max(axis=0)
-    found = np.linalg.lstsq(terms / scale, wanted, rcond=None)[0] / scale
-    found[np.abs(found) * scale < 1e-7 * np.abs(wanted).max()] = 0.0
-    error = float(np.abs(terms @ found - wanted).max() / np.abs(wanted).max())
-    return SpringTerms((float(found[0]), float(found[1]), float(found[2])), error)
 
 
 def without_held(joint: Joint, names: tuple[str, ...]) -> list[str]:

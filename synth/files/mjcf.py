@@ -5,14 +5,13 @@ tendons with ``frictionloss``). Below its torque limit such a friction is a cons
 ``-b w`` and regularisation R = (1 - d)/d A, A being the joint's inverse inertia in the straight pose
 (MuJoCo, Computation: Constraint model); its force is then ``-(b/R) w`` but for a share d of what accelerates the joint,
 and d is the smallest that MuJoCo allows. What else a curve holds is MuJoCo's own polynomial damping
-``-(a w + b w|w| + c w^3)``. Backlash is a second hinge (``mjcf_backlash``). Effects that MuJoCo's joints lack are named
-in a comment.
+``-(a w + b w|w| + c w^3)``. A spring's curve is a row of tendons too (``mjcf_springs``). Backlash is a second hinge
+(``mjcf_backlash``). Effects that MuJoCo's joints lack are named in a comment.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import ceil, floor, inf, log10
 from pathlib import Path
 from xml.etree.ElementTree import Comment, Element, SubElement
@@ -21,15 +20,11 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.files.drive_terms import IN_SERVO, DriveTerms, drive_terms, lightened
-from synth.files.joint_curves import (
-    IN_DAMPING,
-    IN_SPRING,
-    DampingTerms,
-    damping_terms,
-    spring_terms,
-    without_held,
-)
+from synth.files.joint_curves import IN_DAMPING, DampingTerms, without_held
+from synth.files.joint_springs import IN_SPRING
 from synth.files.mjcf_backlash import add_arm, add_limit, arm_name, arm_weight, play_of
+from synth.files.mjcf_laws import JointLaws, joint_laws
+from synth.files.mjcf_springs import add_spring_pieces
 from synth.files.output import write_text
 from synth.files.robot_bodies import SCALE, RobotLink, inertial_of, numbers, tip_names
 from synth.files.xml_text import xml_text
@@ -52,17 +47,18 @@ def mjcf_text(
     base: RobotLink | None = None,
     links: Sequence[RobotLink] = (),
     notes: Sequence[str] = (),
+    deflected: Array | None = None,
 ) -> str:
-    """The leg as an MJCF document; ``fastest`` (n,) rad/s is the speed up to which each damper's curve is represented.
+    """The leg as an MJCF document; ``fastest`` and ``deflected`` as for ``joint_laws``.
 
     Links hang along -z of their body, joints turn about -y so that a positive angle is counter-clockwise seen with x to
     the right and z up. ``base`` and ``links``: whole bodies and drawn parts; without them a link is a rod, whose
     inertias other than about the joint axis are those of one of its length. ``notes`` are comments.
     """
     shown = list(links) or [RobotLink()] * len(leg.joints)
-    terms = [damping_terms(joint, float(speed)) for joint, speed in zip(leg.joints, fastest, strict=True)]
     weights, drives = inverse_inertia(leg), drive_terms(leg)
-    terms = [item if drive is None else _braked(item, drive) for item, drive in zip(terms, drives, strict=True)]
+    laws = joint_laws(leg, fastest, deflected, drives)
+    terms = [item.damper for item in laws]
     plays = [play_of(joint, drive is not None) for joint, drive in zip(leg.joints, drives, strict=True)]
     borne = np.array(  # of the hinges with the dampers
         [
@@ -89,19 +85,13 @@ def mjcf_text(
     for index, joint in enumerate(leg.joints):
         height = 0.0 if index == 0 else leg.joints[index - 1].link.length
         if plays[index]:
-            add_arm(body, joint.name, height, float(borne[index]), _laws(joint, terms[index]))
-        body = _body(body, joint, height, terms[index], shown[index], drives[index])
+            add_arm(body, joint.name, height, float(borne[index]), laws[index].attributes(joint))
+        body = _body(body, joint, height, laws[index], shown[index], drives[index])
     last = leg.joints[-1]
     SubElement(body, "site", name=tip_names(last.name)[0], pos=f"0 0 {-last.link.length:.10g}")
-    _tendons(root, leg, terms, borne + np.where(plays, _links_above(leg), 0.0), plays)
+    _tendons(root, leg, laws, borne + np.where(plays, _links_above(leg), 0.0), plays)
     _actuators(root, leg, drives, step)
     return xml_text(root)
-
-
-def _braked(terms: DampingTerms, drive: DriveTerms) -> DampingTerms:
-    """A damper with what the drive's winding brakes beside it."""
-    linear, square, cube = terms.polynomial
-    return replace(terms, polynomial=(linear + drive.braking, square, cube))
 
 
 def _actuators(root: Element, leg: Leg, drives: Sequence[DriveTerms | None], step: float) -> None:
@@ -163,19 +153,23 @@ def time_step(terms: list[DampingTerms], weights: Array, drives: Sequence[DriveT
     return next(factor * power for factor in (5.0, 2.0, 1.0) if factor * power <= step * (1.0 + 1e-9))
 
 
-def _tendons(root: Element, leg: Leg, terms: Sequence[DampingTerms], weights: Array, plays: Sequence[float]) -> None:
-    """The dampers' frictions and the limits of the backlashes, where there are any.
+def _tendons(root: Element, leg: Leg, laws: Sequence[JointLaws], weights: Array, plays: Sequence[float]) -> None:
+    """The dampers' frictions, pieces of the springs and limits of the backlashes, where there are any.
 
     ``weights`` (n,) 1/(kg m^2): inverse inertia that MuJoCo computes for a tendon on the hinge with the damper.
     """
-    sloped = any(item.slope for item in terms)
-    if not sloped and not any(plays):
+    sloped = any(item.damper.slope for item in laws)
+    sprung = any(item.spring.pieces for item in laws if item.spring is not None)
+    if not sloped and not sprung and not any(plays):
         return
     if sloped:
         root.append(Comment(" each friction is one straight piece of a damper's torque-speed curve "))
     tendon = SubElement(root, "tendon")
-    for joint, item, weight, play in zip(leg.joints, terms, weights, plays, strict=True):
-        _frictions(tendon, arm_name(joint.name) if play else joint.name, item, float(weight))
+    for joint, item, weight, play in zip(leg.joints, laws, weights, plays, strict=True):
+        hinge = arm_name(joint.name) if play else joint.name
+        _frictions(tendon, hinge, item.damper, float(weight))
+        if item.spring is not None:
+            add_spring_pieces(tendon, hinge, joint.rest, item.spring)
         if play:
             add_limit(tendon, joint.name, play)
 
@@ -204,13 +198,13 @@ def _geoms(body: Element, drawn: RobotLink) -> None:
 
 
 def _body(
-    parent: Element, joint: Joint, height: float, terms: DampingTerms, drawn: RobotLink, drive: DriveTerms | None
+    parent: Element, joint: Joint, height: float, laws: JointLaws, drawn: RobotLink, drive: DriveTerms | None
 ) -> Element:
     """The body of a joint's link, which the next one's hangs from."""
     link, inertial = joint.link, inertial_of(joint, drawn)
-    attributes, notes = {"name": joint.name, "axis": "0 -1 0"}, _errors(joint, terms)
+    attributes, notes = {"name": joint.name, "axis": "0 -1 0"}, laws.notes()
     if not play_of(joint, drive is not None):
-        attributes |= _laws(joint, terms)
+        attributes |= laws.attributes(joint)
     if lightened(joint):
         notes.append(f"not in this model, {lightened(joint)}")
     elif joint.with_rotor:
@@ -248,42 +242,13 @@ def held_effects(driven: bool) -> tuple[str, ...]:
     return tuple(name for name in HELD if not (driven and name == "backlash"))
 
 
-def _laws(joint: Joint, terms: DampingTerms) -> dict[str, str]:
-    """Spring and polynomial damping as attributes of a hinge."""
-    laws = {}
-    if joint.spring is not None:
-        polynomial = spring_terms(joint, _reach(joint)).polynomial
-        laws = {"stiffness": _polynomial(polynomial), "springref": f"{joint.rest:.10g}"}
-    if any(terms.polynomial):
-        laws["damping"] = _polynomial(terms.polynomial)
-    return laws
-
-
-def _errors(joint: Joint, terms: DampingTerms) -> list[str]:
-    spring = [] if joint.spring is None else _off("spring", spring_terms(joint, _reach(joint)).error)
-    return spring + _off("damper", terms.error)
-
-
-def _reach(joint: Joint) -> float:
-    """Largest deflection (rad) of a joint's spring over its range; a radian where no range is given."""
-    assert joint.spring is not None
-    if joint.range is None:
-        return 1.0
-    return max(abs(angle - joint.spring.free_angle) for angle in joint.range)
-
-
-def _polynomial(coefficients: tuple[float, float, float]) -> str:
-    """A single number if linear, which every version of MuJoCo reads; otherwise three."""
-    first, second, third = coefficients
-    return f"{first:.10g}" if second == third == 0.0 else f"{first:.10g} {second:.10g} {third:.10g}"
-
-
-def _off(what: str, error: float) -> list[str]:
-    return [f"the {what}'s curve is at most {error:.1%} of its torque off"] if error > 1e-3 else []
-
-
 def write_mjcf(
-    leg: Leg, fastest: Array, path: Path, base: RobotLink | None = None, links: Sequence[RobotLink] = ()
+    leg: Leg,
+    fastest: Array,
+    path: Path,
+    base: RobotLink | None = None,
+    links: Sequence[RobotLink] = (),
+    deflected: Array | None = None,
 ) -> None:
     """Write ``mjcf_text``."""
-    write_text(path, mjcf_text(leg, fastest, base, links))
+    write_text(path, mjcf_text(leg, fastest, base, links, deflected=deflected))

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from synth.arrays import Array
-from synth.files.drive_terms import drive_terms
-from synth.files.joint_curves import damping_terms, without_held
-from synth.files.mjcf import held_effects, mjcf_text
+from synth.files.mjcf import mjcf_text
+from synth.files.mjcf_omissions import mjcf_omissions
 from synth.files.output import write_text
 from synth.files.robot_usd import usd_file
 from synth.files.robot_xml import sdf_file, urdf_file
@@ -22,17 +21,19 @@ def write_simulator_files(
     instead: Leg | None = None,
     told: Sequence[str] = (),
     driven: Sequence[str] = (),
+    deflected: Array | None = None,
 ) -> dict[str, tuple[str, ...]]:
     """Write ``leg.mjcf.xml``, ``leg.urdf``, ``leg.sdf``, ``leg.usda`` and ``README.md``; file -> its omissions.
 
-    ``fastest`` : (n,) rad/s, speed up to which each damper is represented. ``instead`` : the leg for formats with dry
+    ``fastest`` : (n,) rad/s, speed up to which each damper is represented; ``deflected`` : (n,) rad, likewise of each
+    spring, see ``joint_laws``. ``instead`` : the leg for formats with dry
     friction (USD has none), where it has friction that they lack; ``told`` : what stands for what in it. ``driven`` :
     the error that MuJoCo's actuators leave.
     """
     folder.mkdir(parents=True, exist_ok=True)
     near = leg if instead is None else instead
-    write_text(folder / "leg.mjcf.xml", mjcf_text(near, fastest, notes=(*told, *driven)))
-    lost = {"leg.mjcf.xml": (*told, *_mjcf_lost(near, fastest), *driven)}
+    write_text(folder / "leg.mjcf.xml", mjcf_text(near, fastest, notes=(*told, *driven), deflected=deflected))
+    lost = {"leg.mjcf.xml": (*told, *mjcf_omissions(near, fastest, deflected), *driven)}
     for name, made, notes in (
         ("leg.urdf", urdf_file(near, fastest), told),
         ("leg.sdf", sdf_file(near, fastest), told),
@@ -42,20 +43,6 @@ def write_simulator_files(
         lost[name] = (*notes, *made.warnings)
     write_text(folder / "README.md", _readme(leg, lost))
     return lost
-
-
-def _mjcf_lost(leg: Leg, fastest: Array) -> list[str]:
-    """Features that MuJoCo's joints lack; the file lists them in comments too."""
-    notes = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
-    for joint, speed, drive in zip(leg.joints, fastest, drive_terms(leg), strict=True):
-        notes += [f"{joint.name}: not held, of the drive: {text}" for text in (drive.lost if drive is not None else ())]
-        lost = without_held(joint, held_effects(drive is not None))
-        if lost:
-            notes.append(f"{joint.name}: not held: {', '.join(lost)}")
-        error = damping_terms(joint, float(speed)).error
-        if error > 1e-3:
-            notes.append(f"{joint.name}: the damper's curve has an error of at most {error:.1%} of its torque")
-    return notes
 
 
 def _readme(leg: Leg, lost: dict[str, tuple[str, ...]]) -> str:

@@ -1,4 +1,4 @@
-"""What MuJoCo's fixed tendons say of a hinge: pieces of a damper's torque-speed curve, and backlash.
+"""What MuJoCo's fixed tendons say of a hinge: pieces of a damper's torque-speed curve, springs, and backlash.
 
 The other direction of ``synth.files.mjcf`` and ``synth.files.mjcf_backlash``, by MuJoCo's own formulas, so that a file
 that was edited or written by hand is read by the same rule.
@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from synth.files.robots.mjcf_spring_tendons import SpringTendon, spring_of
 from synth.files.robots.robot_tree import RobotJoint
 from synth.swing.leg_model import DamperCurve
 
@@ -25,12 +26,13 @@ EVEN = 1e-6  # relative: both halves of the play
 class HeldByTendons:
     """``clamps`` : index of a hinge -> pieces of its damper's curve, (speed rad/s, slope N m s/rad) each.
 
-    ``plays`` : index of a hinge -> (index of its arm's hinge, width of the backlash in rad). ``read`` : the tendons
-    that these are; all others cannot be represented.
+    ``plays`` : index of a hinge -> (index of its arm's hinge, width of the backlash in rad). ``springs`` : index of a
+    hinge -> springs of tendons on it. ``read`` : the tendons that are represented, of the springs once they are read.
     """
 
     clamps: dict[int, list[tuple[float, float]]] = field(default_factory=dict)
     plays: dict[int, tuple[int, float]] = field(default_factory=dict)
+    springs: dict[int, list[SpringTendon]] = field(default_factory=dict)
     read: set[int] = field(default_factory=set)
 
 
@@ -44,7 +46,10 @@ def held_by_tendons(mujoco: Any, model: Any) -> HeldByTendons:
             continue
         joints = [int(model.wrap_objid[wrap]) for wrap in wraps]
         arms = [float(model.wrap_prm[wrap]) for wrap in wraps]
-        if model.tendon_stiffness[tendon] or model.tendon_damping[tendon]:
+        spring = spring_of(model, tendon)
+        if spring is not None and arms == [1.0]:
+            found.springs.setdefault(joints[0], []).append(spring)
+        if spring is not None or model.tendon_stiffness[tendon] or model.tendon_damping[tendon]:
             continue
         if arms == [1.0] and not model.tendon_limited[tendon]:
             piece = _piece(model, tendon)
@@ -106,7 +111,8 @@ def with_arm(joint: RobotJoint, arm: RobotJoint, gap: float) -> RobotJoint:
     """The joint with the spring and damper of its arm, behind the backlash."""
     return replace(
         joint, stiffness=arm.stiffness, rest=arm.rest, damping=arm.damping, clamps=arm.clamps,
-        drag=arm.drag, hardening=arm.hardening, gap=gap, left_out=(*joint.left_out, *arm.left_out),
+        drag=arm.drag, hardening=arm.hardening, onset=arm.onset, losses=arm.losses, gap=gap, refused=arm.refused,
+        left_out=(*joint.left_out, *arm.left_out),
     )  # fmt: skip
 
 

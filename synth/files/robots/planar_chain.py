@@ -126,6 +126,8 @@ def _chain(robot: Robot, chain: Sequence[str]) -> list[RobotJoint]:
         joints.append(joint)
         if joint.kind != "hinge":
             problems.append(Problem(f'"{name}" is a {joint.kind} joint; a leg has hinges only'))
+        if joint.refused:
+            problems.append(Problem(f"{name}: {joint.refused}"))
         if (fault := name_fault(name)) is not None:
             problems.append(Problem(f'"{name}" cannot be a joint\'s name here: it {fault}'))
     if not problems:
@@ -318,6 +320,10 @@ def _effects(joint: RobotJoint) -> dict[str, dict[str, float]]:
         effects["quadratic_damping"] = {"coefficient": joint.drag[0], "exponent": joint.drag[1], "speed": 1.0}
     if joint.hardening is not None and joint.stiffness:
         effects["hardening_spring"] = {"stiffening": joint.hardening[0], "exponent": joint.hardening[1], "reach": 1.0}
+        if joint.onset:
+            effects["hardening_spring"]["onset"] = joint.onset
+    if joint.losses is not None:
+        effects["one_sided_spring"] = dict(zip(("loss_above", "loss_below", "shift"), joint.losses, strict=True))
     return effects
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,20 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.files.robots.mjcf_contacts import contacts_of
 from synth.files.robots.mjcf_dampers import HeldByTendons, held_by_tendons, with_arm
+from synth.files.robots.mjcf_spring_tendons import with_springs
 from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
 from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint
 
 SHOWN = 4  # names of what is left out
 LINEAR = 1e-12  # of the linear coefficient, below which other terms of a polynomial are ignored
+UNKNOWN_SPRING = (
+    "the springs of its tendons are left out, and its linear rate alone is kept: a leg knows one power of the "
+    "deflection beyond an onset, alike on both sides, or a rate on either side"
+)
+EVEN_SPRING = (
+    'stiffness="{:.6g} {:.6g} {:.6g}": the second number, of u^2, pulls the same way on both sides, unlike any spring '
+    "of a leg; make it 0, or write the file anew if synth wrote it"
+)
 
 
 def read_mjcf(path: Path) -> Robot:
@@ -44,6 +54,14 @@ def read_mjcf(path: Path) -> Robot:
     massless = {int(model.jnt_bodyid[arm]) for arm in arms}
     bodies = tuple(_body(model, data, index, index in massless) for index in range(1, model.nbody))
     read = {index: _joint(model, data, index, held) for index in range(model.njnt)}
+    for index, tendons in held.springs.items():
+        sprung = with_springs(read[index], tendons)
+        if sprung is None:
+            # A cubic term without the rest of its curve may pull away from rest.
+            read[index] = replace(read[index], hardening=None, left_out=(*read[index].left_out, UNKNOWN_SPRING))
+        else:
+            read[index] = sprung
+            held.read.update(item.tendon for item in tendons)
     for index, (arm, gap) in held.plays.items():
         read[index] = with_arm(read[index], read[arm], gap)
     joints = tuple(joint for index, joint in read.items() if index not in arms)
@@ -120,8 +138,9 @@ def _joint(model: Any, data: Any, index: int, held: HeldByTendons) -> RobotJoint
     left_out: list[str] = []
     linear = float(model.jnt_stiffness[index]), float(model.dof_damping[dof])
     spring_terms, damper_terms = getattr(model, "jnt_stiffnesspoly", None), getattr(model, "dof_dampingpoly", None)
-    hardening = _second("stiffness", linear[0], spring_terms[index] if spring_terms is not None else (), left_out)
-    drag = _second("damping", linear[1], damper_terms[dof] if damper_terms is not None else (), left_out)
+    square, cube = spring_terms[index] if spring_terms is not None else (0.0, 0.0)
+    hardening, refused = _hardening(linear[0], float(square), float(cube), left_out)
+    drag = _drag(linear[1], damper_terms[dof] if damper_terms is not None else (), left_out)
     return RobotJoint(
         _name(mujoco, model, "mjOBJ_JOINT", index),
         int(model.jnt_bodyid[index]) - 1,
@@ -139,15 +158,32 @@ def _joint(model: Any, data: Any, index: int, held: HeldByTendons) -> RobotJoint
         tuple(held.clamps.get(index, ())),
         drag,
         left_out=tuple(left_out),
+        refused=refused,
     )
 
 
-def _second(what: str, linear: float, terms: Sequence[float], left_out: list[str]) -> tuple[float, float] | None:
-    """The one term beside the linear one, with its power; two of them, which no effect holds, are left out."""
+def _hardening(
+    linear: float, square: float, cube: float, left_out: list[str]
+) -> tuple[tuple[float, float] | None, str]:
+    """The cubic term of a spring with its power, and why the spring is refused: MuJoCo's quadratic term is even."""
+    least = LINEAR * max(abs(linear), LINEAR)
+    if abs(square) > least:
+        return None, EVEN_SPRING.format(linear, square, cube)
+    if abs(cube) <= least:
+        return None, ""
+    if not linear:
+        left_out.append(
+            f"the stiffness is {cube:.4g} u^3 without a linear term, and left out: a leg's spring has a rate"
+        )
+    return (cube, 3.0), ""
+
+
+def _drag(linear: float, terms: Sequence[float], left_out: list[str]) -> tuple[float, float] | None:
+    """The one damping term beside the linear one, with its power; two of them, which no effect holds, are left out."""
     kept = [(float(value), power) for power, value in enumerate(terms, 2) if abs(value) > LINEAR * max(linear, LINEAR)]
     if len(kept) > 1:
         shown = ", ".join(f"{value:.4g}" for value in terms)
-        left_out.append(f"the {what} is {linear:.4g} plus higher powers ({shown}), which are left out")
+        left_out.append(f"the damping is {linear:.4g} plus higher powers ({shown}), which are left out")
     return kept[0] if len(kept) == 1 else None
 
 

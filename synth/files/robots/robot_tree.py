@@ -49,10 +49,12 @@ class RobotJoint:
 
     ``axis``, ``anchor`` (3,) in the world. ``reading`` : the joint's value in the reference pose. ``stiffness`` with
     ``rest``, the reading at which its spring is unloaded. ``hardening`` : the spring's second term, (N m, power of the
-    deflection in rad). ``clamps`` : straight pieces of the damper's curve beside ``damping``, each
-    (speed rad/s, slope N m s/rad). ``drag`` : a second damping term, (N m, power of the speed in rad/s). ``friction``
-    N m, dry. ``gap`` rad, the width of a backlash between link and spring. ``range`` of the reading. ``left_out`` : its
-    features that a leg cannot represent.
+    deflection in rad beyond ``onset``, rad), alike on both sides. ``losses`` : shares of the stiffness that the spring
+    lacks above and below, and the distance in rad of that change from ``rest``. ``clamps`` : straight pieces of the
+    damper's curve beside ``damping``, each (speed rad/s, slope N m s/rad). ``drag`` : a second damping term, (N m,
+    power of the speed in rad/s). ``friction`` N m, dry. ``gap`` rad, the width of a backlash between link and spring.
+    ``range`` of the reading. ``left_out`` : its features that a leg cannot represent; ``refused`` : why it cannot be a
+    leg's joint, empty if it can.
     """
 
     name: str
@@ -72,6 +74,9 @@ class RobotJoint:
     drag: tuple[float, float] | None = None
     gap: float = 0.0
     left_out: tuple[str, ...] = ()
+    onset: float = 0.0
+    losses: tuple[float, float, float] | None = None
+    refused: str = ""
 
 
 @dataclass(frozen=True, eq=False)
