@@ -20,9 +20,7 @@ from synth.swing.leg_model import Joint
 IN_SPRING = ("hardening_spring", "one_sided_spring")  # effects that are included in the spring's curve
 LEAST = radians(1.0)  # rad, reach of a spring whose joint never moves
 MARGIN = 1.1  # of the largest known deflection: another engine's motion overshoots a little
-ACCURATE = (
-    3e-4  # of the torque: a leg of one joint then swings for 1.5 s within 0.007 deg (tests/files/test_mjcf_springs.py)
-)
+ACCURATE = 3e-4  # of the torque: a leg of one joint then swings for 1.5 s within 0.007 deg
 FLOOR = 0.02  # of the largest torque, below which torques count as this much
 MOST_KNOTS = 24  # exponent 1.2, whose curvature has no bound at rest, needs 13
 
