@@ -49,6 +49,14 @@ def test_tied_explanations_are_told_with_the_range_of_their_own_errors() -> None
     assert "goes from 0.2° to between 0.13° and 0.3°, noise" in said
 
 
+def test_a_nearest_explanation_that_takes_most_is_unsure_not_absent() -> None:
+    """A pair that took 86 % of the gap, with an unknown cause at 51 %: "no effect explains most of the gap"."""
+    told = replace(TOLD, nearest="backlash (knee)")
+    assert sentence("unknown", ["the knee has backlash"], [], 0.4, told).startswith("No explanation is sure enough to")
+    little = sentence("unknown", ["the knee has backlash"], [], 0.4, replace(told, takes=0.3))
+    assert little.startswith("No effect in the library explains most of the gap: ")
+
+
 @pytest.mark.parametrize(
     ("after", "takes", "words"),
     [
