@@ -104,10 +104,7 @@ def sentence(
         return _nothing(told, error, floor) + rest
     if verdict == "unknown":
         lacks = "No explanation is sure enough to be named" if told.takes > MOST else NOTHING_TAKES_MOST
-        return (
-            f"{lacks}: {error} is {angle(told.before)}, "
-            f"{_nearest(told)}, the noise is {floor}.{rest}"
-        )
+        return f"{lacks}: {error} is {angle(told.before)}, {_nearest(told)}, the noise is {floor}.{rest}"
     text = " and ".join(causes)
     if verdict == "tie":
         return (
