@@ -11,9 +11,9 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_gap_project import PULL_UP, HopperGapProject, JumpTrial
 from synth.files.hopper_recordings import LEAST_SAMPLES, HopperRecording
+from synth.hopper.measured_jump import MeasuredJump, measure, refuse_out_of_reach
 from synth.hopper.motors import motor_of
 from synth.hopper.switch_on import from_switch_on, white_noise
-from synth.hopper.validate_jumps import MeasuredJump, measure, refuse_out_of_reach
 from synth.jump.hopper_leg import HopperLeg, Motor
 from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import MODELS, columns
@@ -104,6 +104,7 @@ def prepared(project: HopperGapProject, catalogue: Catalogue) -> tuple[list[Jump
     if problems:
         raise UserError(problems)
     said += [noted(jump.note) for jump in found if jump.note]
+    said += [text for jump in found if jump.seen is not None and (text := jump.seen.sentence())]
     given = [jump for jump in found if not jump.trial.held_out]
     if len(given) == 1:
         said.append("only one training trial: an effect and the peculiarities of this trial cannot be separated")
