@@ -8,6 +8,7 @@ from typing import Any
 from synth.reports.figures.model_bars import ModelBar, models_figure
 from synth.reports.reading import Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.sections.hopper_choice import shown_height
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -15,14 +16,17 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     models = {name: item for name, item in mapping(result.content, "models").items() if isinstance(item, Mapping)}
     if not models:
         return AbsentResult("no design was chosen")
-    interval = mapping(result.content, "best", "clearance").get("interval90") or [None, None]
+    height = shown_height(result.content)
+    interval = mapping(result.content, "best", height).get("interval90") or [None, None]
+    words = height.replace("_", " ")
     used = mapping(result.content, "settings").get("model")
     bars = [
-        ModelBar(name, value_of(item.get("clearance")) or 0.0, *(interval if name == used else (None, None)))
+        ModelBar(name, value_of(item.get(height)) or 0.0, *(interval if name == used else (None, None)))
         for name, item in models.items()
     ]
     return {
-        "svg": models_figure("clearance of the chosen leg by model", bars, ()),
+        "svg": models_figure(f"{words} of the chosen leg by model", bars, ()),
+        "height": words.capitalize(),
         "models": models,
         "used": used,
         "planar": sequence(result.content, "planar"),
