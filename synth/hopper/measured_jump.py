@@ -22,10 +22,11 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.estimation.intervals import NORMAL90
 from synth.files.hopper_recordings import HopperRecording
-from synth.hopper.switch_on import PUSHED, push_begins, white_noise
+from synth.hopper.switch_on import LATE_ANGLE, PUSHED, push_begins, white_noise
 from synth.jump.hopper_leg import HopperLeg
 
 ZERO = np.radians(10.0)  # largest error of an encoder's zero
+LEAST_MOTION = np.radians(2.0)  # of the upper link; less is not a jump
 QUIET = 0.02  # s, least time that a foot in the air leaves the plate quiet
 COARSE = 0.1  # of a rise: a wider half interval is told, being what the models are often apart
 
@@ -73,6 +74,44 @@ def refuse_out_of_reach(name: str, angle: Array, leg: HopperLeg) -> None:
         text = f"the angle runs from {degrees(low):.4g} to {degrees(high):.4g} deg; links of "
         text += f"{leg.length * 1e3:g} mm fold from 0 to {degrees(leg.largest_crouch):.1f} deg. Are columns "
         raise UserError(Problem(f"{text}exchanged, or is the angle in another unit?", name, key="upper link"))
+
+
+def refuse_still(name: str, angle: Array, leg: HopperLeg) -> None:
+    """Refuse an upper link's angle (n_time,) rad that hardly changes.
+
+    Raises
+    ------
+    UserError : it turns by less than a jump or a pull-up needs.
+    """
+    turned = float(np.ptp(angle))
+    if turned < LEAST_MOTION:
+        text = f"does not move: the upper link turns by only {degrees(turned):.2g} deg{_unit(angle, leg)}"
+        raise UserError(Problem(text, name, key="upper link"))
+
+
+def refuse_other_crouch(jump: HopperRecording, leg: HopperLeg) -> None:
+    """Refuse an upper link that does not begin in the design's crouch, where every model begins.
+
+    Parameters
+    ----------
+    jump : its time counts from the switch-on; one whose beginning is missing is not judged.
+
+    Raises
+    ------
+    UserError : it begins farther from there than an encoder's zero.
+    """
+    first, crouch = jump["upper link"][0], leg.start
+    if jump["time"][0] <= LATE_ANGLE and abs(first - crouch) > ZERO:
+        text = f"begins at {degrees(first):.4g} deg; the design's crouch, where every model begins, is "
+        text += (
+            f"{degrees(crouch):.4g} deg{_unit(jump['upper link'], leg)}. Write the crouch that the leg jumped from in "
+        )
+        raise UserError(Problem(f"{text}the design, under leg", jump.name, key="upper link"))
+
+
+def _unit(angle: Array, leg: HopperLeg) -> str:
+    """A question, where the first angle would be the crouch if its degrees were radians."""
+    return "; is it in radians under [deg]?" if abs(degrees(angle[0]) - leg.start) < ZERO else ""
 
 
 def refuse_no_push(jump: HopperRecording, weight: float) -> None:

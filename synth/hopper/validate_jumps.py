@@ -12,7 +12,14 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.files.hopper_recordings import PlateJumps
-from synth.hopper.measured_jump import MeasuredJump, measure, refuse_no_push, refuse_out_of_reach
+from synth.hopper.measured_jump import (
+    MeasuredJump,
+    measure,
+    refuse_no_push,
+    refuse_other_crouch,
+    refuse_out_of_reach,
+    refuse_still,
+)
 from synth.hopper.motors import motor_of
 from synth.hopper.odd_recording import refuse_odd
 from synth.hopper.switch_on import SwitchOn, from_switch_on
@@ -65,8 +72,11 @@ def validate(project: PlateJumps, catalogue: Catalogue) -> Validation:
     for jump in project.jumps:
         refuse_out_of_reach(jump.name, jump["upper link"], leg)
         refuse_no_push(jump, mass * leg.gravity)
+        refuse_still(jump.name, jump["upper link"], leg)
     timed = [from_switch_on(jump, mass * leg.gravity) for jump in project.jumps]
     jumps = [jump for jump, _ in timed]
+    for jump in jumps:
+        refuse_other_crouch(jump, leg)
     measured = [measure(jump, mass, leg.gravity) for jump in jumps]
     _refuse_odd_jump(measured)
     jumper, layout = compiled_jump(leg.bending), LAYOUTS[leg.bending]

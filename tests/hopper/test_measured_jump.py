@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hopper.recorded import changed, write
+from hopper.recorded import DESIGN, changed, write
 from synth.arrays import Array
 from synth.cli import main
 from synth.files.hopper_recordings import HopperRecording
@@ -60,6 +61,30 @@ def test_a_noisy_plate_does_not_lower_the_rise() -> None:
         reaches.append(found.rise_reach)
     assert np.mean(rises) == pytest.approx(true, rel=0.02)
     assert np.mean(np.abs(np.array(rises) - true) < np.array(reaches)) > 0.8
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [(np.radians, "deg; is it in radians under [deg]?"),
+     (lambda degrees: degrees + 15.0, "begins at 54.01 deg; the design's crouch, where every model begins, is 39")],
+)  # fmt: skip
+@pytest.mark.parametrize("kind", ["hopper-jumps", "gap"])
+def test_an_angle_that_does_not_begin_in_the_crouch_is_refused(
+    kind: str, change: Callable[[Array], Array], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    values, _, _ = sampled(0.12, 150, 1e-3)
+    values[:, 2] = np.radians(change(np.degrees(values[:, 2])))
+    write(tmp_path / "a.csv", values)
+    (tmp_path / "design.yaml").write_text(DESIGN)
+    names = {"hopper-jumps": ("design", "jumps", "hopper"), "gap": ("leg", "trials", "gap")}[kind]
+    (tmp_path / "p.yaml").write_text(
+        f'kind: {kind}\n{names[0]}: design.yaml\nmotor: "N20 HP 6V 150:1"\nlength: 120 mm\n{names[1]}: [a.csv]\n'
+    )
+    assert main(["-q", names[2], str(tmp_path / "p.yaml"), "--out", str(tmp_path / "out")]) == 2
+    shown = capsys.readouterr().err
+    assert "a.csv: upper link: " in shown
+    assert said in shown
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_coarse_plate_is_told_and_the_comparison_has_an_interval(
