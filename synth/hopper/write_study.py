@@ -163,6 +163,7 @@ def motor_json(motor: Motor) -> dict[str, Any]:
         "rotor_inertia": quantity(motor.rotor_inertia, "kg*m^2"),
         "reflected_inertia": quantity(motor.reflected_inertia, "kg*m^2"),
         "friction_of_the_rotor": quantity(motor.friction, "N*m"),
+        **({"viscous_of_the_rotor": quantity(motor.viscous, "N*m*s/rad")} if motor.viscous else {}),
         "mass": quantity(motor.mass, "g"),
         **limit,
     }

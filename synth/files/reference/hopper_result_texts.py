@@ -21,6 +21,7 @@ _CONSTANT = {
     "torque_limit": "Of the gearbox.",
     "voltage": "Supply.",
     "friction_of_the_rotor": "Friction torque before the gear.",
+    "viscous_of_the_rotor": "Its part that grows with speed, with a `friction_share` below 100 %.",
 }
 
 HOPPER = {
