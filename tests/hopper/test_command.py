@@ -26,6 +26,7 @@ from synth.hopper.sweep import run_sweep
 from synth.parts.catalogs import Catalogue
 from synth.reports.openings.hopper_opening import study_opening
 from synth.reports.reading import read_result
+from synth.reports.sections import hopper_models
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "hopper" / "hopper.yaml"
 SMALL = """\
@@ -277,6 +278,22 @@ def test_the_report_shows_every_part_of_the_study(result: Path, found: dict) -> 
     assert "one ratio less" in page
     assert found["best"]["motor"] in page
     assert "shortest of the sweep" in page.split('<section id="warnings"')[1].split("</ul>")[0]
+
+
+@pytest.mark.parametrize(("own", "said"), [(0.13, "higher"), (0.1265, "about as high"), (0.123, "lower"), (None, "")])
+def test_what_the_page_says_of_model_c_is_what_its_table_shows(
+    own: float | None, said: str, result: Path, tmp_path: Path
+) -> None:
+    shutil.copytree(result, tmp_path / "out")
+    content = json.loads((tmp_path / "out" / "hopper.json").read_text())
+    content["models"]["C"]["clearance"]["value"] = 0.127
+    content["models"]["C, its own contact"]["clearance"]["value"] = own
+    if own is None:
+        del content["models"]["C, its own contact"]
+    (tmp_path / "out" / "hopper.json").write_text(json.dumps(content))
+    shown = hopper_models.SECTION.content(read_result(tmp_path / "out", "hopper.json", "hopper"))
+    assert isinstance(shown, dict)
+    assert shown["own_contact"].split(":")[0] == (f"With its own contact law C jumps {said}" if said else "")
 
 
 def test_the_parts_follow_from_the_chosen_design(result: Path, found: dict) -> None:  # type: ignore[type-arg]
