@@ -107,7 +107,10 @@ def _after_takeoff(best: Json) -> str:
 def _steps(limit: str) -> list[str]:
     if limit:
         return ["To leave such designs out, write `motors: {gearbox: stop}`; otherwise expect wear of the gear."]
-    return ["Cut the parts of `parts/` and record jumps on a force plate; `synth gap` then shows what the model lacks."]
+    return [
+        "Read the notes of the parts, cut those of `parts/` and record jumps on a force plate; `synth gap` then shows "
+        "what the model lacks."
+    ]
 
 
 def _picture(result: Result) -> tuple[Markup, str]:
