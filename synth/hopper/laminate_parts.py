@@ -87,7 +87,7 @@ def shaft_notes(found: Study, size: str) -> list[str]:
             f"D shaft of {used:g} mm, that of micro metal motors. Measure the shaft and write it as parts: "
             "{motor_shaft: 4 mm}"
         ]
-    if stated is not None and _shaft_written(found) and abs(stated - used) > 0.01:
+    if stated is not None and _shaft_written(found) and round(stated, 2) != round(used, 2):
         return [
             f"the hub's bore is drawn for a motor_shaft of {used:g} mm; the catalogue states a shaft of {stated:g} mm"
         ]
