@@ -65,6 +65,11 @@ class HopperDimensions:
         """Thickness of one rigid layer, mm: half of the laminate without film and adhesive."""
         return 0.5 * (self.thickness - self.film - 2 * self.adhesive)
 
+    @property
+    def arm(self) -> float:
+        """Distance of the hub's arm's holes from the shaft axis, mm."""
+        return 0.5 * self.shaft + WALL + 0.5 * TAB
+
     def lower_angle(self, upper: float) -> float:
         """Lower link's angle, deg, at an upper link's (both from straight down)."""
         share = (0.5 * self.hip_spacing + self.upper * math.sin(math.radians(upper))) / self.lower
@@ -126,7 +131,10 @@ def layers(dimensions: HopperDimensions) -> tuple[Layer, ...]:
     marks = hinges(d)
     end = marks[-1][1] + TAB
     folds = tuple(x for _, x, _ in marks)
-    holes = tuple((x, y) for x in (0.5 * TAB, end - 0.5 * TAB) for y in (0.25 * d.width, 0.75 * d.width))
+    # Of each hip, the tab's on the body and the upper link's for the hub's arm.
+    near = (0.5 * TAB, TAB + d.arm)
+    places = (*near, *(end - x for x in reversed(near)))
+    holes = tuple((x, y) for x in places for y in (0.25 * d.width, 0.75 * d.width))
 
     def plates(gaps: list[float]) -> tuple[tuple[float, float], ...]:
         """Begin and end of each plate along the strip."""
@@ -160,7 +168,7 @@ def mount(dimensions: HopperDimensions) -> Any:
 
 
 def hub(dimensions: HopperDimensions) -> Any:
-    """A hub on the motor's D shaft with a flat arm for an upper link's hip tab."""
+    """A hub on the motor's D shaft with a flat arm that is screwed to the upper link, beyond its hip hinge."""
     import cadquery as cq
 
     d = dimensions
@@ -173,13 +181,16 @@ def hub(dimensions: HopperDimensions) -> Any:
     keep = cq.Workplane("XY").box(2 * d.shaft, d.shaft, d.width, centered=(True, False, False))
     bore = bore.cut(keep.translate((0.0, flat, 0.0)))
     made = made.cut(bore)
-    holes = [(radius + 0.5 * TAB, 0.25 * d.width), (radius + 0.5 * TAB, 0.75 * d.width)]
+    holes = [(d.arm, 0.25 * d.width), (d.arm, 0.75 * d.width)]
     drilled = cq.Workplane("XZ").pushPoints(holes).circle(0.5 * HOLE).extrude(2 * radius, both=True)
     return made.cut(drilled).val()
 
 
 def assembly(dimensions: HopperDimensions) -> Any:
-    """Mount, hubs and the four links in the crouch, x to the right, y up, the width along z."""
+    """Mount, hubs and the four links in the crouch, x to the right, y up, the width along z.
+
+    A link begins at its hip axis, in the room of the hub: ``hip_note`` says so.
+    """
     import cadquery as cq
 
     d = dimensions
@@ -208,6 +219,19 @@ def _link(d: HopperDimensions, start: tuple[float, float], end: tuple[float, flo
     angle = math.degrees(math.atan2(end[1] - start[1], end[0] - start[0]))
     middle = (0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]), 0.5 * d.width)
     return cq.Workplane("XY").box(length, d.thickness, d.width).rotate((0, 0, 0), (0, 0, 1), angle).translate(middle)
+
+
+def hip_note(dimensions: HopperDimensions) -> str:
+    """What of the hip is not designed yet."""
+    d = dimensions
+    return (
+        "the hip is not complete: the leg is simulated with each motor's shaft fixed to the upper link and the hip's "
+        "flexure between body and link, its fold line on the shaft axis. There the hub is, "
+        f"{d.shaft + 2 * WALL:g} mm across: cut the strip round it (in leg_assembly.step hub and link overlap). Screw "
+        f"the hub's arm to the upper link, {d.arm:g} mm from the fold, never to the hip tab, which would put the soft "
+        f"flexure between motor and link; the tab's holes, {0.5 * TAB:g} mm from the fold, belong to the body, and the "
+        "mount has no seat for them yet"
+    )
 
 
 def _strain_notes(dimensions: HopperDimensions) -> list[str]:
@@ -253,7 +277,7 @@ def export_hopper(dimensions: HopperDimensions, folder: Path) -> HopperParts:
     write_step(assembly(dimensions), folder / "leg_assembly.step")
     files.append("leg_assembly.step")
     length = made[0].plates[-1][1]
-    notes = []
+    notes = [hip_note(dimensions)]
     if length > dimensions.sheet:
         notes.append(
             f"the strip is {length:.0f} mm long, the sheet {dimensions.sheet:.0f} mm: cut it in two at the foot's "

@@ -12,6 +12,11 @@ from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, mapping, sequence
 from synth.reports.sections import hopper_choice, hopper_jump
 
+_RISES = {
+    "clearance": "the foot clears the ground by",
+    "total_height": "the centre of mass rises over the crouch by",
+}
+
 
 def study_opening(result: Result) -> Opening:
     """The chosen design, its jump as poses, and its figures beside its neighbours."""
@@ -25,11 +30,11 @@ def study_opening(result: Result) -> Opening:
         )  # fmt: skip
         steps = [f"{way_out}; designs.csv gives the limit of each design."]
         return Opening(f"{why[0].upper()}{why[1:]}.", steps=steps, good=False)
-    clearance, limit = best.get("clearance"), str(best.get("limit") or "")
+    key, limit = hopper_choice.shown_height(document), str(best.get("limit") or "")
     how = str(mapping(document, "settings").get("choose") or "").replace("_", " ")
     verdict = (
-        f"{best.get('motor')} with upper links of {_millimetres(best.get('leg_length'))}: the foot clears the ground "
-        f"by {_centimetres(clearance)}{_between(clearance)}, the best {how} of {counts.get('designs')} designs."
+        f"{best.get('motor')} with upper links of {_millimetres(best.get('leg_length'))}: {_RISES[key]} "
+        f"{_centimetres(best.get(key))}{_between(best.get(key))}, the best {how} of {counts.get('designs')} designs."
     )
     figure, caption = _picture(result)
     good = False if limit else None if _after_takeoff(best) else True
@@ -73,7 +78,8 @@ def _between(quantity: object) -> str:
 
 
 def _trust(document: Json, limit: str) -> str:
-    models = {name: value_of(mapping(item).get("clearance")) for name, item in mapping(document, "models").items()}
+    key = hopper_choice.shown_height(document)
+    models = {name: value_of(mapping(item).get(key)) for name, item in mapping(document, "models").items()}
     heights = [value for value in models.values() if value is not None]
     words = f"But: {limit}. " if limit else ""
     words += _after_takeoff(mapping(document, "best"))
@@ -101,7 +107,10 @@ def _after_takeoff(best: Json) -> str:
 def _steps(limit: str) -> list[str]:
     if limit:
         return ["To leave such designs out, write `motors: {gearbox: stop}`; otherwise expect wear of the gear."]
-    return ["Cut the parts of `parts/` and record jumps on a force plate; `synth gap` then shows what the model lacks."]
+    return [
+        "Read the notes of the parts, cut those of `parts/` and record jumps on a force plate; `synth gap` then shows "
+        "what the model lacks."
+    ]
 
 
 def _picture(result: Result) -> tuple[Markup, str]:
@@ -110,7 +119,11 @@ def _picture(result: Result) -> tuple[Markup, str]:
         strip = Markup('<div id="jump-player"><div class="poster">{}</div></div>').format(jump["strip"])
         return strip, "The jump of the chosen leg, from the crouch to the top."
     found = hopper_choice.map_content(result)
-    return (Markup(""), "") if isinstance(found, AbsentResult) else (found["svg"], "Clearance over ratio and length.")
+    return (
+        (Markup(""), "")
+        if isinstance(found, AbsentResult)
+        else (found["svg"], f"{found['height']} over ratio and length.")
+    )
 
 
 def _figures(document: Json) -> Figures:
@@ -120,7 +133,10 @@ def _figures(document: Json) -> Figures:
         [Cell("Motor"), Cell(str(best.get("motor")))],
         [Cell("Gear ratio"), Cell(f"{best.get('gear_ratio')}:1")],
         [Cell("Upper link"), Cell(_millimetres(best.get("leg_length")))],
-        [Cell("Clearance"), Cell(_centimetres(best.get("clearance")), _between(best.get("clearance")).strip(" ()"))],
+        *(
+            [Cell(name), Cell(_centimetres(best.get(key)), _between(best.get(key)).strip(" ()"))]
+            for name, key in (("Clearance", "clearance"), ("Total height", "total_height"))
+        ),
         [Cell("Relative height"), Cell(brief(best.get("relative_height")), interval_text(best.get("relative_height")))],
         [Cell("Peak gear torque, push"), Cell(brief(best.get("peak_gear_torque")), _bears(limit))],
         *([[Cell("Peak gear torque, at the stop"), Cell(brief(after), _bears(limit))]] if after else []),

@@ -7,10 +7,19 @@ from typing import Any
 
 from synth.reports.figures.hopper_map import Map, map_figure
 from synth.reports.quantities import percent
-from synth.reports.reading import Result, value_of
+from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 MOST = 12  # designs of the front in the table
+
+
+def shown_height(document: Json) -> str:
+    """Key of the height that a study is about: the one chosen by, else that of its relative heights."""
+    settings = mapping(document, "settings")
+    chosen = settings.get("choose")
+    if chosen in ("clearance", "total_height"):
+        return str(chosen)
+    return "total_height" if settings.get("height") == "total" else "clearance"
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -18,9 +27,10 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     best = mapping(result.content, "best")
     if not best:
         return AbsentResult("no design was chosen")
-    reference = value_of(best.get("clearance"))
+    height = shown_height(result.content)
+    reference = value_of(best.get(height))
     neighbours = [
-        {**item, "off": percent(value_of(item.get("clearance")), reference)}
+        {**item, "off": percent(value_of(item.get(height)), reference)}
         for item in sequence(result.content, "neighbours")
         if isinstance(item, Mapping)
     ]
@@ -36,13 +46,14 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "front_size": len(front),
         "counts": mapping(result.content, "counts"),
         "settings": mapping(result.content, "settings"),
+        "height": height.replace("_", " "),
     }
 
 
 def map_content(result: Result) -> dict[str, Any] | AbsentResult:
-    """Clearance over ratio and length."""
-    found = mapping(result.content, "map")
-    ratios, lengths, heights = (found.get(name) or [] for name in ("gear_ratio", "leg_length_m", "clearance_m"))
+    """Clearance or total height over ratio and length."""
+    found, height = mapping(result.content, "map"), shown_height(result.content)
+    ratios, lengths, heights = (found.get(name) or [] for name in ("gear_ratio", "leg_length_m", f"{height}_m"))
     if len(lengths) < 2 or not ratios:
         return AbsentResult("there are fewer than two lengths")
     best = mapping(result.content, "best")
@@ -53,9 +64,10 @@ def map_content(result: Result) -> dict[str, Any] | AbsentResult:
     own = str(best.get("motor", "")).rpartition(" ")[0]
     front = [design(item) for item in sequence(result.content, "pareto")
              if isinstance(item, Mapping) and str(item.get("motor", "")).startswith(own)]  # fmt: skip
-    title = f"clearance over gear ratio and link length, {found.get('family')}"
-    return {"svg": map_figure(title, Map(ratios, lengths, heights), front, design(best)), "family": found.get("family")}
+    title = f"{height.replace('_', ' ')} over gear ratio and link length, {found.get('family')}"
+    return {"svg": map_figure(title, Map(ratios, lengths, heights), front, design(best)), "family": found.get("family"),
+            "height": height.replace("_", " ").capitalize()}  # fmt: skip
 
 
 SECTION = ReportSection("hopper-choice", "The chosen leg", content)
-MAP = ReportSection("hopper-map", "Clearance over ratio and length", map_content)
+MAP = ReportSection("hopper-map", "Height over ratio and length", map_content)

@@ -146,19 +146,23 @@ def _remainder_text(left: Json | None) -> str:
 
 
 def hopper_text(content: Json) -> str:
-    """Motor, ratio and length of the chosen leg; its jump height with interval."""
+    """Motor, ratio and length of the chosen leg; the height that it is chosen by, with interval."""
     best = content.get("best")
     if not best:
         return str(content["none_because"])
-    clearance = best["clearance"]
-    low, high = clearance.get("interval90") or (None, None)
+    settings = content["settings"]
+    means_total = settings["height"] == "total"
+    total = settings["choose"] == "total_height" or (means_total and settings["choose"] != "clearance")
+    height = best["total_height" if total else "clearance"]
+    low, high = height.get("interval90") or (None, None)
     between = "" if low is None or high is None else f"{100 * low:.2f} to {100 * high:.2f}"
-    heads = ["motor", "ratio", "upper link [mm]", "height [cm]", "90 %", "relative height"]
+    heads = ["motor", "ratio", "upper link [mm]", f"{'total height' if total else 'clearance'} [cm]", "90 %"]
+    heads.append(f"{'total height' if means_total else 'clearance'} / link")
     row = [
         best["motor"],
         f"{best['gear_ratio']:g}",
         f"{1e3 * best['leg_length']['value']:.4g}",
-        f"{100 * clearance['value']:.2f}",
+        f"{100 * height['value']:.2f}",
         between,
         f"{best['relative_height']['value']:.3f}",
     ]

@@ -91,10 +91,14 @@ def read_hopper_project(path: str | Path) -> HopperProject:
     assert parts is not None
 
     def meant(names: Sequence[str], key: str) -> list[str]:
-        """The default objective of a file that uses total heights."""
+        """The default objective of a file that uses total heights, told as such."""
         if file.height == "clearance" or key in reader.written:
             return list(names)
-        return ["total_height" if name == "clearance" else name for name in names]
+        used = ["total_height" if name == "clearance" else name for name in names]
+        reader.defaults[:] = [
+            d._replace(value=", ".join(used), reason="of height: total") if d.key == key else d for d in reader.defaults
+        ]
+        return used
 
     options = {name: getattr(motors, name) for name in
                ("supply", "rotor_inertia", "inductance", "resistance", "friction_share")}  # fmt: skip
@@ -201,8 +205,10 @@ def _measured_bending(reader: ProjectReader, laminate: LaminateSection | None) -
 
 def _check_pose(reader: ProjectReader, leg: HopperLeg, swept: Sequence[float]) -> None:
     """Refuse a leg that no length allows to crouch, that crosses, or that is extended before it starts."""
-    if leg.crouch_lower is not None and ("leg", "crouch") in reader.document.lines:
-        reader.refuse("crouch and crouch_lower are both given; keep one", ("leg", "crouch_lower"))
+    if leg.crouch_lower is not None:
+        if ("leg", "crouch") in reader.document.lines:
+            reader.refuse("crouch and crouch_lower are both given; keep one", ("leg", "crouch_lower"))
+        reader.defaults[:] = [default for default in reader.defaults if default.key != "leg.crouch"]
     if leg.crouch_lower is None and leg.extended >= leg.crouch:
         text = f"{degrees(leg.extended):.1f} deg is not less than the crouch of {degrees(leg.crouch):.1f} deg"
         reader.refuse(f"{text}: the leg would be extended before it starts", ("leg", "extended"))

@@ -176,7 +176,7 @@ class PartsSection:
 
     adhesive: Annotated[Length, Because("the lab's adhesive layer")] = 0.000015
     adhesive_gap: Annotated[Length, Because("clearance between rigid layers and the fold")] = 0.0002
-    motor_shaft: Annotated[Length, Because("micro metal motors")] = 0.003
+    motor_shaft: Annotated[Length, Because("micro metal motors; where the catalogue states no shaft")] = 0.003
     sheet: Annotated[float, Quantity("m", above=0, most=10), Because("a common laser bed")] = 0.3
     kerf: Annotated[
         float, Quantity("m", least=0, most=0.002), Because("of a CO2 laser in thin sheet; measure a cut slot")

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.hopper.motors import with_speed, with_torque
+from synth.hopper.motors import with_loss, with_speed, with_torque
 from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_layout import LANES
 from synth.jump.jump_models import Model, lanes
@@ -40,7 +40,7 @@ def copies(leg: HopperLeg, motor: Motor, tolerances: HopperTolerances) -> list[t
         found += [
             (leg, with_speed(motor, 1.0 + sign * UNIFORM * t.speed)),
             (leg, with_torque(motor, 1.0 + sign * t.torque)),
-            (leg, replace(motor, friction=motor.friction * (1.0 + sign * UNIFORM * t.current))),
+            (leg, with_loss(motor, 1.0 + sign * UNIFORM * t.current)),
             (leg, replace(motor, rotor_inertia=motor.rotor_inertia * (1.0 + t.rotor_inertia) ** sign)),
             (replace(leg, structure_mass=mass), motor),
             (replace(leg, flexures=flexures), motor),

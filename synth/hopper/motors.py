@@ -1,9 +1,10 @@
 """Catalogue rows as motors of a leg; unpublished constants are derived or estimated, and marked as such.
 
-Derived: R = V/I_stall; K_e = (V - I_free R)/(G omega_free), equation 5 of Knaup & Aukes; K_t = T_stall/(G (I_stall -
-I_free)); friction K_e I_free at the rotor, equation 6, all of it independent of speed because one no-load point does
-not
-separate a viscous part.
+Derived at the rated voltage: R = V/I_stall; K_e = (V - I_free R)/(G omega_free), equation 5 of Knaup & Aukes; friction
+K_e I_free at the rotor, equation 6, all of it independent of speed because one no-load point does not separate a
+viscous part; with a ``friction_share`` s below 1 the rest is viscous, b = (1 - s) K_e I_free/(G omega_free). K_t =
+T_stall/(G (I_stall - s I_free)): at rest only the dry part is lost. These are the motor's own; at another supply V' the
+free speed is that of K_e i = s K_e I_free + b w with i = (V' - K_e w)/R.
 
 Estimated if neither the row nor the project gives them. Rotor inertia: 1.5e-8 kg m^2 for a motor of 9.5 g (a public
 estimate for micro metal motors, marked as one by its author), for others by geometric similarity, inertia as mass to
@@ -41,28 +42,26 @@ def motor_of(row: GearMotorRow, options: MotorOptions | None = None) -> Motor:
     ratio, rated, speed, torque, stall, free, mass = (float(value) for value in known if value is not None)
     given = options.resistance or row.resistance
     resistance = given or rated / stall
-    supply = options.supply or rated
+    supply, share = options.supply or rated, options.friction_share
     back_emf = (rated - free * rated / stall) / (ratio * speed)
-    constant = torque / (ratio * (stall - free))
-    scale = supply / rated
-    no_load = speed * (supply - free * resistance) / (rated - free * rated / stall)
+    constant = torque / (ratio * (stall - share * free))
+    friction, viscous = back_emf * free * share, back_emf * free * (1.0 - share) / (speed * ratio)
+    no_load = (supply - friction / back_emf * resistance) / (back_emf + viscous / back_emf * resistance)
     stalled = supply / resistance
-    no_load_torque = back_emf * free
     inertia = options.rotor_inertia or row.rotor_inertia or ROTOR_INERTIA * (mass / ROTOR_MASS) ** (5 / 3)
-    share = options.friction_share
     return Motor(
         name=row.part,
         gear_ratio=ratio,
         voltage=supply,
-        stall_torque=constant * ratio * (stalled - free) if given or scale != 1.0 else torque,
-        no_load_speed=no_load,
+        stall_torque=constant * ratio * (stalled - share * free) if given or supply != rated else torque,
+        no_load_speed=no_load / ratio,
         stall_current=stalled,
-        no_load_current=free,
+        no_load_current=(friction + viscous * no_load) / back_emf,
         mass=mass,
         inductance=options.inductance or row.inductance or ELECTRICAL_TIME * resistance,
         rotor_inertia=inertia,
-        friction=no_load_torque * share,
-        viscous=no_load_torque * (1.0 - share) / (no_load * ratio),
+        friction=friction,
+        viscous=viscous,
         back_emf_constant=back_emf,
         torque_constant=constant,
         resistance=resistance,
@@ -115,3 +114,8 @@ def with_speed(motor: Motor, factor: float) -> Motor:
         friction=motor.friction / factor,
         viscous=motor.viscous / factor**2,
     )
+
+
+def with_loss(motor: Motor, factor: float) -> Motor:
+    """The motor with its no-load torque scaled, dry and viscous part alike: one no-load current shows both."""
+    return replace(motor, friction=motor.friction * factor, viscous=motor.viscous * factor)

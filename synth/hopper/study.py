@@ -23,7 +23,7 @@ from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump, simulate
 from synth.jump.mujoco_model import mujoco_jump, require_mujoco
-from synth.jump.outcomes import LANDED_AGAIN, TOO_STIFF, JumpOutcome, heights, outcome_of
+from synth.jump.outcomes import APEX, LANDED_AGAIN, TOO_STIFF, JumpOutcome, heights, outcome_of
 from synth.jump.planar_jump import planar_jump
 from synth.jump.point_mass import point_mass_outcomes
 from synth.parts.catalogs import Catalogue
@@ -75,6 +75,7 @@ class Study:
     contributions: dict[str, tuple[float, float]]
     leaning: list[Leaning]
     trace: Array | None
+    total_ends: tuple[float, float] | None = None  # 90 % interval of the choice's total height, m
 
     @property
     def best_leg(self) -> HopperLeg:
@@ -164,7 +165,7 @@ def study(
     if not problem.with_intervals and problem.model.engine == "lanes":
         with stage("intervals of the front"):
             for index in {*front, *([] if best is None else [best])}:
-                found = _group(problem, index)
+                found = heights(_group(problem, index))
                 _, low[index : index + 1], high[index : index + 1] = intervals(found[None, :])
     if best is None:
         return Study(project, rows, sweep, front, low, high, None, {}, {}, [], {}, [], None)
@@ -173,11 +174,15 @@ def study(
     with stage("the chosen design by every model (the planar form compiles once on this machine, some 10 s)"):
         ladder, notes = run_ladder(leg, motor, problem)
         leaning = [_leaning(leg, motor, problem, angle) for angle in (0.0, 0.05, 0.1)] if _has_lanes(problem) else []
-    shown = problem.model if _has_lanes(problem) else MODELS["A"]
+    shown, changes, ends = MODELS["A"], {}, None
+    if _has_lanes(problem):
+        shown, copies = problem.model, _group(problem, best)
+        changes = contributions(heights(copies))
+        _, least, most = intervals(heights(copies, APEX)[None, :])
+        ends = (float(least[0]), float(most[0]))
     return Study(
-        project, rows, sweep, front, low, high, best, ladder, notes, _neighbours(problem, rows, best),
-        contributions(_group(problem, best)) if _has_lanes(problem) else {},
-        leaning, compiled_jump(leg.bending).trace(lane(leg, motor, problem.contact, shown)),
+        project, rows, sweep, front, low, high, best, ladder, notes, _neighbours(problem, rows, best), changes,
+        leaning, compiled_jump(leg.bending).trace(lane(leg, motor, problem.contact, shown)), ends,
     )  # fmt: skip
 
 
@@ -220,13 +225,12 @@ def _best(sweep: Sweep, objective: str, allowed: NDArray[np.bool_]) -> int | Non
 
 
 def _group(problem: SweepProblem, index: int) -> Array:
-    """Clearances (16,) of a design and its copies at the tolerances' ends."""
+    """Outcomes (n_outcome, 16) of a design and its copies at the tolerances' ends."""
     n = len(problem.lengths)
     m, length = index // n, problem.lengths[index % n]
     motor, tolerances = problem.motors[m], problem.tolerances[m]
     made = groups(problem.leg, motor, problem.contact, problem.model, tolerances, np.array([length]))[0]
-    outcome = compiled_jump(problem.leg.bending).run(made)
-    return heights(outcome)
+    return compiled_jump(problem.leg.bending).run(made)
 
 
 def _leaning(leg: HopperLeg, motor: Motor, problem: SweepProblem, pitch: float) -> Leaning:

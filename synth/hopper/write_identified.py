@@ -69,6 +69,7 @@ def damping_json(found: DampingEstimate) -> dict[str, Any]:
 
 def validation_json(found: Validation) -> dict[str, Any]:
     """Measured jumps and every model's prediction."""
+    measured = _ends(found.mean_rise, found.rise_reach)
     return {
         "measured": [
             {
@@ -76,7 +77,7 @@ def validation_json(found: Validation) -> dict[str, Any]:
                 "switched_on": quantity(begun.time, "s"),
                 "takeoff_time": quantity(jump.takeoff_time, "s"),
                 "takeoff_speed": quantity(jump.takeoff_speed, "m/s"),
-                "rise": quantity(jump.rise, "m"),
+                "rise": quantity(jump.rise, "m", _ends(jump.rise, jump.rise_reach)),
                 "rise_after_takeoff": quantity(jump.rise_after_takeoff, "m"),
                 "flight_rise": None if jump.flight_rise is None else quantity(jump.flight_rise, "m"),
                 "peak_force": quantity(jump.peak_force, "N"),
@@ -87,13 +88,17 @@ def validation_json(found: Validation) -> dict[str, Any]:
         "notes": [
             text
             for jump, begun in zip(found.jumps, found.switched_on, strict=True)
-            if (text := begun.sentence(jump.name))
+            for text in (begun.sentence(jump.name), jump.sentence())
+            if text
         ],
-        "mean_rise": quantity(found.mean_rise, "m"),
+        "mean_rise": quantity(found.mean_rise, "m", measured),
         "models": {
             item.model: {
                 "rise": quantity(item.outcome.rise, "m"),
                 "over_measured": item.outcome.rise / found.mean_rise - 1.0,
+                "over_measured_interval90": [
+                    None if end <= 0.0 else item.outcome.rise / end - 1.0 for end in reversed(measured)
+                ],
                 "takeoff_time": quantity(item.outcome.takeoff_time, "s"),
                 "takeoff_speed": quantity(item.outcome.takeoff_speed, "m/s"),
                 "peak_force": quantity(item.outcome.peak_normal, "N"),
@@ -103,6 +108,11 @@ def validation_json(found: Validation) -> dict[str, Any]:
             for item in found.comparisons
         },
     }
+
+
+def _ends(value: float, reach: float) -> tuple[float, float]:
+    """Of a height's interval, never below 0."""
+    return max(0.0, value - reach), value + reach
 
 
 def lines(result: dict[str, Any]) -> list[str]:
@@ -118,9 +128,13 @@ def lines(result: dict[str, Any]) -> list[str]:
         return [_line("joint_damping", result["joint_damping"]), *each]
     if "measured" not in result:
         return seen_lines(result["seen"])
-    shown = [f"measured: rise {result['mean_rise']['value'] * 100:.2f} cm over {len(result['measured'])} jumps"]
+    rise = result["mean_rise"]
+    between = " to ".join(f"{end * 100:.2f}" for end in rise["interval90"])
+    shown = [f"measured: rise {rise['value'] * 100:.2f} cm ({between}, 90 %) over {len(result['measured'])} jumps"]
     for name, item in result["models"].items():
-        shown.append(f"{name}: rise {item['rise']['value'] * 100:.2f} cm, {item['over_measured']:+.0%} of measured")
+        least, most = ("any" if end is None else f"{end:+.0%}" for end in item["over_measured_interval90"])
+        over = f"{item['over_measured']:+.0%} of measured ({least} to {most})"
+        shown.append(f"{name}: rise {item['rise']['value'] * 100:.2f} cm, {over}")
     return [*shown, *seen_lines(result.get("seen", {})), *(f"note: {text}" for text in result["notes"])]
 
 

@@ -100,6 +100,7 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path) -> dict[str, 
             "model": project.model,
             "objectives": list(project.objectives),
             "choose": project.choose,
+            "height": project.height,
             "gearbox": project.gearbox,
             "lengths": f"{len(project.lengths)}, {project.lengths[0] * 1e3:g} to {project.lengths[-1] * 1e3:g} mm",
             "motors": f"{len(sweep.problem.motors)}",
@@ -162,6 +163,7 @@ def motor_json(motor: Motor) -> dict[str, Any]:
         "rotor_inertia": quantity(motor.rotor_inertia, "kg*m^2"),
         "reflected_inertia": quantity(motor.reflected_inertia, "kg*m^2"),
         "friction_of_the_rotor": quantity(motor.friction, "N*m"),
+        **({"viscous_of_the_rotor": quantity(motor.viscous, "N*m*s/rad")} if motor.viscous else {}),
         "mass": quantity(motor.mass, "g"),
         **limit,
     }
@@ -194,6 +196,7 @@ def _best(found: Study, index: int) -> dict[str, Any]:
     upper, lower = leg.link_mass
     return {
         **_design(found, index),
+        "total_height": quantity(float(found.sweep.values["total_height"][index]), "m", found.total_ends),
         **({} if after is None else {"gear_torque_after_takeoff": quantity(after, "N*m")}),
         "motor_constants": motor_json(motor),
         "leg": {
@@ -225,7 +228,7 @@ def _ladder(found: Study) -> dict[str, Any]:
 
 
 def _map(found: Study) -> dict[str, Any]:
-    """Clearance over ratio and length of the chosen motor's family, thinned to at most 60 lengths, for the figure."""
+    """Heights over ratio and length of the chosen motor's family, thinned to at most 60 lengths, for the figure."""
     if found.best is None:
         return {}
     sweep = found.sweep
@@ -236,10 +239,12 @@ def _map(found: Study) -> dict[str, Any]:
     n = len(sweep.problem.lengths)
     every = max(1, -(-n // 60))
     lengths = list(range(0, n, every))
-    clearance = sweep.values["clearance"].reshape(-1, n)
     return {
         "family": f"{own.vendor} {own.product_line} {own.variant}",
         "gear_ratio": [sweep.problem.motors[i].gear_ratio for i in family],
         "leg_length_m": [sweep.problem.lengths[k] for k in lengths],
-        "clearance_m": [[float(clearance[i, k]) for k in lengths] for i in family],
+        **{
+            f"{name}_m": [[float(value) for value in sweep.values[name].reshape(-1, n)[i, lengths]] for i in family]
+            for name in ("clearance", "total_height")
+        },
     }

@@ -71,6 +71,25 @@ def test_adhesive_clears_the_hinges_and_holes_pass_every_layer(
     assert sum(layer.thickness for layer in made.values()) == pytest.approx(LEG.thickness)
 
 
+def test_the_upper_links_have_holes_where_the_hub_s_arm_has_them(written: tuple[Path, HopperParts]) -> None:
+    """From the hip's fold in the strip, and from the shaft axis in the hub; the tab's own are on its other side."""
+    _, made = written
+    cylinders = cq.Workplane(obj=hub(LEG)).faces("%CYLINDER").vals()
+    arm = {round(face.Center().x, 6) for face in cylinders if abs(face.Center().x) > LEG.shaft}
+    folds = (made.layers[0].folds[0], made.layers[0].folds[-1])
+    inside = {round(abs(x - fold), 6) for fold in folds for x, _ in made.layers[0].holes
+              if min(folds) < x < max(folds) and abs(x - fold) < 50.0}  # fmt: skip
+    assert inside == arm == {LEG.arm}
+
+
+def test_what_the_hip_lacks_is_told(written: tuple[Path, HopperParts]) -> None:
+    """As long as the drawn hub and link share room."""
+    parts = {child.name: child.obj.val().moved(child.loc) for child in assembly(LEG).children}
+    assert parts["hub_right"].intersect(parts["upper_right"]).Volume() > 1.0
+    assert "the hip is not complete" in written[1].notes[0]
+    assert "never to the hip tab" in written[1].notes[0]
+
+
 def test_link_masses_equal_those_of_the_strip() -> None:
     """Rigid area over the four links, times thickness and density, against density w t per length; gaps apart."""
     outer = layers(LEG)[0]
@@ -122,7 +141,7 @@ def test_impossible_laminate_dimensions_are_named(change: dict[str, float], dime
 
 
 def test_a_strip_longer_than_the_sheet_gives_a_note(tmp_path: Path) -> None:
-    assert "cut it in two" in export_hopper(replace(LEG, sheet=300.0), tmp_path).notes[0]
+    assert any("cut it in two" in note for note in export_hopper(replace(LEG, sheet=300.0), tmp_path).notes)
 
 
 def test_film_strain_stays_within_its_limit() -> None:

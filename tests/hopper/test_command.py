@@ -24,6 +24,9 @@ from synth.files import hopper_project as files
 from synth.hopper.study import sweep_problem, warnings_of
 from synth.hopper.sweep import run_sweep
 from synth.parts.catalogs import Catalogue
+from synth.reports.openings.hopper_opening import study_opening
+from synth.reports.reading import read_result
+from synth.reports.sections import hopper_models
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "hopper" / "hopper.yaml"
 SMALL = """\
@@ -268,13 +271,29 @@ def test_a_killed_sweep_resumes_to_the_same_bytes_and_refuses_another_project(tm
 
 def test_the_report_shows_every_part_of_the_study(result: Path, found: dict) -> None:  # type: ignore[type-arg]
     page = (result / "report.html").read_text()
-    for title in ("The chosen leg", "Clearance over ratio and length", "Models side by side", "The jump", "Parts",
+    for title in ("The chosen leg", "Height over ratio and length", "Models side by side", "The jump", "Parts",
                   "How each number is computed"):  # fmt: skip
         assert f"<h2>{title}</h2>" in page
     assert page.count("<svg") == 4 + 6 + 1  # the opening shows the jump too
     assert "one ratio less" in page
     assert found["best"]["motor"] in page
     assert "shortest of the sweep" in page.split('<section id="warnings"')[1].split("</ul>")[0]
+
+
+@pytest.mark.parametrize(("own", "said"), [(0.13, "higher"), (0.1265, "about as high"), (0.123, "lower"), (None, "")])
+def test_what_the_page_says_of_model_c_is_what_its_table_shows(
+    own: float | None, said: str, result: Path, tmp_path: Path
+) -> None:
+    shutil.copytree(result, tmp_path / "out")
+    content = json.loads((tmp_path / "out" / "hopper.json").read_text())
+    content["models"]["C"]["clearance"]["value"] = 0.127
+    content["models"]["C, its own contact"]["clearance"]["value"] = own
+    if own is None:
+        del content["models"]["C, its own contact"]
+    (tmp_path / "out" / "hopper.json").write_text(json.dumps(content))
+    shown = hopper_models.SECTION.content(read_result(tmp_path / "out", "hopper.json", "hopper"))
+    assert isinstance(shown, dict)
+    assert shown["own_contact"].split(":")[0] == (f"With its own contact law C jumps {said}" if said else "")
 
 
 def test_the_parts_follow_from_the_chosen_design(result: Path, found: dict) -> None:  # type: ignore[type-arg]
@@ -345,3 +364,44 @@ def test_the_meaning_of_height_is_a_key_and_old_files_keep_theirs(tmp_path: Path
     assert chosen == "total_height"
     np.testing.assert_allclose(height, values["total_height"])
     assert found["both"][0] == "clearance"
+
+
+@pytest.mark.parametrize(
+    ("lines", "chosen", "relative"),
+    [("", "clearance", "clearance"), ("height: total\n", "total_height", "total_height"),
+     ("height: total\nchoose: clearance\n", "clearance", "total_height"),
+     ("choose: total_height\n", "total_height", "clearance"),
+     ("choose: energy\nheight: total\n", "total_height", "total_height")],
+)  # fmt: skip
+def test_screen_and_page_show_the_height_that_is_meant(
+    lines: str, chosen: str, relative: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Total and clearance are 6 cm apart; each stands under its own name, with its own interval."""
+    (tmp_path / "a.yaml").write_text(SMALL.replace("1*0:1", "150:1") + lines)
+    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 0
+    content = json.loads((tmp_path / "out" / "hopper.json").read_text())
+    require_explained("hopper.json", content)
+    best, shown = content["best"], capsys.readouterr().out
+    low, high = best[chosen]["interval90"]
+    assert low < best[chosen]["value"] < high
+    assert f"{chosen.replace('_', ' ')} [cm]" in shown
+    assert f"{100 * best[chosen]['value']:.2f}" in shown
+    assert f"{100 * low:.2f} to {100 * high:.2f}" in shown
+    assert f"{relative.replace('_', ' ')} / link" in shown
+    assert best["relative_height"]["value"] == pytest.approx(best[relative]["value"] / best["leg_length"]["value"])
+    opening = study_opening(read_result(tmp_path / "out", "hopper.json", "hopper"))
+    words = {
+        "clearance": "the foot clears the ground by",
+        "total_height": "the centre of mass rises over the crouch by",
+    }
+    assert f"{words[chosen]} {100 * best[chosen]['value']:.3g}\u00a0cm" in opening.verdict
+    title = f"{chosen.replace('_', ' ')} over gear ratio and link length"
+    assert title in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_only_defaults_that_are_used_are_stated(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(SMALL + "height: total\nleg: {crouch_lower: 60 deg}\n")
+    stated = {d.key: d.value for d in files.read_hopper_project(tmp_path / "a.yaml").defaults}
+    assert "leg.crouch" not in stated
+    assert stated["choose"] == "total_height"
+    assert stated["objectives"] == "total_height, relative_height"

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
+import synth
 from hopper.hoppers import motor
 from synth.hopper.drawn_flexures import DrawnFlexures, equivalent_rate
+from synth.hopper.laminate_parts import dimensions_of, shaft_notes
 from synth.jump.hopper_leg import Contact, Flexures, HopperLeg
 from synth.jump.jump_models import MODELS
 from synth.jump.jump_runs import simulate
@@ -63,3 +66,26 @@ def test_the_note_and_the_json_have_the_same_heights() -> None:
     written = found.as_json()
     assert written["clearance"]["value"] == pytest.approx(3.6)
     assert written["equivalent_rate"] == {"value": 0.005, "unit": "N*m/rad"}
+
+
+@pytest.mark.parametrize(
+    ("motor", "line", "bore", "said"),
+    [("25D HP 6V 20.4*", "", 4.0, ""), ("20D 6V 62.5*", "", 3.0, "does not state the output shaft of 20D 6V 6"),
+     ("20D 6V 62.5*", "parts: {motor_shaft: 4 mm}\n", 4.0, ""), ("N20 HP 6V 75:1", "", 3.0, ""),
+     ("N20 HP 6V 75:1", "parts: {motor_shaft: 4 mm}\n", 4.0, "the catalogue states a shaft of 3 mm")],
+)  # fmt: skip
+def test_the_hub_s_bore_is_that_of_the_motor_s_shaft(
+    motor: str, line: str, bore: float, said: str, tmp_path: Path
+) -> None:
+    (tmp_path / "a.yaml").write_text(
+        f'kind: hopper-design\nmodel: A\nmotors: {{use: ["{motor}"], supply: 12 V}}\nleg: {{hip_spacing: 60 mm}}\n'
+        f"lengths: {{least: 100 mm, most: 100 mm, step: 10 mm}}\n{line}"
+    )
+    study = synth.hopper(tmp_path / "a.yaml").study
+    assert study.best is not None
+    size = study.rows[int(study.sweep.motor[study.best])].size
+    made = dimensions_of(study, size)
+    assert not isinstance(made, str)
+    assert made.shaft == pytest.approx(bore)
+    notes = shaft_notes(study, size)
+    assert (said in notes[0]) if said else notes == []

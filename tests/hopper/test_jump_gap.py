@@ -229,7 +229,7 @@ def designs(length_slope: float, ratio_slope: float) -> tuple[JumpAcrossDesigns,
         for ratio in (75.0, 100.0, 150.0):
             error = 0.1 + length_slope * (length - 0.12) + ratio_slope * (ratio - 108.3)
             rises = dict.fromkeys(("as_designed", "before", "after"), 0.1 * (1.0 + error))
-            made.append(JumpAcrossDesigns(f"{length}-{ratio}", "m", length, ratio, 0.1, rises))
+            made.append(JumpAcrossDesigns(f"{length}-{ratio}", "m", length, ratio, 0.1, 0.0, rises))
     return tuple(made)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from hopper.hoppers import catalogue, motor
 from synth.errors import UserError
-from synth.hopper.hopper_tolerances import UNIFORM, groups, intervals
+from synth.hopper.hopper_tolerances import QUANTITIES, UNIFORM, copies, groups, intervals
 from synth.hopper.motors import chosen_rows, motor_of, with_speed, with_torque
 from synth.hopper.sweep import OBJECTIVES, SweepProblem, pareto_front, run_sweep
 from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, MotorOptions
@@ -120,3 +120,36 @@ def test_motors_are_chosen_by_pattern_and_missing_values_are_reported() -> None:
         chosen_rows(rows, ["maxon *"])
     with pytest.raises(UserError, match="no stall torque"):
         chosen_rows(rows, ["N20 HPCB 12V 150:1"])
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_a_motor_s_friction_is_its_own_at_every_supply_and_gives_the_maker_s_line(share: float) -> None:
+    """Steady: V = R i + K_e w, torque of the motor K_e i - f - b w, through the gear's loss K_t/K_e."""
+    row = catalogue().find_motor("N20 HP 6V 75:1")
+    assert row.stall_torque is not None
+    for supply in (3.0, 6.0, 12.0):
+        made = motor_of(row, MotorOptions(supply=supply, friction_share=share))
+        rated = motor_of(row, MotorOptions(friction_share=share))
+        assert (made.friction, made.viscous) == (rated.friction, rated.viscous)
+        loss = made.torque_constant / made.back_emf_constant
+        rotor = made.no_load_speed * made.gear_ratio
+        current = (supply - made.back_emf_constant * rotor) / made.resistance
+        free = made.back_emf_constant * current - made.friction - made.viscous * rotor
+        assert free == pytest.approx(0.0, abs=1e-9)
+        assert made.no_load_current == pytest.approx(current)
+        held = made.gear_ratio * loss * (made.back_emf_constant * made.stall_current - made.friction)
+        assert made.stall_torque == pytest.approx(held)
+        if supply == row.voltage:
+            assert made.stall_torque == pytest.approx(row.stall_torque)
+            assert made.no_load_speed == pytest.approx(row.no_load_speed)
+            assert made.no_load_current == pytest.approx(row.no_load_current)
+
+
+def test_the_current_s_tolerance_is_of_dry_and_viscous_friction() -> None:
+    row, tolerances = catalogue().find_motor("N20 HP 6V 75:1"), HopperTolerances(current=0.5)
+    place = 1 + QUANTITIES.index("no-load current")
+    for share in (0.0, 0.5, 1.0):
+        made = motor_of(row, MotorOptions(friction_share=share))
+        less = copies(HopperLeg(), made, tolerances)[place][1]
+        assert less.friction == pytest.approx(0.55 * made.friction)
+        assert less.viscous == pytest.approx(0.55 * made.viscous)

@@ -21,6 +21,7 @@ _CONSTANT = {
     "torque_limit": "Of the gearbox.",
     "voltage": "Supply.",
     "friction_of_the_rotor": "Friction torque before the gear.",
+    "viscous_of_the_rotor": "Its part that grows with speed, with a `friction_share` below 100 %.",
 }
 
 HOPPER = {
@@ -48,6 +49,7 @@ HOPPER = {
     "map.gear_ratio": "Columns of the map.",
     "map.leg_length_m": "Rows of the map, m.",
     "map.clearance_m[]": "Clearance at each point, m.",
+    "map.total_height_m[]": "Total height at each point, m.",
     "parts.as_drawn.flexure_rates.NAME": "Torque per angle of the flexures as drawn.",
     "parts.as_drawn.NAME": "The jump with the flexures as drawn.",
     "parts.dimensions.NAME": "Dimensions of the laminate parts.",

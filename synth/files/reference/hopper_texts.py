@@ -87,7 +87,7 @@ KEYS: dict[str, str] = {
     "hopper_tolerance.crouch": "Of the start's angle.",
     "hopper_parts.adhesive": "Thickness of an adhesive layer.",
     "hopper_parts.adhesive_gap": "Clearance between rigid layers and a fold.",
-    "hopper_parts.motor_shaft": "Diameter of the motor's shaft.",
+    "hopper_parts.motor_shaft": "Diameter of the motor's D shaft; left out, the catalogue's where it states one.",
     "hopper_parts.sheet": "Side of the sheet to cut from.",
     "hopper_parts.kerf": "Width of the cut.",
     "hopper_parts.film_strain": "Largest permissible strain of the film.",

@@ -23,13 +23,17 @@ EVEN = 0.02  # of the rise, over the range of the designs: a smaller trend is no
 
 @dataclass(frozen=True)
 class JumpAcrossDesigns:
-    """One jump: its design, and rises in m by ``STAGES`` and measured; ``learnt`` : whether it was fitted."""
+    """One jump: its design, and rises in m by ``STAGES`` and measured; ``learnt`` : whether it was fitted.
+
+    ``reach`` : half of the measured rise's 90 % interval, m.
+    """
 
     file: str
     motor: str
     length: float
     gear_ratio: float
     measured: float
+    reach: float
     rises: dict[str, float]
     learnt: bool = False
 
@@ -53,7 +57,8 @@ class Across:
             "designs": [
                 {
                     "file": d.file, "motor": d.motor, "gear_ratio": d.gear_ratio, "learnt_from": d.learnt,
-                    "leg_length": quantity(d.length, "mm"), "rise_measured": quantity(d.measured, "mm"),
+                    "leg_length": quantity(d.length, "mm"),
+                    "rise_measured": quantity(d.measured, "mm", (max(0.0, d.measured - d.reach), d.measured + d.reach)),
                     **{f"rise_{stage}": quantity(d.rises[stage], "mm") for stage in STAGES},
                     "error": {stage: quantity(d.error(stage), "percent") for stage in STAGES},
                 }
@@ -102,11 +107,9 @@ def across(gaps: JumpGaps) -> Across:
         rises = {stage: getattr(rise, stage) for stage in STAGES}
         if rise.measured is None or rise.measured <= 0.0 or None in rises.values():
             continue
-        designs.append(
-            JumpAcrossDesigns(
-                trial.name, trial.motor.name, trial.leg.length, trial.motor.gear_ratio, rise.measured, rises
-            )
-        )
+        reach = 0.0 if trial.seen is None else trial.seen.rise_reach
+        design = (trial.name, trial.motor.name, trial.leg.length, trial.motor.gear_ratio)
+        designs.append(JumpAcrossDesigns(*design, rise.measured, reach, rises))
     columns = {by: np.array([getattr(d, by) for d in designs]) for by in UNITS}
     varied = [by for by, values in columns.items() if len(values) > 2 and np.std(values) > SPREAD * np.mean(values)]
     slopes: dict[str, dict[str, Estimate]] = {by: {} for by in varied}

@@ -11,9 +11,15 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_gap_project import PULL_UP, HopperGapProject, JumpTrial
 from synth.files.hopper_recordings import LEAST_SAMPLES, HopperRecording
+from synth.hopper.measured_jump import (
+    MeasuredJump,
+    measure,
+    refuse_other_crouch,
+    refuse_out_of_reach,
+    refuse_still,
+)
 from synth.hopper.motors import motor_of
 from synth.hopper.switch_on import from_switch_on, white_noise
-from synth.hopper.validate_jumps import MeasuredJump, measure, refuse_out_of_reach
 from synth.jump.hopper_leg import HopperLeg, Motor
 from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import MODELS, columns
@@ -24,7 +30,6 @@ EFFECTIVE = 50.0  # samples per trial and channel that count as independent
 DENSE = 1e-3  # s; faster recordings are averaged
 AFTER = 0.01  # s after the push that still count
 STOP_MARGIN = np.radians(2.5)  # a pull-up that begins nearer to the stop may rest on it
-LEAST_MOTION = np.radians(2.0)  # of the upper link; less is not a jump
 ANGLE, FORCE, CURRENT = "upper link", "ground force", "current"
 # Model error in addition to noise: share of a channel's largest value that our models do not resolve.
 CLAIM = {ANGLE: 0.0, FORCE: 0.03, CURRENT: 0.01, "supply": 0.002, "pitch": 0.05, "foot slide": 0.1}
@@ -104,6 +109,7 @@ def prepared(project: HopperGapProject, catalogue: Catalogue) -> tuple[list[Jump
     if problems:
         raise UserError(problems)
     said += [noted(jump.note) for jump in found if jump.note]
+    said += [text for jump in found if jump.seen is not None and (text := jump.seen.sentence())]
     given = [jump for jump in found if not jump.trial.held_out]
     if len(given) == 1:
         said.append("only one training trial: an effect and the peculiarities of this trial cannot be separated")
@@ -136,9 +142,7 @@ def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, gro
     jumps = columns(leg, motor, design.contact, model, np.array([trial.length]))
     slip = design.contact.slip_speed
     angle = trial.columns[ANGLE]
-    if float(np.ptp(angle)) < LEAST_MOTION:
-        text = f"does not move: the upper link turns by only {np.degrees(np.ptp(angle)):.2g} deg"
-        raise UserError(Problem(text, trial.name, key=ANGLE))
+    refuse_still(trial.name, angle, leg)
     refuse_out_of_reach(trial.name, angle, leg)
     own: tuple[MeasuredJump | None, float, str] = (None, 0.0, "")
     if trial.kind == "pull-up":
@@ -149,6 +153,7 @@ def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, gro
     else:
         mass = float(jumps.total_mass[0])
         timed, begun = from_switch_on(HopperRecording(trial.name, trial.columns), mass * leg.gravity)
+        refuse_other_crouch(timed, leg)
         own = (_seen(timed, mass, leg.gravity), begun.deviation, begun.sentence(trial.name))
         last = _end_of_push(timed)
         stretch = {name: values[timed["time"] <= last] for name, values in timed.columns.items()}

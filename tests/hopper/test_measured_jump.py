@@ -1,0 +1,109 @@
+"""A jump's rise from the force plate: how far it may be off at the plate's sampling rate."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hopper.recorded import DESIGN, changed, write
+from synth.arrays import Array
+from synth.cli import main
+from synth.files.hopper_recordings import HopperRecording
+from synth.hopper.measured_jump import MeasuredJump, measure
+from synth.jump.jump_runs import compiled_jump
+from synth.jump.outcomes import APEX
+
+DESIGNS = ((0.05, 75), (0.08, 75), (0.12, 150), (0.14, 210))
+
+
+def sampled(length: float, ratio: int, step: float) -> tuple[Array, float, float]:
+    """Time, ground force and upper link (n, 3) of the complete model's jump without noise; mass, kg; true rise, m."""
+    lanes, jumper = changed(length, ratio, {}), compiled_jump("upper")
+    parameters = lanes.workspace()[:, 0]
+    trace = jumper.trace(parameters, tolerance=1e-6)
+    time = np.arange(0.0, trace[-1, 0], step)
+    rows = [np.interp(time, trace[:, 0], trace[:, 1 + jumper.layout.row(name)]) for name in ("normal", "angle")]
+    true = float(jumper.run(parameters[:, None])[APEX, 0])
+    return np.column_stack([time, *rows]), float(lanes.total_mass[0]), true
+
+
+def measured(values: Array, mass: float) -> MeasuredJump:
+    columns = dict(zip(("time", "ground force", "upper link"), values.T, strict=True))
+    return measure(HopperRecording("a.csv", columns), mass, 9.81)
+
+
+@pytest.mark.parametrize("step", [5e-4, 1e-3, 2e-3, 4e-3, 5e-3])
+def test_the_true_rise_is_in_its_interval_at_every_sampling_rate(step: float) -> None:
+    for length, ratio in DESIGNS:
+        values, mass, true = sampled(length, ratio, step)
+        found = measured(values, mass)
+        assert abs(found.rise - true) < found.rise_reach, (length, ratio)
+        if step <= 1e-3:  # 1 kHz is asked for, so it is enough
+            assert found.rise_reach < 0.08 * true
+            assert found.sentence() == ""
+        if step >= 4e-3:
+            assert f"only {found.samples} samples of the plate are in the push" in found.sentence()
+
+
+def test_a_noisy_plate_does_not_lower_the_rise() -> None:
+    """With noise of a quarter of the weight the foot leaves the plate unseen: what it still pushes counts."""
+    values, mass, true = sampled(0.12, 150, 5e-4)
+    rises, reaches = [], []
+    for seed in range(20):
+        noisy = values.copy()
+        noisy[:, 1] += 0.1 * np.random.default_rng(seed).normal(size=len(values))
+        found = measured(noisy, mass)
+        rises.append(found.rise)
+        reaches.append(found.rise_reach)
+    assert np.mean(rises) == pytest.approx(true, rel=0.02)
+    assert np.mean(np.abs(np.array(rises) - true) < np.array(reaches)) > 0.8
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [(np.radians, "deg; is it in radians under [deg]?"),
+     (lambda degrees: degrees + 15.0, "begins at 54.01 deg; the design's crouch, where every model begins, is 39")],
+)  # fmt: skip
+@pytest.mark.parametrize("kind", ["hopper-jumps", "gap"])
+def test_an_angle_that_does_not_begin_in_the_crouch_is_refused(
+    kind: str, change: Callable[[Array], Array], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    values, _, _ = sampled(0.12, 150, 1e-3)
+    values[:, 2] = np.radians(change(np.degrees(values[:, 2])))
+    write(tmp_path / "a.csv", values)
+    (tmp_path / "design.yaml").write_text(DESIGN)
+    names = {"hopper-jumps": ("design", "jumps", "hopper"), "gap": ("leg", "trials", "gap")}[kind]
+    (tmp_path / "p.yaml").write_text(
+        f'kind: {kind}\n{names[0]}: design.yaml\nmotor: "N20 HP 6V 150:1"\nlength: 120 mm\n{names[1]}: [a.csv]\n'
+    )
+    assert main(["-q", names[2], str(tmp_path / "p.yaml"), "--out", str(tmp_path / "out")]) == 2
+    shown = capsys.readouterr().err
+    assert "a.csv: upper link: " in shown
+    assert said in shown
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_coarse_plate_is_told_and_the_comparison_has_an_interval(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    values, _, true = sampled(0.05, 75, 5e-3)
+    write(tmp_path / "a.csv", values)
+    (tmp_path / "design.yaml").write_text('kind: hopper-design\nmotors: {use: ["N20 HP 6V 75:1"]}\n')
+    (tmp_path / "p.yaml").write_text(
+        'kind: hopper-jumps\ndesign: design.yaml\nmotor: "N20 HP 6V 75:1"\nlength: 50 mm\njumps: [a.csv]\n'
+    )
+    assert main(["hopper", str(tmp_path / "p.yaml"), "--out", str(tmp_path / "out")]) == 0
+    found = json.loads((tmp_path / "out" / "jumps.json").read_text())
+    low, high = found["mean_rise"]["interval90"]
+    assert low < true < high
+    assert found["measured"][0]["rise"]["interval90"] == [low, high]
+    least, most = found["models"]["full"]["over_measured_interval90"]
+    assert least < 0.0 < most
+    (note,) = found["notes"]
+    assert "at 1 kHz or more" in note
+    shown = capsys.readouterr()
+    assert f"({100 * low:.2f} to {100 * high:.2f}, 90 %)" in shown.out + shown.err
