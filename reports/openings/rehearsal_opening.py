@@ -44,5 +44,5 @@ def visible_cell(cause: object) -> Cell:
     if not isinstance(cause, Mapping) or not cause.get("cases"):
         return Cell("–")
     if cause.get("visible_from") is None:
-        return Cell("never")
+        return Cell("only tied" if cause.get("tied") else "never")
     return Cell(brief(cause["visible_from"]), f"gap {brief(cause.get('visible_gap'))}")

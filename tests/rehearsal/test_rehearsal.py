@@ -25,7 +25,7 @@ from synth.rehearsal import rehearse
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.ladder import next_rung, visible_from
 from synth.rehearsal.one_case import Call, diagnosed, perform
-from synth.rehearsal.outcome import CANNOT, CaseOutcome, named_causes
+from synth.rehearsal.outcome import CANNOT, CaseOutcome, explanations_of, named_causes
 from synth.rehearsal.plants import RUNGS, Field, Planted, PlantingTask, places
 from synth.rehearsal.rehearsal_result import RehearsalResult
 from synth.rehearsal.rehearse import Rehearsal
@@ -194,6 +194,7 @@ def test_the_causes_named_by_a_gap_file() -> None:
     document = {"verdict": "tie", "ranked": [other, cause], "explanation": [cause], "tied": [[other]]}
     assert named_causes(document) == (("latency", "hip"), ("backlash", "knee"))
     assert named_causes(document | {"verdict": "unknown"}) == ()
+    assert explanations_of(document) == ((("backlash", "knee"),), (("latency", "hip"),))
 
 
 def test_a_diagnosis_can_open_neither_answers_nor_generator(tmp_path: Path) -> None:
@@ -275,7 +276,7 @@ def test_a_result_has_sizes_confusions_and_false_alarms(rig: Rig) -> None:
     assert by_effect["coulomb_friction"]["visible_from"]["unit"] == "N*m"
     assert by_effect["backlash"]["visible_from"] is None
     assert by_effect["backlash"]["taken_for"] == {"one_sided_spring (knee)": 1}
-    assert found["nothing_planted"] == {"cases": 2, "right": 1, "taken_for": {"latency (hip)": 1}}
+    assert found["nothing_planted"] == {"cases": 2, "right": 1, "tied": 0, "taken_for": {"latency (hip)": 1}}
     assert found["not_in_the_library"]["right"] == 1
     assert "named in 1 of 2" in found["sentence"]
     assert "1 of 2 causes that were planted were found at some size." in found["sentence"]
