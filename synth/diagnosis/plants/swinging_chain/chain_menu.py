@@ -51,7 +51,7 @@ def menu(
         conditions: Conditions,
         ramp: tuple[int, float] | None = None,
     ) -> MenuItem[AngleTrial]:
-        release = _within(leg, rest + share * away)
+        release = leg.within_travel(rest + share * away)
         angles = dict(zip(leg.joint_names, leg.to_measured(release).tolist(), strict=True))
         torque = None if ramp is None else (leg.joint_names[ramp[0]], ramp[1], LENGTH)
         entry = {"file": "trials/next.csv", **keys}
@@ -86,7 +86,8 @@ def menu(
 
 
 def _commands(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial], wanted: NextCommand) -> CommandMenu:
-    return CommandMenu(leg, bench, CommandLimits.of(leg, trials, wanted), wanted.length)
+    begun = np.median([trial.recording.smoothed.angle[0] for trial in trials], axis=0)
+    return CommandMenu(leg, bench, CommandLimits.of(leg, trials, wanted), wanted.length, begun)
 
 
 def variations(
@@ -106,15 +107,6 @@ def variations(
     programmes = [item.source for item in best if isinstance(item.source, Programme)]
     each = -(-VARIED // max(len(programmes), 1))
     return [commands.of_programme(programme.varied(rng)) for programme in programmes for _ in range(each)]
-
-
-def _within(leg: Leg, rotation: Array) -> Array:
-    """The pose within the joints' travel, if the leg file gives one."""
-    measured = leg.to_measured(rotation)
-    for j, joint in enumerate(leg.joints):
-        if joint.range is not None:
-            measured[j] = np.clip(measured[j], *joint.range)
-    return leg.to_rotation(measured)
 
 
 def _imagined(
