@@ -107,7 +107,7 @@ def _variance(time: Array, value: Array, good: Mask, order: int) -> float:
     """rad^2, of the white noise of readings (m,), by their differences; nan for too few."""
     if len(value) < order + FEWEST:
         return np.nan
-    difference = _unit_differences(time, value, order)[np.lib.stride_tricks.sliding_window_view(good, order + 1).all(1)]
+    difference = unit_differences(time, value, order)[np.lib.stride_tricks.sliding_window_view(good, order + 1).all(1)]
     if len(difference) < FEWEST:
         return np.nan
     robust = 1.4826 * float(np.median(np.abs(difference))) + 1e-12
@@ -115,7 +115,7 @@ def _variance(time: Array, value: Array, good: Mask, order: int) -> float:
     return float(np.mean(kept**2)) / 0.9733  # variance of a normal truncated at 3
 
 
-def _unit_differences(time: Array, value: Array, order: int) -> Array:
+def unit_differences(time: Array, value: Array, order: int) -> Array:
     """(m - order,) rad, differences of neighbours, scaled so that white noise has its own deviation in each.
 
     Of uneven samples divided differences: plain ones show each step's deviation times the joint's speed. A swing of

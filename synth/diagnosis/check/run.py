@@ -26,6 +26,7 @@ from synth.diagnosis.plants.swinging_chain.pieces import wholes
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.diagnosis.sensor_noise import sensor
 from synth.diagnosis.workbench import Workbench
+from synth.fit.recordings import recordings as as_recordings
 from synth.swing.chain import Conditions
 
 if TYPE_CHECKING:
@@ -48,14 +49,20 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
     tell = say or (lambda text: None)
     tell("channels, clocks and ranges")
     leg = project.leg
-    warnings = check_trials(leg, project.trials)
+    # What an undersampled motion does from one sample to the next is no noise, and no reason to call it at rest.
+    lost = {
+        recording.name for recording in as_recordings(leg, project.trials, ()) if not sampling(leg, recording).resolved
+    }
+    kept = [trial for trial in project.trials if trial.name not in lost]
+    warnings = check_trials(leg, kept) if any(not trial.held_out for trial in kept) else ()
     scene, more = scene_of(leg, project.trials, project.tolerance, project.seed, project.noise)
     # Whole, not the pieces that they are compared in: in a piece a joint may hold still while another moves.
     learnt = [trial.recording for trial in wholes(scene.given)]
     recordings = [*learnt, *(trial.recording for trial in wholes(scene.held))]
-    found = sensor(learnt).stated(leg.joint_names, project.noise)
-    read = channels(leg.joint_names, recordings, found)
-    steps = tuple(sampling(recording) for recording in recordings)
+    steps = tuple(sampling(leg, recording) for recording in recordings)
+    resolved = [recording for recording in learnt if recording.name not in lost]
+    found = sensor(resolved or learnt).stated(leg.joint_names, project.noise)
+    read = channels(leg.joint_names, recordings, found, noise_seen=bool(resolved))
     covered = coverage(leg, learnt)
     findings: list[Finding] = [Finding("doubt", text) for text in (*warnings, *more)]
     findings += clock_findings(leg, recordings, steps)
