@@ -118,4 +118,4 @@ def _outcome(
     made = CaseOutcome(
         task, key, main["form"], main["gap"], main["size"], small, document["verdict"], named, probability, seconds
     )
-    return replace(made, explanations=explanations_of(document))
+    return replace(made, explanations=explanations_of(document), small_gap=planted.answer["small_gap"])

@@ -18,10 +18,10 @@ class CaseOutcome:
     """One case.
 
     ``planted`` : the main cause, None if there was none or it was not possible; ``gap`` rad and ``size`` (SI, see
-    ``sizes.MEANING``) of it; ``small`` : additional causes. ``verdict`` : of the diagnosis, ``cannot`` or ``failed``;
-    ``named`` : the causes of all its explanations, the most probable first; ``probability`` of the first.
-    ``explanations`` : the accepted one and those tied with it; None: one only. ``message`` : the end of the error
-    output if the diagnosis failed.
+    ``sizes.MEANING``) of it; ``small`` : additional causes, which leave ``small_gap`` rad together. ``verdict`` : of
+    the diagnosis, ``cannot`` or ``failed``; ``named`` : the causes of all its explanations, the most probable first;
+    ``probability`` of the first. ``explanations`` : the accepted one and those tied with it; None: one only.
+    ``message`` : the end of the error output if the diagnosis failed.
     """
 
     task: PlantingTask
@@ -36,6 +36,7 @@ class CaseOutcome:
     seconds: float
     message: str = ""
     explanations: tuple[tuple[Key, ...], ...] | None = None
+    small_gap: float = 0.0
 
     @property
     def kind(self) -> str:
@@ -116,6 +117,7 @@ class CaseOutcome:
             "gap": self.gap,
             "size": self.size,
             "small": [list(key) for key in self.small],
+            "small_gap": self.small_gap,
             "verdict": self.verdict,
             "named": [list(key) for key in self.named],
             "probability": self.probability,
@@ -142,6 +144,7 @@ class CaseOutcome:
             content["seconds"],
             content["message"],
             None if explanations is None else tuple(_keys(each) for each in explanations),
+            content["small_gap"],
         )
 
 

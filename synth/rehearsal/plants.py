@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,8 +22,8 @@ from synth.rehearsal.users_rig import Rig
 LIBRARY: dict[str, Maker] = {
     k: v for k, v in {**EFFECTS, **PARAMETER_ERRORS, **SERVO_ERRORS}.items() if k != "encoder_quantisation"
 }
-# Gap of a main cause relative to the unexplained background (noise and small causes), in steps of about three, the
-# best resolution of a few draws.
+# Gap of a main cause relative to what is unexplained beside it (noise and the case's small causes), in steps of about
+# three, the best resolution of a few draws.
 RUNGS = (1.0, 3.0, 10.0, 30.0)
 SMALL = 3  # additional causes; each has the share of the background that adds up to it in squares
 POOL = 9  # pool of additional causes from which each case draws
@@ -76,14 +76,17 @@ class Field:
         made._sow(rng)
         return made
 
-    @property
-    def unexplained(self) -> float:
-        """Rad RMS left by noise and small causes."""
-        return math.hypot(self.ground.floor, self.rig.background)
+    def left_by(self, beside: Sequence[PlantedCause]) -> float:
+        """Rad RMS that these causes leave together, as if independent."""
+        return self.ground.floor * math.hypot(*(cause.reached for cause in beside))
+
+    def unexplained(self, beside: Sequence[PlantedCause]) -> float:
+        """Rad RMS left by noise and these small causes."""
+        return math.hypot(self.ground.floor, self.left_by(beside))
 
     def _sow(self, rng: np.random.Generator) -> None:
         each = self.rig.background / math.sqrt(SMALL) / self.ground.floor
-        if each < 1.0:  # hidden by the noise
+        if self.rig.background < self.ground.floor:  # all of them together are hidden by the noise
             return
         names = [name for name in (*LIBRARY, *UNLISTED_EFFECTS) if name not in (*UNSEEN, *TORQUE_ERRORS)]
         names = [name for name in names if self.rig.nominal.servos or name not in SERVO_ERRORS]
@@ -111,14 +114,14 @@ class Field:
     def plant(self, rng: np.random.Generator, task: PlantingTask) -> Planted | None:
         """The case; None if the joint cannot have such a cause."""
         ground, main = self.ground, []
+        others = [cause for cause in self.small if cause.effect != task.effect]
+        beside = [others[i] for i in rng.permutation(len(others))[:SMALL]]
         if task.effect:
-            strength = RUNGS[task.rung] * self.unexplained / ground.floor
+            strength = RUNGS[task.rung] * self.unexplained(beside) / ground.floor
             found = self._cause(rng, task.effect, task.joint, strength, NEAR)
             if found is None:
                 return None
             main.append(found)
-        others = [cause for cause in self.small if cause.effect != task.effect]
-        beside = [others[i] for i in rng.permutation(len(others))[:SMALL]]
         truth, sensor = combined(ground.setup, [*main, *beside])
         readings = []
         for i, (motion, trial) in enumerate(zip(ground.run(truth, sensor, True), self.rig.trials, strict=True)):
@@ -149,6 +152,7 @@ class Field:
                 for cause in main
             ],
             "small": [[cause.effect, names[cause.joint]] for cause in beside],
+            "small_gap": self.left_by(beside),
         }
 
 

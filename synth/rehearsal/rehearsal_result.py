@@ -122,7 +122,8 @@ class RehearsalResult:
         if left > 0:
             text += f" {left} further causes that may act in this leg were not planted."
         if nothing:
-            text += " With small causes only, an absent cause is named in "
+            beside = {len(nothing): "small causes", 0: "noise"}.get(sum(bool(o.small) for o in nothing))
+            text += f" With {beside or 'noise and some small causes'} only, an absent cause is named in "
             text += _of(sum(not o.right and not o.tied for o in nothing), len(nothing))
             text += _some(sum(o.tied for o in nothing), " and tied with a true explanation in {}") + "."
         if others:
@@ -152,6 +153,7 @@ class RehearsalResult:
             "cases": len(self.outcomes),
             "background": quantity(self.rig.background, "deg"),
             "background_share": BACKGROUND,
+            "small_causes": self._small(),
             "noise": quantity(float(np.sqrt(np.mean(self.rig.noise**2))), "deg"),
             "rungs": list(RUNGS),
             "causes": [shown.as_json() for shown in self.shown],
@@ -164,11 +166,21 @@ class RehearsalResult:
             **remarks_json(self.rig.left_out),
         }
 
+    def _small(self) -> dict[str, Any]:
+        """In how many cases small causes were planted, how many at most, and the median gap that they leave."""
+        planted = [o for o in self.outcomes if o.counts]
+        beside = [o for o in planted if o.small]
+        gap = float(np.median([o.small_gap for o in beside])) if beside else None
+        most = max((len(o.small) for o in beside), default=0)
+        told = None if gap is None else quantity(gap, "deg")
+        return {"cases": len(beside), "of": len(planted), "most": most, "gap": told}
+
     def _tally(self, kind: str) -> dict[str, Any]:
         """Number of correct cases, and the confusions of the others."""
         found = self.of_kind(kind)
         wrong = Counter(o.taken_for for o in found if not o.right and not o.tied)
         tallied = {"cases": len(found), "right": sum(o.right for o in found), "tied": sum(o.tied for o in found)}
+        tallied["with_small"] = sum(bool(o.small) for o in found)
         return tallied | {"taken_for": dict(wrong.most_common())}
 
     def _confusion(self, names: Sequence[Key]) -> list[dict[str, Any]]:

@@ -201,7 +201,7 @@ def _by_design(kind: Witness, group: Sequence[Sampling]) -> Finding:
         text += f"{FEWEST:g} times per period (sampled at {rate:.4g} Hz); noise would be a quarter of the motion"
         return Finding("doubt", text, "sample faster; if the readings still jump, a quieter sensor", place)
     slowest, fastest = worst.designed
-    span = f"{slowest:.3g} to {fastest:.3g} Hz" if fastest > 1.01 * slowest else f"{fastest:.3g} Hz"
+    span = " to ".join(dict.fromkeys([f"{slowest:.3g}", f"{fastest:.3g}"])) + " Hz"
     text = (
         f"sampled at {rate:.4g} Hz, while the designed leg swings at {span}: {rate / fastest:.1f} samples per period "
     )
