@@ -57,11 +57,16 @@ class Planted:
 
 @dataclass
 class Field:
-    """The user's rig with one leg drawn within its tolerances, and its small causes."""
+    """The user's rig with one leg drawn within its tolerances, and its small causes, each made when first drawn.
+
+    ``seeds`` of the leg; ``pool`` : names of small causes, of each place the first that the leg can have.
+    """
 
     rig: Rig
     ground: PlainMotion
-    small: list[PlantedCause] = field(default_factory=list)
+    seeds: tuple[int, ...]
+    pool: tuple[tuple[str, ...], ...] = ()
+    small: dict[int, PlantedCause | None] = field(default_factory=dict)
 
     @classmethod
     def of(cls, rig: Rig, seed: int, draw: int) -> Field:
@@ -71,10 +76,15 @@ class Field:
         ------
         NotApplicable : the trials hardly move the leg.
         """
-        rng = np.random.default_rng([seed, draw, 0xF1E1D])
-        made = cls(rig, PlainMotion(rig.built(rng)))
-        made._sow(rng)
-        return made
+        seeds = (seed, draw, 0xF1E1D)
+        rng = np.random.default_rng(seeds)
+        ground = PlainMotion(rig.built(rng))
+        if rig.background < ground.floor:  # all of them together are hidden by the noise
+            return cls(rig, ground, seeds)
+        names = [name for name in (*LIBRARY, *UNLISTED_EFFECTS) if name not in (*UNSEEN, *TORQUE_ERRORS)]
+        names = [name for name in names if rig.nominal.servos or name not in SERVO_ERRORS]
+        order = rng.permutation(sorted(names)).tolist()
+        return cls(rig, ground, seeds, tuple(tuple(order[k::POOL]) for k in range(POOL)))
 
     def left_by(self, beside: Sequence[PlantedCause]) -> float:
         """Rad RMS that these causes leave together, as if independent."""
@@ -84,18 +94,26 @@ class Field:
         """Rad RMS left by noise and these small causes."""
         return math.hypot(self.ground.floor, self.left_by(beside))
 
-    def _sow(self, rng: np.random.Generator) -> None:
-        each = self.rig.background / math.sqrt(SMALL) / self.ground.floor
-        if self.rig.background < self.ground.floor:  # all of them together are hidden by the noise
-            return
-        names = [name for name in (*LIBRARY, *UNLISTED_EFFECTS) if name not in (*UNSEEN, *TORQUE_ERRORS)]
-        names = [name for name in names if self.rig.nominal.servos or name not in SERVO_ERRORS]
-        for name in rng.permutation(sorted(names)).tolist():
-            if len(self.small) == POOL:
-                return
-            cause = self._cause(rng, name, int(rng.integers(0, self.rig.nominal.n)), each, 3.0 * NEAR)
-            if cause is not None:
-                self.small.append(cause)
+    def beside(self, rng: np.random.Generator, effect: str) -> list[PlantedCause]:
+        """The small causes of a case, none of them the main one's ``effect``."""
+        found: list[PlantedCause] = []
+        for place in rng.permutation(len(self.pool)).tolist():
+            cause = self._small(place) if len(found) < SMALL else None
+            if cause is not None and cause.effect != effect:
+                found.append(cause)
+        return found
+
+    def _small(self, place: int) -> PlantedCause | None:
+        """The small cause at a place of the pool; the same whenever it is drawn."""
+        if place not in self.small:
+            rng = np.random.default_rng((*self.seeds, place))
+            each = self.rig.background / math.sqrt(SMALL) / self.ground.floor
+            tried = (
+                self._cause(rng, name, int(rng.integers(0, self.rig.nominal.n)), each, 3.0 * NEAR)
+                for name in self.pool[place]
+            )
+            self.small[place] = next((cause for cause in tried if cause is not None), None)
+        return self.small[place]
 
     def _cause(
         self, rng: np.random.Generator, effect: str, joint: int, strength: float, near: float
@@ -114,8 +132,7 @@ class Field:
     def plant(self, rng: np.random.Generator, task: PlantingTask) -> Planted | None:
         """The case; None if the joint cannot have such a cause."""
         ground, main = self.ground, []
-        others = [cause for cause in self.small if cause.effect != task.effect]
-        beside = [others[i] for i in rng.permutation(len(others))[:SMALL]]
+        beside = self.beside(rng, task.effect)
         if task.effect:
             strength = RUNGS[task.rung] * self.unexplained(beside) / ground.floor
             found = self._cause(rng, task.effect, task.joint, strength, NEAR)
