@@ -16,7 +16,7 @@ from synth.diagnosis.check.channels import Channel, channel_findings, channels
 from synth.diagnosis.check.check_result import Check
 from synth.diagnosis.check.clocks import clock_findings, sampling
 from synth.diagnosis.check.coverage import coverage, coverage_findings
-from synth.diagnosis.check.finding import Finding, of_alike, worst_first
+from synth.diagnosis.check.finding import Finding, of_alike, of_remark, worst_first
 from synth.diagnosis.check.lags import Lag, lag_findings, lags
 from synth.diagnosis.check.separability import Separability, separability
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
@@ -64,7 +64,8 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
     found = sensor(resolved or learnt).stated(leg.joint_names, project.noise)
     read = channels(leg.joint_names, recordings, found, noise_seen=bool(resolved))
     covered = coverage(leg, learnt)
-    findings: list[Finding] = [Finding("doubt", text) for text in (*warnings, *more)]
+    names = [trial.name for trial in project.trials]
+    findings: list[Finding] = [of_remark(text, names) for text in (*warnings, *more)]
     findings += clock_findings(leg, recordings, steps)
     findings += channel_findings(leg.joint_names, recordings, found, read)
     findings += coverage_findings(leg, learnt, covered)

@@ -1,4 +1,4 @@
-"""Noise that a project states is of one reading; means of dense readings have less."""
+"""Dense recordings are averaged in groups: stated noise is of one reading, and averaging is no doubt."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from diagnosis.simulated_releases import ONE, recorded
+from synth.diagnosis.check.finding import of_alike, of_remark
+from synth.diagnosis.check.run import check
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.sensor_noise import sensor
 from synth.files.gap_project import GapProject, Tolerance, read_gap_project
 from synth.files.leg_file import write_leg
-from synth.fit.recordings import recordings
+from synth.fit.recordings import recordings, thinned_sentences
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.plants import Planted
 from synth.rehearsal.users_rig import users_rig
@@ -55,3 +57,14 @@ def test_a_rehearsal_scatters_the_means_as_much(tmp_path: Path) -> None:
     readings = tuple(ONE.to_measured(each.rotation) for each in MADE)
     case = read_gap_project(write_case(own, rig, Planted(readings, {}), tmp_path / "case"))
     assert case.noise["knee"] == pytest.approx(rig.noise[0])
+
+
+def test_averaging_is_a_note_once_and_no_doubt() -> None:
+    """Of two faultless recordings it was two doubts, among the eight findings that are shown."""
+    texts = thinned_sentences(MADE)
+    found = of_alike([of_remark(text, [each.name for each in DENSE]) for text in texts])
+    assert [(each.level, each.recording) for each in found] == [("note", f"{DENSE[0].name} and 1 more")]
+    assert found[0].text.startswith("20001 samples over 2 s are more than the motion needs")
+    assert of_remark("3 of 5 trials", ["3"]).as_json()["level"] == "doubt"
+    checked = check(GapProject(Path("gap.yaml"), ONE.name, ONE, DENSE, Tolerance(), 0, (), ()))
+    assert not [each for each in checked.findings if each.level == "doubt" and "averaged" in each.text]
