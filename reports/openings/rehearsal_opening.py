@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from synth.reports.opening import Cell, Figures, Opening
 from synth.reports.quantities import brief
 from synth.reports.reading import Result
-from synth.reports.section import sequence
+from synth.reports.section import mapping, sequence
 
 # Causes shown first, of a leg with servos too
 ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency", "servo_gain", "gear_load_friction")
@@ -16,14 +17,24 @@ ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency", "servo_gai
 def rehearsal_opening(result: Result) -> Opening:
     """The sentence, and the sizes of what people ask for first."""
     document = result.content
-    share = 100.0 * float(document.get("background_share") or 0.0)
     trust = (
         f"{document.get('cases')} cases in simulations of this leg with these trials, this noise and these tolerances, "
-        f"additional small causes that leave {share:g} % of the motion ({brief(document.get('background'))}), "
-        "with an independent engine and other functional forms; each diagnosed without access to the answer."
+        f"{_beside(document)}, with an independent engine and other functional forms; each diagnosed without access "
+        "to the answer."
     )
     more = "For surer counts plant more: the same command with a larger `--count` goes on from here."
     return Opening(str(document.get("sentence") or ""), trust, [more], figures=_figures(result))
+
+
+def _beside(document: Mapping[str, Any]) -> str:
+    """What was planted beside the main causes."""
+    share = f"{100.0 * float(document.get('background_share') or 0.0):g} % of the motion"
+    small, aim = mapping(document, "small_causes"), brief(document.get("background"))
+    if not small.get("cases"):
+        return f"no small causes beside ({share}, {aim}, would be hidden by the noise, {brief(document.get('noise'))})"
+    where = "" if small.get("cases") == small.get("of") else f" in {small.get('cases')} of {small.get('of')}"
+    text = f"up to {small.get('most')} small causes beside{where} that leave {brief(small.get('gap'))} "
+    return text + f"(aim: {share}, {aim})"
 
 
 def _figures(result: Result) -> Figures | None:
@@ -44,5 +55,5 @@ def visible_cell(cause: object) -> Cell:
     if not isinstance(cause, Mapping) or not cause.get("cases"):
         return Cell("–")
     if cause.get("visible_from") is None:
-        return Cell("never")
+        return Cell("only tied" if cause.get("tied") else "never")
     return Cell(brief(cause["visible_from"]), f"gap {brief(cause.get('visible_gap'))}")

@@ -10,7 +10,8 @@ from synth.reports.reading import Result
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 CELL = 15.0  # px
-VERDICTS = ("none", "unknown", "failed")  # verdicts without a cause
+# Diagnoses that name no cause: ties first, with the planted cause among those that may be there, and without it
+VERDICTS = ("tied with others", "tie of others", "none", "unknown", "failed")
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:

@@ -17,7 +17,6 @@ def content(result: Result) -> dict[str, Any]:
         if not isinstance(cause, Mapping):
             continue
         cell = visible_cell(cause)
-        taken = ", ".join(f"{name.replace('_', ' ')} ×{count}" for name, count in mapping(cause, "taken_for").items())
         rows.append(
             {
                 "name": f"{str(cause.get('effect')).replace('_', ' ')}, {cause.get('joint')}",
@@ -25,8 +24,12 @@ def content(result: Result) -> dict[str, Any]:
                 "gap": cell.small,
                 "of": mapping(cause, "visible_from").get("of", ""),
                 "named": f"{cause.get('named')} of {cause.get('cases')}",
+                "absent": cause.get("named_with_absent") or 0,
                 "large": f"{cause.get('large_named')} of {cause.get('large')}",
-                "taken": taken,
+                "large_tied": cause.get("large_tied") or 0,
+                "tied": f"{cause.get('tied')} of {cause.get('cases')}" if cause.get("tied") else "",
+                "tied_with": _counted(mapping(cause, "tied_with")),
+                "taken": _counted(mapping(cause, "taken_for")),
             }
         )
     return {
@@ -34,6 +37,10 @@ def content(result: Result) -> dict[str, Any]:
         "nothing": mapping(result.content, "nothing_planted"),
         "strange": mapping(result.content, "not_in_the_library"),
     }
+
+
+def _counted(found: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name.replace('_', ' ')} ×{count}" for name, count in found.items())
 
 
 SECTION = ReportSection("smallest", "Smallest sizes found", content, "rehearsal-sizes")

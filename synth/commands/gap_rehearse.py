@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from synth.rehearsal.outcome import CaseOutcome
 
 Json = Mapping[str, Any]
-MOST_WRONG = 8  # confusions on the screen; JSON and page list all
+MOST_WRONG = 8  # confusions and ties on the screen; JSON and page list all
 
 
 def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: GapProject) -> int:
@@ -27,7 +27,7 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
     from synth.batch.task_outcome import versions
     from synth.files.output import output_folder, sha256_file, write_json
     from synth.rehearsal.rehearsal_result import RehearsalResult
-    from synth.rehearsal.rehearse import WORDS, Rehearsal, default_count
+    from synth.rehearsal.rehearse import CASES, WORDS, Rehearsal, default_count
     from synth.rehearsal.users_rig import users_rig
     from synth.reports import write_rehearsal_report
 
@@ -35,7 +35,7 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
     identity = {item.name: item.sha256 for item in project.inputs} | {t.name: t.sha256 for t in project.trials}
     effects = tuple(os.path.realpath(file) for file in arguments.effect)
     identity |= {file: sha256_file(file) for file in effects}
-    identity |= {"project": project.path.name, "seed": str(project.seed)} | versions()
+    identity |= {"project": project.path.name, "seed": str(project.seed), "cases": CASES} | versions()
     count = arguments.count or default_count(rig, project.seed)
     earlier = _earlier(Path(arguments.out), identity)
     progress.compiling(len(project.leg.joints))
@@ -83,9 +83,11 @@ def _earlier(out: Path, identity: Mapping[str, str]) -> dict[str, CaseOutcome]:
 
 
 def rehearsal_text(content: Json) -> str:
-    """The answer, the smallest sizes found, and the confusions."""
+    """The answer, the smallest sizes found, the ties and the confusions."""
     parts = [str(content["sentence"]), "", "smallest size found:", _sizes(content["causes"])]
-    wrong = _wrong(content["causes"])
+    tied, wrong = _listed(content["causes"], "tied_with"), _listed(content["causes"], "taken_for")
+    if tied:
+        parts += ["", "not distinguished from:", *tied]
     if wrong:
         parts += ["", "large, but taken for another cause:", *wrong]
     return "\n".join(parts)
@@ -102,18 +104,20 @@ def _sizes(causes: Sequence[Json]) -> str:
 
 
 def _size(cause: Json | None) -> str:
-    """The size; ``never`` where it was not found, ``-`` where it was not or cannot be planted."""
+    """The size; ``tied`` or ``never`` where it was not found, ``-`` where it was not or cannot be planted."""
     if cause is None or not cause["cases"]:
         return "-"
     size = cause["visible_from"]
-    return "never" if size is None else f"{size['value']:.2g} {size['unit']}"
+    if size is None:
+        return "tied" if cause["tied"] else "never"
+    return f"{size['value']:.2g} {size['unit']}"
 
 
-def _wrong(causes: Sequence[Json]) -> list[str]:
+def _listed(causes: Sequence[Json], key: str) -> list[str]:
     pairs = [
         (count, f"{cause['effect'].replace('_', ' ')} ({cause['joint']})", name.replace("_", " "))
         for cause in causes
-        for name, count in cause["taken_for"].items()
+        for name, count in cause[key].items()
     ]
     pairs.sort(key=lambda item: -item[0])
     lines = [f"- {true}: {name}" + (f", {count} times" if count > 1 else "") for count, true, name in pairs]

@@ -41,17 +41,20 @@ class AngleSensor:
     """``noise`` (n,) rad RMS of a reading about the true angle; ``step`` (n,) rad of one count, 0 if not visible.
 
     ``scatter`` (n,) : readings about a smooth motion over readings from one to the next; from ``FILTERED`` on they were
-    filtered. ``known`` : joints whose noise is stated, not read.
+    filtered. ``known`` : joints whose noise is stated, not read. ``of_mean`` (n,) : noise of a used angle over that of
+    a reading, below 1 where dense readings are averaged.
     """
 
     noise: Array
     step: Array
     scatter: Array
     known: tuple[int, ...] = ()
+    of_mean: Array | None = None
 
     def stated(self, joints: Sequence[str], noise: Mapping[str, float] | None) -> AngleSensor:
-        """With the noise (rad) that a project states of some joints, in place of what the readings show."""
-        known = {joints.index(joint): value for joint, value in (noise or {}).items()}
+        """With the noise (rad) of a reading that a project states of some joints, in place of what they show."""
+        share = np.ones(len(joints)) if self.of_mean is None else self.of_mean
+        known = {joints.index(joint): value * share[joints.index(joint)] for joint, value in (noise or {}).items()}
         found = self.noise.copy()
         found[list(known)] = [*known.values()]
         return replace(self, noise=found, known=tuple(known))
@@ -94,7 +97,15 @@ def sensor(recordings: Sequence[Recording]) -> AngleSensor:
     alike = np.abs(np.log(noise / usual)) < SAME
     if np.any(alike):
         noise[alike] = np.sqrt(np.mean(noise[alike] ** 2))
-    return AngleSensor(noise, step, scatter)
+    return AngleSensor(noise, step, scatter, of_mean=np.array([_of_mean(recordings, j) for j in range(n)]))
+
+
+def _of_mean(recordings: Sequence[Recording], joint: int) -> float:
+    """Noise of an angle over that of a reading, as of the usual trial; see ``motion.thinning``."""
+    found = [
+        1.0 / recording.averaged[joint] for recording in recordings if recording.averaged and joint in recording.free
+    ]
+    return float(np.sqrt(np.median(found))) if found else 1.0
 
 
 def _scatter(recordings: Sequence[Recording], joint: int, noise: float) -> float:
@@ -107,7 +118,7 @@ def _variance(time: Array, value: Array, good: Mask, order: int) -> float:
     """rad^2, of the white noise of readings (m,), by their differences; nan for too few."""
     if len(value) < order + FEWEST:
         return np.nan
-    difference = _unit_differences(time, value, order)[np.lib.stride_tricks.sliding_window_view(good, order + 1).all(1)]
+    difference = unit_differences(time, value, order)[np.lib.stride_tricks.sliding_window_view(good, order + 1).all(1)]
     if len(difference) < FEWEST:
         return np.nan
     robust = 1.4826 * float(np.median(np.abs(difference))) + 1e-12
@@ -115,7 +126,7 @@ def _variance(time: Array, value: Array, good: Mask, order: int) -> float:
     return float(np.mean(kept**2)) / 0.9733  # variance of a normal truncated at 3
 
 
-def _unit_differences(time: Array, value: Array, order: int) -> Array:
+def unit_differences(time: Array, value: Array, order: int) -> Array:
     """(m - order,) rad, differences of neighbours, scaled so that white noise has its own deviation in each.
 
     Of uneven samples divided differences: plain ones show each step's deviation times the joint's speed. A swing of

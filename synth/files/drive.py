@@ -84,7 +84,8 @@ class DriveKeys(FileModel):
         if self.kind != "torque" and self.motor is not None and self.motor.resistance is None:
             raise refusal('"resistance" of the motor is missing: write it, for example resistance: 2 ohm')
         if self.kind == "servo" and self.motor is not None and self.supply is None:
-            raise refusal('"supply" is missing: write it, for example supply: 12 V')
+            text = '"supply" is missing: write it, for example supply: 12 V'
+            raise refusal(text + "; recordings with a column supply [V] use theirs")
         return self
 
     def drive(self) -> Drive:

@@ -51,6 +51,7 @@ class Recording:
     leg: Leg | None = None  # the trial's own leg, if it differs
     thinning: str = ""
     signals: ServoSignals | None = None  # inputs of the servos
+    averaged: tuple[int, ...] = ()  # readings whose mean each angle is, joint by joint; empty: 1
 
     @property
     def driven(self) -> bool:
@@ -228,7 +229,18 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
         signals = replace(drive_signals, command=leg.to_rotation(drive_signals.command), supply=drive_signals.supply)
     conditions = Conditions(locked, trial.tip_mass, trial.tilt, trial.tip_inertia, trial.tip_at)
     return Recording(
-        trial.name, time, rotation, counts, conditions, smoothed, known, n_lost, trial.leg, thin.sentence, signals
+        trial.name,
+        time,
+        rotation,
+        counts,
+        conditions,
+        smoothed,
+        known,
+        n_lost,
+        trial.leg,
+        thin.sentence,
+        signals,
+        thin.averaged,
     )
 
 

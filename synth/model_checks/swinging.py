@@ -15,7 +15,7 @@ from scipy.special import ellipk
 from synth.arrays import Array
 from synth.model_checks.checked import ModelCheck
 from synth.swing.chain import Conditions, simulate
-from synth.swing.leg_model import Damper, Leg
+from synth.swing.leg_model import Damper, Joint, Leg
 from synth.swing.mechanics import rest_pose
 
 SWING = np.radians(30.0)  # of the pendulum: the period is 1.7 % longer than for small swings, so both forms are tested
@@ -34,6 +34,12 @@ def swinging_checks(leg: Leg) -> tuple[list[ModelCheck], list[str]]:
     names = sorted({name for joint in leg.joints for name in joint.effects} | set(leg.effects))
     if names:
         left_out.append(f"the file's effects ({', '.join(names)}) are left out of these checks")
+    driven = [joint.name for joint in leg.joints if joint.drive is not None]
+    if driven:
+        left_out.append(
+            f"the drive{'s' if len(driven) > 1 else ''} of {', '.join(driven)}: motor, servo and control steps are "
+            "left out of these checks; of a drive only the rotor's inertia takes part"
+        )
     plain = without_effects(leg)
     checks = []
     if leg.gravity > 0:
@@ -71,8 +77,13 @@ def _weight(leg: Leg) -> float:
 
 
 def without_effects(leg: Leg) -> Leg:
-    """The leg with links, springs, dampers and armatures only."""
-    return replace(leg, effects={}, joints=tuple(replace(joint, effects={}) for joint in leg.joints))
+    """The leg with links, springs, dampers and armatures only; a drive's rotor is part of its joint's armature."""
+    return replace(leg, effects={}, joints=tuple(_plain(joint) for joint in leg.joints))
+
+
+def _plain(joint: Joint) -> Joint:
+    # A winding's lag, without its drive, takes nothing from the inertia.
+    return replace(joint, effects={}, drive=None, armature=max(joint.armature, joint.with_rotor))
 
 
 def outboard(leg: Leg, j: int, pose: Array) -> tuple[float, float, float]:
@@ -218,7 +229,7 @@ def _undamped(leg: Leg) -> Leg:
 
 
 def _slowest(leg: Leg, pose: Array) -> float:
-    """The lowest natural frequency of a joint about the pose, all others locked, rad/s."""
+    """The lowest natural frequency of a joint about the pose, all others locked, rad/s; 0 if one has no stiffness."""
     found = []
     for j, joint in enumerate(leg.joints):
         inertia, moment, _ = outboard(leg, j, pose)
@@ -233,7 +244,8 @@ def energy_kept(leg: Leg) -> list[ModelCheck]:
     """
     pose = rest_pose(leg)
     start = pose + AWAY
-    times = np.linspace(0.0, min(2.0, 3 * 2 * pi / _slowest(leg, pose)), 4001)
+    slowest = _slowest(leg, pose)
+    times = np.linspace(0.0, min(2.0, 3 * 2 * pi / slowest) if slowest > 0.0 else 2.0, 4001)
     released = potential(leg, start) - potential(leg, pose)
     n, checks = len(pose), []
     motion = simulate(_undamped(leg), start, np.zeros(n), times, tolerance=FINE, rates=True)

@@ -33,13 +33,17 @@ HOLE = 1.5  # times its usual length, above which a group contains a gap
 
 @dataclass(frozen=True)
 class Thinned:
-    """``time`` (m,) s, ``angle`` (m, n) rad and ``lost`` (m, n); groups of ``group`` samples out of ``rows``."""
+    """``time`` (m,) s, ``angle`` (m, n) rad and ``lost`` (m, n); groups of ``group`` samples out of ``rows``.
+
+    ``averaged`` (n,) : readings in each angle; 1 where the middle one of a group stands for it.
+    """
 
     time: Array
     angle: Array
     lost: Mask
     group: int
     rows: int
+    averaged: tuple[int, ...]
 
     @property
     def sentence(self) -> str:
@@ -62,7 +66,7 @@ def thinned(time: Array, angle: Array, lost: Mask) -> Thinned:
     """
     rows = len(time)
     if rows <= LONG:
-        return Thinned(time, angle, lost, 1, rows)
+        return Thinned(time, angle, lost, 1, rows, angle.shape[1] * (1,))
     bridged = np.empty_like(angle)
     for j in range(angle.shape[1]):
         good = ~lost[:, j]
@@ -73,7 +77,7 @@ def thinned(time: Array, angle: Array, lost: Mask) -> Thinned:
     while group > 1 and not _straight(bridged, noise, counts, group):
         group = _odd(group // 2)
     if group < 3:
-        return Thinned(time, angle, lost, 1, rows)
+        return Thinned(time, angle, lost, 1, rows, angle.shape[1] * (1,))
     return _grouped(time, bridged, lost, group, counts)
 
 
@@ -133,4 +137,5 @@ def _grouped(time: Array, angle: Array, lost: Mask, group: int, counts: Array) -
         mean[:, j], few[:, j] = angle[middle, j], lost[middle, j]
     length = time[group - 1 + group * np.arange(count)] - time[group * np.arange(count)]
     few |= (length > HOLE * np.median(length))[:, None]
-    return Thinned(_means(time, group), mean, few, group, len(time))
+    averaged = tuple(np.where(counts > 0.0, 1, group).tolist())
+    return Thinned(_means(time, group), mean, few, group, len(time), averaged)

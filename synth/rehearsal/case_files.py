@@ -19,7 +19,7 @@ from synth.units import write
 if TYPE_CHECKING:
     from synth.files.gap_project import GapProject
 
-KEPT_KEYS = ("tolerance", "accuracy", "noise", "seed")  # of the user's project, as written
+KEPT_KEYS = ("tolerance", "accuracy", "seed")  # of the user's project, as written
 
 
 def write_case(project: GapProject, rig: Rig, planted: Planted, folder: Path) -> Path:
@@ -46,8 +46,11 @@ def write_case(project: GapProject, rig: Rig, planted: Planted, folder: Path) ->
         _write_trial(folder / file, rig, number, planted.readings[number])
     write_leg(project.leg, folder / "nominal.leg.yaml")
     written = load(project.path).value
-    document = {"kind": "gap", "leg": "nominal.leg.yaml", "trials": entries}
+    document: dict[str, Any] = {"kind": "gap", "leg": "nominal.leg.yaml", "trials": entries}
     document |= {key: written[key] for key in KEPT_KEYS if key in written}
+    if project.noise:  # of the case's own readings, which are means where the user's are averaged
+        joints = project.leg.joint_names
+        document["noise"] = {name: write(float(rig.noise[joints.index(name)]), "deg") for name in project.noise}
     write_text(folder / "gap.yaml", yaml.safe_dump(document, sort_keys=False))
     return folder / "gap.yaml"
 

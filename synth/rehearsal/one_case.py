@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,7 @@ import numpy as np
 import synth
 from synth.planting.forms import NotApplicable
 from synth.rehearsal.case_files import write_case
-from synth.rehearsal.outcome import CANNOT, FAILED, CaseOutcome, named_causes
+from synth.rehearsal.outcome import CANNOT, FAILED, CaseOutcome, explanations_of, named_causes
 from synth.rehearsal.plants import Field, Planted, PlantingTask
 from synth.rehearsal.users_rig import Rig, users_rig
 
@@ -115,6 +115,7 @@ def _outcome(
     named = named_causes(document)
     first = [c["probability"] for c in document["ranked"] if named and (c["effect"], c["joint"]) == named[0]]
     probability = float(first[0]) if first else 0.0
-    return CaseOutcome(
+    made = CaseOutcome(
         task, key, main["form"], main["gap"], main["size"], small, document["verdict"], named, probability, seconds
     )
+    return replace(made, explanations=explanations_of(document), small_gap=planted.answer["small_gap"])

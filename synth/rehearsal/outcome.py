@@ -10,6 +10,7 @@ from synth.rehearsal.plants import LIBRARY, PlantingTask
 
 Key = tuple[str, str]  # effect and joint
 CANNOT, FAILED = "cannot", "failed"  # the joint cannot have such a cause; the diagnosis failed
+TIED, TIE = "tied with others", "tie of others"  # columns of the confusion matrix
 
 
 @dataclass(frozen=True)
@@ -17,9 +18,10 @@ class CaseOutcome:
     """One case.
 
     ``planted`` : the main cause, None if there was none or it was not possible; ``gap`` rad and ``size`` (SI, see
-    ``sizes.MEANING``) of it; ``small`` : additional causes. ``verdict`` : of the diagnosis, ``cannot`` or ``failed``;
-    ``named`` : its causes, the most probable first; ``probability`` of the first; ``shrink`` : the reduction of the
-    gap that it states for the first. ``message`` : the end of the error output if the diagnosis failed.
+    ``sizes.MEANING``) of it; ``small`` : additional causes, which leave ``small_gap`` rad together. ``verdict`` : of
+    the diagnosis, ``cannot`` or ``failed``; ``named`` : the causes of all its explanations, the most probable first;
+    ``probability`` of the first. ``explanations`` : the accepted one and those tied with it; None: one only.
+    ``message`` : the end of the error output if the diagnosis failed.
     """
 
     task: PlantingTask
@@ -33,6 +35,8 @@ class CaseOutcome:
     probability: float
     seconds: float
     message: str = ""
+    explanations: tuple[tuple[Key, ...], ...] | None = None
+    small_gap: float = 0.0
 
     @property
     def kind(self) -> str:
@@ -47,22 +51,59 @@ class CaseOutcome:
         return self.verdict not in (CANNOT, FAILED)
 
     @property
+    def agreed(self) -> tuple[Key, ...]:
+        """Causes that the diagnosis names: those in each of its explanations. What only some of a tie hold is open."""
+        if self.explanations is None:
+            return self.named
+        return tuple(key for key in self.named if all(key in each for each in self.explanations))
+
+    @property
     def right(self) -> bool:
-        """Right if the main cause is named; if unlisted, for unknown; if there is none, for no absent cause named."""
+        """Right if the main cause is named; if unlisted, for unknown; if there is none, for no absent cause at all."""
         if self.kind == "cause":
-            return self.planted in self.named
+            return self.planted in self.agreed
         if self.kind == "unlisted":
             return self.verdict == "unknown"
         return not set(self.named) - set(self.small)
 
     @property
+    def tied(self) -> bool:
+        """Whether some of the tied explanations are true: hold the main cause, without one no absent cause."""
+        if self.kind == "unlisted" or self.right:
+            return False
+        if self.kind == "cause":
+            return self.planted in self.named
+        return any(set(each) <= set(self.small) for each in self.explanations or ())
+
+    @property
+    def tied_with(self) -> tuple[str, ...]:
+        """The other causes that may be there instead, in words; empty if the main cause is not tied."""
+        others = [key for key in self.named if key not in self.agreed and key != self.planted]
+        return tuple(_words(key) for key in others) if self.tied else ()
+
+    @property
+    def with_absent(self) -> bool:
+        """Whether the main cause is named together with a cause that was not planted."""
+        return self.right and self.kind == "cause" and bool({*self.agreed} - {*self.small, self.planted})
+
+    @property
     def taken_for(self) -> str:
-        """The diagnosis in words: ``coulomb_friction (knee)``, ``none``, ``unknown``."""
+        """The diagnosis in words: ``coulomb_friction (knee)``, ``none``, ``unknown``; of a tie, all its causes."""
         if not self.counts:
             return self.verdict
-        if self.planted is not None and self.planted in self.named:
+        if self.planted is not None and self.planted in self.agreed:
             return _words(self.planted)
-        return _words(self.named[0]) if self.named else self.verdict
+        if self.agreed:
+            absent = [key for key in self.agreed if key not in self.small]
+            return _words((absent or self.agreed)[0])
+        return f"tie of {', '.join(_words(key) for key in self.named)}" if self.named else self.verdict
+
+    @property
+    def diagnosis(self) -> str:
+        """The same in a word, for a table: ties are ``TIED`` with the main cause among theirs, ``TIE`` without it."""
+        if self.tied:
+            return TIED
+        return TIE if self.counts and self.named and not self.agreed else self.taken_for
 
     def as_json(self) -> dict[str, Any]:
         """One entry of ``plants`` in the result; also stored for an interrupted run."""
@@ -76,18 +117,20 @@ class CaseOutcome:
             "gap": self.gap,
             "size": self.size,
             "small": [list(key) for key in self.small],
+            "small_gap": self.small_gap,
             "verdict": self.verdict,
             "named": [list(key) for key in self.named],
             "probability": self.probability,
             "seconds": self.seconds,
             "message": self.message,
+            "explanations": None if self.explanations is None else [[list(k) for k in e] for e in self.explanations],
         }
 
     @classmethod
     def from_json(cls, content: Mapping[str, Any]) -> CaseOutcome:
         """The inverse of ``as_json``."""
         task = PlantingTask(content["effect"], content["joint"], content["rung"], content["draw"])
-        planted = content["planted"]
+        planted, explanations = content["planted"], content["explanations"]
         return cls(
             task,
             None if planted is None else (planted[0], planted[1]),
@@ -100,16 +143,24 @@ class CaseOutcome:
             content["probability"],
             content["seconds"],
             content["message"],
+            None if explanations is None else tuple(_keys(each) for each in explanations),
+            content["small_gap"],
         )
 
 
 def named_causes(document: Mapping[str, Any]) -> tuple[Key, ...]:
-    """Causes named by a ``gap.json``: those of the explanation first, the most probable first, then tied ones."""
+    """Causes in some explanation of a ``gap.json``, the most probable first."""
+    order = [(c["effect"], c["joint"]) for c in document["ranked"]]
+    named = [key for each in explanations_of(document) for key in each]
+    return tuple(sorted(dict.fromkeys(named), key=lambda key: order.index(key) if key in order else len(order)))
+
+
+def explanations_of(document: Mapping[str, Any]) -> tuple[tuple[Key, ...], ...]:
+    """The explanation of a ``gap.json`` and those tied with it; none where its verdict names no cause."""
     if document["verdict"] not in ("effect", "tie"):
         return ()
-    order = [(c["effect"], c["joint"]) for c in document["ranked"]]
-    named = [(c["effect"], c["joint"]) for each in (document["explanation"], *document["tied"]) for c in each]
-    return tuple(sorted(dict.fromkeys(named), key=lambda key: order.index(key) if key in order else len(order)))
+    each = (document["explanation"], *document["tied"])
+    return tuple(tuple((cause["effect"], cause["joint"]) for cause in causes) for causes in each)
 
 
 def _keys(pairs: Sequence[Sequence[str]]) -> tuple[Key, ...]:

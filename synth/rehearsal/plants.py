@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,8 +22,8 @@ from synth.rehearsal.users_rig import Rig
 LIBRARY: dict[str, Maker] = {
     k: v for k, v in {**EFFECTS, **PARAMETER_ERRORS, **SERVO_ERRORS}.items() if k != "encoder_quantisation"
 }
-# Gap of a main cause relative to the unexplained background (noise and small causes), in steps of about three, the
-# best resolution of a few draws.
+# Gap of a main cause relative to what is unexplained beside it (noise and the case's small causes), in steps of about
+# three, the best resolution of a few draws.
 RUNGS = (1.0, 3.0, 10.0, 30.0)
 SMALL = 3  # additional causes; each has the share of the background that adds up to it in squares
 POOL = 9  # pool of additional causes from which each case draws
@@ -57,11 +57,16 @@ class Planted:
 
 @dataclass
 class Field:
-    """The user's rig with one leg drawn within its tolerances, and its small causes."""
+    """The user's rig with one leg drawn within its tolerances, and its small causes, each made when first drawn.
+
+    ``seeds`` of the leg; ``pool`` : names of small causes, of each place the first that the leg can have.
+    """
 
     rig: Rig
     ground: PlainMotion
-    small: list[PlantedCause] = field(default_factory=list)
+    seeds: tuple[int, ...]
+    pool: tuple[tuple[str, ...], ...] = ()
+    small: dict[int, PlantedCause | None] = field(default_factory=dict)
 
     @classmethod
     def of(cls, rig: Rig, seed: int, draw: int) -> Field:
@@ -71,28 +76,44 @@ class Field:
         ------
         NotApplicable : the trials hardly move the leg.
         """
-        rng = np.random.default_rng([seed, draw, 0xF1E1D])
-        made = cls(rig, PlainMotion(rig.built(rng)))
-        made._sow(rng)
-        return made
-
-    @property
-    def unexplained(self) -> float:
-        """Rad RMS left by noise and small causes."""
-        return math.hypot(self.ground.floor, self.rig.background)
-
-    def _sow(self, rng: np.random.Generator) -> None:
-        each = self.rig.background / math.sqrt(SMALL) / self.ground.floor
-        if each < 1.0:  # hidden by the noise
-            return
+        seeds = (seed, draw, 0xF1E1D)
+        rng = np.random.default_rng(seeds)
+        ground = PlainMotion(rig.built(rng))
+        if rig.background < ground.floor:  # all of them together are hidden by the noise
+            return cls(rig, ground, seeds)
         names = [name for name in (*LIBRARY, *UNLISTED_EFFECTS) if name not in (*UNSEEN, *TORQUE_ERRORS)]
-        names = [name for name in names if self.rig.nominal.servos or name not in SERVO_ERRORS]
-        for name in rng.permutation(sorted(names)).tolist():
-            if len(self.small) == POOL:
-                return
-            cause = self._cause(rng, name, int(rng.integers(0, self.rig.nominal.n)), each, 3.0 * NEAR)
-            if cause is not None:
-                self.small.append(cause)
+        names = [name for name in names if rig.nominal.servos or name not in SERVO_ERRORS]
+        order = rng.permutation(sorted(names)).tolist()
+        return cls(rig, ground, seeds, tuple(tuple(order[k::POOL]) for k in range(POOL)))
+
+    def left_by(self, beside: Sequence[PlantedCause]) -> float:
+        """Rad RMS that these causes leave together, as if independent."""
+        return self.ground.floor * math.hypot(*(cause.reached for cause in beside))
+
+    def unexplained(self, beside: Sequence[PlantedCause]) -> float:
+        """Rad RMS left by noise and these small causes."""
+        return math.hypot(self.ground.floor, self.left_by(beside))
+
+    def beside(self, rng: np.random.Generator, effect: str) -> list[PlantedCause]:
+        """The small causes of a case, none of them the main one's ``effect``."""
+        found: list[PlantedCause] = []
+        for place in rng.permutation(len(self.pool)).tolist():
+            cause = self._small(place) if len(found) < SMALL else None
+            if cause is not None and cause.effect != effect:
+                found.append(cause)
+        return found
+
+    def _small(self, place: int) -> PlantedCause | None:
+        """The small cause at a place of the pool; the same whenever it is drawn."""
+        if place not in self.small:
+            rng = np.random.default_rng((*self.seeds, place))
+            each = self.rig.background / math.sqrt(SMALL) / self.ground.floor
+            tried = (
+                self._cause(rng, name, int(rng.integers(0, self.rig.nominal.n)), each, 3.0 * NEAR)
+                for name in self.pool[place]
+            )
+            self.small[place] = next((cause for cause in tried if cause is not None), None)
+        return self.small[place]
 
     def _cause(
         self, rng: np.random.Generator, effect: str, joint: int, strength: float, near: float
@@ -111,14 +132,13 @@ class Field:
     def plant(self, rng: np.random.Generator, task: PlantingTask) -> Planted | None:
         """The case; None if the joint cannot have such a cause."""
         ground, main = self.ground, []
+        beside = self.beside(rng, task.effect)
         if task.effect:
-            strength = RUNGS[task.rung] * self.unexplained / ground.floor
+            strength = RUNGS[task.rung] * self.unexplained(beside) / ground.floor
             found = self._cause(rng, task.effect, task.joint, strength, NEAR)
             if found is None:
                 return None
             main.append(found)
-        others = [cause for cause in self.small if cause.effect != task.effect]
-        beside = [others[i] for i in rng.permutation(len(others))[:SMALL]]
         truth, sensor = combined(ground.setup, [*main, *beside])
         readings = []
         for i, (motion, trial) in enumerate(zip(ground.run(truth, sensor, True), self.rig.trials, strict=True)):
@@ -149,6 +169,7 @@ class Field:
                 for cause in main
             ],
             "small": [[cause.effect, names[cause.joint]] for cause in beside],
+            "small_gap": self.left_by(beside),
         }
 
 

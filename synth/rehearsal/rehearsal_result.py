@@ -48,9 +48,13 @@ class CauseSummary:
         return {"of": meaning[0], **quantity(float(np.median(sizes)), meaning[1])}
 
     def taken_for(self) -> dict[str, int]:
-        """Its confusions where it was large and not found, most frequent first."""
-        wrong = [o.taken_for for o in self.outcomes if o.counts and not o.right and o.task.rung >= LARGE]
-        return dict(Counter(wrong).most_common())
+        """Its confusions where it was large and neither found nor tied, most frequent first."""
+        wrong = [o for o in self.outcomes if o.counts and not o.right and not o.tied and o.task.rung >= LARGE]
+        return dict(Counter(o.taken_for for o in wrong).most_common())
+
+    def tied_with(self) -> dict[str, int]:
+        """The causes that it was tied with at any size, most frequent first."""
+        return dict(Counter(name for o in self.outcomes if o.counts for name in o.tied_with).most_common())
 
     def as_json(self) -> dict[str, Any]:
         """One entry of ``causes``."""
@@ -63,13 +67,17 @@ class CauseSummary:
             "joint": self.key[1],
             "cases": len(counted),
             "named": sum(o.right for o in counted),
+            "named_with_absent": sum(o.with_absent for o in counted),
+            "tied": sum(o.tied for o in counted),
             "large": len(large),
             "large_named": sum(o.right for o in large),
+            "large_tied": sum(o.tied for o in large),
             "visible_from": self.size(),
             "visible_gap": quantity(float(np.median(gaps)), "deg") if gaps else None,
             "times_unexplained": None if rung is None else RUNGS[rung],
             "cannot_be_large": any(o.verdict == CANNOT for o in self.outcomes),
             "taken_for": self.taken_for(),
+            "tied_with": self.tied_with(),
         }
 
 
@@ -102,26 +110,37 @@ class RehearsalResult:
         """The answer."""
         large = [o for o in self.of_kind("cause") if o.task.rung >= LARGE]
         nothing, others = self.of_kind("nothing"), self.of_kind("unlisted")
-        possible = [shown for shown in self.shown if shown.highest is not None]
-        seen = sum(shown.rung is not None for shown in possible)
         gap = f"with a gap of at least {RUNGS[LARGE]:g} times the unexplained remainder"
         if large:
-            text = f"In these trials a cause {gap} is found in {_of(sum(o.right for o in large), len(large))}; "
+            text = f"In these trials a cause {gap} is found in {_of(sum(o.right for o in large), len(large))}"
+            text += _some(sum(o.with_absent for o in large), " (in {} together with an absent cause)")
+            text += _some(sum(o.tied for o in large), " and tied with others in {}") + "; "
         else:
             text = f"No cause {gap} was planted; "
         left = len(places(self.rig, self.seed)) - len(self.shown)
-        kind = "causes that were planted" if left > 0 else "causes that can act in this leg"
-        text += f"{_of(seen, len(possible))} {kind} were found at some size." if possible else "no smaller one either."
+        text += self._seen("causes that were planted" if left > 0 else "causes that can act in this leg")
         if left > 0:
             text += f" {left} further causes that may act in this leg were not planted."
         if nothing:
-            text += " With small causes only, an absent cause is named in "
-            text += f"{_of(sum(not o.right for o in nothing), len(nothing))}."
+            beside = {len(nothing): "small causes", 0: "noise"}.get(sum(bool(o.small) for o in nothing))
+            text += f" With {beside or 'noise and some small causes'} only, an absent cause is named in "
+            text += _of(sum(not o.right and not o.tied for o in nothing), len(nothing))
+            text += _some(sum(o.tied for o in nothing), " and tied with a true explanation in {}") + "."
         if others:
             text += (
                 f" Causes outside the library are called unknown in {_of(sum(o.right for o in others), len(others))}."
             )
         return text
+
+    def _seen(self, kind: str) -> str:
+        """How many of these causes were found, and how many were only tied with others."""
+        possible = [shown for shown in self.shown if shown.highest is not None]
+        if not possible:
+            return "no smaller one either."
+        found = [shown for shown in possible if shown.rung is not None]
+        tied = sum(any(o.tied for o in shown.outcomes) for shown in possible if shown.rung is None)
+        text = f"{_of(len(found), len(possible))} {kind} were found at some size"
+        return text + _some(tied, ", {} more only tied with others that these trials cannot distinguish from it") + "."
 
     def as_json(self) -> dict[str, Any]:
         """``rehearsal.json``."""
@@ -134,6 +153,7 @@ class RehearsalResult:
             "cases": len(self.outcomes),
             "background": quantity(self.rig.background, "deg"),
             "background_share": BACKGROUND,
+            "small_causes": self._small(),
             "noise": quantity(float(np.sqrt(np.mean(self.rig.noise**2))), "deg"),
             "rungs": list(RUNGS),
             "causes": [shown.as_json() for shown in self.shown],
@@ -146,22 +166,38 @@ class RehearsalResult:
             **remarks_json(self.rig.left_out),
         }
 
+    def _small(self) -> dict[str, Any]:
+        """In how many cases small causes were planted, how many at most, and the median gap that they leave."""
+        planted = [o for o in self.outcomes if o.counts]
+        beside = [o for o in planted if o.small]
+        gap = float(np.median([o.small_gap for o in beside])) if beside else None
+        most = max((len(o.small) for o in beside), default=0)
+        told = None if gap is None else quantity(gap, "deg")
+        return {"cases": len(beside), "of": len(planted), "most": most, "gap": told}
+
     def _tally(self, kind: str) -> dict[str, Any]:
         """Number of correct cases, and the confusions of the others."""
         found = self.of_kind(kind)
-        wrong = Counter(o.taken_for for o in found if not o.right)
-        return {"cases": len(found), "right": sum(o.right for o in found), "taken_for": dict(wrong.most_common())}
+        wrong = Counter(o.taken_for for o in found if not o.right and not o.tied)
+        tallied = {"cases": len(found), "right": sum(o.right for o in found), "tied": sum(o.tied for o in found)}
+        tallied["with_small"] = sum(bool(o.small) for o in found)
+        return tallied | {"taken_for": dict(wrong.most_common())}
 
     def _confusion(self, names: Sequence[Key]) -> list[dict[str, Any]]:
         """One row per cause: diagnoses of its large cases."""
         rows = []
         for shown in self.shown:
             large = [o for o in shown.outcomes if o.counts and o.task.rung >= LARGE]
-            diagnoses = Counter(o.taken_for for o in large)
+            diagnoses = Counter(o.diagnosis for o in large)
             rows.append(
                 {"effect": shown.key[0], "joint": shown.key[1], "cases": len(large), "diagnoses": dict(diagnoses)}
             )
         return rows
+
+
+def _some(count: int, text: str) -> str:
+    """The text with the count; nothing for zero."""
+    return text.format(count) if count else ""
 
 
 def _of(hits: int, count: int) -> str:

@@ -27,6 +27,8 @@ UNLISTED_RUNG = 2  # rung of causes outside the library: large enough to matter
 FEWEST = 1  # cases: the least that is a rehearsal
 MOST = 20_000  # beyond any practical waiting time
 FILE = "outcome.json"
+# Raised where a task is planted or recorded otherwise: finished cases of before are then not reused.
+CASES = "2"
 WORDS = "finished cases of an interrupted `synth gap --rehearse`; repeat the command to resume\n"
 
 
@@ -118,7 +120,9 @@ class Rehearsal:
         name = task.effect.replace("_", " ") or "nothing"
         where = f" ({outcome.planted[1]})" if outcome.planted else ""
         times = f", {RUNGS[task.rung]:g} times the remainder" if task.effect else ""
-        word = "named" if outcome.right and outcome.kind == "cause" else outcome.taken_for.replace("_", " ")
+        word = "named" if outcome.right and outcome.kind == "cause" else outcome.taken_for
+        word = "tied with " + ", ".join(outcome.tied_with) if outcome.tied and task.effect else word
+        word = word.replace("_", " ") + (", with one that is not there" if outcome.with_absent else "")
         tell(f"  {clock.done}/{self.count} {name}{where}{times}: {word}{'' if counted is True else clock.left()}")
 
 

@@ -103,8 +103,8 @@ def users_rig(project: GapProject) -> Rig:
     rounding = np.where(coarse, found.step, 0.0) / np.sqrt(12.0)
     # Noise beside the rounding: at least a twentieth of both, which the rounding hides.
     noise = np.sqrt(np.maximum(found.noise**2 - rounding**2, (0.05 * found.noise) ** 2))
-    for joint, stated in project.noise.items():
-        noise[leg.joint_names.index(joint)] = stated
+    told = found.stated(leg.joint_names, project.noise)
+    noise[list(told.known)] = told.noise[list(told.known)]
     return Rig(
         _nominal(leg, fastest_seen),
         tuple(_trial(leg, r, t.held_out, own) for r, t, own in zip(made, kept, inputs, strict=True)),

@@ -175,6 +175,14 @@ class Leg:
         """Rotations q (..., n_joint) rad to measured angles (..., n_joint) rad."""
         return self.zero + self.sign * rotation
 
+    def within_travel(self, rotation: Array) -> Array:
+        """(n,) rad, the pose with each joint inside its range, if it has one."""
+        found = np.array(rotation, dtype=float)
+        for j, joint in enumerate(self.joints):
+            if joint.ends is not None:
+                found[j] = np.clip(found[j], *joint.ends)
+        return found
+
     def with_joints(self, **changes: Mapping[str, object]) -> Leg:
         """A copy with fields of the named joints replaced, ``leg.with_joints(knee={"spring": spring})``."""
         joints = [

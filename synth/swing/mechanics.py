@@ -10,6 +10,7 @@ coefficients are those of any n-pendulum text).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -122,8 +123,8 @@ def static_torque(coefficient: Coefficients, rotation: Array, tilt: float) -> Ar
     return np.asarray(np.cumsum(moment[..., ::-1], axis=-1)[..., ::-1])
 
 
-def rest_pose(leg: Leg, tip_mass: float | Tip = 0.0, start: Array | None = None) -> Array:
-    """(n,) rad, rotations at which springs and gravity balance, stably.
+def rest_pose(leg: Leg, tip_mass: float | Tip = 0.0, start: Array | None = None, held: Sequence[int] = ()) -> Array:
+    """(n,) rad, rotations at which springs and gravity balance, stably; joints ``held`` stay as in ``start``.
 
     Newton's method from ``start`` (n,) rad, by default the springs' free angles; where it ends nowhere, or in a maximum
     or saddle of energy, such as a link that stands upright, the minimum to which the energy falls from ``start``.
@@ -132,7 +133,7 @@ def rest_pose(leg: Leg, tip_mass: float | Tip = 0.0, start: Array | None = None)
     ------
     ArithmeticError : no equilibrium is found, or there is no stiffness in some direction.
     """
-    balance = _Balance(coefficients(leg, tip_mass), leg.spring_rate, leg.rest, leg.tilt)
+    balance = _Balance(coefficients(leg, tip_mass), leg.spring_rate, leg.rest, leg.tilt, tuple(held))
     nothing = balance.nothing
     first = leg.rest.copy() if start is None else np.array(start, dtype=float)
     rotation = first
@@ -152,12 +153,16 @@ def rest_pose(leg: Leg, tip_mass: float | Tip = 0.0, start: Array | None = None)
 
 @dataclass(frozen=True)
 class _Balance:
-    """Springs and gravity on a chain at rest: ``rate`` (n,) N m/rad, ``rest`` (n,) rad, ``tilt`` rad."""
+    """Springs and gravity on a chain at rest: ``rate`` (n,) N m/rad, ``rest`` (n,) rad, ``tilt`` rad.
+
+    Joints ``held`` need no torque, and are stiff by themselves.
+    """
 
     coefficient: Coefficients
     rate: Array
     rest: Array
     tilt: float
+    held: tuple[int, ...] = ()
 
     @property
     def size(self) -> float:
@@ -176,13 +181,19 @@ class _Balance:
 
     def torque(self, rotation: Array) -> Array:
         """(n,) N m, the slope of the energy."""
-        return np.asarray(self.rate * (rotation - self.rest) + static_torque(self.coefficient, rotation, self.tilt))
+        found = self.rate * (rotation - self.rest) + static_torque(self.coefficient, rotation, self.tilt)
+        found[list(self.held)] = 0.0
+        return np.asarray(found)
 
     def stiffness(self, rotation: Array) -> Array:
         """(n, n) N m/rad, the curvature of the energy."""
         lower = np.tril(np.ones((len(rotation), len(rotation))))
         weight = np.diag(self.coefficient.gravity * np.cos(absolute(rotation, self.tilt)))
-        return np.asarray(np.diag(self.rate) + lower.T @ weight @ lower)
+        found = np.diag(self.rate) + lower.T @ weight @ lower
+        for j in self.held:
+            found[j, :] = found[:, j] = 0.0
+            found[j, j] = self.size
+        return np.asarray(found)
 
     def stable(self, rotation: Array) -> bool:
         """Whether the energy curves down in no direction; a balanced joint without spring is indifferent."""

@@ -109,10 +109,10 @@ def test_a_servo_s_commands_are_no_free_motion(slow: bool) -> None:
     signals = ServoSignals(time, angle, np.full((len(time), 1), 12.0), np.ones((len(time), 1)))
     made = recordings(leg, [Trial(name="a.csv", time=time, angles=angle, signals=signals)], ())
     assert all(recording.driven for recording in made)
-    assert clock_findings(leg, made, [sampling(recording) for recording in made]) == []
+    assert clock_findings(leg, made, [sampling(leg, recording) for recording in made]) == []
     assert coverage_findings(leg, made, ()) == []
     free = [replace(recording, signals=None) for recording in made]
-    assert bool(clock_findings(leg, free, [sampling(recording) for recording in free])) == slow
+    assert bool(clock_findings(leg, free, [sampling(leg, recording) for recording in free])) == slow
     assert len(coverage_findings(leg, free, ())) == 1
 
 

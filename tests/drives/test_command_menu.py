@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from synth.diagnosis.plants.swinging_chain.command_menu import CommandLimits
+from synth.diagnosis.plants.swinging_chain import command_menu
+from synth.diagnosis.plants.swinging_chain.chain_menu import menu
+from synth.diagnosis.plants.swinging_chain.command_menu import CommandLimits, CommandMenu
 from synth.diagnosis.plants.swinging_chain.command_programme import Programme
 from synth.diagnosis.plants.swinging_chain.command_shapes import RATE, shapes
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo
+from synth.swing.leg_model import Joint, Leg, Link, Spring
 
 LENGTH = 6.0  # s
 
@@ -38,3 +46,29 @@ def test_a_programme_takes_its_levels_and_its_variations_are_neighbours() -> Non
     far = [np.abs(Programme.drawn(rng, 1, 3.0).shape(time)[:, 0] - made).mean() for _ in range(50)]
     assert 0.0 < np.mean(near) < 0.7 * np.mean(far)
     assert all(np.abs(Programme.drawn(rng, 2, 3.0).shape(time)).max() <= 1.0 for _ in range(50))
+
+
+SERVO = Servo(gain=1.15, supply=7.4, current_limit=1.5, motor=GearedMotor(3.4, 0.36))
+KNEE = Joint("knee", Link(0.12, 0.1, 0.06, 2e-4), zero=np.pi, spring=Spring(0.6, np.pi - 1.2))
+CARRIED = Leg("carried", (Joint("hip", Link(0.15, 0.3, 0.07, 8e-4), drive=SERVO), KNEE))
+
+
+@pytest.mark.parametrize(("travel", "gravity"), [(None, 9.81), ((1.2, 1.9), 9.81), (None, 0.0)])
+def test_a_passive_joint_starts_at_rest(
+    travel: tuple[float, float] | None, gravity: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At rotation 0, straight, it started 64 deg from where its spring holds it, and was to be released there."""
+    leg = replace(CARRIED.with_joints(knee={"range": travel} | ({} if gravity else {"spring": None})), gravity=gravity)
+    time = np.arange(0.0, 1.0, 1.0 / RATE)
+    command = np.stack([0.4 * np.sin(6.0 * time) + 0.3, np.full(len(time), -0.8)], axis=1)
+    recorded = [command_menu._imagined(leg, np.full(2, 1e-3), time, command)]
+    monkeypatch.setattr(CommandMenu, "over", lambda self, trial, command: 0.5)  # it needs a bench
+    for item in menu(leg, SimpleNamespace(noise=np.full(2, 1e-3)), recorded):  # type: ignore[arg-type]
+        hip, knee = item.trial.measured[0]
+        np.testing.assert_allclose(leg.to_measured(item.trial.measured[:1])[0], [*item.release.values()], atol=1e-12)
+        if not gravity:
+            assert knee == pytest.approx(-0.8)  # as recorded: nothing pulls
+        elif travel is not None:
+            assert item.release["knee"] == pytest.approx(1.9)  # on its stop
+        else:
+            assert 0.6 * (knee + 1.2) + 0.1 * 9.81 * 0.06 * np.sin(hip + knee) == pytest.approx(0.0, abs=1e-9)

@@ -81,7 +81,7 @@ def test_a_drive_is_read_and_written(tmp_path: Path, drive: str, wanted: Servo |
         ("{kind: servo, gain: 20 N*m/rad, " + MOTOR + ", supply: 12 V}", "with a motor a gain is a duty"),
         ("{kind: servo, gain: 2 1/rad}", "without a motor a gain is a torque"),
         ("{kind: servo, gain: -2 N*m/rad}", "at least 0"),
-        ("{kind: servo, gain: 2 1/rad, " + MOTOR + "}", '"supply" is missing'),
+        ("{kind: servo, gain: 2 1/rad, " + MOTOR + "}", r"with a column supply \[V\] use theirs"),
         ("{kind: voltage}", '"motor" is missing'),
         ("{kind: voltage, motor: {torque_constant: 1 N*m/A}}", '"resistance" of the motor is missing'),
         ("{kind: torque, delay: 5 ms, motor: {torque_constant: 1 N*m/A}}", '"delay" does not apply'),

@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 from synth.cli import main
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo
 from synth.files.leg_file import write_leg
 from synth.model_checks import jumping, swinging
 from synth.model_checks.checked import ModelCheck
@@ -38,6 +40,35 @@ def test_outboard_inertia_is_the_mass_matrix_diagonal() -> None:
     matrix = mass_matrix(coefficients(found), pose, found.tilt)
     for j in range(2):
         assert swinging.outboard(found, j, pose)[0] == pytest.approx(matrix[j, j], rel=1e-12)
+
+
+@pytest.mark.parametrize("gravity", [0.0, 9.81])
+def test_energy_is_kept_beside_a_joint_that_nothing_holds(gravity: float) -> None:
+    """On a table, or with a balanced load, without a spring: its period is infinite. It ended in a traceback."""
+    joints = (
+        Joint("yaw", Link(0.2, 1.0, -0.1, 0.01)),
+        Joint("arm", Link(0.2, 0.5, 0.0, 0.005), spring=Spring(2.0, radians(10))),
+    )
+    found = Leg("free", joints, gravity=gravity)
+    assert swinging._slowest(found, np.zeros(2)) == 0.0
+    checks, _ = swinging.swinging_checks(found)
+    assert any("energy" in each.name for each in checks)
+    assert all(each.passed for each in checks)
+
+
+def test_drives_are_said_to_be_unchecked_and_their_rotors_take_part(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """All checks held without a word of the servos; with a rotor four failed, for it turned in one engine only."""
+    motor = GearedMotor(3.0, 0.5, rotor_inertia=1e-3)
+    driven = leg().with_joints(hip={"drive": Servo(gain=1.2, supply=12.0, control_period=7e-3, motor=motor)})
+    write_leg(driven, tmp_path / "driven.leg.yaml")
+    assert main(["check", str(tmp_path / "driven.leg.yaml"), "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)["left_out"]
+    assert any(text.startswith("the drive of hip: motor, servo and control steps are left out") for text in said)
+    checks, said = swinging.swinging_checks(leg())
+    assert all(check.passed for check in checks)
+    assert not any("drive" in text for text in said)
 
 
 def test_energies_link_by_link_are_the_coefficients_ones() -> None:

@@ -26,27 +26,34 @@ COARSE = 0.02  # of a joint's motion (RMS): a larger count or noise hides effect
 
 @dataclass(frozen=True)
 class Channel:
-    """One joint's channel over all trials: RMS ``noise`` rad, ``count`` rad (0: not visible), RMS ``motion`` rad."""
+    """One joint's channel over all trials: RMS ``noise`` rad, ``count`` rad (0: not visible), RMS ``motion`` rad.
+
+    ``noise`` is None where no recording shows it apart from the motion.
+    """
 
     joint: str
-    noise: float
+    noise: float | None
     count: float
     motion: float
 
     def as_json(self) -> dict[str, Any]:
         """The entry under ``channels``."""
         found = {"noise": self.noise, "count": self.count, "motion": self.motion}
-        return {"joint": self.joint} | {name: quantity(value, "deg") for name, value in found.items()}
+        told = {name: None if value is None else quantity(value, "deg") for name, value in found.items()}
+        return {"joint": self.joint} | told
 
 
-def channels(joints: Sequence[str], recordings: Sequence[Recording], sensor: AngleSensor) -> tuple[Channel, ...]:
-    """Noise, count and motion of every joint's channel."""
+def channels(
+    joints: Sequence[str], recordings: Sequence[Recording], sensor: AngleSensor, noise_seen: bool = True
+) -> tuple[Channel, ...]:
+    """Noise, count and motion of every joint's channel; ``noise_seen`` : whether the sensor's was read from them."""
     made = []
     for j, name in enumerate(joints):
         parts = [np.std(r.smoothed.angle[:, j]) for r in recordings if j in r.free]
         motion = float(np.sqrt(np.mean(np.square(parts)))) if parts else 0.0
         noise, step = float(sensor.noise[j]), float(sensor.step[j])
-        made.append(Channel(name, noise, step if step > SHOWS * noise else 0.0, motion))
+        known = noise if noise_seen or j in sensor.known else None
+        made.append(Channel(name, known, step if step > SHOWS * noise else 0.0, motion))
     return tuple(made)
 
 
@@ -57,7 +64,8 @@ def channel_findings(
     found = [f for recording in recordings for f in _frozen(joints, recording, sensor)]
     for j, channel in enumerate(made):
         found += _coarse(channel)
-        found += _filtered(joints[j], j, sensor)
+        if channel.noise is not None:
+            found += _filtered(joints[j], j, sensor)
     return found
 
 
@@ -120,14 +128,15 @@ def _unslowed(value: Array, first: int) -> bool:
 
 
 def _coarse(channel: Channel) -> list[Finding]:
-    if channel.motion <= 0.0 or max(channel.count, channel.noise) < COARSE * channel.motion:
+    noise = channel.noise or 0.0
+    if channel.motion <= 0.0 or max(channel.count, noise) < COARSE * channel.motion:
         return []
-    if channel.count > channel.noise:
+    if channel.count > noise:
         text = f"one count is {_degrees(channel.count)}, {channel.count / channel.motion:.0%} of the motion (RMS "
         text += f"{_degrees(channel.motion)})"
         remedy = "an encoder with more counts, or larger releases"
     else:
-        text = f"the noise, {_degrees(channel.noise)} RMS, is {channel.noise / channel.motion:.0%} of the motion (RMS "
+        text = f"the noise, {_degrees(noise)} RMS, is {noise / channel.motion:.0%} of the motion (RMS "
         text += f"{_degrees(channel.motion)})"
         remedy = "a quieter sensor, or larger releases"
     return [Finding("doubt", text + "; smaller effects are hidden", remedy, joint=channel.joint)]

@@ -8,15 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from synth.diagnosis.check.finding import Finding
+from synth.diagnosis.check.finding import Finding, Level
+from synth.diagnosis.check.undersampling import (
+    ENOUGH,
+    FEWEST,
+    Witness,
+    designed_swings,
+    hanging_stiffness,
+    jumps,
+    witness,
+)
 from synth.fit.recordings import Recording
 from synth.swing.leg_model import Leg
-from synth.swing.mechanics import coefficients, outboard_inertia
+from synth.swing.mechanics import outboard_inertia
 from synth.units import quantity
 
-# Samples per period of the fastest swing. A sinusoid sampled at 10 per period and interpolated by cubics is off by 1 %
-# of its amplitude at the turns; at 4 a turn is not resolved.
-ENOUGH, FEWEST = 10.0, 4.0
 HOLE = 4.5  # times the usual step, as in ``motion.smoothing``
 JITTER = 0.2  # of the step, RMS: more jitter suggests wrong time stamps rather than samples
 OF_PACE = 0.505  # a sinusoid's pace over its angular frequency, see ``motion.pace``
@@ -26,18 +32,29 @@ ANOTHER_CLOCK = 30.0
 
 @dataclass(frozen=True)
 class Sampling:
-    """One recording: samples, median ``step`` s, longest ``hole`` s, ``frequency`` Hz of its fastest joint."""
+    """One recording: samples, median ``step`` s, longest ``hole`` s, ``frequency`` Hz of its fastest joint.
+
+    ``designed`` : Hz, slowest and fastest swing of the designed leg's free joints; None if nothing swings freely.
+    ``against`` : what speaks against ``frequency``, see ``undersampling.witness``.
+    """
 
     name: str
     samples: int
     step: float
     hole: float
     frequency: float
+    designed: tuple[float, float] | None = None
+    against: Witness = ""
 
     @property
     def a_period(self) -> float:
-        """Samples per period of the fastest joint's swing."""
+        """Samples per period of the fastest joint's swing, as read."""
         return 1.0 / (self.frequency * self.step)
+
+    @property
+    def resolved(self) -> bool:
+        """Whether its samples show its motion, and noise apart from it."""
+        return self.against not in ("slow", "jumps", "unclear")
 
     def as_json(self) -> dict[str, Any]:
         """The entry under ``recordings``."""
@@ -46,16 +63,23 @@ class Sampling:
             "samples": self.samples,
             "step": quantity(self.step, "s"),
             "longest_hole": quantity(self.hole, "s"),
-            "fastest_motion": quantity(self.frequency, "Hz"),
-            "samples_a_period": self.a_period,
+            "fastest_motion": None if self.against else quantity(self.frequency, "Hz"),
+            "samples_a_period": None if self.against else self.a_period,
+            "designed_swing": None if self.designed is None else quantity(self.designed[1], "Hz"),
         }
 
 
-def sampling(recording: Recording) -> Sampling:
-    """Sample steps of a recording, and its pace as a frequency."""
+def sampling(leg: Leg, recording: Recording) -> Sampling:
+    """Sample steps of a recording, its pace as a frequency, and what speaks against that."""
     steps = np.diff(recording.time)
+    step, hole = float(np.median(steps)), float(steps.max())
     frequency = OF_PACE / recording.smoothed.pace / (2.0 * np.pi)
-    return Sampling(recording.name, len(recording.time), float(np.median(steps)), float(steps.max()), frequency)
+    designed = designed_swings(leg, recording)
+    against: Witness = witness(1.0 / step, frequency, designed, jumps(recording))
+    span = None if recording.driven else _natural(leg)
+    if span is not None and _off_by(frequency, span) is not None:
+        against = ""  # the clock is another: nothing can be said by the designed leg's
+    return Sampling(recording.name, len(recording.time), step, hole, frequency, designed, against)
 
 
 def clock_findings(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sampling]) -> list[Finding]:
@@ -77,8 +101,8 @@ def _another_clock(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sam
     slowest, fastest = span
     groups: dict[str, list[Sampling]] = {}
     for _, one in free:
-        off = one.frequency / slowest if one.frequency < slowest else one.frequency / fastest
-        if not 1.0 / ANOTHER_CLOCK < off < ANOTHER_CLOCK:
+        off = _off_by(one.frequency, span)
+        if off is not None:
             groups.setdefault(_unit(off), []).append(one)
     found = []
     for unit, group in groups.items():
@@ -91,6 +115,12 @@ def _another_clock(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sam
     return found
 
 
+def _off_by(frequency: float, span: tuple[float, float]) -> float | None:
+    """How many times too fast for another clock than the leg's ``span`` (Hz), below 1 too slow; None: possible."""
+    off = frequency / span[0] if frequency < span[0] else frequency / span[1]
+    return None if 1.0 / ANOTHER_CLOCK < off < ANOTHER_CLOCK else off
+
+
 def _unit(off: float) -> str:
     """The probable clock of a motion ``off`` times as fast as expected."""
     thousands = round(np.log10(off) / 3.0)
@@ -101,9 +131,7 @@ def _unit(off: float) -> str:
 
 def _natural(leg: Leg) -> tuple[float, float] | None:
     """Lowest and highest rate (Hz) of any joint alone with spring, gravity and damper; None without stiffness."""
-    inertia = outboard_inertia(leg)
-    hanging = np.abs(np.cumsum(coefficients(leg).gravity[::-1])[::-1])
-    stiffness = leg.spring_rate + hanging
+    inertia, stiffness = outboard_inertia(leg), hanging_stiffness(leg)
     swing = np.sqrt(stiffness / inertia) / (2.0 * np.pi)
     if not np.any(swing > 0.0):
         return None
@@ -151,13 +179,45 @@ def _jitter(recording: Recording, one: Sampling) -> list[Finding]:
 
 
 def _too_few(made: Sequence[Sampling]) -> list[Finding]:
-    few = [one for one in made if one.a_period < ENOUGH]
-    if not few:
-        return []
-    worst = min(few, key=lambda one: one.a_period)
-    level = "fault" if worst.a_period < FEWEST else "doubt"
-    text = f"{worst.a_period:.1f} samples per period of its fastest motion ({worst.frequency:.3g} Hz, sampled at "
-    text += f"{1.0 / worst.step:.4g} Hz)"
-    more = f" and {len(few) - 1} more" if len(few) > 1 else ""
-    remedy = f"sample at {2.0 * ENOUGH * worst.frequency:.2g} Hz or faster"
-    return [Finding("fault" if level == "fault" else "doubt", text, remedy, worst.name + more)]
+    """One finding a kind, of the worst recording; its own frequency only where nothing speaks against that."""
+    kinds: tuple[Witness, ...] = ("slow", "jumps", "unclear", "doubtful")
+    found = [_by_design(kind, group) for kind in kinds if (group := [one for one in made if one.against == kind])]
+    few = [one for one in made if not one.against and one.a_period < ENOUGH]
+    if few:
+        worst = min(few, key=lambda one: one.a_period)
+        text = f"{worst.a_period:.1f} samples per period of its fastest motion ({worst.frequency:.3g} Hz, sampled at "
+        text += f"{1.0 / worst.step:.4g} Hz)"
+        level: Level = "fault" if worst.a_period < FEWEST else "doubt"
+        found.append(Finding(level, text, _faster(worst.frequency), _and_more(worst, few)))
+    return found
+
+
+def _by_design(kind: Witness, group: Sequence[Sampling]) -> Finding:
+    """Too few samples, by the designed leg and by how readings jump."""
+    worst = max(group, key=lambda one: one.step * (one.designed or (0.0, 1.0))[1])
+    rate, place = 1.0 / worst.step, _and_more(worst, group)
+    if worst.designed is None:
+        text = "its readings jump from one to the next as those of a motion do that is sampled fewer than "
+        text += f"{FEWEST:g} times per period (sampled at {rate:.4g} Hz); noise would be a quarter of the motion"
+        return Finding("doubt", text, "sample faster; if the readings still jump, a quieter sensor", place)
+    slowest, fastest = worst.designed
+    span = " to ".join(dict.fromkeys([f"{slowest:.3g}", f"{fastest:.3g}"])) + " Hz"
+    text = (
+        f"sampled at {rate:.4g} Hz, while the designed leg swings at {span}: {rate / fastest:.1f} samples per period "
+    )
+    text += "of its fastest swing"
+    if kind == "doubtful":
+        return Finding("doubt", text, _faster(fastest), place)
+    if kind == "jumps":
+        text += f", and its readings jump as those of a motion do that has fewer than {FEWEST:g}"
+    text += "; how fast it moves, and how large the noise is, cannot be read from it"
+    return Finding("fault", text, _faster(max(fastest, rate / FEWEST)), place)
+
+
+def _and_more(worst: Sampling, group: Sequence[Sampling]) -> str:
+    return worst.name + (f" and {len(group) - 1} more" if len(group) > 1 else "")
+
+
+def _faster(frequency: float) -> str:
+    """The rate to record a motion of that frequency (Hz) at, to two digits."""
+    return f"sample at {float(f'{2.0 * ENOUGH * frequency:.2g}'):g} Hz or faster"

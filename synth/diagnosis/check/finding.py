@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from synth.remarks import severity_of
+
 Level = Literal["fault", "doubt", "note"]
 LEVELS: tuple[Level, ...] = ("fault", "doubt", "note")
 
@@ -38,6 +40,14 @@ class Finding:
             "text": self.text,
             "remedy": self.remedy,
         }
+
+
+def of_remark(remark: str, recordings: Sequence[str]) -> Finding:
+    """A remark on the trials: for information if it says so, else a doubt; its place taken out of the words."""
+    level: Level = "note" if severity_of(remark) == "note" else "doubt"
+    named = [name for name in recordings if remark.startswith(f"{name}: ")]
+    place = max(named, key=len, default="")
+    return Finding(level, remark[len(place) + 2 :] if place else str(remark), recording=place)
 
 
 def worst_first(findings: Sequence[Finding]) -> tuple[Finding, ...]:

@@ -16,7 +16,7 @@ from synth.diagnosis.check.channels import Channel, channel_findings, channels
 from synth.diagnosis.check.check_result import Check
 from synth.diagnosis.check.clocks import clock_findings, sampling
 from synth.diagnosis.check.coverage import coverage, coverage_findings
-from synth.diagnosis.check.finding import Finding, of_alike, worst_first
+from synth.diagnosis.check.finding import Finding, of_alike, of_remark, worst_first
 from synth.diagnosis.check.lags import Lag, lag_findings, lags
 from synth.diagnosis.check.separability import Separability, separability
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
@@ -26,6 +26,7 @@ from synth.diagnosis.plants.swinging_chain.pieces import wholes
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.diagnosis.sensor_noise import sensor
 from synth.diagnosis.workbench import Workbench
+from synth.fit.recordings import recordings as as_recordings
 from synth.swing.chain import Conditions
 
 if TYPE_CHECKING:
@@ -48,16 +49,23 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
     tell = say or (lambda text: None)
     tell("channels, clocks and ranges")
     leg = project.leg
-    warnings = check_trials(leg, project.trials)
+    # What an undersampled motion does from one sample to the next is no noise, and no reason to call it at rest.
+    lost = {
+        recording.name for recording in as_recordings(leg, project.trials, ()) if not sampling(leg, recording).resolved
+    }
+    kept = [trial for trial in project.trials if trial.name not in lost]
+    warnings = check_trials(leg, kept) if any(not trial.held_out for trial in kept) else ()
     scene, more = scene_of(leg, project.trials, project.tolerance, project.seed, project.noise)
     # Whole, not the pieces that they are compared in: in a piece a joint may hold still while another moves.
     learnt = [trial.recording for trial in wholes(scene.given)]
     recordings = [*learnt, *(trial.recording for trial in wholes(scene.held))]
-    found = sensor(learnt).stated(leg.joint_names, project.noise)
-    read = channels(leg.joint_names, recordings, found)
-    steps = tuple(sampling(recording) for recording in recordings)
+    steps = tuple(sampling(leg, recording) for recording in recordings)
+    resolved = [recording for recording in learnt if recording.name not in lost]
+    found = sensor(resolved or learnt).stated(leg.joint_names, project.noise)
+    read = channels(leg.joint_names, recordings, found, noise_seen=bool(resolved))
     covered = coverage(leg, learnt)
-    findings: list[Finding] = [Finding("doubt", text) for text in (*warnings, *more)]
+    names = [trial.name for trial in project.trials]
+    findings: list[Finding] = [of_remark(text, names) for text in (*warnings, *more)]
     findings += clock_findings(leg, recordings, steps)
     findings += channel_findings(leg.joint_names, recordings, found, read)
     findings += coverage_findings(leg, learnt, covered)

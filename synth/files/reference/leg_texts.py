@@ -49,7 +49,7 @@ KEYS: dict[str, str] = {
     "drive.duty_limit": "Largest share of the supply that the servo applies.",
     "drive.torque_limit": "Largest torque that the drive gives at the joint.",
     "drive.current_limit": "Current limit of the driver.",
-    "drive.supply": "Supply voltage, if recordings have no `supply [V]`.",
+    "drive.supply": "Supply voltage, needed by a servo with a motor; recordings with `supply [V]` use theirs instead.",
     "drive.command_rate_limit": "Rate at which the servo's own command approaches the given one, its profile velocity; "
     "0: at once.",
     "drive.source_resistance": "Resistance of battery and leads, which causes voltage sag.",

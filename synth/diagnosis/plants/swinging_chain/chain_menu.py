@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -20,10 +21,11 @@ from synth.fit.recordings import Recording
 from synth.motion.smoothing import Smoothed
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Leg
+from synth.swing.mechanics import coefficients, rest_pose, static_torque
 from synth.units import write
 
 LENGTH, RATE = 3.0, 100.0  # s and samples per second of an imagined trial
-RAMP = 0.7  # of the torque that holds the widest release so far: the ramp stays within the observed range
+RAMP = 0.7  # of the way from rest to the widest release so far: the ramp stays within the observed range
 DRAWN, VARIED = 24, 12  # commands of the first round of a search, and of each later one
 TILT = np.radians(30.0)  # rad, of the base in a suggested trial
 
@@ -51,7 +53,7 @@ def menu(
         conditions: Conditions,
         ramp: tuple[int, float] | None = None,
     ) -> MenuItem[AngleTrial]:
-        release = _within(leg, rest + share * away)
+        release = leg.within_travel(rest + share * away)
         angles = dict(zip(leg.joint_names, leg.to_measured(release).tolist(), strict=True))
         torque = None if ramp is None else (leg.joint_names[ramp[0]], ramp[1], LENGTH)
         entry = {"file": "trials/next.csv", **keys}
@@ -78,15 +80,35 @@ def menu(
         held = {"locked": [names[k] for k in others]}
         made.append(item(f"all but {names[j]} locked", 1.0, held, Conditions(tuple(others))))
     for j, joint in enumerate(leg.joints):
-        if joint.spring is not None:
-            torque = RAMP * joint.spring.rate * float(np.abs(away[j]))
+        torque = joint.sign * holding_torque(leg, rest, j, RAMP * float(away[j])) if joint.spring is not None else 0.0
+        if torque:
             what = f"a torque on {names[j]} that rises slowly to {torque:.3g} N m in {LENGTH:g} s, recorded with it"
             made.append(item(what, 0.0, {}, plain, (j, torque)))
     return made
 
 
+def holding_torque(leg: Leg, rest: Array, j: int, away: float) -> float:
+    """Torque on q_j (N m) that turns it from the ``rest`` (n,) rad by ``away`` rad, inside its range; 0: it holds none.
+
+    Of springs and gravity of the designed leg, other joints where these then hold them, less what they miss at rest.
+    """
+    begun, end = leg.within_travel(rest), rest.copy()
+    end[j] = leg.within_travel(rest + away * (np.arange(len(rest)) == j))[j]
+    with contextlib.suppress(ArithmeticError):  # another joint is held by nothing: it stays
+        end = rest_pose(leg, start=end, held=[j])
+    gravity = coefficients(leg)
+
+    def torque(pose: Array) -> float:
+        held = static_torque(gravity, pose, leg.tilt) + leg.spring_rate * (pose - leg.rest)
+        return float(held[j])
+
+    found = torque(end) - torque(begun)
+    return found if found * (end[j] - begun[j]) > 0.0 else 0.0
+
+
 def _commands(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial], wanted: NextCommand) -> CommandMenu:
-    return CommandMenu(leg, bench, CommandLimits.of(leg, trials, wanted), wanted.length)
+    begun = np.median([trial.recording.smoothed.angle[0] for trial in trials], axis=0)
+    return CommandMenu(leg, bench, CommandLimits.of(leg, trials, wanted), wanted.length, begun)
 
 
 def variations(
@@ -106,15 +128,6 @@ def variations(
     programmes = [item.source for item in best if isinstance(item.source, Programme)]
     each = -(-VARIED // max(len(programmes), 1))
     return [commands.of_programme(programme.varied(rng)) for programme in programmes for _ in range(each)]
-
-
-def _within(leg: Leg, rotation: Array) -> Array:
-    """The pose within the joints' travel, if the leg file gives one."""
-    measured = leg.to_measured(rotation)
-    for j, joint in enumerate(leg.joints):
-        if joint.range is not None:
-            measured[j] = np.clip(measured[j], *joint.range)
-    return leg.to_rotation(measured)
 
 
 def _imagined(

@@ -8,6 +8,7 @@ gravity. The menu has one command for each of these, combinations, and a chirp f
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -26,6 +27,7 @@ from synth.fit.recordings import Recording
 from synth.motion.smoothing import Smoothed
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Leg
+from synth.swing.mechanics import rest_pose
 
 MOSTLY = 98.0  # % of the time, so that a single outlier is no limit
 MOST_SHRINKS, MARGIN = 8, 0.98  # times that a command is made smaller, and the share of a limit aimed at
@@ -100,12 +102,16 @@ def has_servo(leg: Leg, trials: Sequence[AngleTrial]) -> bool:
 
 @dataclass(frozen=True)
 class CommandMenu:
-    """Commands for a servo-driven ``leg``; all driven joints follow theirs together, each within its own limits."""
+    """Commands for a servo-driven ``leg``; all driven joints follow theirs together, each within its own limits.
+
+    ``begun`` (n,) rad : the pose in which recordings usually begin.
+    """
 
     leg: Leg
     bench: Workbench
     limits: CommandLimits
     length: float
+    begun: Array
 
     @property
     def time(self) -> Array:
@@ -124,20 +130,32 @@ class CommandMenu:
     def item(self, what: str, command: Array) -> MenuItem[AngleTrial]:
         """The trial of a command (m, n) rad on q, made so small that the designed leg keeps its limits."""
         leg = self.leg
-        held = [j for j, joint in enumerate(leg.joints) if not isinstance(joint.drive, Servo)]
-        command = command.copy()
-        command[:, held] = 0.0
+        passive = [j for j, joint in enumerate(leg.joints) if not isinstance(joint.drive, Servo)]
+        command = self.at_rest(command, passive)
         trial = self.imagined(command)
         for _ in range(MOST_SHRINKS):
             over = self.over(trial, command)
             if over <= 1.0:
                 break
             command = self.limits.middle + (command - self.limits.middle) * max(MARGIN / over, 0.5)
-            command[:, held] = 0.0
+            command = self.at_rest(command, passive)
             trial = self.imagined(command)
         measured = dict(zip(leg.joint_names, leg.to_measured(command[:1])[0].tolist(), strict=True))
-        driven = {name: leg.to_measured(command)[:, j] for j, name in enumerate(leg.joint_names) if j not in held}
+        driven = {name: leg.to_measured(command)[:, j] for j, name in enumerate(leg.joint_names) if j not in passive}
         return MenuItem(what, {"file": "trials/next.csv"}, trial, measured, command=(self.time, driven))
+
+    def at_rest(self, command: Array, passive: Sequence[int]) -> Array:
+        """(m, n) rad: the command, with passive joints at rest beside the driven ones' first angles.
+
+        Where nothing pulls a joint to an angle it rests as the recordings begin.
+        """
+        start = np.where(np.isin(np.arange(len(self.begun)), passive), self.begun, command[0])
+        driven = [j for j in range(len(start)) if j not in passive]
+        with contextlib.suppress(ArithmeticError):
+            start = rest_pose(self.leg, start=start, held=driven)
+        made = command.copy()
+        made[:, passive] = self.leg.within_travel(start)[passive]
+        return made
 
     def over(self, trial: AngleTrial, command: Array) -> float:
         """Largest speed or torque of the designed leg's motion, over its limit; 1 if it cannot be simulated."""
