@@ -15,6 +15,7 @@ from synth.errors import Problem, UserError
 from synth.motion.first_state import FirstState, first_state
 from synth.motion.smoothing import Smoothed, lost_samples, smooth
 from synth.motion.thinning import thinned
+from synth.motion.time_step import stepped_unit
 from synth.motion.velocity import unlike, with_velocities
 from synth.remarks import noted
 from synth.swing.chain import Conditions
@@ -37,7 +38,8 @@ class Recording:
 
     ``time`` (m,) s from 0; ``rotation`` (m, n) rad, locked joints at their held angle; ``counts`` (m, n) True for
     samples used in the fit; ``known_torque`` as for ``Chain.run`` or None; ``thinning`` : message on a
-    recording with more samples than its motion needs, else empty.
+    recording with more samples than its motion needs, else empty; ``unit`` : s, of the constants of a fit and of
+    the integrator, one for all recordings (``motion.time_step``).
     """
 
     name: str
@@ -51,6 +53,7 @@ class Recording:
     leg: Leg | None = None  # the trial's own leg, if it differs
     thinning: str = ""
     signals: ServoSignals | None = None  # inputs of the servos
+    unit: float = 1.0
 
     @property
     def driven(self) -> bool:
@@ -95,7 +98,7 @@ class Recording:
         """
         # Rounding to counts is detected from a joint's smallest difference over a series only; here the
         # scatter suffices.
-        found = first_state(self.time, self.rotation, self.counts, self.smoothed.noise)
+        found = first_state(self.time, self.rotation, self.counts, self.smoothed.noise, unit=self.unit)
         step = float(np.median(np.diff(self.time)))
         rate = np.hypot(found.rate_deviation, np.abs(found.rate)) + self.smoothed.noise / step + 1e-6
         return replace(found, angle_deviation=found.angle_deviation + 1e-6, rate_deviation=rate)
@@ -191,7 +194,8 @@ def recordings(leg: Leg, trials: Sequence[Trial], sought: Sequence[str] | None =
     problems += [] if problems else _unmoved(leg, made, sought)
     if problems:
         raise UserError(problems)
-    return made
+    unit = stepped_unit([recording.smoothed.pace for recording in made])
+    return made if unit == 1.0 else [replace(recording, unit=unit) for recording in made]
 
 
 def _recording(leg: Leg, trial: Trial) -> Recording:

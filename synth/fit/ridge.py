@@ -22,12 +22,14 @@ from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import LOOSE, covariance, root_mean_square
 from synth.fit.unknowns import SpringsAndDampers
+from synth.swing.mechanics import outboard_inertia
 
 ALLOWANCE = 0.05  # of the best overall RMS, for all joints together
 BISECTIONS = 5  # of the logarithm of a rate: to a 32nd of the range
 POINTS = 0.5  # allowed increase of the static points' cost: one standard deviation of one of them
 SAME = np.log(1.2)  # allowed change of b/k: beyond it is another minimum, not this ridge
 HELD = 1e8  # precision of a fixed log rate: a standard deviation of 1e-4, far below any interval
+SOFTEST_DECAY = 0.5  # 1/s of b/I in the recordings' unit of time, as of the prior: no ridge reaches lower
 SETTLED = 0.05  # decrease of the cost, a log-likelihood, below which a refit along a ridge has converged
 SOFTEST = "of equally good springs and dampers the softest is given"  # by which `synth reproduce` finds the sentence
 
@@ -45,11 +47,12 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
     unknowns = sought_by(model)
     loose = [(j, unknowns.rate_at(j), unknowns.damper_at(j)) for j in loose_joints(model, solution)]
     best, points = overall_rms(recordings, solution), static_cost(unknowns, solution.values)
+    softest = np.log(outboard_inertia(model.leg) * SOFTEST_DECAY / unknowns.box.unit)
     moved: list[tuple[int, Array]] = []
     pinned = unknowns.beliefs
     for count, (j, k, place) in enumerate(loose):
         limit = best * (1 + ALLOWANCE * (count + 1) / len(loose))
-        high, low = float(solution.values[place]), float(unknowns.lower[place]) + np.log(500.0)
+        high, low = float(solution.values[place]), softest[j]
         before = np.exp(solution.values[[k, place]])
         ratio = float(solution.values[place] - solution.values[k])
         search = RidgeSearch(with_beliefs(model, pinned), recordings, weights, max_iterations=12)
@@ -103,7 +106,8 @@ class RidgeSearch:
 
 def with_beliefs(model: TrajectoryModel, beliefs: tuple[tuple[int, float, float], ...]) -> TrajectoryModel:
     """The model with other priors."""
-    return TrajectoryModel(model.chain, model.leg, replace(sought_by(model), beliefs=beliefs))
+    unknowns = replace(sought_by(model), beliefs=beliefs)
+    return TrajectoryModel(model.chain, model.leg, unknowns, max_steps=model.max_steps)
 
 
 def loose_joints(model: TrajectoryModel, solution: Solution) -> list[int]:
