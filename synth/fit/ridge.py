@@ -19,6 +19,7 @@ from synth.arrays import Array
 from synth.fit.fit_problem import sought_by
 from synth.fit.least_squares import FitStart, Solution, Weights, solve
 from synth.fit.recordings import Recording
+from synth.fit.search_box import NEAR
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import LOOSE, covariance, root_mean_square
 from synth.fit.unknowns import SpringsAndDampers
@@ -48,12 +49,13 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
     loose = [(j, unknowns.rate_at(j), unknowns.damper_at(j)) for j in loose_joints(model, solution)]
     best, points = overall_rms(recordings, solution), static_cost(unknowns, solution.values)
     softest = np.log(outboard_inertia(model.leg) * SOFTEST_DECAY / unknowns.box.unit)
-    moved: list[tuple[int, Array]] = []
+    moved: list[tuple[int, Array, str]] = []
     pinned = unknowns.beliefs
     for count, (j, k, place) in enumerate(loose):
         limit = best * (1 + ALLOWANCE * (count + 1) / len(loose))
         high, low = float(solution.values[place]), softest[j]
         before = np.exp(solution.values[[k, place]])
+        ended = bool(np.any(unknowns.upper[[k, place]] - solution.values[[k, place]] < NEAR))
         ratio = float(solution.values[place] - solution.values[k])
         search = RidgeSearch(with_beliefs(model, pinned), recordings, weights, max_iterations=12)
         for _ in range(BISECTIONS):
@@ -68,14 +70,14 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
         pinned = (*pinned, (place, high, HELD))
         after = np.exp(solution.values[[k, place]])
         if after[1] < 0.9 * before[1]:  # a smaller move is not worth a sentence
-            moved.append((j, before))
+            moved.append((j, before, ", at the bound of the search" if ended else ""))
     # A joint's values still change while the next ones are moved: the sentences state what the result has.
     sentences = tuple(
         f"{model.leg.joint_names[j]}: {SOFTEST}: {np.exp(solution.values[unknowns.rate_at(j)]):.3g} N*m/rad and "
         f"{np.exp(solution.values[unknowns.damper_at(j)]):.3g} N*m*s/rad, the least residual would be at "
-        f"{before[0]:.3g} and {before[1]:.3g} (overall RMS {_degrees(recordings, solution)} instead of "
+        f"{before[0]:.3g} and {before[1]:.3g}{where} (overall RMS {_degrees(recordings, solution)} instead of "
         f"{np.degrees(best):.3g} deg)."
-        for j, before in moved
+        for j, before, where in moved
     )
     return Softened(_without_pins(model, recordings, solution, weights), sentences)
 
