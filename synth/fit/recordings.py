@@ -39,7 +39,8 @@ class Recording:
     ``time`` (m,) s from 0; ``rotation`` (m, n) rad, locked joints at their held angle; ``counts`` (m, n) True for
     samples used in the fit; ``known_torque`` as for ``Chain.run`` or None; ``thinning`` : message on a
     recording with more samples than its motion needs, else empty; ``unit`` : s, of the constants of a fit and of
-    the integrator, one for all recordings (``motion.time_step``).
+    the integrator, one for all recordings (``motion.time_step``); ``unwrapped`` : message on jumps by whole turns that
+    were removed, else empty.
     """
 
     name: str
@@ -54,6 +55,7 @@ class Recording:
     thinning: str = ""
     signals: ServoSignals | None = None  # inputs of the servos
     unit: float = 1.0
+    unwrapped: str = ""
 
     @property
     def driven(self) -> bool:
@@ -232,8 +234,15 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
         signals = replace(drive_signals, command=leg.to_rotation(drive_signals.command), supply=drive_signals.supply)
     conditions = Conditions(locked, trial.tip_mass, trial.tilt, trial.tip_inertia, trial.tip_at)
     return Recording(
-        trial.name, time, rotation, counts, conditions, smoothed, known, n_lost, trial.leg, thin.sentence, signals
-    )
+        trial.name, time, rotation, counts, conditions, smoothed, known, n_lost, trial.leg, thin.sentence, signals,
+        unwrapped=_unwrapped(leg, trial),
+    )  # fmt: skip
+
+
+def _unwrapped(leg: Leg, trial: Trial) -> str:
+    """The message on removed jumps; empty if there were none."""
+    counts = [f"{name} {count}" for name, count in zip(leg.joint_names, trial.jumps, strict=False) if count]
+    return f"jumps by a whole turn were removed ({', '.join(counts)}): the readings are wrapped" if counts else ""
 
 
 def _moving_locked(leg: Leg, trial: Trial) -> list[Problem]:
@@ -312,9 +321,14 @@ def _unmoved(leg: Leg, made: Sequence[Recording], sought: Sequence[str] | None) 
     return problems
 
 
-def thinned_sentences(recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """Messages on recordings with more samples than their motion needs."""
-    return tuple(noted(f"{recording.name}: {recording.thinning}") for recording in recordings if recording.thinning)
+def sentences_on_reading(recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """Messages on recordings with jumps by whole turns, and on those with more samples than their motion needs."""
+    return tuple(
+        noted(f"{recording.name}: {text}")
+        for recording in recordings
+        for text in (recording.unwrapped, recording.thinning)
+        if text
+    )
 
 
 def relative_amplitudes(recordings: Sequence[Recording]) -> Array:

@@ -21,7 +21,7 @@ from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.model_error import ModelError
 from synth.fit.odd_trials import odd_trials
 from synth.fit.proposal import proposals
-from synth.fit.recordings import Recording, thinned_sentences
+from synth.fit.recordings import Recording, sentences_on_reading
 from synth.fit.ridge_family import RidgeFamily, families
 from synth.fit.search_box import NEAR, NEAR_ANGLE
 from synth.fit.static_points import JudgedPoint, judged
@@ -144,7 +144,7 @@ def result_of(
 
 def _before_all(error: ModelError | None, recordings: Sequence[Recording]) -> tuple[str, ...]:
     """The first sentences: on the model's law, and on what is fitted."""
-    return (*((error.sentence,) if error is not None else ()), *thinned_sentences(recordings))
+    return (*((error.sentence,) if error is not None else ()), *sentences_on_reading(recordings))
 
 
 def _with_model_error(error: ModelError | None, drawn: Array, spread: Array, seed: int) -> tuple[Array, Array]:
