@@ -15,8 +15,8 @@ from synth.errors import Problem, UserError
 from synth.files import drive_columns
 from synth.files.csv_table import CsvColumn, CsvTable, in_si, read_table
 from synth.files.recordings_together import clock_problem
+from synth.files.turns import unwrapped
 from synth.files.validate import near
-from synth.motion.turns import unwrapped
 from synth.swing.leg_model import Leg
 from synth.units import factor
 

@@ -18,9 +18,9 @@ from synth.errors import Problem, UserError
 from synth.files.paths import matching
 from synth.files.recording import Recorded, read_recording
 from synth.files.recordings_together import check_together
+from synth.files.turns import turns_together
 from synth.files.validate import FileModel, Quantity, check_part, gathering, near, raise_if_any, refusal
 from synth.files.yaml_lines import Document, Key
-from synth.motion.turns import turns_together
 from synth.swing.leg_model import Leg
 
 TRIAL_LIMIT = 5_000  # of a project: five times the largest of ``make scale``

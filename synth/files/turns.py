@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.arrays import Array
-from synth.motion.smoothing import lost_samples
+from synth.arrays import Array, Mask
 
 TURN = 2.0 * np.pi  # rad
 ROOM = 2.0  # times the larger of the two steps on each side, which a step may be
 NOISE = np.radians(5.0)  # added to that: far above any encoder's noise, far below a turn
+RUN = 3  # wrong readings in a run, as in ``motion.smoothing``
 NEAR = 0.25  # of a turn from a whole one, up to which a step that is no jump is questioned
 
 
@@ -32,25 +32,40 @@ class Unwrapped:
 def unwrapped(angle: Array) -> Unwrapped:
     """A channel (n,) rad, nan where missing, continued over its jumps."""
     known = np.flatnonzero(np.isfinite(angle))
-    value = angle[known]
-    step = np.diff(value)
+    step = np.diff(angle[known])
     if not np.any(np.abs(step) > 0.5 * TURN):
         return Unwrapped(angle, 0, None)
-    turns = np.round(step / TURN)
-    usual = _beside(np.where(turns == 0.0, np.abs(step), 0.0)) * ROOM + NOISE
+    turns, usual = _whole_and_usual(step)
     # Over missing samples a joint moves farther; more than a quarter of a turn, and the turns are a guess.
-    usual = np.minimum(usual * np.diff(known), np.maximum(usual, NEAR * TURN))
-    left = np.abs(step - turns * TURN)
-    jump = (turns != 0.0) & (np.abs(step) > usual) & (left <= usual)
-    whole = value - np.r_[0.0, np.cumsum(np.where(jump, turns, 0.0))] * TURN
+    near = np.minimum(usual * np.diff(known), np.maximum(usual, NEAR * TURN))
+    jump = (turns != 0.0) & (np.abs(step) > near) & (np.abs(step - turns * TURN) <= near)
     result = angle.copy()
-    result[known] = whole
-    good = known[~lost_samples(whole[:, None])[:, 0]]
-    step = np.diff(result[good])
+    result[known] -= np.r_[0.0, np.cumsum(np.where(jump, turns, 0.0))] * TURN
+    step = np.diff(result[known])
+    turns, usual = _whole_and_usual(step)
+    odd = (turns != 0.0) & (np.abs(step - turns * TURN) <= NEAR * TURN) & (np.abs(step) > usual * np.diff(known))
+    odd &= ~_there_and_back(step, usual)
+    return Unwrapped(result, int(jump.sum()), int(known[np.argmax(odd) + 1]) if odd.any() else None)
+
+
+def _whole_and_usual(step: Array) -> tuple[Array, Array]:
+    """(m,) the turn nearest to each step, -1, 0 or 1, and (m,) rad up to which it is usual beside its neighbours.
+
+    Readings within one turn jump by no more than one.
+    """
     turns = np.round(step / TURN)
-    usual = _beside(np.where(turns == 0.0, np.abs(step), 0.0)) * ROOM + NOISE
-    odd = (turns != 0.0) & (np.abs(step - turns * TURN) <= NEAR * TURN) & (np.abs(step) > usual * np.diff(good))
-    return Unwrapped(result, int(jump.sum()), int(good[np.argmax(odd) + 1]) if odd.any() else None)
+    turns[np.abs(turns) > 1.0] = 0.0
+    return turns, _beside(np.where(turns == 0.0, np.abs(step), 0.0)) * ROOM + NOISE
+
+
+def _there_and_back(step: Array, usual: Array) -> Mask:
+    """(m,) True for steps to a run of at most ``RUN`` wrong readings and back: outliers, which a fit ignores."""
+    found = np.zeros(len(step), dtype=bool)
+    for apart in range(1, min(RUN, len(step) - 1) + 1):
+        back = np.abs(step[:-apart] + step[apart:]) <= usual[:-apart] + usual[apart:]
+        found[:-apart] |= back
+        found[apart:] |= back
+    return found
 
 
 def _beside(size: Array) -> Array:

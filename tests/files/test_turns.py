@@ -9,8 +9,8 @@ import pytest
 
 from synth.errors import UserError
 from synth.files.trial_list import read_trials
+from synth.files.turns import TURN, turns_together, unwrapped
 from synth.fit.recordings import recordings, sentences_on_reading
-from synth.motion.turns import TURN, turns_together, unwrapped
 from synth.swing.leg_model import Joint, Leg, Link
 
 TIME = np.arange(0.0, 2.0, 0.005)
