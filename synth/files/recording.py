@@ -15,6 +15,7 @@ from synth.errors import Problem, UserError
 from synth.files import drive_columns
 from synth.files.csv_table import CsvColumn, CsvTable, in_si, read_table
 from synth.files.recordings_together import clock_problem
+from synth.files.turns import unwrapped
 from synth.files.validate import near
 from synth.swing.leg_model import Leg
 from synth.units import factor
@@ -28,7 +29,7 @@ EXAMPLES = {"rad": "deg", "rad/s": "deg/s", "N*m": "N*m", "s": "s"}
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """The columns of a recording, as in ``Trial``."""
+    """The columns of a recording, as in ``Trial``; ``jumps`` : of each joint by whole turns, which were removed."""
 
     time: Array
     angles: Array
@@ -36,6 +37,7 @@ class Recorded:
     torques: Array | None
     sha256: str
     signals: ServoSignals | None = None
+    jumps: tuple[int, ...] = ()
 
 
 def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded:
@@ -62,8 +64,10 @@ def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded
     problems = _time_problems(table, time)
     problems += _empty_columns(table, values)
     angles = np.column_stack([values[joint] for joint in leg.joint_names])
+    jumps: tuple[int, ...] = ()
     if not problems:
-        problems += _angle_problems(table, leg, angles)
+        angles, jumps, problems = _without_jumps(table, leg, angles)
+        problems = problems or _angle_problems(table, leg, angles)
     velocities = _optional(values, leg, " velocity", np.nan)
     for joint, torque in drive_columns.torques(leg, values).items():
         if joint + " torque" in values:
@@ -78,7 +82,8 @@ def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded
     for array in (time, angles, velocities, torques):
         if array is not None:
             array.flags.writeable = False
-    return Recorded(time, angles, velocities, torques, table.sha256, drive_columns.signals(leg, values, time))
+    signals = drive_columns.signals(leg, values, time)
+    return Recorded(time, angles, velocities, torques, table.sha256, signals, jumps)
 
 
 def _scaled(table: CsvTable, leg: Leg) -> dict[str, Array]:
@@ -127,6 +132,26 @@ def _empty_columns(table: CsvTable, values: dict[str, Array]) -> list[Problem]:
         for column in table.columns
         if column.name != "time" and np.isnan(values[column.name]).all()
     ]
+
+
+def _without_jumps(table: CsvTable, leg: Leg, angles: Array) -> tuple[Array, tuple[int, ...], list[Problem]]:
+    """Angles (n, n_joint) continued over jumps by whole turns, the number of these by joint, and doubtful ones."""
+    found = [unwrapped(column) for column in angles.T]
+    problems = []
+    for name, angle, each in zip(leg.joint_names, angles.T, found, strict=True):
+        title = next(c.title for c in table.columns if c.name == name)
+        if each.doubtful is not None:
+            row = each.doubtful
+            before = angle[:row][np.isfinite(angle[:row])][-1]
+            text = (
+                f"goes from {degrees(before):.4g} to {degrees(angle[row]):.4g} deg between two samples, which may be "
+            )
+            text += "a whole turn or not; write angles that go on beyond 180 or 360 deg, or leave wrong cells empty"
+            problems.append(Problem(text, table.name, table.line(row), title))
+        elif each.jumps and f"{name} command" in {column.name for column in table.columns}:
+            text = f"jumps by whole turns ({each.jumps} times), and so its command may; synth import removes both"
+            problems.append(Problem(text, table.name, 1, title))
+    return np.column_stack([each.angle for each in found]), tuple(each.jumps for each in found), problems
 
 
 def _angle_problems(table: CsvTable, leg: Leg, angles: Array) -> list[Problem]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import radians
 from pathlib import Path
 from typing import Annotated, Any
@@ -18,6 +18,7 @@ from synth.errors import Problem, UserError
 from synth.files.paths import matching
 from synth.files.recording import Recorded, read_recording
 from synth.files.recordings_together import check_together
+from synth.files.turns import turns_together
 from synth.files.validate import FileModel, Quantity, check_part, gathering, near, raise_if_any, refusal
 from synth.files.yaml_lines import Document, Key
 from synth.swing.leg_model import Leg
@@ -57,6 +58,8 @@ class Trial:
         inputs of the joints' servos, commands in measured angles; None if no joint has a servo.
     sha256
         of the file.
+    jumps
+        by whole turns that were removed from each joint's angles; empty: not looked for.
     """
 
     name: str
@@ -73,6 +76,7 @@ class Trial:
     tip_at: float | None = None
     leg: Leg | None = None
     signals: ServoSignals | None = None
+    jumps: tuple[int, ...] = ()
 
 
 class TipMass(FileModel):
@@ -172,12 +176,28 @@ def read_trials(
             recorded = read_recording(listed.path, others.get(listed.index, leg), name=listed.name)
             trials.append(_trial(recorded, listed, leg, others.get(listed.index)))
     if not problems:
+        trials = _on_one_turn(trials, leg)
         given = [trial.name for trial in trials]
         times, angles = [trial.time for trial in trials], [trial.angles for trial in trials]
         alike = [_rests_as(trial) for trial in trials]
         problems += check_together(given, times, angles, leg.joint_names, alike)
     raise_if_any(problems)
     return trials
+
+
+def _on_one_turn(trials: list[Trial], leg: Leg) -> list[Trial]:
+    """The trials with the angles of joints that were unwrapped in any of them on the same turn in all."""
+    if not any(any(trial.jumps) for trial in trials):
+        return trials
+    moved = np.zeros((len(trials), len(leg.joints)))
+    for j, joint in enumerate(leg.joints):
+        middles = [float(np.nanmedian(trial.angles[:, j])) for trial in trials]
+        reference = sum(joint.range) / 2 if joint.range else joint.spring.free_angle if joint.spring else joint.zero
+        moved[:, j] = turns_together(middles, [trial.jumps[j] > 0 for trial in trials], reference)
+    made = [replace(trial, angles=trial.angles + by) for trial, by in zip(trials, moved, strict=True)]
+    for trial in made:
+        trial.angles.flags.writeable = False
+    return made
 
 
 def _rests_as(trial: Trial) -> Hashable:
@@ -236,6 +256,7 @@ def _trial(recorded: Recorded, listed: _Listed, leg: Leg, other: Leg | None) -> 
         tip.at,
         other,
         recorded.signals,
+        recorded.jumps,
     )
 
 

@@ -143,7 +143,7 @@ class _Search:
         """Of the leg with these coefficients."""
         options = self.options
         leg = with_law(self.leg, self.law, size)
-        return model_of(leg, options.curves, prior=options.prior, static=options.static)
+        return model_of(leg, options.curves, recordings=self.some, prior=options.prior, static=options.static)
 
     def _point(self, size: Array, start: FitStart) -> _Point | None:
         """All other unknowns with these coefficients; None if the motion diverges."""

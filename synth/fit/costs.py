@@ -28,7 +28,7 @@ from synth.fit.recordings import Recording, relative_amplitudes
 from synth.motion.characteristics import Characteristics, characteristics
 from synth.motion.rest import last_tenth
 
-TRANSIENT = 0.2  # s, the first swing, as in the thesis
+TRANSIENT = 0.2  # s, in the recordings' unit of time: the first swing, as in the thesis
 LATER = 10  # after that one sample of so many counts
 DIVERGED = 1e12  # larger than the cost of any finite motion
 
@@ -37,7 +37,7 @@ def emphasised(recordings: Sequence[Recording]) -> list[Recording]:
     """The recordings for the cost ``transient``: after the first 0.2 s only every tenth sample counts."""
     found = []
     for recording in recordings:
-        counted = (recording.time <= TRANSIENT) | (np.arange(len(recording.time)) % LATER == 0)
+        counted = (recording.time <= TRANSIENT * recording.unit) | (np.arange(len(recording.time)) % LATER == 0)
         found.append(replace(recording, counts=recording.counts & counted[:, None]))
     return found
 

@@ -167,7 +167,8 @@ def _first_rate(leg: Leg, drops: Sequence[Recording], joint: int) -> float:
         moving = np.abs(rate) > 0.1 * np.abs(rate).max()  # slower, the quotient is mostly noise
         ratios.append(torque[moving] / rate[moving])
     ratio = float(np.median(np.concatenate(ratios)))
-    return ratio if ratio > 0 else float(outboard_inertia(leg)[joint]) * 5.0
+    # 5 1/s in the recordings' unit of time: a limb's damper.
+    return ratio if ratio > 0 else float(outboard_inertia(leg)[joint]) * 5.0 / drops[0].unit
 
 
 def _halves(drops: list[Recording]) -> list[tuple[list[Recording], list[Recording]]]:

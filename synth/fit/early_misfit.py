@@ -18,7 +18,7 @@ from synth.estimation.chi_squared import chi_squared_above
 from synth.fit.recordings import Recording
 from synth.fit.uncertainty import clipped_rms, correlation_times, sample_scatter
 
-BLOCK = 0.025  # s, a sixth of a hand's usual duration
+BLOCK = 0.025  # s, in the recordings' unit of time: a sixth of a hand's usual duration
 # Mean square of the blocks, in units of that expected, up to which any probability counts as agreement: link numbers
 # off by the usual tolerance make 1.7 in one of 40 legs without a hand, and more only where the rates differ too (4.5
 # and 10); hands that the rates do not show make 2.8 to 300 in 16 of 17 (legs of ``tests/robustness``, seeds from 900000
@@ -74,7 +74,7 @@ class LaterScatter:
     def _blocks(self, recording: Recording, prediction: Array, until: float, error: Array) -> Iterator[Array]:
         """(b, 1 + c) for each free joint: sums over blocks of misfit and errors, over the sum's own deviation."""
         early = recording.time < until
-        block = (recording.time[early] / BLOCK).astype(np.intp)
+        block = (recording.time[early] / (BLOCK * recording.unit)).astype(np.intp)
         for j in recording.free:
             good = recording.counts[early, j]
             misfit = prediction[early, j] - recording.rotation[early, j]

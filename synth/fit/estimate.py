@@ -18,7 +18,7 @@ from synth.fit.free_motion_start import Drift, LateFreeMotion, cut_of, later, lo
 from synth.fit.least_squares import FitStart, Solution, Stage
 from synth.fit.model_error import ModelError
 from synth.fit.recordings import Recording
-from synth.fit.refinement import or_another_start, refine
+from synth.fit.refinement import misfit, or_another_start, refine
 from synth.fit.report_fit import MISFIT, FittedTreatments, Treatment, result_of
 from synth.fit.ridge import soften
 from synth.fit.speed_laws import AnotherLaw
@@ -26,6 +26,11 @@ from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import clipped_rms, sample_scatter, shift_variances
 from synth.swing.leg_model import Leg
+
+# Sum of the logarithms of the joints' RMS residuals, by which separate free angles may fit worse than a common one,
+# which they include. More: their iteration ended short of the optimum, as at a joint so damped that its inertia is
+# hidden, where residuals that are still correlated count as noise. They are then fitted again from the common one's.
+WORSE = 0.01
 
 
 def fit_leg(
@@ -52,7 +57,7 @@ def fit_leg(
     if not recordings:
         raise UserError("no trial remains to fit: all are held out")
     options = options or LegFitOptions()
-    model = model_of(leg, options.curves, prior=options.prior, static=options.static)
+    model = model_of(leg, options.curves, recordings=recordings, prior=options.prior, static=options.static)
     if options.near is not None:
         return _fit_near(model, recordings, options, options.near)
     seen = look(leg, recordings) if options.release == "free" else None
@@ -187,6 +192,11 @@ def _treatments(
     if not made:
         stage = or_another_start(model, recordings, stage, scatter, none, weight=options.weight, seed=options.seed)
     made["common"] = Treatment(stage, none)
+    if "per_trial" in made and misfit(recordings, stage) < misfit(recordings, made["per_trial"].stage) - WORSE:
+        solution = stage.solution
+        made["per_trial"], probability = _per_trial(
+            model, recordings, solution.values, solution.locals, options, scatter
+        )
     return made, probability
 
 

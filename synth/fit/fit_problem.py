@@ -9,8 +9,10 @@ import numpy as np
 
 from synth.files.project_options import RatePrior
 from synth.files.static_points_file import StaticPoint
+from synth.fit.recordings import Recording
+from synth.fit.search_box import SearchBox
 from synth.fit.static_points import balances
-from synth.fit.trajectories import TrajectoryModel
+from synth.fit.trajectories import FIT_STEPS, TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers, all_of
 from synth.swing.chain import compiled_chain
 from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
@@ -32,6 +34,7 @@ def model_of(
     leg: Leg,
     curves: Mapping[str, DamperCurve] | None = None,
     *,
+    recordings: Sequence[Recording] = (),
     prior: RatePrior | None = None,
     static: Sequence[StaticPoint] = (),
 ) -> TrajectoryModel:
@@ -41,15 +44,33 @@ def model_of(
     ----------
     leg : links and gravity; its own springs and dampers are used only through ``prior``.
     curves : joint name -> known torque-speed curve of its damper.
+    recordings : those to fit, from which the bounds of the search follow; none: those of a limb.
     prior : standard deviations of the leg's own values.
     static : poses in which the leg was held still by known torques.
     """
     known = curves or {}
     nothing, chain = bare(leg, known), compiled_chain(len(leg.joints))
     held = [j for j, name in enumerate(leg.joint_names) if name in known]
-    unknowns = all_of(chain, nothing, damper_known=held)
+    unknowns = all_of(chain, nothing, damper_known=held, box=box_of(recordings))
     beliefs = () if prior is None else _beliefs(unknowns, leg, prior)
-    return TrajectoryModel(chain, nothing, replace(unknowns, beliefs=beliefs, balances=balances(nothing, static)))
+    unknowns = replace(unknowns, beliefs=beliefs, balances=balances(nothing, static))
+    return TrajectoryModel(chain, nothing, unknowns, max_steps=FIT_STEPS + unknowns.box.steps(nothing))
+
+
+def box_of(recordings: Sequence[Recording]) -> SearchBox:
+    """The bounds of a search for the motion of these recordings."""
+    if not recordings:
+        return SearchBox()
+    low, high = (
+        side([side(recording.smoothed.angle, axis=0) for recording in recordings], axis=0) for side in (np.min, np.max)
+    )
+    return SearchBox(
+        min(recording.smoothed.pace for recording in recordings),
+        max(float(recording.time[-1]) for recording in recordings),
+        min(float(np.median(np.diff(recording.time))) for recording in recordings),
+        recordings[0].unit,
+        tuple(zip(low.tolist(), high.tolist(), strict=True)),
+    )
 
 
 def sought_by(model: TrajectoryModel) -> SpringsAndDampers:

@@ -39,6 +39,7 @@ from synth.motion.release import free_after
 from synth.swing.leg_model import Leg
 
 MANY = 0.5  # of the recordings: external torque detected in so many is accepted without a further test
+# Times are in the recordings' unit, 1 s for limbs.
 LATER = 0.3  # s after the start of the comparison fit: external torques usually end within 0.2 s
 # s, tried in order until the rest agrees with later samples. External torques end within 0.2 s (30 of 30 releases of
 # ``../shared/aarl``). The comparison fit's own start, tried last before, always agrees: nine releases of a robot's leg
@@ -48,15 +49,20 @@ SIGNIFICANCE = 1e-4  # of the difference; a wrong model causes a difference too,
 # s added to the first cut that agrees: what fades below the significance still biases the fit. Of twelve legs
 # driven for 0.15 s whose hand no recording shows (``make robustness``), one kept a bias of three intervals without it.
 FADES = 0.05
+SHORT = 0.02  # s, below which whole milliseconds are too coarse in a sentence
 LEAST_SHARE = 0.4  # of the shortest recording, that must remain
 UNTOLD = 0.05  # share of a direction's variance that later samples must lose for the test to use it
 
 
 @dataclass(frozen=True)
 class Seen:
-    """End of the external torque, s from each recording's first sample; None if none is detected."""
+    """End of the external torque, s from each recording's first sample; None if none is detected.
+
+    ``unit`` : s, of the recordings.
+    """
 
     until: tuple[float | None, ...]
+    unit: float = 1.0
 
     @property
     def known(self) -> list[float]:
@@ -71,7 +77,7 @@ class Seen:
 
 def look(leg: Leg, recordings: Sequence[Recording]) -> Seen:
     """Each recording by itself, except those driven by a known torque."""
-    return Seen(tuple(_until(leg, recording) for recording in recordings))
+    return Seen(tuple(_until(leg, recording) for recording in recordings), recordings[0].unit)
 
 
 def _until(leg: Leg, recording: Recording) -> float | None:
@@ -95,7 +101,7 @@ def later(recordings: Sequence[Recording], start: float) -> list[Recording] | No
 
 def cut_of(seen: Seen) -> float:
     """The common cut of a series, s, from the external torques detected in some of them."""
-    return free_after(seen.known)
+    return free_after(seen.known, seen.unit)
 
 
 @dataclass(frozen=True)
@@ -114,11 +120,12 @@ class Drift:
     """The first samples and the later ones fit different legs, whatever the start: another law, or a longer torque.
 
     ``probability`` as of ``LateFreeMotion``; ``moved`` (p,) change of the unknowns from all samples to the later ones,
-    less what noise explains.
+    less what noise explains. ``longest`` : s, the last start that was tried.
     """
 
     probability: float
     moved: Array
+    longest: float
 
     @property
     def error(self) -> ModelError:
@@ -127,8 +134,8 @@ class Drift:
             self.moved[:, None],
             f"release: the first samples and the later ones do not fit one leg: p = {self.probability:.1g} for free "
             "motion of springs and linear dampers. No later start mends it, so the leg has another law (synth gap), or "
-            "a torque acts for longer than 200 ms. All samples are fitted; the intervals include the difference of the "
-            "rates",
+            f"a torque acts for longer than {_ms(self.longest)}. All samples are fitted; the intervals include the "
+            "difference of the rates",
         )
 
 
@@ -144,7 +151,8 @@ def unseen(
     least : s, the shortest cut considered.
     """
     longest = min(recording.time[-1] for recording in recordings)
-    begin = min(LATER, longest * (1.0 - LEAST_SHARE))
+    unit = recordings[0].unit
+    begin = min(LATER * unit, longest * (1.0 - LEAST_SHARE))
     reference = later(recordings, begin)
     if reference is None:
         return None
@@ -159,14 +167,14 @@ def unseen(
     first = test.agreement(recordings, solution, 0.0)
     if first >= SIGNIFICANCE:
         return None
-    for start in sorted({max(cut, least) for cut in CUTS}):
+    for start in sorted({max(cut * unit, least) for cut in CUTS}):
         some = later(recordings, start)
         if some is None or start >= begin:
             break
         if test.agreement(some, replace(solution, locals=tuple(_locals(some, solution))), start) >= SIGNIFICANCE:
-            longer = start + FADES
+            longer = start + FADES * unit
             return LateFreeMotion(start if later(recordings, longer) is None else longer, first)
-    return Drift(first, _moved(model, solution, known.solution))
+    return Drift(first, _moved(model, solution, known.solution), CUTS[-1] * unit)
 
 
 def _moved(model: TrajectoryModel, all_: Solution, later_: Solution) -> Array:
@@ -262,17 +270,22 @@ def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array, a
     return chi_squared_above(int(tells.sum()), float(off[tells] @ np.linalg.solve(spread, off[tells])))
 
 
+def _ms(time: float) -> str:
+    """A time, s, in words."""
+    return f"{1e3 * time:.0f} ms" if time >= SHORT else f"{1e3 * time:.2g} ms"
+
+
 def start_sentence(seen: Seen, cut: float, hidden: LateFreeMotion | None) -> str:
     """The finding and the action in a sentence."""
     if hidden is not None:
         few = f" (an external torque is detected in {len(seen.known)} of {len(seen.until)})" if seen.known else ""
         return (
             f"release: the first samples and the later ones do not fit one leg{few}: p = {hidden.probability:.1g} for "
-            f"free motion. An external torque acts at first; only samples from {1e3 * cut:.0f} ms after each "
+            f"free motion. An external torque acts at first; only samples from {_ms(cut)} after each "
             "recording's start are fitted. To fit all: release: recorded"
         )
     return (
         f"release: in {len(seen.known)} of {len(seen.until)} recordings a torque acts at first that the leg's springs "
-        f"and dampers do not produce. Only samples from {1e3 * cut:.0f} ms after each start are fitted. To fit "
+        f"and dampers do not produce. Only samples from {_ms(cut)} after each start are fitted. To fit "
         "all: release: recorded"
     )

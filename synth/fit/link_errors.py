@@ -20,7 +20,7 @@ from synth.fit.following import followed
 from synth.fit.least_squares import Stage
 from synth.fit.recordings import Recording
 from synth.fit.static_points import balances
-from synth.fit.trajectories import FIT_STEPS, Index, Local, TrajectoryModel
+from synth.fit.trajectories import Index, Local, TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
@@ -30,7 +30,7 @@ from synth.swing.tolerances import LINK_QUANTITIES, QUANTITIES, Tolerances
 STEP = 1e-4  # of a logarithm; the integration's error at 1e-7 is a thousandth of the change
 # A motion near the fit's limit of steps, as of a stiff leg driven by a hand, needs more with its links moved: two of 78
 # such legs had no sensitivity.
-MOST_STEPS = 4 * FIT_STEPS
+MORE_STEPS = 4
 WORDS = {"length": "length", "mass": "mass", "com": "centre of mass", "inertia": "inertia"}
 
 
@@ -117,7 +117,7 @@ def _moved(
         lanes = model.chain.lanes(group, recording.conditions)
         repeated = np.repeat(values[:, None], count, axis=1)
         state = np.repeat(np.concatenate([local.rotation, local.rate])[:, None], count, axis=1)
-        out = model.run_lanes(recording, lanes, repeated, state, local.shift[:, None], MOST_STEPS)
+        out = model.run_lanes(recording, lanes, repeated, state, local.shift[:, None], MORE_STEPS * model.max_steps)
         found.append((out[:, :, 1:] - out[:, :, :1]) / STEP)
     assert layout.n == len(local.rotation)
     return np.concatenate(found, axis=2)

@@ -99,7 +99,7 @@ def search_of(
     common: bool = False,
 ) -> Search:
     """A search for the rates of a leg; its own springs and dampers are ignored except known ``curves``."""
-    return Search(model_of(leg, curves), recordings, cost, common)
+    return Search(model_of(leg, curves, recordings=recordings), recordings, cost, common)
 
 
 def _searched(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, choice: Choice) -> FitResult:

@@ -200,7 +200,7 @@ def _left(leg: Leg, recordings: Sequence[Recording], hopeful: float = np.inf) ->
 
     A rough fit that leaves more than ``hopeful`` rad is not refined.
     """
-    model = model_of(leg)
+    model = model_of(leg, recordings=recordings)
     start = FitStart(weak_form_start(model, recordings, COMMON).values, first_locals(recordings))
     for rounds in (0, 1):
         stage = refine(model, recordings, start, "noise", np.zeros(len(leg.joints)), rounds=rounds)

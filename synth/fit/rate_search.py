@@ -26,8 +26,9 @@ from synth.swing.mechanics import outboard_inertia
 from synth.threads import shared_out
 
 TOLERANCE = 1e-6  # relative, of the integration: a direct search needs no derivatives
+WINDOW = 0.1  # s, in the same unit, of the weak form
 FACTOR = 10.0  # factor between the start and the bounds
-START = (3.0, 20.0)  # Hz of k/I and 1/s of b/I if the weak form has no solution
+START = (3.0, 20.0)  # Hz of k/I and 1/s of b/I, in the recordings' unit of time, if the weak form has no solution
 
 
 @dataclass(frozen=True)
@@ -105,11 +106,12 @@ class Search:
     def first(self, curves: Sequence[DamperCurve | None]) -> Array:
         """(2, n) starting rates: the weak form's, or typical ones if it has no solution."""
         inertia = outboard_inertia(self.model.leg)
-        natural = np.array([inertia * (2 * np.pi * START[0]) ** 2, inertia * START[1]])
-        found = weak_form(self.model.leg, self.recordings, curves)
+        unit, highest = self.recordings[0].unit, np.exp([side[1] for side in self.unknowns.box.rates(self.model.leg)])
+        natural = np.array([inertia * (2 * np.pi * START[0] / unit) ** 2, inertia * START[1] / unit])
+        found = weak_form(self.model.leg, self.recordings, curves, window=WINDOW * unit)
         rates = np.array([found.spring_rate, found.damper_rate])
-        # A hundred times either way of a limb's rates: beyond it the weak form failed.
-        within = (rates > 0.01 * natural) & (rates < 100 * natural)
+        # Below a hundredth of a limb's rates, or beyond what these recordings can show, the weak form failed.
+        within = (rates > 0.01 * natural) & (rates < highest)
         return np.where(within.all(axis=0), rates, natural)
 
     def piecewise(

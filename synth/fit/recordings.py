@@ -15,6 +15,7 @@ from synth.errors import Problem, UserError
 from synth.motion.first_state import FirstState, first_state
 from synth.motion.smoothing import Smoothed, lost_samples, smooth
 from synth.motion.thinning import thinned
+from synth.motion.time_step import stepped_unit
 from synth.motion.velocity import unlike, with_velocities
 from synth.remarks import noted
 from synth.swing.chain import Conditions
@@ -37,7 +38,9 @@ class Recording:
 
     ``time`` (m,) s from 0; ``rotation`` (m, n) rad, locked joints at their held angle; ``counts`` (m, n) True for
     samples used in the fit; ``known_torque`` as for ``Chain.run`` or None; ``thinning`` : message on a
-    recording with more samples than its motion needs, else empty.
+    recording with more samples than its motion needs, else empty; ``unit`` : s, of the constants of a fit and of
+    the integrator, one for all recordings (``motion.time_step``); ``unwrapped`` : message on jumps by whole turns that
+    were removed, else empty.
     """
 
     name: str
@@ -52,6 +55,8 @@ class Recording:
     thinning: str = ""
     signals: ServoSignals | None = None  # inputs of the servos
     averaged: tuple[int, ...] = ()  # readings whose mean each angle is, joint by joint; empty: 1
+    unit: float = 1.0
+    unwrapped: str = ""
 
     @property
     def driven(self) -> bool:
@@ -96,7 +101,7 @@ class Recording:
         """
         # Rounding to counts is detected from a joint's smallest difference over a series only; here the
         # scatter suffices.
-        found = first_state(self.time, self.rotation, self.counts, self.smoothed.noise)
+        found = first_state(self.time, self.rotation, self.counts, self.smoothed.noise, unit=self.unit)
         step = float(np.median(np.diff(self.time)))
         rate = np.hypot(found.rate_deviation, np.abs(found.rate)) + self.smoothed.noise / step + 1e-6
         return replace(found, angle_deviation=found.angle_deviation + 1e-6, rate_deviation=rate)
@@ -192,7 +197,8 @@ def recordings(leg: Leg, trials: Sequence[Trial], sought: Sequence[str] | None =
     problems += [] if problems else _unmoved(leg, made, sought)
     if problems:
         raise UserError(problems)
-    return made
+    unit = stepped_unit([recording.smoothed.pace for recording in made])
+    return made if unit == 1.0 else [replace(recording, unit=unit) for recording in made]
 
 
 def _recording(leg: Leg, trial: Trial) -> Recording:
@@ -241,7 +247,14 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
         thin.sentence,
         signals,
         thin.averaged,
+        unwrapped=_unwrapped(leg, trial),
     )
+
+
+def _unwrapped(leg: Leg, trial: Trial) -> str:
+    """The message on removed jumps; empty if there were none."""
+    counts = [f"{name} {count}" for name, count in zip(leg.joint_names, trial.jumps, strict=False) if count]
+    return f"jumps by a whole turn were removed ({', '.join(counts)}): the readings are wrapped" if counts else ""
 
 
 def _moving_locked(leg: Leg, trial: Trial) -> list[Problem]:
@@ -320,9 +333,14 @@ def _unmoved(leg: Leg, made: Sequence[Recording], sought: Sequence[str] | None) 
     return problems
 
 
-def thinned_sentences(recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """Messages on recordings with more samples than their motion needs."""
-    return tuple(noted(f"{recording.name}: {recording.thinning}") for recording in recordings if recording.thinning)
+def sentences_on_reading(recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """Messages on recordings with jumps by whole turns, and on those with more samples than their motion needs."""
+    return tuple(
+        noted(f"{recording.name}: {text}")
+        for recording in recordings
+        for text in (recording.unwrapped, recording.thinning)
+        if text
+    )
 
 
 def relative_amplitudes(recordings: Sequence[Recording]) -> Array:

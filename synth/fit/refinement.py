@@ -142,11 +142,11 @@ def or_another_start(
         found = screened(drawn[k], first_locals(some))
         if found.cost < here.cost - 1.0:
             refined = refine(model, recordings, FitStart(found.values, first_locals(recordings)), weight, spread)
-            if np.isfinite(refined.solution.cost) and _misfit(recordings, refined) < _misfit(recordings, best):
+            if np.isfinite(refined.solution.cost) and misfit(recordings, refined) < misfit(recordings, best):
                 best = refined
     return best
 
 
-def _misfit(recordings: Sequence[Recording], stage: Stage) -> float:
+def misfit(recordings: Sequence[Recording], stage: Stage) -> float:
     """Sum over joints of the log RMS, the likelihood with each joint's noise estimated from its residual."""
     return float(np.nansum(np.log(clipped_rms(recordings, stage.solution.predictions) + 1e-12)))

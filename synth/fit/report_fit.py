@@ -21,8 +21,9 @@ from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.model_error import ModelError
 from synth.fit.odd_trials import odd_trials
 from synth.fit.proposal import proposals
-from synth.fit.recordings import Recording, thinned_sentences
+from synth.fit.recordings import Recording, sentences_on_reading
 from synth.fit.ridge_family import RidgeFamily, families
+from synth.fit.search_box import NEAR, NEAR_ANGLE
 from synth.fit.static_points import JudgedPoint, judged
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.trial_fits import away_from_their_starts, trial_fits
@@ -102,12 +103,13 @@ def result_of(
     static = _static(unknowns, chosen.values)
     drawn = draws(chosen.values, spreads[mode], refits, links[mode], options.seed)
     drawn, spreads[mode] = _with_model_error(fitted.error, drawn, spreads[mode], options.seed)
+    made = _fitted_leg(leg, joints[mode])
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     left = clipped_rms(recordings, chosen.predictions)
     clipped, noise = (dict(zip(names, values.tolist(), strict=True)) for values in (left, scatter))
     alike = _alike(model, recordings, fitted, bool(np.any(left > MISFIT * scatter)))
     return FitResult(
-        leg=_fitted_leg(leg, joints[mode]),
+        leg=made,
         joints=joints[mode],
         rms=rms[mode],
         clipped_rms=clipped,
@@ -122,7 +124,7 @@ def result_of(
             *lost,
             *([] if fitted.searched else _misfits(rms[mode], clipped, noise)),
             *_odd(leg, trials, mode),
-            *away_from_their_starts(names, trials),
+            *away_from_their_starts(made, trials, recordings[0].unit),
             *_at_edges(unknowns, chosen.values),
             *_left_out(leg),
             *_off_balance(leg, static),
@@ -142,7 +144,7 @@ def result_of(
 
 def _before_all(error: ModelError | None, recordings: Sequence[Recording]) -> tuple[str, ...]:
     """The first sentences: on the model's law, and on what is fitted."""
-    return (*((error.sentence,) if error is not None else ()), *thinned_sentences(recordings))
+    return (*((error.sentence,) if error is not None else ()), *sentences_on_reading(recordings))
 
 
 def _with_model_error(error: ModelError | None, drawn: Array, spread: Array, seed: int) -> tuple[Array, Array]:
@@ -294,7 +296,7 @@ AT_BOUND = "is at a bound of the search"
 
 
 def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
-    """Sentences on rates at a bound of the search, whose intervals are invalid."""
+    """Sentences on estimates at a bound of the search or near it, whose intervals are invalid."""
     sentences = []
     sides = (("least", unknowns.lower), ("greatest", unknowns.upper))
     for what, unit, joints, at in (
@@ -304,14 +306,26 @@ def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
         for j in joints:
             value = values[at(j)]
             for name, side in sides:
-                if abs(value - side[at(j)]) < 1e-6:  # of a logarithm: at the bound
-                    text = (
-                        f"{unknowns.leg.joint_names[j]}: the {what} {AT_BOUND}, "
-                        f"{np.exp(value):.3g} {unit} is the {name}: the true value is beyond, or the model does not "
-                        "hold, and the interval does not count"
-                    )
-                    sentences.append(decisive(text))
+                if abs(value - side[at(j)]) < NEAR:
+                    found, bound = np.exp([value, side[at(j)]])
+                    sentences.append(_at_edge(unknowns, j, what, f"{found:.3g} {unit}", f"{bound:.3g}", name))
+    for j in unknowns.rests:
+        value = values[unknowns.rest_at(j)]
+        for name, side in sides:
+            if abs(value - side[unknowns.rest_at(j)]) < NEAR_ANGLE:
+                joint = unknowns.leg.joints[j]
+                told = [np.degrees(joint.zero + joint.sign * v) for v in (value, side[unknowns.rest_at(j)])]
+                name = name if joint.sign > 0 else {"least": "greatest", "greatest": "least"}[name]
+                sentences.append(_at_edge(unknowns, j, "free angle", f"{told[0]:.0f} deg", f"{told[1]:.0f}", name))
     return sentences
+
+
+def _at_edge(unknowns: SpringsAndDampers, j: int, what: str, found: str, bound: str, name: str) -> str:
+    """The sentence on one estimate."""
+    return decisive(
+        f"{unknowns.leg.joint_names[j]}: the {what} {AT_BOUND} or near it: {found}, {bound} is the {name}. The true "
+        "value is beyond, or the model does not hold, and the interval does not count"
+    )
 
 
 def _joints(unknowns: SpringsAndDampers, treatment: Treatment, offsets: tuple[Array, Array]) -> dict[str, JointFit]:

@@ -19,15 +19,18 @@ from synth.arrays import Array
 from synth.fit.fit_problem import sought_by
 from synth.fit.least_squares import FitStart, Solution, Weights, solve
 from synth.fit.recordings import Recording
+from synth.fit.search_box import NEAR
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import LOOSE, covariance, root_mean_square
 from synth.fit.unknowns import SpringsAndDampers
+from synth.swing.mechanics import outboard_inertia
 
 ALLOWANCE = 0.05  # of the best overall RMS, for all joints together
 BISECTIONS = 5  # of the logarithm of a rate: to a 32nd of the range
 POINTS = 0.5  # allowed increase of the static points' cost: one standard deviation of one of them
 SAME = np.log(1.2)  # allowed change of b/k: beyond it is another minimum, not this ridge
 HELD = 1e8  # precision of a fixed log rate: a standard deviation of 1e-4, far below any interval
+SOFTEST_DECAY = 0.5  # 1/s of b/I in the recordings' unit of time, as of the prior: no ridge reaches lower
 SETTLED = 0.05  # decrease of the cost, a log-likelihood, below which a refit along a ridge has converged
 SOFTEST = "of equally good springs and dampers the softest is given"  # by which `synth reproduce` finds the sentence
 
@@ -45,12 +48,14 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
     unknowns = sought_by(model)
     loose = [(j, unknowns.rate_at(j), unknowns.damper_at(j)) for j in loose_joints(model, solution)]
     best, points = overall_rms(recordings, solution), static_cost(unknowns, solution.values)
-    moved: list[tuple[int, Array]] = []
+    softest = np.log(outboard_inertia(model.leg) * SOFTEST_DECAY / unknowns.box.unit)
+    moved: list[tuple[int, Array, str]] = []
     pinned = unknowns.beliefs
     for count, (j, k, place) in enumerate(loose):
         limit = best * (1 + ALLOWANCE * (count + 1) / len(loose))
-        high, low = float(solution.values[place]), float(unknowns.lower[place]) + np.log(500.0)
+        high, low = float(solution.values[place]), softest[j]
         before = np.exp(solution.values[[k, place]])
+        ended = bool(np.any(unknowns.upper[[k, place]] - solution.values[[k, place]] < NEAR))
         ratio = float(solution.values[place] - solution.values[k])
         search = RidgeSearch(with_beliefs(model, pinned), recordings, weights, max_iterations=12)
         for _ in range(BISECTIONS):
@@ -65,14 +70,14 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
         pinned = (*pinned, (place, high, HELD))
         after = np.exp(solution.values[[k, place]])
         if after[1] < 0.9 * before[1]:  # a smaller move is not worth a sentence
-            moved.append((j, before))
+            moved.append((j, before, ", at the bound of the search" if ended else ""))
     # A joint's values still change while the next ones are moved: the sentences state what the result has.
     sentences = tuple(
         f"{model.leg.joint_names[j]}: {SOFTEST}: {np.exp(solution.values[unknowns.rate_at(j)]):.3g} N*m/rad and "
         f"{np.exp(solution.values[unknowns.damper_at(j)]):.3g} N*m*s/rad, the least residual would be at "
-        f"{before[0]:.3g} and {before[1]:.3g} (overall RMS {_degrees(recordings, solution)} instead of "
+        f"{before[0]:.3g} and {before[1]:.3g}{where} (overall RMS {_degrees(recordings, solution)} instead of "
         f"{np.degrees(best):.3g} deg)."
-        for j, before in moved
+        for j, before, where in moved
     )
     return Softened(_without_pins(model, recordings, solution, weights), sentences)
 
@@ -103,7 +108,8 @@ class RidgeSearch:
 
 def with_beliefs(model: TrajectoryModel, beliefs: tuple[tuple[int, float, float], ...]) -> TrajectoryModel:
     """The model with other priors."""
-    return TrajectoryModel(model.chain, model.leg, replace(sought_by(model), beliefs=beliefs))
+    unknowns = replace(sought_by(model), beliefs=beliefs)
+    return TrajectoryModel(model.chain, model.leg, unknowns, max_steps=model.max_steps)
 
 
 def loose_joints(model: TrajectoryModel, solution: Solution) -> list[int]:

@@ -12,13 +12,14 @@ from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import sought_by
 from synth.fit.free_angle import WIDE
 from synth.fit.recordings import Recording
-from synth.fit.trajectories import Local, TrajectoryModel
+from synth.fit.trajectories import FIT_STEPS, Local, TrajectoryModel
 from synth.fit.weak_form import WeakForm
 from synth.motion.smoothing import initial_state
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, outboard_inertia, static_torque
 from synth.threads import shared_out
 
+# In the recordings' unit of time, as all of the following.
 WINDOWS = (0.1, 0.2, 0.05)  # s, weak-form windows that are tried
 NATURAL_STARTS = ((3.0, 20.0), (6.0, 100.0), (1.0, 2.0), (4.0, 5.0))  # Hz of k/I, 1/s of b/I
 END_SHARE = 10  # one of so many samples, at a trial's end, gives its rest pose
@@ -111,20 +112,21 @@ def weak_form_start(model: TrajectoryModel, recordings: Sequence[Recording], opt
     curves = [options.curves.get(name) for name in leg.joint_names]
     known = np.array([curve is not None for curve in curves])
     poses = _end_poses(leg, recordings, [_end(recording) for recording in recordings])
-    weak, tried = WeakForm(leg, recordings, curves), []
+    lowest, highest = unknowns.box.rests(len(leg.joints), np.pi)
+    weak, tried, unit = WeakForm(leg, recordings, curves), [], recordings[0].unit
     for window in WINDOWS:
-        for found in weak.solve(window)[: 2 if len(recordings) > 1 else 1]:
+        for found in weak.solve(window * unit)[: 2 if len(recordings) > 1 else 1]:
             usable = (found.spring_rate > 0) & ((found.damper_rate > 0) | known)
             # Noise, or a joint that moves as no passive one does, can make a rate negative. The joint then starts at
             # typical limb values: from springy to well damped.
             for frequency, decay in NATURAL_STARTS if not np.all(usable) else NATURAL_STARTS[:1]:
-                rate = np.where(usable, found.spring_rate, inertia * (2 * np.pi * frequency) ** 2)
-                damping = np.where(usable, found.damper_rate, inertia * decay)
+                rate = np.where(usable, found.spring_rate, inertia * (2 * np.pi * frequency / unit) ** 2)
+                damping = np.where(usable, found.damper_rate, inertia * decay / unit)
                 own = poses.angle + poses.weight / rate
                 rest = np.where(usable, np.nan_to_num(found.rest), np.median(own, axis=0))
                 own = np.where(usable & found.per_trial, found.rest_by_trial, own)
                 shift = np.clip(np.nan_to_num(own - rest), -2 * WIDE, 2 * WIDE) * (options.free_angle != "common")
-                tried.append(FirstGuess(unknowns.pack(rate, np.clip(rest, -np.pi, np.pi), damping), shift))
+                tried.append(FirstGuess(unknowns.pack(rate, np.clip(rest, lowest, highest), damping), shift))
     costs = quick_costs(model, recordings, [guess.values for guess in tried], [guess.shifts for guess in tried])
     return tried[int(np.argmin(costs))]
 
@@ -136,10 +138,10 @@ def drawn_starts(model: TrajectoryModel, recordings: Sequence[Recording], seed: 
     rest = np.mean([_end(recording) for recording in recordings], axis=0)
     slow, fast = (float(np.log(frequency)) for frequency in DRAWN_FREQUENCY)
     light, heavy = (float(np.log(decay)) for decay in DRAWN_DECAY)
-    drawn = []
+    drawn, unit = [], recordings[0].unit
     for _ in range(DRAWN):
-        rate = inertia * (2 * np.pi * np.exp(random.uniform(slow, fast, n))) ** 2
-        damping = inertia * np.exp(random.uniform(light, heavy, n))
+        rate = inertia * (2 * np.pi * np.exp(random.uniform(slow, fast, n)) / unit) ** 2
+        damping = inertia * np.exp(random.uniform(light, heavy, n)) / unit
         drawn.append(unknowns.pack(rate, rest + random.uniform(-DRAWN_REST, DRAWN_REST, n), damping))
     return drawn
 
@@ -158,7 +160,7 @@ def quick_costs(
     (n_trial, n) rad per candidate.
     """
     values, locals_ = np.stack(candidates, axis=1), first_locals(recordings)
-    model, recordings = model.at_tolerance(RANKING), [recording.thinned(RANKED) for recording in recordings]
+    model, recordings = model.at_tolerance(RANKING, FIT_STEPS), [recording.thinned(RANKED) for recording in recordings]
     none = np.zeros((recordings[0].rotation.shape[1], len(candidates)))
 
     def one(t: int) -> Array:

@@ -19,7 +19,7 @@ LEAST_SAMPLES = 30  # that a cut leaves: fewer do not determine a leg's rates
 STILL, FIRST = (
     0.2,
     0.05,
-)  # of a joint's range, and s: a joint that moves farther is not at rest and is not checked
+)  # of a joint's range, and s in its unit of time: a joint that moves farther is not at rest, nor checked
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,9 @@ def release_in(leg: Leg, recording: Recording) -> Release | None:
     held = np.isin(np.arange(len(leg.joints)), conditions.locked)
     angles = leg.to_measured(np.where(recording.counts | held, recording.rotation, np.nan))
     try:
-        return find_release(recording.time, angles, tilted, locked=conditions.locked, tip_mass=conditions.tip_mass)
+        return find_release(
+            recording.time, angles, tilted, locked=conditions.locked, tip_mass=conditions.tip_mass, unit=recording.unit
+        )
     except ValueError:
         return None
 
@@ -75,5 +77,5 @@ def release_in(leg: Leg, recording: Recording) -> Release | None:
 def _may_lie_still(recording: Recording) -> bool:
     """Whether no joint moves far at first: a fast test that exempts most recordings from a closer one."""
     angle = recording.smoothed.angle[:, recording.free]
-    early = recording.smoothed.time - recording.smoothed.time[0] <= FIRST
+    early = recording.smoothed.time - recording.smoothed.time[0] <= FIRST * recording.unit
     return bool(np.all(np.ptp(angle[early], axis=0) <= STILL * np.ptp(angle, axis=0)))

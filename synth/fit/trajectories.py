@@ -76,15 +76,15 @@ class _Plan:
     square: tuple[Index, ...]
 
     @classmethod
-    def of(cls, n: int, n_common: int, free: Sequence[int], rests: Sequence[int]) -> _Plan:
-        """For a chain of ``n`` links, with the joints' rest angles at these indices among the unknowns."""
+    def of(cls, n: int, n_common: int, free: Sequence[int], rests: Sequence[int], unit: float) -> _Plan:
+        """For a chain of ``n`` links, with the joints' rest angles at these indices among the unknowns; ``unit`` s."""
         rows = [*free, *[n + j for j in free]]
         count = n_common + len(rows)
         step = np.arange(count)
         still = step // (LANES - 1) * LANES
         moved = still + 1 + step % (LANES - 1)
         n_lane = int(moved[-1]) + 1
-        width = np.r_[np.full(n_common + len(free), 1.0), np.full(len(free), 10.0)] * PERTURBATION
+        width = np.r_[np.full(n_common + len(free), 1.0), np.full(len(free), 10.0 / unit)] * PERTURBATION
         common, state = np.zeros((n_common, n_lane)), np.zeros((2 * n, n_lane))
         common[step[:n_common], moved[:n_common]] = width[:n_common]
         state[rows, moved[n_common:]] = width[n_common:]
@@ -127,14 +127,22 @@ class Sensitivity:
 class TrajectoryModel:
     """Predicts recordings of one leg for given unknowns; stores the constant part of each trial's lane."""
 
-    def __init__(self, chain: Chain, leg: Leg, unknowns: Unknowns, tolerance: float = FIT_TOLERANCE) -> None:
-        self.chain, self.leg, self.unknowns, self.tolerance = chain, leg, unknowns, tolerance
+    def __init__(
+        self,
+        chain: Chain,
+        leg: Leg,
+        unknowns: Unknowns,
+        tolerance: float = FIT_TOLERANCE,
+        max_steps: int = FIT_STEPS,
+    ) -> None:
+        self.chain, self.leg, self.unknowns = chain, leg, unknowns
+        self.tolerance, self.max_steps = tolerance, max_steps
         self._base: dict[Conditions, Array] = {}
-        self._plans: dict[tuple[int, ...], _Plan] = {}
+        self._plans: dict[tuple[tuple[int, ...], float], _Plan] = {}
 
-    def at_tolerance(self, tolerance: float) -> TrajectoryModel:
-        """The same, integrated to another relative tolerance."""
-        other = TrajectoryModel(self.chain, self.leg, self.unknowns, tolerance)
+    def at_tolerance(self, tolerance: float, max_steps: int | None = None) -> TrajectoryModel:
+        """The same, integrated to another relative tolerance, and in at most so many steps if given."""
+        other = TrajectoryModel(self.chain, self.leg, self.unknowns, tolerance, max_steps or self.max_steps)
         other._base, other._plans = self._base, self._plans  # neither depends on it
         return other
 
@@ -145,12 +153,12 @@ class TrajectoryModel:
 
     def sensitivity(self, recording: Recording, values: Array, local: Local) -> Sensitivity:
         """One trial's lanes: nominal, and each unknown and each component of the state perturbed."""
-        locked = recording.conditions.locked
-        if locked not in self._plans:
+        key = recording.conditions.locked, recording.unit
+        if key not in self._plans:
             rests = [self.unknowns.rest_index[j] for j in self.shifted(recording)]
             places = [k for k in rests if k is not None]
-            self._plans[locked] = _Plan.of(self.chain.layout.n, len(values), recording.free, places)
-        plan = self._plans[locked]
+            self._plans[key] = _Plan.of(self.chain.layout.n, len(values), recording.free, places, recording.unit)
+        plan = self._plans[key]
         common = values[:, None] + plan.common
         state = np.concatenate([local.rotation, local.rate])[:, None] + plan.state
         return Sensitivity(self.run(recording, common, state, local.shift[:, None]), plan)
@@ -187,7 +195,7 @@ class TrajectoryModel:
         values: Array,
         state: Array,
         shift: Array,
-        max_steps: int = FIT_STEPS,
+        max_steps: int | None = None,
     ) -> Array:
         """Like ``run``, for ``lanes`` (n_row, n_lane) of legs whose links may differ; the array is modified."""
         layout = self.chain.layout
@@ -200,7 +208,8 @@ class TrajectoryModel:
             self.tolerance,
             known_torque=recording.known_torque,
             signals=recording.signals,
-            max_steps=max_steps,
+            max_steps=max_steps or self.max_steps,
+            unit=recording.unit,
         )
 
     def evaluate(self, recording: Recording, values: Array, local: Local, *, jacobian: bool = True) -> Evaluation:

@@ -137,7 +137,14 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
             )
         else:
             for place, what in ((position, "spring rate"), (other, "damper rate")):
-                if deviation[place] > LOOSE:
+                if deviation[place] > LOOSE and _like_none(unknowns, place, values):
+                    most = float(np.exp(values[place] + NORMAL90 * deviation[place]))
+                    unit = "N*m/rad" if what == "spring rate" else "N*m*s/rad"
+                    sentences.append(
+                        f"{joints[j]}: these trials do not tell the {what} from none: at most some {most:.2g} {unit}. "
+                        "Its interval is that of a positive number, and does not reach zero."
+                    )
+                elif deviation[place] > LOOSE:
                     sentences.append(
                         f"{joints[j]}: these trials determine the {what} only to {_percent(deviation[place])}. "
                         "More trials, or releases in which this joint moves more, would determine it better."
@@ -147,6 +154,12 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
         if sd > np.radians(1.5):  # +-2.5 deg at 90 %: a quarter of a bought spring's tolerance
             sentences.append(f"{joints[j]}: the free angle is known only to +-{np.degrees(NORMAL90 * sd):.1f} deg.")
     return sentences
+
+
+def _like_none(unknowns: SpringsAndDampers, place: int, values: Array) -> bool:
+    """Whether a log rate lies below the prior's range: there a poorly determined one is where the prior stopped it."""
+    mean, precision = (each[place] for each in unknowns.prior)
+    return bool(values[place] < mean - NORMAL90 / np.sqrt(precision))
 
 
 def mass_scale_sentence(leg: Leg, recordings: Sequence[Recording], *, weighed: bool = False) -> str | None:

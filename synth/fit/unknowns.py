@@ -11,19 +11,17 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90
+from synth.fit.search_box import LIMB, SearchBox
 from synth.fit.static_points import Balance
 from synth.swing.chain import Chain
 from synth.swing.leg_model import Damper, Leg, Spring
 from synth.swing.mechanics import outboard_inertia
 
-# Bounds in natural units, I the inertia outboard of the joint: beyond them a joint is practically rigid or limp,
-# and the integration is needlessly stiff.
-FREQUENCY_BOX = (0.02, 30.0)  # Hz, sqrt(k/I) / 2 pi
-DECAY_BOX = (1e-3, 500.0)  # 1/s, b/I
 # Typical limbs and models: log-normal with these 90 % ranges. So weak (a factor of 15 on k, 30 on b) that the prior
-# does not affect anything that the trials determine; it only selects a point on a ridge that they leave open.
-FREQUENCY_PRIOR = (1.0, 15.0)  # Hz
-DECAY_PRIOR = (0.5, 500.0)  # 1/s
+# does not affect anything that the trials determine; it only selects a point on a ridge that they leave open. In the
+# recordings' unit of time; I is the inertia outboard of the joint.
+FREQUENCY_PRIOR = (1.0, 15.0)  # Hz, sqrt(k/I) / 2 pi
+DECAY_PRIOR = (0.5, 500.0)  # 1/s, b/I
 
 
 class Unknowns(Protocol):
@@ -61,7 +59,8 @@ class SpringsAndDampers:
     """Log spring rate, rest angle and log damper rate, in that order, of the joints where each is estimated.
 
     ``rates``, ``rests``, ``dampers`` : joint indices. ``beliefs`` : (unknown, mean, precision) of priors that
-    replace the weak ones: the user's, or a sharp one that fixes an unknown. ``balances`` : static points.
+    replace the weak ones: the user's, or a sharp one that fixes an unknown. ``balances`` : static points. ``box`` : of
+    the search.
     """
 
     chain: Chain
@@ -71,6 +70,7 @@ class SpringsAndDampers:
     dampers: tuple[int, ...]
     beliefs: tuple[tuple[int, float, float], ...] = ()
     balances: tuple[Balance, ...] = ()
+    box: SearchBox = LIMB
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -104,12 +104,10 @@ class SpringsAndDampers:
 
     @cached_property
     def _box(self) -> tuple[Array, Array]:
-        inertia = outboard_inertia(self.leg)
-        stiff = [np.log(inertia * (2 * np.pi * f) ** 2) for f in FREQUENCY_BOX]
-        damp = [np.log(inertia * decay) for decay in DECAY_BOX]
+        stiff, damp = self.box.rates(self.leg)
         sides = [
-            np.concatenate([s[list(self.rates)], np.full(len(self.rests), r), d[list(self.dampers)]])
-            for s, r, d in zip(stiff, (-4 * np.pi, 4 * np.pi), damp, strict=True)
+            np.concatenate([s[list(self.rates)], r[list(self.rests)], d[list(self.dampers)]])
+            for s, r, d in zip(stiff, self.box.rests(len(self.leg.joints)), damp, strict=True)
         ]
         return sides[0], sides[1]
 
@@ -117,8 +115,8 @@ class SpringsAndDampers:
     def prior(self) -> tuple[Array, Array]:
         """Log-normal in natural units for the rates, none for the rest angles."""
         inertia = outboard_inertia(self.leg)
-        stiff = [np.log(inertia * (2 * np.pi * f) ** 2) for f in FREQUENCY_PRIOR]
-        damp = [np.log(inertia * decay) for decay in DECAY_PRIOR]
+        stiff = [np.log(inertia * (2 * np.pi * f / self.box.unit) ** 2) for f in FREQUENCY_PRIOR]
+        damp = [np.log(inertia * decay / self.box.unit) for decay in DECAY_PRIOR]
         mean, precision = np.zeros(len(self.names)), np.zeros(len(self.names))
         for (low, high), joints, at in ((stiff, self.rates, self.rate_at), (damp, self.dampers, self.damper_at)):
             for j in joints:
@@ -186,7 +184,8 @@ class SpringsAndDampers:
         return replace(self.leg, joints=tuple(joints))
 
 
-def all_of(chain: Chain, leg: Leg, *, damper_known: Sequence[int] = ()) -> SpringsAndDampers:
+def all_of(chain: Chain, leg: Leg, *, damper_known: Sequence[int] = (), box: SearchBox = LIMB) -> SpringsAndDampers:
     """Unknowns for a whole leg: every spring rate and rest angle, and unknown damper rates."""
     joints = tuple(range(len(leg.joints)))
-    return SpringsAndDampers(chain, leg, joints, joints, tuple(j for j in joints if j not in damper_known))
+    dampers = tuple(j for j in joints if j not in damper_known)
+    return SpringsAndDampers(chain, leg, joints, joints, dampers, box=box)

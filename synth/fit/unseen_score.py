@@ -36,7 +36,7 @@ def score(result: FitResult, recordings: Sequence[Recording], *, spread: Array |
         for joint in leg.joints
         if joint.damper is not None and joint.damper.curve is not None
     }
-    model = model_of(leg, curves)
+    model = model_of(leg, curves, recordings=recordings)
     damping = np.array([(joint.damper.rate or 0.0) if joint.damper else 0.0 for joint in leg.joints])
     values = sought_by(model).pack(leg.spring_rate, leg.rest, damping)
     if spread is None:

@@ -30,17 +30,18 @@ class FirstState:
     rate_deviation: Array
 
 
-def first_state(time: Array, angle: Array, counts: Mask, scatter: Array) -> FirstState:
+def first_state(time: Array, angle: Array, counts: Mask, scatter: Array, *, unit: float = 1.0) -> FirstState:
     """The state at ``time[0]``.
 
     Parameters
     ----------
     time : (m,) s; angle : (m, n) rad; counts : (m, n) True where a sample may be used.
     scatter : (n,) rad of one sample; at least that of the encoder's counts.
+    unit : s, of the polynomials' support, see ``time_step``.
     """
     n = angle.shape[1]
     found = np.zeros((4, n))
-    fewest = max(LEAST, round(WIDTH / float(np.median(np.diff(time)))) // 2 * 2 + 1)
+    fewest = max(LEAST, round(WIDTH * unit / float(np.median(np.diff(time)))) // 2 * 2 + 1)
     for j in range(n):
         good = np.flatnonzero(counts[:, j])[: 2 * fewest]
         if len(good) < LEAST:

@@ -62,9 +62,29 @@ class Release:
     released_by: float | None = None
     still_first: bool = False
 
+    def in_seconds(self, unit: float) -> Release:
+        """The same with times given in ``unit``, s."""
+
+        def seconds(value: float | None) -> float | None:
+            return None if value is None else value * unit
+
+        return replace(
+            self,
+            released=seconds(self.released),
+            free_from=self.free_from * unit,
+            driven_until=seconds(self.driven_until),
+            released_by=seconds(self.released_by),
+        )
+
 
 def find_release(
-    time: Array, angles: Array, leg: Leg, *, locked: tuple[int, ...] = (), tip_mass: float = 0.0
+    time: Array,
+    angles: Array,
+    leg: Leg,
+    *,
+    locked: tuple[int, ...] = (),
+    tip_mass: float = 0.0,
+    unit: float = 1.0,
 ) -> Release:
     """The release of a recording that ends at rest or decaying, and the end of its driven beginning.
 
@@ -75,6 +95,7 @@ def find_release(
     leg : its links and joints' signs; springs and dampers are not used. Its tilt is the recording's.
     locked : indices of joints that were held all the time.
     tip_mass : kg, at the last link's end.
+    unit : s, of the constants in seconds, see ``time_step``.
 
     Raises
     ------
@@ -84,7 +105,14 @@ def find_release(
         raise ValueError(f"{len(time)} samples, at least {FEWEST} are needed to find a release")
     rotation = leg.to_rotation(angles)
     lost = lost_samples(rotation)
-    view = _view(time, rotation, lost, leg, locked, tip_mass)
+    if unit == 1.0:
+        return _found(time, rotation, lost, _view(time, rotation, lost, leg, locked, tip_mass, unit))
+    time, leg = time / unit, replace(leg, gravity=leg.gravity * unit**2)
+    return _found(time, rotation, lost, _view(time, rotation, lost, leg, locked, tip_mass, unit)).in_seconds(unit)
+
+
+def _found(time: Array, rotation: Array, lost: Mask, view: _View) -> Release:
+    """The release, in the view's unit of time."""
     burst = _last_burst(view)
     if burst is None:
         return Release(None, float(time[0]), None, None, 0.0, "nothing moves above the noise")
@@ -96,16 +124,16 @@ def find_release(
     return replace(found, still_first=_still_first(time, rotation, lost, view, broken, burst[0]))
 
 
-def free_after(driven: Sequence[float]) -> float:
+def free_after(driven: Sequence[float], unit: float = 1.0) -> float:
     """Assumed duration of the external torque after the release of each recording of a series, s.
 
     ``driven`` : s after its release until which an external torque is detected, for each recording with one; at least
-    one. An external torque in one recording of a series is likely in the others, detected or not, so the longest counts
-    for all; one far longer than most is a false detection. Measured on 24 random legs
-    driven for 0.15 s (144 recordings, detected in 106): of the fits' 90 % intervals 45 % contain the truth when each
-    recording is cut at its own detection, 90 % when all are cut at the longest plus its decay.
+    one; ``unit`` s, of the recordings. An external torque in one recording of a series is likely in the others,
+    detected or not, so the longest counts for all; one far longer than most is a false detection. Measured on 24
+    random legs driven for 0.15 s (144 recordings, detected in 106): of the fits' 90 % intervals 45 % contain the truth
+    when each recording is cut at its own detection, 90 % when all are cut at the longest plus its decay.
     """
-    return min(max(driven), STRAY * float(np.median(driven))) + FADING
+    return min(max(driven), STRAY * float(np.median(driven))) + FADING * unit
 
 
 @dataclass(frozen=True)
@@ -120,17 +148,24 @@ class _View:
     speed: Array
     floor: float
     root: Array  # (n_joint, n_joint), a root of the mass matrix at the end, which makes rates comparable
+    unit: float = 1.0  # s, of all times
 
     @property
     def step(self) -> float:
         return float(self.smoothed.time[1] - self.smoothed.time[0])
+
+    def said(self, time: float) -> str:
+        """A time in words, in seconds."""
+        return f"{time * self.unit:.{3 if self.unit >= 1.0 else 5}f}"
 
     @property
     def threshold(self) -> float:
         return max(MOVING * float(self.speed.max()), NOISE_FACTOR * self.floor)
 
 
-def _view(time: Array, rotation: Array, lost: Mask, leg: Leg, locked: tuple[int, ...], tip_mass: float) -> _View:
+def _view(
+    time: Array, rotation: Array, lost: Mask, leg: Leg, locked: tuple[int, ...], tip_mass: float, unit: float
+) -> _View:
     """The narrowest smoothing whose noise is well below the threshold of motion, or the widest."""
     coefficient = coefficients(leg, tip_mass)
     for width in WIDTHS:
@@ -149,7 +184,7 @@ def _view(time: Array, rotation: Array, lost: Mask, leg: Leg, locked: tuple[int,
         half = points // 2  # one-sided polynomials at the ends are several times as noisy
         speed[:half], speed[-half:] = speed[half], speed[-half - 1]
         root = np.asarray(np.linalg.cholesky(mass), dtype=np.float64)
-        view = _View(leg, locked, tip_mass, smoothed, points, speed, floor, root)
+        view = _View(leg, locked, tip_mass, smoothed, points, speed, floor, root, unit)
         if NOISE_FACTOR * floor < 0.5 * MOVING * speed.max():
             break
     return view
@@ -272,8 +307,8 @@ def _with_drive(begun: _Break | None, time: Array, rotation: Array, lost: Mask, 
     free_at = start if by is None else by
     reason = "it moves from the first sample"
     if begun is not None:
-        reason = f"released at {released:.3f} s"
-        reason += f" ({begun.by:.3f} s at the latest)"
+        reason = f"released at {view.said(begun.at)} s"
+        reason += f" ({view.said(begun.by)} s at the latest)"
     after = time >= start
     free = [j for j in range(rotation.shape[1]) if j not in view.locked]
     drive = None
@@ -287,7 +322,8 @@ def _with_drive(begun: _Break | None, time: Array, rotation: Array, lost: Mask, 
             released, start if by is None else by, None, None, 0.0, f"{reason}; no external torque after that", by
         )
     name = view.leg.joint_names[drive.joint]
-    reason += f"; until {drive.until:.3f} s a torque acts on the {name} that its spring and damper do not produce "
+    reason += f"; until {view.said(drive.until)} s a torque acts on the {name} that its spring and damper do not "
+    reason += "produce "
     reason += f"(up to {drive.share:.0%} of its torque range)"
     grid = view.smoothed.time
     greatest = view.speed[grid >= start].max()

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.fit.fit_problem import box_of
 from synth.fit.fit_result import FitResult
 from synth.fit.least_squares import FitStart, Weights, solve
 from synth.fit.recordings import Recording
@@ -41,7 +42,7 @@ def rate_scan(fit: FitResult, recordings: Sequence[Recording], joint: str, rates
         fit.leg, joints=tuple(replace(item, spring=Spring(0.0, item.zero), damper=Damper()) for item in fit.leg.joints)
     )
     chain = compiled_chain(len(names))
-    unknowns = all_of(chain, bare)
+    unknowns = all_of(chain, bare, box=box_of(recordings))
     joints = fit.joints.values()
     common = np.array([item.free_angle.value for item in joints])
     values = unknowns.pack(

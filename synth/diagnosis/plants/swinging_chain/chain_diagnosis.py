@@ -51,7 +51,7 @@ from synth.files.next_command import NextCommand
 from synth.files.tolerance import Tolerance
 from synth.fit.copies import copies
 from synth.fit.odd_trials import odd_trials
-from synth.fit.recordings import recordings, thinned_sentences
+from synth.fit.recordings import recordings, sentences_on_reading
 from synth.remarks import decisive, noted
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Leg
@@ -360,7 +360,7 @@ def scene_of(
 ) -> tuple[Scene, tuple[str, ...]]:
     """Prepared trials without copies, with noise and counts; ``noise`` : a joint's known noise, rad."""
     made = recordings(leg, trials, ())
-    warnings = list(thinned_sentences(made))
+    warnings = list(sentences_on_reading(made))
     twice = copies(made, [trial.held_out for trial in trials])
     for later, earlier in twice:
         warnings.append(noted(f"{made[later].name} is a copy of {made[earlier].name} and is left out"))

@@ -1,0 +1,88 @@
+"""Angles that jump by whole turns: readings wrapped to -180..180 or 0..360 deg, continued where that is certain.
+
+A step is a jump if it is half a turn or more and far larger than those beside it, while less whole turns it is one of
+them. A joint that turns on for many turns has no such step. A single wrong reading is an outlier, no jump.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array, Mask
+
+TURN = 2.0 * np.pi  # rad
+ROOM = 2.0  # times the larger of the two steps on each side, which a step may be
+NOISE = np.radians(5.0)  # added to that: far above any encoder's noise, far below a turn
+RUN = 3  # wrong readings in a run, as in ``motion.smoothing``
+NEAR = 0.25  # of a turn from a whole one, up to which a step that is no jump is questioned
+
+
+@dataclass(frozen=True, eq=False)
+class Unwrapped:
+    """One channel (n,) rad without jumps, how many there were, and the sample after the first doubtful step or None."""
+
+    angle: Array
+    jumps: int
+    doubtful: int | None
+
+
+def unwrapped(angle: Array) -> Unwrapped:
+    """A channel (n,) rad, nan where missing, continued over its jumps."""
+    known = np.flatnonzero(np.isfinite(angle))
+    step = np.diff(angle[known])
+    if not np.any(np.abs(step) > 0.5 * TURN):
+        return Unwrapped(angle, 0, None)
+    turns, usual = _whole_and_usual(step)
+    # Over missing samples a joint moves farther; more than a quarter of a turn, and the turns are a guess.
+    near = np.minimum(usual * np.diff(known), np.maximum(usual, NEAR * TURN))
+    jump = (turns != 0.0) & (np.abs(step) > near) & (np.abs(step - turns * TURN) <= near)
+    result = angle.copy()
+    result[known] -= np.r_[0.0, np.cumsum(np.where(jump, turns, 0.0))] * TURN
+    step = np.diff(result[known])
+    turns, usual = _whole_and_usual(step)
+    odd = (turns != 0.0) & (np.abs(step - turns * TURN) <= NEAR * TURN) & (np.abs(step) > usual * np.diff(known))
+    odd &= ~_there_and_back(step, usual)
+    return Unwrapped(result, int(jump.sum()), int(known[np.argmax(odd) + 1]) if odd.any() else None)
+
+
+def _whole_and_usual(step: Array) -> tuple[Array, Array]:
+    """(m,) the turn nearest to each step, -1, 0 or 1, and (m,) rad up to which it is usual beside its neighbours.
+
+    Readings within one turn jump by no more than one.
+    """
+    turns = np.round(step / TURN)
+    turns[np.abs(turns) > 1.0] = 0.0
+    return turns, _beside(np.where(turns == 0.0, np.abs(step), 0.0)) * ROOM + NOISE
+
+
+def _there_and_back(step: Array, usual: Array) -> Mask:
+    """(m,) True for steps to a run of at most ``RUN`` wrong readings and back: outliers, which a fit ignores."""
+    found = np.zeros(len(step), dtype=bool)
+    for apart in range(1, min(RUN, len(step) - 1) + 1):
+        back = np.abs(step[:-apart] + step[apart:]) <= usual[:-apart] + usual[apart:]
+        found[:-apart] |= back
+        found[apart:] |= back
+    return found
+
+
+def _beside(size: Array) -> Array:
+    """(m,) the largest of the two before and the two after each."""
+    padded = np.pad(size, 2)
+    return np.asarray(np.max([padded[k : k + len(size)] for k in (0, 1, 3, 4)], axis=0))
+
+
+def turns_together(middles: Sequence[float], jumped: Sequence[bool], reference: float) -> list[float]:
+    """Whole turns, rad, that bring one joint's recordings together, of which some were unwrapped.
+
+    ``middles`` (t,) rad of their angles; ``jumped`` : which were unwrapped. If none was, all stay. Those that never
+    jumped agree with the leg file as a rule, so that all go to the turn nearest to their median; else to that of the
+    first, which is the nearest to ``reference``, rad.
+    """
+    if not any(jumped):
+        return [0.0] * len(middles)
+    kept = [middle for middle, moved in zip(middles, jumped, strict=True) if not moved]
+    first = float(np.median(kept)) if kept else middles[0] + TURN * round((reference - middles[0]) / TURN)
+    return [TURN * round((first - middle) / TURN) for middle in middles]
