@@ -19,8 +19,8 @@ from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
 from synth.diagnosis.odds import CALIBRATED, price_of_unknown
+from synth.diagnosis.other_shapes import in_other_shapes
 from synth.diagnosis.restarts import beside_best, descended, exchanged, fitted_again, has_other_minima, refine
-from synth.diagnosis.richer_shapes import in_richer_shapes
 from synth.diagnosis.score import first_state, fresh, score
 from synth.diagnosis.screened_causes import same_shape, screen
 from synth.diagnosis.screening import leverage, overshoots, prospects, strengthened
@@ -47,6 +47,7 @@ AROUND = (0.4, 1.0)  # factors on the strength that the secant predicts
 # times the noise, was not among them, and one of 86 was taken; the search took 4 s of 14 longer.
 FURTHER_TRIED = 20
 FURTHER_KEPT = 8  # of those, number fitted to all trials
+STARTS = 2  # of each other shape of a cause in these sets that are continued
 REDUCED = 3  # best sets of three causes of which one is left out again
 # The same where recordings are compared in pieces: their cost has cliffs, and a rank after few steps tells less.
 IN_PIECES_TRIED, IN_PIECES_KEPT = 30, 10
@@ -168,14 +169,16 @@ class AngleExplorer:
         rank = self._rank(refined)
         return best_of_each([min([fit, *(end for end in ends if end.keys == fit.keys)], key=rank) for fit in refined])
 
-    def _sets_in_richer_shapes(self, refined: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
-        """The fits of several causes, each with a cause in a richer shape where the odds prefer that."""
+    def _sets_in_other_shapes(self, refined: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
+        """The fits of several causes, each with a cause in another shape where the odds prefer that."""
+        bench, rank = self.bench, self._rank(refined)
         if min((self.ratio(fit) for fit in refined), default=1.0) <= WELL:
             return list(refined)
-        starts = [in_richer_shapes(self.bench, fit, self.every) for fit in refined]
-        ends = iter(refine(self.bench, self.bench.evaluate([start for own in starts for start in own])))
-        rank = self._rank(refined)
-        return [min([fit, *(next(ends) for _ in own)], key=rank) for fit, own in zip(refined, starts, strict=True)]
+        shapes = [shape for fit in refined for shape in in_other_shapes(bench, fit, self.every)]
+        evaluated = iter(bench.evaluate([start for shape in shapes for start in shape]))
+        begun = [sorted((next(evaluated) for _ in shape), key=lambda start: start.cost)[:STARTS] for shape in shapes]
+        ends = [*refined, *refine(bench, [start for starts in begun for start in starts])]
+        return [min((end for end in ends if {*end.keys} == {*fit.keys}), key=rank) for fit in refined]
 
     @cached_property
     def _starts(self) -> list[EvaluatedHypothesis]:
@@ -212,7 +215,7 @@ class AngleExplorer:
         if alone and self.bench.in_pieces:
             return self._in_pieces(fits, [single.fit for single in singles])
         found = further(self.bench, self._sifting, fits, self.candidates)
-        refined = self._sets_in_richer_shapes(refine(self.bench, found[:REFINED_FURTHER]))
+        refined = self._sets_in_other_shapes(refine(self.bench, found[:REFINED_FURTHER]))
         fewer = [] if alone else without_one(self.bench, sorted(refined, key=lambda fit: fit.cost)[:REDUCED], fits)
         return [*refined, *found[REFINED_FURTHER:], *self._reduced(fewer, [*fits, *refined])]
 

@@ -1,0 +1,73 @@
+"""A cause of a set in another shape: a mount that slides and rocks, a spring that is stiffer on the other side."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from diagnosis.test_sets_of_causes import made as made
+from diagnosis.test_sets_of_causes import one
+from synth.diagnosis.angle_search import as_designed, as_recorded, ratio
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
+from synth.diagnosis.other_shapes import in_other_shapes
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import Scene, scene_of
+from synth.diagnosis.restarts import refine
+from synth.diagnosis.workbench import Workbench
+from synth.files.gap_project import Tolerance
+from synth.files.trial_list import Trial
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
+
+
+def test_what_both_shapes_free_keeps_its_value(made: Scene) -> None:
+    bench, plain = made.bench, as_designed(made.bench)
+    every = candidates(made.leg, made.given, scales(made.leg, made.given))
+    mounts = [c for c in every if c.effect.name == "base_compliance"]
+    slides = next(c for c in mounts if c.shape.free == ("stiffness", "mass", "damping_ratio"))
+    mass, values = one(made, "link_mass"), np.array([1.0, 2.0, 3.0, 0.5])
+    fit = bench.awake(EvaluatedHypothesis((slides, mass), np.concatenate([plain.unknowns, values]), plain.states))
+    found = in_other_shapes(bench, fit, every)
+    richer = [start for shape in found for start in shape if start.hypothesis[1].shape.richer]
+    assert len(richer) == 2  # the first joint above or below the rocking point
+    for start in richer:
+        mount, own = start.hypothesis[1], start.unknowns[bench.n_tolerance :]
+        by_name = dict(zip(mount.shape.free, own[1:], strict=True))
+        assert own[0] == 0.5
+        assert [by_name[name] for name in slides.shape.free] == [1.0, 2.0, 3.0]
+        assert len(start.states[0]) == 2 * len(bench.noise) + 2 * mount.links
+    assert all(np.isfinite(start.cost) for start in bench.evaluate(richer))
+    assert in_other_shapes(bench, richer[0], every) == []
+
+
+LEG = Leg("arm", (Joint("arm", Link(0.12, 0.2, 0.06, 3e-4), spring=Spring(0.3, 0.4), damper=Damper(0.004)),))
+TIME = np.arange(0.0, 1.5, 0.004)
+NOISE = 5e-5  # rad
+
+
+def springy() -> tuple[Workbench, list[Candidate]]:
+    """Releases of an arm whose spring is half as stiff again below its free angle, and whose joint turns a rotor."""
+    built = LEG.with_joints(arm={"effects": {"one_sided_spring": {"loss_below": -0.5}}, "armature": 5e-4})
+    rng, trials = np.random.default_rng(2), []
+    for k, start in enumerate((-0.5, 0.9, 1.2)):
+        angles = simulate(built, [start], [0.0], TIME)
+        trials.append(Trial(f"{k}.csv", TIME, angles + NOISE * rng.standard_normal(angles.shape)))
+    scene, _ = scene_of(LEG, trials, Tolerance(), 0, {"arm": NOISE})
+    return scene.bench, candidates(LEG, scene.given, scales(LEG, scene.given))
+
+
+def test_a_spring_kept_as_softer_on_the_other_side_finds_its_own_shape() -> None:
+    """From every rung of the new strength, of either sign; what both shapes free keeps its value."""
+    bench, every = springy()
+    rotor = next(c for c in every if c.effect.name == "armature")
+    softer = next(c for c in every if "loss_above" in c.shape.free)
+    begun = as_recorded(bench)
+    kept = EvaluatedHypothesis((softer, rotor), np.append(begun.unknowns, [0.5, 0.1, 0.2, 0.5]), begun.states)
+    shapes = in_other_shapes(bench, kept, every)
+    (starts,) = [shape for shape in shapes if "loss_below" in shape[0].hypothesis[1].shape.free]
+    lost = [float(start.unknowns[bench.n_tolerance + 1]) for start in starts]
+    assert min(lost) < 0.0 < max(lost)
+    assert all(start.unknowns[-2:].tolist() == [0.1, 0.2] for start in starts)
+    (stuck,) = refine(bench, bench.evaluate([kept]))
+    other = min(refine(bench, bench.evaluate(starts)), key=lambda fit: fit.cost)
+    assert ratio(bench, stuck) > 3.0
+    assert ratio(bench, other) < 1.1
