@@ -157,7 +157,7 @@ def test_a_spike_in_a_joint_that_stands_still_is_found() -> None:
 @pytest.mark.parametrize("at", [0, 1, 2, 197, 198, 199])
 @pytest.mark.parametrize("height", [5.0, -30.0])
 def test_a_spike_at_an_end_is_lost(at: int, height: float) -> None:
-    """The first two and the last two have no neighbours on one side; of 20 sets of recordings 12 were cut for a hand."""
+    """The first two and the last two have no neighbours on one side; 13 of 20 sets of recordings got a false hand."""
     time = 0.005 * np.arange(200)
     angle = np.radians(20.0 * np.exp(-2.0 * time) * np.cos(2 * np.pi * 3.0 * time))
     angle = (angle + np.radians(0.1) * np.random.default_rng(1).normal(size=200))[:, None]
