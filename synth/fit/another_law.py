@@ -43,9 +43,10 @@ def suspected(recordings: Sequence[Recording], stage: Stage, scatter: Array) -> 
 def another_law(
     leg: Leg, recordings: Sequence[Recording], stage: Stage, options: LegFitOptions, scatter: Array
 ) -> AnotherLaw | None:
-    """The law that explains what the fit ``stage`` leaves above the samples' ``scatter`` (n,) rad; None if none does.
+    """The law that explains most of what the fit ``stage`` leaves above the samples' ``scatter`` (n,) rad, if any does.
 
-    None too for a leg whose file states an effect, and for trials with legs of their own.
+    Only one that is ``named`` explains enough to be part of the leg. None too for a leg whose file states an effect,
+    and for trials with legs of their own.
     """
     if any(joint.effects for joint in leg.joints) or any(recording.leg is not None for recording in recordings):
         return None
@@ -53,7 +54,7 @@ def another_law(
     weights = replace(stage.weights, noise=stage.weights.noise[::every], centre=None)
     of_some = Stage(replace(stage.solution, locals=stage.solution.locals[::every]), weights)
     found = [_explaining(law, leg, some, options, of_some, scatter) for law in LAWS]
-    return min((each for each in found if each is not None), key=lambda each: each.left, default=None)
+    return min((each for each in found if each is not None), key=lambda each: (not each.named, each.left), default=None)
 
 
 def _explaining(
@@ -77,9 +78,8 @@ def _explaining(
             if search.explained(here):
                 break
     search, here = best
-    if search.share(here, linear) > LEAVES:
-        return None
-    return search.found(here if search.explained(here) else search.polished(here), linear)
+    polish = search.share(here, linear) <= LEAVES and not search.explained(here)
+    return search.found(search.polished(here) if polish else here, linear)
 
 
 def _in_rounds(search: LawSearch, here: LawPoint) -> tuple[LawSearch, LawPoint]:

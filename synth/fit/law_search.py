@@ -8,7 +8,7 @@ Hanson, Solving Least Squares Problems, 1974, ch. 23). The first step is taken b
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,6 +44,9 @@ STEPS = 6
 NEAR_ENOUGH = 0.01  # of the log-likelihood, of the other unknowns' fits
 # Twice the gain of the log-likelihood by a law, correlated samples counted once: more than chance gives four joints.
 LEAST_GAIN = 30.0
+# The same of a law that is told beside a hand: a coefficient is so far from zero by chance with p = 1e-4, at which the
+# test of the first samples believes in a hand.
+TOLD_GAIN = 15.0
 SETTLED = 0.05  # of the error above the scatter, gain of a step that is the last
 NEAR_FLOOR = 0.1  # of the scatter's own error: nearer to it, gains count against this
 HALVINGS = 4
@@ -127,11 +130,12 @@ class LawSearch:
         return found if better else None
 
     def found(self, here: LawPoint, linear: LawPoint) -> AnotherLaw | None:
-        """The law at ``here``; None unless it explains what ``linear``, without it, leaves."""
-        share = self.share(here, linear)
-        if share > LEAVES or self._gain(linear, here) < LEAST_GAIN:
+        """The law at ``here``; None if it hardly explains any of what ``linear``, without it, leaves."""
+        share, gain = self.share(here, linear), self._gain(linear, here)
+        if not here.size.any() or gain < TOLD_GAIN:
             return None
-        return self._result(here, share)
+        found = self._result(here, share)
+        return found if found is None else replace(found, named=share <= LEAVES and gain >= LEAST_GAIN)
 
     def share(self, here: LawPoint, linear: LawPoint) -> float:
         """Of the error above the scatter that ``linear`` leaves, what ``here`` leaves."""
@@ -272,7 +276,8 @@ class LawSearch:
         deviation[used] = np.sqrt(np.diag(covariance) + np.sum(by_links**2, axis=1))
         leg = with_law(self.leg, self.law, here.size)
         error = ModelError(moved @ (direction * np.sqrt(np.maximum(variance, 0.0))), "", moved @ by_links)
-        return AnotherLaw(self.law, leg, here.size, deviation, error, share, here.solution.values)
+        rms = clipped_rms(self.some, here.solution.predictions)
+        return AnotherLaw(self.law, leg, here.size, deviation, error, share, here.solution.values, rms)
 
     def _by_links(self, here: LawPoint, columns: Array, normal: Array) -> Array:
         """(n, c) change of coefficients per deviation of each of the links' parameters, all other unknowns following.

@@ -17,10 +17,12 @@ from synth import FitSettings, fit
 from synth.commands.answers import fit_text
 from synth.files.leg_file import read_leg
 from synth.files.trial_list import Trial, read_trials
-from synth.fit.estimate import fit_leg
+from synth.fit.estimate import fit_leg, or_the_law
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
+from synth.fit.model_error import ModelError
 from synth.fit.recordings import recordings
+from synth.fit.speed_laws import LAWS, AnotherLaw
 from synth.swing.leg_model import Joint, Leg, Link
 from synth.validation.thesis_data import read_lab_data
 
@@ -102,6 +104,21 @@ def test_a_hand_is_no_law(seed: int, driven: float) -> None:
     result = fitted(case)
     assert result.law == {}
     assert result.cut > 0.1
+
+
+def test_a_law_that_leaves_no_more_than_a_cut_is_said_beside_it() -> None:
+    """Of 12 legs that rub one is cut, and this is said there; of 12 that a hand drives it is said at none."""
+    case = random_case(980043, replace(random_case(980043).recorder, driven=0.15))
+    cut, (dry, _) = fitted(case), LAWS
+    none = ModelError(np.zeros((3, 0)), "")
+    rms = np.array(list(cut.rms.values()))
+    law = AnotherLaw(dry, case.off, np.array([0.02]), np.array([0.003]), none, 0.3, np.zeros(3), rms)
+    said = or_the_law(cut, law).warnings
+    assert said[0] == cut.warnings[0]
+    assert "hip 0.02 +- 0.0049 N*m. These recordings do not tell which" in said[1]
+    assert said[2:] == cut.warnings[1:]
+    assert or_the_law(cut, replace(law, rms=1.2 * rms)) is cut
+    assert or_the_law(cut, None) is cut
 
 
 def test_a_diverging_neighbour_ends_the_search_and_not_the_fit() -> None:
