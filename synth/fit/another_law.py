@@ -2,54 +2,35 @@
 
 A joint that rubs is the most usual leg with another law. Fitted without it, the first samples and the later ones ask
 for different rates, as if a hand acted at first, and a spring on the ridge of an overdamped joint comes out at a
-multiple of its rate. The law's coefficients are estimated by Gauss-Newton steps in which all other unknowns follow
-(variable projection: Golub & Pereyra, Inverse Problems 19 (2003) R1), never below zero (Lawson & Hanson, Solving Least
-Squares Problems, 1974, ch. 23). The first step is taken by refits, later ones by sensitivities (``following``).
+multiple of its rate. A search (``law_search``) begins at the fit without the law; unless that explains the motion, one
+begins at the weak form with it (``law_start``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from synth.arrays import Array, Mask
-from synth.errors import UserError
-from synth.estimation.intervals import spectrum
+from synth.arrays import Array
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.fit_problem import model_of
-from synth.fit.following import followed
-from synth.fit.least_squares import FitStart, Solution, Stage, solve
-from synth.fit.link_errors import link_errors, link_widths
-from synth.fit.model_error import ModelError
+from synth.fit.law_search import LEAVES, LawPoint, LawSearch
+from synth.fit.law_start import law_starts
+from synth.fit.least_squares import Stage
 from synth.fit.recordings import Recording
-from synth.fit.speed_laws import LAWS, AnotherLaw, SpeedLaw, with_law
-from synth.fit.trajectories import Index, Local, TrajectoryModel
-from synth.fit.uncertainty import clipped_rms, correlation_times
+from synth.fit.speed_laws import LAWS, AnotherLaw, SpeedLaw
+from synth.fit.uncertainty import clipped_rms
 from synth.swing.leg_model import Leg
-from synth.swing.mechanics import coefficients, momentum_and_force
 
-# Of the mean squared error above the samples' scatter, what a law must leave at most to be named. Of 24 random legs
-# that rub, friction leaves under 0.06 in 16; of 24 with quadratic damping, that leaves under 0.07 in 21; on 48 driven
-# by a hand for 0.15 or 0.25 s friction leaves 0.7 and more.
-LEAVES = 0.2
-HOPELESS = 0.85  # the same, as predicted by the first linear step: no further one is taken
-FIRST = 0.03  # of the torque of springs and gravity, the first step of a law's torque at the joint's RMS speed
-LEAST_STEP = 0.001  # as ``FIRST``, of a coefficient that is nearly zero
-NEXT = 0.03  # of the coefficient, later ones
-# Of the torque of springs and gravity, standard deviation of a law's torque before the trials: while a joint turns one
-# way, friction looks like another free angle, and 130 times the true one fitted.
-EXPECTED = 0.5
-STEPS = 6
-NEAR_ENOUGH = 0.01  # of the log-likelihood, of the other unknowns' fits
 SUSPECT = 1.15  # times the samples' scatter, a joint's residuals from which a law is looked for
-# Twice the gain of the log-likelihood by a law, correlated samples counted once: more than chance gives four joints.
-LEAST_GAIN = 30.0
-SETTLED = 0.05  # of the error above the scatter, gain of a step that is the last
-NEAR_FLOOR = 0.1  # of the scatter's own error: nearer to it, gains count against this
-HALVINGS = 4
-SURE = 2.0  # standard deviations from zero, of one coefficient at least
+# Of searches from the weak form, each with the noise that the last left: a fit far off takes its error for noise, and
+# ends where that hides the rest.
+ROUNDS = 3
+QUIETER = 0.7  # of the noise, above which there is no further round
+# Share of the error that the weak form's law leaves, above which it is none: 0.15 at most where it was friction, 0.9
+# and more where it was a hand.
+HOPEFUL = 0.5
 SAMPLES = 400  # of a trial that are used
 TRIALS = 6
 
@@ -62,15 +43,58 @@ def suspected(recordings: Sequence[Recording], stage: Stage, scatter: Array) -> 
 def another_law(
     leg: Leg, recordings: Sequence[Recording], stage: Stage, options: LegFitOptions, scatter: Array
 ) -> AnotherLaw | None:
-    """The law that explains what the fit ``stage`` leaves above the samples' ``scatter`` (n,) rad; None if none does.
+    """The law that explains most of what the fit ``stage`` leaves above the samples' ``scatter`` (n,) rad, if any does.
 
-    None too for a leg whose file states an effect, and for trials with legs of their own.
+    Only one that is ``named`` explains enough to be part of the leg. None too for a leg whose file states an effect,
+    and for trials with legs of their own.
     """
     if any(joint.effects for joint in leg.joints) or any(recording.leg is not None for recording in recordings):
         return None
-    every, some = _every(recordings), searched(recordings)
-    found = [_Search(law, leg, some, options, stage, scatter, every).found() for law in LAWS]
-    return min((each for each in found if each is not None), key=lambda each: each.left, default=None)
+    some, every = searched(recordings), _every(recordings)
+    weights = replace(stage.weights, noise=stage.weights.noise[::every], centre=None)
+    of_some = Stage(replace(stage.solution, locals=stage.solution.locals[::every]), weights)
+    found = [_explaining(law, leg, some, options, of_some, scatter) for law in LAWS]
+    return min((each for each in found if each is not None), key=lambda each: (not each.named, each.left), default=None)
+
+
+def _explaining(
+    law: SpeedLaw, leg: Leg, some: Sequence[Recording], options: LegFitOptions, stage: Stage, scatter: Array
+) -> AnotherLaw | None:
+    """The best end of searches from the fit ``stage`` without the law, and from the weak form with it."""
+    search = LawSearch(law, leg, some, options, stage, scatter)
+    linear = search.point(np.zeros(len(leg.joints)))
+    if linear is None:
+        return None
+    best = search, search.descended(linear, first=True) or linear
+    if not search.explained(best[1]):
+        for size, begun in law_starts(law, leg, some, options, stage):
+            search = LawSearch(law, leg, some, options, begun, scatter)
+            here = search.point(size)
+            if here is None or search.share(here, linear) > HOPEFUL:
+                break
+            search, here = _in_rounds(search, here)
+            if search.share(here, linear) < best[0].share(best[1], linear):
+                best = search, here
+            if search.explained(here):
+                break
+    search, here = best
+    polish = search.share(here, linear) <= LEAVES and not search.explained(here)
+    return search.found(search.polished(here) if polish else here, linear)
+
+
+def _in_rounds(search: LawSearch, here: LawPoint) -> tuple[LawSearch, LawPoint]:
+    """The end of a search, each round with the noise that the last left."""
+    for _ in range(ROUNDS):
+        here = search.descended(here) or here
+        stage = search.again(here)
+        if not np.isfinite(stage.solution.cost) or np.all(stage.weights.noise > QUIETER * search.weights.noise):
+            break
+        further = search.at(stage)
+        again = further.point(here.size)
+        if again is None:
+            break
+        search, here = further, again
+    return search, here
 
 
 def searched(recordings: Sequence[Recording]) -> list[Recording]:
@@ -80,263 +104,3 @@ def searched(recordings: Sequence[Recording]) -> list[Recording]:
 
 def _every(recordings: Sequence[Recording]) -> int:
     return max(1, -(-len(recordings) // TRIALS))
-
-
-class _Search:
-    """Gauss-Newton steps of a law's coefficients on some of the trials."""
-
-    def __init__(
-        self,
-        law: SpeedLaw,
-        leg: Leg,
-        some: Sequence[Recording],
-        options: LegFitOptions,
-        stage: Stage,
-        scatter: Array,
-        every: int,
-    ) -> None:
-        self.law, self.leg, self.some, self.options, self.scatter = law, leg, some, options, scatter
-        self.weights = replace(stage.weights, noise=stage.weights.noise[::every], centre=None)
-        solution = stage.solution
-        self.begin = FitStart(solution.values, solution.locals[::every])
-        rate = np.exp(solution.values[: len(leg.joints)])
-        torque, speed = np.max([_torque_and_speed(leg, recording, rate) for recording in some], axis=0)
-        self.scale = torque / np.where(speed > 0.0, speed, np.inf) ** law.power
-        self.noise = np.where(np.isfinite(self.weights.noise[0]), self.weights.noise[0], np.inf)
-        counted = sum(int(recording.counts.sum()) for recording in some)
-        # In units of the residuals, as another sample of the scatter.
-        self.expected = np.sqrt(self._floor() / counted) / (EXPECTED * np.maximum(self.scale, 1e-300))
-
-    def found(self) -> AnotherLaw | None:
-        """The search; None unless its result explains the motion."""
-        begun = self._point(np.zeros(len(self.scale)), self.begin)
-        if begun is None:
-            return None
-        here, step, slopes = begun, FIRST * self.scale, None
-        floor = self._floor()
-        for turn in range(STEPS):
-            found = self._slopes(here, step) if turn else self._secants(here, step)
-            if found is None:
-                break
-            slopes = found
-            side = slopes.residual @ here.size - here.residual
-            if turn == 0 and not _promising(slopes.residual, side, floor):
-                return None
-            pull = np.diag(self.expected)
-            wanted = _not_below_zero(np.vstack([slopes.residual, pull]), np.concatenate([side, np.zeros(len(pull))]))
-            moved = self._towards(wanted, here, slopes) if (wanted != here.size).any() else None
-            if moved is None:
-                break
-            gain = (here.square - moved.square) / max(here.square - floor, NEAR_FLOOR * floor)
-            here = moved
-            step = np.maximum(NEXT * here.size, LEAST_STEP * self.scale)
-            if gain < SETTLED:
-                break
-        if slopes is None:
-            return None
-        share = (self._error(here) / self._error(begun)) if self._error(begun) > 0.0 else 1.0
-        if share > LEAVES or self._gain(begun, here) < LEAST_GAIN:
-            return None
-        return self._result(here, share)
-
-    def _model(self, size: Array) -> TrajectoryModel:
-        """Of the leg with these coefficients."""
-        options = self.options
-        leg = with_law(self.leg, self.law, size)
-        return model_of(leg, options.curves, recordings=self.some, prior=options.prior, static=options.static)
-
-    def _point(self, size: Array, start: FitStart) -> _Point | None:
-        """All other unknowns with these coefficients; None if the motion diverges."""
-        found = solve(self._model(size), self.some, start, self.weights, tolerance=NEAR_ENOUGH)
-        if not np.isfinite(found.cost):
-            return None
-        off = [
-            np.where(np.isfinite(prediction), prediction - recording.rotation, 0.0)
-            for recording, prediction in zip(self.some, found.predictions, strict=True)
-        ]
-        return _Point(size, found, self._over_noise(off))
-
-    def _over_noise(self, changes: Sequence[Array]) -> Array:
-        """(m,) or (m, c), trials' (k, n) or (k, n, c) rad over the noise, 0 where no sample counts, in one."""
-        trailing = (1,) * (changes[0].ndim - 2)
-        scaled = [
-            each * (recording.counts / self.noise).reshape(*recording.counts.shape, *trailing)
-            for recording, each in zip(self.some, changes, strict=True)
-        ]
-        return np.concatenate([each.reshape(-1, *each.shape[2:]) for each in scaled])
-
-    def _secants(self, here: _Point, step: Array) -> _Slopes | None:
-        """As ``_slopes``, by refits: where friction sets in, and along a ridge, linear steps are far too short."""
-        wide = [np.zeros((len(each), len(step))) for each in (here.residual, here.solution.values)]
-        start = FitStart(here.solution.values, here.solution.locals, here.solution.damping)
-        for j in np.flatnonzero(step > 0.0):
-            moved = self._point(here.size + step[j] * (np.arange(len(step)) == j), start)
-            if moved is None:
-                return None
-            wide[0][:, j] = (moved.residual - here.residual) / step[j]
-            wide[1][:, j] = (moved.solution.values - here.solution.values) / step[j]
-        own = tuple(np.zeros((len(information), len(step))) for information in here.solution.information.own)
-        return _Slopes(wide[0], wide[1], own)
-
-    def _slopes(self, here: _Point, step: Array) -> _Slopes | None:
-        """With each coefficient while all other unknowns follow; None if a motion diverges."""
-        model, open_, solution = self._model(here.size), np.flatnonzero(step > 0.0), here.solution
-        models = [model, *(self._model(size) for size in here.size + step * np.eye(len(step))[open_])]
-
-        def change(t: int) -> Array:
-            return _change(models, self.some[t], solution.values, solution.locals[t]) / step[open_]
-
-        try:
-            found = followed(model, self.some, Stage(solution, self.weights), change, _all_samples)
-        except UserError:  # a neighbouring motion diverges
-            return None
-        residual = self._over_noise(found.left)
-        if not np.isfinite(residual).all():
-            return None
-        wide = (residual, found.considered.sensitivity, *found.own)
-        columns, values, *own = (_in_columns(each, open_, len(step)) for each in wide)
-        return _Slopes(columns, values, tuple(own))
-
-    def _towards(self, wanted: Array, here: _Point, slopes: _Slopes) -> _Point | None:
-        """The first of ever shorter steps that is better; None if none is."""
-        for halving in range(HALVINGS):
-            step = (wanted - here.size) * 0.5**halving
-            found = self._point(here.size + step, self._start(here, slopes, step))
-            if found is not None and self._objective(found) < self._objective(here):
-                return found
-        return None
-
-    def _start(self, here: _Point, slopes: _Slopes, step: Array) -> FitStart:
-        """After a step of the coefficients, as all other unknowns follow."""
-        model = self._model(here.size)
-        locals_ = [
-            model.step_local(recording, local, own @ step)
-            for recording, local, own in zip(self.some, here.solution.locals, slopes.own, strict=True)
-        ]
-        values = np.clip(here.solution.values + slopes.values @ step, model.unknowns.lower, model.unknowns.upper)
-        return FitStart(values, locals_, here.solution.damping)
-
-    def _objective(self, point: _Point) -> float:
-        """The square of the residuals, and of the coefficients over what is expected of them."""
-        return point.square + float(np.sum((self.expected * point.size) ** 2))
-
-    def _floor(self) -> float:
-        """The square that the samples' scatter alone leaves."""
-        counted = np.sum([r.counts.sum(axis=0) for r in self.some], axis=0)
-        known = np.isfinite(self.scatter) & np.isfinite(self.noise)
-        return float(np.sum(counted[known] * (self.scatter[known] / self.noise[known]) ** 2))
-
-    def _error(self, point: _Point) -> float:
-        """Mean square above the scatter, rad^2, glitches truncated."""
-        return float(np.nansum(clipped_rms(self.some, point.solution.predictions) ** 2 - self.scatter**2))
-
-    def _independent(self, here: _Point) -> float:
-        """How many of the samples' residuals count: correlated ones tell less."""
-        counted = np.sum([r.counts.sum(axis=0) for r in self.some], axis=0)
-        return max(float(np.sum(counted / correlation_times(self.some, here.solution.predictions))), 1.0)
-
-    def _gain(self, begun: _Point, here: _Point) -> float:
-        """Twice that of the log-likelihood, with the noise estimated from the residuals."""
-        return self._independent(here) * float(np.log(begun.square / here.square))
-
-    def _result(self, here: _Point, share: float) -> AnotherLaw | None:
-        """With the errors of all coefficients; None if none of them is surely above zero."""
-        slopes = self._slopes(here, np.maximum(NEXT * here.size, LEAST_STEP * self.scale))
-        if slopes is None:
-            return None
-        used = np.flatnonzero((slopes.residual != 0.0).any(axis=0))
-        columns, moved = slopes.residual[:, used], slopes.values[:, used]
-        normal = columns.T @ columns + np.diag(self.expected[used] ** 2)
-        covariance = np.asarray(np.linalg.pinv(normal) * here.square / self._independent(here))
-        if not np.any(here.size[used] > SURE * np.sqrt(np.diag(covariance))):
-            return None
-        variance, direction = spectrum(covariance)
-        by_links = self._by_links(here, columns, normal)
-        deviation = np.zeros(len(here.size))
-        deviation[used] = np.sqrt(np.diag(covariance) + np.sum(by_links**2, axis=1))
-        leg = with_law(self.leg, self.law, here.size)
-        error = ModelError(moved @ (direction * np.sqrt(np.maximum(variance, 0.0))), "", moved @ by_links)
-        return AnotherLaw(self.law, leg, here.size, deviation, error, share, here.solution.values)
-
-    def _by_links(self, here: _Point, columns: Array, normal: Array) -> Array:
-        """(n, c) change of coefficients per deviation of each of the links' parameters, all other unknowns following.
-
-        ``columns`` (m, n) of their residuals, ``normal`` (n, n) their products.
-        """
-        model, stage = self._model(here.size), Stage(here.solution, self.weights)
-        widths = link_widths(self.leg, self.options.tolerance)
-        found = link_errors(model, self.some, stage, widths, self.options.static, until=np.inf)
-        if found is None:
-            return np.zeros((columns.shape[1], 0))
-        return np.asarray(-np.linalg.pinv(normal) @ (columns.T @ self._over_noise(found.first)))
-
-
-@dataclass(frozen=True)
-class _Point:
-    """Coefficients ``size`` (n,), the ``solution`` with them, and its residuals (m,) over the fit's noise."""
-
-    size: Array
-    solution: Solution
-    residual: Array
-
-    @property
-    def square(self) -> float:
-        """Of the residuals."""
-        return float(self.residual @ self.residual)
-
-
-@dataclass(frozen=True)
-class _Slopes:
-    """Change of residuals (m, n), common unknowns (p, n), and each trial's own (l, n), per unit of each coefficient."""
-
-    residual: Array
-    values: Array
-    own: tuple[Array, ...]
-
-
-def _change(models: Sequence[TrajectoryModel], recording: Recording, values: Array, local: Local) -> Array:
-    """(k, n, c) rad, of the prediction by each model against the first one's, all unknowns alike."""
-    count = len(models)
-    lanes = np.stack([each.chain.parameters(each.leg, recording.conditions) for each in models], axis=1)
-    state = np.repeat(np.concatenate([local.rotation, local.rate])[:, None], count, axis=1)
-    out = models[0].run_lanes(recording, lanes, np.repeat(values[:, None], count, axis=1), state, local.shift[:, None])
-    return np.asarray(out[:, :, 1:] - out[:, :, :1])
-
-
-def _all_samples(recording: Recording) -> Mask:
-    """(m,) all of them."""
-    return np.ones(len(recording.time), dtype=bool)
-
-
-def _in_columns(found: Array, open_: Index, count: int) -> Array:
-    """(m, count), zero for those that are not open."""
-    all_ = np.zeros((len(found), count))
-    all_[:, open_] = found
-    return all_
-
-
-def _promising(columns: Array, side: Array, floor: float) -> bool:
-    """Whether a linear step, of any sign, explains enough of the square of ``side`` (m,) above ``floor``."""
-    left = side - columns @ np.linalg.lstsq(columns, side)[0]
-    return float(left @ left) - floor <= HOPELESS * (float(side @ side) - floor)
-
-
-def _not_below_zero(columns: Array, side: Array) -> Array:
-    """(n,) least squares of ``columns`` (m, n) against ``side`` (m,), none of them negative."""
-    from scipy.optimize import nnls  # only here: few fits come so far, and its import takes 0.2 s
-
-    return np.asarray(nnls(columns, side)[0])
-
-
-def _torque_and_speed(leg: Leg, recording: Recording, rate: Array) -> tuple[Array, Array]:
-    """(n,) N m, how much the torques of springs of ``rate`` (n,) and of gravity vary, and (n,) rad/s RMS speed.
-
-    Both are 0 for a locked joint.
-    """
-    free = np.isin(np.arange(len(rate)), recording.free)
-    smoothed, conditions = recording.smoothed, recording.conditions
-    terms = coefficients(leg, conditions.tip)
-    force = momentum_and_force(terms, smoothed.angle, np.zeros_like(smoothed.rate), leg.tilt + conditions.tilt)[1]
-    torque = np.hypot(rate * np.std(smoothed.angle, axis=0), np.std(force, axis=0))
-    speed = np.sqrt(np.mean(smoothed.rate**2, axis=0))
-    return np.where(free, torque, 0.0), np.where(free, speed, 0.0)

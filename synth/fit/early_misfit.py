@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.estimation.chi_squared import chi_squared_above
 from synth.fit.recordings import Recording
 from synth.fit.uncertainty import clipped_rms, correlation_times, sample_scatter
@@ -25,6 +25,9 @@ BLOCK = 0.025  # s, in the recordings' unit of time: a sixth of a hand's usual d
 # and from 910000).
 SIZE = 2.5
 EXPLAINED = 2.0  # times the samples' scatter: if later samples lie farther off their own fit, the leg has another law
+
+AROUND = 5  # samples, whose median shows what a torque makes: a wrong reading and its like beside it do not move it
+OFF = 6.0  # deviations from it of a wrong reading, as in ``clipped_rms``
 
 
 @dataclass(frozen=True)
@@ -76,10 +79,19 @@ class LaterScatter:
         early = recording.time < until
         block = (recording.time[early] / (BLOCK * recording.unit)).astype(np.intp)
         for j in recording.free:
-            good = recording.counts[early, j]
             misfit = prediction[early, j] - recording.rotation[early, j]
+            good = recording.counts[early, j] & ~_alone(misfit, recording.counts[early, j], self.deviation[j])
             columns = np.column_stack([misfit, error[:, j]])[good]
             size = np.bincount(block[good])
             filled = size > 0
             sums = np.column_stack([np.bincount(block[good], weights=column) for column in columns.T])
             yield sums[filled] / (self.deviation[j] * np.sqrt(size[filled]))[:, None]
+
+
+def _alone(misfit: Array, counts: Mask, deviation: float) -> Mask:
+    """(m,) samples that their neighbours contradict: readings that are wrong, which no torque makes."""
+    found, at = np.zeros(len(misfit), dtype=bool), np.flatnonzero(counts)
+    if len(at) >= AROUND:
+        windows = np.lib.stride_tricks.sliding_window_view(np.pad(misfit[at], AROUND // 2, mode="reflect"), AROUND)
+        found[at] = np.abs(misfit[at] - np.median(windows, axis=1)) > OFF * deviation
+    return found

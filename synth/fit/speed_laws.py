@@ -38,7 +38,8 @@ class AnotherLaw:
     """``size`` (n,) of the law's coefficient at each joint, SI, 0 where it does not act, ``deviation`` (n,) of it.
 
     ``leg`` : the given one with it as its effect. ``of_rates`` : error of the common unknowns by that of the
-    coefficients. ``left`` : share of the error that stays. ``values`` (p,) of the common unknowns beside it.
+    coefficients. ``left`` : share of the error that stays. ``values`` (p,) of the common unknowns beside it, ``rms``
+    (n,) rad of what they leave. ``named`` : whether it explains so much that it is part of the leg.
     """
 
     law: SpeedLaw
@@ -48,20 +49,35 @@ class AnotherLaw:
     of_rates: ModelError
     left: float
     values: Array
+    rms: Array
+    named: bool = False
+
+    @property
+    def told(self) -> str:
+        """The coefficients with their intervals."""
+        return ", ".join(
+            f"{joint.name} {size:.3g} +- {NORMAL90 * deviation:.2g} {self.law.unit}"
+            for joint, size, deviation in zip(self.leg.joints, self.size, self.deviation, strict=True)
+            if size > 0.0
+        )
+
+    @property
+    def instead(self) -> str:
+        """The sentence beside a cut that explains no more."""
+        return (
+            f"release: {self.law.words} explains all samples as well as a torque at first explains the others: "
+            f"{self.told}. These recordings do not tell which. If the joint rubs, write effects: "
+            f"[{{{self.law.effect}: {{{self.law.key}: ...}}}}] in the leg file, and release: recorded"
+        )
 
     @property
     def error(self) -> ModelError:
         """Of the coefficients, with the finding and how to write it."""
         law = self.law
-        told = ", ".join(
-            f"{joint.name} {size:.3g} +- {NORMAL90 * deviation:.2g} {law.unit}"
-            for joint, size, deviation in zip(self.leg.joints, self.size, self.deviation, strict=True)
-            if size > 0.0
-        )
         explained = 100 * min(1 - self.left, 1.0)
         sentence = (
-            f"{law.words} explains {explained:.0f} % of what springs and linear dampers leave: {told}. It is part of "
-            "the fitted leg and its uncertainty is in the intervals. To state it beforehand, write effects: "
+            f"{law.words} explains {explained:.0f} % of what springs and linear dampers leave: {self.told}. It is part "
+            "of the fitted leg and its uncertainty is in the intervals. To state it beforehand, write effects: "
             f"[{{{law.effect}: {{{law.key}: ...}}}}] at the joint in the leg file; to fit without it, laws: linear"
         )
         return replace(self.of_rates, sentence=sentence)

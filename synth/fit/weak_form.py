@@ -19,12 +19,16 @@ from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import DamperCurve, Leg, Tip
 from synth.swing.mechanics import coefficients, momentum_and_force
 
+# Of a joint's range of speeds, least mean speed of a window in which its law is sought: a joint that sticks is held by
+# any torque up to its friction.
+SLOW = 0.02
+
 
 @dataclass(frozen=True)
 class LinearEstimate:
     """Spring rates (n,), damper rates (n,), rest angles (n,) and by trial (n_trial, n); nan if undetermined.
 
-    ``per_trial`` : whether each trial has its own rest angle.
+    ``per_trial`` : whether each trial has its own rest angle. ``law`` : coefficients (n,) of another law, if asked for.
 
     A rate may be negative because of noise or a wrong model; the caller decides.
     """
@@ -34,6 +38,7 @@ class LinearEstimate:
     rest: Array
     rest_by_trial: Array
     per_trial: bool = False
+    law: Array | None = None
 
 
 def weak_form(
@@ -51,15 +56,20 @@ def weak_form(
 class WeakForm:
     """The data of the weak form from recordings, prepared once for all windows.
 
-    ``curves`` : a known torque-speed curve per joint, or None if the damper's rate is unknown.
+    ``curves`` : a known torque-speed curve per joint, or None if the damper's rate is unknown. ``power`` : of the
+    speed, of a torque beside spring and damper that opposes motion, 0 for dry friction; None for none.
     """
 
     def __init__(
-        self, leg: Leg, recordings: Sequence[Recording], curves: Sequence[DamperCurve | None] | None = None
+        self,
+        leg: Leg,
+        recordings: Sequence[Recording],
+        curves: Sequence[DamperCurve | None] | None = None,
+        power: int | None = None,
     ) -> None:
         n = len(leg.joints)
-        self.recordings, self.curves = recordings, list(curves) if curves else [None] * n
-        self._signals = []  # (m, 3 n) angle, momentum, and known force
+        self.recordings, self.curves, self.power = recordings, list(curves) if curves else [None] * n, power
+        self._signals = []  # (m, 3 n) angle, momentum, and known force; beside a law (m, 5 n), and its torque and speed
         for recording, (momentum, force) in zip(recordings, _momenta(leg, recordings), strict=True):
             smoothed = recording.smoothed
             driven = recording.known_force(recording.leg or leg)
@@ -68,7 +78,11 @@ class WeakForm:
             for j, curve in enumerate(self.curves):
                 if curve is not None:
                     force[:, j] -= torque_at(curve, smoothed.rate[:, j])
-            self._signals.append(np.concatenate([smoothed.angle, momentum, force], axis=1))
+            signals = [smoothed.angle, momentum, force]
+            if power is not None:
+                size = np.abs(smoothed.rate)
+                signals += [np.sign(smoothed.rate) * size**power, size]
+            self._signals.append(np.concatenate(signals, axis=1))
 
     def solve(self, window: float = 0.1) -> tuple[LinearEstimate, LinearEstimate]:
         """Estimates with one rest angle for all trials, and with one for each.
@@ -79,7 +93,7 @@ class WeakForm:
         return self._estimate(products, per_trial=False), self._estimate(products, per_trial=True)
 
     def _products(self, t: int, window: float) -> Array:
-        """(n, 4, 4) each joint's scalar products of the columns of k and b, the right side and the column of k * rest.
+        """(n, c, c) each joint's scalar products of the columns of k, b, any law, the right side, and that of k * rest.
 
         They are zero for a joint that is locked in this recording.
         """
@@ -95,38 +109,43 @@ class WeakForm:
         if smoothed.gap.any():
             windows = windows[~view(smoothed.gap, support + 1)[: count - support : every].any(axis=1)]
         by_bump, by_slope = (np.stack([bump, slope]) * step @ windows.transpose(0, 2, 1)).transpose(1, 2, 0)
-        columns = np.empty((n, 4, len(windows)))
+        columns = np.empty((n, 4 if self.power is None else 5, len(windows)))
         columns[:, 0], columns[:, 1] = -by_bump[:n], by_slope[:n]
-        columns[:, 2] = -by_slope[n : 2 * n] - by_bump[2 * n :]
-        columns[:, 3] = float(bump.sum()) * step
+        columns[:, -2] = -by_slope[n : 2 * n] - by_bump[2 * n : 3 * n]
+        columns[:, -1] = float(bump.sum()) * step
+        if self.power is not None:
+            columns[:, 2] = -by_bump[3 * n : 4 * n]
+            mean = by_bump[4 * n :] / (float(bump.sum()) * step)
+            columns.transpose(0, 2, 1)[mean < SLOW * np.ptp(smoothed.rate, axis=0)[:, None]] = 0.0
         columns[list(recording.conditions.locked)] = 0.0
         return columns @ columns.transpose(0, 2, 1)
 
     def _estimate(self, products: Array, *, per_trial: bool) -> LinearEstimate:
-        """From the products (n_trial, n, 4, 4)."""
+        """From the products (n_trial, n, c, c)."""
         groups = products if per_trial else products.sum(axis=0, keepdims=True)
         known = np.array([curve is not None for curve in self.curves])
         # The columns of the rests, each zero but in its group, are projected out first (Frisch & Waugh, Econometrica 1,
         # 1933).
-        constant = np.where(groups[:, :, 3, 3] > 0.0, groups[:, :, 3, 3], np.inf)
-        share = groups[:, :, 3] / constant[:, :, None]
-        reduced = (groups - groups[:, :, :, 3, None] * share[:, :, None, :]).sum(axis=0)
-        matrix, side = reduced[:, :2, :2], reduced[:, :2, 2]
+        constant = np.where(groups[:, :, -1, -1] > 0.0, groups[:, :, -1, -1], np.inf)
+        share = groups[:, :, -1] / constant[:, :, None]
+        reduced = (groups - groups[:, :, :, -1, None] * share[:, :, None, :]).sum(axis=0)
+        matrix, side = reduced[:, :-2, :-2], reduced[:, :-2, -2]
         matrix[known, 1], matrix[known, :, 1], side[known, 1] = 0.0, 0.0, 0.0
         # A joint that hardly moves leaves nothing but rounding, which may be negative.
         scale = np.sqrt(np.maximum(np.diagonal(matrix, axis1=1, axis2=2), 0.0))
         scale = np.where(scale > 0.0, scale, np.inf)
         inverse = np.linalg.pinv(matrix / (scale[:, :, None] * scale[:, None, :]), rcond=1e-15, hermitian=True)
         found = (inverse @ (side / scale)[:, :, None])[:, :, 0] / scale
-        found[(products[:, :, 3, 3] == 0.0).all(axis=0)] = np.nan
+        found[(products[:, :, -1, -1] == 0.0).all(axis=0)] = np.nan
         with np.errstate(divide="ignore", invalid="ignore"):
-            rests = (share[:, :, 2] - np.einsum("ja,tja->tj", found, share[:, :, :2])) / found[:, 0]
+            rests = (share[:, :, -2] - np.einsum("ja,tja->tj", found, share[:, :, :-2])) / found[:, 0]
         rests[np.isinf(constant)] = np.nan
         rest = np.array([_median(own) for own in rests.T])
         by_trial = np.broadcast_to(rest, products.shape[:2]).copy()
         if per_trial:
             by_trial = np.where(np.isfinite(rests), rests, by_trial)
-        return LinearEstimate(found[:, 0], found[:, 1], rest, by_trial, per_trial)
+        law = None if self.power is None else found[:, 2]
+        return LinearEstimate(found[:, 0], found[:, 1], rest, by_trial, per_trial, law)
 
 
 def _momenta(leg: Leg, recordings: Sequence[Recording]) -> list[tuple[Array, Array]]:

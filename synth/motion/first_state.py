@@ -55,7 +55,9 @@ def first_state(time: Array, angle: Array, counts: Mask, scatter: Array, *, unit
         for degree, share in OTHERS:
             points = round(share * fewest)
             bias = np.maximum(bias, np.abs(_weights(since[:points].tobytes(), degree) @ value[:points] - middle))
-        found[:, j] = *middle, *np.hypot(noise, bias)
+        # The first good sample may come late: beyond the samples a cubic's error grows as the fourth power.
+        beyond = float((since[fewest - 1 : fewest] / (since[fewest - 1 : fewest] - since[0])).max(initial=1.0)) ** 4
+        found[:, j] = *middle, *np.hypot(noise, beyond * bias)
     return FirstState(*found)
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.motion.smoothing import Smoothed, savitzky_golay
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
@@ -81,7 +81,8 @@ class _Predictions:
     """Each sample's torque against its prediction from later samples.
 
     ``miss`` (m,) N m; ``deviation`` (m,) N m, infinite if the later motion does not determine it; ``span`` (m,) N m,
-    the joint's torque range; ``solution`` (m, 3 or 4) for the columns of ``regressors`` (n, 3 or 4).
+    the joint's torque range; ``solution`` (m, 3 or 4) for the columns of ``regressors`` (n, 3 or 4); ``known`` (n,)
+    where no gap is near.
     """
 
     miss: Array
@@ -89,6 +90,14 @@ class _Predictions:
     span: Array
     solution: Array
     regressors: Array
+    known: Mask
+
+
+def _known(smoothed: Smoothed, points: int) -> Mask:
+    """(n,) where no gap is within reach of the torque, the slope of a polynomial of so many ``points``."""
+    half = points // 2
+    near = np.lib.stride_tricks.sliding_window_view(np.pad(smoothed.gap, half, mode="edge"), 2 * half + 1)
+    return np.asarray(~near.any(axis=1))
 
 
 def _joint_drive(smoothed: Smoothed, torque: Array, joint: int, points: int, dry: bool) -> Drive | None:
@@ -105,6 +114,7 @@ def _joint_drive(smoothed: Smoothed, torque: Array, joint: int, points: int, dry
     foreign[round(LONGEST / step) + 1 :] = False
     for end in _run_ends(foreign, max(2, round(PERSISTS / step))):
         miss = torque[first : end + 1] - predicted.regressors[first : end + 1] @ predicted.solution[end]
+        miss = miss[predicted.known[first : end + 1]]
         beyond = np.abs(miss) > FOREIGN * predicted.span[end]
         sign = float(np.sign(miss[beyond]).mean())
         if beyond.mean() >= UNBROKEN and abs(sign) >= UNBROKEN:
@@ -136,24 +146,28 @@ def _predict(smoothed: Smoothed, torque: Array, joint: int, points: int, dry: bo
     count = n - lag - 3 * points
     if count <= 0:
         return None
-    x = regressors / scale
+    known = _known(smoothed, points)[:n]
+    x = regressors / scale * known[:, None]
+    counted = torque * known
     later = slice(lag, lag + count)
     normal = _reverse_sum(x[:, :, None] * x[:, None, :])[later] + 1e-9 * np.eye(len(columns))
-    side = _reverse_sum(x * torque[:, None])[later]
-    left = np.arange(n, 0, -1)[later]
+    side = _reverse_sum(x * counted[:, None])[later]
+    left = np.maximum(_reverse_sum(known.astype(float))[later], 1.0)
     solution = np.linalg.solve(normal, side[..., None])[..., 0]
-    misfit = np.maximum(_reverse_sum(torque**2)[later] - np.einsum("ti,ti->t", solution, side), 0.0)
+    misfit = np.maximum(_reverse_sum(counted**2)[later] - np.einsum("ti,ti->t", solution, side), 0.0)
     leverage = np.einsum("ti,tij,tj->t", x[:count], np.linalg.inv(normal), x[:count])
     deviation = np.sqrt(misfit / left * (1.0 + leverage))
     noise = np.array([angle_noise, rate_noise, 0.0, 0.0][: len(columns)]) / scale
     of_noise = left[:, None, None] * np.diag(noise**2)
     share = np.abs(np.linalg.eigvals(np.linalg.solve(normal, of_noise))).max(axis=-1)
-    deviation[share > ATTENUATION] = np.inf
-    highest = np.maximum.accumulate(torque[::-1])[::-1][later]
-    lowest = np.minimum.accumulate(torque[::-1])[::-1][later]
-    span = np.maximum(highest - lowest, np.ptp(torque[points // 2 :]))
+    deviation[(share > ATTENUATION) | ~known[:count]] = np.inf
+    some = torque[points // 2 :][known[points // 2 :]]
+    if not len(some):
+        return None
+    # No later torque exceeds the range of all, which the span is at least.
+    span = np.full(count, np.ptp(some))
     miss = torque[:count] - np.einsum("ti,ti->t", x[:count], solution)
-    return _Predictions(miss, deviation, span, solution / scale, regressors)
+    return _Predictions(miss, deviation, span, solution / scale, regressors, known)
 
 
 def _reverse_sum(value: Array) -> Array:

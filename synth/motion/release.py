@@ -15,6 +15,7 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.motion.foreign_torque import drive_after, polynomial_noise
+from synth.motion.local_fits import by_samples
 from synth.motion.smoothing import Smoothed, lost_samples, odd_points, smooth
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import absolute, coefficients, mass_matrix
@@ -191,7 +192,7 @@ def _view(
 
 
 def _smoothed(time: Array, rotation: Array, lost: Mask, locked: tuple[int, ...], width: float) -> Smoothed:
-    smoothed = smooth(time, rotation, lost, width)
+    smoothed = by_samples(smooth(time, rotation, lost, width), time, rotation, lost)
     for j in locked:
         smoothed.angle[:, j], smoothed.rate[:, j] = float(np.median(smoothed.angle[:, j])), 0.0
     return smoothed

@@ -17,6 +17,8 @@ Indices = NDArray[np.intp]
 SUPPORT = 0.7
 LONGEST_RUN = 3  # samples: a marker taken for another, or a bus that repeats a wrong reading
 BESIDE = 0.3  # of a run's steps there and back, the largest step within it and beside it
+# Times the second differences beyond it, that of a sample at an end which is off, of so many samples.
+ALONE, END = 5.0, 6
 SHOWN = 0.1  # of the noise's share in a residual of uniform samples; where less is shown, it is not used
 COARSEST_COUNT = np.radians(0.5)  # no encoder in use is coarser: a larger smallest difference is not a count
 
@@ -74,7 +76,20 @@ def lost_samples(angle: Array, limit: float = 8.0) -> Mask:
         lost[good[1:-1][spike & alone], j] = True
         rest = np.flatnonzero(~lost[:, j])
         lost[rest[_runs(angle[rest, j], limit * scale)], j] = True
+        rest = np.flatnonzero(~lost[:, j])
+        for ends in (rest[:END], rest[: -END - 1 : -1]):
+            lost[ends[_at_end(angle[ends, j], limit * scale)], j] = True
     return lost
+
+
+def _at_end(value: Array, least: float) -> Mask:
+    """(n,) True for the first or second sample of a series that stands alone: no difference beyond it is as large."""
+    middle, found = value[1:-1] - 0.5 * (value[:-2] + value[2:]), np.zeros(len(value), dtype=bool)
+    if len(value) == END and np.abs(middle[0]) > max(least, ALONE * np.abs(middle[2:]).max()):
+        # The first shows as -h/2 in one difference only, the second as h, and as -h/2 in the next.
+        found[0] = np.abs(middle[0]) > ALONE * np.abs(middle[1])
+        found[1] = middle[1] * middle[0] < -0.2 * middle[0] ** 2
+    return found
 
 
 def _runs(value: Array, least: float) -> Mask:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,11 +16,14 @@ from robustness.random_legs import TOLERANCE_OF_LINKS, Case, random_case, with_l
 from synth import FitSettings, fit
 from synth.commands.answers import fit_text
 from synth.files.leg_file import read_leg
-from synth.files.trial_list import read_trials
-from synth.fit.estimate import fit_leg
+from synth.files.trial_list import Trial, read_trials
+from synth.fit.estimate import fit_leg, or_the_law
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
+from synth.fit.model_error import ModelError
 from synth.fit.recordings import recordings
+from synth.fit.speed_laws import LAWS, AnotherLaw
+from synth.swing.leg_model import Joint, Leg, Link
 from synth.validation.thesis_data import read_lab_data
 
 LAB, DOUBLE = (Path(__file__).resolve().parents[3] / "shared" / name for name in ("aarl", "double_pendulum"))
@@ -56,6 +60,43 @@ def test_a_law_is_found_and_the_rates_are_those_of_springs_and_dampers(effect: s
     assert any("is part of the fitted leg" in text for text in result.warnings)
 
 
+def rubbing(friction: float, damping: float, starts: tuple[float, ...]) -> tuple[Leg, list[Trial]]:
+    """One joint of 2 N m/rad without gravity, let go at ``starts`` deg; half-swings in closed form until it sticks."""
+    inertia, stiffness, time = 8.76e-3, 2.0, np.arange(0.0, 3.0, 0.005)
+    decay = 0.5 * damping / inertia
+    frequency = np.sqrt(stiffness / inertia - decay**2)
+    half, shift = np.pi / frequency, friction / stiffness
+    generator, trials = np.random.default_rng(100), []
+    for number, start in enumerate(starts):
+        angle, at, begun = np.zeros(len(time)), math.radians(start), 0.0
+        while abs(at) > shift:
+            since, about = time - begun, math.copysign(shift, at)
+            wave = np.cos(frequency * since) + decay / frequency * np.sin(frequency * since)
+            angle = np.where(since >= 0.0, about + (at - about) * np.exp(-decay * since) * wave, angle)
+            at, begun = about - (at - about) * math.exp(-decay * half), begun + half
+        angle = np.where(time >= begun, at, angle)
+        noisy = angle + math.radians(30.0) + math.radians(0.05) * generator.normal(size=len(time))
+        trials.append(Trial(f"t{number}", time, noisy[:, None]))
+    link = Link(0.3, 0.4, 0.12, inertia - 0.4 * 0.12**2)
+    return Leg("leg", (Joint("knee", link),), gravity=0.0), trials
+
+
+@pytest.mark.parametrize(
+    ("friction", "damping", "starts"),
+    [(0.2, 0.03, (20, -35, 50, -15, 30)), (0.08, 0.005, (20, -35, 50, -15, 30)), (0.08, 0.03, (20, -35, 50))],
+)
+def test_strong_friction_of_a_joint_is_no_hand(friction: float, damping: float, starts: tuple[float, ...]) -> None:
+    """From the fit without it, steps towards the friction ended far off, and the start was cut or its rates wrong."""
+    leg, trials = rubbing(friction, damping, starts)
+    result = fit_leg(leg, recordings(leg, trials), replace(AUTO, tolerance=None))
+    assert result.cut == 0.0
+    assert result.law["torque"]["knee"]["value"] == pytest.approx(friction, rel=0.01)
+    knee = result.joints["knee"]
+    assert knee.damper_rate is not None
+    assert knee.spring_rate.value == pytest.approx(2.0, rel=0.005)
+    assert knee.damper_rate.value == pytest.approx(damping, rel=0.02)
+
+
 @pytest.mark.parametrize("seed", [980043, 980033, 980054])
 @pytest.mark.parametrize("driven", [0.15, 0.25])
 def test_a_hand_is_no_law(seed: int, driven: float) -> None:
@@ -63,6 +104,21 @@ def test_a_hand_is_no_law(seed: int, driven: float) -> None:
     result = fitted(case)
     assert result.law == {}
     assert result.cut > 0.1
+
+
+def test_a_law_that_leaves_no_more_than_a_cut_is_said_beside_it() -> None:
+    """Of 12 legs that rub one is cut, and this is said there; of 12 that a hand drives it is said at none."""
+    case = random_case(980043, replace(random_case(980043).recorder, driven=0.15))
+    cut, (dry, _) = fitted(case), LAWS
+    none = ModelError(np.zeros((3, 0)), "")
+    rms = np.array(list(cut.rms.values()))
+    law = AnotherLaw(dry, case.off, np.array([0.02]), np.array([0.003]), none, 0.3, np.zeros(3), rms)
+    said = or_the_law(cut, law).warnings
+    assert said[0] == cut.warnings[0]
+    assert "hip 0.02 +- 0.0049 N*m. These recordings do not tell which" in said[1]
+    assert said[2:] == cut.warnings[1:]
+    assert or_the_law(cut, replace(law, rms=1.2 * rms)) is cut
+    assert or_the_law(cut, None) is cut
 
 
 def test_a_diverging_neighbour_ends_the_search_and_not_the_fit() -> None:

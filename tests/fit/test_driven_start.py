@@ -128,6 +128,8 @@ def test_early_samples_off_by_more_than_later_scatter_are_told_from_noise() -> N
     assert noisy.agreement(made, pushed, 0.3, shared) == 1.0  # one standard deviation of what is not known exactly
     assert noisy.agreement(made, pushed, 0.3, [0.01 * each for each in shared]) < 1e-6  # a hundred
     assert replace(noisy, explained=False).agreement(made, pushed, 0.3) == 1.0  # another law, not a hand
+    wrong = [each + 0.3 * (np.arange(len(each)) == 7)[:, None] for each in fitted]
+    assert noisy.agreement(made, wrong, 0.3) == 1.0  # a reading alone, which no torque makes
     far = LaterScatter.of(made, [one.rotation + 0.1 for one in made])
     assert not far.explained
 
