@@ -19,7 +19,7 @@ from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
 from synth.diagnosis.odds import CALIBRATED, price_of_unknown
-from synth.diagnosis.other_shapes import in_other_shapes
+from synth.diagnosis.other_shapes import in_other_shapes, with_richer_shapes
 from synth.diagnosis.restarts import beside_best, descended, exchanged, fitted_again, has_other_minima, refine
 from synth.diagnosis.score import first_state, fresh, score
 from synth.diagnosis.screened_causes import same_shape, screen
@@ -44,7 +44,7 @@ SECANTS = (1.0, 12.0)  # factors on a start's strengths at which the secant of a
 LOOKED_AT, STRENGTHS_TRIED = 16, 4  # most promising causes by secants; starts of each
 AROUND = (0.4, 1.0)  # factors on the strength that the secant predicts
 # Most promising further causes, fitted to a subset of the trials. With 10 the best pair of a rig of seed 4700, 64
-# times the noise, was not among them, and one of 86 was taken; the search took 4 s of 14 longer.
+# times the noise, was not among them, and one of 86 was taken.
 FURTHER_TRIED = 20
 FURTHER_KEPT = 8  # of those, number fitted to all trials
 STARTS = 2  # of each other shape of a cause in these sets that are continued
@@ -69,8 +69,7 @@ PLAN = SearchPlan(
 def as_designed(bench: Workbench) -> EvaluatedHypothesis:
     """The nominal leg unchanged, with each trial's initial state estimated; with derivatives."""
     fit = EvaluatedHypothesis((), np.zeros(bench.n_tolerance), ())
-    states = tuple(state for _, state in score(bench, fit, bench.trials))
-    fit = bench.evaluate([replace(fit, states=states)])[0]
+    fit = bench.evaluate([replace(fit, states=tuple(state for _, state in score(bench, fit, bench.trials)))])[0]
     return replace(fit, frame=bench.frame(fit))
 
 
@@ -91,8 +90,7 @@ def fit_nominal(bench: Workbench, designed: EvaluatedHypothesis) -> EvaluatedHyp
     """The nominal leg's best fit within the tolerances."""
     fit = designed
     for _ in range(BASE_ROUNDS):
-        before = fit.cost
-        fit = bench.solve([fresh(fit)], None, 2)[0]
+        before, fit = fit.cost, bench.solve([fresh(fit)], None, 2)[0]
         fit = replace(fit, frame=bench.frame(fit))
         if before - fit.cost < 0.1:  # log-likelihood: moves no unknown by a half of its deviation
             break
@@ -104,7 +102,8 @@ def search(
 ) -> Hypotheses[EvaluatedHypothesis]:
     """Find how well each cause, and each promising combination, explains the trials."""
     explorer = AngleExplorer(bench, candidates)
-    return CauseSearch(explorer, progress or (lambda text: None)).run(len({c.key for c in candidates}))
+    found = CauseSearch(explorer, progress or (lambda text: None)).run(len({c.key for c in candidates}))
+    return explorer.in_richer_shapes(found)
 
 
 @dataclass
@@ -170,7 +169,7 @@ class AngleExplorer:
         return best_of_each([min([fit, *(end for end in ends if end.keys == fit.keys)], key=rank) for fit in refined])
 
     def _sets_in_other_shapes(self, refined: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
-        """The fits of several causes, each with a cause in another shape where the odds prefer that."""
+        """The fits of several causes, each with a cause in another simple shape where the odds prefer that."""
         bench, rank = self.bench, self._rank(refined)
         if min((self.ratio(fit) for fit in refined), default=1.0) <= WELL:
             return list(refined)
@@ -179,6 +178,15 @@ class AngleExplorer:
         begun = [sorted((next(evaluated) for _ in shape), key=lambda start: start.cost)[:STARTS] for shape in shapes]
         ends = [*refined, *refine(bench, [start for starts in begun for start in starts])]
         return [min((end for end in ends if {*end.keys} == {*fit.keys}), key=rank) for fit in refined]
+
+    def in_richer_shapes(self, found: Hypotheses[EvaluatedHypothesis]) -> Hypotheses[EvaluatedHypothesis]:
+        """The best sets of several causes in a richer shape where the odds prefer that."""
+        if min((item.ratio for item in found.several), default=1.0) <= WELL:
+            return found
+        ends = with_richer_shapes(self.bench, found, self.every, self._rank([item.fit for item in found.several]))
+        kept = [item for item in found.several if all({*item.keys} != {*end.keys} for end in ends)]
+        kept += [Assessed(end, end.cost, self.ratio(end)) for end in ends]
+        return replace(found, several=tuple(sorted(kept, key=lambda item: item.cost)))
 
     @cached_property
     def _starts(self) -> list[EvaluatedHypothesis]:
@@ -251,8 +259,8 @@ class AngleExplorer:
 
     def _rank(self, found: Sequence[EvaluatedHypothesis]) -> Callable[[EvaluatedHypothesis], float]:
         """Cost with the unknowns charged, by how far the best of the ``found`` fits is from the noise."""
-        price = price_of_unknown(min((self.ratio(fit) for fit in found), default=1.0), self.bench.total)
-        return lambda fit: priced(fit, price)
+        floors = min((self.ratio(fit) for fit in found), default=1.0)
+        return lambda fit: priced(fit, price_of_unknown(floors, self.bench.total))
 
     def _worth_their_unknowns(self, refined: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """Fits with their own derivatives, each in the shape that the odds prefer."""

@@ -15,7 +15,7 @@ from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.sensor_noise import sensor
 from synth.files.gap_project import GapProject, Tolerance, read_gap_project
 from synth.files.leg_file import write_leg
-from synth.fit.recordings import recordings, thinned_sentences
+from synth.fit.recordings import recordings, sentences_on_reading
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.plants import Planted
 from synth.rehearsal.users_rig import users_rig
@@ -61,7 +61,7 @@ def test_a_rehearsal_scatters_the_means_as_much(tmp_path: Path) -> None:
 
 def test_averaging_is_a_note_once_and_no_doubt() -> None:
     """Of two faultless recordings it was two doubts, among the eight findings that are shown."""
-    texts = thinned_sentences(MADE)
+    texts = sentences_on_reading(MADE)
     found = of_alike([of_remark(text, [each.name for each in DENSE]) for text in texts])
     assert [(each.level, each.recording) for each in found] == [("note", f"{DENSE[0].name} and 1 more")]
     assert found[0].text.startswith("20001 samples over 2 s are more than the motion needs")
