@@ -43,14 +43,14 @@ WORTH = 3.0  # least predicted cost reduction of a further cause
 SECANTS = (1.0, 12.0)  # factors on a start's strengths at which the secant of a cause is evaluated
 LOOKED_AT, STRENGTHS_TRIED = 16, 4  # most promising causes by secants; starts of each
 AROUND = (0.4, 1.0)  # factors on the strength that the secant predicts
-# Most promising further causes, fitted to a subset of the trials. With 10 the best pair of a rig of seed 4700, 64
-# times the noise, was not among them, and one of 86 was taken.
+# Most promising further causes, fitted to a subset of the trials: with 10 the best pair of a rig was not among them.
 FURTHER_TRIED = 20
 FURTHER_KEPT = 8  # of those, number fitted to all trials
 STARTS = 2  # of each other shape of a cause in these sets that are continued
 REDUCED = 3  # best sets of three causes of which one is left out again
 # The same where recordings are compared in pieces: their cost has cliffs, and a rank after few steps tells less.
 IN_PIECES_TRIED, IN_PIECES_KEPT = 30, 10
+FURTHER_FRAMES = 24  # most renewals of the derivatives; with 8 a pair ended at the cost 690, on its way to 539
 FURTHER_ROUNDS = (2, 3)  # iterations of the fit on the subset, and on all trials
 WELL = 1.2  # RMS over the noise floor that leaves nothing to explain
 PLAN = SearchPlan(
@@ -176,7 +176,7 @@ class AngleExplorer:
         shapes = [shape for fit in refined for shape in in_other_shapes(bench, fit, self.every)]
         evaluated = iter(bench.evaluate([start for shape in shapes for start in shape]))
         begun = [sorted((next(evaluated) for _ in shape), key=lambda start: start.cost)[:STARTS] for shape in shapes]
-        ends = [*refined, *refine(bench, [start for starts in begun for start in starts])]
+        ends = [*refined, *refine(bench, [start for starts in begun for start in starts], FURTHER_FRAMES)]
         return [min((end for end in ends if {*end.keys} == {*fit.keys}), key=rank) for fit in refined]
 
     def in_richer_shapes(self, found: Hypotheses[EvaluatedHypothesis]) -> Hypotheses[EvaluatedHypothesis]:
@@ -223,7 +223,7 @@ class AngleExplorer:
         if alone and self.bench.in_pieces:
             return self._in_pieces(fits, [single.fit for single in singles])
         found = further(self.bench, self._sifting, fits, self.candidates)
-        refined = self._sets_in_other_shapes(refine(self.bench, found[:REFINED_FURTHER]))
+        refined = self._sets_in_other_shapes(refine(self.bench, found[:REFINED_FURTHER], FURTHER_FRAMES))
         fewer = [] if alone else without_one(self.bench, sorted(refined, key=lambda fit: fit.cost)[:REDUCED], fits)
         return [*refined, *found[REFINED_FURTHER:], *self._reduced(fewer, [*fits, *refined])]
 
@@ -232,7 +232,7 @@ class AngleExplorer:
     ) -> list[EvaluatedHypothesis]:
         """Fits of sets that lack a cause; in pieces from the unchanged leg too, see ``_in_pieces``."""
         if not self.bench.in_pieces:
-            return refine(self.bench, self.bench.evaluate(fewer))
+            return refine(self.bench, self.bench.evaluate(fewer), FURTHER_FRAMES)
         starts = [*self.bench.evaluate(fewer), *[from_recorded(self.bench, fit) for fit in fewer]]
         return best_of_each(descended(self.bench, starts, self._rank(found)))
 

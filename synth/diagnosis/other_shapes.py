@@ -23,6 +23,7 @@ from synth.diagnosis.score import fresh
 from synth.diagnosis.screening import rungs
 from synth.diagnosis.workbench import Workbench
 
+FRAMES = 24  # most renewals of the derivatives
 RICHER = 2  # best sets that are tried in a richer shape: each takes some seconds
 
 
@@ -59,7 +60,7 @@ def with_richer_shapes(
     in it. On a real double pendulum a mount and a shifted reading took the place of a centre of mass that is 11 % off.
     """
     made = [(item.fit, starts) for item in found.several if (starts := _richer(bench, item.fit, candidates))][:RICHER]
-    ends = iter(refine(bench, bench.evaluate([start for _, starts in made for start in starts])))
+    ends = iter(refine(bench, bench.evaluate([start for _, starts in made for start in starts]), FRAMES))
     best = [(fit, min((next(ends) for _ in starts), key=rank)) for fit, starts in made]
     return [end for fit, end in best if rank(end) < rank(fit)]
 

