@@ -56,7 +56,7 @@ def _in_shape(bench: Workbench, fit: EvaluatedHypothesis, k: int, other: ShapedE
 def _at(
     bench: Workbench, fit: EvaluatedHypothesis, hypothesis: tuple[ShapedEffect, ...], unknowns: Array
 ) -> EvaluatedHypothesis:
-    """A start there; links that are added start as if held."""
+    """A start there; a mount or a bending link beside the cause starts as if held."""
     states = tuple(state[: 2 * len(bench.noise)] for state in fit.states)
     moved = replace(fit, hypothesis=hypothesis, unknowns=unknowns, states=states, residuals=(), columns=())
     return bench.awake(fresh(replace(moved, cost=np.inf, frame=None)))

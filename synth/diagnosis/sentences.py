@@ -16,7 +16,6 @@ MOST_STATED = 3  # parameters of a cause; the table has all
 LEADING, LEAST_TOLD = 3, 0.05  # causes named if nothing explains the gap, and least share of each
 LEAST_TAKEN = 0.005  # of the gap; less rounds to 0 %
 MOST = 0.5  # of the gap: what takes more takes most of it, though it may be too unsure to be named
-NOTHING_TAKES_MOST = "No effect in the library explains most of the gap"
 BETTER = {"*": "·", "deg": "°", "percent": "%"}  # typographic units
 
 
@@ -103,8 +102,8 @@ def sentence(
     if verdict == "none":
         return _nothing(told, error, floor) + rest
     if verdict == "unknown":
-        lacks = "No explanation is sure enough to be named" if told.takes > MOST else NOTHING_TAKES_MOST
-        return f"{lacks}: {error} is {angle(told.before)}, {_nearest(told)}, the noise is {floor}.{rest}"
+        unsure, none = "No explanation is sure enough to be named", "No effect in the library explains most of the gap"
+        return f"{unsure if told.takes > MOST else none}: {error} is {angle(told.before)}, {_nearest(told)}, the noise is {floor}.{rest}"
     text = " and ".join(causes)
     if verdict == "tie":
         return (

@@ -164,7 +164,7 @@ def _predict(smoothed: Smoothed, torque: Array, joint: int, points: int, dry: bo
     some = torque[points // 2 :][known[points // 2 :]]
     if not len(some):
         return None
-    # No later torque exceeds the range of all, which the span is at least.
+    # The range of all torques, which no later one exceeds.
     span = np.full(count, np.ptp(some))
     miss = torque[:count] - np.einsum("ti,ti->t", x[:count], solution)
     return _Predictions(miss, deviation, span, solution / scale, regressors, known)

@@ -136,7 +136,7 @@ def test_the_other_releases_agree_with_the_seven(design: LegDesign) -> None:
     assert free is not None
     result = fit_leg(leg, [recording.stretched(2.0) for recording in free], LegFitOptions())
     knee, before = result.joints["knee"], design.target.joints["knee"]
-    # 15.4 % less; 12.5 % while a bound of the search held the overdamped hip's damper.
+    # 15.4 % less; 12.5 % before the bounds of the search followed from the recordings.
     assert knee.spring_rate.value == pytest.approx(before.spring_rate.value, rel=0.18)
     assert knee.damper_rate is not None
     assert before.damper_rate is not None
