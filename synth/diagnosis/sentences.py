@@ -103,7 +103,10 @@ def sentence(
         return _nothing(told, error, floor) + rest
     if verdict == "unknown":
         unsure, none = "No explanation is sure enough to be named", "No effect in the library explains most of the gap"
-        return f"{unsure if told.takes > MOST else none}: {error} is {angle(told.before)}, {_nearest(told)}, the noise is {floor}.{rest}"
+        return (
+            f"{unsure if told.takes > MOST else none}: {error} is {angle(told.before)}, "
+            f"{_nearest(told)}, the noise is {floor}.{rest}"
+        )
     text = " and ".join(causes)
     if verdict == "tie":
         return (
