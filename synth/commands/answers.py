@@ -25,6 +25,8 @@ Json = Mapping[str, Any]
 
 MOST_NOTES = 5  # on the screen; the report has all
 NOTE_LETTERS = 150  # of a note on the screen; the page has the full text
+MOST_DECIMALS = 6  # of an estimate in a table
+SMALL = 1e-3  # in the unit of a table; a smaller value that needs more decimals is shown with a power of ten
 WIDE_INTERVAL = 10.0  # ratio of the ends from which each is rounded by itself, as on the pages
 MOST_CAUSES = 5  # on the screen: a glance; the report has all
 OFFERED = 4.0  # largest ratio to the wanted rate; a spring farther off would change the leg whatever its response
@@ -184,8 +186,12 @@ def _estimate(quantity: Json | None) -> tuple[str, str]:
         return _number(quantity), ""
     if low > 0.0 and high > WIDE_INTERVAL * low:
         return _number(quantity), f"{low:.3g} to {high:.3g}"
-    decimals = max(0, min(6, 1 - math.floor(math.log10((high - low) / 2))))
-    return f"{quantity['value']:.{decimals}f}", f"{low:.{decimals}f} to {high:.{decimals}f}"
+    value, decimals = quantity["value"], max(0, 1 - math.floor(math.log10((high - low) / 2)))
+    if decimals > MOST_DECIMALS and abs(value) < SMALL:  # an insect's spring, 2e-7 N m/rad
+        digits = max(0, decimals + math.floor(math.log10(max(abs(value), (high - low) / 2))))
+        return f"{value:.{digits}e}", f"{low:.{digits}e} to {high:.{digits}e}"
+    decimals = min(MOST_DECIMALS, decimals)
+    return f"{value:.{decimals}f}", f"{low:.{decimals}f} to {high:.{decimals}f}"
 
 
 def _number(quantity: Json | None) -> str:

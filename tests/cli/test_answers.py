@@ -11,7 +11,7 @@ import pytest
 
 from synth.cli import main
 from synth.commands import init
-from synth.commands.answers import MOST_NOTES, NOTE_LETTERS, offered, tell_notes
+from synth.commands.answers import MOST_NOTES, NOTE_LETTERS, fit_text, offered, tell_notes
 from synth.commands.progress import Progress
 from synth.remarks import decisive, noted
 
@@ -135,3 +135,17 @@ def test_an_import_prints_one_row_per_recording_also_with_quiet(
     assert head.split()[:2] == ["recording", "samples"]
     trials = json.loads((tmp_path / "o" / "import.json").read_text())["trials"]
     assert [(row.split()[0], int(row.split()[1])) for row in rows] == [(t["source"], t["samples"]) for t in trials]
+
+
+def test_the_rates_of_an_insect_are_not_shown_as_zero() -> None:
+    """A leg of 2 mm has springs of 2e-7 N m/rad; with six decimals its whole table was zero."""
+    joint = {
+        "spring_rate": {"value": 2.3561e-7, "unit": "N*m/rad", "interval90": [2.3301e-7, 2.3821e-7]},
+        "damper_rate": {"value": 1.2798e-9, "unit": "N*m*s/rad", "interval90": [1.267e-9, 1.292e-9]},
+        "free_angle": {"value": 104.9968, "unit": "deg", "interval90": [104.9913, 105.0023]},
+    }
+    text = fit_text({"joints": {"hip": joint}, "rms": {"hip": {"value": 0.0998, "unit": "deg"}}})
+    row = text.splitlines()[2].split()
+    assert row[:5] == ["hip", "2.356e-07", "2.330e-07", "to", "2.382e-07"]
+    assert row[5:9] == ["1.280e-09", "1.267e-09", "to", "1.292e-09"]
+    assert row[9] == "104.9968"
