@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,17 @@ class PredictionErrors:
     def explanations(self) -> tuple[str, ...]:
         """Labels of all hypotheses: none, the accepted causes, and the others."""
         return tuple(name for name in self.squares if name != "as_designed")
+
+    def of_trials(self, which: NDArray[np.bool_]) -> PredictionErrors:
+        """The errors of the trials ``which`` (n_trial,) alone."""
+        read = self.noise_as_read
+        return replace(
+            self,
+            squares={name: squares[which] for name, squares in self.squares.items()},
+            counts=self.counts[which],
+            noise=self.noise[which],
+            noise_as_read=None if read is None else read[which],
+        )
 
     def figure(self, label: str) -> Estimate:
         """RMS error in rad, shown in deg, with its 90 % interval over trials."""

@@ -151,7 +151,7 @@ class PlantEffect:
     """An effect of a plant with its parameters in the order of its function.
 
     ``strengths`` : the parameters that switch it off when all are zero. ``shapes`` : the variants that a diagnosis
-    tries. ``phrase`` : the words for a place that has it, "lacks dry friction". ``module`` : the module of its
+    tries. ``phrase`` : the words for a place that has it, "has dry friction". ``module`` : the module of its
     functions. ``stated`` : parameters for a sentence, the most needed first; empty: those ``told``. ``idle`` :
     parameter -> another one and its value at which the first does not matter.
     """

@@ -18,7 +18,7 @@ from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, noise_as_read, rounded, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.held_out import moved_within, no_better
+from synth.diagnosis.held_out import moved_within
 from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
 from synth.diagnosis.influence import hangs_on
 from synth.diagnosis.lanes import Kept
@@ -35,6 +35,7 @@ from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.plants.swinging_chain.free_torque import described, free_torques
 from synth.diagnosis.plants.swinging_chain.pieces import cut_sentence, in_pieces, joined, wholes
 from synth.diagnosis.plants.swinging_chain.tolerance_words import in_words
+from synth.diagnosis.poor_trials import no_better
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
 from synth.diagnosis.sensor_noise import sensor
@@ -238,7 +239,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         )
 
     def cause_text(self, cause: Cause) -> str:
-        """The knee lacks dry friction (torque 0.052 N·m)."""
+        """The knee has dry friction (torque 0.052 N·m)."""
         effect = effect_named(cause.effect)
         values = stated(cause, effect)
         phrase = effect.phrase or f"shows {effect.meaning}"
