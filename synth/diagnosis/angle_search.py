@@ -300,9 +300,9 @@ def _strengths_differ(bench: Workbench, fit: EvaluatedHypothesis, other: Evaluat
     """Whether the strengths of a single cause differ by more than a factor of two, or in sign."""
     if not same_shape(fit, other):
         return False
-    names = fit.hypothesis[0].shape.free
-    strong = [bench.n_tolerance + k for k, name in enumerate(names) if name in fit.hypothesis[0].effect.strengths]
-    one, two = fit.unknowns[strong], other.unknowns[strong]
+    cause, first = fit.hypothesis[0], bench.n_tolerance
+    strong = [k for k, name in enumerate(cause.shape.free) if name in cause.effect.strengths]
+    one, two = ((each.unknowns[first:] - cause.absent)[strong] for each in (fit, other))
     return bool(np.any(np.abs(one - two) > 0.5 * np.maximum(np.abs(one), np.abs(two))))
 
 

@@ -62,6 +62,23 @@ class ShapedEffect(ABC):
         """The unknowns'."""
         return [_prior(self.effect.parameters[self.effect.index(name)]) for name in self.shape.free]
 
+    @cached_property
+    def absent(self) -> Array:
+        """(size,) whitened unknowns at which each strength vanishes; 0 for shapes and log-normal strengths.
+
+        Not 0 where the usual strength is not: a damper that thins loses half at its prior's centre.
+        """
+        found = np.zeros(self.size)
+        for k, (name, prior) in enumerate(zip(self.shape.free, self.priors, strict=True)):
+            if name in self.effect.strengths and not (prior.log or prior.inverse):
+                found[k] = prior.coordinate(0.0)
+        return found
+
+    def strengthened(self, unknowns: Array, factor: float) -> Array:
+        """Whitened unknowns (size,) with the strengths multiplied; not kept within bounds."""
+        strengths = np.array([name in self.effect.strengths for name in self.shape.free])
+        return np.asarray(np.where(strengths, self.absent + (unknowns - self.absent) * factor, unknowns))
+
     def starts(self) -> list[Array]:
         """Whitened starting points (size,)."""
         made = []

@@ -195,8 +195,7 @@ def overshoots(fit: EvaluatedHypothesis, first: int, factor: float) -> bool:
 def strengthened(fit: EvaluatedHypothesis, first: int, factor: float) -> EvaluatedHypothesis:
     """The fit with its last candidate's strengths multiplied, within its bounds."""
     candidate = fit.hypothesis[-1]
-    strengths = np.array([name in candidate.effect.strengths for name in candidate.shape.free])
     low, high = candidate.bounds()
     unknowns = fit.unknowns.copy()
-    unknowns[first:] = np.clip(unknowns[first:] * np.where(strengths, factor, 1.0), low, high)
+    unknowns[first:] = np.clip(candidate.strengthened(unknowns[first:], factor), low, high)
     return replace(fit, unknowns=unknowns)

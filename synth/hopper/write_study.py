@@ -89,7 +89,8 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path) -> dict[str, 
     """The content of hopper.json."""
     project, sweep = found.project, found.sweep
     statuses = {"designs": len(sweep.motor), "jump": int((sweep.status == LANDED_AGAIN).sum()),
-                "beyond the gearbox": int((sweep.over_limit() & (sweep.status == LANDED_AGAIN)).sum())}  # fmt: skip
+                "beyond the gearbox": int((sweep.over_limit() & (sweep.status == LANDED_AGAIN)).sum()),
+                "feasible": int(sweep.feasible(found.project.gearbox).sum())}  # fmt: skip
     return {
         "format": FORMAT,
         "name": project.name,
@@ -239,6 +240,7 @@ def _map(found: Study) -> dict[str, Any]:
     n = len(sweep.problem.lengths)
     every = max(1, -(-n // 60))
     lengths = list(range(0, n, every))
+    feasible = sweep.feasible(found.project.gearbox).reshape(-1, n)
     return {
         "family": f"{own.vendor} {own.product_line} {own.variant}",
         "gear_ratio": [sweep.problem.motors[i].gear_ratio for i in family],
@@ -247,4 +249,5 @@ def _map(found: Study) -> dict[str, Any]:
             f"{name}_m": [[float(value) for value in sweep.values[name].reshape(-1, n)[i, lengths]] for i in family]
             for name in ("clearance", "total_height")
         },
+        "feasible": [[bool(value) for value in feasible[i, lengths]] for i in family],
     }
