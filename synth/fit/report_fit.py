@@ -96,17 +96,15 @@ def result_of(
     links = {n: link_errors(model, recordings, t.stage, widths, options.static) for n, t in treatments.items()}
     links[mode] = _with_law(fitted.error, links[mode])
     offsets = _offsets(fitted, spreads, refits, links)
-    joints, rms = {}, {}
-    for name, each in treatments.items():
-        joints[name] = _joints(unknowns, each, offsets[name])
-        rms[name] = dict(zip(names, root_mean_square(recordings, solutions[name].predictions).tolist(), strict=True))
+    joints = {name: _joints(unknowns, each, offsets[name]) for name, each in treatments.items()}
+    rms = {name: _named(names, root_mean_square(recordings, s.predictions)) for name, s in solutions.items()}
     static = _static(unknowns, chosen.values)
     drawn = draws(chosen.values, spreads[mode], refits, links[mode], options.seed)
     drawn, spreads[mode] = _with_model_error(fitted.error, drawn, spreads[mode], options.seed)
     made = _fitted_leg(leg, joints[mode])
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     left = clipped_rms(recordings, chosen.predictions)
-    clipped, noise = (dict(zip(names, values.tolist(), strict=True)) for values in (left, scatter))
+    clipped, noise = _named(names, left), _named(names, scatter)
     alike = _alike(model, recordings, fitted, bool(np.any(left > MISFIT * scatter)))
     edges = at_edges(unknowns, chosen.values)
     return FitResult(
@@ -142,6 +140,11 @@ def result_of(
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
         sources=sources_of(unknowns, spreads[mode], links[mode]),
     )
+
+
+def _named(names: Sequence[str], values: Array) -> dict[str, float]:
+    """Values (n,) by the joints' names."""
+    return dict(zip(names, values.tolist(), strict=True))
 
 
 def _before_all(error: ModelError | None, recordings: Sequence[Recording]) -> tuple[str, ...]:
