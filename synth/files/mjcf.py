@@ -38,6 +38,7 @@ STABLE = 1.0  # step times the fastest damping rate; Runge-Kutta is stable to 2.
 # MuJoCo takes a positive third biasprm for a damping ratio where gain and stiffness are equal (dampratio of a position
 # actuator); a late winding's damping is to be a damping.
 UNEQUAL = 1.0 + 1e-9
+NOT_IN_MODEL = "not in this model"  # begins a comment on what the file omits; `synth check` shows these
 HELD = ("backlash", "coulomb_friction", *IN_DAMPING, *IN_SPRING, *IN_SERVO)
 
 
@@ -71,7 +72,7 @@ def mjcf_text(
     for note in notes:
         root.append(Comment(f" {note} "))
     if leg.effects:
-        root.append(Comment(f" not in this model: {', '.join(sorted(leg.effects))} of the base "))
+        root.append(Comment(f" {NOT_IN_MODEL}: {', '.join(sorted(leg.effects))} of the base "))
     SubElement(root, "compiler", angle="radian", autolimits="true")
     step = time_step(terms, borne, drives)
     SubElement(root, "option", gravity=f"0 0 {-leg.gravity:.10g}", integrator="RK4", timestep=f"{step:.10g}")
@@ -206,7 +207,7 @@ def _body(
     if not play_of(joint, drive is not None):
         attributes |= laws.attributes(joint)
     if lightened(joint):
-        notes.append(f"not in this model, {lightened(joint)}")
+        notes.append(f"{NOT_IN_MODEL}, {lightened(joint)}")
     elif joint.with_rotor:
         attributes["armature"] = f"{joint.with_rotor:.10g}"
     friction = joint.effects.get("coulomb_friction")
@@ -214,10 +215,10 @@ def _body(
         attributes |= {"frictionloss": f"{friction['torque']:.10g}", **SHARP}
     lost = without_held(joint, held_effects(drive is not None))
     if lost:
-        notes.append(f"not in this model: {', '.join(lost)}")
+        notes.append(f"{NOT_IN_MODEL}: {', '.join(lost)}")
     if drive is not None and drive.cut < inf:
         attributes["actuatorfrcrange"] = f"{-drive.cut:.10g} {drive.cut:.10g}"
-    notes += [f"not in this model, of the drive: {text}" for text in (drive.lost if drive is not None else ())]
+    notes += [f"{NOT_IN_MODEL}, of the drive: {text}" for text in (drive.lost if drive is not None else ())]
     if joint.ends is not None:
         attributes["range"] = f"{joint.ends[0]:.10g} {joint.ends[1]:.10g}"
     body = SubElement(parent, "body", name=joint.name, pos=f"0 0 {-height:.10g}")

@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.drives.servo import ServoSignals
-from synth.errors import Problem, UserError
+from synth.errors import Problem, UserError, did_you_mean
 from synth.files import drive_columns
 from synth.files.csv_table import CsvColumn, CsvTable, in_si, read_table
 from synth.files.recordings_together import clock_problem
 from synth.files.turns import unwrapped
-from synth.files.validate import near
 from synth.swing.leg_model import Leg
 from synth.units import factor
 
@@ -97,8 +96,7 @@ def _scaled(table: CsvTable, leg: Leg) -> dict[str, Array]:
     for required in ("time", *leg.joint_names):
         if required not in present:
             unknown = [column for column in present if column not in wanted]
-            hint = near(required, unknown) if unknown else ""
-            hint = hint if hint.startswith("; did you mean") else ""
+            hint = did_you_mean(required, unknown)
             text = f'column "{required} [{EXAMPLES[wanted[required]]}]" is missing'
             problems.append(Problem(text + hint.replace("did you mean", "is it"), table.name, 1))
     problems += drive_columns.problems(table, leg)

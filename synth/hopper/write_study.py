@@ -221,10 +221,9 @@ def _ladder(found: Study) -> dict[str, Any]:
         return {}
     length = float(found.best_leg.length)
     shown = {}
-    for name, outcome in found.ladder.items():
-        model = MODELS[name.partition(",")[0]]
-        what = model.what + (", on MuJoCo's own contact" if "," in name else "")
-        shown[name] = {"what": what, **outcome_json(outcome, length, found.project.height)}
+    for rung in found.ladder:
+        what = MODELS[rung.model].what + (", on MuJoCo's own contact" if rung.own_contact else "")
+        shown[rung.name] = {"what": what, **outcome_json(rung.outcome, length, found.project.height)}
     return shown
 
 

@@ -18,6 +18,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.csv_table import in_si, read_table
 from synth.files.leg_file import read_leg
+from synth.files.mjcf import NOT_IN_MODEL
 from synth.files.mjcf_backlash import arm_name, play_of
 from synth.files.output import sha256_file, stems
 from synth.model_checks.checked import ModelCheck, ModelChecks
@@ -124,4 +125,4 @@ def _left_out(path: Path) -> list[str]:
     """The omissions that the model states in its comments."""
     text = path.read_text(encoding="utf-8")
     parts = (part.partition("-->")[0].strip() for part in text.split("<!--")[1:])
-    return [part for part in parts if part.startswith("not in this model")]
+    return [part for part in parts if part.startswith(NOT_IN_MODEL)]

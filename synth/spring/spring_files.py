@@ -27,6 +27,8 @@ def write_result(path: Path, content: Mapping[str, Any]) -> str:
         If a file of another kind has that name, or the file cannot be written.
     """
     name = str(path)
+    if "\0" in name:
+        raise UserError(Problem("cannot be written: embedded null byte; name another place with --json", name))
     try:
         if path.exists() and not (path.is_file() and _is_result(path)):
             raise UserError(Problem("exists and is no result of synth spring; name another with --json", name))
@@ -40,10 +42,8 @@ def write_result(path: Path, content: Mapping[str, Any]) -> str:
             Path(temporary).replace(path)
         finally:
             Path(temporary).unlink(missing_ok=True)
-    except (OSError, ValueError) as error:
-        if not isinstance(error, OSError) and "null" not in str(error):
-            raise
-        reason = getattr(error, "strerror", None) or str(error)
+    except OSError as error:
+        reason = error.strerror or str(error)
         raise UserError(Problem(f"cannot be written: {reason}; name another place with --json", name)) from None
     return name
 
