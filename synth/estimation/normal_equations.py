@@ -130,11 +130,6 @@ class NormalEquations(ABC):
     def scale(self) -> DampingScale:
         """The diagonals of the damped matrices."""
 
-    @property
-    @abstractmethod
-    def n_common(self) -> int:
-        """Number of common unknowns."""
-
     @abstractmethod
     def damped(self, damping: float, scale: DampingScale) -> tuple[Array, Array]:
         """Damped matrix (p, p) and gradient (p,) of the common unknowns, with the trials' own eliminated."""
@@ -215,11 +210,6 @@ class ArrowNormal(NormalEquations):
         return cls(grouped(information.own, own_gradient, [c.T for c in information.cross]), information, gradient)
 
     @property
-    def n_common(self) -> int:
-        """Number of common unknowns."""
-        return len(self.gradient)
-
-    @property
     def scale(self) -> DampingScale:
         """The diagonals."""
         return DampingScale(
@@ -271,11 +261,6 @@ class ReducedNormal(NormalEquations):
         matrix = sum((part for part, _ in parts), prior.copy())
         gradient = sum((part for _, part in parts), prior_gradient.copy())
         return cls(groups, matrix, gradient, parts)
-
-    @property
-    def n_common(self) -> int:
-        """Number of common unknowns."""
-        return len(self.gradient)
 
     @property
     def scale(self) -> DampingScale:

@@ -43,7 +43,6 @@ _SIZES = {
 }  # fmt: skip
 # First row of each block.
 _FIRSTS = dict(zip(_SIZES, np.cumsum([0, *_SIZES.values()]).tolist(), strict=False))
-ROOM = sum(_SIZES.values()) * LANES  # doubles of the whole array
 # Of the array of single precision, from which Newton's matrix is made: a loop that mixes both precisions has only as
 # many lanes in a register as doubles fit.
 _SINGLE_SIZES = {
