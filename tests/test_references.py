@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -38,6 +38,27 @@ ASKED = re.compile(r"\{[{%][\s\S]*?[%}]\}")  # of a template
 DEFINITION = re.compile(r"^(?P<indent> {4})?(def|class) (\w+)|^([A-Za-z_]\w*)(?:: [^=\n]+)? = ", re.MULTILINE)
 OUTER = re.compile(r"^(?=[^\s)\]}])", re.MULTILINE)  # where what stands at the margin ends
 INNER = re.compile(r"^(?= {0,4}[^\s)\]}])", re.MULTILINE)
+# ``head.tail`` in a docstring or comment, which is no file, no other package's and no key of a project.
+DOTTED = re.compile(r"``([a-z_]\w*(?:\.[A-Za-z_]\w*)+)``")
+FILE_ENDS = {
+    "csv",
+    "glb",
+    "html",
+    "json",
+    "m",
+    "md",
+    "png",
+    "sdf",
+    "step",
+    "stl",
+    "toml",
+    "urdf",
+    "usda",
+    "xml",
+    "yaml",
+}
+ELSEWHERE = {"dataclasses", "np", "numba", "scipy", "sys"}
+KEYS = {"joints.knee.link.mass", "outer.inner", "solids.masses", "solids.parts"}
 # Decorators that hand a function to whatever calls it.
 REGISTERED = re.compile(r"^\s*@(?:[\w.]+\.)?(?:loader|overload|\w+_validator|\w+_serializer)\b", re.MULTILINE)
 
@@ -166,3 +187,36 @@ class Kept:
     two = "def read_two():\n    return 2\n\n\ndef gone():\n    return 'gone'\n"
     found = unmentioned({"synth.one": Module.of(one + two), "synth.two": Module.of(other)})
     assert found == ["synth.one.SPARE", "synth.one.unasked", "synth.one.Kept.turned", "synth.one.gone"]
+
+
+def untrue(modules: dict[str, Module], texts: dict[str, str]) -> list[str]:
+    """Dotted names in docstrings and comments that are neither in the package nor a field of a variable there."""
+    places = defaultdict(list)  # a module's name, with or without the packages that it is in -> modules
+    for name in modules:
+        for first in range(name.count(".") + 1):
+            places[".".join(name.split(".")[first:])].append(name)
+    fields = {word for module in modules.values() for word in module.words}
+    found = []
+    for name, text in texts.items():
+        for dotted in (each.removeprefix("synth.") for each in DOTTED.findall(text)):
+            parts = dotted.split(".")
+            known = parts[-1] in FILE_ENDS or parts[0] in ELSEWHERE or dotted in {*KEYS, *places, *synth.__all__}
+            known |= parts[0] in modules[name].words and parts[-1] in fields
+            for count in range(1, len(parts)):
+                holders = places.get(".".join(parts[:count]), [])
+                known |= any(modules[each].words.keys() >= set(parts[count:]) for each in holders)
+            if not known:
+                found.append(f"{name}: {dotted}")
+    return found
+
+
+def test_what_docstrings_name_is_there() -> None:
+    """Modules are split and renamed: a ``result`` and an ``integrator`` were named long after they had gone."""
+    assert untrue(sources(), {name: path.read_text(encoding="utf-8") for name, path in FILES.items()}) == []
+
+
+def test_a_name_that_is_gone_is_found() -> None:
+    named = ("two.kept", "two.Some.kept", "two.gone", "three.kept", "wish.kept", "a.csv", "np.diff")
+    one = f'def f(wish):\n    """Of {", ".join(f"``{each}``" for each in named)}."""\n'
+    modules = {"synth.one": Module.of(one), "synth.two": Module.of("class Some:\n    kept = 1\n")}
+    assert untrue(modules, {"synth.one": one}) == ["synth.one: two.gone", "synth.one: three.kept"]

@@ -54,15 +54,13 @@ class Calibration:
     (without it, a base that yields had the odds of damping and a wrong inertia that were there). ``none``, ``single``,
     ``pair``, ``triple`` : prior probabilities that no, one, two or three causes are missing, divided evenly among their
     hypotheses. ``left`` : share of the squared gap left by the best explanation at which an unknown cause is as
-    probable as not, ``left_by_several`` the same for several causes,
-    ``misfit`` : slope of that probability over its logarithm. ``doubt`` : least probability of an unknown cause if
-    an effect is missing, because an unknown cause sometimes acts exactly like a known one; ``doubt_of_several`` :
-    the same
-    for several causes, which imitate others more easily. ``clean`` : RMS over the noise floor up to which
-    no effect is missing; ``far`` : RMS over the floor above which less may be left, by its square root: a correct
-    cause leaves little even for a good sensor. ``tie_odds`` : odds below which explanations are tied.
-    ``pays`` : least share of the remaining squared gap that a further cause must remove; form errors of a correct cause
-    let other causes remove about a tenth.
+    probable as not, ``left_by_several`` the same for several causes, ``misfit`` : slope of that probability over its
+    logarithm. ``doubt`` : least probability of an unknown cause if an effect is missing, because an unknown cause
+    sometimes acts exactly like a known one; ``doubt_of_several`` : the same for several causes, which imitate others
+    more easily. ``clean`` : RMS over the noise floor up to which no effect is missing; ``far`` : RMS over the floor
+    above which less may be left, by its square root: a correct cause leaves little even for a good sensor.
+    ``tie_odds`` : odds below which explanations are tied. ``pays`` : least share of the remaining squared gap that a
+    further cause must remove; form errors of a correct cause let other causes remove about a tenth.
 
     For a remainder far above the noise: ``most`` : share of the gap's RMS that the best single cause must remove from
     the fitted trials for an unknown cause to be less probable than not, ``most_of_several`` : the same for several;

@@ -110,8 +110,8 @@ class StepLimits:
     """Step limits; a longer step is shortened as a whole.
 
     ``common`` : largest change of each common unknown, (p,) or one number; ``own`` : of a trial's own. ``follow`` :
-    each trial's own step is optimal for the common step after shortening and bounds;
-    otherwise it is solved first and shortened with the common step.
+    each trial's own step is optimal for the common step after shortening and bounds; otherwise it is solved first and
+    shortened with the common step.
     """
 
     common: Array | float = np.inf

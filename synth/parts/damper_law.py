@@ -3,13 +3,12 @@
 Vendors of oil rotary dampers publish one torque at one speed. Below it the curve is concave, so a
 straight line through that point is *too low* at low speed, and a damper chosen by it is too strong.
 
-Evidence for the exponent: drop tests of three McMaster-Carr 6597K oil dampers in a leg (Agile and Adaptive
-Robotics Laboratory, Published-Data, the data of the Krnacik thesis) follow ``torque ~ speed^n`` with n = 0.452
-(6597K21), 0.440 (6597K19) and 0.498 (6597K8) between 0.05 and 3.7 rad/s; for two of them the law through the vendor's
-point alone predicts the torque within about 10 %. Angle and speed are correlated in a drop, so dry friction plus a
-linear
-rate is not excluded. The law is therefore an assumption: exponent 0.47, between 0.44 and 0.50. A measured curve
-replaces it (``damper_curves.csv``), and one vendor of shear dampers states torque proportional to speed (``linear``).
+Evidence for the exponent: drop tests of three McMaster-Carr 6597K oil dampers in a leg (Agile and Adaptive Robotics
+Laboratory, Published-Data, the data of the Krnacik thesis) follow ``torque ~ speed^n`` with n = 0.452 (6597K21), 0.440
+(6597K19) and 0.498 (6597K8) between 0.05 and 3.7 rad/s; for two of them the law through the vendor's point alone
+predicts the torque within about 10 %. Angle and speed are correlated in a drop, so dry friction plus a linear rate is
+not excluded. The law is therefore an assumption: exponent 0.47, between 0.44 and 0.50. A measured curve replaces it
+(``damper_curves.csv``), and one vendor of shear dampers states torque proportional to speed (``linear``).
 """
 
 from __future__ import annotations

@@ -144,5 +144,5 @@ class _TimeBudget:
 
 
 def default_count(rig: Rig, seed: int) -> int:
-    """A rehearsal without output."""
+    """Number of cases of a rehearsal for which none is stated: some for each cause, and some without a listed one."""
     return CASES_A_CAUSE * (len(places(rig, seed)) + 2 * (len(places(rig, seed)) // OTHERS))

@@ -1,9 +1,8 @@
 """Hypotheses fitted to jumps, by ``synth.estimation``; each trial's own unknowns are eliminated.
 
 Derivatives are differences between lanes that share every step of the integration. For a leaning trial, those by
-unknowns
-that only a lean shows are computed with the planar form, all others with an upright jump: the planar form takes a
-hundred times as long as a lane.
+unknowns that only a lean shows are computed with the planar form, all others with an upright jump: the planar form
+takes a hundred times as long as a lane.
 """
 
 from __future__ import annotations
