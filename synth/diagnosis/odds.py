@@ -26,7 +26,7 @@ from synth.arrays import Array
 from synth.diagnosis.hypotheses import Assessed, F, Key, TrialErrors
 
 # RMS over the noise floor of the best explanation on unseen trials: below the first it is at the floor, above
-# the second it is a remainder. A remainder of 4.8 floors of a gap of 82 is small causes, not noise: with 9 for the
+# the second it is a remainder. 4.8 noise floors of a gap of 82 are small causes, not noise: with 9 for the
 # second, a spring that was not there had 10^25 times the odds of a shifted free angle that was, and left 6.3; now they
 # are tied. On 284 dirty rigs of seeds 9500 to 9700 the main cause came first in 91.0 % with these numbers and in 89.7 %
 # with 3 and 4.5, the probability was off by .103 and .109; the verdicts on 60 clean cases are the same.
@@ -183,7 +183,7 @@ def _before_draws(hypotheses: Sequence[Assessed[F]], share: float, calibration: 
 
 
 def unknowns_and_states(hypotheses: Sequence[Assessed[F]]) -> list[int]:
-    """Of each hypothesis its unknowns, and the initial states of its own links in all trials."""
+    """Number of each hypothesis's unknowns, and of the initial states of its own links in all trials."""
     trials = _trial_count(hypotheses)
     return [h.n_unknown + trials * h.n_state for h in hypotheses]
 
@@ -291,7 +291,7 @@ def _drawn(hypotheses: Sequence[Assessed[F]]) -> Array:
 
 
 def _errors(item: Assessed[F]) -> TrialErrors | None:
-    """By trial: of the fitted trials, or of those left out if only these are known."""
+    """Errors by trial: of the fitted trials, or of those left out if only these are known."""
     return item.seen if item.seen is not None else item.unseen
 
 

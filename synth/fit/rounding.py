@@ -69,7 +69,7 @@ def _table(ratio: float, huber: float) -> tuple[Array, Array, Array, Array]:
 
 
 def _probability(distance: float, ratio: float) -> float:
-    """Of the cell of width ``ratio`` about a reading; all in ``noise``."""
+    """Probability of the cell of width ``ratio`` about a reading; all in ``noise``."""
     return 0.5 * (math.erfc((distance - ratio / 2) / math.sqrt(2)) - math.erfc((distance + ratio / 2) / math.sqrt(2)))
 
 

@@ -29,7 +29,7 @@ from synth.motion.noise import white_noise
 ZERO = np.radians(10.0)  # largest error of an encoder's zero
 LEAST_MOTION = np.radians(2.0)  # of the upper link; less is not a jump
 QUIET = 0.02  # s, least time that a foot in the air leaves the plate quiet
-COARSE = 0.1  # of a rise: a wider half interval is told, being what the models are often apart
+COARSE = 0.1  # of a rise, which models are often apart: a wider half interval is reported
 
 
 @dataclass(frozen=True)

@@ -158,7 +158,7 @@ class _Shares:
 
     @classmethod
     def of(cls, time: Array, grid: Array, position: Indices) -> _Shares:
-        """Of the grid's points (n,) between the samples ``position - 1`` and ``position``."""
+        """The shares of the grid's points (n,) between the samples ``position - 1`` and ``position``."""
         left = position - 1
         return cls(left, ((grid - time[left]) / (time[position] - time[left])).clip(0.0, 1.0))
 

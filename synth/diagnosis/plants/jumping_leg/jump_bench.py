@@ -218,11 +218,11 @@ class _Hypothesis(LeastSquares[JumpFit]):
         return [self.bench.evaluate(point) for point in points]
 
     def normal(self, point: JumpFit) -> ReducedNormal:
-        """By all unknowns."""
+        """Normal equations of all unknowns at a point."""
         return self.bench.normal(point)
 
     def bounds(self, point: JumpFit) -> tuple[Array, Array]:
-        """Of tolerances and causes."""
+        """Lowest and highest tolerances and causes' unknowns, (p,) each, whitened."""
         return self.bench.bounds(point.hypothesis)
 
     def limits(self, point: JumpFit) -> StepLimits:

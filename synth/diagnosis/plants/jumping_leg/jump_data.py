@@ -82,7 +82,7 @@ class Jump:
 
     @property
     def weight(self) -> float:
-        """Of each sample's squared error."""
+        """Weight of each sample's squared error."""
         return min(1.0, EFFECTIVE / len(self.time))
 
 
