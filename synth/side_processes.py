@@ -223,7 +223,7 @@ def serve(module: str, prepare: str, twins: Sequence[tuple[int, int]]) -> None:
     nothing = os.open(os.devnull, os.O_RDWR)
     os.dup2(nothing, 0)
     os.dup2(nothing, 1)  # kernels print there
-    with suppress(Exception):  # what is missing is said by the call that needs it
+    with suppress(Exception):  # the call that needs what is missing reports it
         getattr(importlib.import_module(module), prepare)()
     gc.freeze()  # what is loaded stays shared
     forked: list[int] = []

@@ -54,7 +54,7 @@ def content(result: Result, deflection: str = DEFLECTION) -> dict[str, Any] | Ab
 
 
 def _legend(result: Result, joints: list[str]) -> Markup | str:
-    """Of the laws that the figures of the missing torque hold."""
+    """The legend of the laws that the figures of the missing torque hold."""
     columns = ("speed", "deflection")
     drawn = []
     if any(_named(result, joint, column) for joint in joints for column in columns):

@@ -1,8 +1,7 @@
 """Modules made of generated source text, with compiled code cached on disk.
 
-The text is executed as a module in memory; only its compiled code is stored
-(``synth.compiling.compiled``). The module's name contains a hash of the text and its dependencies, so a change
-recompiles.
+The text is executed as a module in memory; only its compiled code is stored (``synth.compiling.compiled``). The
+module's name contains a hash of the text and its dependencies, so a change recompiles.
 """
 
 from __future__ import annotations

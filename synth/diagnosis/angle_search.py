@@ -235,7 +235,7 @@ class AngleExplorer:
         An anchor's tolerances and initial states are those that imitate the cause it lacks. Sets of causes are
         therefore fitted from the unchanged leg and the recorded initial states too, each once, and all pairs of the
         best ``singles`` with them. On a simulated pendulum that rubs, with a stated spring that is not there, the two
-        causes together left 6.4 floors from the anchor, and 1.0 from the unchanged leg. Sets with a simpler cause in
+        causes left 6.4 noise floors from the anchor, and 1.0 from the unchanged leg. Sets with a simpler cause in
         place of one are among them: the anchor is the cause that imitates two, and often has more unknowns than needed.
         """
         bench = self.bench

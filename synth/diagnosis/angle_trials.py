@@ -81,7 +81,7 @@ class AngleTrial:
         )
 
     def thinner(self, samples: int) -> AngleTrial:
-        """About ``samples`` of the samples, evenly spaced."""
+        """The trial with about ``samples`` of the samples, evenly spaced."""
         every = max(1, round(len(self.time) / samples))
         relative = None if self.relative is None else self.relative[::every]
         return replace(

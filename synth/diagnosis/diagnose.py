@@ -69,7 +69,7 @@ class Findings(Generic[F, S]):
         return (self.odds.accepted if accepted else self.found.none).fit
 
     def fields(self) -> dict[str, Any]:
-        """The fields of ``result.Diagnosis`` except ``where``."""
+        """The fields of ``Diagnosis`` except ``where``."""
         return {
             "verdict": self.judged.verdict,
             "sentence": self.sentence,

@@ -59,7 +59,7 @@ class Hangs:
         return (self.against + 0.5) / (self.of + 1.0) if self.against else 0.0
 
     def warnings(self) -> tuple[str, ...]:
-        """In sentences."""
+        """What to doubt, in sentences."""
         said = [
             decisive(
                 f"the verdict depends on {name}: without it {other}. Check it first (its start, its rest position, "

@@ -44,14 +44,6 @@ T = TypeVar("T")  # a trial
 S = TypeVar("S")  # a trial's prediction
 
 
-class NamedTrial(Protocol):
-    """A trial with a name."""
-
-    @property
-    def name(self) -> str:
-        """The file."""
-
-
 @dataclass(frozen=True)
 class MenuItem(Generic[T]):
     """A possible next trial.

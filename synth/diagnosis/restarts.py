@@ -125,7 +125,7 @@ def exchanged(
 
 
 def _best_starts(fits: Sequence[EvaluatedHypothesis], most: int) -> list[EvaluatedHypothesis]:
-    """At most so many of each cause, in order of cost."""
+    """Starts: at most so many of each cause, in order of cost."""
     count: dict[tuple[tuple[str, str], ...], int] = {}
     kept = []
     for fit in sorted(fits, key=lambda fit: fit.cost):

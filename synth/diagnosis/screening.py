@@ -39,7 +39,7 @@ class ScreeningFrame:
 
     @classmethod
     def of(cls, bench: Workbench, at: EvaluatedHypothesis) -> ScreeningFrame:
-        """At an evaluated fit with its own linearisation."""
+        """The screening at an evaluated fit with its own linearisation."""
         assert at.frame is not None
         slopes = [trial.projected for trial in at.frame.trials]
         if at.hypothesis:

@@ -24,7 +24,7 @@ from synth.diagnosis.workbench import RULE, HypothesisFits, Workbench
 LEFT = 0.01  # log-likelihood, largest fall that may be left: (1/7)^2 / 2
 FRAMES, STEPS = 8, 3  # most renewals of the derivatives; steps with each
 # Hypotheses continued, and their least weight. Valleys left up to 1.5 in log-likelihood, a factor of 4: what has less
-# than a quarter of the least weight that is told (2 %) does not come into the answer.
+# than a quarter of the least weight that is reported (2 %) does not come into the answer.
 MOST, LEAST_WEIGHT = 6, 0.005
 
 

@@ -34,7 +34,7 @@ ROUNDS = 3  # iterations without a fold
 SETTLED = 0.5  # decrease of the cost below which a step is the last
 FACTORS = (1.0, 30.0)  # on the damping, tried in parallel: the fit starts near its optimum
 GROWN = 1.1  # times the error of a trial in the fit that knows it: beyond, its initial state is fitted again
-DIVERGED = 1e4  # floors, error of a diverged motion
+DIVERGED = 1e4  # times the noise, error of a diverged motion
 
 
 def folds(bench: Workbench) -> list[tuple[int, ...]]:
@@ -158,18 +158,18 @@ class _Folds(HypothesisFits):
     """Fits that each leave a fold out: all trials are predicted, but only the others count."""
 
     def evaluate(self, points: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
-        """As if the fold were absent."""
+        """The point as if the fold were absent."""
         return [self.judged(fit) for fit in self.bench.evaluate(points)]
 
     def judged(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
-        """With the cost of the trials that count."""
+        """The point with the cost of the trials that count."""
         squares, total = kept(self.bench, fit.residuals, _out(fit))
         unknowns = fit.unknowns
         cost = total * float(np.log1p(squares / total)) + 0.5 * float(unknowns @ unknowns)
         return replace(fit, cost=cost if np.isfinite(cost) else np.inf)
 
     def normal(self, point: EvaluatedHypothesis) -> LinearisedNormal:
-        """Of the trials that count; the others' states are refitted."""
+        """Normal equations of the trials that count; the others' states are refitted."""
         squares, total = kept(self.bench, point.residuals, _out(point))
         residuals = [np.nan_to_num(r, nan=DIVERGED, posinf=DIVERGED) for r in point.residuals]
         columns = [np.nan_to_num(c, nan=0.0, posinf=0.0, neginf=0.0) for c in point.columns]

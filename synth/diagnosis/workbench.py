@@ -113,7 +113,7 @@ class Workbench:
         return together(self.trials)
 
     def whitener(self, *trials: AngleTrial) -> Whitener:
-        """Of the predictions of one trial, or of trials ``together``."""
+        """The whitener of the predictions of one trial, or of trials ``together``."""
         key = id(trials[0]), len(trials)
         if key not in self._whiteners:
             self._whiteners[key] = trials, Whitener.of(trials, [self.sigma(trial) for trial in trials])
@@ -189,7 +189,7 @@ class Workbench:
         return Linearisation(tuple(part for found in parts for part in found))
 
     def _parts(self, inside: range, fit: EvaluatedHypothesis, kept: Kept) -> list[TrialLinearisation]:
-        """Of trials ``together``."""
+        """Linearisations of trials ``together``."""
         alive, trials = list(self.predictor.open_tolerances), self.trials[inside.start : inside.stop]
         states, made = _started(fit, inside), []
         _, all_slopes = self._slopes(trials, fit, states, alive, kept)
@@ -364,13 +364,13 @@ class HypothesisFits(LeastSquares[EvaluatedHypothesis]):
         return self.bench.evaluate(points)
 
     def normal(self, point: EvaluatedHypothesis) -> LinearisedNormal:
-        """By the linearisation, and the effect's own columns."""
+        """Normal equations by the linearisation, and the effect's own columns."""
         frame = point.frame or self.frame
         assert frame is not None
         return self.bench.normal(point, frame)
 
     def bounds(self, point: EvaluatedHypothesis) -> tuple[Array, Array]:
-        """Of tolerances and causes."""
+        """Lowest and highest tolerances and causes' unknowns, (p,) each, whitened."""
         return self.bench.bounds(point.hypothesis)
 
     def limits(self, point: EvaluatedHypothesis) -> StepLimits:

@@ -110,8 +110,8 @@ class StepLimits:
     """Step limits; a longer step is shortened as a whole.
 
     ``common`` : largest change of each common unknown, (p,) or one number; ``own`` : of a trial's own. ``follow`` :
-    each trial's own step is optimal for the common step after shortening and bounds;
-    otherwise it is solved first and shortened with the common step.
+    each trial's own step is optimal for the common step after shortening and bounds; otherwise it is solved first and
+    shortened with the common step.
     """
 
     common: Array | float = np.inf
@@ -129,11 +129,6 @@ class NormalEquations(ABC):
     @abstractmethod
     def scale(self) -> DampingScale:
         """The diagonals of the damped matrices."""
-
-    @property
-    @abstractmethod
-    def n_common(self) -> int:
-        """Number of common unknowns."""
 
     @abstractmethod
     def damped(self, damping: float, scale: DampingScale) -> tuple[Array, Array]:
@@ -215,11 +210,6 @@ class ArrowNormal(NormalEquations):
         return cls(grouped(information.own, own_gradient, [c.T for c in information.cross]), information, gradient)
 
     @property
-    def n_common(self) -> int:
-        """Number of common unknowns."""
-        return len(self.gradient)
-
-    @property
     def scale(self) -> DampingScale:
         """The diagonals."""
         return DampingScale(
@@ -271,11 +261,6 @@ class ReducedNormal(NormalEquations):
         matrix = sum((part for part, _ in parts), prior.copy())
         gradient = sum((part for _, part in parts), prior_gradient.copy())
         return cls(groups, matrix, gradient, parts)
-
-    @property
-    def n_common(self) -> int:
-        """Number of common unknowns."""
-        return len(self.gradient)
 
     @property
     def scale(self) -> DampingScale:

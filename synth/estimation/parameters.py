@@ -91,7 +91,7 @@ class Parameter:
 
     ``default``: the value if a file gives none; None: required. ``off``: the value that represents a joint without the
     effect. ``prior`` None: never estimated. A parameter with ``natural`` False has its prior in its own SI
-    unit, otherwise in the joint's natural size (see ``diagnosis.candidates``), which counts up to ``largest``, SI.
+    unit, otherwise in the joint's natural size (see ``chain_candidates``), which counts up to ``largest``, SI.
     ``anchor`` "middle": its prior is relative to the middle of the joint's motion, in half its range; "settled": to
     the spring's deflection at the end of the trials. ``of`` : another free parameter by whose value the
     prior's is multiplied: a part that is smaller than another one, or belongs to another effect. ``above``,

@@ -224,10 +224,9 @@ def _too_wide(
 def _radians_as_degrees(table: CsvTable, leg: Leg, angles: Array) -> list[Problem]:
     """Refuse angles below 2 pi that are plausible for this leg only as radians.
 
-    The reference is the position of each joint in the leg file: the middle of its range, else its spring's free
-    angle, else
-    its straight position. As degrees the angles must be far from there (60 degrees or more in the root mean
-    square over the joints, and outside a given range), and as radians less than half as far.
+    The reference is the position of each joint in the leg file: the middle of its range, else its spring's free angle,
+    else its straight position. As degrees the angles must be far from there (60 degrees or more in the root mean square
+    over the joints, and outside a given range), and as radians less than half as far.
     """
     numbers = angles / radians(1.0)
     if np.nanmax(np.abs(numbers)) > 2 * pi:

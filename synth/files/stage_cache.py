@@ -1,9 +1,8 @@
 """Results of stages cached on disk by a hash of all their input, so that unchanged stages are not repeated.
 
 A key contains the inputs' content, the program's own source and its libraries' versions, so an entry never becomes
-outdated. The folder belongs to the user (``synth.cache``); an entry lists
-its files with their hashes, and a damaged one is removed and made again. Values are stored
-as JSON and arrays (``plain_value``).
+outdated. The folder belongs to the user (``synth.cache``); an entry lists its files with their hashes, and a damaged
+one is removed and made again. Values are stored as JSON and arrays (``plain_value``).
 """
 
 from __future__ import annotations

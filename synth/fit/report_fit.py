@@ -71,7 +71,7 @@ class FittedTreatments:
 
     @property
     def stage(self) -> Stage:
-        """Of the chosen treatment."""
+        """Stage of the chosen treatment."""
         return self.treatments[self.mode].stage
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, finite_median
 from synth.estimation.correlation import correlation_factors
 from synth.estimation.intervals import NORMAL90, covariance_of
 from synth.fit.least_squares import Solution
@@ -14,6 +14,7 @@ from synth.fit.recordings import Recording
 from synth.fit.rounding import encoder_counts
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers
+from synth.motion.noise import MAD_TO_SD
 from synth.remarks import Remark, at_joint
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import outboard_inertia
@@ -40,7 +41,7 @@ def clipped_rms(recordings: Sequence[Recording], predictions: Sequence[Array]) -
     """
     columns = _by_joint(recordings, predictions)
     sizes = [np.abs(column) for column in columns]
-    scales = [1.4826 * _median(size) + 1e-12 for size in sizes]
+    scales = [MAD_TO_SD * finite_median(size) + 1e-12 for size in sizes]
     found = [_clipped(size, scale) for size, scale in zip(sizes, scales, strict=True)]
     far = [j for j, (size, scale) in enumerate(zip(sizes, scales, strict=True)) if len(size) and size.max() > 6 * scale]
     if far:  # at rest on one count all residuals may be almost zero
@@ -57,16 +58,6 @@ def _by_joint(recordings: Sequence[Recording], predictions: Sequence[Array]) -> 
     if good.all():
         return list(np.ascontiguousarray(stacked.T))
     return [column[mask] for column, mask in zip(stacked.T, good.T, strict=True)]
-
-
-def _median(size: Array) -> float:
-    """Of (m,) values that are finite; nan for none."""
-    if not len(size):
-        return float("nan")
-    middle = len(size) // 2
-    if len(size) % 2:
-        return float(np.partition(size, middle)[middle])
-    return float(np.partition(size, (middle - 1, middle))[middle - 1 : middle + 1].mean())
 
 
 def _clipped(size: Array, scale: float) -> float:

@@ -18,6 +18,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording
+from synth.motion.noise import difference_scale, robust_deviation
 
 PUSHED = 1.2  # weights of ground force that only a push gives: a leg at rest has one
 DRAWN, TURNED = 0.5, 0.5  # of the largest current and of the angle that the leg opens by: in the push for certain
@@ -83,7 +84,7 @@ def _first_sharp(jump: HopperRecording, weight: float) -> str | None:
 
 def push_level(force: Array, weight: float) -> float:
     """Ground force that only the push and a landing reach, N: over the weight and its noise, below half the peak."""
-    return min(max(PUSHED * weight, weight + 5.0 * white_noise(force)), 0.5 * (weight + float(force.max())))
+    return min(max(PUSHED * weight, weight + 5.0 * noise_of(force)), 0.5 * (weight + float(force.max())))
 
 
 def push_begins(force: Array, weight: float) -> int:
@@ -98,10 +99,13 @@ def _first_above(values: Array, level: float) -> int:
     return int(np.argmax(twice if twice.any() else above))
 
 
-def white_noise(values: Array) -> float:
-    """Standard deviation of white noise on a smooth curve, from the median of third differences."""
+def noise_of(values: Array) -> float:
+    """Standard deviation of the white noise of a column (n,), in its unit; 0 for one that is too short to show it.
+
+    Of third differences about their median, which on a curve with few samples is not zero.
+    """
     third = np.diff(values, 3)
-    return float(1.4826 * np.median(np.abs(third - np.median(third))) / np.sqrt(20.0)) if len(third) > 8 else 0.0
+    return robust_deviation(third - np.median(third)) / difference_scale(3) if len(third) > 8 else 0.0
 
 
 def _from_sharp(jump: HopperRecording, weight: float) -> SwitchOn:
@@ -115,7 +119,7 @@ def _from_sharp(jump: HopperRecording, weight: float) -> SwitchOn:
     else:
         scale, within = weight, push_begins(values, weight)
     level = float(np.median(values[: max(1, within // 2)]))
-    noise = white_noise(values[: within // 2])
+    noise = noise_of(values[: within // 2])
     moved = np.abs(values[:within] - level) > max(5.0 * noise, RISEN[source] * scale)
     still = np.flatnonzero(~moved)
     last = int(still[-1]) if len(still) else 0

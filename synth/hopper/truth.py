@@ -5,10 +5,9 @@ ground clearance; the leg with 12 cm and 210:1 jumped 18.3 cm on average over th
 height relative to its length. Not published: the crouch, the definition of clearance, the supply under load,
 the flexures, friction, rotor inertia and inductance, and the motors' make.
 
-Two poses are compared. ``lab``: the start of the lab's public simulation. ``matched``: the one free
-number, the fold of the legs (the lower links' angle, equal for all lengths), set so that model D's total height at 12
-cm
-and 210:1 is the published 22 cm. The prediction of ``full`` for the 18.3 cm is then a test without free parameters.
+Two poses are compared. ``lab``: the start of the lab's public simulation. ``matched``: the one free number, the fold of
+the legs (the lower links' angle, equal for all lengths), set so that model D's total height at 12 cm and 210:1 is the
+published 22 cm. The prediction of ``full`` for the 18.3 cm is then a test without free parameters.
 """
 
 from __future__ import annotations

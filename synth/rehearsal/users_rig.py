@@ -121,7 +121,7 @@ def users_rig(project: GapProject) -> Rig:
 
 
 def _inputs(project: GapProject, trial: Trial, recording: Recording) -> DriveInputs | None:
-    """Of a trial's servos, on the recording's clock."""
+    """Inputs of a trial's servos, on the recording's clock."""
     if trial.signals is None or recording.signals is None:
         return None
     start = float(trial.signals.time[0] - recording.signals.time[0])

@@ -21,7 +21,7 @@ from synth.planting.effect_size import PlainMotion, PlantedCause, combined
 from synth.planting.explained_gap import PlainFit
 from synth.planting.forms import Form, Maker, NotApplicable
 from synth.planting.model import PARAMETERS, Array, Truth
-from synth.planting.parameter_errors import EFFECTS_OF_NUMBER, PARAMETER_ERRORS, TORQUE_ERRORS
+from synth.planting.parameter_errors import PARAMETER_ERRORS, TORQUE_ERRORS
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import TOLERANCE, Setup
 from synth.planting.simulation import Motion
@@ -46,6 +46,16 @@ LATE_JOINTS = 2  # fewest joints of a leg with one late channel
 DOMINATES = 0.5
 ALIKE = 0.1  # of the main cause's gap: another single cause that leaves less counts as right
 ATTEMPTS = 40
+# Effects that correctly name a parameter of the leg that is two or three tolerances off.
+EFFECTS_OF_NUMBER: dict[str, tuple[str, ...]] = {
+    "length": (),
+    "mass": ("link_mass", "link_inertia"),
+    "com": ("link_inertia", "link_mass"),
+    "inertia": ("link_inertia", "link_mass", "armature"),
+    "spring": ("spring_rate",),
+    "damper": ("viscous_damping",),
+    "free_angle": ("spring_preload",),
+}
 
 
 @dataclass(frozen=True)

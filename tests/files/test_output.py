@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from synth.errors import UserError
 from synth.files import text_forms
 from synth.files.output import output_folder, sha256_file, write_csv, write_json
-from synth.files.result_values import read_design, read_fit, read_result, value_in_si
+from synth.files.result_values import read_design, read_fit, read_result
 
 
 def names(folder: Path) -> list[str]:
@@ -288,13 +288,6 @@ def test_bad_results(tmp_path: Path, text: str, words: str) -> None:
     with pytest.raises(UserError) as caught:
         read_fit(tmp_path / "fit.json")
     assert words in str(caught.value)
-
-
-def test_values_come_back_in_si() -> None:
-    assert value_in_si({"value": 180, "unit": "deg"}, "rad") == pytest.approx(math.pi)
-    for bad in ({"value": 1}, {"value": "1", "unit": "m"}, {"value": 1, "unit": "kg"}, {"value": True, "unit": "m"}):
-        with pytest.raises(UserError):
-            value_in_si(bad, "m")
 
 
 def test_a_large_result_is_refused_by_size(tmp_path: Path) -> None:

@@ -252,25 +252,19 @@ class TestIncludedAngle:
 
     @given(st.floats(0.0, math.tau - 1e-6), st.integers(1, 20), st.sampled_from(coil_angle.CONVENTIONS))
     def test_round_trip(self, angle: float, whole: int, convention: coil_angle.Convention) -> None:
-        coils = coil_angle.coils_for_angle(whole, angle, convention)
+        coils = whole + coil_angle.coil_fraction(angle, convention)
         assert whole <= coils < whole + 1
         back = coil_angle.included_angle(coils, convention)
         assert math.remainder(back - angle, math.tau) == pytest.approx(0.0, abs=1e-9)
 
-    def test_thesis_hip_is_by_no_convention(self) -> None:
-        with pytest.raises(
-            UserError, match=r"1\.04 coils with tangent legs give 165\.6 deg; 105 deg takes 1\.208 coils"
-        ):
-            coil_angle.require_agreement(1.04, math.radians(105.0))
-        for convention in ("radial", "axial"):
-            with pytest.raises(UserError, match="contradict each other"):
-                coil_angle.require_agreement(1.04, math.radians(105.0), convention)  # type: ignore[arg-type]
-
-    def test_convention_that_would_fit_is_named(self) -> None:
-        coil_angle.require_agreement(5.25, math.radians(90.0), "radial")
-        coil_angle.require_agreement(6.17, math.radians(120.0))
-        with pytest.raises(UserError, match="With radial or axial legs they agree"):
-            coil_angle.require_agreement(5.17, math.radians(61.2))
+    @pytest.mark.parametrize(
+        ("coils", "degrees", "fitting"),
+        [(1.04, 105.0, set()), (5.25, 90.0, {"tangent", "radial", "axial"}), (5.17, 61.2, {"radial", "axial"})],
+        ids=["the thesis's hip", "a right angle", "between the legs' positions"],
+    )
+    def test_conventions_that_fit(self, coils: float, degrees: float, fitting: set[str]) -> None:
+        off = {each: coil_angle.angle_mismatch(coils, math.radians(degrees), each) for each in coil_angle.CONVENTIONS}
+        assert {each for each, angle in off.items() if abs(angle) <= coil_angle.TOLERANCE} == fitting
 
 
 class TestBadInput:

@@ -41,7 +41,7 @@ class Products:
     tolerances: Array
 
     def __add__(self, other: Products) -> Products:
-        """With further trials."""
+        """The responses with further trials."""
         return Products(self.own + other.own, self.across + other.across, self.tolerances + other.tolerances)
 
     @property

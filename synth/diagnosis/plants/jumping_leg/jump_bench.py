@@ -1,9 +1,8 @@
 """Hypotheses fitted to jumps, by ``synth.estimation``; each trial's own unknowns are eliminated.
 
 Derivatives are differences between lanes that share every step of the integration. For a leaning trial, those by
-unknowns
-that only a lean shows are computed with the planar form, all others with an upright jump: the planar form takes a
-hundred times as long as a lane.
+unknowns that only a lean shows are computed with the planar form, all others with an upright jump: the planar form
+takes a hundred times as long as a lane.
 """
 
 from __future__ import annotations
@@ -219,11 +218,11 @@ class _Hypothesis(LeastSquares[JumpFit]):
         return [self.bench.evaluate(point) for point in points]
 
     def normal(self, point: JumpFit) -> ReducedNormal:
-        """By all unknowns."""
+        """Normal equations of all unknowns at a point."""
         return self.bench.normal(point)
 
     def bounds(self, point: JumpFit) -> tuple[Array, Array]:
-        """Of tolerances and causes."""
+        """Lowest and highest tolerances and causes' unknowns, (p,) each, whitened."""
         return self.bench.bounds(point.hypothesis)
 
     def limits(self, point: JumpFit) -> StepLimits:

@@ -95,7 +95,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
     def left_where(
         self, predicted: Sequence[ScoredJump], unread: Sequence[ScoredJump] = ()
     ) -> tuple[Mapping[str, float], Mapping[str, float]]:
-        """By place and phase, over all channels in units of their samples' uncertainty."""
+        """The remainder by place and phase, over all channels in units of their samples' uncertainty."""
         lacks = [missing(trial, told) for trial, told in zip(self.scored, predicted, strict=True)]
         found = where(self.scored, predicted, lacks)
         return found.joint, found.phase

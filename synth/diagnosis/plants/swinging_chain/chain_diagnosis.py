@@ -158,14 +158,14 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return [at_edges(trial, self.scene.coarse, self.scene.usual) for trial in trials]
 
     def as_read(self, predicted: tuple[Array, ...]) -> tuple[Array, ...]:
-        """As channels with coarse counts would read them."""
+        """Predictions as channels with coarse counts would read them."""
         both = zip(self.scored, predicted, strict=True)
         return tuple(rounded(trial, prediction, self.scene.coarse) for trial, prediction in both)
 
     def left_where(
         self, predicted: Sequence[Array], unread: Sequence[Array] = ()
     ) -> tuple[dict[str, float], dict[str, float]]:
-        """By joint and phase, in squared degrees above the noise."""
+        """The remainder by joint and phase, in squared degrees above the noise."""
         noise, usual = self._noise(unread), self.scene.usual
         return left_where(self.scene.leg, self.whole, joined(self.scored, predicted), noise, usual)
 

@@ -68,7 +68,7 @@ class Predictor:
 
     @property
     def open_tolerances(self) -> list[int]:
-        """Number of tolerance unknowns that are not fixed."""
+        """Indices of the tolerance unknowns that are not fixed."""
         return np.flatnonzero(self.tolerances.width.reshape(-1) > 0.0).tolist()
 
     def coarser(self, tolerance: float) -> Predictor:

@@ -91,7 +91,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
         return replace(point, residuals=residuals, cost=cost if np.isfinite(cost) else np.inf)
 
     def framed(self, point: _TorqueFit) -> _TorqueFit:
-        """With derivatives at its own point."""
+        """The fit with derivatives at its own point."""
         plain = EvaluatedHypothesis((), point.unknowns[: self.bench.n_tolerance], point.states, point.residuals)
         heights = self.heights(point)
 
@@ -105,7 +105,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
         return replace(point, frame=self.driven(point).frame(plain), slopes=tuple(found))
 
     def normal(self, point: _TorqueFit) -> LinearisedNormal:
-        """Of the trials that count; the others' states are refitted."""
+        """Normal equations of the trials that count; the others' states are refitted."""
         squares, total = kept(self.bench, point.residuals, point.out)
         residuals = [np.nan_to_num(r, nan=DIVERGED, posinf=DIVERGED) for r in point.residuals]
         assert point.frame is not None
@@ -113,7 +113,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
         return normal.without_fold(point.out, point.unknowns)
 
     def bounds(self, point: _TorqueFit) -> tuple[Array, Array]:
-        """Of the tolerances; the hats have no bounds."""
+        """Lowest and highest unknowns, (p,) each: of the tolerances; the hats have no bounds."""
         low, high = self.bench.bounds(())
         free = np.full(self.hats.count, np.inf)
         return np.concatenate([low, -free]), np.concatenate([high, free])
