@@ -179,9 +179,7 @@ def _refitted(
         return (*values[:out], *values[out + 1 :])
 
     rest = replace(bench, trials=but(bench.trials))
-    fits = rest.evaluate(
-        [EvaluatedHypothesis(f.hypothesis, f.unknowns, but(f.states)) for f in (item.fit for item in found)]
-    )
+    fits = rest.evaluate([item.fit.start_at(states=but(item.fit.states)) for item in found])
     going = list(range(len(fits)))
     for _ in range(ROUNDS):
         better = rest.solve([replace(fresh(fits[i]), frame=rest.frame(fits[i])) for i in going], None, 3)

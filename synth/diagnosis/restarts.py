@@ -94,14 +94,12 @@ def beside_best(
     What acts like a cause that was found is near its optimum there, at a strength that has to be found: first on a
     coarse ladder, then between its rungs.
     """
-    size, own = bench.n_tolerance, 2 * len(bench.noise)  # a donor's states without those of the links it adds
+    size = bench.n_tolerance
     begun = []
     for donor in fits[:DONORS]:
-        states = tuple(state[:own] for state in donor.states)
+        plain = donor.start_at(hypothesis=(), unknowns=donor.unknowns[:size])
         starts = [
-            bench.awake(EvaluatedHypothesis((candidate,), np.concatenate([donor.unknowns[:size], point]), states))
-            for candidate in candidates
-            for point in candidate.starts()
+            bench.held(plain.beside([candidate], [point])) for candidate in candidates for point in candidate.starts()
         ]
         begun += bench.evaluate([rung for start in starts for rung in rungs(start, size)])
     near = _best_starts(begun, KEPT)
@@ -145,7 +143,7 @@ def _starts(
             if donor is not fit:
                 made += [_from(fit, donor, states) for states in _states(fit, donor)]
         common = np.arange(len(fit.unknowns)) < bench.n_tolerance
-        made += [_at(fit, np.where(common, fit.unknowns, factor * fit.unknowns), fit.states) for factor in STRENGTHS]
+        made += [fit.start_at(unknowns=np.where(common, fit.unknowns, factor * fit.unknowns)) for factor in STRENGTHS]
     return made
 
 
@@ -157,9 +155,5 @@ def _states(fit: EvaluatedHypothesis, donor: EvaluatedHypothesis) -> list[States
 
 def _from(fit: EvaluatedHypothesis, donor: EvaluatedHypothesis, states: States) -> EvaluatedHypothesis:
     """A cause with the tolerances of another one's fit."""
-    size = len(donor.unknowns) - sum(candidate.size for candidate in donor.hypothesis)
-    return _at(fit, np.concatenate([donor.unknowns[:size], fit.unknowns[size:]]), states)
-
-
-def _at(fit: EvaluatedHypothesis, unknowns: Array, states: States) -> EvaluatedHypothesis:
-    return fresh(replace(fit, unknowns=unknowns, states=states, residuals=(), columns=(), cost=np.inf, frame=None))
+    size = donor.n_tolerance
+    return fit.start_at(unknowns=np.concatenate([donor.unknowns[:size], fit.unknowns[size:]]), states=states)

@@ -7,7 +7,7 @@ everything else uses existing derivatives.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -199,4 +199,4 @@ def strengthened(fit: EvaluatedHypothesis, first: int, factor: float) -> Evaluat
     low, high = candidate.bounds()
     unknowns = fit.unknowns.copy()
     unknowns[first:] = np.clip(unknowns[first:] * np.where(strengths, factor, 1.0), low, high)
-    return replace(fit, unknowns=unknowns)
+    return fit.start_at(unknowns=unknowns, frame=fit.frame)

@@ -267,7 +267,11 @@ class Workbench:
         if all(len(state) == size for state in fit.states):
             return fit
         states = tuple(np.concatenate([state, np.zeros(size - len(state))]) for state in fit.states)
-        return replace(fit, states=states, residuals=(), columns=(), cost=np.inf, frame=None)
+        return fit.start_at(states=states)
+
+    def held(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
+        """A start of the fit with its joints' initial states, and zero ones for the links that its candidates add."""
+        return self.awake(fit.start_at(states=[state[: 2 * len(self.noise)] for state in fit.states]))
 
     def evaluate(self, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """Residuals and the effects' columns of many fits, packed into common lanes."""
@@ -386,8 +390,7 @@ class HypothesisFits(LeastSquares[EvaluatedHypothesis]):
     def moved(self, point: EvaluatedHypothesis, step: ParameterStep) -> EvaluatedHypothesis:
         """After a step, not evaluated."""
         states = self.bench.moved_states(point, step.own)
-        unknowns = point.unknowns + step.common
-        return replace(point, unknowns=unknowns, states=states, residuals=(), columns=(), cost=np.inf)
+        return point.start_at(unknowns=point.unknowns + step.common, states=states, frame=point.frame)
 
     def least_gain(self, cost: float) -> float:
         """The tolerance, independent of the cost."""

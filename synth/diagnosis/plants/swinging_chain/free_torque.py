@@ -129,7 +129,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
     def moved(self, point: _TorqueFit, step: ParameterStep) -> _TorqueFit:
         """After a step, not evaluated."""
         states = self.bench.moved_states(point, step.own)
-        return replace(point, unknowns=point.unknowns + step.common, states=states, residuals=(), cost=np.inf)
+        return point.start_at(unknowns=point.unknowns + step.common, states=states, frame=point.frame)
 
     def least_gain(self, cost: float) -> float:
         """Independent of the cost."""
