@@ -31,7 +31,9 @@ from synth.diagnosis.simpler_shapes import priced, worth_their_unknowns
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.linearisation import Linearisation
 
-BASE_ROUNDS = 5  # steps of the nominal leg, from which all candidates start
+# Renewals of the derivatives of the nominal leg, from which all candidates start, and steps with each. A cost, a
+# log-likelihood, that falls by 0.1 moves no unknown by a half of its deviation.
+BASE_FRAMES, BASE_STEPS, BASE_GAIN = 5, 2, 0.1
 SAME_START = 0.05  # of the largest motion: where initial rotations are nearer, one screening suffices
 CLOSER = 16  # of those, number fitted before the best are refined
 REFINED = 6  # single causes that get their own derivatives
@@ -90,13 +92,8 @@ def as_recorded(bench: Workbench) -> EvaluatedHypothesis:
 
 def fit_nominal(bench: Workbench, designed: EvaluatedHypothesis) -> EvaluatedHypothesis:
     """The nominal leg's best fit within the tolerances."""
-    fit = designed
-    for _ in range(BASE_ROUNDS):
-        before, fit = fit.cost, bench.solve([fresh(fit)], None, 2)[0]
-        fit = replace(fit, frame=bench.frame(fit))
-        if before - fit.cost < 0.1:  # log-likelihood: moves no unknown by a half of its deviation
-            break
-    return fit
+    (fit,) = refine(bench, [designed], BASE_FRAMES, BASE_GAIN, BASE_STEPS)
+    return replace(fit, frame=bench.frame(fit))
 
 
 def search(

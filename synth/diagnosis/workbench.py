@@ -29,6 +29,7 @@ RATE_STEP = 30.0  # s^-1, ratio of the steps of a rate and an angle, suited to l
 LIMIT = 2.5  # tolerances (standard deviations): a larger deviation counts as a cause, not a tolerance
 DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping, tried in parallel: lanes are cheaper than a failed step
 TASKS = 8  # least number of calls a core beyond the first: cores then wait little for the last one
+SOLVED = 0.5  # log-likelihood, fall of the cost below which a step is a fit's last: one standard deviation
 LONGEST = 3.0  # largest step of an effect's whitened unknown
 # After a failed step the damping rises above all values tried, by 900 and 10 more; a fit whose damping exceeds 1e5 has
 # found no better point in two such rounds.
@@ -297,7 +298,7 @@ class Workbench:
         return made
 
     def solve(
-        self, fits: Sequence[EvaluatedHypothesis], frame: Linearisation | None, rounds: int, tolerance: float = 0.5
+        self, fits: Sequence[EvaluatedHypothesis], frame: Linearisation | None, rounds: int, tolerance: float = SOLVED
     ) -> list[EvaluatedHypothesis]:
         """Improve all fits by at most ``rounds`` steps; ``frame`` for those without their own linearisation.
 
