@@ -33,6 +33,16 @@ def kept(bench: Workbench, residuals: Sequence[Array], out: Sequence[int]) -> tu
     return squares, float(sum(bench.independent(bench.trials[i]).sum() for i in inside))
 
 
+def finite(residual: Array) -> Array:
+    """The residual (m,), ``DIVERGED`` where it is not finite, in its direction where it has one."""
+    return np.nan_to_num(residual, nan=DIVERGED, posinf=DIVERGED, neginf=-DIVERGED)
+
+
+def bounded(residual: Array) -> Array:
+    """The residual (m,), at most ``DIVERGED`` in either direction, as where it is not finite."""
+    return np.clip(finite(residual), -DIVERGED, DIVERGED)
+
+
 def judged_without_fold(bench: Workbench, fit: F) -> F:
     """With the cost of the trials that count."""
     squares, total = kept(bench, fit.residuals, fit.out)
@@ -46,7 +56,7 @@ def normal_without_fold(bench: Workbench, fit: FitWithoutFold, columns: Sequence
     ``columns`` (M, k) per trial: whitened derivatives by the unknowns after the tolerances.
     """
     squares, total = kept(bench, fit.residuals, fit.out)
-    residuals = [np.nan_to_num(r, nan=DIVERGED, posinf=DIVERGED) for r in fit.residuals]
+    residuals = [finite(residual) for residual in fit.residuals]
     sound = [np.nan_to_num(c, nan=0.0, posinf=0.0, neginf=0.0) for c in columns]
     assert fit.frame is not None
     normal = fit.frame.normal(residuals, sound, 2.0 / (1.0 + squares / total), fit.unknowns)

@@ -20,7 +20,7 @@ from synth.arrays import Array
 from synth.diagnosis.evaluated_hypothesis import DAMPING, EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.lanes import Kept
-from synth.diagnosis.left_out_fold import DIVERGED, FitWithoutFold, judged_without_fold, normal_without_fold
+from synth.diagnosis.left_out_fold import FitWithoutFold, bounded, judged_without_fold, normal_without_fold
 from synth.diagnosis.odds import in_order_of_odds
 from synth.diagnosis.prediction_error import BLOCKS
 from synth.diagnosis.score import from_state
@@ -174,7 +174,7 @@ def cells(bench: Workbench, index: int, residual: Array) -> tuple[Array, Array, 
     where = trial.counts
     scale = np.broadcast_to(bench.tempering(trial), where.shape)
     floors = np.zeros(where.shape)
-    floors[where] = np.minimum(np.nan_to_num(residual[: where.sum()] * scale[where], nan=DIVERGED), DIVERGED)
+    floors[where] = bounded(residual[: where.sum()] * scale[where])
     counts = np.array([part.sum() for part in np.array_split(where, BLOCKS)], dtype=float)
     squares = np.array([part.sum() for part in np.array_split(floors**2, BLOCKS)]) / np.maximum(counts, 1.0)
     channels = [floors[where[:, j], j] for j in trial.free if where[:, j].any()]
