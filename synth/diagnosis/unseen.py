@@ -25,6 +25,7 @@ from synth.diagnosis.odds import in_order_of_odds
 from synth.diagnosis.prediction_error import BLOCKS
 from synth.diagnosis.score import from_state
 from synth.diagnosis.workbench import RULE, HypothesisFits, Workbench
+from synth.estimation.correlation import independent_errors
 from synth.estimation.intervals import NORMAL90, student95
 from synth.estimation.levenberg_marquardt import Iterate, minimise
 from synth.estimation.linearisation import LinearisedNormal
@@ -178,23 +179,4 @@ def cells(bench: Workbench, index: int, residual: Array) -> tuple[Array, Array, 
     counts = np.array([part.sum() for part in np.array_split(where, BLOCKS)], dtype=float)
     squares = np.array([part.sum() for part in np.array_split(floors**2, BLOCKS)]) / np.maximum(counts, 1.0)
     channels = [floors[where[:, j], j] for j in trial.free if where[:, j].any()]
-    return squares, counts, sum(independent(channel, trial.share * bench.effective) for channel in channels)
-
-
-def independent(error: Array, most: float) -> float:
-    """Number of independent errors in a series (m,), at most ``most``.
-
-    ``m / (1 + 2 sum rho_k)`` with the autocorrelations up to the first non-positive one (initial positive sequence:
-    Geyer, Stat. Sci. 7 (1992) 473), about zero: an error of constant sign counts fully.
-    """
-    count = len(error)
-    if count < 4:
-        return float(min(count, most))
-    size = 2 ** int(np.ceil(np.log2(2 * count)))
-    spectrum = np.fft.rfft(error, size)
-    correlation = np.fft.irfft(spectrum * spectrum.conj(), size)[: count // 2]
-    if correlation[0] <= 0.0:
-        return float(min(count, most))
-    rho = correlation[1:] / correlation[0]
-    positive = len(rho) if np.all(rho > 0.0) else int(np.argmax(rho <= 0.0))
-    return float(min(max(count / (1.0 + 2.0 * rho[:positive].sum()), 1.0), most))
+    return squares, counts, sum(independent_errors(channel, trial.share * bench.effective) for channel in channels)

@@ -19,7 +19,7 @@ from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.score import score
-from synth.diagnosis.unseen import cells, folds, independent, jackknife, unseen
+from synth.diagnosis.unseen import cells, folds, jackknife, unseen
 from synth.diagnosis.verdict import judge, of_no_account, paying, with_counts
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
@@ -53,19 +53,6 @@ def with_fitted(item: Assessed, ratio: float) -> Assessed:
     """With errors of the fitted trials, the same RMS over the noise in each."""
     assert item.unseen is not None
     return replace(item, ratio=ratio, seen=held_out_error(*[ratio] * len(item.unseen.by_trial)))
-
-
-def test_white_errors_are_independent_and_slow_ones_are_not() -> None:
-    """Of an AR(1) series with coefficient a, n (1 - a)/(1 + a) (Priestley 1981, section 5.3.2)."""
-    generator = np.random.default_rng(1)
-    noise = generator.standard_normal(20_000)
-    slow = np.zeros(len(noise))
-    for k in range(1, len(noise)):
-        slow[k] = 0.9 * slow[k - 1] + noise[k]
-    assert independent(noise, 1e9) == pytest.approx(len(noise), rel=0.1)
-    assert independent(slow, 1e9) == pytest.approx(len(noise) * 0.1 / 1.9, rel=0.25)
-    assert independent(noise, 50.0) == 50.0
-    assert independent(np.ones(500), 50.0) < 5.0
 
 
 @pytest.mark.parametrize("away", [3e5, np.inf])
