@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -136,6 +137,11 @@ class ShapedEffect(ABC):
     def in_units(self, parameter: Parameter, value: Array) -> Array:
         """Natural values (n_lane,) of a free parameter in SI."""
         return value * self.natural_size(parameter)
+
+
+def unknown_slices(causes: Sequence[ShapedEffect], first: int) -> list[slice]:
+    """Places of each cause's unknowns among those of a hypothesis; ``first`` : number of tolerance unknowns."""
+    return [slice(*ends) for ends in pairwise(accumulate((cause.size for cause in causes), initial=first))]
 
 
 def shape_places(causes: Sequence[ShapedEffect]) -> list[int]:

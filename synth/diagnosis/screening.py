@@ -7,7 +7,7 @@ everything else uses existing derivatives.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -198,4 +198,4 @@ def strengthened(fit: EvaluatedHypothesis, first: int, factor: float) -> Evaluat
     low, high = candidate.bounds()
     unknowns = fit.unknowns.copy()
     unknowns[first:] = np.clip(candidate.strengthened(unknowns[first:], factor), low, high)
-    return replace(fit, unknowns=unknowns)
+    return fit.start_at(unknowns=unknowns, frame=fit.frame)

@@ -29,6 +29,7 @@ RATE_STEP = 30.0  # s^-1, ratio of the steps of a rate and an angle, suited to l
 LIMIT = 2.5  # tolerances (standard deviations): a larger deviation counts as a cause, not a tolerance
 DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping, tried in parallel: lanes are cheaper than a failed step
 TASKS = 8  # least number of calls a core beyond the first: cores then wait little for the last one
+SOLVED = 0.5  # log-likelihood, fall of the cost below which a step is a fit's last: one standard deviation
 LONGEST = 3.0  # largest step of an effect's whitened unknown
 # After a failed step the damping rises above all values tried, by 900 and 10 more; a fit whose damping exceeds 1e5 has
 # found no better point in two such rounds.
@@ -267,7 +268,11 @@ class Workbench:
         if all(len(state) == size for state in fit.states):
             return fit
         states = tuple(np.concatenate([state, np.zeros(size - len(state))]) for state in fit.states)
-        return replace(fit, states=states, residuals=(), columns=(), cost=np.inf, frame=None)
+        return fit.start_at(states=states)
+
+    def held(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
+        """A start of the fit with its joints' initial states, and zero ones for the links that its candidates add."""
+        return self.awake(fit.start_at(states=[state[: 2 * len(self.noise)] for state in fit.states]))
 
     def evaluate(self, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """Residuals and the effects' columns of many fits, packed into common lanes."""
@@ -293,7 +298,7 @@ class Workbench:
         return made
 
     def solve(
-        self, fits: Sequence[EvaluatedHypothesis], frame: Linearisation | None, rounds: int, tolerance: float = 0.5
+        self, fits: Sequence[EvaluatedHypothesis], frame: Linearisation | None, rounds: int, tolerance: float = SOLVED
     ) -> list[EvaluatedHypothesis]:
         """Improve all fits by at most ``rounds`` steps; ``frame`` for those without their own linearisation.
 
@@ -386,8 +391,7 @@ class HypothesisFits(LeastSquares[EvaluatedHypothesis]):
     def moved(self, point: EvaluatedHypothesis, step: ParameterStep) -> EvaluatedHypothesis:
         """After a step, not evaluated."""
         states = self.bench.moved_states(point, step.own)
-        unknowns = point.unknowns + step.common
-        return replace(point, unknowns=unknowns, states=states, residuals=(), columns=(), cost=np.inf)
+        return point.start_at(unknowns=point.unknowns + step.common, states=states, frame=point.frame)
 
     def least_gain(self, cost: float) -> float:
         """The tolerance, independent of the cost."""
