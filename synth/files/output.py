@@ -11,6 +11,7 @@ import tempfile
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -24,7 +25,9 @@ from synth.files.text_forms import cells, defused, json_text, plain
 
 MANIFEST = ".synth-output"  # lists a run's files, so that the next run may replace only these
 _IGNORED = frozenset({MANIFEST, ".DS_Store", "Thumbs.db", "desktop.ini"})
-_written: list[Path] = []  # temporary folders of active runs, innermost last
+# Temporary folders of the active runs of this thread, innermost last: two threads may write two results at once.
+_written: ContextVar[tuple[Path, ...]] = ContextVar("temporary folders of active runs", default=())
+_asking = threading.Lock()
 _USER_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG})
 
 
@@ -64,7 +67,7 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
         _remove_empty(made)
         raise
     finished = False
-    _written.append(temporary)
+    token = _written.set((*_written.get(), temporary))
     try:
         with terminated_as_exception(), disk_errors_as(name, temporary):
             yield temporary
@@ -74,7 +77,7 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
                 _move(temporary, target)
             finished = True
     finally:
-        _written.remove(temporary)
+        _written.reset(token)
         if not finished:
             remove_tree(temporary)
             _remove_empty(made)
@@ -216,9 +219,9 @@ def _require_inside(path: Path, folder: Path) -> None:
 
 
 def _require_within_run(path: Path) -> None:
-    """Refuse to write elsewhere while a run writes its folder."""
-    if _written:
-        _require_inside(path, _written[-1])
+    """Refuse to write elsewhere while a run of this thread writes its folder."""
+    if folders := _written.get():
+        _require_inside(path, folders[-1])
 
 
 def _check_target(target: Path, name: str, overwrite: bool) -> None:
@@ -264,8 +267,9 @@ def _complete(folder: Path) -> None:
 
 def umask() -> int:
     """The permissions that new files of the user do not get; it can only be read by setting it."""
-    mask = os.umask(0)
-    os.umask(mask)
+    with _asking:  # a second thread between the two would read 0 and leave it so
+        mask = os.umask(0)
+        os.umask(mask)
     return mask
 
 
