@@ -24,7 +24,7 @@ from synth.commands.common_options import WITH_JSON, add_common
 from synth.commands.progress import Progress, printable
 from synth.compiling.modules import is_loaded
 from synth.errors import CannotBeHad, Problem, UserError
-from synth.threads import LIBRARIES
+from synth.threads import LIBRARIES, thread_count
 
 # One module of synth.commands each, imported when its command runs.
 COMMANDS = {
@@ -132,6 +132,7 @@ def _run(name: str, rest: list[str], quiet: bool) -> int:
         return int(done.code or 0)
     if surplus:
         raise UserError([Problem(f'"{word}" is an unexpected argument (see {parser.prog} --help)') for word in surplus])
+    thread_count()  # a wrong number of threads is refused before any work
     as_json = name in WITH_JSON and arguments.json
     with ExitStack() as stack:
         log = None

@@ -1,8 +1,9 @@
-"""The single thread pool of a process: all cores, or ``SYNTH_THREADS``; one thread in worker processes."""
+"""The single thread pool of a process: all its cores, or ``SYNTH_THREADS``; one thread in worker processes."""
 
 from __future__ import annotations
 
 import os
+import re
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -10,16 +11,38 @@ from contextlib import contextmanager
 from functools import lru_cache
 from typing import TypeVar
 
+from synth.errors import Problem, UserError
+
 T = TypeVar("T")
 VARIABLE = "SYNTH_THREADS"
 # Read by numpy's linear algebra when it is loaded; Dask sets the same for its workers.
 LIBRARIES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
+def core_count() -> int:
+    """Cores that this process may use: a scheduler's job or ``taskset`` may leave it few of the machine's.
+
+    macOS and Windows do not tell; there it is all cores.
+    """
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def thread_count() -> int:
-    """Threads for compiled code that releases the interpreter's lock."""
+    """Threads for compiled code that releases the interpreter's lock: ``SYNTH_THREADS``, else one a core.
+
+    Raises
+    ------
+    UserError : ``SYNTH_THREADS`` is not a whole number from 1 to 9999.
+    """
     text = os.environ.get(VARIABLE, "")
-    return int(text) if text.isdigit() and int(text) > 0 else os.cpu_count() or 1
+    if not text:
+        return core_count()
+    if not re.fullmatch(r"0*[1-9][0-9]{0,3}", text):
+        allowed = "must be a whole number of threads from 1 to 9999; unset it for one a core"
+        raise UserError(Problem(f'"{text}" {allowed}', key=VARIABLE))
+    return int(text)
 
 
 @lru_cache(maxsize=1)
