@@ -6,7 +6,7 @@ import os
 import re
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import TypeVar
@@ -55,17 +55,42 @@ def in_parallel(work: Callable[[int], T], count: int, most: int | None = None) -
 
     ``most`` : largest number in parallel. Do not nest calls: every thread might then wait for another.
     """
-    if count < 2 or min(thread_count(), most or count) < 2:
+    if _alone(count, most):
         return [work(index) for index in range(count)]
+    return list(_workers().map(_admitted(work, most), range(count)))
+
+
+def as_they_finish(work: Callable[[int], T], count: int, most: int | None = None) -> Iterator[tuple[int, T]]:
+    """Like ``in_parallel``, but each index with its result as soon as that is there, handed to the calling thread."""
+    if _alone(count, most):
+        yield from ((index, work(index)) for index in range(count))
+        return
+    admitted = _admitted(work, most)
+    running = {_workers().submit(admitted, index): index for index in range(count)}
+    try:
+        for done in as_completed(running):
+            yield running[done], done.result()
+    finally:
+        for waiting in running:
+            waiting.cancel()
+
+
+def _alone(count: int, most: int | None) -> bool:
+    """Whether the calling thread does all itself."""
+    return count < 2 or min(thread_count(), most or count) < 2
+
+
+def _admitted(work: Callable[[int], T], most: int | None) -> Callable[[int], T]:
+    """The work, of which at most so many pieces run at once."""
     if most is None or most >= thread_count():
-        return list(_workers().map(work, range(count)))
+        return work
     gate = threading.Semaphore(most)
 
     def admitted(index: int) -> T:
         with gate:
             return work(index)
 
-    return list(_workers().map(admitted, range(count)))
+    return admitted
 
 
 def shared_out(work: Callable[[int], T], count: int) -> list[T]:

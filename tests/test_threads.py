@@ -16,7 +16,7 @@ from synth import threads
 from synth.cli import main
 from synth.compiling import code_cache
 from synth.errors import UserError
-from synth.threads import VARIABLE, core_count, in_parallel, shared_out, thread_count
+from synth.threads import VARIABLE, as_they_finish, core_count, in_parallel, shared_out, thread_count
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -49,6 +49,32 @@ def test_results_are_in_order_and_no_more_than_so_many_run_at_once(most: int | N
     assert seen <= min(most or 4, 4)
     assert most == 1 or seen > 1
     assert shared_out(work, 7) == [k * k for k in range(7)]
+    assert sorted(as_they_finish(work, 7, most)) == [(k, k * k) for k in range(7)]
+
+
+@pytest.mark.usefixtures("four")
+def test_the_first_to_finish_comes_first_and_the_rest_is_left_out_after_an_error() -> None:
+    turns = [threading.Event() for _ in range(3)]
+    begun: list[int] = []
+
+    def work(index: int) -> int:
+        begun.append(index)
+        if index < 3:
+            turns[index].wait(10.0)
+        else:
+            time.sleep(0.01)
+        if index == 3:
+            raise ValueError("3")
+        return index
+
+    found = as_they_finish(work, 50, 3)
+    turns[2].set()
+    assert next(found) == (2, 2)
+    with pytest.raises(ValueError, match="3"):
+        next(found)
+    for turn in turns:
+        turn.set()
+    assert len(begun) < 50
 
 
 @pytest.mark.usefixtures("four")
