@@ -1,4 +1,4 @@
-"""The diagnosis of a jumping leg: adapter to ``synth.diagnosis.diagnose``, and the complete run."""
+"""The diagnosis of a jumping leg: adapter to ``synth.diagnosis.cause_findings``, and the complete run."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis import diagnose as any_plant
+from synth.diagnosis.cause_findings import find_causes
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.hypotheses import Hypotheses
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
@@ -160,7 +160,7 @@ def diagnose(
     UserError : an unknown motor, or a trial that cannot be used.
     """
     plant = JumpingLeg(project, catalogue)
-    findings = any_plant.diagnose(plant, progress or (lambda text: None))
+    findings = find_causes(plant, progress or (lambda text: None))
     stages = findings.stages
     gaps = JumpGaps(
         plant.scored,

@@ -1,4 +1,4 @@
-"""The diagnosis of a swinging chain: adapter to ``synth.diagnosis.diagnose``, and the complete run."""
+"""The diagnosis of a swinging chain: adapter to ``synth.diagnosis.cause_findings``, and the complete run."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis import diagnose as any_plant
 from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial, spread
+from synth.diagnosis.cause_findings import Findings, find_causes
 from synth.diagnosis.companions import with_companions
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, noise_as_read, rounded, usual_noise
@@ -218,10 +218,10 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return tuple(odd_trials(names, self.scene.leg.joint_names, np.array(rms)))
 
     def doubts(
-        self, found: Hypotheses[EvaluatedHypothesis], judged: Judged[EvaluatedHypothesis]
+        self, found: Hypotheses[EvaluatedHypothesis], judged: Judged[EvaluatedHypothesis], motion: float
     ) -> tuple[tuple[str, ...], float]:
         """Recordings that the verdict depends on, and the probability that a further one changes it."""
-        hangs = hangs_on(self.bench, found, judged, self.calibration, self.freely(found), self.motion)
+        hangs = hangs_on(self.bench, found, judged, self.calibration, self.freely(found), motion)
         return hangs.warnings(), hangs.chance
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
@@ -253,7 +253,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
             self._free = free_torques(leg, at_best, self.bench, nominal, sizes)
         return self._free
 
-    def lacking(self, findings: any_plant.Findings[EvaluatedHypothesis, Array]) -> bool:
+    def lacking(self, findings: Findings[EvaluatedHypothesis, Array]) -> bool:
         """Whether the library leaves something that a torque of free shape may describe."""
         return findings.judged.verdict == "unknown" or self.freely(findings.found) is not None
 
@@ -329,7 +329,7 @@ def diagnose(
     scene, warnings = scene_of(leg, trials, tolerance, seed, noise)
     scene = replace(scene, accuracy=accuracy, next_command=next_command or NextCommand())
     plant = SwingingChain(scene, warnings)
-    findings = any_plant.diagnose(plant, progress or (lambda text: None))
+    findings = find_causes(plant, progress or (lambda text: None))
     stages, errors = findings.stages, findings.stages.errors
     tolerances = scene.tolerances
     nominal = tolerances.leg(leg, findings.found.none.fit.unknowns)

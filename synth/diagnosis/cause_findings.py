@@ -86,15 +86,15 @@ class Findings(Generic[F, S]):
 
 
 @one_thread_of_linear_algebra()
-def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S]:
+def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S]:
     """Find what distinguishes the built leg from the nominal one; ``say`` receives the current stage."""
     found = plant.search(say)
     before = _unseen(plant, found.none)
     within = plant.accuracy > 0.0 and _rms(plant, before) <= plant.accuracy
-    if within:  # where the gap lies does not depend on the accuracy that is required
-        plant.motion = plant.own_motion
-    weighed = judge(found, plant.calibration, free=plant.freely(found), motion=plant.motion)
-    doubts, chance = plant.doubts(found, weighed)
+    # Within the accuracy that is required the causes are weighed as if none were.
+    motion = plant.own_motion if within else plant.motion
+    weighed = judge(found, plant.calibration, free=plant.freely(found), motion=motion)
+    doubts, chance = plant.doubts(found, weighed, motion)
     if weighed.verdict in ("effect", "tie"):
         weighed = doubted_further(weighed, chance)
     say("reduction of the gap")
