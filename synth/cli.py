@@ -118,10 +118,10 @@ def _dispatch(argv: list[str]) -> int:
     if name not in COMMANDS:
         known = ", ".join(COMMANDS)
         raise UserError(f'unknown command "{name}"{near_miss(name, COMMANDS)}; the commands are {known}')
-    return _run(name, rest, quiet)
+    return _run(name, rest, quiet=quiet)
 
 
-def _run(name: str, rest: list[str], quiet: bool) -> int:
+def _run(name: str, rest: list[str], *, quiet: bool) -> int:
     """Parse a command's arguments and run it."""
     module = importlib.import_module(f"synth.commands.{MODULES.get(name, name)}")
     parser = parser_of(name)

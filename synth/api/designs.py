@@ -200,20 +200,20 @@ def design(
     kept = cache.value(key, LegDesign, chains)
     if kept is not None:
         return Design(on_bed(replace(kept, project=project), bed), solids)
-    with drawing(project, solids):  # their start overlaps the fits
+    with drawing(project, solids=solids):  # their start overlaps the fits
         if compiling is not None:
             compiling(len(project.target.joints))
-        made = _made(project, catalogue, solids, stage)
+        made = _made(project, catalogue, solids=solids, stage=stage)
     cache.keep_value(key, made, chains)
     return Design(made, solids)
 
 
-def drawing(project: LegProject, solids: bool = True) -> AbstractContextManager[None]:
+def drawing(project: LegProject, *, solids: bool = True) -> AbstractContextManager[None]:
     """The processes that draw the project's joints, open within the block; with one thread, or no solids, none."""
     return side_processes(len(project.target.joints), load_kernel) if solids else nullcontext()
 
 
-def _made(project: LegProject, catalogue: Catalogue, solids: bool, stage: Stage) -> LegDesign:
+def _made(project: LegProject, catalogue: Catalogue, *, solids: bool, stage: Stage) -> LegDesign:
     from synth import cad
     from synth.design.mass_loop import design_with_masses
     from synth.design.solid_files import not_drawable

@@ -103,7 +103,7 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
     offered, odds = not within and weighed.verdict in ("effect", "tie"), judged
     if within:
         judged = of_no_account(judged, found.none)
-        stages, moved = _stages(plant, before, found, judged, within), None
+        stages, moved = _stages(plant, before, found, judged, within=within), None
     explained = judged.verdict in ("effect", "tie")
     named = judged.verdict != "none"
     causes = (*causes_of(plant, judged.accepted), *plant.direct_causes) if named else ()
@@ -123,7 +123,7 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
         ranked,
         left,
         _sentence(plant, judged, explanations, ranked, stages, left, moved),
-        next_experiment(plant, plant.rivals(judged), what_is_open(judged.verdict, short, within)),
+        next_experiment(plant, plant.rivals(judged), what_is_open(judged.verdict, short, within=within)),
         (
             *plant.warnings,
             *plant.remarks(stages),
@@ -163,7 +163,7 @@ def _rms(plant: Plant[F, T, S], predicted: tuple[S, ...]) -> float:
 
 
 def _stages(
-    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F], within: bool = False
+    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F], *, within: bool = False
 ) -> StagePredictions[F, S]:
     """Predict the scored trials as designed, with each listed single cause and each tied explanation.
 

@@ -45,10 +45,10 @@ def at_limits(candidate: ShapedEffect, x: Array) -> dict[str, bool]:
 
 def opened(estimates: Mapping[str, Estimate], limits: Mapping[str, bool]) -> dict[str, Estimate]:
     """The estimates, the intervals of those in ``limits`` without the end that only the search sets."""
-    return {name: _opened(each, limits[name]) if name in limits else each for name, each in estimates.items()}
+    return {name: _opened(each, largest=limits[name]) if name in limits else each for name, each in estimates.items()}
 
 
-def _opened(estimate: Estimate, largest: bool) -> Estimate:
+def _opened(estimate: Estimate, *, largest: bool) -> Estimate:
     return replace(estimate, high=np.inf) if largest else replace(estimate, low=-np.inf)
 
 

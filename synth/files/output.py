@@ -32,7 +32,7 @@ _USER_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG})
 
 
 @contextmanager
-def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
+def output_folder(path: str | Path, *, overwrite: bool = True) -> Iterator[Path]:
     """A temporary folder that is renamed to ``path`` when the block succeeds and deleted when it fails.
 
     Parameters
@@ -60,7 +60,7 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
             if target.is_symlink():  # what the real path still has is a link that leads back to itself
                 raise UserError(Problem("is a link that leads to itself; name another folder", name))
             put_back(target)
-            _check_target(target, name, overwrite)
+            _check_target(target, name, overwrite=overwrite)
             made = _make_parents(target.parent)
             temporary, lock = _own_place(target, name)
     except BaseException:
@@ -73,7 +73,7 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
             yield temporary
             with disk_errors_as(name):
                 _complete(temporary)
-                _check_target(target, name, overwrite)  # the run was long: the target may have changed meanwhile
+                _check_target(target, name, overwrite=overwrite)  # it may have changed meanwhile: the run was long
                 _move(temporary, target)
             finished = True
     finally:
@@ -224,7 +224,7 @@ def _require_within_run(path: Path) -> None:
         _require_inside(path, folders[-1])
 
 
-def _check_target(target: Path, name: str, overwrite: bool) -> None:
+def _check_target(target: Path, name: str, *, overwrite: bool) -> None:
     """Refuse to replace anything but an empty folder or an earlier run."""
     if target == Path.cwd() or target in Path.cwd().parents:
         raise UserError(Problem("is the current folder or lies above it; name a folder to make", name))

@@ -107,7 +107,7 @@ def result_of(
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     left = clipped_rms(recordings, chosen.predictions)
     clipped, noise = (dict(zip(names, values.tolist(), strict=True)) for values in (left, scatter))
-    alike = _alike(model, recordings, fitted, bool(np.any(left > MISFIT * scatter)))
+    alike = _alike(model, recordings, fitted, misfit=bool(np.any(left > MISFIT * scatter)))
     return FitResult(
         leg=made,
         joints=joints[mode],
@@ -162,7 +162,7 @@ def _with_law(error: ModelError | None, links: LinkErrors | None) -> LinkErrors 
 
 
 def _alike(
-    model: TrajectoryModel, recordings: Sequence[Recording], fitted: FittedTreatments, misfit: bool
+    model: TrajectoryModel, recordings: Sequence[Recording], fitted: FittedTreatments, *, misfit: bool
 ) -> tuple[RidgeFamily, ...]:
     """The pairs of rates that fit equally well; where the model misfits, by its residuals and not by its cost."""
     if fitted.searched:

@@ -30,7 +30,7 @@ FRICTION_AND_OFFSET = {"hip": {"coulomb_friction": {"torque": 0.15}}, "knee": {"
 def bench_of(built: Leg, seed: int = 3) -> tuple[Workbench, list[Candidate]]:
     """What a diagnosis would work on, and its candidates."""
     made = recordings(TWO, recorded(built, seed=seed), ())
-    trials = tuple(angle_trial(recording, False) for recording in made)
+    trials = tuple(angle_trial(recording, held_out=False) for recording in made)
     noise = sensor([trial.recording for trial in trials]).noise
     bench = Workbench(Predictor(TWO, Tolerances.of(TWO, Tolerance())), trials, noise, EFFECTIVE)
     return bench, candidates(TWO, trials, scales(TWO, trials))

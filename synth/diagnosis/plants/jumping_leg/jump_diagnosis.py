@@ -112,7 +112,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
         """The words of the sentence for the errors."""
-        return wording(errors, self.held_out)
+        return wording(errors, held_out=self.held_out)
 
     def cause_text(self, cause: Cause) -> str:
         """The joints have more damping than the design (damping 0.00046 N·m·s/rad)."""

@@ -194,7 +194,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def with_direct_causes(self, judged: Judged[EvaluatedHypothesis]) -> Judged[EvaluatedHypothesis]:
         """The verdict with coarse counts included."""
-        return with_counts(judged, len(self.scene.coarse) > 0)
+        return with_counts(judged, coarse=len(self.scene.coarse) > 0)
 
     def shown(
         self, stages: StagePredictions[EvaluatedHypothesis, Array]
@@ -230,7 +230,9 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return ErrorWording(
             nominal="the nominal leg",
             error="the error",
-            on=scored_on(self.held_out, "trials" if any(t.recording.driven for t in self.whole) else "releases"),
+            on=scored_on(
+                "trials" if any(t.recording.driven for t in self.whole) else "releases", held_out=self.held_out
+            ),
             falls_from=angle(before),
             before=before,
             after=after,
@@ -349,7 +351,7 @@ def diagnose(
         best_possible=errors.best_possible,
         noise=dict(zip(leg.joint_names, scene.usual.tolist(), strict=True)),
         scored_on=tuple(trial.recording.name for trial in plant.whole),
-        trials=trial_gaps(nominal, plant.whole, shown, missing, plant.held_out, scene.usual),
+        trials=trial_gaps(nominal, plant.whole, shown, missing, held_out=plant.held_out, noise=scene.usual),
         diagnosed=diagnosed_leg(leg, tolerances, findings.best, scene.coarse if findings.explained else ()),
         free_torque=plant.free_torques(findings.found.none.fit) if plant.lacking(findings) else (),
     )
@@ -366,7 +368,7 @@ def scene_of(
         warnings.append(noted(f"{made[later].name} is a copy of {made[earlier].name} and is left out"))
     left_out = {later for later, _ in twice}
     kept = [(r, t.held_out) for k, (r, t) in enumerate(zip(made, trials, strict=True)) if k not in left_out]
-    prepared = [angle_trial(recording, held) for recording, held in kept]
+    prepared = [angle_trial(recording, held_out=held) for recording, held in kept]
     learnt, spare = spread([trial for trial in prepared if not trial.held_out], MOST_LEARNT)
     if not learnt:
         raise UserError("every trial is held out; at least one training trial is needed")
