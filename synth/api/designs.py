@@ -228,12 +228,10 @@ def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[s
     """Write design.json and its page, and list every other file with its hash."""
     from synth.design.page_data import page_json
     from synth.design.write_design import design_json
-    from synth.files.kept_templates import KeptTemplates
+    from synth.files.kept_templates import kept_templates
     from synth.files.output import write_json
     from synth.reports import write_leg_report
-    from synth.reports.page import environment
 
-    environment().bytecode_cache = KeptTemplates()
     write_json(folder / "page.json", page_json(design))
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     content = design_json(design, files, folder, extra)
@@ -241,4 +239,4 @@ def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[s
     notes = [messages.get(note, note) for note in extra["solids"]["notes"]]  # stored solids hold texts without severity
     content["warnings"] += [{"joint": None, **remark_json(note)} for note in (*notes, *lost)]
     write_json(folder / "design.json", content)
-    write_leg_report(folder)
+    write_leg_report(folder, kept_templates())

@@ -16,7 +16,7 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Kept
-from synth.diagnosis.prediction_error import PredictionErrors
+from synth.diagnosis.prediction_error import NO_BETTER, PredictionErrors
 from synth.diagnosis.score import score
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.gauss_newton import LocalProblem, gauss_newton
@@ -24,7 +24,6 @@ from synth.estimation.linearisation import TrialLinearisation
 
 ROUNDS = 8  # Gauss-Newton iterations
 LEAST_GAIN = 0.5  # of the cost, in units of log-likelihood, as for the fits
-NO_BETTER = 1.1  # ratio of the squared errors with and without the explanation: 5 % worse in RMS
 LEFT_OPEN = (
     "the training trials do not determine what matters there (a tip mass shows the leg's total mass and lengths, a "
     "tilt its gravity)"

@@ -17,6 +17,8 @@ from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.sentences import parameters_text
 from synth.estimation.intervals import Estimate
 
+# Standard deviations, for every plant: a larger deviation of a tolerance counts as a cause, whatever it would explain.
+LARGEST_TOLERANCE = 2.5
 NEAR = 1e-3  # deviations of the prior from a bound: a step that is cut at a bound ends on it
 INSIDE = 0.01  # deviations of the prior, by which a step back shows the sense of a parameter
 

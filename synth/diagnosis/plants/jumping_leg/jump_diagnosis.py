@@ -25,7 +25,7 @@ from synth.diagnosis.plants.jumping_leg.jump_search import as_designed, search
 from synth.diagnosis.plants.jumping_leg.jump_tolerances import OF_MOTOR, SHARED, JumpTolerances
 from synth.diagnosis.plants.jumping_leg.jump_where import missing, where
 from synth.diagnosis.plants.jumping_leg.jump_words import cause_text, rise_text, wording
-from synth.diagnosis.prediction_error import BLOCKS, PredictionErrors
+from synth.diagnosis.prediction_error import BLOCKS, NO_BETTER, PredictionErrors
 from synth.diagnosis.sentences import ErrorWording
 from synth.diagnosis.verdict import Calibration
 from synth.errors import UserError
@@ -125,8 +125,8 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
     def worse(self, errors: PredictionErrors, moved: PredictionErrors | None) -> tuple[str, ...]:
         """A warning if the explanation predicts trials no better, and worse than their noise allows."""
         before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
-        # In squares: 5 % worse, and 20 % above the noise.
-        poor = (after > 1.1 * before) & (after > 1.5 * errors.noise.sum(axis=1))
+        # Besides, over 20 % above the noise, in squares.
+        poor = (after > NO_BETTER * before) & (after > 1.5 * errors.noise.sum(axis=1))
         names = [trial.name for trial, worse in zip(self.scored, poor, strict=True) if worse]
         if not names:
             return ()
