@@ -155,7 +155,7 @@ def _family(count: int, prepare: Callable[[], None]) -> list[SideProcess]:
     return [SideProcess(process.stdin, process.stdout, process), *twins]
 
 
-class _Pool:
+class _SideProcesses:
     """The side processes of this process, open while any block of any thread uses them."""
 
     def __init__(self) -> None:
@@ -180,7 +180,7 @@ class _Pool:
                     process.close()
 
 
-_pool = _Pool()
+_pool = _SideProcesses()
 
 
 def process_count() -> int:
