@@ -55,7 +55,7 @@ def map_figure(
             colour = "#ffffff" if value is None else SHADES[min(len(SHADES) - 1, int(value / top * len(SHADES)))]
             svg.rectangle((LEFT + k * cell, y), cell, high, f'fill="{colour}" stroke="#fff" stroke-width="0.4"')
             if data.barred(i, k):
-                _triangle(svg, (LEFT + (k + 0.5) * cell, y + high / 2), colour in DARK)
+                _triangle(svg, (LEFT + (k + 0.5) * cell, y + high / 2), on_dark=colour in DARK)
         svg.text((LEFT - 5, y + high / 2 + 3.5), f"{data.ratios[i]:.0f}:1", f'text-anchor="end" {TICK}')
     every = max(1, columns // 8)
     for k in range(0, columns, every):
@@ -86,7 +86,7 @@ def map_figure(
     return svg.markup
 
 
-def _triangle(svg: Svg, at: tuple[float, float], on_dark: bool) -> None:
+def _triangle(svg: Svg, at: tuple[float, float], *, on_dark: bool) -> None:
     """The mark of a design that exceeds a limit."""
     (x, y), colour = at, "#fff" if on_dark else BLACK
     svg.path(f"M{x - 3:.1f} {y + 2.6:.1f}L{x:.1f} {y - 2.6:.1f} {x + 3:.1f} {y + 2.6:.1f}Z",

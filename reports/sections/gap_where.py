@@ -87,7 +87,7 @@ def _free_text(item: Json) -> str:
     return f"at the {item.get('joint')}, over {over}: removes {100 * taken:.0f} %"
 
 
-def _tables(result: Result, scored: bool = False) -> list[ResultTable]:
+def _tables(result: Result, *, scored: bool = False) -> list[ResultTable]:
     """The ``where`` tables of all trials, or of the scored ones."""
     found = []
     for trial in sequence(result.content, "trials"):

@@ -204,20 +204,20 @@ def design(
     kept = cache.value(key, LegDesign, chains)
     if kept is not None:
         return Design(on_bed(replace(kept, project=project), bed), solids)
-    with drawing(project, solids):  # their start overlaps the fits
+    with drawing(project, solids=solids):  # their start overlaps the fits
         if compiling is not None:
             compiling(len(project.target.joints))
-        made = _made(project, catalogue, solids, stage)
+        made = _made(project, catalogue, solids=solids, stage=stage)
     cache.keep_value(key, made, chains)
     return Design(made, solids)
 
 
-def drawing(project: LegProject, solids: bool = True) -> AbstractContextManager[None]:
+def drawing(project: LegProject, *, solids: bool = True) -> AbstractContextManager[None]:
     """The processes that draw the project's joints, open within the block; with one thread, or no solids, none."""
     return side_processes(len(project.target.joints), load_kernel) if solids else nullcontext()
 
 
-def _made(project: LegProject, catalogue: Catalogue, solids: bool, stage: Stage) -> LegDesign:
+def _made(project: LegProject, catalogue: Catalogue, *, solids: bool, stage: Stage) -> LegDesign:
     from synth import cad
     from synth.design.mass_loop import design_with_masses
     from synth.design.solid_files import not_drawable
@@ -232,12 +232,10 @@ def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[s
     """Write design.json and its page, and list every other file with its hash; ``bill``: as ``page_json``."""
     from synth.design.page_data import page_json
     from synth.design.write_design import design_json
-    from synth.files.kept_templates import KeptTemplates
+    from synth.files.kept_templates import kept_templates
     from synth.files.output import write_json
     from synth.reports import write_leg_report
-    from synth.reports.page import environment
 
-    environment().bytecode_cache = KeptTemplates()
     write_json(folder / "page.json", page_json(design, bill))
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     content = design_json(design, files, folder, extra)
@@ -245,4 +243,4 @@ def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[s
     notes = [messages.get(note, note) for note in extra["solids"]["notes"]]  # stored solids hold texts without severity
     content["warnings"] += [{"joint": None, **remark_json(note)} for note in (*notes, *lost)]
     write_json(folder / "design.json", content)
-    write_leg_report(folder)
+    write_leg_report(folder, kept_templates())

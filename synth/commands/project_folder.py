@@ -26,6 +26,7 @@ from synth.commands.answers import folder_text, tell_document
 from synth.commands.streams import write_message
 from synth.errors import Problem, UserError
 from synth.files.output import output_folder, place, write_csv, write_json
+from synth.threads import core_count
 
 if TYPE_CHECKING:
     import argparse
@@ -111,7 +112,7 @@ def _runner(
             cluster = stack.enter_context(connected(arguments.scheduler))
         progress.say(f"{cluster.threads} projects at once on the cluster")
         return cluster.run
-    workers = min(arguments.workers or os.cpu_count() or 1, len(found))
+    workers = min(arguments.workers or core_count(), len(found))
     # Compiled here, so that not every worker compiles the same; most legs have three links.
     progress.compiling(3, effects=task.effects)
     return lambda function, calls: run_here(function, calls, workers)

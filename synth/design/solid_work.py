@@ -238,7 +238,9 @@ def _draw_joint(dimensions: LegDimensions, index: int, folder: Path) -> list[Exp
 
 
 def _write_whole(
-    dimensions: LegDimensions, folder: Path, pictures: bool
+    dimensions: LegDimensions,
+    folder: Path,
+    pictures: bool,  # noqa: FBT001 - a SideCall hands its arguments on in order
 ) -> tuple[list[ExportedFile], list[ExportedFile] | str]:
     """The files of the whole leg, and its picture or why there is none."""
     from synth import cad

@@ -171,7 +171,7 @@ class Whitener:
         return found
 
 
-def angle_trial(recording: Recording, held_out: bool) -> AngleTrial:
+def angle_trial(recording: Recording, *, held_out: bool) -> AngleTrial:
     """Thin a recording to evenly spaced samples."""
     thin = recording.thinned(SAMPLES)
     return AngleTrial(recording, thin.time, thin.rotation, thin.counts, held_out)

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.diagnosis.prediction_error import PredictionErrors
+from synth.diagnosis.prediction_error import NO_BETTER, PredictionErrors
 
-NO_BETTER = 1.1  # ratio of the squared errors with and without the explanation: 5 % worse in RMS
 LEFT_OPEN = (
     "the training trials do not determine what matters there (a tip mass shows the leg's total mass and lengths, a "
     "tilt its gravity)"

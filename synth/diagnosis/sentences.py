@@ -63,7 +63,7 @@ class PartedErrors:
     takes: float
 
 
-def scored_on(held_out: bool, trials: str) -> str:
+def scored_on(trials: str, *, held_out: bool) -> str:
     """Unseen releases, if ``trials`` are releases."""
     return f"unseen {trials}" if held_out else "each trial, predicted by the others,"
 
@@ -239,7 +239,7 @@ def _unexplained(verdict: Verdict, told: ErrorWording) -> str:
     return f" {left} remains unexplained{mostly}{within}."
 
 
-def what_is_open(verdict: Verdict, explanations: Sequence[str], within: bool = False) -> str:
+def what_is_open(verdict: Verdict, explanations: Sequence[str], *, within: bool = False) -> str:
     """Why another trial: ``explanations`` are the accepted one and those tied with it, in words.
 
     ``within`` : the gap is below the required accuracy.

@@ -38,8 +38,7 @@ def with_simpler_cause(
                 excludes = other.key[1] == cause.key[1] and not other.stands_beside([cause])
                 if other.key != cause.key and excludes and other.size < cause.size and other.stands_beside(rest):
                     hypothesis = (other, *rest)
-                    size = bench.n_tolerance + sum(each.size for each in hypothesis)
-                    made.append(bench.held(fit.start_at(hypothesis=hypothesis, unknowns=np.zeros(size))))
+                    made.append(bench.held(fit.start_at(hypothesis=hypothesis, unknowns=_absent(bench, hypothesis))))
     return made
 
 
@@ -63,4 +62,9 @@ def without_one(
 def from_recorded(bench: Workbench, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
     """A hypothesis at the unchanged leg, from the initial states that the first samples show."""
     states = [first_state(trial) for trial in bench.trials]
-    return bench.held(fit.start_at(unknowns=np.zeros_like(fit.unknowns), states=states))
+    return bench.held(fit.start_at(unknowns=_absent(bench, fit.hypothesis), states=states))
+
+
+def _absent(bench: Workbench, hypothesis: Sequence[ShapedEffect]) -> Array:
+    """The unknowns of the unchanged leg: (n_tolerance + sizes of the causes,)."""
+    return np.concatenate([np.zeros(bench.n_tolerance), *(cause.absent for cause in hypothesis)])

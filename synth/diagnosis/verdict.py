@@ -223,7 +223,7 @@ def _credit(found: Assessed[F], costs: Mapping[frozenset[Key], float]) -> dict[K
     return {key: gain / total if total > 0.0 else 1.0 / len(gains) for key, gain in gains.items()}
 
 
-def with_counts(judged: Judged[F], coarse: bool) -> Judged[F]:
+def with_counts(judged: Judged[F], *, coarse: bool) -> Judged[F]:
     """The verdict with coarse counts as a cause, which is visible in the readings themselves.
 
     It takes nothing from the odds of another cause: both are present.

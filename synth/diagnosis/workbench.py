@@ -19,6 +19,7 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, Whitener, together
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Block, Hypothesis, Kept, LanePredictor
+from synth.diagnosis.search_limits import LARGEST_TOLERANCE
 from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, LeastSquares, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
 from synth.estimation.normal_equations import ParameterStep, StepLimits
@@ -26,7 +27,6 @@ from synth.threads import in_parallel, thread_count
 
 STEP = 1e-3  # of a whitened unknown, rad
 RATE_STEP = 30.0  # s^-1, ratio of the steps of a rate and an angle, suited to limbs of a few hertz
-LIMIT = 2.5  # tolerances (standard deviations): a larger deviation counts as a cause, not a tolerance
 DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping, tried in parallel: lanes are cheaper than a failed step
 TASKS = 8  # least number of calls a core beyond the first: cores then wait little for the last one
 SOLVED = 0.5  # log-likelihood, fall of the cost below which a step is a fit's last: one standard deviation
@@ -327,8 +327,9 @@ class Workbench:
         return tuple(made)
 
     def bounds(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
-        """Bounds of the unknowns; tolerances stay within ``LIMIT``."""
-        lows, highs = [np.full(self.n_tolerance, -LIMIT)], [np.full(self.n_tolerance, LIMIT)]
+        """Bounds of the unknowns; tolerances stay within ``LARGEST_TOLERANCE``."""
+        wide = np.full(self.n_tolerance, LARGEST_TOLERANCE)
+        lows, highs = [-wide], [wide]
         for candidate in hypothesis:
             low, high = candidate.bounds()
             lows.append(low)

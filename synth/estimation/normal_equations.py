@@ -63,7 +63,7 @@ class OwnGroup:
         """(t, l)."""
         return np.diagonal(self.matrix, axis1=1, axis2=2)
 
-    def steps(self, common: Array, dampings: Array, scale: Array, follow: bool) -> Array:
+    def steps(self, common: Array, dampings: Array, scale: Array, *, follow: bool) -> Array:
         """(n_step, t, l) damped own steps for the common steps ``common`` (n_step, p).
 
         With ``follow`` only the correction of the own unknowns themselves is damped fully; what makes up for the common
@@ -186,7 +186,7 @@ class NormalEquations(ABC):
         count = sum(len(group.trials) for group in self.groups)
         own: list[list[Array]] = [[np.zeros(0)] * count for _ in common]
         for group, width in zip(self.groups, scale.own, strict=True):
-            for made, steps in zip(own, group.steps(common, dampings, width, follow), strict=True):
+            for made, steps in zip(own, group.steps(common, dampings, width, follow=follow), strict=True):
                 for trial, step in zip(group.trials, steps, strict=True):
                     made[trial] = step
         return [ParameterStep(one, tuple(made)) for one, made in zip(common, own, strict=True)]

@@ -60,7 +60,7 @@ def mjcf_text(
     weights, drives = inverse_inertia(leg), drive_terms(leg)
     laws = joint_laws(leg, fastest, deflected, drives)
     terms = [item.damper for item in laws]
-    plays = [play_of(joint, drive is not None) for joint, drive in zip(leg.joints, drives, strict=True)]
+    plays = [play_of(joint, driven=drive is not None) for joint, drive in zip(leg.joints, drives, strict=True)]
     borne = np.array(  # of the hinges with the dampers
         [
             arm_weight(stiffest(item), float(weight)) if play else weight
@@ -204,7 +204,7 @@ def _body(
     """The body of a joint's link, which the next one's hangs from."""
     link, inertial = joint.link, inertial_of(joint, drawn)
     attributes, notes = {"name": joint.name, "axis": "0 -1 0"}, laws.notes()
-    if not play_of(joint, drive is not None):
+    if not play_of(joint, driven=drive is not None):
         attributes |= laws.attributes(joint)
     if lightened(joint):
         notes.append(f"{NOT_IN_MODEL}, {lightened(joint)}")
@@ -213,7 +213,7 @@ def _body(
     friction = joint.effects.get("coulomb_friction")
     if friction is not None:
         attributes |= {"frictionloss": f"{friction['torque']:.10g}", **SHARP}
-    lost = without_held(joint, held_effects(drive is not None))
+    lost = without_held(joint, held_effects(driven=drive is not None))
     if lost:
         notes.append(f"{NOT_IN_MODEL}: {', '.join(lost)}")
     if drive is not None and drive.cut < inf:
@@ -238,7 +238,7 @@ def _body(
     return body
 
 
-def held_effects(driven: bool) -> tuple[str, ...]:
+def held_effects(*, driven: bool) -> tuple[str, ...]:
     """The effects of a joint that the file has; backlash only where no drive acts."""
     return tuple(name for name in HELD if not (driven and name == "backlash"))
 

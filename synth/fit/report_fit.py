@@ -105,7 +105,7 @@ def result_of(
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     left = clipped_rms(recordings, chosen.predictions)
     clipped, noise = _named(names, left), _named(names, scatter)
-    alike = _alike(model, recordings, fitted, bool(np.any(left > MISFIT * scatter)))
+    alike = _alike(model, recordings, fitted, misfit=bool(np.any(left > MISFIT * scatter)))
     edges = at_edges(unknowns, chosen.values)
     return FitResult(
         leg=made,
@@ -167,7 +167,7 @@ def _with_law(error: ModelError | None, links: LinkErrors | None) -> LinkErrors 
 
 
 def _alike(
-    model: TrajectoryModel, recordings: Sequence[Recording], fitted: FittedTreatments, misfit: bool
+    model: TrajectoryModel, recordings: Sequence[Recording], fitted: FittedTreatments, *, misfit: bool
 ) -> tuple[RidgeFamily, ...]:
     """The pairs of rates that fit equally well; where the model misfits, by its residuals and not by its cost."""
     if fitted.searched:

@@ -126,7 +126,7 @@ def _from_sharp(jump: HopperRecording, weight: float) -> SwitchOn:
     step = float(np.median(np.diff(time)))
     if -step <= time[last] <= max(LATE, step):
         return SwitchOn(0.0, 0.0, "")
-    _refuse_begun(jump, level > BEGUN[source] * scale, source)
+    _refuse_begun(jump, begun=level > BEGUN[source] * scale, source=source)
     # It lies between the last sample at rest and the next: uniform, root mean square about the former.
     return SwitchOn(float(time[last]), float(time[last + 1] - time[last]) / np.sqrt(3.0), source)
 
@@ -148,17 +148,17 @@ def _from_angle(jump: HopperRecording) -> SwitchOn:
     used = used[(opened[used] > least) & (opened[used] < most)]
     if len(used) < 3 and begun:
         return SwitchOn(0.0, 0.0, "")
-    _refuse_begun(jump, len(used) < 3, "upper link")
+    _refuse_begun(jump, begun=len(used) < 3, source="upper link")
     slope, offset = np.polyfit(time[used] - time[used[0]], np.sqrt(opened[used]), 1)
     onset = float(time[used[0]] - offset / slope)
     if abs(onset) <= LATE_ANGLE or (begun and onset < time[0]):
         return SwitchOn(0.0, 0.0, "")
     tenth = time[int(np.argmax(opened > EARLY[0] * opened.max()))] - time[0]
-    _refuse_begun(jump, tenth < EARLY[1] * (time[first] - time[0]), "upper link")
+    _refuse_begun(jump, begun=tenth < EARLY[1] * (time[first] - time[0]), source="upper link")
     return SwitchOn(max(onset, float(time[0])), ANGLE_ERROR, "upper link")
 
 
-def _refuse_begun(jump: HopperRecording, begun: bool, source: str) -> None:
+def _refuse_begun(jump: HopperRecording, *, begun: bool, source: str) -> None:
     if begun:
         text = f"begins at {jump['time'][0]:.4g} s, in the push: neither its clock nor a rest before it shows when the "
         text += "motors are switched on. Let time 0 be the switch-on, or record a few samples at rest before it"

@@ -49,7 +49,7 @@ class Grid:
     lengths: Array
     values: dict[str, Array]
 
-    def best(self, measure: str, relative: bool = False) -> tuple[Motor, float, float]:
+    def best(self, measure: str, *, relative: bool = False) -> tuple[Motor, float, float]:
         """Motor, length (m) and height (m, or per length) of the highest."""
         score = self.values[measure] / (self.lengths if relative else 1.0)
         m, k = np.unravel_index(int(np.nanargmax(score)), score.shape)
@@ -146,12 +146,12 @@ def _heights(clearance: float, rise: float) -> dict[str, Any]:
     return {"clearance": quantity(clearance, "m"), "total_height": quantity(rise, "m")}
 
 
-def _optimum(motor: Motor, length: float, height: float, relative: bool = False) -> dict[str, Any]:
+def _optimum(motor: Motor, length: float, height: float, *, relative: bool = False) -> dict[str, Any]:
     value = quantity(height, "1" if relative else "m")
     return {"motor": motor.name, "gear_ratio": motor.gear_ratio, "leg_length": quantity(length, "m"), "height": value}
 
 
-def pose_json(leg: HopperLeg, motors: Sequence[Motor], with_c: bool) -> tuple[dict[str, Any], dict[str, Grid]]:
+def pose_json(leg: HopperLeg, motors: Sequence[Motor], *, with_c: bool) -> tuple[dict[str, Any], dict[str, Grid]]:
     """All results of one pose and one family of motors."""
     built = next(motor for motor in motors if abs(motor.gear_ratio - BUILT_RATIO) < 0.01)
     grids = {name: grid(leg, motors, name) for name in SWEPT}

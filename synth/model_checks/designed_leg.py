@@ -113,7 +113,7 @@ def move(mujoco: Any, model: Any, leg: Leg, release: Predicted) -> Array:
 def _set_arms(data: Any, leg: Leg, release: Predicted) -> None:
     """Springs behind a backlash start where the effect's model has them: held against their flank."""
     for joint, rotation, rate in zip(leg.joints, release.rotation[0], release.rate, strict=True):
-        gap = play_of(joint, joint.drive is not None)
+        gap = play_of(joint, driven=joint.drive is not None)
         if gap:
             arm = data.joint(arm_name(joint.name))
             held = backlash.start(rotation - joint.rest, gap)  # type: ignore[no-untyped-call]

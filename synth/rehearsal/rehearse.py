@@ -111,6 +111,7 @@ class Rehearsal:
         outcome: CaseOutcome,
         clock: _TimeBudget,
         tell: Callable[[str], None],
+        *,
         counted: bool = True,
     ) -> None:
         clock.done += 1

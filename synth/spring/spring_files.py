@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from synth.errors import Problem, UserError
-from synth.files.output import write_json
+from synth.files.output import umask, write_json
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.spring.spring_result import SpringDesign
 from synth.spring.winding_sheet import request_lines, winding_sheet
@@ -36,9 +36,7 @@ def write_result(path: Path, content: Mapping[str, Any]) -> str:
         os.close(handle)
         try:
             write_json(Path(temporary), content)
-            mask = os.umask(0)
-            os.umask(mask)
-            Path(temporary).chmod(0o666 & ~mask)
+            Path(temporary).chmod(0o666 & ~umask())
             Path(temporary).replace(path)
         finally:
             Path(temporary).unlink(missing_ok=True)

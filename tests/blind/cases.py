@@ -158,7 +158,7 @@ def _tied(
     if kind == "none":
         return [], None
     model = ground.model
-    targets, states = ground.targets(ground.run(truth, sensor, False), sensor)
+    targets, states = ground.targets(ground.run(truth, sensor, every=False), sensor)
     plain = ground.targets(list(ground.plain), PlantedSensor.good(ground.setup.true.n))
     trueness = model.fit(*plain).cost  # the truth's own: the cost of its tolerance errors
     fits = []
@@ -196,7 +196,7 @@ def _record(
     note: dict[str, Any],
 ) -> Case:
     setup, leg = ground.setup, ground.setup.true
-    motions = ground.run(truth, sensor, True)
+    motions = ground.run(truth, sensor, every=True)
     targets, states = ground.targets(motions, sensor)
     fitted = ground.model.fit(targets, states)
     before = ground.model.held_out(targets, states, fitted.change)

@@ -24,7 +24,7 @@ from synth.diagnosis.verdict import judge, of_no_account, paying, with_counts
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 
-TRIALS = [angle_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
+TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
 FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
 
 

@@ -1,4 +1,4 @@
-"""The diagnosis of a swinging chain: adapter to ``synth.diagnosis.diagnose``, and the complete run."""
+"""The diagnosis of a swinging chain: adapter to ``synth.diagnosis.cause_findings``, and the complete run."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis import diagnose as any_plant
 from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial, spread
+from synth.diagnosis.cause_findings import Findings, find_causes
 from synth.diagnosis.companions import with_companions
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, noise_as_read, rounded, usual_noise
@@ -195,7 +195,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def with_direct_causes(self, judged: Judged[EvaluatedHypothesis]) -> Judged[EvaluatedHypothesis]:
         """The verdict with coarse counts included."""
-        return with_counts(judged, len(self.scene.coarse) > 0)
+        return with_counts(judged, coarse=len(self.scene.coarse) > 0)
 
     def shown(
         self, stages: StagePredictions[EvaluatedHypothesis, Array]
@@ -219,10 +219,10 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return tuple(odd_trials(names, self.scene.leg.joint_names, np.array(rms)))
 
     def doubts(
-        self, found: Hypotheses[EvaluatedHypothesis], judged: Judged[EvaluatedHypothesis]
+        self, found: Hypotheses[EvaluatedHypothesis], judged: Judged[EvaluatedHypothesis], motion: float
     ) -> tuple[tuple[str, ...], float]:
         """Recordings that the verdict depends on, and the probability that a further one changes it."""
-        hangs = hangs_on(self.bench, found, judged, self.calibration, self.freely(found), self.motion)
+        hangs = hangs_on(self.bench, found, judged, self.calibration, self.freely(found), motion)
         return hangs.warnings(), hangs.chance
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
@@ -231,7 +231,9 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return ErrorWording(
             nominal="the nominal leg",
             error="the error",
-            on=scored_on(self.held_out, "trials" if any(t.recording.driven for t in self.whole) else "releases"),
+            on=scored_on(
+                "trials" if any(t.recording.driven for t in self.whole) else "releases", held_out=self.held_out
+            ),
             falls_from=angle(before),
             before=before,
             after=after,
@@ -254,7 +256,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
             self._free = free_torques(leg, at_best, self.bench, nominal, sizes)
         return self._free
 
-    def lacking(self, findings: any_plant.Findings[EvaluatedHypothesis, Array]) -> bool:
+    def lacking(self, findings: Findings[EvaluatedHypothesis, Array]) -> bool:
         """Whether the library leaves something that a torque of free shape may describe."""
         return findings.judged.verdict == "unknown" or self.freely(findings.found) is not None
 
@@ -330,7 +332,7 @@ def diagnose(
     scene, warnings = scene_of(leg, trials, tolerance, seed, noise)
     scene = replace(scene, accuracy=accuracy, next_command=next_command or NextCommand())
     plant = SwingingChain(scene, warnings)
-    findings = any_plant.diagnose(plant, progress or (lambda text: None))
+    findings = find_causes(plant, progress or (lambda text: None))
     stages, errors = findings.stages, findings.stages.errors
     tolerances = scene.tolerances
     nominal = tolerances.leg(leg, findings.found.none.fit.unknowns)
@@ -350,7 +352,7 @@ def diagnose(
         best_possible=errors.best_possible,
         noise=dict(zip(leg.joint_names, scene.usual.tolist(), strict=True)),
         scored_on=tuple(trial.recording.name for trial in plant.whole),
-        trials=trial_gaps(nominal, plant.whole, shown, missing, plant.held_out, scene.usual),
+        trials=trial_gaps(nominal, plant.whole, shown, missing, held_out=plant.held_out, noise=scene.usual),
         diagnosed=diagnosed_leg(leg, tolerances, findings.best, scene.coarse if findings.explained else ()),
         free_torque=plant.free_torques(findings.found.none.fit) if plant.lacking(findings) else (),
     )
@@ -367,7 +369,7 @@ def scene_of(
         warnings.append(noted(f"{made[later].name} is a copy of {made[earlier].name} and is left out"))
     left_out = {later for later, _ in twice}
     kept = [(r, t.held_out) for k, (r, t) in enumerate(zip(made, trials, strict=True)) if k not in left_out]
-    prepared = [angle_trial(recording, held) for recording, held in kept]
+    prepared = [angle_trial(recording, held_out=held) for recording, held in kept]
     learnt, spare = spread([trial for trial in prepared if not trial.held_out], MOST_LEARNT)
     if not learnt:
         raise UserError("every trial is held out; at least one training trial is needed")

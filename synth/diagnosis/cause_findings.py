@@ -87,15 +87,15 @@ class Findings(Generic[F, S]):
 
 
 @one_thread_of_linear_algebra()
-def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S]:
+def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S]:
     """Find what distinguishes the built leg from the nominal one; ``say`` receives the current stage."""
     found = plant.search(say)
     before = _unseen(plant, found.none)
     within = plant.accuracy > 0.0 and _rms(plant, before) <= plant.accuracy
-    if within:  # where the gap lies does not depend on the accuracy that is required
-        plant.motion = plant.own_motion
-    weighed = judge(found, plant.calibration, free=plant.freely(found), motion=plant.motion)
-    doubts, chance = plant.doubts(found, weighed)
+    # Within the accuracy that is required the causes are weighed as if none were.
+    motion = plant.own_motion if within else plant.motion
+    weighed = judge(found, plant.calibration, free=plant.freely(found), motion=motion)
+    doubts, chance = plant.doubts(found, weighed, motion)
     if weighed.verdict in ("effect", "tie"):
         weighed = doubted_further(weighed, chance)
     say("reduction of the gap")
@@ -104,7 +104,7 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
     offered, odds = not within and weighed.verdict in ("effect", "tie"), judged
     if within:
         judged = of_no_account(judged, found.none)
-        stages, moved = _stages(plant, before, found, judged, within), None
+        stages, moved = _stages(plant, before, found, judged, within=within), None
     explained = judged.verdict in ("effect", "tie")
     named = judged.verdict != "none"
     causes = (*causes_of(plant, judged.accepted), *plant.direct_causes) if named else ()
@@ -124,7 +124,7 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
         ranked,
         left,
         _sentence(plant, judged, explanations, ranked, stages, left, moved),
-        next_experiment(plant, plant.rivals(judged), what_is_open(judged.verdict, short, within)),
+        next_experiment(plant, plant.rivals(judged), what_is_open(judged.verdict, short, within=within)),
         (
             *plant.warnings,
             *plant.remarks(stages),
@@ -164,7 +164,7 @@ def _rms(plant: Plant[F, T, S], predicted: tuple[S, ...]) -> float:
 
 
 def _stages(
-    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F], within: bool = False
+    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F], *, within: bool = False
 ) -> StagePredictions[F, S]:
     """Predict the scored trials as designed, with each listed single cause and each tied explanation.
 
