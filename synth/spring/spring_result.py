@@ -101,7 +101,8 @@ class SpringDesign:
     ``rate_form`` is the formula by which it was designed. ``moment`` is the torque at the winding travel; in a spring
     with clamped arms of the free length ``clamped_arm`` (None: not clamped) the wire bears more, by ``peaks`` at the
     ends of both travels. ``stress`` is that of the coil at the winding travel, ``opening_stress`` that at the opening
-    travel, where less is allowed (``codes.OPENING``). ``codes`` has the checks by other codes. ``surge_frequency`` is the lowest natural frequency of the coils, Hz.
+    travel, where less is allowed (``codes.OPENING``). ``codes`` has the checks by other codes.
+    ``surge_frequency`` is the lowest natural frequency of the coils, Hz.
     ``arm_stress`` is the largest stress in an arm, ``bend_radius`` the radius of its bend (None for tangent arms).
     ``pitch`` is the axial advance per coil over the wire diameter. ``count`` such springs act in parallel; every number
     is for one of them. ``loose`` is the test of the spring for a joint that clamps its arms, where ``rate`` is that of
