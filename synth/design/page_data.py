@@ -159,7 +159,7 @@ def _spring(option: SpringOption) -> dict[str, Any]:
     per_torque = None
     if wire is not None and mean is not None and mean > wire:
         checked = option.check if made is None else made
-        peak = 1.0 if checked is None else checked.peak_moment / checked.moment
+        peak = 1.0 if checked is None else checked.peak_moment / checked.largest_moment
         per_torque = _number(bending_stress(peak / count, wire, mean) * 1e-6)
     return {
         "part": option.label,
