@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from synth.arrays import Array
+from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.score import first_state
 from synth.diagnosis.workbench import Workbench
