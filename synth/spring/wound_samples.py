@@ -4,7 +4,8 @@
 outer_diameter [mm],free_angle [deg],rate [N*m/rad],leg_length [mm]``, in any unit of the same dimension; counts need
 none (``coils``, ``coils [turns]``). Required are mandrel, wire and coils (of the free body), and either ``turns``
 (wound on the mandrel) or ``outer_diameter`` (of the free coil). ``free_angle`` between tangent legs
-determines the fraction of the coils; ``rate`` is measured at ``leg_length``.
+determines the fraction of the coils. A ``rate`` needs its ``leg_length``: of each leg, from the coil to where the load
+acts; 0 where it acts at the coil. Other columns without a unit are the user's own notes.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from synth.errors import Problem, UserError
+from synth.errors import Problem, UserError, did_you_mean
 from synth.files.csv_rows import csv_rows
 from synth.files.paths import read_bytes
 from synth.parts.coil_angle import coil_fraction
@@ -31,6 +32,8 @@ COLUMNS = {
     "rate": "N*m/rad", "leg_length": "m",
 }  # fmt: skip
 NEEDED = ("mandrel", "wire", "coils")
+AT_COIL = "leg_length"  # may be 0: the load acts at the coil
+TYPING = 0.8  # likeness of names; that of ``parts.catalog_table``, for the same purpose
 LARGEST = 1_000_000  # bytes; upper limit of either file
 HALF = 0.5  # coils; the free angle's fraction corrects a counted number of coils by less than this
 
@@ -50,6 +53,10 @@ def read_samples(path: Path) -> tuple[Sample, ...]:
     columns = _columns(lines[0][1], name)
     samples, problems = [], []
     for number, cells in lines[1:]:
+        if any(cell.strip() for cell in cells[len(lines[0][1]) :]):
+            text = f"has {len(cells)} cells under {len(lines[0][1])} headers; write decimals with a point"
+            problems.append(Problem(text, name, line=number))
+            continue
         try:
             samples.append(_sample(_values(cells, columns)))
         except ValueError as error:
@@ -60,14 +67,22 @@ def read_samples(path: Path) -> tuple[Sample, ...]:
 
 
 def _columns(titles: Sequence[str], name: str) -> dict[str, tuple[int, float]]:
-    """Index and factor to SI of each known column."""
+    """Index and factor to SI of each known column; an unknown one without a unit is a note, if no typing mistake."""
     columns: dict[str, tuple[int, float]] = {}
-    problems = []
+    problems, seen = [], set()
     for index, title in enumerate(titles):
         bare, _, unit = title.partition("[")
         bare = bare.strip().casefold().replace(" ", "_")
         if bare not in COLUMNS:
+            meant = did_you_mean(bare, COLUMNS, cutoff=TYPING)
+            if unit or meant:
+                text = f'column "{title.strip()}" is not one of wound samples'
+                problems.append(Problem(f"{text}{meant or _offered()}", name, line=1))
             continue
+        if bare in seen:
+            problems.append(Problem("the column is given twice", name, line=1, key=bare))
+            continue
+        seen.add(bare)
         if COLUMNS[bare] == "1" and unit.strip(" ]").casefold() in COUNTED:
             columns[bare] = index, 1.0
             continue
@@ -80,10 +95,14 @@ def _columns(titles: Sequence[str], name: str) -> dict[str, tuple[int, float]]:
             problems.append(Problem(str(error), name, line=1, key=bare))
     for needed in NEEDED:
         if needed not in columns and not any(problem.key == needed for problem in problems):
-            problems.append(Problem(f"there is no column {needed}; the columns are {', '.join(COLUMNS)}", name, line=1))
+            problems.append(Problem(f"there is no column {needed}{_offered()}", name, line=1))
     if problems:
         raise UserError(problems)
     return columns
+
+
+def _offered() -> str:
+    return f"; the columns are {', '.join(COLUMNS)}"
 
 
 def _values(cells: Sequence[str], columns: Mapping[str, tuple[int, float]]) -> dict[str, float]:
@@ -96,8 +115,11 @@ def _values(cells: Sequence[str], columns: Mapping[str, tuple[int, float]]) -> d
             value = float(text) * scale
         except ValueError:
             raise ValueError(f'{column}: "{text}" is not a number; the unit belongs in the header') from None
-        if not (math.isfinite(value) and (value > 0.0 or column in ("free_angle", "leg_length"))):
-            raise ValueError(f'{column}: "{text}" must be above 0')
+        if not (
+            math.isfinite(value) and (column == "free_angle" or value > 0.0 or (column == AT_COIL and value == 0.0))
+        ):
+            allowed = {"free_angle": "be finite", AT_COIL: "be 0 or more"}.get(column, "be above 0")
+            raise ValueError(f'{column}: "{text}" must {allowed}')
         found[column] = value
     return found
 
@@ -120,7 +142,9 @@ def _sample(values: Mapping[str, float]) -> Sample:
             raise ValueError("outer_diameter gives a free coil smaller than its mandrel; a free coil is larger")
     elif "turns" not in values:
         raise ValueError("turns (wound on the mandrel) or outer_diameter (of the free coil) is required")
-    leg = values.get("leg_length", 0.0)
+    if "rate" in values and AT_COIL not in values:
+        raise ValueError("rate needs its leg_length: of each leg, from the coil to where the load acts; 0 at the coil")
+    leg = values.get(AT_COIL, 0.0)
     return Sample(
         values["mandrel"], values["wire"], coils, values.get("turns"), mean, values.get("rate"), (leg, leg)
     )  # fmt: skip

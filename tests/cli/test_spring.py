@@ -369,13 +369,13 @@ def test_wound_samples_correct_mandrel_and_rate(tmp_path: Path) -> None:
     from synth.spring.winding import mandrel_diameter, turns_on_mandrel
 
     wire = Catalogue.load().find_material("music")
-    lines = ["mandrel [mm],wire [mm],turns [1],coils [1],rate [N*mm/rad]"]
+    lines = ["mandrel [mm],wire [mm],turns [1],coils [1],rate [N*mm/rad],leg_length [mm]"]
     for d, mean, coils in ((2e-3, 20e-3, 5.25), (1.5e-3, 12e-3, 6.25), (2e-3, 15e-3, 4.25)):
         known = wire.properties(d)
         mandrel = mandrel_diameter(mean, d, known.elastic_modulus, 0.9 * known.strength.value)
         turns = turns_on_mandrel(mean, d, coils, mandrel)
         measured = 0.96 * rate(known.elastic_modulus, d, mean, coils)
-        lines.append(f"{mandrel * 1e3},{d * 1e3},{turns},{coils},{measured * 1e3}")
+        lines.append(f"{mandrel * 1e3},{d * 1e3},{turns},{coils},{measured * 1e3},0")
     table, found = tmp_path / "samples.csv", tmp_path / "calibration.json"
     table.write_text("\n".join(lines) + "\n")
     assert main(["spring", "-q", "calibrate", str(table), "--json", str(found)]) == 0
