@@ -160,7 +160,7 @@ def _calibrate(arguments: argparse.Namespace, catalogue: Catalogue, progress: Pr
         raise UserError(Problem("the table of wound samples is missing: synth spring calibrate SAMPLES.csv"))
     material = catalogue.find_material(arguments.material or "music wire")
     samples = read_samples(Path(arguments.samples))
-    found = calibration_of(samples, material, RATE_FORMS[arguments.rate_formula])
+    found = calibration_of(samples, material, RATE_FORMS[arguments.rate_formula], arguments.samples)
     content = calibration_json(found, material.name, arguments.samples, arguments.rate_formula)
     if arguments.json == "-":
         progress.document(json.dumps(content, indent=2))

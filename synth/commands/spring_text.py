@@ -119,14 +119,22 @@ def design_text(result: SpringResult, shown: ShownUnits = METRIC) -> str:
 def calibration_text(found: WindingCalibration, material: str) -> str:
     """The calibration in words."""
     spread = "" if found.spread is None else f", plus or minus {found.spread:.1%} from sample to sample"
-    back, rate = f"{found.spring_back:.3f}", f"{found.rate:.3f}"
-    return "\n".join(
-        [
-            f"{material}: yield stress {back} times the minimum strength ({found.n_back} samples); sets the mandrel",
-            f"rate {rate} times the formula's ({found.n_rate} samples{spread}); sets wire, coils and diameter",
-            "Use it in the next design with --calibration.",
-        ]
+    rate = (
+        f"rate {found.rate:.3f} times the formula's ({_samples(found.n_rate)}{spread}); sets wire, coils and diameter"
     )
+    lines = [
+        f"{material}: yield stress {found.spring_back:.3f} times the minimum strength ({_samples(found.n_back)}); "
+        "sets the mandrel",
+        rate if found.n_rate else "rate: no sample has one, so that of the formula stays",
+        "Use it in the next design with --calibration.",
+    ]
+    if abs(found.rate - 1.0) > DISAGREEMENT:
+        lines.append("note: the rate is far from the formula's: measure the wire and count the coils again")
+    return "\n".join(lines)
+
+
+def _samples(number: int) -> str:
+    return "1 sample" if number == 1 else f"{number} samples"
 
 
 def check_text(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:

@@ -16,6 +16,9 @@ from synth.parts.coil_rate import RateForm, active_coils, rate
 from synth.spring.winding import mandrel_diameter
 
 FLOW_RANGE = (0.2, 2.0)  # of the tensile strength: a flow stress outside it means that a measurement is wrong
+# Of a measured rate over the formula's. Friction and an uneven coil take a tenth. The rate goes with the fourth power
+# of the wire's diameter, so a factor of two is a diameter 19 % off. A rate per degree read as per radian is 57 times.
+RATE_RANGE = (0.5, 2.0)
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,7 @@ class Sample:
     """One wound coil: sizes in m, ``turns`` wound on the mandrel, ``coils`` left when free, ``rate`` in N m/rad.
 
     ``mean`` is the free coil's mean diameter; None if only turns and coils were counted. ``legs``: lengths from the
-    coil to the load, m.
+    coil to the load, m. ``line`` : of its table, in messages.
     """
 
     mandrel: float
@@ -33,6 +36,7 @@ class Sample:
     mean: float | None = None
     rate: float | None = None
     legs: tuple[float, float] = (0.0, 0.0)
+    line: int | None = None
 
     @property
     def free_mean(self) -> float | None:
@@ -60,7 +64,7 @@ UNCALIBRATED = WindingCalibration()
 
 
 def flow_factor(sample: Sample, modulus: float, strength: float) -> float | None:
-    """Flow stress over ``strength`` for which the sample's mandrel gives its free coil; None if none does.
+    """Flow stress over ``strength`` for which the sample's mandrel gives its free coil; None if none of ``FLOW_RANGE``.
 
     ``modulus`` and ``strength`` in Pa. By bisection: a higher flow stress means more spring-back, so the same coil
     needs a thinner mandrel.

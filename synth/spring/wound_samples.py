@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +23,17 @@ from synth.files.paths import read_bytes
 from synth.parts.coil_angle import coil_fraction
 from synth.parts.coil_rate import RateForm
 from synth.parts.headers import COUNTED
-from synth.parts.wire import WireMaterial
-from synth.spring.calibration import Sample, WindingCalibration, calibrated, flow_factor, rate_factor
+from synth.parts.wire import WireMaterial, WireProperties
+from synth.remarks import unlike
+from synth.spring.calibration import (
+    FLOW_RANGE,
+    RATE_RANGE,
+    Sample,
+    WindingCalibration,
+    calibrated,
+    flow_factor,
+    rate_factor,
+)
 from synth.units import factor, header, quantity
 
 FORMAT = "synth/spring/calibration/1"
@@ -58,7 +68,7 @@ def read_samples(path: Path) -> tuple[Sample, ...]:
             problems.append(Problem(text, name, line=number))
             continue
         try:
-            samples.append(_sample(_values(cells, columns)))
+            samples.append(replace(_sample(_values(cells, columns)), line=number))
         except ValueError as error:
             problems.append(Problem(str(error), name, line=number))
     if problems:
@@ -138,9 +148,17 @@ def _sample(values: Mapping[str, float]) -> Sample:
     mean = None
     if "outer_diameter" in values:
         mean = values["outer_diameter"] - values["wire"]
-        if mean <= values["mandrel"]:
-            raise ValueError("outer_diameter gives a free coil smaller than its mandrel; a free coil is larger")
-    elif "turns" not in values:
+        inside, mandrel = unlike((mean - values["wire"]) * 1e3, values["mandrel"] * 1e3)
+        if mean <= values["mandrel"] + values["wire"]:
+            raise ValueError(
+                f"outer_diameter gives a free coil of {inside} mm inside, smaller than its mandrel of {mandrel} mm; "
+                "a free coil is larger"
+            )
+    elif "turns" in values:
+        if values["turns"] <= coils:
+            turns, left = unlike(values["turns"], coils)
+            raise ValueError(f"turns: {turns} on the mandrel cannot leave {left} coils; a free coil has fewer")
+    else:
         raise ValueError("turns (wound on the mandrel) or outer_diameter (of the free coil) is required")
     if "rate" in values and AT_COIL not in values:
         raise ValueError("rate needs its leg_length: of each leg, from the coil to where the load acts; 0 at the coil")
@@ -150,25 +168,58 @@ def _sample(values: Mapping[str, float]) -> Sample:
     )  # fmt: skip
 
 
-def calibration_of(samples: Sequence[Sample], material: WireMaterial, form: RateForm) -> WindingCalibration:
-    """The calibration of a wire from its samples.
+def calibration_of(
+    samples: Sequence[Sample], material: WireMaterial, form: RateForm, name: str | None = None
+) -> WindingCalibration:
+    """The calibration of a wire from its samples; ``name`` : of their table, in messages.
 
     Raises
     ------
-    UserError : no sample gives a factor, because every one contradicts itself.
+    UserError : with every sample whose spring-back or rate is impossible.
     """
-    flows, rates = [], []
+    flows: list[float] = []
+    rates: list[float] = []
+    problems: list[Problem] = []
     for sample in samples:
-        wire = material.properties(sample.wire)
-        if (flow := flow_factor(sample, wire.elastic_modulus, wire.strength.value)) is not None:
-            flows.append(flow)
-        if (ratio := rate_factor(sample, wire.elastic_modulus, form)) is not None:
-            rates.append(ratio)
-    if not flows and not rates:
-        raise UserError(
-            "no sample gives spring-back or rate: a free coil must be larger than its mandrel, or a rate be measured"
-        )
+        try:
+            wire = material.properties(sample.wire)
+            flows.append(_flow(sample, wire))
+            if sample.rate is not None:
+                rates.append(_rate(sample, sample.rate, wire, form))
+        except UserError as error:
+            problems += [Problem(one.text, name, sample.line, one.key) for one in error.problems]
+    if problems:
+        raise UserError(problems)
     return calibrated(flows, rates)
+
+
+def _flow(sample: Sample, wire: WireProperties) -> float:
+    """The sample's flow stress over the wire's strength."""
+    found = flow_factor(sample, wire.elastic_modulus, wire.strength.value)
+    if found is None:
+        low, high = FLOW_RANGE
+        back = (sample.free_mean or 0.0) - sample.wire
+        raise UserError(
+            f"springs back from its mandrel of {sample.mandrel * 1e3:.4g} mm to {back * 1e3:.4g} mm inside, which is "
+            f"no yield stress of {low:g} to {high:g} times the wire's strength: check mandrel, wire and the free coil"
+        )
+    return found
+
+
+def _rate(sample: Sample, measured: float, wire: WireProperties, form: RateForm) -> float:
+    """The sample's rate over the formula's."""
+    found = rate_factor(sample, wire.elastic_modulus, form)
+    assert found is not None  # its diameter is known, since it has a flow stress
+    low, high = RATE_RANGE
+    if not low <= found <= high:
+        raise UserError(
+            Problem(
+                f"{measured:.4g} N*m/rad is {found:.3g} times the {measured / found:.4g} N*m/rad of the formula, and "
+                f"{low:g} to {high:g} times are possible: check its unit (per rad, deg or turn), wire and coils",
+                key="rate",
+            )
+        )
+    return found
 
 
 def calibration_json(found: WindingCalibration, material: str, source: str, formula: str) -> dict[str, Any]:
@@ -192,7 +243,7 @@ def read_calibration(path: Path) -> WindingCalibration:
 
     Raises
     ------
-    UserError : the file cannot be read or is not a calibration.
+    UserError : the file cannot be read, is not a calibration, or has an impossible factor.
     """
     try:
         content = json.loads(read_bytes(path, LARGEST, "a calibration file has a dozen lines").decode("utf-8"))
@@ -200,12 +251,18 @@ def read_calibration(path: Path) -> WindingCalibration:
             raise KeyError("format")
         back, rate = content["spring_back"], content["rate"]
         values = float(back["value"]), float(rate["value"])
-        if not all(0.0 < value < 10.0 for value in values):
-            raise ValueError("a factor is not above 0")
         spread = float(rate["spread"]["value"]) if "spread" in rate else None
-        return WindingCalibration(*values, spread, int(back["samples"]), int(rate["samples"]))
+        found = WindingCalibration(*values, spread, int(back["samples"]), int(rate["samples"]))
     except UserError as error:
         raise UserError([Problem(one.text, one.file, key="--calibration") for one in error.problems]) from None
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         text = f"is not a result of synth spring calibrate ({error})"
         raise UserError(Problem(text, str(path), key="--calibration")) from None
+    for what, value, (low, high) in (
+        ("spring_back", found.spring_back, FLOW_RANGE),
+        ("rate", found.rate, RATE_RANGE),
+    ):
+        if not low <= value <= high:
+            text = f"{what}: the factor {value:.4g} is impossible, {low:g} to {high:g} are allowed; calibrate again"
+            raise UserError(Problem(text, str(path), key="--calibration"))
+    return found

@@ -406,3 +406,17 @@ def test_an_impossible_sample_is_reported_with_its_line(
     (message,) = problems(capsys, "calibrate", str(table))
     assert f"{table}:2" in message
     assert said in message
+
+
+def test_a_calibration_says_what_no_sample_measured(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    table = tmp_path / "samples.csv"
+    table.write_text("mandrel [mm],wire [mm],coils [1],outer_diameter [mm]\n14,2,5.25,20\n")
+    assert main(["spring", "calibrate", str(table)]) == 0
+    shown = capsys.readouterr().out
+    assert "(1 sample); sets the mandrel" in shown
+    assert "rate: no sample has one" in shown
+    table.write_text(
+        "mandrel [mm],wire [mm],coils [1],outer_diameter [mm],rate [N*m/rad],leg_length [mm]\n14,2,5.25,20,0.66,25\n"
+    )
+    assert main(["spring", "calibrate", str(table)]) == 0  # 0.492 by the formula
+    assert "note: the rate is far from the formula's" in capsys.readouterr().out

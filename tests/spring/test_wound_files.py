@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -86,3 +88,44 @@ def test_columns_and_cells_that_would_be_ignored_are_refused(tmp_path: Path, hea
 def test_notes_beside_the_samples_are_left_alone(tmp_path: Path) -> None:
     plain = read_samples(wound(tmp_path, BASE, "14,2,5.25,20"))
     assert read_samples(wound(tmp_path, f"sample,{BASE},who wound it,", "a,14,2,5.25,20,me,")) == plain
+
+
+HEADER = "mandrel [mm],wire [mm],coils [1],turns [1],outer_diameter [mm],rate [N*m/rad],leg_length [mm]"
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ("14,2,5.25,,20,28.07,25", "samples.csv:3: rate: 28.07 .* 57 times .*check its unit"),
+        ("14,2,5.25,,20,0.0086,25", "samples.csv:3: rate: 0.0086 .* 0.0175 times"),
+        ("14,2,5.25,,60,,", "samples.csv:3: springs back .* to 56 mm inside"),
+        ("14,2,5.25,15,,,", "samples.csv:3: springs back"),
+        ("14,2,5.25,5,,0.49,25", "samples.csv:3: turns: 5 on the mandrel cannot leave 5.25 coils"),
+        ("14,2,5.25,,17.9,0.49,25", "samples.csv:3: .* 13.9 mm inside, smaller than its mandrel of 14 mm"),
+        ("14,90,5.25,,200,,", "samples.csv:3: no strength known for music wire"),
+    ],
+)
+def test_a_sample_that_cannot_be_is_refused_and_not_left_out(tmp_path: Path, row: str, said: str) -> None:
+    music = Catalogue.load().find_material("music")
+    path = wound(tmp_path, HEADER, "14,2,5.25,5.9,20,0.49,25", row)
+    with pytest.raises(UserError, match=said):
+        calibration_of(read_samples(path), music, "bending", str(path))
+
+
+def calibration(tmp_path: Path, **factors: float) -> Path:
+    """A calibration file with these factors."""
+    content: dict[str, Any] = {
+        "format": "synth/spring/calibration/1", "material": "music wire", "source": "samples.csv", "rate_formula": "64",
+    }  # fmt: skip
+    for name in ("spring_back", "rate"):
+        content[name] = {"value": factors.get(name, 1.0), "unit": "1", "samples": 1}
+    path = tmp_path / "calibration.json"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    return path
+
+
+def test_a_file_with_an_impossible_factor_is_refused_for_that(tmp_path: Path) -> None:
+    assert read_calibration(calibration(tmp_path, rate=0.95)).rate == 0.95
+    for name, value in (("rate", 10.66), ("rate", -1.0), ("rate", float("nan")), ("spring_back", 3.0)):
+        with pytest.raises(UserError, match=f"{name}: the factor {value:.4g} is impossible"):
+            read_calibration(calibration(tmp_path, **{name: value}))
