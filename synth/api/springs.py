@@ -136,6 +136,7 @@ def given(
 ) -> SpringAnswer:
     """Check a spring of wire diameter m, mean diameter m and body coils; ``stated_rate`` N m/rad as measured."""
     material = catalogue.find_material(wish.material)
+    wish.calibration.require_for(material.name, wish.rate_form)
     made = check_spring(material, *sizes, wish.task, included_angle=included_angle, stated_rate=stated_rate)
     broken = tuple(violation.text for violation in made.violations)
     content = {

@@ -161,11 +161,11 @@ def _calibrate(arguments: argparse.Namespace, catalogue: Catalogue, progress: Pr
     material = catalogue.find_material(arguments.material or "music wire")
     samples = read_samples(Path(arguments.samples))
     found = calibration_of(samples, material, RATE_FORMS[arguments.rate_formula], arguments.samples)
-    content = calibration_json(found, material.name, arguments.samples, arguments.rate_formula)
+    content = calibration_json(found, arguments.samples)
     if arguments.json == "-":
         progress.document(json.dumps(content, indent=2))
         return 0
-    progress.result(calibration_text(found, material.name))
+    progress.result(calibration_text(found))
     if arguments.json:
         progress.say(f"written: {write_result(Path(arguments.json), content)}")
     return 0

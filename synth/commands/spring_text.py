@@ -41,9 +41,11 @@ def _life(spring: SpringDesign, which: str) -> str:
     return "-" if spring.life is None else f"{getattr(spring.life, which):.2f}"
 
 
+PARALLEL = "springs in parallel"  # a row of several
+CALIBRATED = "rate over the formula's, samples"  # a row of springs with a calibration alone
 ROWS: tuple[Row, ...] = (
     Row("material", lambda s: s.material),
-    Row("springs in parallel", lambda s: f"{s.count}"),
+    Row(PARALLEL, lambda s: f"{s.count}"),
     Row("wire diameter", lambda s: s.wire_diameter, "m"),
     Row("mean coil diameter", lambda s: s.mean_diameter, "m", ".2f", ".4f"),
     Row("outer diameter, widest", lambda s: s.outer_diameter, "m", ".2f", ".4f"),
@@ -59,6 +61,7 @@ ROWS: tuple[Row, ...] = (
     Row("rate", lambda s: s.rate, "N*m/rad"),
     Row("rate, d^4 E/(64 D N)", lambda s: s.rate_bending_form, "N*m/rad"),
     Row("rate, 10.8 per turn", lambda s: s.rate_friction_form, "N*m/rad"),
+    Row(CALIBRATED, lambda s: f"{s.rate_factor:.3f}"),
     Row("travel", lambda s: s.travel, "rad"),
     Row("torque at travel", lambda s: s.moment, "N*m"),
     Row("stress at travel", lambda s: s.stress, "Pa", ".0f", ".1f"),
@@ -79,7 +82,8 @@ ROWS: tuple[Row, ...] = (
 def spring_table(springs: Sequence[SpringDesign], heads: Sequence[str], shown: ShownUnits) -> str:
     """Springs side by side, one property per line; a count of one everywhere is left out."""
     several = any(spring.count > 1 for spring in springs)
-    kept = [row for row in ROWS if several or "side by" not in row.head]
+    calibrated = any(spring.rate_factor != 1.0 for spring in springs)
+    kept = [row for row in ROWS if (several or row.head != PARALLEL) and (calibrated or row.head != CALIBRATED)]
     rows = [[row.label(shown), *(row.cell(spring, shown) for spring in springs)] for row in kept]
     return table_text([["", *heads], *rows])
 
@@ -116,15 +120,15 @@ def design_text(result: SpringResult, shown: ShownUnits = METRIC) -> str:
     return "\n".join([*lines, spring_table([item.design for item in result.nearest], heads, shown)])
 
 
-def calibration_text(found: WindingCalibration, material: str) -> str:
+def calibration_text(found: WindingCalibration) -> str:
     """The calibration in words."""
     spread = "" if found.spread is None else f", plus or minus {found.spread:.1%} from sample to sample"
     rate = (
         f"rate {found.rate:.3f} times the formula's ({_samples(found.n_rate)}{spread}); sets wire, coils and diameter"
     )
     lines = [
-        f"{material}: yield stress {found.spring_back:.3f} times the minimum strength ({_samples(found.n_back)}); "
-        "sets the mandrel",
+        f"{found.material}: yield stress {found.spring_back:.3f} times the minimum strength "
+        f"({_samples(found.n_back)}); sets the mandrel",
         rate if found.n_rate else "rate: no sample has one, so that of the formula stays",
         "Use it in the next design with --calibration.",
     ]
@@ -140,7 +144,7 @@ def _samples(number: int) -> str:
 def check_text(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
     """The answer in one line, the spring, and the limits it breaks."""
     notes = [f"note: {warning}" for warning in spring.warnings]
-    apart = spring.rate / spring.rate_bending_form - 1.0
+    apart = spring.rate / spring.calculated_rate - 1.0
     if abs(apart) > DISAGREEMENT:
         text = (
             f"the given rate differs by {apart:+.0%} from the rate of these sizes: measure the wire and count the coils"

@@ -12,7 +12,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from synth.parts.coil_rate import RateForm, active_coils, rate
+from synth.errors import Problem, UserError
+from synth.parts.coil_rate import RATE_FORMULA, RateForm, active_coils, rate
 from synth.spring.winding import mandrel_diameter
 
 FLOW_RANGE = (0.2, 2.0)  # of the tensile strength: a flow stress outside it means that a measurement is wrong
@@ -51,6 +52,7 @@ class WindingCalibration:
     """Factors on the wire's flow stress (nominally its tensile strength) and on the rate.
 
     ``spread`` is one standard deviation of the rate factor. ``n_back`` and ``n_rate``: numbers of samples used.
+    ``material`` : the samples' wire; empty: any. ``form`` : the formula that ``rate`` is a factor on; None: either.
     """
 
     spring_back: float = 1.0
@@ -58,6 +60,25 @@ class WindingCalibration:
     spread: float | None = None
     n_back: int = 0
     n_rate: int = 0
+    material: str = ""
+    form: RateForm | None = None
+
+    def require_for(self, material: str, form: RateForm) -> None:
+        """Refuse another wire than that of the samples, and another rate formula than the factor's.
+
+        Raises
+        ------
+        UserError : with each.
+        """
+        wrong = []
+        if self.material not in ("", material):
+            wrong.append(f"was measured on {self.material}, and the spring is of {material}: wind samples of that wire")
+        if self.n_rate and self.form not in (None, form):
+            made, used = (RATE_FORMULA[each] for each in (self.form, form) if each is not None)
+            text = f"is a factor on the rate formula {made}, and {used} is chosen: use {made} here"
+            wrong.append(f"{text} (--rate-formula {made}), or calibrate with {used}")
+        if wrong:
+            raise UserError([Problem(f"the calibration {text}") for text in wrong])
 
 
 UNCALIBRATED = WindingCalibration()

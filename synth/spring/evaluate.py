@@ -46,7 +46,8 @@ def check_spring(
     included_angle
         rad, if stated; one that contradicts the coils is a violation. Default: the angle that the coils give.
     stated_rate
-        N m/rad, published or measured; moments are computed with it. Default: the bending form including the legs.
+        N m/rad, published or measured; moments are computed with it. Default: that of the task's formula including the
+        legs, times the factor of its calibration.
     count
         number of equal springs in parallel.
 
@@ -159,11 +160,10 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
     wire = material.properties(coil.wire_diameter)
     d, mean, body_coils, travel = coil.wire_diameter, coil.mean_diameter, coil.body_coils, task.travel
     active = active_coils(body_coils, mean, task.leg_lengths)
-    forms = {form: rate(wire.elastic_modulus * task.calibration.rate, d, mean, active, form) for form in RATE_FORMULA}
-    used = forms[task.rate_form] if stated_rate is None else stated_rate
+    forms = {form: rate(wire.elastic_modulus, d, mean, active, form) for form in RATE_FORMULA}
+    used = forms[task.rate_form] * task.calibration.rate if stated_rate is None else stated_rate
     moment, bears = used * max(travel, task.opening_travel), _borne(coil, task, used)
-    yield_stress = wire.static_limit * wire.strength.value
-    room = room_of(material, (d, mean, body_coils), task)
+    yield_stress, room = wire.static_limit * wire.strength.value, room_of(material, (d, mean, body_coils), task)
     bent = None if task.convention == "tangent" else (task.limits.bend_radius or d)
     return SpringDesign(
         material=material.name,
@@ -208,6 +208,7 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
         surge_frequency=codes.surge_frequency(d, mean, body_coils, wire.elastic_modulus, wire.density),
         codes=codes.code_checks(wire.allowables, bears.in_coil, d, mean),
         rate_form=task.rate_form,
+        rate_factor=task.calibration.rate,
         spring_back=task.calibration.spring_back,
         count=coil.count,
         hand=task.hand,

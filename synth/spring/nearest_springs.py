@@ -11,6 +11,7 @@ from typing import Any, Literal
 from synth.parts.catalogs import Catalogue
 from synth.parts.wire import WireMaterial
 from synth.remarks import unlike
+from synth.spring.calibration import UNCALIBRATED
 from synth.spring.codes import OPENING
 from synth.spring.evaluate import travel_limit
 from synth.spring.preferred_springs import preferred
@@ -164,11 +165,12 @@ def _parallel_of_smaller_travel(wish: SpringRequirements, material: WireMaterial
 
 
 def _other_material(wish: SpringRequirements, material: WireMaterial, catalogue: Catalogue) -> Iterator[NearestSpring]:
-    """The best single spring of another wire material that keeps the limits."""
+    """The best single spring of another wire material that keeps the limits; no calibration is known for it."""
     designs: list[SpringDesign] = []
     for name in OTHER_MATERIALS:
         other = catalogue.find_material(name)
         if other.name != material.name:
-            designs += feasible_candidates(replace(wish, material=name), other)
+            designs += feasible_candidates(replace(wish, material=name, calibration=UNCALIBRATED), other)
     for design in ranked(designs, wish.objective)[:1]:
-        yield NearestSpring("other_material", f"{design.material} wire: {describe(design)}", design)
+        wire = f"{design.material} wire{'' if wish.calibration == UNCALIBRATED else ', which is not calibrated'}"
+        yield NearestSpring("other_material", f"{wire}: {describe(design)}", design)

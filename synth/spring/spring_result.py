@@ -98,7 +98,8 @@ class SpringDesign:
     """A torsion spring and its properties. SI units, angles in rad.
 
     ``travel`` winds the coil, ``opening_travel`` opens it. Moments and stresses are computed with ``rate``;
-    ``rate_form`` is the formula by which it was designed. ``moment`` is the torque; in a spring with clamped arms of
+    ``rate_form`` is the formula by which it was designed, ``rate_factor`` that of wound samples on it, which is in
+    ``rate`` and in neither ``rate_..._form``. ``moment`` is the torque; in a spring with clamped arms of
     the free length ``clamped_arm`` (None: not clamped) the wire bears more, by ``peaks`` at the ends of both travels.
     ``opening_stress`` is the stress at the end of the opening travel, where less is allowed (``codes.OPENING``).
     ``codes`` has the checks by other codes. ``surge_frequency`` is the lowest natural frequency of the coils, Hz.
@@ -151,6 +152,7 @@ class SpringDesign:
     codes: tuple[CodeCheck, ...] = ()
     rate_form: RateForm = "bending"
     spring_back: float = 1.0
+    rate_factor: float = 1.0
     violations: tuple[Violation, ...] = ()
     count: int = 1
     hand: str = "right"
@@ -163,6 +165,12 @@ class SpringDesign:
     def test(self) -> LooseTest:
         """How to measure the loose spring, with the rate to expect."""
         return self.loose or LooseTest(self.leg_lengths, self.active_coils, self.rate)
+
+    @property
+    def calculated_rate(self) -> float:
+        """Rate of these sizes by the formula of the design, N m/rad, with the factor of wound samples."""
+        formula = self.rate_bending_form if self.rate_form == "bending" else self.rate_friction_form
+        return formula * self.rate_factor
 
     @property
     def load(self) -> WireLoad:
@@ -272,6 +280,8 @@ class SpringDesign:
             units["peak_moment"] = "N*m"
         values = {name: getattr(self, name) for name in units}
         numbers = {name: quantity(value, units[name]) for name, value in values.items() if value is not None}
+        if self.rate_factor != 1.0:
+            numbers["rate_factor"] = quantity(self.rate_factor, "1")
         if math.isfinite(self.safety):
             numbers["safety"] = quantity(self.safety, "1")
         if math.isfinite(self.allowed_opening_stress):

@@ -21,7 +21,7 @@ from synth.errors import Problem, UserError, did_you_mean
 from synth.files.csv_rows import csv_rows
 from synth.files.paths import read_bytes
 from synth.parts.coil_angle import coil_fraction
-from synth.parts.coil_rate import RateForm
+from synth.parts.coil_rate import RATE_FORMS, RATE_FORMULA, RateForm
 from synth.parts.headers import COUNTED
 from synth.parts.wire import WireMaterial, WireProperties
 from synth.remarks import unlike
@@ -190,7 +190,7 @@ def calibration_of(
             problems += [Problem(one.text, name, sample.line, one.key) for one in error.problems]
     if problems:
         raise UserError(problems)
-    return calibrated(flows, rates)
+    return replace(calibrated(flows, rates), material=material.name, form=form)
 
 
 def _flow(sample: Sample, wire: WireProperties) -> float:
@@ -222,13 +222,14 @@ def _rate(sample: Sample, measured: float, wire: WireProperties, form: RateForm)
     return found
 
 
-def calibration_json(found: WindingCalibration, material: str, source: str, formula: str) -> dict[str, Any]:
-    """The content of the calibration file."""
+def calibration_json(found: WindingCalibration, source: str) -> dict[str, Any]:
+    """The content of the calibration file; ``source`` : the table of samples."""
+    assert found.form is not None
     return {
         "format": FORMAT,
-        "material": material,
+        "material": found.material,
         "source": source,
-        "rate_formula": formula,
+        "rate_formula": RATE_FORMULA[found.form],
         "spring_back": {**quantity(found.spring_back, "1"), "samples": found.n_back},
         "rate": {
             **quantity(found.rate, "1"),
@@ -252,7 +253,9 @@ def read_calibration(path: Path) -> WindingCalibration:
         back, rate = content["spring_back"], content["rate"]
         values = float(back["value"]), float(rate["value"])
         spread = float(rate["spread"]["value"]) if "spread" in rate else None
-        found = WindingCalibration(*values, spread, int(back["samples"]), int(rate["samples"]))
+        numbers = int(back["samples"]), int(rate["samples"])
+        form = RATE_FORMS[content["rate_formula"]]
+        found = WindingCalibration(*values, spread, *numbers, material=str(content["material"]), form=form)
     except UserError as error:
         raise UserError([Problem(one.text, one.file, key="--calibration") for one in error.problems]) from None
     except (ValueError, KeyError, TypeError, RecursionError) as error:

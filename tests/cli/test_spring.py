@@ -420,3 +420,50 @@ def test_a_calibration_says_what_no_sample_measured(tmp_path: Path, capsys: pyte
     )
     assert main(["spring", "calibrate", str(table)]) == 0  # 0.492 by the formula
     assert "note: the rate is far from the formula's" in capsys.readouterr().out
+
+
+def test_a_calibration_is_for_its_own_wire_and_rate_formula(capsys: pytest.CaptureFixture[str]) -> None:
+    """The coil that was measured is answered with the rate that was measured, and the formulas stay what they are."""
+    header = "mandrel [mm],wire [mm],coils [1],outer_diameter [mm],rate [N*m/rad],leg_length [mm]"
+    Path("samples.csv").write_text(f"{header}\n14,2,5.25,20,0.47,25\n")
+    coil = ["--wire-diameter", "2 mm", "--mean-diameter", "18 mm", "--coils", "5.25", "--travel", "40 deg"]
+    plain = spring(*coil)["checked"]
+    assert "rate_factor" not in plain
+    forms = {"64": "rate_bending_form", "10.8": "rate_friction_form"}
+    for made, other in (("64", "10.8"), ("10.8", "64")):
+        words = ["--rate-formula", made, "--json", f"{made}.json"]
+        assert main(["spring", "-q", "calibrate", "samples.csv", *words]) == 0
+        calibrated = ["--calibration", f"{made}.json"]
+        checked = spring(*coil, *calibrated, "--rate-formula", made)["checked"]
+        assert value(checked["rate"], "N*m/rad") == pytest.approx(0.47)
+        for form in forms.values():
+            assert checked[form] == plain[form]
+        factor = value(checked["rate_factor"], "1")
+        assert factor * value(plain[forms[made]], "N*m/rad") == pytest.approx(0.47)
+        capsys.readouterr()
+        (said,) = problems(capsys, *coil, *calibrated, "--rate-formula", other)
+        assert said.startswith(f"the calibration is a factor on the rate formula {made}, and {other} is chosen")
+        for sizes in (coil, WISH):
+            words = [*sizes, *calibrated, "--rate-formula", made, "--material", "stainless"]
+            assert "was measured on music wire, and the spring is of stainless" in problems(capsys, *words)[0]
+    assert main(["spring", *coil, "--calibration", "64.json"]) == 0
+    rows = {line[:32].strip(): line[32:].split() for line in capsys.readouterr().out.splitlines()[2:]}
+    assert rows["rate over the formula's, samples"] == [f"{0.47 / value(plain['rate_bending_form'], 'N*m/rad'):.3f}"]
+    assert main(["spring", "-q", *coil, "--calibration", "64.json", "--out", "out"]) == 0
+    assert "The rates are 0.955 times the formula's" in Path("out/winding_sheet.txt").read_text(encoding="utf-8")
+
+
+def test_a_nearest_spring_of_another_wire_has_no_calibration() -> None:
+    """Whatever music wire's samples gave, the spring of another wire is by its formula."""
+    Path("calibration.json").write_text(
+        '{"format": "synth/spring/calibration/1", "material": "music wire", "source": "s.csv", "rate_formula": "64",'
+        ' "spring_back": {"value": 0.9, "unit": "1", "samples": 1}, "rate": {"value": 0.9, "unit": "1", "samples": 1}}'
+    )
+    words = ["--rate", "40 N*m/rad", "--travel", "60 deg", "--calibration", "calibration.json", "--json", "s.json"]
+    assert main(["spring", "-q", *words]) == 1
+    nearest = {item["kind"]: item["make"] for item in json.loads(Path("s.json").read_text())["nearest"]}
+    for kind, made in nearest.items():
+        calibrated = made.get("rate_factor", {"value": 1.0})["value"]
+        assert calibrated == (1.0 if kind == "other_material" else 0.9)
+        assert value(made["rate"], "N*m/rad") == pytest.approx(calibrated * value(made["rate_bending_form"], "N*m/rad"))
+    assert "other_material" in nearest
