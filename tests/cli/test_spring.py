@@ -232,6 +232,8 @@ def test_all_mistakes_are_reported_at_once(capsys: pytest.CaptureFixture[str]) -
         (["--travel", "45 deg", "--wire-diameter", "2 mm", "--mean-diameter", "9 mm"], "--coils: checking needs"),
         ([*WISH, "--material", "musik"], 'no wire material "musik"; did you mean music?'),
         ([*WISH, "--system", "metrik"], "did you mean metric?"),
+        ([*WISH, "--max-outer-diameter", "20 m"], '--max-outer-diameter: "20 m" must be above 0 and at most 1 m'),
+        (["--rate", "1 N*m/rad", "--travel", "4000 deg"], '--travel: "4000 deg" must be above 0 and at most 3600 deg'),
         ([*WISH, "--json", "nowhere/spring.json"], "nowhere/spring.json: cannot be written: No such file"),
         ([*WISH, "--json", "/proc/spring.json"], "/proc/spring.json: cannot be written"),
         ([*WISH, "--json", "."], ".: exists and is no result"),
@@ -312,7 +314,7 @@ def test_contradicting_hand_and_direction_are_refused(capsys: pytest.CaptureFixt
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--cycles", "1e8"], "--cycles: fatigue is known up to 1e6 cycles"),
+        (["--cycles", "1e8"], '--cycles: "1e8" must be from 1 to 1e6: fatigue is known up to 1e6 cycles'),
         (["--fatigue-safety", "1.2"], "--fatigue-safety: needs --cycles as well"),
         (["--bend-radius", "3"], "--bend-radius"),
         (["--bend-radius", "-3 mm"], "--bend-radius"),
