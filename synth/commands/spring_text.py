@@ -12,6 +12,7 @@ from synth.parts.row_check import DISAGREEMENT
 from synth.spring.calibration import WindingCalibration
 from synth.spring.design import SpringResult
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
+from synth.spring.unit_text import in_units
 from synth.spring.winding_sheet import code_line
 
 
@@ -104,18 +105,20 @@ def design_text(result: SpringResult, shown: ShownUnits = METRIC) -> str:
     if result.best is not None:
         heads = ["to wind", *(f"or {i + 1}" for i in range(len(result.alternatives)))]
         notes = [code_line(check, shown) for check in result.best.codes]
-        notes += [f"note: {text}" for text in (*result.notes, *result.best.warnings)]
+        notes += [f"note: {in_units(text, shown)}" for text in (*result.notes, *result.best.warnings)]
         if result.lasting:
-            notes += [f"To last {DESIGN_LIFE:.0f} full turns:", *(f"  - {item.text}" for item in result.lasting)]
+            texts = [in_units(item.text, shown) for item in result.lasting]
+            notes += [f"To last {DESIGN_LIFE:.0f} full turns:", *(f"  - {text}" for text in texts)]
         table = spring_table([result.best, *result.alternatives], heads, shown)
         return "\n".join([f"Wind {in_one_line(result.best, shown)}.", "", table, *notes])
     wish = result.wish
     asked = f"{shown.text(wish.rate, 'N*m/rad')} over {math.degrees(wish.travel):.4g} deg"
     lines = [f"No single spring of {wish.material} gives {asked} within the limits.", "Limits not met:"]
-    lines += [f"  - {text}" for text in result.binding]
+    lines += [f"  - {in_units(text, shown)}" for text in result.binding]
     if not result.nearest:
         return "\n".join([*lines, "No similar spring can be made either: widen the limits."])
-    lines += ["The nearest that can be made:", *(f"  - {item.text}" for item in result.nearest), ""]
+    texts = [in_units(item.text, shown) for item in result.nearest]
+    lines += ["The nearest that can be made:", *(f"  - {text}" for text in texts), ""]
     heads = [item.kind.replace("_", " ") for item in result.nearest]
     return "\n".join([*lines, spring_table([item.design for item in result.nearest], heads, shown)])
 
@@ -143,7 +146,7 @@ def _samples(number: int) -> str:
 
 def check_text(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
     """The answer in one line, the spring, and the limits it breaks."""
-    notes = [f"note: {warning}" for warning in spring.warnings]
+    notes = [f"note: {in_units(warning, shown)}" for warning in spring.warnings]
     apart = spring.rate / spring.calculated_rate - 1.0
     if abs(apart) > DISAGREEMENT:
         text = (
@@ -153,7 +156,8 @@ def check_text(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
     if spring.feasible:
         answer, broken = "It meets all limits", []
     else:
-        answer = f"It breaks {len(spring.violations)} limits"
-        broken = ["Limits not met:", *(f"  - {violation.text}" for violation in spring.violations)]
+        number = len(spring.violations)
+        answer = f"It breaks {number} limit{'' if number == 1 else 's'}"
+        broken = ["Limits not met:", *(f"  - {in_units(each.text, shown)}" for each in spring.violations)]
     line = f"{answer}: {in_one_line(spring, shown)}."
     return "\n".join([line, "", spring_table([spring], ["checked"], shown), *broken, *notes])

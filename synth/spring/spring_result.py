@@ -11,7 +11,7 @@ from typing import Any
 from synth.files.spring_words import Hand
 from synth.parts.coil_angle import Convention
 from synth.parts.coil_rate import RATE_FORMULA, RateForm
-from synth.remarks import decisive, remarks_json, unlike
+from synth.remarks import decisive, remarks_json
 from synth.spring.arms import arm_force, arm_share
 from synth.spring.calibration import UNCALIBRATED, WindingCalibration
 from synth.spring.codes import OPENING, CodeCheck, dynamic_factor
@@ -19,6 +19,7 @@ from synth.spring.din_2194 import SOURCE, STANDARD, GradeTolerance, grade_tolera
 from synth.spring.fatigue import Life
 from synth.spring.loose_test import LoadPoint, LooseTest, load_points
 from synth.spring.space import cylinder
+from synth.spring.unit_text import Measured, UnitText
 from synth.spring.winding import WindingTolerance, mandrel_diameter, stress_relief, turns_on_mandrel
 from synth.spring.wire_load import PeakRatios, WireLoad
 from synth.units import quantity
@@ -86,7 +87,10 @@ class SpringLimits:
 
 @dataclass(frozen=True)
 class Violation:
-    """A limit that a spring violates; ``excess`` is the ratio of value and limit, above 1."""
+    """A limit that a spring violates; ``excess`` is the ratio of value and limit, above 1.
+
+    ``text`` with quantities is a ``UnitText``.
+    """
 
     limit: str
     excess: float
@@ -249,7 +253,8 @@ class SpringDesign:
         """Warnings that do not violate a limit, as sentences."""
         found: list[str] = []
         if self.strength_basis == "law":
-            found.append(f"strength by a fitted law: no maker's table lists {self.wire_diameter * 1e3:.4g} mm wire")
+            wire = Measured(self.wire_diameter, "m")
+            found.append(UnitText("strength by a fitted law: no maker's table lists ", wire, " wire"))
         if self.life is not None and self.safety >= 1.0 and self.life.factor_1e5 < 1.0:
             text = (
                 f"it may break before 100 000 full turns: strength over stress is {self.life.factor_1e5:.2f} (Gerber)"
@@ -257,8 +262,11 @@ class SpringDesign:
             found.append(decisive(text))
         low = [check for check in self.codes if check.safety < 1.0 <= self.safety]
         for check in low:
-            borne, allowed = unlike(check.stress / 1e6, check.allowed / 1e6, ".0f")
-            found.append(f"{check.code} allows {allowed} MPa, its stress formula gives {borne} MPa")
+            borne, allowed = (
+                Measured(value, "Pa", ".0f", other)
+                for value, other in ((check.stress, check.allowed), (check.allowed, check.stress))
+            )
+            found.append(UnitText(f"{check.code} allows ", allowed, ", its stress formula gives ", borne))
         if self.body_coils < 2.0:
             found.append(f"{self.body_coils:.3g} coils; the theory holds for 2 or more (EN 13906-3)")
         return tuple(found)

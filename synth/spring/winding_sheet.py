@@ -9,6 +9,7 @@ from synth.spring.codes import CodeCheck
 from synth.spring.din_2194 import STANDARD
 from synth.spring.loose_test import HELD
 from synth.spring.spring_result import SpringDesign
+from synth.spring.unit_text import in_units
 from synth.spring.winding import stress_relief
 
 
@@ -49,8 +50,8 @@ def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
         f"it yields at {math.degrees(spring.free_travel):.1f} deg.",
         f"Strength {shown.text(spring.tensile_strength, 'Pa', '.0f')}: {spring.strength_source}",
         f"Yield {shown.text(spring.yield_stress, 'Pa', '.0f')}: {spring.yield_source}",
-        *(f"NOT KEPT: {violation.text}" for violation in spring.violations),
-        *(f"Note: {warning}" for warning in spring.warnings),
+        *(f"NOT KEPT: {in_units(violation.text, shown)}" for violation in spring.violations),
+        *(f"Note: {in_units(warning, shown)}" for warning in spring.warnings),
     ]
     return "\n".join(lines) + "\n"
 

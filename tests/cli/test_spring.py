@@ -120,6 +120,42 @@ def test_output_units_follow_the_input_units(capsys: pytest.CaptureFixture[str])
     assert " mm" not in sheet
 
 
+INCH_COIL = ["--wire-diameter", "0.08 in", "--mean-diameter", "0.75 in", "--coils", "5.25", "--travel", "40 deg"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [*INCH_COIL, "--rate", "15 in-lb/rad", "--max-outer-diameter", "0.8 in", "--arbor", "0.7 in", "--out", "out"],
+        [*INCH_COIL[:5], "1.25", *INCH_COIL[6:], "--travel", "60 deg", "--max-outer-diameter", "0.8 in"],
+        ["--rate", "700 in-lb/rad", "--travel", "60 deg", "--max-outer-diameter", "2.4 in"],
+        ["--rate", "180 in-lb/rad", "--travel", "60 deg"],
+        ["--rate", "10 in-lb/rad", "--travel", "60 deg", "--max-body-length", "0.2 in"],
+    ],
+)
+def test_sentences_are_in_the_units_of_the_table(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    """In inches no sentence has a metric unit, and in metric units each says what the result file says."""
+    metric = re.compile(r"\d (mm|MPa|N\*m|g)\b")
+    assert main(["spring", "-q", *words, "--json", "spring.json"]) in (0, 1)
+    assert not metric.search(capsys.readouterr().out)
+    if "--out" in words:
+        assert not metric.search(Path("out/winding_sheet.txt").read_text(encoding="utf-8"))
+    content = json.loads(Path("spring.json").read_text(encoding="utf-8"))
+    assert main(["spring", "-q", *words, "--units", "metric"]) in (0, 1)
+    shown = capsys.readouterr().out
+    texts = [*content["binding"], *(item["text"] for item in (*content["nearest"], *content.get("lasting", ())))]
+    assert texts
+    assert all(text in shown for text in texts)
+
+
+def test_one_broken_limit_is_one_and_one_spring_is_not_counted(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["spring", *INCH_COIL, "--max-outer-diameter", "0.8 in"]) == 0
+    shown = capsys.readouterr().out
+    assert shown.startswith("It breaks 1 limit: 5.25 coils")
+    assert "  - outer diameter 0.83 in, allowed 0.8 in\n" in shown
+    assert "in parallel" not in shown
+
+
 def test_an_impossible_spring_is_explained_with_alternatives(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--rate", "79 N*m/rad", "--travel", "45 deg", "--max-outer-diameter", "60 mm"]
     assert main(["spring", *words, "--json", "spring.json"]) == 1
