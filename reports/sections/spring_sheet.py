@@ -27,7 +27,8 @@ WIND = (
 )  # fmt: skip
 ACT = (
     ("rate", "spring rate", "E12"), ("rate_bending_form", "rate, bending form", "E12"),
-    ("rate_friction_form", "rate, friction form", "E12"), ("test_rate", "rate in the loose test", "E12"),
+    ("rate_friction_form", "rate, friction form", "E12"), ("rate_factor", "rate over its form, from wound samples", ""),
+    ("test_rate", "rate in the loose test", "E12"),
     ("test_active_coils", "active coils in the loose test", "E13"),
     ("test_force", "force of a pin in the loose test, full travel", ""),
     ("active_coils", "active coils, arms included", "E13"),

@@ -43,7 +43,8 @@ class SpringAnswer(Report):
     def headline(self) -> str:
         """The spring to wind, or a statement that none can be made."""
         if self.best is None:
-            return f"No single spring gives {self.wish.rate:.4g} N*m/rad within the limits"
+            asked = f"{self.wish.rate:.4g} N*m/rad over {math.degrees(self.wish.travel):.4g} deg"
+            return f"No single spring gives {asked} within the limits"
         best = self.best
         return (
             f"{best.body_coils:.4g} coils of {best.wire_diameter * 1e3:.4g} mm {best.material}, mean diameter "
@@ -110,8 +111,8 @@ def spring(
     Raises
     ------
     UserError
-        If a quantity cannot be read, or a name, a word or the material is unknown. That no spring can be made is a
-        valid result.
+        If a quantity cannot be read or is outside the range of the command, or a name, a word or the material is
+        unknown. That no spring can be made is a valid result.
     """
     return to_wind(spring_wish(rate, travel, wish or {}), catalogue or Catalogue.load())
 
@@ -136,6 +137,7 @@ def given(
 ) -> SpringAnswer:
     """Check a spring of wire diameter m, mean diameter m and body coils; ``stated_rate`` N m/rad as measured."""
     material = catalogue.find_material(wish.material)
+    wish.calibration.require_for(material.name, wish.rate_form)
     made = check_spring(material, *sizes, wish.task, included_angle=included_angle, stated_rate=stated_rate)
     broken = tuple(violation.text for violation in made.violations)
     content = {

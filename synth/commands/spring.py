@@ -160,12 +160,12 @@ def _calibrate(arguments: argparse.Namespace, catalogue: Catalogue, progress: Pr
         raise UserError(Problem("the table of wound samples is missing: synth spring calibrate SAMPLES.csv"))
     material = catalogue.find_material(arguments.material or "music wire")
     samples = read_samples(Path(arguments.samples))
-    found = calibration_of(samples, material, RATE_FORMS[arguments.rate_formula])
-    content = calibration_json(found, material.name, arguments.samples, arguments.rate_formula)
+    found = calibration_of(samples, material, RATE_FORMS[arguments.rate_formula], arguments.samples)
+    content = calibration_json(found, arguments.samples)
     if arguments.json == "-":
         progress.document(json.dumps(content, indent=2))
         return 0
-    progress.result(calibration_text(found, material.name))
+    progress.result(calibration_text(found))
     if arguments.json:
         progress.say(f"written: {write_result(Path(arguments.json), content)}")
     return 0
@@ -173,7 +173,6 @@ def _calibrate(arguments: argparse.Namespace, catalogue: Catalogue, progress: Pr
 
 def _read(arguments: argparse.Namespace) -> tuple[SpringRequirements, tuple[float, float, float] | None]:
     """The request, and wire diameter m, mean diameter m and coils of a spring to check. Raises all mistakes at once."""
-    import math
     from dataclasses import replace
 
     from synth.errors import UserError
@@ -182,11 +181,10 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringRequirements, tuple[floa
     from synth.spring.spring_requirements import SpringRequirements
     from synth.spring.wound_samples import read_calibration
 
-    read = Quantities(arguments)
-    rate, travel = read.read("--rate", "N*m/rad"), read.read("--travel", "rad")
-    opening = read.read("--opening-travel", "rad", positive=False)
-    angle = read.read("--included-angle", "rad", positive=False)
-    leg = read.read("--leg-length", "m", positive=False)
+    read = _SpringQuantities(arguments)
+    rate, travel = read.within("--rate", "N*m/rad"), read.within("--travel", "rad")
+    opening, angle = read.within("--opening-travel", "rad"), read.within("--included-angle", "rad")
+    leg = read.within("--leg-length", "m", "leg_lengths")
     limits = _limits(read)
     sizes = [read.read(GIVEN[0], "m"), read.read(GIVEN[1], "m"), read.number(GIVEN[2], "5.25")]
     checking = any(read.given(option) for option in GIVEN)
@@ -195,11 +193,6 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringRequirements, tuple[floa
         if not read.given(option):
             why = "checking needs wire diameter, mean diameter and coils" if option in GIVEN else "is required"
             read.problems.append(Problem(f"{why}; see synth spring --help", key=option))
-    if angle is not None and not 0.0 <= angle < math.tau:
-        read.problems.append(Problem("must be from 0 to below 360 deg", key="--included-angle"))
-    for option, value in (("--opening-travel", opening), ("--leg-length", leg)):
-        if value is not None and value < 0.0:
-            read.problems.append(Problem("must be 0 or more", key=option))
     hand = _hand(arguments, read)
     calibration = UNCALIBRATED
     if arguments.calibration:
@@ -244,28 +237,40 @@ def _hand(arguments: argparse.Namespace, read: Quantities) -> Hand:
     return needed
 
 
-def _limits(read: Quantities) -> SpringLimits:
+class _SpringQuantities(Quantities):
+    """Quantities in the ranges of a spring's requirements, which the library has too."""
+
+    def within(self, option: str, unit: str, name: str = "") -> float | None:
+        """The value in ``unit``, ``1`` for a plain number; ``name`` : of the requirement, if not that of the option."""
+        from synth.spring.requirement_ranges import RANGES
+
+        name = name or option[2:].replace("-", "_")
+        value = self.number(option, "1.2") if unit == "1" else self.read(option, unit, positive=False)
+        if value is None or RANGES[name].has(value):
+            return value
+        text = getattr(self._arguments, option[2:].replace("-", "_"))
+        self.problems.append(Problem(f'"{text}" {RANGES[name].words}', key=option))
+        return None
+
+
+def _limits(read: _SpringQuantities) -> SpringLimits:
     from dataclasses import replace
 
     from synth.spring.spring_result import SpringLimits
 
     limits = SpringLimits(
-        arbor_diameter=read.read("--arbor", "m"),
-        max_outer_diameter=read.read("--max-outer-diameter", "m"),
-        max_body_length=read.read("--max-body-length", "m"),
+        arbor_diameter=read.within("--arbor", "m", "arbor_diameter"),
+        max_outer_diameter=read.within("--max-outer-diameter", "m"),
+        max_body_length=read.within("--max-body-length", "m"),
+        bend_radius=read.within("--bend-radius", "m"),
     )
-    safety = read.number("--safety", "1.2")
-    if safety is not None and safety < 1.0:
-        read.problems.append(Problem("below 1 would let the spring yield", key="--safety"))
-    cycles, fatigue = read.number("--cycles", "1e6"), read.number("--fatigue-safety", "1.2")
-    if cycles is not None and not 1.0 <= cycles <= 1e6:
-        read.problems.append(Problem("fatigue is known up to 1e6 cycles: 1 to 1e6", key="--cycles"))
-    if fatigue is not None and cycles is None:
+    safety, cycles = read.within("--safety", "1"), read.within("--cycles", "1")
+    fatigue = read.within("--fatigue-safety", "1")
+    if fatigue is not None and not read.given("--cycles"):
         read.problems.append(Problem("needs --cycles as well", key="--fatigue-safety"))
     return replace(
         limits,
         safety=limits.safety if safety is None else safety,
         cycles=cycles,
         fatigue_safety=1.0 if fatigue is None else fatigue,
-        bend_radius=read.read("--bend-radius", "m"),
     )

@@ -12,6 +12,7 @@ from synth.parts.row_check import DISAGREEMENT
 from synth.spring.calibration import WindingCalibration
 from synth.spring.design import SpringResult
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
+from synth.spring.unit_text import in_units
 from synth.spring.winding_sheet import code_line
 
 
@@ -41,9 +42,12 @@ def _life(spring: SpringDesign, which: str) -> str:
     return "-" if spring.life is None else f"{getattr(spring.life, which):.2f}"
 
 
+PARALLEL = "springs in parallel"  # a row of several
+CALIBRATED = "rate over the formula's, samples"  # a row of springs with a calibration alone
+BENDS = "stress in the arms' bends"
 ROWS: tuple[Row, ...] = (
     Row("material", lambda s: s.material),
-    Row("springs in parallel", lambda s: f"{s.count}"),
+    Row(PARALLEL, lambda s: f"{s.count}"),
     Row("wire diameter", lambda s: s.wire_diameter, "m"),
     Row("mean coil diameter", lambda s: s.mean_diameter, "m", ".2f", ".4f"),
     Row("outer diameter, widest", lambda s: s.outer_diameter, "m", ".2f", ".4f"),
@@ -59,6 +63,7 @@ ROWS: tuple[Row, ...] = (
     Row("rate", lambda s: s.rate, "N*m/rad"),
     Row("rate, d^4 E/(64 D N)", lambda s: s.rate_bending_form, "N*m/rad"),
     Row("rate, 10.8 per turn", lambda s: s.rate_friction_form, "N*m/rad"),
+    Row(CALIBRATED, lambda s: f"{s.rate_factor:.3f}"),
     Row("travel", lambda s: s.travel, "rad"),
     Row("torque at travel", lambda s: s.moment, "N*m"),
     Row("stress at travel", lambda s: s.stress, "Pa", ".0f", ".1f"),
@@ -68,7 +73,7 @@ ROWS: tuple[Row, ...] = (
     Row("torque, opening", lambda s: s.opening_moment, "N*m"),
     Row("stress, opening", lambda s: s.opening_stress, "Pa", ".0f", ".1f"),
     Row("allowed stress, opening", lambda s: s.allowed_opening_stress, "Pa", ".0f", ".1f"),
-    Row("stress in the arms' bends", lambda s: s.arm_stress, "Pa", ".0f", ".1f"),
+    Row(BENDS, lambda s: s.arm_stress, "Pa", ".0f", ".1f"),
     Row("least yield over stress", lambda s: f"{s.safety:.2f}"),
     Row("surge frequency [Hz]", lambda s: f"{s.surge_frequency:.0f}"),
     Row("travel to yield", lambda s: s.free_travel, "rad", ".1f", ".1f"),
@@ -83,7 +88,9 @@ def spring_table(springs: Sequence[SpringDesign], heads: Sequence[str], shown: S
     """Springs side by side, one property per line; a count of one everywhere is left out."""
     several = any(spring.count > 1 for spring in springs)
     bent = any(spring.bend_radius is not None for spring in springs)
-    kept = [row for row in ROWS if (several or "side by" not in row.head) and (bent or "bends" not in row.head)]
+    calibrated = any(spring.rate_factor != 1.0 for spring in springs)
+    idle = {head for head, used in ((PARALLEL, several), (BENDS, bent), (CALIBRATED, calibrated)) if not used}
+    kept = [row for row in ROWS if row.head not in idle]
     rows = [[row.label(shown), *(row.cell(spring, shown) for spring in springs)] for row in kept]
     return table_text([["", *heads], *rows])
 
@@ -104,39 +111,49 @@ def design_text(result: SpringResult, shown: ShownUnits = METRIC) -> str:
     if result.best is not None:
         heads = ["to wind", *(f"or {i + 1}" for i in range(len(result.alternatives)))]
         notes = [code_line(check, shown) for check in result.best.codes]
-        notes += [f"note: {text}" for text in (*result.notes, *result.best.warnings)]
+        notes += [f"note: {in_units(text, shown)}" for text in (*result.notes, *result.best.warnings)]
         if result.lasting:
-            notes += [f"To last {DESIGN_LIFE:.0f} full turns:", *(f"  - {item.text}" for item in result.lasting)]
+            texts = [in_units(item.text, shown) for item in result.lasting]
+            notes += [f"To last {DESIGN_LIFE:.0f} full turns:", *(f"  - {text}" for text in texts)]
         table = spring_table([result.best, *result.alternatives], heads, shown)
         return "\n".join([f"Wind {in_one_line(result.best, shown)}.", "", table, *notes])
     wish = result.wish
     asked = f"{shown.text(wish.rate, 'N*m/rad')} over {math.degrees(wish.travel):.4g} deg"
     lines = [f"No single spring of {wish.material} gives {asked} within the limits.", "Limits not met:"]
-    lines += [f"  - {text}" for text in result.binding]
+    lines += [f"  - {in_units(text, shown)}" for text in result.binding]
     if not result.nearest:
         return "\n".join([*lines, "No similar spring can be made either: widen the limits."])
-    lines += ["The nearest that can be made:", *(f"  - {item.text}" for item in result.nearest), ""]
+    texts = [in_units(item.text, shown) for item in result.nearest]
+    lines += ["The nearest that can be made:", *(f"  - {text}" for text in texts), ""]
     heads = [item.kind.replace("_", " ") for item in result.nearest]
     return "\n".join([*lines, spring_table([item.design for item in result.nearest], heads, shown)])
 
 
-def calibration_text(found: WindingCalibration, material: str) -> str:
+def calibration_text(found: WindingCalibration) -> str:
     """The calibration in words."""
     spread = "" if found.spread is None else f", plus or minus {found.spread:.1%} from sample to sample"
-    back, rate = f"{found.spring_back:.3f}", f"{found.rate:.3f}"
-    return "\n".join(
-        [
-            f"{material}: yield stress {back} times the minimum strength ({found.n_back} samples); sets the mandrel",
-            f"rate {rate} times the formula's ({found.n_rate} samples{spread}); sets wire, coils and diameter",
-            "Use it in the next design with --calibration.",
-        ]
+    rate = (
+        f"rate {found.rate:.3f} times the formula's ({_samples(found.n_rate)}{spread}); sets wire, coils and diameter"
     )
+    lines = [
+        f"{found.material}: yield stress {found.spring_back:.3f} times the minimum strength "
+        f"({_samples(found.n_back)}); sets the mandrel",
+        rate if found.n_rate else "rate: no sample has one, so that of the formula stays",
+        "Use it in the next design with --calibration.",
+    ]
+    if abs(found.rate - 1.0) > DISAGREEMENT:
+        lines.append("note: the rate is far from the formula's: measure the wire and count the coils again")
+    return "\n".join(lines)
+
+
+def _samples(number: int) -> str:
+    return "1 sample" if number == 1 else f"{number} samples"
 
 
 def check_text(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
     """The answer in one line, the spring, and the limits it breaks."""
-    notes = [f"note: {warning}" for warning in spring.warnings]
-    apart = spring.rate / spring.rate_bending_form - 1.0
+    notes = [f"note: {in_units(warning, shown)}" for warning in spring.warnings]
+    apart = spring.rate / spring.calculated_rate - 1.0
     if abs(apart) > DISAGREEMENT:
         text = (
             f"the given rate differs by {apart:+.0%} from the rate of these sizes: measure the wire and count the coils"
@@ -145,7 +162,8 @@ def check_text(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
     if spring.feasible:
         answer, broken = "It meets all limits", []
     else:
-        answer = f"It breaks {len(spring.violations)} limits"
-        broken = ["Limits not met:", *(f"  - {violation.text}" for violation in spring.violations)]
+        number = len(spring.violations)
+        answer = f"It breaks {number} limit{'' if number == 1 else 's'}"
+        broken = ["Limits not met:", *(f"  - {in_units(each.text, shown)}" for each in spring.violations)]
     line = f"{answer}: {in_one_line(spring, shown)}."
     return "\n".join([line, "", spring_table([spring], ["checked"], shown), *broken, *notes])

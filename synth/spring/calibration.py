@@ -12,10 +12,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from synth.parts.coil_rate import RateForm, active_coils, rate
+from synth.errors import Problem, UserError
+from synth.parts.coil_rate import RATE_FORMULA, RateForm, active_coils, rate
 from synth.spring.winding import mandrel_diameter
 
 FLOW_RANGE = (0.2, 2.0)  # of the tensile strength: a flow stress outside it means that a measurement is wrong
+# Of a measured rate over the formula's. Friction and an uneven coil take a tenth. The rate goes with the fourth power
+# of the wire's diameter, so a factor of two is a diameter 19 % off. A rate per degree read as per radian is 57 times.
+RATE_RANGE = (0.5, 2.0)
 
 
 @dataclass(frozen=True)
@@ -23,7 +27,7 @@ class Sample:
     """One wound coil: sizes in m, ``turns`` wound on the mandrel, ``coils`` left when free, ``rate`` in N m/rad.
 
     ``mean`` is the free coil's mean diameter; None if only turns and coils were counted. ``legs``: lengths from the
-    coil to the load, m.
+    coil to the load, m. ``line`` : of its table, in messages.
     """
 
     mandrel: float
@@ -33,6 +37,7 @@ class Sample:
     mean: float | None = None
     rate: float | None = None
     legs: tuple[float, float] = (0.0, 0.0)
+    line: int | None = None
 
     @property
     def free_mean(self) -> float | None:
@@ -47,6 +52,7 @@ class WindingCalibration:
     """Factors on the wire's flow stress (nominally its tensile strength) and on the rate.
 
     ``spread`` is one standard deviation of the rate factor. ``n_back`` and ``n_rate``: numbers of samples used.
+    ``material`` : the samples' wire; empty: any. ``form`` : the formula that ``rate`` is a factor on; None: either.
     """
 
     spring_back: float = 1.0
@@ -54,13 +60,32 @@ class WindingCalibration:
     spread: float | None = None
     n_back: int = 0
     n_rate: int = 0
+    material: str = ""
+    form: RateForm | None = None
+
+    def require_for(self, material: str, form: RateForm) -> None:
+        """Refuse another wire than that of the samples, and another rate formula than the factor's.
+
+        Raises
+        ------
+        UserError : with each.
+        """
+        wrong = []
+        if self.material not in ("", material):
+            wrong.append(f"was measured on {self.material}, and the spring is of {material}: wind samples of that wire")
+        if self.n_rate and self.form not in (None, form):
+            made, used = (RATE_FORMULA[each] for each in (self.form, form) if each is not None)
+            text = f"is a factor on the rate formula {made}, and {used} is chosen: use {made} here"
+            wrong.append(f"{text} (--rate-formula {made}), or calibrate with {used}")
+        if wrong:
+            raise UserError([Problem(f"the calibration {text}") for text in wrong])
 
 
 UNCALIBRATED = WindingCalibration()
 
 
 def flow_factor(sample: Sample, modulus: float, strength: float) -> float | None:
-    """Flow stress over ``strength`` for which the sample's mandrel gives its free coil; None if none does.
+    """Flow stress over ``strength`` for which the sample's mandrel gives its free coil; None if none of ``FLOW_RANGE``.
 
     ``modulus`` and ``strength`` in Pa. By bisection: a higher flow stress means more spring-back, so the same coil
     needs a thinner mandrel.

@@ -89,11 +89,13 @@ def design_spring(
     Raises
     ------
     UserError
-        For impossible requirements (such as a rate or travel that is not positive), with every one of them at once.
+        For impossible requirements (such as a rate or travel that is not positive), with every one of them at once;
+        for a calibration of another wire or rate formula.
     """
     require_possible(wish)
     catalogue = catalogue or Catalogue.load()
     material = catalogue.find_material(wish.material)
+    wish.calibration.require_for(material.name, wish.rate_form)
     if wish.objective != "life":
         search = SpringSearch(wish, material, suits)
         if wires := search.best_of_wires(n_alternative + 1):

@@ -10,9 +10,9 @@ from synth.errors import UserError
 from synth.parts import coil_angle
 from synth.parts.coil_rate import RATE_FORMULA, active_coils, energy, rate
 from synth.parts.wire import WireMaterial, WireProperties
-from synth.remarks import unlike
 from synth.spring import arms, codes, fatigue, space, stress, winding
 from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask, Violation
+from synth.spring.unit_text import Measured, UnitText
 from synth.spring.wire_load import LEAST_RATIO, PeakRatios, WireLoad
 
 SLACK = 1e-9  # relative: a limit that is reached exactly counts as kept despite rounding
@@ -46,7 +46,8 @@ def check_spring(
     included_angle
         rad, if stated; one that contradicts the coils is a violation. Default: the angle that the coils give.
     stated_rate
-        N m/rad, published or measured; moments are computed with it. Default: the bending form including the legs.
+        N m/rad, published or measured; moments are computed with it. Default: that of the task's formula including the
+        legs, times the factor of its calibration.
     count
         number of equal springs in parallel.
 
@@ -171,11 +172,10 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
     wire = material.properties(coil.wire_diameter)
     d, mean, body_coils, travel = coil.wire_diameter, coil.mean_diameter, coil.body_coils, task.travel
     active = active_coils(body_coils, mean, task.leg_lengths)
-    forms = {form: rate(wire.elastic_modulus * task.calibration.rate, d, mean, active, form) for form in RATE_FORMULA}
-    used = forms[task.rate_form] if stated_rate is None else stated_rate
+    forms = {form: rate(wire.elastic_modulus, d, mean, active, form) for form in RATE_FORMULA}
+    used = forms[task.rate_form] * task.calibration.rate if stated_rate is None else stated_rate
     bears = _borne(coil, task, used)
-    yield_stress = wire.static_limit * wire.strength.value
-    room = room_of(material, (d, mean, body_coils), task)
+    yield_stress, room = wire.static_limit * wire.strength.value, room_of(material, (d, mean, body_coils), task)
     return SpringDesign(
         material=material.name,
         wire_diameter=d,
@@ -219,6 +219,7 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
         surge_frequency=codes.surge_frequency(d, mean, body_coils, wire.elastic_modulus, wire.density),
         codes=codes.code_checks(wire.allowables, bears.in_coil, d, mean),
         rate_form=task.rate_form,
+        rate_factor=task.calibration.rate,
         spring_back=task.calibration.spring_back,
         count=coil.count,
         hand=task.hand,
@@ -241,34 +242,31 @@ def _life(wire: WireProperties, bears: _Borne, task: SpringTask) -> fatigue.Life
 def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violation]:
     """The limits that a spring violates, each with its numbers."""
 
-    def above(
-        name: str, value: float, limit: float | None, shown: str, scale: float = 1e3, unit: str = " mm"
-    ) -> Iterator[Violation]:
-        if limit is not None and value > limit * (1.0 + SLACK):
-            found, most = unlike(value * scale, limit * scale)
-            yield Violation(name, value / limit, f"{shown} {found}{unit}, allowed {most}{unit}")
+    def text(what: str, value: float, relation: str, limit: float, si: str) -> UnitText:
+        found, bound = Measured(value, si, beside=limit), Measured(limit, si, beside=value)
+        return UnitText(f"{what} ", found, f", {relation} ", bound)
 
-    def below(
-        name: str, value: float, limit: float | None, shown: str, scale: float = 1e3, unit: str = " mm"
-    ) -> Iterator[Violation]:
+    def above(name: str, value: float, limit: float | None, what: str, si: str = "m") -> Iterator[Violation]:
+        if limit is not None and value > limit * (1.0 + SLACK):
+            yield Violation(name, value / limit, text(what, value, "allowed", limit, si))
+
+    def below(name: str, value: float, limit: float | None, what: str, si: str = "m") -> Iterator[Violation]:
         if limit is not None and value < limit * (1.0 - SLACK):
             excess = limit / value if value > 0.0 else math.inf
-            found, least = unlike(value * scale, limit * scale)
-            yield Violation(name, excess, f"{shown} {found}{unit}, required {least}{unit}")
+            yield Violation(name, excess, text(what, value, "required", limit, si))
 
-    yield from above("stress", design.stress, design.allowed_stress, "stress at full travel", 1e-6, " MPa")
+    yield from above("stress", design.stress, design.allowed_stress, "stress at full travel", "Pa")
     opened, less = design.opening_stress, design.allowed_opening_stress
-    yield from above("stress", opened, less, "stress at the opening travel", 1e-6, " MPa")
+    yield from above("stress", opened, less, "stress at the opening travel", "Pa")
     if design.bend_radius is not None:  # a straight arm has less stress than the coil
-        yield from above("arms", design.arm_stress, design.allowed_stress, "stress in the arms' bends", 1e-6, " MPa")
+        yield from above("arms", design.arm_stress, design.allowed_stress, "stress in the arms' bends", "Pa")
     if limits.cycles is not None:
         if design.life is None:
-            text = f"no fatigue data are known for {design.material} wire"
-            yield Violation("fatigue", math.inf, text)
+            yield Violation("fatigue", math.inf, f"no fatigue data are known for {design.material} wire")
         else:
             factor = design.life.factor(limits.cycles)
             shown = f"strength over stress for {limits.cycles:.0g} cycles"
-            yield from below("fatigue", factor, limits.fatigue_safety, shown, 1.0, "")
+            yield from below("fatigue", factor, limits.fatigue_safety, shown, "1")
     yield from above("outer_diameter", design.outer_diameter, limits.max_outer_diameter, "outer diameter")
     yield from below("inside_diameter", design.inside_diameter, limits.min_inside_diameter, "inside diameter")
     free = design.inside_diameter + 2.0 * design.wire_diameter
@@ -277,17 +275,17 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
     wound = design.wound_inside_diameter
     yield from below("arbor", wound, limits.least_wound_inside(), "inside diameter at full travel")
     yield from above("body_length", design.wound_body_length, limits.max_body_length, "body length at full travel")
-    yield from below("index", design.index, limits.index_range[0], "spring index", 1.0, "")
-    yield from above("index", design.index, limits.index_range[1], "spring index", 1.0, "")
-    yield from below("coils", design.body_coils, limits.min_coils, "body coils", 1.0, "")
-    yield from above("coils", design.body_coils, limits.max_coils, "body coils", 1.0, "")
+    yield from below("index", design.index, limits.index_range[0], "spring index", "1")
+    yield from above("index", design.index, limits.index_range[1], "spring index", "1")
+    yield from below("coils", design.body_coils, limits.min_coils, "body coils", "1")
+    yield from above("coils", design.body_coils, limits.max_coils, "body coils", "1")
     mismatch = coil_angle.angle_mismatch(design.body_coils, design.included_angle, design.convention)
     if abs(mismatch) > coil_angle.TOLERANCE:
         given = math.degrees(coil_angle.included_angle(design.body_coils, design.convention))
         stated = math.degrees(design.included_angle)
         coils = f"{design.body_coils:.4g} coils with {design.convention} legs"
-        text = f"included angle {stated:.4g} deg, but {coils} give {given:.4g} deg"
-        yield Violation("included_angle", math.inf, text)
+        contradiction = f"included angle {stated:.4g} deg, but {coils} give {given:.4g} deg"
+        yield Violation("included_angle", math.inf, contradiction)
 
 
 def _lasting_travel(design: SpringDesign, cycles: float, factor: float) -> float:

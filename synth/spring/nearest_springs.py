@@ -11,12 +11,14 @@ from typing import Any, Literal
 from synth.parts.catalogs import Catalogue
 from synth.parts.wire import WireMaterial
 from synth.remarks import unlike
+from synth.spring.calibration import UNCALIBRATED
 from synth.spring.codes import OPENING
 from synth.spring.evaluate import travel_limit
 from synth.spring.preferred_springs import preferred
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
 from synth.spring.spring_search import candidates, describe, feasible_candidates, ranked, worst_excess
+from synth.spring.unit_text import Measured, UnitText, joined
 
 ROOM = frozenset({"outer_diameter", "body_length"})  # limits that more room in the joint would lift
 OTHER_MATERIALS = ("oil tempered", "chrome vanadium", "chrome silicon")  # sold thicker or stronger than music wire
@@ -69,35 +71,35 @@ def limits_in_the_way(found: list[SpringDesign], wish: SpringRequirements) -> It
     """The smallest sets of limits that exclude a candidate, each described by the candidate that exceeds it least."""
     if not found:
         low, high = wish.limits.index_range
-        wire = f"{wish.material}{_allowed_wire(wish)}"
-        yield (
-            f"no stock wire of {wire} gives {wish.rate:.4g} N*m/rad with a spring index of {low:g} to "
-            f"{high:g} and {wish.limits.min_coils:g} to {wish.limits.max_coils:g} coils"
+        yield UnitText(
+            *("no stock wire of ", wish.material, _allowed_wire(wish), " gives ", Measured(wish.rate, "N*m/rad")),
+            f" with a spring index of {low:g} to {high:g} and {wish.limits.min_coils:g} to "
+            f"{wish.limits.max_coils:g} coils",
         )
         return
     fewest = min(len(_violated(design)) for design in found)
     for limits in sorted({_violated(design) for design in found if len(_violated(design)) == fewest}, key=sorted):
         design = min((each for each in found if _violated(each) == limits), key=worst_excess)
-        text = "; ".join(violation.text for violation in design.violations)
+        text = joined("; ", (violation.text for violation in design.violations))
         if "stress" in limits:
             allowed = math.degrees(design.load.angle(design.allowed_stress))
             wanted, may = unlike(math.degrees(max(wish.travel, wish.opening_travel)), allowed, ".3g")
-            text += (
-                f"; it yields at {math.degrees(design.free_travel):.3g} deg and may turn "
-                f"{may} deg; {wanted} deg are required"
+            text = UnitText(
+                *(text, f"; it yields at {math.degrees(design.free_travel):.3g} deg and may turn "),
+                f"{may} deg; {wanted} deg are required",
             )
             if design.wire_diameter == max(each.wire_diameter for each in found):
-                text += "; no thicker stock wire of this material gives this rate"
-        yield f"{' and '.join(sorted(limits))}: the nearest spring ({describe(design)}) has {text}"
+                text = UnitText(text, "; no thicker stock wire of this material gives this rate")
+        yield UnitText(f"{' and '.join(sorted(limits))}: the nearest spring (", describe(design), ") has ", text)
 
 
 def _allowed_wire(wish: SpringRequirements) -> str:
     """The wires to which the search is restricted, in words; empty: any."""
-    low, high = (diameter * 1e3 for diameter in wish.wire_range)
-    words = [f"{wish.system} sizes"] if wish.system is not None else []
-    words += [f"at least {low:.4g} mm"] if low > 0.0 else []
-    words += [f"at most {high:.4g} mm"] if math.isfinite(high) else []
-    return f" ({', '.join(words)})" if words else ""
+    low, high = wish.wire_range
+    words: list[str] = [f"{wish.system} sizes"] if wish.system is not None else []
+    words += [UnitText("at least ", Measured(low, "m"))] if low > 0.0 else []
+    words += [UnitText("at most ", Measured(high, "m"))] if math.isfinite(high) else []
+    return UnitText(" (", joined(", ", words), ")") if words else ""
 
 
 def _more_room(found: list[SpringDesign]) -> Iterator[NearestSpring]:
@@ -105,8 +107,8 @@ def _more_room(found: list[SpringDesign]) -> Iterator[NearestSpring]:
     designs = [design for design in found if design.violations and _violated(design) <= ROOM]
     if designs:
         design = min(designs, key=lambda each: (worst_excess(each), each.mass))
-        needs = " and ".join(violation.text for violation in design.violations)
-        yield NearestSpring("more_room", f"with more room: {describe(design)}; it has {needs}", design)
+        needs = joined(" and ", (violation.text for violation in design.violations))
+        yield NearestSpring("more_room", UnitText("with more room: ", describe(design), "; it has ", needs), design)
 
 
 def _parallel(wish: SpringRequirements, material: WireMaterial) -> Iterator[NearestSpring]:
@@ -120,11 +122,9 @@ def _parallel(wish: SpringRequirements, material: WireMaterial) -> Iterator[Near
         if good:
             kept, notes = preferred(good, partial(candidates, shared, material), shared)
             design = replace(ranked(kept, wish.objective)[0], count=count)
-            text = (
-                f"{count} in parallel, each within the limits and {wish.rate / count:.4g} N*m/rad: {describe(design)}"
-            )
-            text = "; ".join((text, *notes))
-            yield NearestSpring("parallel", text, design)
+            each = Measured(wish.rate / count, "N*m/rad")
+            text = UnitText(f"{count} in parallel, each within the limits and ", each, ": ", describe(design))
+            yield NearestSpring("parallel", joined("; ", (text, *notes)), design)
             return
 
 
@@ -148,8 +148,8 @@ def _smaller_travel(
         asked = f"{math.degrees(travel):.3g} deg of {math.degrees(wish.travel):.3g} deg"
         if opening < wish.opening_travel:
             asked += f", opening {math.degrees(opening):.3g} deg of {math.degrees(wish.opening_travel):.3g} deg"
-        text = "; ".join((f"a smaller travel, {asked}: {describe(design)}", *notes))
-        yield NearestSpring("smaller_travel", text, design)
+        text = UnitText(f"a smaller travel, {asked}: ", describe(design))
+        yield NearestSpring("smaller_travel", joined("; ", (text, *notes)), design)
 
 
 def _parallel_of_smaller_travel(wish: SpringRequirements, material: WireMaterial) -> Iterator[NearestSpring]:
@@ -158,17 +158,18 @@ def _parallel_of_smaller_travel(wish: SpringRequirements, material: WireMaterial
     for count in range(2, MOST_IN_PARALLEL + 1):
         shared = replace(wish, rate=wish.rate / count)
         for item in _smaller_travel(list(candidates(shared, material)), shared, material):
-            text = f"{count} in parallel, each of {shared.rate:.4g} N*m/rad, with {item.text}"
+            text = UnitText(f"{count} in parallel, each of ", Measured(shared.rate, "N*m/rad"), ", with ", item.text)
             reached.append(replace(item, text=text, design=replace(item.design, count=count)))
     yield from sorted(reached, key=lambda item: -item.design.travel)[:1]
 
 
 def _other_material(wish: SpringRequirements, material: WireMaterial, catalogue: Catalogue) -> Iterator[NearestSpring]:
-    """The best single spring of another wire material that keeps the limits."""
+    """The best single spring of another wire material that keeps the limits; no calibration is known for it."""
     designs: list[SpringDesign] = []
     for name in OTHER_MATERIALS:
         other = catalogue.find_material(name)
         if other.name != material.name:
-            designs += feasible_candidates(replace(wish, material=name), other)
+            designs += feasible_candidates(replace(wish, material=name, calibration=UNCALIBRATED), other)
     for design in ranked(designs, wish.objective)[:1]:
-        yield NearestSpring("other_material", f"{design.material} wire: {describe(design)}", design)
+        wire = f"{design.material} wire{'' if wish.calibration == UNCALIBRATED else ', which is not calibrated'}"
+        yield NearestSpring("other_material", UnitText(f"{wire}: ", describe(design)), design)

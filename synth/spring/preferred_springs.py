@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign, SpringLimits
 from synth.spring.spring_search import describe, lasts, worst_excess
+from synth.spring.unit_text import UnitText, joined
 
 
 def suits(design: SpringDesign, limits: SpringLimits) -> bool:
@@ -21,7 +22,7 @@ def preferred(
 
     A preference that no spring meets is dropped, and a note gives the reason. ``found`` gives all candidates.
     """
-    notes = []
+    notes: list[str] = []
     lasting = [design for design in good if lasts(design, wish.limits)]
     if not lasting and good[0].life is None:
         notes.append(f"no fatigue data are known for {good[0].material} wire: no design life can be checked")
@@ -38,6 +39,6 @@ def preferred(
     why = (
         "no stock wire gives the rate with an allowed spring index"
         if nearest is None
-        else f"the nearest ({describe(nearest)}) has " + "; ".join(v.text for v in nearest.violations)
+        else UnitText("the nearest (", describe(nearest), ") has ", joined("; ", (v.text for v in nearest.violations)))
     )
-    return good, (*notes, f"fewer than {FEWEST_COILS:.0f} coils, because with more coils {why}")
+    return good, (*notes, UnitText(f"fewer than {FEWEST_COILS:.0f} coils, because with more coils ", why))

@@ -11,7 +11,7 @@ from typing import Any
 from synth.files.spring_words import Hand
 from synth.parts.coil_angle import Convention
 from synth.parts.coil_rate import RATE_FORMULA, RateForm
-from synth.remarks import decisive, remarks_json, unlike
+from synth.remarks import decisive, remarks_json
 from synth.spring.arms import arm_force, arm_share
 from synth.spring.calibration import UNCALIBRATED, WindingCalibration
 from synth.spring.codes import OPENING, CodeCheck, dynamic_factor
@@ -19,6 +19,7 @@ from synth.spring.din_2194 import SOURCE, STANDARD, GradeTolerance, grade_tolera
 from synth.spring.fatigue import Life
 from synth.spring.loose_test import LoadPoint, LooseTest, load_points
 from synth.spring.space import cylinder
+from synth.spring.unit_text import Measured, UnitText
 from synth.spring.winding import WindingTolerance, mandrel_diameter, stress_relief, turns_on_mandrel
 from synth.spring.wire_load import PeakRatios, WireLoad
 from synth.units import quantity
@@ -86,7 +87,10 @@ class SpringLimits:
 
 @dataclass(frozen=True)
 class Violation:
-    """A limit that a spring violates; ``excess`` is the ratio of value and limit, above 1."""
+    """A limit that a spring violates; ``excess`` is the ratio of value and limit, above 1.
+
+    ``text`` with quantities is a ``UnitText``.
+    """
 
     limit: str
     excess: float
@@ -98,7 +102,8 @@ class SpringDesign:
     """A torsion spring and its properties. SI units, angles in rad.
 
     ``travel`` winds the coil, ``opening_travel`` opens it. Moments and stresses are computed with ``rate``;
-    ``rate_form`` is the formula by which it was designed. ``moment`` is the torque at the winding travel; in a spring
+    ``rate_form`` is the formula by which it was designed, ``rate_factor`` that of wound samples on it, which is in
+    ``rate`` and in neither ``rate_..._form``. ``moment`` is the torque at the winding travel; in a spring
     with clamped arms of the free length ``clamped_arm`` (None: not clamped) the wire bears more, by ``peaks`` at the
     ends of both travels. ``stress`` is that of the coil at the winding travel, ``opening_stress`` that at the opening
     travel, where less is allowed (``codes.OPENING``). ``codes`` has the checks by other codes.
@@ -152,6 +157,7 @@ class SpringDesign:
     codes: tuple[CodeCheck, ...] = ()
     rate_form: RateForm = "bending"
     spring_back: float = 1.0
+    rate_factor: float = 1.0
     violations: tuple[Violation, ...] = ()
     count: int = 1
     hand: str = "right"
@@ -164,6 +170,12 @@ class SpringDesign:
     def test(self) -> LooseTest:
         """How to measure the loose spring, with the rate to expect."""
         return self.loose or LooseTest(self.leg_lengths, self.active_coils, self.rate)
+
+    @property
+    def calculated_rate(self) -> float:
+        """Rate of these sizes by the formula of the design, N m/rad, with the factor of wound samples."""
+        formula = self.rate_bending_form if self.rate_form == "bending" else self.rate_friction_form
+        return formula * self.rate_factor
 
     @property
     def load(self) -> WireLoad:
@@ -261,7 +273,8 @@ class SpringDesign:
         """Warnings that do not violate a limit, as sentences."""
         found: list[str] = []
         if self.strength_basis == "law":
-            found.append(f"strength by a fitted law: no maker's table lists {self.wire_diameter * 1e3:.4g} mm wire")
+            wire = Measured(self.wire_diameter, "m")
+            found.append(UnitText("strength by a fitted law: no maker's table lists ", wire, " wire"))
         if self.life is not None and self.safety >= 1.0 and self.life.factor_1e5 < 1.0:
             text = (
                 f"it may break before 100 000 full turns: strength over stress is {self.life.factor_1e5:.2f} (Gerber)"
@@ -269,8 +282,11 @@ class SpringDesign:
             found.append(decisive(text))
         low = [check for check in self.codes if check.safety < 1.0 <= self.safety]
         for check in low:
-            borne, allowed = unlike(check.stress / 1e6, check.allowed / 1e6, ".0f")
-            found.append(f"{check.code} allows {allowed} MPa, its stress formula gives {borne} MPa")
+            borne, allowed = (
+                Measured(value, "Pa", ".0f", other)
+                for value, other in ((check.stress, check.allowed), (check.allowed, check.stress))
+            )
+            found.append(UnitText(f"{check.code} allows ", allowed, ", its stress formula gives ", borne))
         if self.body_coils < 2.0:
             found.append(f"{self.body_coils:.3g} coils; the theory holds for 2 or more (EN 13906-3)")
         return tuple(found)
@@ -294,6 +310,8 @@ class SpringDesign:
             units["opening_moment"] = "N*m"
         values = {name: getattr(self, name) for name in units}
         numbers = {name: quantity(value, units[name]) for name, value in values.items() if value is not None}
+        if self.rate_factor != 1.0:
+            numbers["rate_factor"] = quantity(self.rate_factor, "1")
         if math.isfinite(self.safety):
             numbers["safety"] = quantity(self.safety, "1")
         if math.isfinite(self.allowed_opening_stress):

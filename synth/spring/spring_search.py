@@ -21,6 +21,7 @@ from synth.spring.evaluate import Room, check_spring, room_of, surely_broken
 from synth.spring.space import cylinder
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits
+from synth.spring.unit_text import Measured, UnitText
 
 # Designs up to this multiple of the least mass are ranked by size, heavier ones by mass. The lightest wire that keeps
 # the limits does so only as the widest coil with the fewest turns, where the curvature factor is lowest: a tenth more
@@ -212,9 +213,8 @@ def worst_excess(design: SpringDesign) -> float:
     return max((violation.excess for violation in design.violations), default=1.0)
 
 
-def describe(design: SpringDesign) -> str:
+def describe(design: SpringDesign) -> UnitText:
     """The spring in one line of text."""
-    return (
-        f"wire {design.wire_diameter * 1e3:.4g} mm, mean diameter {design.mean_diameter * 1e3:.4g} mm, "
-        f"{design.body_coils:.4g} coils, {design.rate:.4g} N*m/rad"
-    )
+    wire, mean = Measured(design.wire_diameter, "m"), Measured(design.mean_diameter, "m")
+    coils, rate = f", {design.body_coils:.4g} coils, ", Measured(design.rate, "N*m/rad")
+    return UnitText("wire ", wire, ", mean diameter ", mean, coils, rate)

@@ -9,6 +9,7 @@ from synth.spring.codes import CodeCheck
 from synth.spring.din_2194 import STANDARD
 from synth.spring.loose_test import HELD
 from synth.spring.spring_result import SpringDesign
+from synth.spring.unit_text import in_units
 from synth.spring.winding import stress_relief
 
 
@@ -16,7 +17,6 @@ def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
     """The winding sheet: all data to wind and check the spring."""
     sense = "clockwise" if spring.hand == "right" else "counter-clockwise"
     closing, opening = math.degrees(spring.travel), math.degrees(spring.opening_travel)
-    in_test = spring.test.rate / spring.rate
     lines = [
         "WINDING SHEET: helical torsion spring of round wire",
         "",
@@ -44,17 +44,15 @@ def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
         "Torque against the angle from rest, in this test",
         f"angle [deg]  torque [{shown.unit('N*m')}]",
         *(f"{angle:<11}  {torque}" for angle, torque in _torques(spring, shown)),
-        "Friction between the coils may make the rate softer: "
-        f"{shown.value(in_test * spring.rate_friction_form, 'N*m/rad'):.4g} {shown.unit('N*m/rad')} instead of",
-        f"{shown.text(in_test * spring.rate_bending_form, 'N*m/rad')}.",
+        *_friction(spring, shown),
         "",
         f"Stress at full travel {_stress(spring.stress, spring.allowed_stress, shown)} allowed;",
         f"it yields at {math.degrees(spring.free_travel):.1f} deg.",
         *_in_bends(spring, shown),
         f"Strength {shown.text(spring.tensile_strength, 'Pa', '.0f')}: {spring.strength_source}",
         f"Yield {shown.text(spring.yield_stress, 'Pa', '.0f')}: {spring.yield_source}",
-        *(f"NOT KEPT: {violation.text}" for violation in spring.violations),
-        *(f"Note: {warning}" for warning in spring.warnings),
+        *(f"NOT KEPT: {in_units(violation.text, shown)}" for violation in spring.violations),
+        *(f"Note: {in_units(warning, shown)}" for warning in spring.warnings),
     ]
     return "\n".join(lines) + "\n"
 
@@ -120,6 +118,18 @@ def _rates(spring: SpringDesign, shown: ShownUnits) -> list[str]:
     if spring.loose is not None:
         lines.append(f"Rate in the joint {shown.text(spring.rate, 'N*m/rad')}: it clamps both arms. Not to be tested.")
     return lines
+
+
+def _friction(spring: SpringDesign, shown: ShownUnits) -> list[str]:
+    """How far friction between the coils may change the rate; wound samples had it."""
+    if spring.rate_factor != 1.0:
+        return [f"The rates are {spring.rate_factor:.3f} times the formula's, as measured on wound samples."]
+    in_test = spring.test.rate / spring.rate
+    return [
+        "Friction between the coils may make the rate softer: "
+        f"{shown.text(in_test * spring.rate_friction_form, 'N*m/rad')} instead of",
+        f"{shown.text(in_test * spring.rate_bending_form, 'N*m/rad')}.",
+    ]
 
 
 def _size(length: float, shown: ShownUnits) -> str:

@@ -120,6 +120,7 @@ def test_every_quantity_of_a_spring_is_text_or_a_number() -> None:
 
 def test_every_number_of_a_spring_has_its_unit() -> None:
     from synth.api.spring_wish import LIMITS, UNITS
+    from synth.spring.requirement_ranges import RANGES
 
     hints = {item.name for item in fields(SpringLimits)}
     assert set(LIMITS) == hints
@@ -127,6 +128,7 @@ def test_every_number_of_a_spring_has_its_unit() -> None:
         name for name, hint in get_type_hints(synth.SpringAnswer)["wish"].__annotations__.items() if "float" in hint
     }
     assert set(UNITS) == kept
+    assert set(RANGES) == {*UNITS, *LIMITS}
 
 
 @pytest.mark.parametrize(
@@ -140,8 +142,36 @@ def test_every_number_of_a_spring_has_its_unit() -> None:
         ({"limits": {"max_outer_diameter": "20 deg"}}, r"limits\.max_outer_diameter: "),
         ({"leg_lengths": "20 mm"}, "leg_lengths: .* write 2 values"),
         ({"rate": 1.0}, "rate: is an argument of its own"),
+        ({"included_angle": 120}, "included_angle: 120 rad must be from 0 to below 360 deg; .* is in rad"),
+        ({"included_angle": "400 deg"}, 'included_angle: "400 deg" must be from 0 to below 360 deg'),
+        ({"opening_travel": -0.1}, "opening_travel: -0.1 rad must be from 0 to 3600 deg"),
+        ({"leg_lengths": (0.02, 25)}, "leg_lengths: 25 m must be from 0 to 1 m"),
+        ({"pitch": 0.5}, "pitch: 0.5 must be from 1"),
+        ({"pitch": None}, "pitch: None is not allowed"),
+        ({"wire_range": ("3 mm", "2 mm")}, "wire_range: .* write the lower end first"),
+        ({"limits": {"max_outer_diameter": 20}}, r"limits\.max_outer_diameter: 20 m must be above 0 and at most 1 m"),
+        ({"limits": SpringLimits(max_outer_diameter=20)}, r"limits\.max_outer_diameter: 20 m must be above 0"),
+        ({"limits": {"safety": 0.9}}, r"limits\.safety: 0\.9 must be 1 or more"),
+        ({"limits": {"cycles": 1e7}}, r"limits\.cycles: 1e\+07 must be from 1 to 1e6"),
+        ({"limits": {"max_coils": float("inf")}}, r"limits\.max_coils: inf must be"),
+        ({"limits": {"min_coils": 9, "max_coils": 5}}, r"limits\.min_coils: 9 is above max_coils, 5"),
+        ({"material": 5}, "material: 5 is not allowed"),
+        ({"calibration": "calibration.json"}, "calibration: .* is not allowed: read the file with"),
     ],
 )
 def test_a_wish_that_cannot_be_read_is_a_message(wish: dict[str, Any], said: str) -> None:
     with pytest.raises(synth.UserError, match=said):
         synth.spring(RATE, TRAVEL, wish=wish)
+
+
+def test_rate_and_travel_in_code_are_in_the_ranges_of_the_command() -> None:
+    for rate, travel, said in (
+        (-1.7, TRAVEL, "rate: -1.7 N"),
+        (RATE, 0.0, "travel: 0 rad"),
+        (RATE, 63.0, "travel: 63"),
+    ):
+        with pytest.raises(synth.UserError, match=said):
+            synth.spring(rate, travel)
+    assert (
+        "over 2292 deg" in synth.spring(RATE, 40).headline
+    )  # possible for a long coil of thin wire, not for this rate

@@ -120,6 +120,42 @@ def test_output_units_follow_the_input_units(capsys: pytest.CaptureFixture[str])
     assert " mm" not in sheet
 
 
+INCH_COIL = ["--wire-diameter", "0.08 in", "--mean-diameter", "0.75 in", "--coils", "5.25", "--travel", "40 deg"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [*INCH_COIL, "--rate", "15 in-lb/rad", "--max-outer-diameter", "0.8 in", "--arbor", "0.7 in", "--out", "out"],
+        [*INCH_COIL[:5], "1.25", *INCH_COIL[6:], "--travel", "60 deg", "--max-outer-diameter", "0.8 in"],
+        ["--rate", "700 in-lb/rad", "--travel", "60 deg", "--max-outer-diameter", "2.4 in"],
+        ["--rate", "180 in-lb/rad", "--travel", "60 deg"],
+        ["--rate", "10 in-lb/rad", "--travel", "60 deg", "--max-body-length", "0.2 in"],
+    ],
+)
+def test_sentences_are_in_the_units_of_the_table(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    """In inches no sentence has a metric unit, and in metric units each says what the result file says."""
+    metric = re.compile(r"\d (mm|MPa|N\*m|g)\b")
+    assert main(["spring", "-q", *words, "--json", "spring.json"]) in (0, 1)
+    assert not metric.search(capsys.readouterr().out)
+    if "--out" in words:
+        assert not metric.search(Path("out/winding_sheet.txt").read_text(encoding="utf-8"))
+    content = json.loads(Path("spring.json").read_text(encoding="utf-8"))
+    assert main(["spring", "-q", *words, "--units", "metric"]) in (0, 1)
+    shown = capsys.readouterr().out
+    texts = [*content["binding"], *(item["text"] for item in (*content["nearest"], *content.get("lasting", ())))]
+    assert texts
+    assert all(text in shown for text in texts)
+
+
+def test_one_broken_limit_is_one_and_one_spring_is_not_counted(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["spring", *INCH_COIL, "--max-outer-diameter", "0.8 in"]) == 0
+    shown = capsys.readouterr().out
+    assert shown.startswith("It breaks 1 limit: 5.25 coils")
+    assert "  - outer diameter 0.83 in, allowed 0.8 in\n" in shown
+    assert "in parallel" not in shown
+
+
 def test_an_impossible_spring_is_explained_with_alternatives(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--rate", "79 N*m/rad", "--travel", "45 deg", "--max-outer-diameter", "60 mm"]
     assert main(["spring", *words, "--json", "spring.json"]) == 1
@@ -232,6 +268,8 @@ def test_all_mistakes_are_reported_at_once(capsys: pytest.CaptureFixture[str]) -
         (["--travel", "45 deg", "--wire-diameter", "2 mm", "--mean-diameter", "9 mm"], "--coils: checking needs"),
         ([*WISH, "--material", "musik"], 'no wire material "musik"; did you mean music?'),
         ([*WISH, "--system", "metrik"], "did you mean metric?"),
+        ([*WISH, "--max-outer-diameter", "20 m"], '--max-outer-diameter: "20 m" must be above 0 and at most 1 m'),
+        (["--rate", "1 N*m/rad", "--travel", "4000 deg"], '--travel: "4000 deg" must be above 0 and at most 3600 deg'),
         ([*WISH, "--json", "nowhere/spring.json"], "nowhere/spring.json: cannot be written: No such file"),
         ([*WISH, "--json", "/proc/spring.json"], "/proc/spring.json: cannot be written"),
         ([*WISH, "--json", "."], ".: exists and is no result"),
@@ -312,7 +350,7 @@ def test_contradicting_hand_and_direction_are_refused(capsys: pytest.CaptureFixt
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--cycles", "1e8"], "--cycles: fatigue is known up to 1e6 cycles"),
+        (["--cycles", "1e8"], '--cycles: "1e8" must be from 1 to 1e6: fatigue is known up to 1e6 cycles'),
         (["--fatigue-safety", "1.2"], "--fatigue-safety: needs --cycles as well"),
         (["--bend-radius", "3"], "--bend-radius"),
         (["--bend-radius", "-3 mm"], "--bend-radius"),
@@ -369,13 +407,13 @@ def test_wound_samples_correct_mandrel_and_rate(tmp_path: Path) -> None:
     from synth.spring.winding import mandrel_diameter, turns_on_mandrel
 
     wire = Catalogue.load().find_material("music")
-    lines = ["mandrel [mm],wire [mm],turns [1],coils [1],rate [N*mm/rad]"]
+    lines = ["mandrel [mm],wire [mm],turns [1],coils [1],rate [N*mm/rad],leg_length [mm]"]
     for d, mean, coils in ((2e-3, 20e-3, 5.25), (1.5e-3, 12e-3, 6.25), (2e-3, 15e-3, 4.25)):
         known = wire.properties(d)
         mandrel = mandrel_diameter(mean, d, known.elastic_modulus, 0.9 * known.strength.value)
         turns = turns_on_mandrel(mean, d, coils, mandrel)
         measured = 0.96 * rate(known.elastic_modulus, d, mean, coils)
-        lines.append(f"{mandrel * 1e3},{d * 1e3},{turns},{coils},{measured * 1e3}")
+        lines.append(f"{mandrel * 1e3},{d * 1e3},{turns},{coils},{measured * 1e3},0")
     table, found = tmp_path / "samples.csv", tmp_path / "calibration.json"
     table.write_text("\n".join(lines) + "\n")
     assert main(["spring", "-q", "calibrate", str(table), "--json", str(found)]) == 0
@@ -406,3 +444,64 @@ def test_an_impossible_sample_is_reported_with_its_line(
     (message,) = problems(capsys, "calibrate", str(table))
     assert f"{table}:2" in message
     assert said in message
+
+
+def test_a_calibration_says_what_no_sample_measured(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    table = tmp_path / "samples.csv"
+    table.write_text("mandrel [mm],wire [mm],coils [1],outer_diameter [mm]\n14,2,5.25,20\n")
+    assert main(["spring", "calibrate", str(table)]) == 0
+    shown = capsys.readouterr().out
+    assert "(1 sample); sets the mandrel" in shown
+    assert "rate: no sample has one" in shown
+    table.write_text(
+        "mandrel [mm],wire [mm],coils [1],outer_diameter [mm],rate [N*m/rad],leg_length [mm]\n14,2,5.25,20,0.66,25\n"
+    )
+    assert main(["spring", "calibrate", str(table)]) == 0  # 0.492 by the formula
+    assert "note: the rate is far from the formula's" in capsys.readouterr().out
+
+
+def test_a_calibration_is_for_its_own_wire_and_rate_formula(capsys: pytest.CaptureFixture[str]) -> None:
+    """The coil that was measured is answered with the rate that was measured, and the formulas stay what they are."""
+    header = "mandrel [mm],wire [mm],coils [1],outer_diameter [mm],rate [N*m/rad],leg_length [mm]"
+    Path("samples.csv").write_text(f"{header}\n14,2,5.25,20,0.47,25\n")
+    coil = ["--wire-diameter", "2 mm", "--mean-diameter", "18 mm", "--coils", "5.25", "--travel", "40 deg"]
+    plain = spring(*coil)["checked"]
+    assert "rate_factor" not in plain
+    forms = {"64": "rate_bending_form", "10.8": "rate_friction_form"}
+    for made, other in (("64", "10.8"), ("10.8", "64")):
+        words = ["--rate-formula", made, "--json", f"{made}.json"]
+        assert main(["spring", "-q", "calibrate", "samples.csv", *words]) == 0
+        calibrated = ["--calibration", f"{made}.json"]
+        checked = spring(*coil, *calibrated, "--rate-formula", made)["checked"]
+        assert value(checked["rate"], "N*m/rad") == pytest.approx(0.47)
+        for form in forms.values():
+            assert checked[form] == plain[form]
+        factor = value(checked["rate_factor"], "1")
+        assert factor * value(plain[forms[made]], "N*m/rad") == pytest.approx(0.47)
+        capsys.readouterr()
+        (said,) = problems(capsys, *coil, *calibrated, "--rate-formula", other)
+        assert said.startswith(f"the calibration is a factor on the rate formula {made}, and {other} is chosen")
+        for sizes in (coil, WISH):
+            words = [*sizes, *calibrated, "--rate-formula", made, "--material", "stainless"]
+            assert "was measured on music wire, and the spring is of stainless" in problems(capsys, *words)[0]
+    assert main(["spring", *coil, "--calibration", "64.json"]) == 0
+    rows = {line[:32].strip(): line[32:].split() for line in capsys.readouterr().out.splitlines()[2:]}
+    assert rows["rate over the formula's, samples"] == [f"{0.47 / value(plain['rate_bending_form'], 'N*m/rad'):.3f}"]
+    assert main(["spring", "-q", *coil, "--calibration", "64.json", "--out", "out"]) == 0
+    assert "The rates are 0.955 times the formula's" in Path("out/winding_sheet.txt").read_text(encoding="utf-8")
+
+
+def test_a_nearest_spring_of_another_wire_has_no_calibration() -> None:
+    """Whatever music wire's samples gave, the spring of another wire is by its formula."""
+    Path("calibration.json").write_text(
+        '{"format": "synth/spring/calibration/1", "material": "music wire", "source": "s.csv", "rate_formula": "64",'
+        ' "spring_back": {"value": 0.9, "unit": "1", "samples": 1}, "rate": {"value": 0.9, "unit": "1", "samples": 1}}'
+    )
+    words = ["--rate", "40 N*m/rad", "--travel", "60 deg", "--calibration", "calibration.json", "--json", "s.json"]
+    assert main(["spring", "-q", *words]) == 1
+    nearest = {item["kind"]: item["make"] for item in json.loads(Path("s.json").read_text())["nearest"]}
+    for kind, made in nearest.items():
+        calibrated = made.get("rate_factor", {"value": 1.0})["value"]
+        assert calibrated == (1.0 if kind == "other_material" else 0.9)
+        assert value(made["rate"], "N*m/rad") == pytest.approx(calibrated * value(made["rate_bending_form"], "N*m/rad"))
+    assert "other_material" in nearest

@@ -105,6 +105,7 @@ SPRING_TO_MAKE = {
     "rate_formula": "The formula of the rate.",
     "rate_bending_form": "By E d^4/(64 D N).",
     "rate_friction_form": "By 10.8 per turn, with friction between coils.",
+    "rate_factor": "Rate over that of `rate_formula`, from wound samples; left out without a calibration.",
     "index": "Mean diameter over wire diameter.",
     "curvature_factor": "Stress at the coil's inside over that of a straight bar.",
     "elastic_modulus": "Of the wire.",
