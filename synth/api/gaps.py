@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from synth.api.beside_project import not_overridden, recordings_of, refuse_trials, require_known
+from synth.api.beside_project import not_overridden, recordings_of, refuse_trials, require_known, require_project
 from synth.api.diagnosed import Diagnosed
 from synth.api.report import IN_CODE, Panel, Stage, silent
 from synth.arrays import Array
@@ -23,6 +23,8 @@ from synth.errors import UserError
 from synth.files.gap_kind import is_hopper_gap
 from synth.files.gap_project import GapProject, check_in_code, with_rates
 from synth.files.gap_project import read_gap_project as _read_gap_project
+from synth.files.leg_in_code import check_leg
+from synth.files.made_in_code import in_code
 from synth.files.output import sha256_file
 from synth.files.simulator_files import write_simulator_files
 from synth.files.tolerance import Tolerance
@@ -158,16 +160,16 @@ def gap(
     Raises
     ------
     UserError
-        If the project or its trials cannot be used, trials are given beside a project or none beside a leg, or the
-        tolerance names a joint that the leg does not have or a value that is not allowed.
+        If the project or its trials cannot be used, trials are given beside a project or none beside a leg, a leg
+        made in code would be refused in a file, or the tolerance names a joint that the leg does not have or a
+        value that is not allowed.
     """
     if isinstance(what, Leg):
-        leg, defaults = with_rates(what)
-        project = GapProject(IN_CODE, leg.name, leg, recordings_of(trials, "gap"), Tolerance(), 0, defaults, ())
-        checked = with_checked_trials(project)
+        checked = with_checked_trials(_in_code(what, trials))
     elif isinstance(what, CheckedGap):
         checked = what
     else:
+        require_project(what, "gap")
         if is_hopper_gap(what):
             raise UserError(f"{what} describes a jumping leg: read it with synth.jump_gap")
         checked = with_checked_trials(read_gap(what))
@@ -193,6 +195,14 @@ def gap(
         )
     messages = tuple(dict.fromkeys((*checked.warnings, *result.warnings)))
     return Gap(project, replace(result, warnings=messages, inputs=_inputs(checked)))
+
+
+def _in_code(leg: Leg, trials: Sequence[Trial]) -> GapProject:
+    """The project of a leg that may have been made in code, checked as its file is, and its trials."""
+    place = in_code(IN_CODE)
+    check_leg(leg, place)
+    designed, defaults = with_rates(leg)
+    return GapProject(IN_CODE, leg.name, designed, recordings_of(trials, "gap"), Tolerance(), 0, defaults, ())
 
 
 def _overridden(project: GapProject, tolerance: Tolerance | None, seed: int | None) -> GapProject:
