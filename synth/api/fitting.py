@@ -26,6 +26,7 @@ from synth.files.made_in_code import in_code, require_class
 from synth.files.project_options import FitOptions, RatePrior
 from synth.files.projects import FitProject, check_in_code, read_fit_project
 from synth.files.tolerance import Tolerance
+from synth.files.trial_in_code import checked_trials
 from synth.files.trial_list import Trial
 from synth.fit.fit_result import FitResult, JointFit
 from synth.parts.resolver import resolver
@@ -160,8 +161,8 @@ def fit(
     Raises
     ------
     UserError
-        If trials are given beside a project or none beside a leg, a leg made in code would be refused in a file,
-        trials cannot be used, options contradict each other, name a joint or a value that the leg does not have
+        If trials are given beside a project or none beside a leg, a leg or trials made in code would be refused in a
+        file, trials cannot be used, options contradict each other, name a joint or a value that the leg does not have
         or have a value that is not allowed, or no simulated motion comes near the trials.
     """
     if settings is not None:
@@ -180,10 +181,10 @@ def fit(
 
 
 def _in_code(project: FitProject) -> FitProject:
-    """A project whose leg may have been made in code, checked as a file is."""
+    """A project whose leg and trials may have been made in code, checked as files are."""
     place = in_code(project.path)
     check_leg(project.leg, place)
-    return project
+    return replace(project, trials=checked_trials(project.trials, project.leg, place))
 
 
 def _with_settings(project: FitProject, settings: FitSettings) -> FitProject:

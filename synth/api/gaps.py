@@ -28,6 +28,7 @@ from synth.files.made_in_code import in_code
 from synth.files.output import sha256_file
 from synth.files.simulator_files import write_simulator_files
 from synth.files.tolerance import Tolerance
+from synth.files.trial_in_code import checked_trials
 from synth.files.trial_list import Trial
 from synth.parts.resolver import resolver
 from synth.swing.effects.users_own import load_file
@@ -160,8 +161,8 @@ def gap(
     Raises
     ------
     UserError
-        If the project or its trials cannot be used, trials are given beside a project or none beside a leg, a leg
-        made in code would be refused in a file, or the tolerance names a joint that the leg does not have or a
+        If the project or its trials cannot be used, trials are given beside a project or none beside a leg, a leg or
+        trials made in code would be refused in a file, or the tolerance names a joint that the leg does not have or a
         value that is not allowed.
     """
     if isinstance(what, Leg):
@@ -198,11 +199,13 @@ def gap(
 
 
 def _in_code(leg: Leg, trials: Sequence[Trial]) -> GapProject:
-    """The project of a leg that may have been made in code, checked as its file is, and its trials."""
+    """The project of a leg and trials that may have been made in code, checked as files are."""
     place = in_code(IN_CODE)
     check_leg(leg, place)
     designed, defaults = with_rates(leg)
-    return GapProject(IN_CODE, leg.name, designed, recordings_of(trials, "gap"), Tolerance(), 0, defaults, ())
+    recorded = checked_trials(recordings_of(trials, "gap"), leg, place, own_legs=True)
+    given = tuple(t if t.leg is None else replace(t, leg=with_rates(t.leg)[0]) for t in recorded)
+    return GapProject(IN_CODE, leg.name, designed, given, Tolerance(), 0, defaults, ())
 
 
 def _overridden(project: GapProject, tolerance: Tolerance | None, seed: int | None) -> GapProject:
