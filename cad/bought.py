@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from synth.cad import arm_shaft, spring_seat
+from synth.cad import arm_shaft, spring_seat, standard_part
 from synth.cad.arm_shaft import loose
 from synth.cad.damper_side import pin_part, shaft_end
 from synth.cad.dimensions import JointDimensions
@@ -17,6 +17,7 @@ from synth.cad.layout import JointLayout
 from synth.cad.parts import DENSITIES, Drawn, Group
 from synth.cad.screw_places import Place, SocketScrew, bracket_screws, damper_screws, encoder_screws
 from synth.cad.shaft_line import lay_shaft
+from synth.cad.standard_part import StandardPart
 
 
 def bought_parts(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
@@ -38,8 +39,9 @@ def _bearings(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
     bore = loose(bearing.bore)
     volume = arm_shaft.ring_volume(bearing.outer_diameter, bore, bearing.width)
     mass = bearing.mass if bearing.mass is not None else SOLID * DENSITIES["shaft"] * 1e-3 * volume
-    made = f"buy: {bearing.standard} - {bearing.designation} ball bearing, {bearing.bore:g} x "
-    made += f"{bearing.outer_diameter:g} x {bearing.width:g} mm, two shields (sold as {bearing.sold_as})"
+    words = f" ball bearing, {bearing.bore:g} x {bearing.outer_diameter:g} x {bearing.width:g} mm, two shields"
+    words += f" (sold as {bearing.sold_as})"
+    made = StandardPart("bearing", bearing.standard, bearing.designation, words)
     found = []
     for which, bottom in (("a", -layout.gap_a - deep), ("b", layout.gap_b + deep - bearing.width)):
         solid = arm_shaft.build_ring(bearing.outer_diameter, bore, bottom, bottom + bearing.width)
@@ -52,8 +54,10 @@ def _on_the_shaft(dimensions: JointDimensions, layout: JointLayout) -> list[Draw
     washer, collar = dimensions.hardware.washer, dimensions.hardware.collar
     line = lay_shaft(dimensions, layout, shaft_end(dimensions, layout).bottom)
     thin, wide = washer.thickness, collar.width
-    thrust = f"buy: {washer.standard} - {washer.bore:g} x {washer.outer_diameter:g} x {thin:g} shim ring, steel"
-    ring = f"buy: {collar.standard} - {collar.bore:g} shaft collar, steel, with set screw M{collar.set_screw:g}"
+    section = f"{washer.bore:g} x {washer.outer_diameter:g} x {thin:g}"
+    thrust = StandardPart("shim", washer.standard, section, " shim ring, steel")
+    words = f" shaft collar, steel, with set screw M{collar.set_screw:g}"
+    ring = StandardPart("collar", collar.standard, f"{collar.bore:g}", words)
     found = []
     for which, at_washer, at_collar in zip("ab", line.washers(thin), line.collars(thin, wide), strict=True):
         for suffix, family, outer, bore, bottom, height, made in (
@@ -76,7 +80,7 @@ def _fixings(suffix: str, places: Sequence[Place]) -> list[Drawn]:
     for index, place in enumerate(places, start=1):
         screw = place.screw
         solid = spring_seat.build_screw(screw, place.length, place.face, place.way, place.at)
-        made = f"buy: {screw.standard} - M{screw.size:g} x {place.length:g}, steel"
+        made = standard_part.screw(screw.standard, screw.size, place.length)
         volume = spring_seat.screw_volume(screw, place.length)
         found.append(Drawn(f"{suffix}_{index}", "screw", "upper", solid, volume, False, made))
     return found
@@ -92,12 +96,12 @@ def _socket_screws(dimensions: JointDimensions, layout: JointLayout) -> list[Dra
         at = (0.0, socket_screw_at(layout, start, way))
         screw = through.screw
         body = spring_seat.build_screw(screw, through.length, through.flat, 1, at)
-        made = f"buy: {screw.standard} - M{screw.size:g} x {through.length:g}, steel; with nut"
+        made = standard_part.screw(screw.standard, screw.size, through.length, has_nut=True)
         volume = spring_seat.screw_volume(screw, through.length)
         found.append(Drawn(f"{group}_socket_screw", "screw", group, body, volume, False, made))
         nut = _nut(through, at)
-        made = f"buy: {through.nut.standard} - M{through.nut.size:g} hexagon nut, steel"
-        found.append(Drawn(f"{group}_socket_nut", "nut", group, nut, _nut_volume(through), False, made))
+        bought = StandardPart("nut", through.nut.standard, f"M{through.nut.size:g}", " hexagon nut, steel")
+        found.append(Drawn(f"{group}_socket_nut", "nut", group, nut, _nut_volume(through), False, bought))
     return found
 
 

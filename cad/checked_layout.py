@@ -81,16 +81,6 @@ def clear_upper_arm_angle(dimensions: JointDimensions) -> float:
     raise DimensionError(problems)
 
 
-def link_gap(dimensions: JointDimensions, layout: JointLayout, rotation: float) -> float:
-    """Smallest gap (mm) between both links, stem and web at a ``rotation`` (deg) from straight.
-
-    In the canonical frame; 0 or negative if they collide.
-    """
-    upper = upper_bodies(dimensions, layout)
-    turned = [hull.turned(rotation) for hull in lower_bodies(dimensions, layout)]
-    return min(a.gap(b) for a in upper for b in turned)
-
-
 def _meeting(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
     """Stops before which the links would collide, or at which their gap is smaller than the clearance."""
     half = layout.socket_outer + dimensions.clearance

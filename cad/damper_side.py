@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from synth.cad import arm_shaft, damper_adapter, damper_bracket
+from synth.cad import arm_shaft, damper_adapter, damper_bracket, standard_part
 from synth.cad.arm_shaft import Form, ShaftShape
 from synth.cad.damper_adapter import PIN_TURN, SET_SCREW_LENGTH, Hub
 from synth.cad.damper_bracket import Sleeve
@@ -16,6 +16,7 @@ from synth.cad.layout import JointLayout, fixing_screw
 from synth.cad.parts import Drawn
 from synth.cad.screw_places import SET_SCREW, bracket_depths
 from synth.cad.shaft_line import AXIAL_GAP, lay_shaft
+from synth.cad.standard_part import CutPart, StandardPart
 
 ACCESS = 3.0  # mm, radius of holes in the sleeve: a pin of a 12 mm shaft and the keys of set screws pass them
 
@@ -87,12 +88,13 @@ def damper_side(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]
         dimensions.shaft_diameter, end.bottom, line.top, end.form, end.size, end.length, tuple(holes), pocket
     )
     length = line.top - end.bottom
-    made = f"cut from ground rod, h6, {dimensions.shaft_diameter:g} mm, {length:.1f} mm long; drilled for its pins"
+    work = "drilled for its pins"
     if end.form != "round":
-        made += f"; end milled to a {_words(end.form)} of {end.size:g} mm over {end.length:.1f} mm"
+        work += f"; end milled to a {_words(end.form)} of {end.size:g} mm over {end.length:.1f} mm"
     elif dimensions.damper.adapter is None and dimensions.damper.bore.slips:
-        made += "; its end is still to be made to drive the damper, whose hub is unknown"
+        work += "; its end is still to be made to drive the damper, whose hub is unknown"
     solid = arm_shaft.build_shaft(shape)
+    made = CutPart("ground rod, h6", f"{dimensions.shaft_diameter:g}", length, work)
     return [Drawn("shaft", "shaft", "lower", solid, arm_shaft.shaft_volume(shape), False, made), *found]
 
 
@@ -141,7 +143,7 @@ def _on_the_end(dimensions: JointDimensions, hub: Hub, top: float) -> list[Drawn
         else:
             body = arm_shaft.cross_hole(top + low, SET_SCREW / 2, flat + SET_SCREW_LENGTH, 0.0, flat)
             volume = math.pi * SET_SCREW**2 / 4 * SET_SCREW_LENGTH
-            made = f"buy: ISO 4026 - M{SET_SCREW:g} x {SET_SCREW_LENGTH:g} set screw, steel"
+            made = standard_part.screw("ISO 4026", SET_SCREW, SET_SCREW_LENGTH, kind="set screw")
             found.append(Drawn("damper_set_screw", "screw", "lower", body, volume, False, made))
     return found + [_pin(suffix, pin, height) for suffix, pin, height in pins]
 
@@ -153,5 +155,5 @@ def _pin(suffix: str, pin: Pin, height: float) -> Drawn:
 def pin_part(suffix: str, pin: Pin, height: float, turn: float) -> Drawn:
     """A dowel pin as it is bought."""
     solid = arm_shaft.build_pin(pin.size, pin.length, height, turn)
-    made = f"buy: {pin.standard} - {pin.size:g} x {pin.length:g} dowel pin, steel"
+    made = StandardPart("pin", pin.standard, f"{pin.size:g}", " dowel pin, steel", pin.length)
     return Drawn(suffix, "pin", "lower", solid, math.pi / 4 * pin.size**2 * pin.length, False, made)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -17,6 +16,7 @@ from synth.cad.near_body import NearBody
 from synth.cad.parts import BuiltPart
 from synth.cad.results import CheckResult, at_least, at_most
 from synth.cad.screw_places import ENGAGED
+from synth.cad.standard_part import StandardPart
 from synth.cad.travel import OVERLAP_LIMIT, Bodies, manifold
 
 PIN_TURNED = 10.0  # deg, rotation of the tongue's pin in the test whether it drives the shaft
@@ -24,7 +24,6 @@ MOST_AXIAL = 1.0  # mm, end of the search for axial play
 AXIAL_STEP = 1e-3  # mm, accuracy of its bisection
 AXIAL_LIMIT = 0.1  # mm: the thinnest shim washer of DIN 988
 ROUNDED = 0.02  # mm, chord error of meshes
-INSERTED = re.compile(r" - M([0-9.]+) x ")  # of a screw as it is bought
 
 
 def check_keyed(joint: BuiltJoint) -> list[CheckResult]:
@@ -106,10 +105,12 @@ def check_screws(joint: BuiltJoint) -> list[CheckResult]:
     """Every screw in an insert engages at least 1.5 diameters and ends inside its part, tested by rays."""
     results = []
     for part in joint.parts:
-        size = INSERTED.search(part.made)
-        if part.family != "screw" or size is None or "nut" in part.made or "set screw" in part.made:
+        made = part.made
+        # A set screw lies inside its insert, without a head from which its length in the print could be measured.
+        if not isinstance(made, StandardPart) or not made.has_insert or made.kind == "set screw":
             continue
-        nominal = float(size[1])
+        nominal = made.thread
+        assert nominal is not None
         engaged, spare = _engagement(joint, part, nominal)
         text = f"in print beside its insert; its end {spare:+.2f} mm inside the far face"
         least = ENGAGED * nominal - ROUNDED

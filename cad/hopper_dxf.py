@@ -37,7 +37,7 @@ class Layer:
 
     @property
     def area(self) -> float:
-        """Of the plates, without holes, mm^2."""
+        """Area of the plates, without holes, mm^2."""
         return sum(end - begin for begin, end in self.plates) * self.width
 
     @property

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from synth.cad import damper_bracket, encoder_seat, hinge, spring_seat, torsion_spring
+from synth.cad import damper_bracket, encoder_seat, hinge, spring_seat, standard_part, torsion_spring
 from synth.cad.arm_layout import ArmLayout
 from synth.cad.bought import bought_parts
 from synth.cad.checked_layout import lay_out
@@ -193,8 +193,7 @@ def _screw(
     screw = screw_of(layout.seat.screw)
     solid = spring_seat.build_screw(screw, length, face, way, at, washer=washer)
     exact = spring_seat.screw_volume(screw, length, washer=washer)
-    made = f"buy: {screw.standard} - M{screw.size:g} x {length:g}, steel"
-    made += f", with washer ISO 7089 - {screw.size:g}" * washer
+    made = standard_part.screw(screw.standard, screw.size, length, washer="ISO 7089" if washer else "")
     return Drawn(suffix, "screw", group, solid, exact, False, made)
 
 

@@ -77,7 +77,7 @@ def placed(build: Callable[..., Any], arguments: tuple[Any, ...], shift: Vector)
 
     A joint has two dozen screws of a handful of sizes.
     """
-    solid = _built_once(build, arguments, in_facets())
+    solid = _built_once(build, arguments, faceted=in_facets())
     if in_facets():
         return solid.translate(shift)
     import cadquery as cq
@@ -86,7 +86,7 @@ def placed(build: Callable[..., Any], arguments: tuple[Any, ...], shift: Vector)
 
 
 @lru_cache(maxsize=256)  # some twenty a leg
-def _built_once(build: Callable[..., Any], arguments: tuple[Any, ...], faceted: bool) -> Any:
+def _built_once(build: Callable[..., Any], arguments: tuple[Any, ...], *, faceted: bool) -> Any:
     return build(*arguments)
 
 

@@ -18,6 +18,7 @@ from synth.cad.kernel import faceted
 from synth.cad.layout import JointLayout
 from synth.cad.limits import DimensionError, DimensionProblem
 from synth.cad.parts import BuiltPart, Mesh, file_name, mesh_of
+from synth.cad.standard_part import CutPart
 
 T = TypeVar("T")
 KEPT = 8  # cached joints: those of the last one or two legs, whose masses are computed before they are drawn
@@ -219,5 +220,5 @@ def _link(
         mesh=mesh_of(drilled),
         printed=False,
         exact_volume=exact,
-        made=f"cut from tube, {2 * outer:g} x {dimensions.tube_wall:g} mm, {length:.1f} mm long; drilled",
+        made=CutPart("tube", f"{2 * outer:g} x {dimensions.tube_wall:g}", length, "drilled"),
     )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from synth.cad.kernel import is_faceted, moments
 from synth.cad.moments import Moments
+from synth.cad.standard_part import Made
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
@@ -128,7 +129,7 @@ class BuiltPart:
     mesh: Mesh
     printed: bool
     exact_volume: float | None  # mm^3 in closed form, if there is one
-    made: str  # how to buy or make it, as text
+    made: Made  # how to buy or make it
     bought_mass: float | None = None  # g, if its table states it
 
     @property
@@ -176,7 +177,7 @@ class Drawn:
     solid: Any
     exact: float | None
     printed: bool
-    made: str
+    made: Made
     mass: float | None = None  # g, if its table states it
 
 

@@ -142,7 +142,7 @@ def _require_a_way_to_draw() -> None:
         raise PreviewError(text) from None
 
 
-def _actors(mesh: Mesh, colour: Colour, opacity: float = 1.0, closed: bool = False) -> list[Any]:
+def _actors(mesh: Mesh, colour: Colour, opacity: float = 1.0, *, closed: bool = False) -> list[Any]:
     """The shaded surface and its sharp edges; of a ``closed`` mesh only the faces towards the viewer are drawn."""
     from vtkmodules.vtkFiltersCore import vtkFeatureEdges, vtkPolyDataNormals
     from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper

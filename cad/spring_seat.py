@@ -88,7 +88,7 @@ def build_screw(screw: Screw, length: float, face: float, way: int, at: Point, *
     return kernel.placed(_screw, (screw, length, way, washer), (*at, face))
 
 
-def _screw(screw: Screw, length: float, way: int, washer: bool) -> Any:
+def _screw(screw: Screw, length: float, way: int, washer: bool) -> Any:  # noqa: FBT001 - placed() hands on in order
     """A screw on the hinge axis whose head lies at height 0."""
     under = way * (screw.washer_thickness if washer else 0.0)
     low, high = sorted((under, under + way * screw.head_height))

@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader
+from jinja2 import BytecodeCache, Environment, PackageLoader
 from markupsafe import Markup
 
 from synth.reports import quantities, stick_figure
@@ -102,13 +102,15 @@ class RenderedSection:
     open: bool
 
 
-def write_leg_report(folder: Path) -> Path:
+def write_leg_report(folder: Path, compiled: BytecodeCache | None = None) -> Path:
     """Write ``report.html`` from ``design.json`` and the files that it names.
 
     Parameters
     ----------
     folder
         of a leg design; only files inside it are read.
+    compiled
+        store of compiled templates; without one they are compiled in every process.
 
     Returns
     -------
@@ -124,18 +126,18 @@ def write_leg_report(folder: Path) -> Path:
     live = live_leg.live_data(result)
     if live is None:
         still = [section for section in LEG_SECTIONS if section is not swap.SECTION]
-        return write_page(result, "Leg design", still, opening)
+        return write_page(result, "Leg design", still, opening, compiled=compiled)
     scripts, blocks = [*SCRIPTS, "integrator.js", "swap.js"], [live_leg.block("leg-data", live)]
     if live["has_solids"]:
         scripts += ["three.js", "leg3d.js"]
         blocks.append(live_leg.block("leg-glb", live_leg.glb_text(result)))
-    return write_page(result, "Leg design", LEG_SECTIONS, opening, scripts, blocks)
+    return write_page(result, "Leg design", LEG_SECTIONS, opening, scripts, blocks, compiled)
 
 
-def write_fit_report(folder: Path) -> Path:
+def write_fit_report(folder: Path, compiled: BytecodeCache | None = None) -> Path:
     """Write ``report.html`` from ``fit.json`` and ``responses/source/*.csv``; see ``write_leg_report``."""
     result = read_result(folder, "fit.json", "fit")
-    return write_page(result, "Fit to recorded motion", FIT_SECTIONS, fit_opening(result))
+    return write_page(result, "Fit to recorded motion", FIT_SECTIONS, fit_opening(result), compiled=compiled)
 
 
 def write_check_report(folder: Path) -> Path:
@@ -156,10 +158,10 @@ def write_import_report(folder: Path) -> Path:
     return write_page(result, "Imported motion", (stick_figure.SECTION,), import_opening(result))
 
 
-def write_gap_report(folder: Path) -> Path:
+def write_gap_report(folder: Path, compiled: BytecodeCache | None = None) -> Path:
     """Write ``report.html`` from ``gap.json``, ``predicted/*.csv`` and ``where/*.csv``; see ``write_leg_report``."""
     result = read_result(folder, "gap.json", "gap")
-    return write_page(result, "Gap between model and measurement", GAP_SECTIONS, gap_opening(result))
+    return write_page(result, "Gap between model and measurement", GAP_SECTIONS, gap_opening(result), compiled=compiled)
 
 
 def write_page(
@@ -169,11 +171,12 @@ def write_page(
     opening: Opening,
     scripts: Sequence[str] = SCRIPTS,
     blocks: Sequence[Markup] = (),
+    compiled: BytecodeCache | None = None,
 ) -> Path:
     """Write ``report.html`` of these sections beside the result; those without content are listed as left out."""
     shown: list[RenderedSection] = []
     left_out: list[tuple[str, str]] = []
-    templates = environment()
+    templates = environment(compiled)
     for section in sections:
         content = section.content(result)
         if isinstance(content, AbsentResult):
@@ -204,10 +207,12 @@ def write_page(
 
 
 @cache
-def environment() -> Environment:
+def environment(compiled: BytecodeCache | None = None) -> Environment:
+    """The templates and their filters; ``compiled``: where the compiled ones are kept, none if not given."""
     environment = Environment(
         loader=PackageLoader("synth.reports", "templates"),
         # Not jinja's own cache of compiled templates: it unpickles and runs files in the temporary folder.
+        bytecode_cache=compiled,
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,

@@ -53,7 +53,7 @@ def prose(words: str) -> str:
     return words
 
 
-def number(value: float | None, digits: int = DIGITS, bare: bool = True) -> str:
+def number(value: float | None, digits: int = DIGITS, *, bare: bool = True) -> str:
     """A number with ``digits`` significant digits, ``bare`` without trailing zeros; a dash for None."""
     shorten = _bare if bare else str
     if value is None or not math.isfinite(value):

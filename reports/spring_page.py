@@ -10,7 +10,7 @@ from markupsafe import Markup
 from synth.reports.opening import Cell, Figures, Opening, opening_warnings
 from synth.reports.page import environment
 from synth.reports.quantities import in_si, number, text
-from synth.reports.reading import Json, read_result
+from synth.reports.reading import Json, read_result, value_of
 from synth.reports.scripts import policy, script
 from synth.reports.section import mapping, sequence
 from synth.reports.sections.spring_sheet import drawing_of, groups_of
@@ -65,18 +65,24 @@ def _opening(make: Json, shown: Json) -> Opening:
     stress, allowed, safety = in_si_text(make, "stress"), in_si_text(make, "allowed_stress"), make.get("safety")
     violated = sequence(make, "violations")
     trust = f"At full travel the stress is {stress}; {allowed} is allowed." if stress and allowed else ""
+    opened, less = in_si_text(make, "opening_stress"), in_si_text(make, "allowed_opening_stress")
+    if (value_of(make.get("opening_travel")) or 0.0) > 0.0 and opened and less:
+        trust += f" At the opening travel it is {opened}; {less} is allowed there."
+    if mapping(make, "arms").get("bend_radius"):
+        trust += f" In the bends of the arms it is {in_si_text(mapping(make, 'arms'), 'stress')}; {allowed} is allowed."
     steps = [str(shown["winding"]["steps"][0])] if shown["winding"].get("steps") else []
     rows = [
         [Cell(words), Cell(text(make.get(key)))]
         for key, words in (
             ("rate", "Spring rate"), ("travel", "Travel, winding"), ("moment", "Moment at full travel"),
+            ("opening_travel", "Travel, opening"), ("opening_moment", "Moment at the opening travel"),
             ("included_angle", "Angle of the free arms"), ("body_length", "Body length, free"),
             ("outer_diameter", "Outside diameter, widest"), ("safety_1e5", "Strength over stress, 10⁵ cycles"),
         )
         if make.get(key)
     ]  # fmt: skip
     if isinstance(safety, dict):
-        rows.append([Cell("Yield over stress"), Cell(text(safety))])
+        rows.append([Cell("Yield over stress, least"), Cell(text(safety))])
     figure = Markup('<div class="whole">{}</div>').format(shown["drawing"]) if shown["drawing"] else Markup("")
     caption = "Both views at one scale, free spring, close wound." if figure else ""
     return Opening(verdict, trust, steps, figure, caption, Figures(("The spring", ""), rows), not violated)

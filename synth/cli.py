@@ -24,7 +24,7 @@ from synth.commands.common_options import WITH_JSON, add_common
 from synth.commands.progress import Progress, printable
 from synth.compiling.modules import is_loaded
 from synth.errors import CannotBeHad, Problem, UserError
-from synth.threads import LIBRARIES
+from synth.threads import LIBRARIES, thread_count
 
 # One module of synth.commands each, imported when its command runs.
 COMMANDS = {
@@ -118,10 +118,10 @@ def _dispatch(argv: list[str]) -> int:
     if name not in COMMANDS:
         known = ", ".join(COMMANDS)
         raise UserError(f'unknown command "{name}"{near_miss(name, COMMANDS)}; the commands are {known}')
-    return _run(name, rest, quiet)
+    return _run(name, rest, quiet=quiet)
 
 
-def _run(name: str, rest: list[str], quiet: bool) -> int:
+def _run(name: str, rest: list[str], *, quiet: bool) -> int:
     """Parse a command's arguments and run it."""
     module = importlib.import_module(f"synth.commands.{MODULES.get(name, name)}")
     parser = parser_of(name)
@@ -132,6 +132,7 @@ def _run(name: str, rest: list[str], quiet: bool) -> int:
         return int(done.code or 0)
     if surplus:
         raise UserError([Problem(f'"{word}" is an unexpected argument (see {parser.prog} --help)') for word in surplus])
+    thread_count()  # a wrong number of threads is refused before any work
     as_json = name in WITH_JSON and arguments.json
     with ExitStack() as stack:
         log = None

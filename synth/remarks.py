@@ -1,4 +1,6 @@
-"""Sentences about a result with a severity, which the code that raises them states; it is not guessed from the words.
+"""Sentences about a result with what they are about, which the code that raises them states.
+
+Nothing is guessed from the words: severity, kind and joint are attributes.
 
 A remark is a ``str``, so it joins, prints and compares as one. A sentence without a severity is ``check``.
 """
@@ -17,22 +19,33 @@ class Remark(str):
     """A sentence.
 
     ``severity`` : ``decide``, it could change a decision; ``check``, it affects the reliability of a number; ``note``,
-    for information only. ``remedy`` : what to do, a sentence; may be empty.
+    for information only. ``remedy`` : what to do, a sentence; may be empty. ``kind`` : what it is about, where code
+    depends on it, a constant beside the code that raises it. ``joint`` : the name of the joint that it is about. Both
+    may be empty.
     """
 
-    __slots__ = ("remedy", "severity")
+    __slots__ = ("joint", "kind", "remedy", "severity")
     severity: Severity
     remedy: str
+    kind: str
+    joint: str
 
-    def __new__(cls, text: str, severity: Severity = "check", remedy: str = "") -> Remark:
+    def __new__(
+        cls, text: str, severity: Severity = "check", remedy: str = "", kind: str = "", joint: str = ""
+    ) -> Remark:
         """A sentence with its severity."""
         made = super().__new__(cls, text)
-        made.severity, made.remedy = severity, remedy
+        made.severity, made.remedy, made.kind, made.joint = severity, remedy, kind, joint
         return made
+
+    @property
+    def attributes(self) -> tuple[Severity, str, str, str]:
+        """All but the text, in the order in which a remark takes them."""
+        return self.severity, self.remedy, self.kind, self.joint
 
     def __reduce__(self) -> tuple[Any, ...]:
         """The call that restores it in another process."""
-        return Remark, (str(self), self.severity, self.remedy)
+        return Remark, (str(self), *self.attributes)
 
 
 def decisive(text: str, remedy: str = "") -> str:
@@ -45,19 +58,34 @@ def noted(text: str) -> str:
     return Remark(text, "note")
 
 
+def at_joint(joint: str, text: str, severity: Severity = "check", *, kind: str = "") -> Remark:
+    """``joint: text``, a sentence about a joint."""
+    return Remark(f"{joint}: {text}", severity, kind=kind, joint=joint)
+
+
 def about(name: str, remark: str) -> str:
-    """``name: remark``, of the same severity."""
+    """``name: remark``, with the same attributes."""
     return like(remark, f"{name}: {remark}")
 
 
 def like(remark: str, text: str) -> str:
-    """Another text of the same severity and remedy."""
-    return Remark(text, severity_of(remark), remark.remedy if isinstance(remark, Remark) else "")
+    """Another text with the same attributes."""
+    return Remark(text, *remark.attributes) if isinstance(remark, Remark) else Remark(text)
 
 
 def severity_of(text: str) -> Severity:
     """The stated severity; ``check`` if none was stated."""
     return text.severity if isinstance(text, Remark) else "check"
+
+
+def kind_of(text: str) -> str:
+    """The stated kind; empty if none was stated."""
+    return text.kind if isinstance(text, Remark) else ""
+
+
+def joint_of(text: str) -> str | None:
+    """The joint that a sentence is about; None if none was stated."""
+    return text.joint or None if isinstance(text, Remark) else None
 
 
 def remarks_json(remarks: Iterable[str]) -> dict[str, list[Any]]:

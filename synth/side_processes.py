@@ -25,7 +25,7 @@ from typing import IO, Any, BinaryIO
 
 from synth.threads import LIBRARIES, VARIABLE, thread_count
 
-_LENGTH = 8  # bytes of a call's length before it
+_LENGTH = 8  # bytes of a message's length before it
 MOST = 4  # processes; each takes 0.3 GB with the solids' kernel loaded, most of it shared where they are copies
 AT_REST = 0.5  # s in which a process that works on nothing ends
 
@@ -61,24 +61,27 @@ class SideProcess:
 
     def _ready(self) -> int:
         if self._pid is None:
-            self._pid = pickle.load(self._answers)
+            self._pid = int.from_bytes(_received(self._answers), "little")
         return self._pid
 
-    def answer(self, call: SideCall) -> tuple[bool, Any]:
-        """Whether the function returned, and its result or what it raised.
+    def answer(self, call: SideCall) -> tuple[bool, Any] | None:
+        """Whether the function returned, and its result or what it raised; None: what it raised cannot be sent.
 
         Raises
         ------
         EOFError, OSError
-            If the process has ended.
+            If the process has ended, also in the midst of its answer, or another thread has closed it.
         """
+        text = pickle.dumps((call.function, call.arguments))
         with self._lock:  # two threads of a user's program may design at once
-            self._ready()
-            text = pickle.dumps((call.function, call.arguments))
-            self._calls.write(len(text).to_bytes(_LENGTH, "little") + text)
-            self._calls.flush()
-            passed, value = pickle.load(self._answers)
-        return passed, value
+            try:
+                self._ready()
+                _send(self._calls, text)
+                text = _received(self._answers)
+            except ValueError:  # a closed file
+                raise EOFError("the process is closed") from None
+        found: tuple[bool, Any] | None = pickle.loads(text)
+        return found
 
     def close(self) -> None:
         """End it now, whatever it does; of twins the first one last, which waits for the others."""
@@ -95,6 +98,27 @@ class SideProcess:
                 self._process.wait()
         with suppress(OSError):
             self._answers.close()
+
+
+def _send(stream: IO[bytes], text: bytes) -> None:
+    """A message, after its length: of one that is cut off no part is taken for the whole."""
+    stream.write(len(text).to_bytes(_LENGTH, "little") + text)
+    stream.flush()
+
+
+def _received(stream: IO[bytes]) -> bytes:
+    """The next message.
+
+    Raises
+    ------
+    EOFError
+        If the stream ends before the message does.
+    """
+    length = stream.read(_LENGTH)
+    wanted = int.from_bytes(length, "little")
+    if len(length) < _LENGTH or len(text := stream.read(wanted)) < wanted:
+        raise EOFError("the stream has ended")
+    return text
 
 
 def _started(count: int, prepare: Callable[[], None]) -> list[SideProcess]:
@@ -131,30 +155,55 @@ def _family(count: int, prepare: Callable[[], None]) -> list[SideProcess]:
     return [SideProcess(process.stdin, process.stdout, process), *twins]
 
 
-_open: list[SideProcess] = []
+class _SideProcesses:
+    """The side processes of this process, open while any block of any thread uses them."""
+
+    def __init__(self) -> None:
+        self.processes: tuple[SideProcess, ...] = ()
+        self._blocks = 0
+        self._lock = threading.Lock()
+
+    def begin(self, count: int, prepare: Callable[[], None]) -> None:
+        """A block begins: the first one starts ``count`` processes."""
+        with self._lock:
+            if self._blocks == 0:
+                self.processes = tuple(_started(count, prepare))
+            self._blocks += 1
+
+    def end(self) -> None:
+        """A block ends: the last one closes the processes, the twins before the first, which waits for them."""
+        with self._lock:
+            self._blocks -= 1
+            if self._blocks == 0:
+                ended, self.processes = self.processes, ()
+                for process in reversed(ended):
+                    process.close()
+
+
+_pool = _SideProcesses()
 
 
 def process_count() -> int:
     """Number of side processes; 0: every call is carried out here."""
-    return len(_open)
+    return len(_pool.processes)
 
 
 @contextmanager
 def side_processes(most: int, prepare: Callable[[], None]) -> Iterator[None]:
     """Within the block ``carried_out`` uses up to ``most`` processes, each of which begins with ``prepare()``.
 
-    Blocks may be nested; the inner ones use the processes of the outermost.
+    Blocks may be nested, and stand in several threads: all use the processes of the first, and the last to end closes
+    them.
     """
     count = min(most, MOST, thread_count())
-    if _open or count < 2:
+    if count < 2:
         yield
         return
-    _open.extend(_started(count, prepare))
+    _pool.begin(count, prepare)
     try:
         yield
     finally:
-        while _open:
-            _open.pop().close()
+        _pool.end()
 
 
 def carried_out(calls: Sequence[SideCall]) -> list[Any]:
@@ -165,10 +214,11 @@ def carried_out(calls: Sequence[SideCall]) -> list[Any]:
     BaseException
         What the first of the calls that failed raised.
     """
-    if not _open:
+    processes = _pool.processes
+    if not processes:
         return [call.function(*call.arguments) for call in calls]
     shared = _Shared(calls)
-    threads = [threading.Thread(target=shared.work, args=(k, each), daemon=True) for k, each in enumerate(_open)]
+    threads = [threading.Thread(target=shared.work, args=(k, each), daemon=True) for k, each in enumerate(processes)]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -183,7 +233,7 @@ class _Shared:
         self._calls = calls
         self._left = set(range(len(calls)))
         self._lock = threading.Lock()
-        self._found: dict[int, tuple[bool, Any]] = {}
+        self._found: dict[int, tuple[bool, Any] | None] = {}
 
     def work(self, number: int, process: SideProcess) -> None:
         """Take calls until none is left."""
@@ -192,6 +242,8 @@ class _Shared:
                 self._found[index] = process.answer(self._calls[index])
             except (EOFError, OSError):  # the process has ended, for lack of memory most likely: the call is done here
                 return
+            except Exception as error:  # a call or an answer that cannot be sent is a bug of ours, raised to the caller
+                self._found[index] = False, error
 
     def _next(self, number: int) -> int | None:
         with self._lock:
@@ -223,7 +275,7 @@ def serve(module: str, prepare: str, twins: Sequence[tuple[int, int]]) -> None:
     nothing = os.open(os.devnull, os.O_RDWR)
     os.dup2(nothing, 0)
     os.dup2(nothing, 1)  # kernels print there
-    with suppress(Exception):  # what is missing is said by the call that needs it
+    with suppress(Exception):  # the call that needs what is missing reports it
         getattr(importlib.import_module(module), prepare)()
     gc.freeze()  # what is loaded stays shared
     forked: list[int] = []
@@ -240,8 +292,7 @@ def serve(module: str, prepare: str, twins: Sequence[tuple[int, int]]) -> None:
 
 def _answer(calls: BinaryIO, answers: BinaryIO, forked: Sequence[int]) -> None:
     """Send the number of this process, then answer calls for ever."""
-    answers.write(pickle.dumps(os.getpid()))
-    answers.flush()
+    _send(answers, os.getpid().to_bytes(_LENGTH, "little"))
     waiting: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(calls, waiting, forked), daemon=True).start()
     while True:
@@ -250,9 +301,18 @@ def _answer(calls: BinaryIO, answers: BinaryIO, forked: Sequence[int]) -> None:
             function, arguments = pickle.loads(text)
             answer = pickle.dumps((True, function(*arguments)))
         except BaseException as error:
-            answer = pickle.dumps((False, error))
-        answers.write(answer)
-        answers.flush()
+            answer = _failure(error)
+        _send(answers, answer)
+
+
+def _failure(error: BaseException) -> bytes:
+    """What a call raised; of an error that cannot be sent, None: the caller raises it by doing the call itself."""
+    try:
+        text = pickle.dumps((False, error))
+        pickle.loads(text)  # an error with other arguments than its class takes is written, but not read
+    except Exception:
+        return pickle.dumps(None)
+    return text
 
 
 def _listen(calls: BinaryIO, waiting: queue.SimpleQueue[bytes], forked: Sequence[int]) -> None:
@@ -260,8 +320,9 @@ def _listen(calls: BinaryIO, waiting: queue.SimpleQueue[bytes], forked: Sequence
 
     It waits for its twins, so that their time is counted as that of the program.
     """
-    while len(length := calls.read(_LENGTH)) == _LENGTH:
-        waiting.put(calls.read(int.from_bytes(length, "little")))
+    with suppress(EOFError):
+        while True:
+            waiting.put(_received(calls))
     for number in forked:
         os.waitpid(number, 0)
     os._exit(0)

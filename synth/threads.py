@@ -1,14 +1,17 @@
-"""The single thread pool of a process: all cores, or ``SYNTH_THREADS``; one thread in worker processes."""
+"""The single thread pool of a process: all its cores, or ``SYNTH_THREADS``; one thread in worker processes."""
 
 from __future__ import annotations
 
 import os
+import re
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import TypeVar
+
+from synth.errors import Problem, UserError
 
 T = TypeVar("T")
 VARIABLE = "SYNTH_THREADS"
@@ -16,10 +19,30 @@ VARIABLE = "SYNTH_THREADS"
 LIBRARIES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
+def core_count() -> int:
+    """Cores that this process may use: a scheduler's job or ``taskset`` may leave it few of the machine's.
+
+    macOS and Windows do not tell; there it is all cores.
+    """
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def thread_count() -> int:
-    """Threads for compiled code that releases the interpreter's lock."""
+    """Threads for compiled code that releases the interpreter's lock: ``SYNTH_THREADS``, else one a core.
+
+    Raises
+    ------
+    UserError : ``SYNTH_THREADS`` is not a whole number from 1 to 9999.
+    """
     text = os.environ.get(VARIABLE, "")
-    return int(text) if text.isdigit() and int(text) > 0 else os.cpu_count() or 1
+    if not text:
+        return core_count()
+    if not re.fullmatch(r"0*[1-9][0-9]{0,3}", text):
+        allowed = "must be a whole number of threads from 1 to 9999; unset it for one a core"
+        raise UserError(Problem(f'"{text}" {allowed}', key=VARIABLE))
+    return int(text)
 
 
 @lru_cache(maxsize=1)
@@ -32,17 +55,42 @@ def in_parallel(work: Callable[[int], T], count: int, most: int | None = None) -
 
     ``most`` : largest number in parallel. Do not nest calls: every thread might then wait for another.
     """
-    if count < 2 or min(thread_count(), most or count) < 2:
+    if _alone(count, most):
         return [work(index) for index in range(count)]
+    return list(_workers().map(_admitted(work, most), range(count)))
+
+
+def as_they_finish(work: Callable[[int], T], count: int, most: int | None = None) -> Iterator[tuple[int, T]]:
+    """Like ``in_parallel``, but each index with its result as soon as that is there, handed to the calling thread."""
+    if _alone(count, most):
+        yield from ((index, work(index)) for index in range(count))
+        return
+    admitted = _admitted(work, most)
+    running = {_workers().submit(admitted, index): index for index in range(count)}
+    try:
+        for done in as_completed(running):
+            yield running[done], done.result()
+    finally:
+        for waiting in running:
+            waiting.cancel()
+
+
+def _alone(count: int, most: int | None) -> bool:
+    """Whether the calling thread does all itself."""
+    return count < 2 or min(thread_count(), most or count) < 2
+
+
+def _admitted(work: Callable[[int], T], most: int | None) -> Callable[[int], T]:
+    """The work, of which at most so many pieces run at once."""
     if most is None or most >= thread_count():
-        return list(_workers().map(work, range(count)))
+        return work
     gate = threading.Semaphore(most)
 
     def admitted(index: int) -> T:
         with gate:
             return work(index)
 
-    return list(_workers().map(admitted, range(count)))
+    return admitted
 
 
 def shared_out(work: Callable[[int], T], count: int) -> list[T]:

@@ -22,3 +22,14 @@ def refuse(value: int) -> None:
 
 def fail_to_read() -> None:
     raise FileNotFoundError(2, "none", "missing")
+
+
+class OddError(Exception):
+    """Takes two arguments and keeps one, so that pickle cannot make it again."""
+
+    def __init__(self, joint: str, number: int) -> None:
+        super().__init__(f"{number} of {joint}")
+
+
+def fail_oddly(joint: str, number: int) -> None:
+    raise OddError(joint, number)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import io
 import os
+import pickle
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
 
-from side_calls import fail_to_read, nothing, refuse, square
+from side_calls import fail_oddly, fail_to_read, nothing, refuse, square
 from synth import side_processes as beside
 from synth.cad import DimensionError
 from synth.side_processes import SideCall, carried_out, process_count, side_processes
@@ -57,9 +60,69 @@ def test_errors_are_raised_with_what_they_hold_and_the_processes_go_on() -> None
 @pytest.mark.usefixtures("two")
 def test_what_a_dead_process_leaves_is_done_here() -> None:
     with side_processes(2, nothing):
-        for each in beside._open:
+        for each in beside._pool.processes:
             os.kill(each.pid, signal.SIGKILL)
         assert carried_out([SideCall(square, (k,), k) for k in range(2)]) == [(0, os.getpid()), (1, os.getpid())]
+
+
+@pytest.mark.parametrize("kept", [0, 4, 8, 20, -1])
+def test_an_answer_that_is_cut_off_is_none(kept: int, capfd: pytest.CaptureFixture[str]) -> None:
+    """Of a process that is killed while it writes: the call is done here, without a word."""
+    answers = io.BytesIO()
+    beside._send(answers, (4321).to_bytes(8, "little"))
+    begun = answers.tell()
+    beside._send(answers, pickle.dumps((True, ["wrong"] * 1000)))
+    cut = answers.getvalue()[:-1] if kept < 0 else answers.getvalue()[: begun + kept]
+    shared = beside._Shared([SideCall(square, (3,))])
+    thread = threading.Thread(target=shared.work, args=(0, beside.SideProcess(io.BytesIO(), io.BytesIO(cut))))
+    thread.start()
+    thread.join()
+    assert shared.results() == [(9, os.getpid())]
+    assert "Traceback" not in capfd.readouterr().err
+
+
+@pytest.mark.usefixtures("two")
+def test_an_error_that_cannot_be_sent_is_raised_all_the_same(capfd: pytest.CaptureFixture[str]) -> None:
+    with side_processes(2, nothing):
+        with pytest.raises(Exception, match="7 of knee"):
+            carried_out([SideCall(fail_oddly, ("knee", 7))])
+        assert carried_out([SideCall(square, (3,))])[0][0] == 9
+        with pytest.raises((pickle.PicklingError, AttributeError, TypeError), match="pickle"):
+            carried_out([SideCall(square, (threading.Lock(),))])
+        assert carried_out([SideCall(square, (3,))])[0][1] != os.getpid()
+    assert "Traceback" not in capfd.readouterr().err
+
+
+@pytest.mark.usefixtures("two")
+def test_a_thread_that_is_done_leaves_another_its_processes(capfd: pytest.CaptureFixture[str]) -> None:
+    inside, first_done = threading.Event(), threading.Event()
+    found: list[tuple[int, int]] = []
+
+    def second() -> None:
+        with side_processes(2, nothing):
+            inside.set()
+            first_done.wait(10.0)
+            found.extend(carried_out([SideCall(square, (k,), k) for k in range(2)]))
+
+    thread = threading.Thread(target=second)
+    with side_processes(2, nothing):
+        thread.start()
+        assert inside.wait(10.0)
+    first_done.set()
+    thread.join()
+    assert [value for value, _ in found] == [0, 1]
+    assert os.getpid() not in {process for _, process in found}
+    assert process_count() == 0
+    assert "Traceback" not in capfd.readouterr().err
+
+
+@pytest.mark.usefixtures("two")
+def test_a_closed_process_has_ended() -> None:
+    with side_processes(2, nothing):
+        processes = beside._pool.processes
+    for each in processes:
+        with pytest.raises(EOFError):
+            each.answer(SideCall(square, (3,)))
 
 
 def test_with_one_thread_everything_is_done_here(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -74,7 +137,7 @@ def test_the_processes_end_with_a_parent_that_is_killed() -> None:
         "from synth.side_processes import *; from synth import side_processes as s; import time\n"
         "def main():\n"
         "    with side_processes(2, int):\n"
-        "        print(*(each.pid for each in s._open), flush=True)\n"
+        "        print(*(each.pid for each in s._pool.processes), flush=True)\n"
         "        time.sleep(60)\n"
         "main()"
     )

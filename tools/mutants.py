@@ -72,8 +72,10 @@ MUTANTS = (
            "reduced -= 0.5 * cross @ np.linalg.solve(own, cross.T)", "fit/test_trajectories.py fit/test_fit.py"),
     Mutant("a 95 % interval called 90 %", "NORMAL90 = 1.6448536269514722", "NORMAL90 = 1.96",
            "fit/test_fit.py fit/test_bootstrap.py"),
-    Mutant("autocorrelation counted once", "1.0 + 2.0 * float(pairs[:stop].sum())",
-           "1.0 + 1.0 * float(pairs[:stop].sum())", "fit/test_fit.py fit/test_trajectories.py"),
+    Mutant("autocorrelation counted once", "2.0 * float(np.minimum.accumulate(",
+           "1.0 * float(np.minimum.accumulate(", "estimation/test_correlation.py"),
+    Mutant("autocorrelation not monotone", "np.minimum.accumulate(pairs[:stop]).sum()", "pairs[:stop].sum()",
+           "estimation/test_correlation.py"),
     # Motion.
     Mutant("decrement of a half cycle", "decrement = 2.0 * float(logs[0] - logs[-1])",
            "decrement = 1.0 * float(logs[0] - logs[-1])", "motion/test_characteristics.py"),

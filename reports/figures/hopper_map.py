@@ -15,15 +15,21 @@ WIDTH, LEFT, TOP, BOTTOM = 620.0, 66.0, 26.0, 46.0  # px
 KEY = 92.0  # room for the colour key
 # Light to dark blue, even steps of lightness, readable in grey (ColorBrewer "Blues", Brewer 2003).
 SHADES = ("#f7fbff", "#deebf7", "#c6dbef", "#9ecae1", "#6baed6", "#4292c6", "#2171b5", "#08519c", "#08306b")
+DARK = SHADES[5:]  # a white mark shows better
 
 
 @dataclass(frozen=True)
 class Map:
-    """Heights (m) by ratio and length (m); None without such a design."""
+    """Heights (m) by ratio and length (m); None without such a design. ``feasible``: the same cells; empty: all."""
 
     ratios: Sequence[float]
     lengths: Sequence[float]
     heights: Sequence[Sequence[float | None]]
+    feasible: Sequence[Sequence[bool]] = ()
+
+    def barred(self, row: int, column: int) -> bool:
+        """Whether the design of a cell exceeds a limit."""
+        return bool(self.feasible) and not self.feasible[row][column]
 
 
 def map_figure(
@@ -33,7 +39,9 @@ def map_figure(
     picked: tuple[float, float] | None,
     other: tuple[float, float] | None = None,
 ) -> Markup:
-    """Cells by (ratio, length in m); ``front`` as dots, ``picked`` as a ring, ``other`` as a diamond."""
+    """Cells by (ratio, length in m); designs beyond a limit as triangles, ``front`` as dots, ``picked`` as a ring,
+    ``other`` as a diamond.
+    """
     rows, columns = len(data.ratios), len(data.lengths)
     cell = (WIDTH - LEFT - KEY) / columns
     high = 22.0 if rows < 20 else 14.0  # so that up to 40 motors fit on a screen
@@ -46,6 +54,8 @@ def map_figure(
         for k, value in enumerate(row):
             colour = "#ffffff" if value is None else SHADES[min(len(SHADES) - 1, int(value / top * len(SHADES)))]
             svg.rectangle((LEFT + k * cell, y), cell, high, f'fill="{colour}" stroke="#fff" stroke-width="0.4"')
+            if data.barred(i, k):
+                _triangle(svg, (LEFT + (k + 0.5) * cell, y + high / 2), on_dark=colour in DARK)
         svg.text((LEFT - 5, y + high / 2 + 3.5), f"{data.ratios[i]:.0f}:1", f'text-anchor="end" {TICK}')
     every = max(1, columns // 8)
     for k in range(0, columns, every):
@@ -74,6 +84,13 @@ def map_figure(
                  f'fill="none" stroke="{BLACK}" stroke-width="2"')  # fmt: skip
     _key(svg, top)
     return svg.markup
+
+
+def _triangle(svg: Svg, at: tuple[float, float], *, on_dark: bool) -> None:
+    """The mark of a design that exceeds a limit."""
+    (x, y), colour = at, "#fff" if on_dark else BLACK
+    svg.path(f"M{x - 3:.1f} {y + 2.6:.1f}L{x:.1f} {y - 2.6:.1f} {x + 3:.1f} {y + 2.6:.1f}Z",
+             f'fill="none" stroke="{colour}" stroke-width="0.9"')  # fmt: skip
 
 
 def _key(svg: Svg, top: float) -> None:

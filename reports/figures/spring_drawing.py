@@ -109,7 +109,7 @@ def _along_axis(svg: Svg, spring: DrawnSpring, arms: tuple[Arm, Arm], centre: Po
     for index, arm in enumerate(arms):
         upper = (index == 0) == (spring.hand == "right")
         if spring.arms != "axial" and spring.leg_lengths[index] > 0:
-            _leg_length(svg, place(arm.root), place(arm.end), wire, _mm(spring.leg_lengths[index]), upper)
+            _leg_length(svg, place(arm.root), place(arm.end), wire, _mm(spring.leg_lengths[index]), upper=upper)
 
 
 def _included_angle(svg: Svg, spring: DrawnSpring, centre: Point, scale: float) -> None:
@@ -191,7 +191,7 @@ def _rod(svg: Svg, start: Point, end: Point, width: float) -> None:
     svg.line(start, end, f'stroke="{WIRE}" stroke-width="{max(width, 0.4):.2f}" stroke-linecap="round"')
 
 
-def _leg_length(svg: Svg, root: Point, end: Point, wire: float, words: str, upper: bool) -> None:
+def _leg_length(svg: Svg, root: Point, end: Point, wire: float, words: str, *, upper: bool) -> None:
     """A dimension line beside an arm, on its outer side."""
     dx, dy = end[0] - root[0], end[1] - root[1]
     length = math.hypot(dx, dy)

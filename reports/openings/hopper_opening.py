@@ -34,7 +34,7 @@ def study_opening(result: Result) -> Opening:
     how = str(mapping(document, "settings").get("choose") or "").replace("_", " ")
     verdict = (
         f"{best.get('motor')} with upper links of {_millimetres(best.get('leg_length'))}: {_RISES[key]} "
-        f"{_centimetres(best.get(key))}{_between(best.get(key))}, the best {how} of {counts.get('designs')} designs."
+        f"{_centimetres(best.get(key))}{_between(best.get(key))}, the best {how} of {_number(counts)}."
     )
     figure, caption = _picture(result)
     good = False if limit else None if _after_takeoff(best) else True
@@ -58,6 +58,14 @@ def truth_opening(result: Result) -> Opening:
         ["See below for unpublished numbers and their influence."],
         figures=Figures(("Pose and measure", "Reproduced"), rows) if rows else None,
     )  # fmt: skip
+
+
+def _number(counts: Json) -> str:
+    """How many designs the chosen one was compared with."""
+    feasible, tried = counts.get("feasible"), counts.get("designs")
+    if feasible is None or feasible == tried:  # an older result does not say how many are feasible
+        return f"{tried} designs"
+    return f"{feasible} feasible designs, of {tried} that were simulated"
 
 
 def _millimetres(quantity: object) -> str:

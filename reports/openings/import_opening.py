@@ -50,5 +50,5 @@ def _next(result: Result) -> str:
     """What to check, and the command that runs the project beside the page."""
     text = "Check that the leg bends as it did, which shows a wrong sign, side or zero; "
     if result.path("gap.yaml") is None:
-        return text + "then run `synth fit fit.yaml` in this folder."
+        return text + "then run `synth fit fit.yaml --out fit` in this folder."
     return text + "and that each joint follows its command. Then run `synth gap gap.yaml --out gap` in this folder."

@@ -44,7 +44,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     shown = extremes(list(rms), rms)
     joints = mapping(gap, "joints")
     return {
-        "steps": _steps(gap, str(result.content.get("verdict")), within_accuracy(result.content)),
+        "steps": _steps(gap, str(result.content.get("verdict")), within=within_accuracy(result.content)),
         "figure": _bars(gap),
         "shrink": gap.get("shrink"),
         "of_best": gap.get("shrink_of_best"),
@@ -88,7 +88,7 @@ def _remainder(left: Json) -> Json:
     }
 
 
-def _steps(gap: Json, verdict: str, within: bool) -> list[Json]:
+def _steps(gap: Json, verdict: str, *, within: bool) -> list[Json]:
     """Rows of the table; without an accepted explanation, another meaning of ``after``."""
     others = {
         "none": "the same: causes were not judged" if within else "the same: no effect is missing",

@@ -54,7 +54,7 @@ def content(result: Result, deflection: str = DEFLECTION) -> dict[str, Any] | Ab
 
 
 def _legend(result: Result, joints: list[str]) -> Markup | str:
-    """Of the laws that the figures of the missing torque hold."""
+    """The legend of the laws that the figures of the missing torque hold."""
     columns = ("speed", "deflection")
     drawn = []
     if any(_named(result, joint, column) for joint in joints for column in columns):
@@ -87,7 +87,7 @@ def _free_text(item: Json) -> str:
     return f"at the {item.get('joint')}, over {over}: removes {100 * taken:.0f} %"
 
 
-def _tables(result: Result, scored: bool = False) -> list[ResultTable]:
+def _tables(result: Result, *, scored: bool = False) -> list[ResultTable]:
     """The ``where`` tables of all trials, or of the scored ones."""
     found = []
     for trial in sequence(result.content, "trials"):

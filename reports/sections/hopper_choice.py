@@ -65,8 +65,12 @@ def map_content(result: Result) -> dict[str, Any] | AbsentResult:
     front = [design(item) for item in sequence(result.content, "pareto")
              if isinstance(item, Mapping) and str(item.get("motor", "")).startswith(own)]  # fmt: skip
     title = f"{height.replace('_', ' ')} over gear ratio and link length, {found.get('family')}"
-    return {"svg": map_figure(title, Map(ratios, lengths, heights), front, design(best)), "family": found.get("family"),
-            "height": height.replace("_", " ").capitalize()}  # fmt: skip
+    data = Map(ratios, lengths, heights, found.get("feasible") or ())
+    return {
+        "svg": map_figure(title, data, front, design(best)),
+        "family": found.get("family"),
+        "height": height.replace("_", " ").capitalize(),
+    }
 
 
 SECTION = ReportSection("hopper-choice", "The chosen leg", content)

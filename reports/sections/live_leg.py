@@ -11,7 +11,7 @@ from typing import Any
 from markupsafe import Markup
 
 from synth.reports.quantities import text
-from synth.reports.reading import Json, Result, read_lines, value_of
+from synth.reports.reading import Json, Result, value_of
 from synth.reports.scripts import data_block
 from synth.reports.section import mapping, sequence
 
@@ -35,7 +35,7 @@ def live_data(result: Result) -> Json | None:
         stops = [value_of(end) for end in sequence(design, str(joint.get("name")), "stops")]
         joint["stops"] = stops if len(stops) == 2 and None not in stops else joint.get("range")
         joint["fit"] = _fit(mapping(design, str(joint.get("name"))))
-    page["parts"] = _parts(result)
+    page["parts"] = _parts(result, mapping(page, "bill"))
     page["within"] = value_of(mapping(result.content, "response", "forecast").get("within"))
     page["has_solids"] = _glb(result) is not None
     return page
@@ -65,10 +65,9 @@ def block(name: str, content: Any) -> Markup:
     return Markup('<script type="application/json" id="{}">{}</script>').format(name, data_block(content))
 
 
-def _parts(result: Result) -> list[Json]:
+def _parts(result: Result, bill: Json) -> list[Json]:
     """Every drawn part: its joint, the body that it moves with, its file, mass and line of the bill of materials."""
     listed = {str(item.get("path")): item for item in sequence(result.content, "files") if isinstance(item, Mapping)}
-    lines = _bill(result)
     found = []
     for part in sequence(result.content, "solids", "parts"):
         if not isinstance(part, Mapping):
@@ -77,7 +76,6 @@ def _parts(result: Result) -> list[Json]:
         files = [f"parts/{name}.{ending}" for ending in ("step", "stl") if f"parts/{name}.{ending}" in listed]
         moves = next((listed[file].get("moves_with") for file in files if listed[file].get("moves_with")), None)
         mass = part.get("mass")
-        family = str(part.get("family")).replace("_", " ")
         found.append(
             {
                 "name": name,
@@ -87,28 +85,7 @@ def _parts(result: Result) -> list[Json]:
                 "files": files,
                 "material": str(part.get("material") or part.get("made") or ""),
                 "mass": text(mass) if value_of(mass) is not None else "",
-                "bill": _line(lines, part, name, family),
+                "bill": str(bill.get(name, "")),
             }
         )
     return found
-
-
-def _bill(result: Result) -> list[dict[str, str]]:
-    path = result.path("bom.csv")
-    if path is None:
-        return []
-    return list(read_lines(path))
-
-
-def _line(lines: list[dict[str, str]], part: Mapping[str, Any], name: str, family: str) -> str:
-    """The part's line, found by its own name, by its designation, or by its kind at this joint."""
-    words = {"spring": ("wire", "spring"), "damper": ("damper",)}.get(family, ())
-    bought = str(part.get("made") or "").removeprefix("buy: ")
-    here = [row for row in lines if row.get("joint") == str(part.get("joint"))]
-    own = [row for row in lines if row.get("part") == name]
-    same = [row for row in here if row.get("item") and bought.startswith(row["item"])]
-    kind = [row for row in here if any(word in row.get("item", "") for word in words)]
-    for row in (*own, *same, *kind):
-        pieces = [f"{row.get('quantity')} ×", row.get("item", ""), row.get("vendor", ""), row.get("part", "")]
-        return ", ".join(piece for piece in pieces[1:] if piece) + f" ({row.get('quantity')} in the bill)"
-    return ""

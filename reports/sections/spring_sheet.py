@@ -33,6 +33,7 @@ ACT = (
     ("active_coils", "active coils, arms included", "E13"),
     ("elastic_modulus", "elastic modulus E", ""), ("travel", "travel, winding", ""),
     ("opening_travel", "travel, opening", ""), ("moment", "torque at full travel", "E2"),
+    ("opening_moment", "torque at the opening travel", "E2"),
     ("peak_moment", "largest bending moment in the wire", "E20"),
     ("energy", "energy at full travel", "E12"), ("arms_force", "force at the end of an arm", ""),
     ("arms_axis_force", "force on the joint's axis, at most", "E20"),
@@ -41,7 +42,7 @@ ACT = (
 LAST = (
     ("stress", "bending stress at full travel", "E14"), ("allowed_stress", "allowed stress", "E15"),
     ("yield_stress", "yield stress in bending", "E15"), ("tensile_strength", "tensile strength", "E15"),
-    ("safety", "yield over stress", "E15"), ("free_travel", "travel to yield", "E15"),
+    ("safety", "yield over stress, least", "E15"), ("free_travel", "travel to yield", "E15"),
     ("free_opening_travel", "travel to yield, opening", "E15"),
     ("safety_1e5", "strength over stress, 10⁵ cycles", "E19"),
     ("safety_1e6", "strength over stress, 10⁶ cycles", "E19"),

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,9 +25,6 @@ from synth.remarks import remark_json
 from synth.side_processes import side_processes
 from synth.swing.chain import Chain, compiled_chain
 from synth.swing.leg_model import Leg
-
-if TYPE_CHECKING:
-    from synth.design.part_masses import PartMass
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,17 +123,24 @@ class Design(Report):
         from synth.design.drawn_springs import as_drawn, seats_set
         from synth.design.mass_loop import weighed
         from synth.design.robot_files import write_robots
-        from synth.design.solid_files import NOT_DRAWN, draw_solids, not_weighed, require_drawn, with_settings
+        from synth.design.solid_files import (
+            NOT_DRAWN,
+            DrawnSolids,
+            draw_solids,
+            not_weighed,
+            require_drawn,
+            with_settings,
+        )
         from synth.design.write_design import write_files
 
-        design, extra = self.design, dict(NOT_DRAWN)
-        masses: tuple[PartMass, ...] = ()
+        design, drawn = self.design, DrawnSolids(dict(NOT_DRAWN))
+        extra = drawn.extra
         if not self.solids:
             design = not_weighed(design)
         else:
             with stage("drawing, checking and writing the joints"), drawing(design.project):
-                extra, masses = draw_solids(design, folder, cache or StageCache(on=False), pictures=pictures)
-                design = weighed(design, masses)
+                drawn = draw_solids(design, folder, cache or StageCache(on=False), pictures=pictures)
+                design, extra = weighed(design, drawn.masses), drawn.extra
                 friction = bearing_friction(design)
                 design = as_drawn(with_friction(design, friction), extra["solids"]["joints"])
                 extra = with_friction_notes(extra, friction)
@@ -144,10 +148,10 @@ class Design(Report):
         extra = with_settings(extra, design, settings)
         with stage("writing the design"):
             write_files(design, folder)
-            lost = write_robots(design, masses, folder)
+            lost = write_robots(design, drawn.masses, folder)
         with stage("writing the report"):
-            write_bom(design, extra["solids"]["parts"], folder / "bom.csv")
-            _report(design, folder, extra, lost)
+            bill = write_bom(design, extra["solids"]["parts"], drawn.orders, folder / "bom.csv")
+            _report(design, folder, extra, lost, bill)
         try:
             require_drawn(extra["solids"], design.project.path, report or folder / "report.html")
         except UserError as error:
@@ -200,20 +204,20 @@ def design(
     kept = cache.value(key, LegDesign, chains)
     if kept is not None:
         return Design(on_bed(replace(kept, project=project), bed), solids)
-    with drawing(project, solids):  # their start overlaps the fits
+    with drawing(project, solids=solids):  # their start overlaps the fits
         if compiling is not None:
             compiling(len(project.target.joints))
-        made = _made(project, catalogue, solids, stage)
+        made = _made(project, catalogue, solids=solids, stage=stage)
     cache.keep_value(key, made, chains)
     return Design(made, solids)
 
 
-def drawing(project: LegProject, solids: bool = True) -> AbstractContextManager[None]:
+def drawing(project: LegProject, *, solids: bool = True) -> AbstractContextManager[None]:
     """The processes that draw the project's joints, open within the block; with one thread, or no solids, none."""
     return side_processes(len(project.target.joints), load_kernel) if solids else nullcontext()
 
 
-def _made(project: LegProject, catalogue: Catalogue, solids: bool, stage: Stage) -> LegDesign:
+def _made(project: LegProject, catalogue: Catalogue, *, solids: bool, stage: Stage) -> LegDesign:
     from synth import cad
     from synth.design.mass_loop import design_with_masses
     from synth.design.solid_files import not_drawable
@@ -224,21 +228,19 @@ def _made(project: LegProject, catalogue: Catalogue, solids: bool, stage: Stage)
         raise not_drawable(error, project) from None
 
 
-def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[str]) -> None:
-    """Write design.json and its page, and list every other file with its hash."""
+def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[str], bill: Mapping[str, str]) -> None:
+    """Write design.json and its page, and list every other file with its hash; ``bill``: as ``page_json``."""
     from synth.design.page_data import page_json
     from synth.design.write_design import design_json
-    from synth.files.kept_templates import KeptTemplates
+    from synth.files.kept_templates import kept_templates
     from synth.files.output import write_json
     from synth.reports import write_leg_report
-    from synth.reports.page import environment
 
-    environment().bytecode_cache = KeptTemplates()
-    write_json(folder / "page.json", page_json(design))
+    write_json(folder / "page.json", page_json(design, bill))
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     content = design_json(design, files, folder, extra)
     messages = {str(note): note for note in design.drawn.notes} if design.drawn is not None else {}
     notes = [messages.get(note, note) for note in extra["solids"]["notes"]]  # stored solids hold texts without severity
     content["warnings"] += [{"joint": None, **remark_json(note)} for note in (*notes, *lost)]
     write_json(folder / "design.json", content)
-    write_leg_report(folder)
+    write_leg_report(folder, kept_templates())

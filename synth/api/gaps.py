@@ -72,18 +72,16 @@ class Gap(Diagnosed):
     def write(self, folder: Path) -> None:
         """``gap.json``, predictions, the diagnosed leg (also for simulators), and a report."""
         from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
-        from synth.files.kept_templates import KeptTemplates
+        from synth.files.kept_templates import kept_templates
         from synth.reports import write_gap_report
-        from synth.reports.page import environment
 
-        environment().bytecode_cache = KeptTemplates()
         write_gap(self.result, self.project, folder)
         near = stand_in(self.diagnosed, self.project.trials)
         leg, told = (None, ()) if near is None else (near.leg, near.texts)
         driven = drive_error(self.diagnosed, self.project.trials)
         fastest, deflected = self._fastest(), self._deflected()
         write_simulator_files(self.diagnosed, fastest, folder / "diagnosed", leg, told, driven, deflected)
-        write_gap_report(folder)
+        write_gap_report(folder, kept_templates())
 
     def write_compared(self, folder: Path) -> tuple[str, str]:
         """Without files for simulators and the report."""

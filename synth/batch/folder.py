@@ -24,15 +24,15 @@ IDENTITY = "identity.json"
 
 
 @dataclass(frozen=True)
-class FolderProjects:
-    """A project: its ``name`` in the results and its file; ``problems`` if its kind cannot be read."""
+class FolderProject:
+    """A project of a folder: its ``name`` in the results and its file; ``problems`` if its kind cannot be read."""
 
     name: str
     path: Path
     problems: tuple[Problem, ...] = ()
 
 
-def find_projects(folder: Path, kind: str = "fit", done: str = "fitted") -> list[FolderProjects]:
+def find_projects(folder: Path, kind: str = "fit", done: str = "fitted") -> list[FolderProject]:
     """Every project of a kind below the folder, by name; ``case/KIND.yaml`` is called ``case``.
 
     A file without a kind counts as a fit. ``done`` : the work in messages, such as "fitted".
@@ -75,14 +75,14 @@ def find_projects(folder: Path, kind: str = "fit", done: str = "fitted") -> list
 
 @dataclass(frozen=True)
 class _File:
-    """A project's file by its name ``below`` the fitted folder; ``problems`` as in ``FolderProjects``."""
+    """A project's file by its name ``below`` the fitted folder; ``problems`` as in ``FolderProject``."""
 
     below: str
     path: Path
     problems: tuple[Problem, ...] = ()
 
 
-def _named(files: Sequence[_File], kind: str) -> list[FolderProjects]:
+def _named(files: Sequence[_File], kind: str) -> list[FolderProject]:
     """Every project under a unique name, as short as possible: ``case``, ``case/fit`` or ``case/fit.yaml``.
 
     The results of a project go to a folder of its name. No two names may therefore be equal or nested:
@@ -94,9 +94,7 @@ def _named(files: Sequence[_File], kind: str) -> list[FolderProjects]:
     while clashing := _clashes([form[k] for form, k in zip(forms, used, strict=True)]):
         for index in clashing:
             used[index] = min(used[index] + 1, len(forms[index]) - 1)
-    named = [
-        FolderProjects(form[k], file.path, file.problems) for file, form, k in zip(files, forms, used, strict=True)
-    ]
+    named = [FolderProject(form[k], file.path, file.problems) for file, form, k in zip(files, forms, used, strict=True)]
     return sorted(named, key=lambda item: item.name)
 
 

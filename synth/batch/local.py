@@ -29,7 +29,7 @@ class _Pool:
         watched, self._lifeline = context.Pipe(duplex=False)
         self.processes = ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(watched,))
 
-    def close(self, finished: bool) -> None:
+    def close(self, *, finished: bool) -> None:
         if not finished:
             self._lifeline.close()
         self.processes.shutdown(wait=True, cancel_futures=True)
@@ -84,7 +84,7 @@ def run_here(
                     pool = _Pool(workers)
             finished = True
         finally:
-            pool.close(finished)
+            pool.close(finished=finished)
 
 
 def _alone(function: Callable[[Any], Any], argument: Any) -> TaskOutcome:
@@ -98,5 +98,5 @@ def _alone(function: Callable[[Any], Any], argument: Any) -> TaskOutcome:
         except BrokenProcessPool:
             continue
         finally:
-            pool.close(finished)
+            pool.close(finished=finished)
     return TaskOutcome(problems=(Problem(DIED),))

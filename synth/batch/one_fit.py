@@ -106,13 +106,11 @@ def fit_project(given: Ready) -> FitResult:
 
 def write_fit(result: FitResult, folder: Path) -> None:
     """Write ``fit.json``, the fitted leg, responses and a report."""
-    from synth.files.kept_templates import KeptTemplates
+    from synth.files.kept_templates import kept_templates
     from synth.reports import write_fit_report
-    from synth.reports.page import environment
 
-    environment().bytecode_cache = KeptTemplates()
     write_fit_files(result, folder)
-    write_fit_report(folder)
+    write_fit_report(folder, kept_templates())
 
 
 def write_fit_files(result: FitResult, folder: Path) -> None:

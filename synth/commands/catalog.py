@@ -21,7 +21,7 @@ from synth.commands.answers import tell_document
 from synth.commands.arguments import near_miss, one_of
 from synth.commands.catalog_json import (
     FORMAT,
-    STATUSES,
+    STATES,
     alike_json,
     families_json,
     family_counts,
@@ -178,7 +178,7 @@ def _overview(catalogue: Catalogue) -> str:
     from synth.commands.table_text import table_text
     from synth.parts.rows import FAMILIES
 
-    lines = [["family", "rows", *STATUSES, "other"]]
+    lines = [["family", "rows", *STATES, "other"]]
     for family in FAMILIES:
         lines.append([str(value) for value in family_counts(family, catalogue).values()])
     return "\n".join(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from synth.parts.rows import CatalogueRow
 
 FORMAT = "synth/catalog/1"
-STATUSES = ("complete", "usable", "incomplete", "contradiction")
+STATES = ("complete", "usable", "incomplete", "contradiction")
 
 
 def families_json(catalogue: Catalogue) -> dict[str, Any]:
@@ -27,9 +28,9 @@ def families_json(catalogue: Catalogue) -> dict[str, Any]:
 
 def family_counts(family: str, catalogue: Catalogue) -> dict[str, Any]:
     """A family's rows by status."""
-    statuses = [row.status.partition(":")[0] for row in catalogue.rows(family)]
-    counts = {status: statuses.count(status) for status in STATUSES}
-    return {"family": family, "rows": len(statuses), **counts, "other": len(statuses) - sum(counts.values())}
+    found = Counter[str](row.state for row in catalogue.rows(family))
+    counts = {state: found[state] for state in STATES}
+    return {"family": family, "rows": found.total(), **counts, "other": found.total() - sum(counts.values())}
 
 
 def rows_json(rows: Iterable[CatalogueRow]) -> dict[str, Any]:

@@ -28,11 +28,12 @@ MOST = 30  # listed rows, of those that fit and of those that do not
 
 @dataclass(frozen=True)
 class _Line:
-    """A part, its distance from the request (0: exact), and its cells or reasons."""
+    """A part, its distance from the request (0: exact), its cells, and the reasons against it."""
 
     part: str
     distance: float
     cells: tuple[str, ...]
+    reasons: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -105,8 +106,8 @@ def _yield_angle(row: TorsionSpringRow, catalogue: Catalogue) -> str:
 def _not_fitting(
     label: str, vendor: str, off: float, wanted: float | None, row: CatalogueRow, reasons: list[str]
 ) -> _Line:
-    cells = (vendor, _off(off, wanted), row.status.partition(":")[0], "; ".join(reasons))
-    return _Line(label, abs(off), cells)
+    cells = (vendor, _off(off, wanted), row.state, "; ".join(reasons))
+    return _Line(label, abs(off), cells, tuple(reasons))
 
 
 def _off(off: float, wanted: float | None) -> str:
@@ -197,7 +198,7 @@ def _lines(found: FittingParts) -> Iterator[str]:
         rows = [OTHER_HEADS, *((line.part, *line.cells) for line in others[:MOST])]
         yield table_text(rows, numbers_right=False)
     if len(others) > MOST:
-        reasons = Counter(reason for line in others[MOST:] for reason in line.cells[-1].split("; "))
+        reasons = Counter(reason for line in others[MOST:] for reason in line.reasons)
         yield from (f"  {count} more: {reason}" for reason, count in reasons.most_common())
     if unusable:
         yield f"{sum(unusable.values())} rows that cannot be chosen:"

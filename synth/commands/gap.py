@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     if is_folder(arguments.file):
         return _run_folder(arguments, progress)
     jumps = is_hopper_gap(arguments.file)
-    _refuse(arguments, jumps)
+    _refuse(arguments, jumps=jumps)
     if jumps:
         from synth.commands.gap_jumps import run_jumps
 
@@ -79,7 +79,7 @@ APPLIES_TO = {
 }
 
 
-def _refuse(arguments: argparse.Namespace, jumps: bool) -> None:
+def _refuse(arguments: argparse.Namespace, *, jumps: bool) -> None:
     """Refuse options that exclude each other or do not apply to jumping legs."""
     from synth.errors import UserError
 

@@ -30,6 +30,7 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
     from synth.rehearsal.rehearse import CASES, WORDS, Rehearsal, default_count
     from synth.rehearsal.users_rig import users_rig
     from synth.reports import write_rehearsal_report
+    from synth.threads import core_count
 
     rig = users_rig(project)
     identity = {item.name: item.sha256 for item in project.inputs} | {t.name: t.sha256 for t in project.trials}
@@ -46,7 +47,7 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
             progress.say("reusing finished cases of the same input files")
         for text in rig.left_out:
             progress.say(f"note: {text}")
-        workers = arguments.workers or os.cpu_count() or 1
+        workers = arguments.workers or core_count()
         work = Rehearsal(Path(os.path.realpath(project.path)), rig, project.seed, count, workers, identity, effects)
         with progress.stage(f"rehearsing {count} cases"):
             work.run(kept, earlier, progress.say)

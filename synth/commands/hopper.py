@@ -3,8 +3,8 @@
 The study's three experiments are read from files of kind hopper-motor (run-ups: the motor's constants), hopper-pull-ups
 (inverted pull-ups: one joint damping) and hopper-jumps (force plate and encoders: each model against the jumps).
 
-Give the same command again to resume an interrupted sweep. Many designs
-can be simulated on a Dask cluster (--scheduler); a lost worker loses no result, and the output is identical.
+Give the same command again to resume an interrupted sweep. Many designs can be simulated on a Dask cluster
+(--scheduler); a lost worker loses no result, and the output is identical.
 """
 
 from __future__ import annotations

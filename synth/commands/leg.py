@@ -110,7 +110,7 @@ def _made(
     """Do all the work into ``folder``. If a check fails, return the error to raise once the folder is complete."""
     from synth.api.designs import design, drawing
 
-    with drawing(project, not arguments.no_cad):
+    with drawing(project, solids=not arguments.no_cad):
         found = design(
             project,
             catalogue,

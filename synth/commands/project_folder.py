@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import synth
 from synth.batch.cluster import connected
-from synth.batch.folder import FolderProjects, RunCheckpoint, find_projects
+from synth.batch.folder import FolderProject, RunCheckpoint, find_projects
 from synth.batch.folder_summary import Failed, messages
 from synth.batch.folder_task import FolderTask, summary_json
 from synth.batch.local import run_here
@@ -26,6 +26,7 @@ from synth.commands.answers import folder_text, tell_document
 from synth.commands.streams import write_message
 from synth.errors import Problem, UserError
 from synth.files.output import output_folder, place, write_csv, write_json
+from synth.threads import core_count
 
 if TYPE_CHECKING:
     import argparse
@@ -84,7 +85,7 @@ def _require_outside(folder: Path, out: Path) -> None:
         raise UserError(Problem("is the folder of the projects; name another", str(out), key="--out"))
 
 
-def _dry_run(found: list[FolderProjects], task: FolderTask, progress: Progress) -> int:
+def _dry_run(found: list[FolderProject], task: FolderTask, progress: Progress) -> int:
     problems: list[Problem] = []
     trials = 0
     for item in found:
@@ -101,7 +102,7 @@ def _dry_run(found: list[FolderProjects], task: FolderTask, progress: Progress) 
 
 
 def _runner(
-    arguments: argparse.Namespace, stack: ExitStack, progress: Progress, found: list[FolderProjects], task: FolderTask
+    arguments: argparse.Namespace, stack: ExitStack, progress: Progress, found: list[FolderProject], task: FolderTask
 ) -> Runner:
     """The cores of this machine, or the cluster."""
     if arguments.scheduler is not None:
@@ -111,7 +112,7 @@ def _runner(
             cluster = stack.enter_context(connected(arguments.scheduler))
         progress.say(f"{cluster.threads} projects at once on the cluster")
         return cluster.run
-    workers = min(arguments.workers or os.cpu_count() or 1, len(found))
+    workers = min(arguments.workers or core_count(), len(found))
     # Compiled here, so that not every worker compiles the same; most legs have three links.
     progress.compiling(3, effects=task.effects)
     return lambda function, calls: run_here(function, calls, workers)
@@ -122,7 +123,7 @@ class _FolderRun:
     """The work on a folder's projects; each finished one is stored at once."""
 
     task: FolderTask
-    found: list[FolderProjects]
+    found: list[FolderProject]
     kept: RunCheckpoint
     progress: Progress
     failed: list[Failed] = field(default_factory=list)

@@ -235,7 +235,7 @@ def _hand(arguments: argparse.Namespace, read: Quantities) -> Hand:
     given: Hand | None = arguments.hand
     if arguments.closes is None:
         return given or "right"
-    needed = hand_for(arguments.closes == "clockwise")
+    needed = hand_for(closes_clockwise=arguments.closes == "clockwise")
     if given not in (None, needed):
         text = (
             f"work that turns the far arm {arguments.closes} closes a {needed}-hand coil and opens a {given}-hand one"

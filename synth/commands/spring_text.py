@@ -65,8 +65,11 @@ ROWS: tuple[Row, ...] = (
     Row("allowed stress", lambda s: s.allowed_stress, "Pa", ".0f", ".1f"),
     Row("strength over stress, 1e5 cycles", lambda s: _life(s, "factor_1e5")),
     Row("strength over stress, 1e6 cycles", lambda s: _life(s, "factor_1e6")),
+    Row("torque, opening", lambda s: s.opening_moment, "N*m"),
     Row("stress, opening", lambda s: s.opening_stress, "Pa", ".0f", ".1f"),
     Row("allowed stress, opening", lambda s: s.allowed_opening_stress, "Pa", ".0f", ".1f"),
+    Row("stress in the arms' bends", lambda s: s.arm_stress, "Pa", ".0f", ".1f"),
+    Row("least yield over stress", lambda s: f"{s.safety:.2f}"),
     Row("surge frequency [Hz]", lambda s: f"{s.surge_frequency:.0f}"),
     Row("travel to yield", lambda s: s.free_travel, "rad", ".1f", ".1f"),
     Row("rate tolerance [%]", lambda s: f"{s.tolerance.rate * 100:.1f}"),
@@ -79,7 +82,8 @@ ROWS: tuple[Row, ...] = (
 def spring_table(springs: Sequence[SpringDesign], heads: Sequence[str], shown: ShownUnits) -> str:
     """Springs side by side, one property per line; a count of one everywhere is left out."""
     several = any(spring.count > 1 for spring in springs)
-    kept = [row for row in ROWS if several or "side by" not in row.head]
+    bent = any(spring.bend_radius is not None for spring in springs)
+    kept = [row for row in ROWS if (several or "side by" not in row.head) and (bent or "bends" not in row.head)]
     rows = [[row.label(shown), *(row.cell(spring, shown) for spring in springs)] for row in kept]
     return table_text([["", *heads], *rows])
 
@@ -91,7 +95,7 @@ def in_one_line(spring: SpringDesign, shown: ShownUnits) -> str:
     return (
         f"{count}{spring.body_coils:.4g} coils of {wire} {spring.material}, mean diameter {mean}: "
         f"{shown.text(spring.rate, 'N*m/rad')} over {math.degrees(spring.travel):.4g} deg, "
-        f"at {spring.stress / spring.allowed_stress:.0%} of the allowed stress"
+        f"at {spring.use:.0%} of the allowed stress"
     )
 
 

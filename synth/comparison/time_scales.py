@@ -44,7 +44,7 @@ def scaled_sides(source: Source, scales: Sequence[float]) -> list[Side]:
         recordings = [recording.stretched(scale) for recording in motion.fitted]
         fitted = fit_by(into.ideal, recordings, options, project.fit)
         if scale == common and "animal" in source.views:
-            sides.append(_animal(source, fitted, recordings, motion.begun_late))
+            sides.append(_animal(source, fitted, recordings, cut=motion.begun_late))
         side = _wanted(source, fitted, scale, scale / common)
         wanted.append(replace(side, name=f"{source.label} x{scale:g}") if scales else side)
     return [*sides, *wanted] if "wanted" in source.views else sides
@@ -60,14 +60,14 @@ def _wanted(source: Source, fitted: FitResult, scale: float, pace: float) -> Sid
     return Side(source.named("wanted"), source.written, MODEL, leg, joints_of(leg, known), stated=stated, pace=pace)
 
 
-def _animal(source: Source, fitted: FitResult, recordings: Sequence[Recording], cut: bool) -> Side:
+def _animal(source: Source, fitted: FitResult, recordings: Sequence[Recording], *, cut: bool) -> Side:
     """The recordings with each trial's own shift of the free angle subtracted."""
     leg = fitted.leg
     common = np.array([fitted.joints[name].free_angle.value for name in leg.joint_names])
     motions = []
     for trial, recording in zip(fitted.trials, recordings, strict=False):
         shift = leg.sign * (trial.free_angle - common)
-        motions.append(_motion(leg, trial.rotation - shift, trial.rate, recording, shift, cut))
+        motions.append(_motion(leg, trial.rotation - shift, trial.rate, recording, shift, cut=cut))
     return Side(source.named("animal"), source.written, RECORDED, leg, {}, tuple(motions))
 
 
@@ -77,6 +77,7 @@ def _motion(
     rate: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
     recording: Recording,
     shift: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
+    *,
     cut: bool,
 ) -> ComparedMotion:
     rotation = np.where(recording.counts, recording.rotation, np.nan) - shift

@@ -1,14 +1,12 @@
 """Modules made of generated source text, with compiled code cached on disk.
 
-The text is executed as a module in memory; only its compiled code is stored
-(``synth.compiling.compiled``). The module's name contains a hash of the text and its dependencies, so a change
-recompiles.
+The text is executed as a module in memory; only its compiled code is stored (``synth.compiling.compiled``). The
+module's name contains a hash of the text and its dependencies, so a change recompiles.
 """
 
 from __future__ import annotations
 
 import hashlib
-import os
 import subprocess
 import sys
 import threading
@@ -18,6 +16,7 @@ from types import ModuleType
 
 from synth.compiling.compiled import kept_code
 from synth.compiling.modules import made_module
+from synth.threads import core_count
 
 
 def _module_name(name: str, text: str, depends_on: tuple[Path, ...]) -> str:
@@ -50,7 +49,7 @@ def load(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> ModuleType:
 
 def compile_aside(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> subprocess.Popen[bytes] | None:
     """Start a process that compiles the source and stores it on disk; None on a single core."""
-    if (os.cpu_count() or 1) < 2:
+    if core_count() < 2:
         return None
     program = f"import sys; sys.path[:0] = {[entry or str(Path.cwd()) for entry in sys.path]!r}; "
     program += f"from {made_module.__module__} import made_module; "

@@ -6,178 +6,230 @@ built-in catalogues have no prices; the price column, per piece, comes from the 
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import pi
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from synth.design.choose_dampers import DamperOption
+from synth.design.choose_springs import SpringOption
 from synth.design.leg_design import LegDesign
-from synth.design.write_design import bought_or_wound
 from synth.files.output import write_csv
 from synth.spring.spring_result import WIRE_ALLOWANCE
 
-HEADER = ("joint", "item", "how", "standard", "size", "length [mm]", "vendor", "part", "quantity", "price", "mass [g]",
-          "print time [h]", "source")  # fmt: skip
-BUY = "buy: "  # prefix of a drawn part that is a standard part to buy
-_LISTED = ("spring", "damper")  # families that are listed as bought or wound already
+if TYPE_CHECKING:
+    from synth.cad.standard_part import CutPart, StandardPart
+
+LISTED = ("spring", "damper")  # families that are listed as bought or wound already
 SAW = 3.0  # mm of extra length of rods and tubes: saw cut and facing
 # mm^3 of solid part an hour: PrusaSlicer 2.5.0 gave 3 h 4 min for 38.5 cm^3 of a clevis at its defaults (research of
 # this project, 0.4 mm nozzle); a Markforged with fill as dense takes about as long.
 PRINT_RATE = 38.5e3 / (3 + 4 / 60)
-_STANDARD = re.compile(r"(?P<standard>(?:ISO|DIN|ASME) [\w.-]+(?: A)?) - (?P<what>.+)")
-_SCREW = re.compile(r"(?P<size>M[0-9.]+) x (?P<length>[0-9.]+)")
-_PIN = re.compile(r"(?P<size>[0-9.]+) x (?P<length>[0-9.]+) dowel")
-_CUT = re.compile(r"cut from (?P<what>ground rod, h6|tube), (?P<size>[0-9. x]+) mm, (?P<length>[0-9.]+) mm long")
-_WASHER = re.compile(r", with washer (?P<standard>ISO [0-9]+) - (?P<size>[0-9.]+)")
 
 
 @dataclass(frozen=True)
-class _Bought:
-    """The data by which a standard part is ordered."""
+class BomLine:
+    """A line of the bill; ``mass`` (g) and ``print_time`` (h) are for the whole line, None where not known.
 
-    standard: str
-    size: str
-    length: str
-
-
-def write_bom(design: LegDesign, parts: Sequence[Mapping[str, Any]], path: Path) -> None:
-    """Write ``bom.csv``. ``parts``: the entries of ``solids.parts`` in ``design.json``, empty if nothing was drawn.
-
-    Mass and print time are for the whole line.
+    ``length`` : mm, with as many digits as it is to be ordered with. ``family`` : of a spring's or damper's line.
+    ``drawn`` : names of the drawn parts that it is for.
     """
-    rows = [_with_mass(_bought_line(row), parts) for row in bought_or_wound(design)]
-    drawn = [part for part in parts if part["family"] not in _LISTED]
-    rows += _merged([line for part in drawn for line in _lines(part)])
-    rows += _inserts(drawn)
+
+    joint: str
+    item: str
+    how: str = "buy"
+    standard: str = ""
+    size: str = ""
+    length: str = ""
+    vendor: str = ""
+    part: str = ""
+    quantity: int = 1
+    price: str = ""
+    mass: float | None = None
+    print_time: float | None = None
+    source: str = "drawn here"
+    family: str = ""
+    drawn: tuple[str, ...] = ()
+
+    def cells(self) -> dict[str, str]:
+        """The line's cells by column."""
+        return {
+            "joint": self.joint, "item": self.item, "how": self.how, "standard": self.standard, "size": self.size,
+            "length [mm]": self.length, "vendor": self.vendor, "part": self.part, "quantity": str(self.quantity),
+            "price": self.price, "mass [g]": "" if self.mass is None else f"{self.mass:.2f}",
+            "print time [h]": "" if self.print_time is None else f"{self.print_time:.1f}", "source": self.source,
+        }  # fmt: skip
+
+    def __str__(self) -> str:
+        ordered = ", ".join(text for text in (self.item, self.vendor, self.part) if text)
+        return f"{ordered} ({self.quantity} in the bill)"
+
+
+def write_bom(
+    design: LegDesign,
+    parts: Sequence[Mapping[str, Any]],
+    orders: Mapping[str, StandardPart | CutPart],
+    path: Path,
+) -> dict[str, str]:
+    """Write ``bom.csv``.
+
+    Parameters
+    ----------
+    parts
+        the entries of ``solids.parts`` in ``design.json``, empty if nothing was drawn.
+    orders
+        by name, what each of them that is bought by a standard or cut is ordered by.
+
+    Returns
+    -------
+    By name, the line of each drawn part in words.
+    """
+    lines = [_with_drawn(line, parts) for line in bought_or_wound(design)]
+    drawn = [part for part in parts if part["family"] not in LISTED]
+    lines += merged(line for part in drawn for line in _lines(part, orders.get(part["part"])))
+    lines += _inserts(drawn, orders)
     if drawn:
-        rows += _mount(design)
+        lines += _mount(design)
     order = {name: index for index, name in enumerate(design.built.joint_names)}
-    rows.sort(key=lambda row: order[row["joint"]])
-    write_csv(path, {name: [row[name] for row in rows] for name in HEADER})
+    lines.sort(key=lambda line: order[line.joint])
+    rows = [line.cells() for line in lines]
+    write_csv(path, {name: [row[name] for row in rows] for name in BomLine("", "").cells()})
+    return {name: str(line) for line in lines for name in line.drawn}
 
 
-def _row(joint: str, item: str, **cells: str) -> dict[str, str]:
-    """A line; cells that are not given are empty."""
-    return {**dict.fromkeys(HEADER, ""), "joint": joint, "item": item, "quantity": "1", "source": "drawn here", **cells}
+def bought_or_wound(design: LegDesign) -> list[BomLine]:
+    """Springs and dampers as lines, joint by joint."""
+    return [
+        line
+        for joint, spring, damper in zip(design.built.joints, design.springs.chosen, design.dampers.chosen, strict=True)
+        for line in (_spring_line(joint.name, spring), _damper_line(joint.name, damper))
+    ]
 
 
-def _bought_line(row: Mapping[str, str]) -> dict[str, str]:
-    """A spring or damper as a line; a length of wire includes the allowance for winding."""
-    wound = row["vendor"] == "to wind"
-    cells = {**row, "how": "wind" if wound else "buy"}
-    if wound:
-        found = re.search(r"wire, (?P<size>[0-9.]+) mm, (?P<length>[0-9]+) mm a spring", row["item"])
-        if found is not None:
-            whole = float(found["length"]) + WIRE_ALLOWANCE * 1e3
-            cells |= {"size": f"{found['size']} mm", "length [mm]": f"{whole:.0f}"}
-            cells["item"] = f"{row['item']}; length with {WIRE_ALLOWANCE * 1e3:.0f} mm to hold and trim"
-        cells["vendor"] = "any"
-    return _row(row["joint"], **{key: value for key, value in cells.items() if key not in ("joint",)})
+def _spring_line(joint: str, option: SpringOption) -> BomLine:
+    """A spring to buy, or a length of wire with the allowance for winding."""
+    if option.row is not None:
+        row = option.row
+        item = f"torsion spring, {option.rate / option.count:.4g} N*m/rad" + _to_measure(row.measure)
+        return BomLine(joint, item, vendor=row.vendor, part=row.part, quantity=option.count, price=row.price,
+                       source=row.source, family="spring")  # fmt: skip
+    design = option.design
+    assert design is not None
+    item = (
+        f"{design.material.removesuffix(' wire')} wire, {design.wire_diameter * 1e3:.4g} mm, "
+        f"{design.wire_length * 1e3:.0f} mm a spring: wind {design.body_coils:.4g} coils on "
+        f"{design.mean_diameter * 1e3:.4g} mm mean diameter; length with {WIRE_ALLOWANCE * 1e3:.0f} mm to hold and trim"
+    )
+    return BomLine(joint, item, "wind", size=f"{design.wire_diameter * 1e3:.4g} mm",
+                   length=f"{design.cut_length * 1e3:.0f}", vendor="any", quantity=design.count,
+                   source=design.strength_source, family="spring")  # fmt: skip
 
 
-def _with_mass(row: dict[str, str], parts: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    """A bought line with the mass of the drawn part; none for a damper, whose mass is not known from its envelope."""
-    count = int(row["quantity"] or 1)
-    wanted = "spring" if "spring" in row["item"] or "wire" in row["item"] else "damper"
-    masses = [p["mass"] for p in parts if p["joint"] == row["joint"] and p["family"] == wanted and p["mass"]]
-    hands = ", one of each hand" if wanted == "spring" and len(masses) == 2 else ""
-    return {**row, "item": row["item"] + hands, "mass [g]": _grams(masses[0]["value"] * count) if masses else ""}
+def _damper_line(joint: str, option: DamperOption) -> BomLine:
+    row, arrangement = option.row, option.arrangement
+    item = "rotary damper" + _to_measure(row.measure if row is not None else ())
+    if row is not None and row.max_torque is not None and row.speed is not None:
+        item += f", {row.max_torque:.4g} N*m at {row.speed * 30 / pi:.4g} rpm"
+    if arrangement.ratio != 1.0:
+        item += f", turning {arrangement.ratio:g} times as fast as the joint"
+    if arrangement.pair:
+        item += ", in pairs, one for each direction"
+    line = BomLine(joint, item, part=option.part, quantity=arrangement.pieces, source=option.why, family="damper")
+    if row is None:
+        return line
+    return replace(line, vendor=row.vendor, part=row.order, price=row.price, source=row.source)
 
 
-def _ordered(text: str) -> _Bought:
-    """Standard, size and length of a standard part, parsed from the text of its drawn part."""
-    found = _STANDARD.match(text)
-    if found is None:
-        return _Bought("", "", "")
-    for pattern in (_SCREW, _PIN):
-        sized = pattern.match(found["what"])
-        if sized is not None:
-            return _Bought(found["standard"], sized["size"], sized["length"])
-    size = re.match(r"(M[0-9.]+|[0-9.]+ x [0-9.]+ x [0-9.]+|[0-9/]+-2Z|[0-9.]+)", found["what"])
-    return _Bought(found["standard"], size[1] if size else "", "")
+def _to_measure(what: Sequence[str]) -> str:
+    return f" (measure before printing: {', '.join(what)})" if what else ""
 
 
-def _lines(part: Mapping[str, Any]) -> list[dict[str, str]]:
+def _with_drawn(line: BomLine, parts: Sequence[Mapping[str, Any]]) -> BomLine:
+    """A spring's or damper's line with the mass of the drawn part, where it is known: of no damper's envelope."""
+    drawn = [part for part in parts if part["joint"] == line.joint and part["family"] == line.family]
+    masses = [part["mass"]["value"] for part in drawn if part["mass"]]
+    hands = ", one of each hand" if line.family == "spring" and len(masses) == 2 else ""
+    mass = masses[0] * line.quantity if masses else None
+    return replace(line, item=line.item + hands, mass=mass, drawn=tuple(str(part["part"]) for part in drawn))
+
+
+def _lines(part: Mapping[str, Any], order: StandardPart | CutPart | None) -> list[BomLine]:
     """A drawn part's line, and that of the washer under a screw's head."""
-    made, joint = str(part["made"]), str(part["joint"])
-    mass = "" if part["mass"] is None else _grams(part["mass"]["value"])
-    if made.startswith(BUY):
-        text = made.removeprefix(BUY)
-        washer = _WASHER.search(text)
-        text = _WASHER.sub("", text).removesuffix("; with nut")
-        ordered = _ordered(text)
-        lines = [_row(joint, text, how="buy", standard=ordered.standard, size=ordered.size,
-                      **{"length [mm]": ordered.length, "mass [g]": mass}, vendor="any")]  # fmt: skip
-        if washer is not None:
-            item = f"{washer['standard']} - {washer['size']} plain washer, steel; mass is with its screw's"
-            lines.append(_row(joint, item, how="buy", standard=washer["standard"], size=washer["size"], vendor="any"))
-        return lines
+    from synth.cad.standard_part import CutPart, StandardPart
+
+    joint, name = str(part["joint"]), str(part["part"])
+    mass = None if part["mass"] is None else float(part["mass"]["value"])
+    if isinstance(order, StandardPart):
+        return _standard_lines(joint, order, mass, name)
     x, y, z = sorted(part["in_link"]["size"], reverse=True)
-    name = str(part["part"]).removeprefix(f"{joint.replace(' ', '_')}_").replace("_", " ")
-    cut = _CUT.match(made)
-    if cut is not None:
-        length = float(cut["length"]) + SAW
-        item = f"{name}: {cut['what']}, {cut['size']} mm, {cut['length']} mm long; length with {SAW:g} mm for the saw"
-        rest = made[cut.end() :].lstrip("; ")
-        item += f"; {rest}" if rest else ""
-        item += f", {part['material']}" if part["material"] else ""
-        return [_row(joint, item, how="cut", size=cut["size"], vendor="any", part=part["part"],
-                     **{"length [mm]": f"{length:.1f}", "mass [g]": mass})]  # fmt: skip
-    item = f"{name}, {x:.1f} x {y:.1f} x {z:.1f} mm" + (f", {part['material']}" if part["material"] else "")
+    what = name.removeprefix(f"{joint.replace(' ', '_')}_").replace("_", " ")
+    of_material = f", {part['material']}" if part["material"] else ""
+    if isinstance(order, CutPart):
+        item = f"{what}: {order.designation}; length with {SAW:g} mm for the saw; {order.work}{of_material}"
+        return [BomLine(joint, item, "cut", size=order.size, length=f"{order.length + SAW:.1f}", vendor="any",
+                        part=name, mass=mass, drawn=(name,))]  # fmt: skip
+    item = f"{what}, {x:.1f} x {y:.1f} x {z:.1f} mm"
     if part["family"] == "encoder":
-        text = f"{name}, {x:.1f} x {y:.1f} x {z:.1f} mm: the space that is drawn for it"
-        return [_row(joint, text, how="buy", vendor="any")]
-    cells = {"mass [g]": mass}
-    if part.get("volume") is not None:
-        cells["print time [h]"] = f"{part['volume']['value'] / PRINT_RATE:.1f}"
-    return [_row(joint, item, how=made, part=part["part"], **cells)]
+        return [BomLine(joint, f"{item}: the space that is drawn for it", vendor="any", drawn=(name,))]
+    volume = part.get("volume")
+    hours = None if volume is None else volume["value"] / PRINT_RATE
+    return [BomLine(joint, item + of_material, str(part["made"]), part=name, mass=mass, print_time=hours,
+                    drawn=(name,))]  # fmt: skip
 
 
-def _merged(rows: list[dict[str, str]]) -> list[dict[str, str]]:
-    """Equal lines combined into one: quantities and masses are added."""
-    merged: dict[tuple[str, str], dict[str, str]] = {}
-    for row in rows:
-        key = (row["joint"], row["item"])
-        if key not in merged:
-            merged[key] = dict(row)
-            continue
-        known = merged[key]
-        known["quantity"] = str(int(known["quantity"]) + int(row["quantity"]))
-        if known["mass [g]"] and row["mass [g]"]:
-            known["mass [g]"] = _grams(float(known["mass [g]"]) + float(row["mass [g]"]))
-    return list(merged.values())
+def _standard_lines(joint: str, order: StandardPart, mass: float | None, name: str) -> list[BomLine]:
+    """The line of a standard part, and that of its washer."""
+    length = "" if order.length is None else f"{order.length:g}"
+    lines = [BomLine(joint, order.designation, standard=order.standard, size=order.size, length=length, vendor="any",
+                     mass=mass, drawn=(name,))]  # fmt: skip
+    if order.washer:
+        item = f"{order.washer} - {order.washer_size} plain washer, steel; mass is with its screw's"
+        lines.append(BomLine(joint, item, standard=order.washer, size=order.washer_size, vendor="any"))
+    return lines
 
 
-def _inserts(parts: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
+def merged(lines: Iterable[BomLine]) -> list[BomLine]:
+    """Equal lines combined into one: quantities, masses and times are added."""
+    found: dict[tuple[str, str], BomLine] = {}
+    for line in lines:
+        known = found.get((line.joint, line.item))
+        found[line.joint, line.item] = line if known is None else replace(
+            known,
+            quantity=known.quantity + line.quantity,
+            mass=_sum(known.mass, line.mass),
+            print_time=_sum(known.print_time, line.print_time),
+            drawn=known.drawn + line.drawn,
+        )  # fmt: skip
+    return list(found.values())
+
+
+def _sum(one: float | None, other: float | None) -> float | None:
+    return None if one is None or other is None else one + other
+
+
+def _inserts(parts: Sequence[Mapping[str, Any]], orders: Mapping[str, StandardPart | CutPart]) -> list[BomLine]:
     """A heat-set insert for every drawn screw that has no nut."""
+    from synth.cad.hardware import inserts
+    from synth.cad.standard_part import StandardPart
+
     found = []
     for part in parts:
-        size = re.search(r" - (M[0-9.]+) x ", str(part["made"]))
-        if part["family"] != "screw" or size is None or "nut" in str(part["made"]):
+        order = orders.get(part["part"])
+        if not isinstance(order, StandardPart) or not order.has_insert:
             continue
-        maker, length = _insert_of(size[1])
-        item = f"heat-set insert {size[1]} x {length}, brass; hole as in catalogs/heat_set_inserts.csv"
-        found.append(_row(str(part["joint"]), item, how="buy", size=size[1], vendor=maker,
-                          **{"length [mm]": length}))  # fmt: skip
-    return _merged(found)
+        assert order.thread is not None
+        insert = inserts()[order.thread]
+        item = f"heat-set insert {order.size} x {insert.length:g}, brass; hole as in catalogs/heat_set_inserts.csv"
+        found.append(
+            BomLine(str(part["joint"]), item, size=order.size, length=f"{insert.length:g}", vendor=insert.maker)
+        )
+    return merged(found)
 
 
-def _insert_of(size: str) -> tuple[str, str]:
-    """Maker and length of the insert for a screw such as ``M3``."""
-    from synth.cad.hardware import inserts
-
-    found = inserts()[float(size.removeprefix("M"))]
-    return found.maker, f"{found.length:g}"
-
-
-def _mount(design: LegDesign) -> list[dict[str, str]]:
+def _mount(design: LegDesign) -> list[BomLine]:
     """The four screws that fasten the first joint to the body; their length depends on the user's body."""
     if not design.project.cad.mount:
         return []
     item = "M4 screw for the mount; its length depends on the thickness of your body"
-    return [_row(design.built.joints[0].name, item, how="buy", size="M4", vendor="any", quantity="4")]
-
-
-def _grams(mass: float) -> str:
-    return f"{mass:.2f}"
+    return [BomLine(design.built.joints[0].name, item, size="M4", vendor="any", quantity=4)]

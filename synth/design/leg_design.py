@@ -34,8 +34,9 @@ from synth.fit.damper_laws import DamperLaw
 from synth.fit.fit_result import FitResult, TrialFit
 from synth.fit.methods import fit_by
 from synth.fit.plausibility import doubts
+from synth.fit.uncertainty import MASS_SCALE
 from synth.parts.catalogs import Catalogue
-from synth.remarks import decisive, like, noted
+from synth.remarks import decisive, joint_of, kind_of, like, noted
 from synth.swing.leg_model import Leg
 
 Effort = Literal["first", "found", "full"]
@@ -247,10 +248,10 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
             texts.append(decisive(f"{name}: the built leg will move {off}"))
         warnings += [(name, text) for text in texts]
     for text in (*target.not_separable, *target.warnings):
-        warnings.append((_joint_of(text, names), text))
+        warnings.append((joint_of(text), text))
     for text in refit.not_separable:
-        if "mass scale" not in text:
-            warnings.append((_joint_of(text, names), like(text, f"with the real dampers: {text}")))
+        if kind_of(text) != MASS_SCALE:  # it is the same as of the fit without the dampers
+            warnings.append((joint_of(text), like(text, f"with the real dampers: {text}")))
     if target.lost_samples:
         warnings.append((None, noted(f"{target.lost_samples} lost samples were left out of the fit")))
     if motion.factor != 1.0 and project.dynamic_similarity is False:
@@ -279,7 +280,3 @@ def _rate_warning(joint: str, target: FitResult, refit: FitResult) -> list[str]:
         f"{linear:.3g}. The spring rate depends on the damper's law: a wrong law gives an error of this size"
     )
     return [decisive(text)]
-
-
-def _joint_of(text: str, names: tuple[str, ...]) -> str | None:
-    return next((name for name in names if text.startswith(f"{name}:")), None)

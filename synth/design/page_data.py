@@ -7,7 +7,7 @@ The page has its own integrator. It takes the chain's inertia and gravity coeffi
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -40,8 +40,8 @@ LAWS = {
 OFFERED = 4.0  # ratio to the wanted rate, above or below, beyond which a spring is not offered: it makes another leg
 
 
-def page_json(design: LegDesign) -> dict[str, Any]:
-    """The content of ``page.json``."""
+def page_json(design: LegDesign, bill: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """The content of ``page.json``; ``bill``: each drawn part's line of the bill of materials, in words, by name."""
     leg = design.built
     fitted = [trial for trial in design.target.trials if not trial.held_out]
     pose = rest_pose(design.wanted.leg)
@@ -59,6 +59,7 @@ def page_json(design: LegDesign) -> dict[str, Any]:
             }
             for j, joint in enumerate(leg.joints)
         },
+        "bill": dict(bill or {}),
     }
 
 
@@ -158,7 +159,7 @@ def _spring(option: SpringOption) -> dict[str, Any]:
     per_torque = None
     if wire is not None and mean is not None and mean > wire:
         checked = option.check if made is None else made
-        peak = 1.0 if checked is None else checked.peak_moment / checked.moment
+        peak = 1.0 if checked is None else checked.peak_moment / checked.largest_moment
         per_torque = _number(bending_stress(peak / count, wire, mean) * 1e-6)
     return {
         "part": option.label,

@@ -111,10 +111,6 @@ class PartLanes:
         """The same for given columns (ROWS, n_lane), one array per joint."""
         return np.asarray(np.sqrt(np.sum(self._square(columns), axis=0) / len(self.acting)))
 
-    def joint_errors_of(self, columns: Sequence[Array]) -> Array:
-        """(n_joint, n_lane) rad, RMS of each joint."""
-        return np.sqrt(self._square(columns))
-
     def _square(self, columns: Sequence[Array]) -> Array:
         """(n_joint, n_lane) rad^2, mean over all samples of the releases; groups of lanes and releases in parallel."""
         n_lane, n_release = columns[0].shape[1], len(self.releases)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ from synth.spring.loose_test import HELD
 
 if TYPE_CHECKING:
     from synth.cad import CheckResult, ExportedFile
+    from synth.cad.standard_part import CutPart, StandardPart
     from synth.design.drawn_springs import SeatSetting
     from synth.design.leg_design import LegDesign, Solids
     from synth.design.part_masses import PartMass
@@ -29,21 +30,29 @@ NOT_DRAWN: dict[str, Any] = {
 }
 
 
-def draw_solids(
-    design: LegDesign, folder: Path, cache: StageCache, *, pictures: bool
-) -> tuple[dict[str, Any], tuple[PartMass, ...]]:
-    """Draw the joints into ``folder/parts`` if every check passes, else a picture of each failure into ``checks``.
+@dataclass(frozen=True)
+class DrawnSolids:
+    """What was drawn of a design.
 
-    Returns
-    -------
-    The entries ``pictures`` and ``solids`` of ``design.json``, where ``solids.drawn`` is whether the joints were
-    exported; and the mass of each part.
+    ``extra`` : the entries ``pictures`` and ``solids`` of ``design.json``, where ``solids.drawn`` is whether the joints
+    were exported. ``masses`` : of each part. ``orders`` : by name, what each part that is bought by a standard or cut
+    is ordered by.
+    """
+
+    extra: dict[str, Any]
+    masses: tuple[PartMass, ...] = ()
+    orders: Mapping[str, StandardPart | CutPart] = field(default_factory=dict)
+
+
+def draw_solids(design: LegDesign, folder: Path, cache: StageCache, *, pictures: bool) -> DrawnSolids:
+    """Draw the joints into ``folder/parts`` if every check passes, else a picture of each failure into ``checks``.
 
     Raises
     ------
     UserError : dimensions from which no joint can be drawn, by name.
     """
     from synth import cad
+    from synth.cad.standard_part import made_from
     from synth.design.mass_loop import pieces_of
     from synth.design.part_masses import mass_from
 
@@ -62,10 +71,11 @@ def draw_solids(
     (folder / RECORD).unlink()
     shown = [f"parts/{item['path']}" for item in record.pop("files") if item["kind"] == "png"]
     masses = tuple(mass_from(item) for item in record.pop("masses"))
+    orders = {name: made_from(item) for name, item in record.pop("orders").items()}
     if record["drawn"]:
         _write_requests(design, folder / "parts")
     captions = [{"path": path, "caption": _caption(design, path)} for path in shown]
-    return {"pictures": captions, "solids": record}, masses
+    return DrawnSolids({"pictures": captions, "solids": record}, masses, orders)
 
 
 def _write_requests(design: LegDesign, folder: Path) -> None:
@@ -153,6 +163,7 @@ def _drawn(
         **leg.record,
         "notes": notes,
         "files": [{"path": item.path, "kind": item.kind} for item in files],
+        "orders": leg.orders,
         "masses": leg.masses,
     }
     return record, whole

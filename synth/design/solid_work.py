@@ -78,10 +78,14 @@ def _places(dimensions: LegDimensions) -> list[tuple[int, int | None]]:
 
 @dataclass(frozen=True)
 class CheckedLeg:
-    """All checks of a leg in their order; ``record``: the entries ``print``, ``parts``, ``joints`` and ``assembly``."""
+    """All checks of a leg in their order; ``record``: the entries ``print``, ``parts``, ``joints`` and ``assembly``.
+
+    ``orders`` : by name, what each part that is bought by a standard or cut is ordered by, ``StandardPart.as_json``.
+    """
 
     checks: tuple[CheckResult, ...]
     record: dict[str, Any]
+    orders: dict[str, Any]
     masses: list[dict[str, Any]]
 
     @property
@@ -116,6 +120,7 @@ class _Parts:
     printing: list[CheckResult]
     plans: list[dict[str, Any]]
     parts: list[dict[str, Any]]
+    orders: dict[str, Any]
     steps: list[dict[str, Any]]
     masses: list[dict[str, Any]]
 
@@ -146,7 +151,8 @@ def checked_leg(dimensions: LegDimensions, weighed: Mapping[str, float], pieces:
         "assembly": {name: part.steps for name, part in zip(names, parts, strict=True)},
     }
     masses = [mass for part in parts for mass in part.masses]
-    return CheckedLeg((*checks, *(check for link in links for check in link)), record, masses)
+    orders = {name: order for part in parts for name, order in part.orders.items()}
+    return CheckedLeg((*checks, *(check for link in links for check in link)), record, orders, masses)
 
 
 def _of_motion(dimensions: LegDimensions, index: int) -> tuple[list[CheckResult], dict[str, Any]]:
@@ -181,6 +187,7 @@ def _of_parts(dimensions: LegDimensions, index: int, known: Known) -> _Parts:
             for plan in plan_joint(joint, printing)
         ],
         parts=part_records(leg, index),
+        orders=_orders(leg, index),
         steps=[{"step": step.text, "parts": list(step.parts)} for step in assembly(joint)],
         masses=[mass_json(item) for item in masses_of(leg, *known, [index])],
     )  # fmt: skip
@@ -231,7 +238,9 @@ def _draw_joint(dimensions: LegDimensions, index: int, folder: Path) -> list[Exp
 
 
 def _write_whole(
-    dimensions: LegDimensions, folder: Path, pictures: bool
+    dimensions: LegDimensions,
+    folder: Path,
+    pictures: bool,  # noqa: FBT001 - a SideCall hands its arguments on in order
 ) -> tuple[list[ExportedFile], list[ExportedFile] | str]:
     """The files of the whole leg, and its picture or why there is none."""
     from synth import cad
@@ -280,7 +289,7 @@ def part_records(leg: BuiltLeg, index: int) -> list[dict[str, Any]]:
     for part in (*joint.parts, leg.links[index]):
         mass, turn = part.mass(density), joint.turn(part.group, angle)
         item: dict[str, Any] = {
-            "part": part.name, "joint": joint.dimensions.name, "family": part.family, "made": part.made,
+            "part": part.name, "joint": joint.dimensions.name, "family": part.family, "made": str(part.made),
             "moves_with": part.group, "material": part.material,
             "mass": None if mass is None else _value(mass, "g"), "size": joint.mesh_at(part, angle).size,
             "in_link": {"size": part.size},
@@ -294,6 +303,11 @@ def part_records(leg: BuiltLeg, index: int) -> list[dict[str, Any]]:
             item["inertia"] = _value(mass * 1e-9 * moments.about_z / moments.volume, "kg*m^2")
         found.append(item)
     return found
+
+
+def _orders(leg: BuiltLeg, index: int) -> dict[str, Any]:
+    made = {part.name: part.made for part in (*leg.joints[index].parts, leg.links[index])}
+    return {name: order.as_json() for name, order in made.items() if not isinstance(order, str)}
 
 
 def _joint_json(joint: BuiltJoint) -> dict[str, Any]:

@@ -29,8 +29,11 @@ from synth.diagnosis.sets_of_causes import from_recorded, pairs_of, with_simpler
 from synth.diagnosis.sifting import Sifting
 from synth.diagnosis.simpler_shapes import priced, worth_their_unknowns
 from synth.diagnosis.workbench import Workbench
+from synth.estimation.linearisation import Linearisation
 
-BASE_ROUNDS = 5  # steps of the nominal leg, from which all candidates start
+# Renewals of the derivatives of the nominal leg, from which all candidates start, and steps with each. A cost, a
+# log-likelihood, that falls by 0.1 moves no unknown by a half of its deviation.
+BASE_FRAMES, BASE_STEPS, BASE_GAIN = 5, 2, 0.1
 SAME_START = 0.05  # of the largest motion: where initial rotations are nearer, one screening suffices
 CLOSER = 16  # of those, number fitted before the best are refined
 REFINED = 6  # single causes that get their own derivatives
@@ -70,7 +73,7 @@ PLAN = SearchPlan(
 def as_designed(bench: Workbench) -> EvaluatedHypothesis:
     """The nominal leg unchanged, with each trial's initial state estimated; with derivatives."""
     fit = EvaluatedHypothesis((), np.zeros(bench.n_tolerance), ())
-    fit = bench.evaluate([replace(fit, states=tuple(state for _, state in score(bench, fit, bench.trials)))])[0]
+    fit = bench.evaluate([fit.start_at(states=[state for _, state in score(bench, fit, bench.trials)])])[0]
     return replace(fit, frame=bench.frame(fit))
 
 
@@ -89,13 +92,8 @@ def as_recorded(bench: Workbench) -> EvaluatedHypothesis:
 
 def fit_nominal(bench: Workbench, designed: EvaluatedHypothesis) -> EvaluatedHypothesis:
     """The nominal leg's best fit within the tolerances."""
-    fit = designed
-    for _ in range(BASE_ROUNDS):
-        before, fit = fit.cost, bench.solve([fresh(fit)], None, 2)[0]
-        fit = replace(fit, frame=bench.frame(fit))
-        if before - fit.cost < 0.1:  # log-likelihood: moves no unknown by a half of its deviation
-            break
-    return fit
+    (fit,) = refine(bench, [designed], BASE_FRAMES, BASE_GAIN, BASE_STEPS)
+    return replace(fit, frame=bench.frame(fit))
 
 
 def search(
@@ -235,7 +233,7 @@ class AngleExplorer:
         An anchor's tolerances and initial states are those that imitate the cause it lacks. Sets of causes are
         therefore fitted from the unchanged leg and the recorded initial states too, each once, and all pairs of the
         best ``singles`` with them. On a simulated pendulum that rubs, with a stated spring that is not there, the two
-        causes together left 6.4 floors from the anchor, and 1.0 from the unchanged leg. Sets with a simpler cause in
+        causes left 6.4 noise floors from the anchor, and 1.0 from the unchanged leg. Sets with a simpler cause in
         place of one are among them: the anchor is the cause that imitates two, and often has more unknowns than needed.
         """
         bench = self.bench
@@ -300,18 +298,20 @@ def _strengths_differ(bench: Workbench, fit: EvaluatedHypothesis, other: Evaluat
     """Whether the strengths of a single cause differ by more than a factor of two, or in sign."""
     if not same_shape(fit, other):
         return False
-    names = fit.hypothesis[0].shape.free
-    strong = [bench.n_tolerance + k for k, name in enumerate(names) if name in fit.hypothesis[0].effect.strengths]
-    one, two = fit.unknowns[strong], other.unknowns[strong]
+    cause, first = fit.hypothesis[0], bench.n_tolerance
+    strong = [k for k, name in enumerate(cause.shape.free) if name in cause.effect.strengths]
+    one, two = ((each.unknowns[first:] - cause.absent)[strong] for each in (fit, other))
     return bool(np.any(np.abs(one - two) > 0.5 * np.maximum(np.abs(one), np.abs(two))))
 
 
-def _spread(fit: EvaluatedHypothesis, few: Sequence[int], designed: EvaluatedHypothesis) -> EvaluatedHypothesis:
-    """A fit to a subset of the trials, with the other trials' states from the designed leg."""
-    states = list(designed.states)
+def _spread(
+    fit: EvaluatedHypothesis, few: Sequence[int], whole: EvaluatedHypothesis, frame: Linearisation | None = None
+) -> EvaluatedHypothesis:
+    """A start at a fit to a subset of the trials, with the other trials' states of a fit to the ``whole``."""
+    states = list(whole.states)
     for place, i in enumerate(few):
         states[i] = fit.states[place]
-    return replace(fit, states=tuple(states), residuals=(), columns=(), cost=np.inf, frame=None)
+    return fit.start_at(states=states, frame=frame)
 
 
 def ratio(bench: Workbench, fit: EvaluatedHypothesis) -> float:
@@ -347,7 +347,8 @@ def further(
     origin = {frozenset(start.keys): anchor for _, start, anchor in best}
     fits = sifting.bench.solve([start for _, start, _ in best], None, FURTHER_ROUNDS[0])
     fits = sorted((fit for fit in fits if np.isfinite(fit.cost)), key=lambda fit: fit.cost)[:kept]
-    spread = [_spread_from(fit, origin[frozenset(fit.keys)], sifting.few) for fit in fits]
+    from_anchors = [(fit, origin[frozenset(fit.keys)]) for fit in fits]
+    spread = [_spread(fit, sifting.few, anchor, anchor.frame) for fit, anchor in from_anchors]
     found = bench.solve(spread, None, FURTHER_ROUNDS[1])
     return sorted((fit for fit in found if np.isfinite(fit.cost)), key=lambda fit: fit.cost)
 
@@ -363,9 +364,8 @@ def _beside(
     starts = []
     for candidate in candidates:
         if candidate.stands_beside(here.hypothesis):
-            plain = replace(here, hypothesis=(*here.hypothesis, candidate), residuals=(), columns=(), cost=np.inf)
             for point in candidate.starts():
-                start = fresh(replace(plain, unknowns=np.concatenate([here.unknowns, point])))
+                start = here.beside([candidate], [point], here.frame)
                 secants = [secant for secant in SECANTS if not overshoots(start, first, secant)]
                 starts += [strengthened(start, first, secant) for secant in secants]
     gains = zip(leverage(bench, starts, here), starts, strict=True)
@@ -381,11 +381,3 @@ def _beside(
         if start.keys[-1] not in found or left < found[start.keys[-1]][0]:
             found[start.keys[-1]] = left, start
     return list(found.values())
-
-
-def _spread_from(fit: EvaluatedHypothesis, anchor: EvaluatedHypothesis, few: Sequence[int]) -> EvaluatedHypothesis:
-    """A fit to a subset of the trials, with the other trials' states and the derivatives of its anchor."""
-    states = list(anchor.states)
-    for place, i in enumerate(few):
-        states[i] = fit.states[place]
-    return fresh(replace(fit, states=tuple(states), residuals=(), columns=(), cost=np.inf, frame=anchor.frame))

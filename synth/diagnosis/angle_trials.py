@@ -81,7 +81,7 @@ class AngleTrial:
         )
 
     def thinner(self, samples: int) -> AngleTrial:
-        """About ``samples`` of the samples, evenly spaced."""
+        """The trial with about ``samples`` of the samples, evenly spaced."""
         every = max(1, round(len(self.time) / samples))
         relative = None if self.relative is None else self.relative[::every]
         return replace(
@@ -171,7 +171,7 @@ class Whitener:
         return found
 
 
-def angle_trial(recording: Recording, held_out: bool) -> AngleTrial:
+def angle_trial(recording: Recording, *, held_out: bool) -> AngleTrial:
     """Thin a recording to evenly spaced samples."""
     thin = recording.thinned(SAMPLES)
     return AngleTrial(recording, thin.time, thin.rotation, thin.counts, held_out)

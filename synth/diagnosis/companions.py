@@ -21,7 +21,6 @@ from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
 from synth.diagnosis.odds import CALIBRATED, adds_little, far_share, in_order_of_odds
 from synth.diagnosis.restarts import refine
-from synth.diagnosis.score import fresh
 from synth.diagnosis.search import best_of_each
 from synth.diagnosis.unseen import by_trial
 from synth.diagnosis.verdict import judge, paying
@@ -71,12 +70,10 @@ def _small(
         if keys in pays or largest is None or not adds_little(item, largest, found.none):
             continue
         main = main or frozenset(largest.keys)
-        place = bench.n_tolerance
-        for cause in item.fit.hypothesis if main < keys else ():
+        for cause, place in zip(item.fit.hypothesis, item.fit.slices, strict=True) if main < keys else ():
             beside = [known for known, _ in chosen.values()]
             if cause.key not in main and not cause.links and cause.stands_beside(beside):
-                chosen[cause.key] = cause, item.fit.unknowns[place : place + cause.size]
-            place += cause.size
+                chosen[cause.key] = cause, item.fit.unknowns[place]
         if len(chosen) >= COMPANIONS:
             break
     return list(chosen.values())[:COMPANIONS]
@@ -106,10 +103,7 @@ def _beside(
 
 
 def _start(bench: Workbench, fit: EvaluatedHypothesis, small: Sequence[Small], factor: float) -> EvaluatedHypothesis:
-    hypothesis = (*fit.hypothesis, *(cause for cause, _ in small))
-    unknowns = np.concatenate([fit.unknowns, *(factor * point for _, point in small)])
-    plain = replace(fit, hypothesis=hypothesis, unknowns=unknowns, residuals=(), columns=(), cost=np.inf, frame=None)
-    return fresh(bench.awake(plain))
+    return bench.awake(fit.beside([cause for cause, _ in small], [factor * point for _, point in small]))
 
 
 def _assessed(bench: Workbench, fit: EvaluatedHypothesis) -> Assessed[EvaluatedHypothesis]:

@@ -90,8 +90,7 @@ class Experiment:
 
     ``trial`` : keys of a ``trials:`` entry in addition to ``file``; ``release`` joint name -> measured angle, rad;
     ``information`` : expected information in bits; ``menu`` : all considered trials with theirs; ``ramp`` : joint,
-    final
-    torque (N m, in the measured angle's positive sense) and rise time (s) of a slowly rising torque;
+    final torque (N m, in the measured angle's positive sense) and rise time (s) of a slowly rising torque;
     ``command`` : times (m,) s and, joint -> measured angle (m,) rad, a command for servos.
     """
 

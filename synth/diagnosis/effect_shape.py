@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -61,6 +62,23 @@ class ShapedEffect(ABC):
     def priors(self) -> list[Prior]:
         """The unknowns'."""
         return [_prior(self.effect.parameters[self.effect.index(name)]) for name in self.shape.free]
+
+    @cached_property
+    def absent(self) -> Array:
+        """(size,) whitened unknowns at which each strength vanishes; 0 for shapes and log-normal strengths.
+
+        Not 0 where the usual strength is not: a damper that thins loses half at its prior's centre.
+        """
+        found = np.zeros(self.size)
+        for k, (name, prior) in enumerate(zip(self.shape.free, self.priors, strict=True)):
+            if name in self.effect.strengths and not (prior.log or prior.inverse):
+                found[k] = prior.coordinate(0.0)
+        return found
+
+    def strengthened(self, unknowns: Array, factor: float) -> Array:
+        """Whitened unknowns (size,) with the strengths multiplied; not kept within bounds."""
+        strengths = np.array([name in self.effect.strengths for name in self.shape.free])
+        return np.asarray(np.where(strengths, self.absent + (unknowns - self.absent) * factor, unknowns))
 
     def starts(self) -> list[Array]:
         """Whitened starting points (size,)."""
@@ -119,6 +137,11 @@ class ShapedEffect(ABC):
     def in_units(self, parameter: Parameter, value: Array) -> Array:
         """Natural values (n_lane,) of a free parameter in SI."""
         return value * self.natural_size(parameter)
+
+
+def unknown_slices(causes: Sequence[ShapedEffect], first: int) -> list[slice]:
+    """Places of each cause's unknowns among those of a hypothesis; ``first`` : number of tolerance unknowns."""
+    return [slice(*ends) for ends in pairwise(accumulate((cause.size for cause in causes), initial=first))]
 
 
 def shape_places(causes: Sequence[ShapedEffect]) -> list[int]:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.effect_shape import shape_places
+from synth.diagnosis.effect_shape import ShapedEffect, shape_places, unknown_slices
 from synth.diagnosis.lanes import Hypothesis
 from synth.estimation.linearisation import Linearisation
+
+DAMPING = 1e-3  # of a fit's first step, in units of the curvature
 
 
 @dataclass(frozen=True)
@@ -20,6 +24,8 @@ class EvaluatedHypothesis:
     ``unknowns`` (p + n_effect,); ``states`` (2 n,) per trial, or with those of compliant links, see ``Block``;
     ``residuals`` (M,) per trial, whitened, followed by the states' prior; ``columns`` (M, n_effect) per trial, whitened
     derivatives by the effect's unknowns; ``cost`` a log-likelihood.
+
+    What was computed holds at this point only: elsewhere, or with other causes, it starts by ``start_at``.
     """
 
     hypothesis: Hypothesis
@@ -28,13 +34,67 @@ class EvaluatedHypothesis:
     residuals: tuple[Array, ...] = ()
     columns: tuple[Array, ...] = ()
     cost: float = np.inf
-    damping: float = 1e-3
+    damping: float = DAMPING
     done: bool = False
     frame: Linearisation | None = field(default=None, repr=False)
 
-    def at(self, unknowns: Array) -> EvaluatedHypothesis:
+    def start_at(
+        self,
+        *,
+        hypothesis: Hypothesis | None = None,
+        unknowns: Array | None = None,
+        states: Sequence[Array] | None = None,
+        frame: Linearisation | None = None,
+    ) -> Self:
+        """A start elsewhere, not evaluated: what is not given stays, and nothing that was computed here.
+
+        ``frame`` : derivatives to begin with, of a point nearby.
+        """
+        return replace(
+            self,
+            hypothesis=self.hypothesis if hypothesis is None else hypothesis,
+            unknowns=self.unknowns if unknowns is None else unknowns,
+            states=self.states if states is None else tuple(states),
+            residuals=(),
+            columns=(),
+            cost=np.inf,
+            damping=DAMPING,
+            done=False,
+            frame=frame,
+        )
+
+    def at(self, unknowns: Array) -> Self:
         """The hypothesis with other unknowns, for predictions."""
-        return replace(self, unknowns=unknowns)
+        return self.start_at(unknowns=unknowns)
+
+    def without(self, k: int) -> Self:
+        """A start without the cause ``k``; the others' unknowns stay."""
+        rest = (*self.hypothesis[:k], *self.hypothesis[k + 1 :])
+        return self.start_at(hypothesis=rest, unknowns=np.delete(self.unknowns, self.slices[k]))
+
+    def with_cause(self, k: int, other: ShapedEffect, point: Array) -> Self:
+        """A start with another cause, at its unknowns ``point`` (size,), in the place of the cause ``k``."""
+        place = self.slices[k]
+        unknowns = np.concatenate([self.unknowns[: place.start], point, self.unknowns[place.stop :]])
+        hypothesis = (*self.hypothesis[:k], other, *self.hypothesis[k + 1 :])
+        return self.start_at(hypothesis=hypothesis, unknowns=unknowns)
+
+    def beside(
+        self, causes: Sequence[ShapedEffect], points: Sequence[Array], frame: Linearisation | None = None
+    ) -> Self:
+        """A start with further causes, last, at these unknowns (size,) of each; ``frame`` as in ``start_at``."""
+        unknowns = np.concatenate([self.unknowns, *points])
+        return self.start_at(hypothesis=(*self.hypothesis, *causes), unknowns=unknowns, frame=frame)
+
+    @property
+    def n_tolerance(self) -> int:
+        """Number of tolerance unknowns, the first of all."""
+        return len(self.unknowns) - sum(cause.size for cause in self.hypothesis)
+
+    @property
+    def slices(self) -> list[slice]:
+        """Places of each cause's unknowns."""
+        return unknown_slices(self.hypothesis, self.n_tolerance)
 
     @property
     def keys(self) -> tuple[tuple[str, str], ...]:
@@ -44,7 +104,7 @@ class EvaluatedHypothesis:
     @cached_property
     def shapes(self) -> Array:
         """(n, 2), see ``hypotheses.FittedHypothesis``; without derivatives, or where they diverge, fully determined."""
-        first = len(self.unknowns) - sum(cause.size for cause in self.hypothesis)
+        first = self.n_tolerance
         places = shape_places(self.hypothesis)
         values = self.unknowns[[first + place for place in places]]
         if not self.columns:

@@ -16,7 +16,6 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Kept
-from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.gauss_newton import LocalProblem, gauss_newton
@@ -24,11 +23,6 @@ from synth.estimation.linearisation import TrialLinearisation
 
 ROUNDS = 8  # Gauss-Newton iterations
 LEAST_GAIN = 0.5  # of the cost, in units of log-likelihood, as for the fits
-NO_BETTER = 1.1  # ratio of the squared errors with and without the explanation: 5 % worse in RMS
-LEFT_OPEN = (
-    "the training trials do not determine what matters there (a tip mass shows the leg's total mass and lengths, a "
-    "tilt its gravity)"
-)
 
 
 def moved_within(
@@ -68,22 +62,3 @@ def moved_within(
         return LocalProblem(here, cost, matrix, gradient)
 
     return gauss_newton(assess, np.zeros(len(fit.unknowns)), rounds=ROUNDS, least_gain=LEAST_GAIN)[0]
-
-
-def no_better(names: Sequence[str], errors: PredictionErrors, moved: PredictionErrors | None) -> list[str]:
-    """Texts on the scored trials that the explanation predicts no better than the nominal leg.
-
-    ``moved`` : the errors of the explanation moved to held-out trials within its uncertainty, if known.
-    """
-    before, after = (errors.squares[label].sum(axis=1) for label in ("before", "after"))
-    poor = after > NO_BETTER * before
-    followed = np.zeros_like(poor) if moved is None else poor & (moved.squares["after"].sum(axis=1) < before)
-    asked = "add a training trial of that kind"
-    found = []
-    for which, reason in (
-        (followed, f", but better once its numbers move within the tolerances: {LEFT_OPEN}; {asked}"),
-        (poor & ~followed, f". Either {LEFT_OPEN}, or another effect is present; {asked}"),
-    ):
-        shown = ", ".join(name for name, is_shown in zip(names, which, strict=True) if is_shown)
-        found += [f"{shown}: predicted no better with the explanation than without{reason}"] if shown else []
-    return found

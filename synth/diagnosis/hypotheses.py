@@ -67,7 +67,7 @@ class TrialErrors:
     refitted: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def without(self, trial: int) -> TrialErrors:
-        """Of all trials but one."""
+        """The errors of all trials but one."""
         squares, counts, independent = (
             np.delete(each, trial, axis=0) for each in (self.squares, self.counts, self.independent)
         )

@@ -16,7 +16,8 @@ import numpy as np
 from synth.diagnosis.angle_search import ratio
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
-from synth.diagnosis.score import fresh
+from synth.diagnosis.restarts import refine
+from synth.diagnosis.settled import LEFT
 from synth.diagnosis.unseen import by_trial
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge
 from synth.diagnosis.workbench import Workbench
@@ -25,8 +26,7 @@ from synth.remarks import decisive
 T = TypeVar("T")
 LEAST_TRIALS = 3  # with fewer, the verdict depends on each anyway
 HEAVIEST = 4  # hypotheses that are evaluated again
-ROUNDS = 3  # renewals of the derivatives in a fit without a recording
-SETTLED = 0.01  # least reduction of the cost, relative, for another renewal
+FRAMES = 3  # renewals of the derivatives in a fit without a recording
 MOST_REFITTED = 6  # refits without a recording; the closed form alone rarely changes a clear verdict
 SURE = 0.8  # weight that the other explanation needs without the recording
 ODD = 1 / 3  # of the misfit, below which it must fall without one recording for that one to be named as odd
@@ -59,7 +59,7 @@ class Hangs:
         return (self.against + 0.5) / (self.of + 1.0) if self.against else 0.0
 
     def warnings(self) -> tuple[str, ...]:
-        """In sentences."""
+        """What to doubt, in sentences."""
         said = [
             decisive(
                 f"the verdict depends on {name}: without it {other}. Check it first (its start, its rest position, "
@@ -179,16 +179,8 @@ def _refitted(
         return (*values[:out], *values[out + 1 :])
 
     rest = replace(bench, trials=but(bench.trials))
-    fits = rest.evaluate(
-        [EvaluatedHypothesis(f.hypothesis, f.unknowns, but(f.states)) for f in (item.fit for item in found)]
-    )
-    going = list(range(len(fits)))
-    for _ in range(ROUNDS):
-        better = rest.solve([replace(fresh(fits[i]), frame=rest.frame(fits[i])) for i in going], None, 3)
-        gained = [fits[i].cost - fit.cost for i, fit in zip(going, better, strict=True)]
-        for i, fit in zip(going, better, strict=True):
-            fits[i] = fit
-        going = [i for i, gain in zip(going, gained, strict=True) if gain > SETTLED]
+    fits = rest.evaluate([item.fit.start_at(states=but(item.fit.states)) for item in found])
+    fits = refine(rest, fits, FRAMES, LEFT)
     return [
         Assessed(fit, fit.cost, ratio(rest, fit), item.unseen, by_trial(rest, fit.residuals) if item.seen else None)
         for fit, item in zip(fits, found, strict=True)

@@ -42,7 +42,7 @@ class LanePredictor(Protocol):
 
     @property
     def open_tolerances(self) -> Sequence[int]:
-        """Number of tolerance unknowns that are not fixed."""
+        """Indices of the tolerance unknowns that are not fixed."""
 
     @property
     def n_lane(self) -> int:

@@ -14,6 +14,7 @@ from synth.threads import in_parallel
 # Trials that separate all rivals give the same information to this digit; of them the one that best
 # separates the two most similar rivals is the most robust.
 DIGITS = 2
+LEAST = 0.01  # bit; a trial that tells less is not worth its recording
 KEPT = 3  # best trials that each round of a search varies
 FORECASTS = 480  # of a search: some 5 s of a processor
 
@@ -51,7 +52,9 @@ def _condition(item: MenuItem[T], kept: Sequence[F]) -> str:
 
 
 def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], why: str) -> Experiment | None:
-    """The trial with the largest expected information on which rival is true; None with fewer than two.
+    """The trial with the largest expected information on which rival is true.
+
+    None with fewer than two rivals, or if no trial gives ``LEAST``.
 
     ``rivals`` : fits with their weights. ``why`` : a sentence. The uncertainty of a prediction combines noise, what
     the best rival leaves unexplained in the existing trials, per-trial unknowns, and the uncertainty of the leg after
@@ -92,6 +95,8 @@ def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], wh
         number, left = number + 1, left - len(more)
     known = sorted([*known, *found[:1]], key=lambda pair: pair[1].place)
     best_item, most = known[0]
+    if most.bits < LEAST:
+        return None
     return Experiment(
         f"{why} {best_item.what[0].upper()}{best_item.what[1:]} would give most information: {most.bits:.2g} bit"
         f"{_condition(best_item, kept)}.",

@@ -26,7 +26,7 @@ from synth.arrays import Array
 from synth.diagnosis.hypotheses import Assessed, F, Key, TrialErrors
 
 # RMS over the noise floor of the best explanation on unseen trials: below the first it is at the floor, above
-# the second it is a remainder. A remainder of 4.8 floors of a gap of 82 is small causes, not noise: with 9 for the
+# the second it is a remainder. 4.8 noise floors of a gap of 82 are small causes, not noise: with 9 for the
 # second, a spring that was not there had 10^25 times the odds of a shifted free angle that was, and left 6.3; now they
 # are tied. On 284 dirty rigs of seeds 9500 to 9700 the main cause came first in 91.0 % with these numbers and in 89.7 %
 # with 3 and 4.5, the probability was off by .103 and .109; the verdicts on 60 clean cases are the same.
@@ -54,15 +54,13 @@ class Calibration:
     (without it, a base that yields had the odds of damping and a wrong inertia that were there). ``none``, ``single``,
     ``pair``, ``triple`` : prior probabilities that no, one, two or three causes are missing, divided evenly among their
     hypotheses. ``left`` : share of the squared gap left by the best explanation at which an unknown cause is as
-    probable as not, ``left_by_several`` the same for several causes,
-    ``misfit`` : slope of that probability over its logarithm. ``doubt`` : least probability of an unknown cause if
-    an effect is missing, because an unknown cause sometimes acts exactly like a known one; ``doubt_of_several`` :
-    the same
-    for several causes, which imitate others more easily. ``clean`` : RMS over the noise floor up to which
-    no effect is missing; ``far`` : RMS over the floor above which less may be left, by its square root: a correct
-    cause leaves little even for a good sensor. ``tie_odds`` : odds below which explanations are tied.
-    ``pays`` : least share of the remaining squared gap that a further cause must remove; form errors of a correct cause
-    let other causes remove about a tenth.
+    probable as not, ``left_by_several`` the same for several causes, ``misfit`` : slope of that probability over its
+    logarithm. ``doubt`` : least probability of an unknown cause if an effect is missing, because an unknown cause
+    sometimes acts exactly like a known one; ``doubt_of_several`` : the same for several causes, which imitate others
+    more easily. ``clean`` : RMS over the noise floor up to which no effect is missing; ``far`` : RMS over the floor
+    above which less may be left, by its square root: a correct cause leaves little even for a good sensor.
+    ``tie_odds`` : odds below which explanations are tied. ``pays`` : least share of the remaining squared gap that a
+    further cause must remove; form errors of a correct cause let other causes remove about a tenth.
 
     For a remainder far above the noise: ``most`` : share of the gap's RMS that the best single cause must remove from
     the fitted trials for an unknown cause to be less probable than not, ``most_of_several`` : the same for several;
@@ -185,7 +183,7 @@ def _before_draws(hypotheses: Sequence[Assessed[F]], share: float, calibration: 
 
 
 def unknowns_and_states(hypotheses: Sequence[Assessed[F]]) -> list[int]:
-    """Of each hypothesis its unknowns, and the initial states of its own links in all trials."""
+    """Number of each hypothesis's unknowns, and of the initial states of its own links in all trials."""
     trials = _trial_count(hypotheses)
     return [h.n_unknown + trials * h.n_state for h in hypotheses]
 
@@ -293,7 +291,7 @@ def _drawn(hypotheses: Sequence[Assessed[F]]) -> Array:
 
 
 def _errors(item: Assessed[F]) -> TrialErrors | None:
-    """By trial: of the fitted trials, or of those left out if only these are known."""
+    """Errors by trial: of the fitted trials, or of those left out if only these are known."""
     return item.seen if item.seen is not None else item.unseen
 
 

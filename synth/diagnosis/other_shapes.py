@@ -1,22 +1,19 @@
 """Sets of causes with one cause in another of its shapes.
 
 A cause is screened in all its simple shapes alone, and kept in the best. Beside a second cause another shape may be the
-right one. A spring that is stiffer on one side, beside a rotor's inertia, left 39.7 floors as one that is softer on
-the other side, and 9.3 in its own shape. Richer shapes of mounts and bending links are not tried here: on a real double
-pendulum such a mount, with a shifted reading, took the place of a centre of mass that is 11 % off.
+right one. A spring that is stiffer on one side, beside a rotor's inertia, left 39.7 noise floors as one that is softer
+on the other side, and 9.3 in its own shape. Richer shapes of mounts and bending links are not tried here: on a real
+double pendulum such a mount, with a shifted reading, took the place of a centre of mass that is 11 % off.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.score import fresh
 from synth.diagnosis.screening import rungs
 from synth.diagnosis.workbench import Workbench
 
@@ -42,21 +39,8 @@ def in_other_shapes(
 
 def _in_shape(bench: Workbench, fit: EvaluatedHypothesis, k: int, other: ShapedEffect) -> list[EvaluatedHypothesis]:
     """Starts with the cause ``k`` in another shape, last; what both shapes free keeps its value."""
-    place = bench.n_tolerance + sum(cause.size for cause in fit.hypothesis[:k])
-    cause = fit.hypothesis[k]
-    own = dict(zip(cause.shape.free, fit.unknowns[place : place + cause.size], strict=True))
-    kept = np.delete(fit.unknowns, slice(place, place + cause.size))
-    rest = (*fit.hypothesis[:k], *fit.hypothesis[k + 1 :])
+    own = dict(zip(fit.hypothesis[k].shape.free, fit.unknowns[fit.slices[k]], strict=True))
     points = [
         [own.get(name, value) for name, value in zip(other.shape.free, start, strict=True)] for start in other.starts()
     ]
-    return [_at(bench, fit, (*rest, other), np.concatenate([kept, point])) for point in points]
-
-
-def _at(
-    bench: Workbench, fit: EvaluatedHypothesis, hypothesis: tuple[ShapedEffect, ...], unknowns: Array
-) -> EvaluatedHypothesis:
-    """A start there; a mount or a bending link beside the cause starts as if held."""
-    states = tuple(state[: 2 * len(bench.noise)] for state in fit.states)
-    moved = replace(fit, hypothesis=hypothesis, unknowns=unknowns, states=states, residuals=(), columns=())
-    return bench.awake(fresh(replace(moved, cost=np.inf, frame=None)))
+    return [bench.held(fit.without(k).beside([other], [np.array(point)])) for point in points]

@@ -1,7 +1,7 @@
 """The interface of a plant to the diagnosis: a swinging chain, a jumping leg, or another adapter.
 
 The adapter defines trials, candidates and their search. Everything derived from the fitted hypotheses
-is the same for all plants (``synth.diagnosis.diagnose``).
+is the same for all plants (``synth.diagnosis.cause_findings``).
 """
 
 from __future__ import annotations
@@ -42,14 +42,6 @@ class HypothesisFit(FittedHypothesis, Protocol):
 F = TypeVar("F", bound=HypothesisFit)
 T = TypeVar("T")  # a trial
 S = TypeVar("S")  # a trial's prediction
-
-
-class NamedTrial(Protocol):
-    """A trial with a name."""
-
-    @property
-    def name(self) -> str:
-        """The file."""
 
 
 @dataclass(frozen=True)
@@ -171,8 +163,11 @@ class Plant(ABC, Generic[F, T, S]):
         """Warnings on scored trials, independent of the verdict."""
         return ()
 
-    def doubts(self, found: Hypotheses[F], judged: Judged[F]) -> tuple[tuple[str, ...], float]:
-        """Warnings about recordings that the verdict depends on, and the probability that a further one changes it."""
+    def doubts(self, found: Hypotheses[F], judged: Judged[F], motion: float) -> tuple[tuple[str, ...], float]:
+        """Warnings about recordings that the verdict depends on, and the probability that a further one changes it.
+
+        ``motion`` : with which it was judged, in noise floors.
+        """
         return (), 0.0
 
     @abstractmethod

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from synth.estimation.intervals import NORMAL90, Estimate, student95
 PLAIN = ("as_designed", "before")  # labels of the nominal leg, of which no cause is known
 BLOCKS = 4  # blocks of time per trial
 RESAMPLES = 500  # a 5 % quantile then rests on 25 of them
+LEAST_GAP = 0.05  # of the squared noise floor; a smaller gap has no meaningful share
+NO_BETTER = 1.1  # ratio of the squared errors with and without the explanation: 5 % worse in RMS
 DOUBLED = -1.0  # shrink of an error that doubles: how much worse an explanation might be tells nothing
 Picks = NDArray[np.int64]
 
@@ -39,6 +41,17 @@ class PredictionErrors:
     def explanations(self) -> tuple[str, ...]:
         """Labels of all hypotheses: none, the accepted causes, and the others."""
         return tuple(name for name in self.squares if name != "as_designed")
+
+    def of_trials(self, which: NDArray[np.bool_]) -> PredictionErrors:
+        """The errors of the trials ``which`` (n_trial,) alone."""
+        read = self.noise_as_read
+        return replace(
+            self,
+            squares={name: squares[which] for name, squares in self.squares.items()},
+            counts=self.counts[which],
+            noise=self.noise[which],
+            noise_as_read=None if read is None else read[which],
+        )
 
     def figure(self, label: str) -> Estimate:
         """RMS error in rad, shown in deg, with its 90 % interval over trials."""
@@ -89,7 +102,7 @@ class PredictionErrors:
         floor = self._floor("before", pick) ** 2
         before = _rms(self.squares["before"], self.counts, pick) ** 2 - floor
         after = _rms(self.squares[label], self.counts, pick) ** 2 - self._floor(label, pick) ** 2
-        some = before > 0.05 * floor  # a smaller gap has no meaningful share
+        some = before > LEAST_GAP * floor
         return np.where(some, 1.0 - np.sqrt(np.maximum(after, 0.0) / np.where(some, before, 1.0)), 0.0)
 
     def _picks(self) -> Picks:

@@ -10,10 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from synth.diagnosis.prediction_error import PredictionErrors
+from synth.diagnosis.prediction_error import LEAST_GAP, PredictionErrors
 from synth.estimation.intervals import Estimate
 
-LEAST_GAP = 0.05  # of the squared noise floor; a smaller gap has no meaningful share, see ``PredictionErrors.shrink``
 MOSTLY = 0.5  # least share of the remainder for a place to be named in the sentence
 
 

@@ -14,13 +14,14 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
-from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
+from synth.diagnosis.evaluated_hypothesis import DAMPING, EvaluatedHypothesis
 from synth.diagnosis.score import fresh
 from synth.diagnosis.screening import rungs, strengthened
 from synth.diagnosis.search import best_of_each
-from synth.diagnosis.workbench import Workbench
+from synth.diagnosis.workbench import RULE, SOLVED, HypothesisFits, Workbench
 
-FRAMES, CONVERGED = 8, 1.0  # most renewals of the derivatives, which stop when the cost falls by less
+# Most renewals of the derivatives, which stop when the cost falls by less, and most steps with each.
+FRAMES, CONVERGED, STEPS = 8, 1.0, 3
 PROBED = 2  # best causes that are fitted again from the designed leg
 APART = 0.05  # of the best cause's gain: ends that differ by more are different minima, not unfinished steps
 LEAST_APART = 3.0  # in log-likelihood, a factor of 20
@@ -36,21 +37,45 @@ WIDE = ((0.1, 3, 12), (0.03, 3, 10), (0.01, 2, 8))
 States = tuple[Array, ...]  # initial state of each trial
 
 
-def refine(bench: Workbench, fits: Sequence[EvaluatedHypothesis], frames: int = FRAMES) -> list[EvaluatedHypothesis]:
-    """Fits with their own derivatives, iterated until they gain no more."""
+def refine(
+    bench: Workbench,
+    fits: Sequence[EvaluatedHypothesis],
+    frames: int = FRAMES,
+    least_gain: float = CONVERGED,
+    steps: int = STEPS,
+    *,
+    undamped: bool = False,
+) -> list[EvaluatedHypothesis]:
+    """Fits with derivatives of their own point, renewed until they gain no more.
+
+    ``frames`` : most renewals, with at most so many ``steps`` each. ``least_gain`` : fall of the cost, log-likelihood,
+    up to which a renewal is a fit's last. ``undamped`` : to the optimum; steps begin undamped, continue down to this
+    fall, and are taken only where the first of them predicts a larger one.
+    """
     current, going = [bench.awake(fit) for fit in fits], list(range(len(fits)))
+    damping, finished = (RULE.least, least_gain) if undamped else (DAMPING, SOLVED)
     for _ in range(frames):
-        framed = [replace(fresh(current[i]), frame=bench.frame(current[i])) for i in going]
-        better = bench.solve(framed, None, 3)
-        still = []
-        for i, fit in zip(going, better, strict=True):
-            if current[i].cost - fit.cost > CONVERGED:
-                still.append(i)
-            current[i] = fit
-        going = still
+        for i in going:
+            current[i] = replace(fresh(current[i]), frame=bench.frame(current[i]), damping=damping)
+        if undamped:
+            going = [i for i in going if predicted_fall(bench, current[i]) > least_gain]
+        ends = dict(zip(going, bench.solve([current[i] for i in going], None, steps, finished), strict=True))
+        going = [i for i, end in ends.items() if current[i].cost - end.cost > least_gain]
+        current = [ends.get(i, fit) for i, fit in enumerate(current)]
         if not going:
             break
     return current
+
+
+def predicted_fall(bench: Workbench, fit: EvaluatedHypothesis) -> float:
+    """Fall of the cost that a step predicts, with that of the initial states; ``fit`` with derivatives of its point."""
+    problem = HypothesisFits(bench, None, SOLVED)
+    normal = problem.normal(fit)
+    (step,) = normal.steps(
+        fit.unknowns, np.array([fit.damping]), normal.scale, problem.bounds(fit), problem.limits(fit)
+    )
+    of_states = sum(float(residual @ residual) for residual in fit.residuals) - sum(normal.squares)
+    return normal.predicted_fall(step) + 0.5 * normal.weight * of_states
 
 
 def descended(
@@ -94,14 +119,12 @@ def beside_best(
     What acts like a cause that was found is near its optimum there, at a strength that has to be found: first on a
     coarse ladder, then between its rungs.
     """
-    size, own = bench.n_tolerance, 2 * len(bench.noise)  # a donor's states without those of the links it adds
+    size = bench.n_tolerance
     begun = []
     for donor in fits[:DONORS]:
-        states = tuple(state[:own] for state in donor.states)
+        plain = donor.start_at(hypothesis=(), unknowns=donor.unknowns[:size])
         starts = [
-            bench.awake(EvaluatedHypothesis((candidate,), np.concatenate([donor.unknowns[:size], point]), states))
-            for candidate in candidates
-            for point in candidate.starts()
+            bench.held(plain.beside([candidate], [point])) for candidate in candidates for point in candidate.starts()
         ]
         begun += bench.evaluate([rung for start in starts for rung in rungs(start, size)])
     near = _best_starts(begun, KEPT)
@@ -125,7 +148,7 @@ def exchanged(
 
 
 def _best_starts(fits: Sequence[EvaluatedHypothesis], most: int) -> list[EvaluatedHypothesis]:
-    """At most so many of each cause, in order of cost."""
+    """Starts: at most so many of each cause, in order of cost."""
     count: dict[tuple[tuple[str, str], ...], int] = {}
     kept = []
     for fit in sorted(fits, key=lambda fit: fit.cost):
@@ -145,7 +168,7 @@ def _starts(
             if donor is not fit:
                 made += [_from(fit, donor, states) for states in _states(fit, donor)]
         common = np.arange(len(fit.unknowns)) < bench.n_tolerance
-        made += [_at(fit, np.where(common, fit.unknowns, factor * fit.unknowns), fit.states) for factor in STRENGTHS]
+        made += [fit.start_at(unknowns=np.where(common, fit.unknowns, factor * fit.unknowns)) for factor in STRENGTHS]
     return made
 
 
@@ -157,9 +180,5 @@ def _states(fit: EvaluatedHypothesis, donor: EvaluatedHypothesis) -> list[States
 
 def _from(fit: EvaluatedHypothesis, donor: EvaluatedHypothesis, states: States) -> EvaluatedHypothesis:
     """A cause with the tolerances of another one's fit."""
-    size = len(donor.unknowns) - sum(candidate.size for candidate in donor.hypothesis)
-    return _at(fit, np.concatenate([donor.unknowns[:size], fit.unknowns[size:]]), states)
-
-
-def _at(fit: EvaluatedHypothesis, unknowns: Array, states: States) -> EvaluatedHypothesis:
-    return fresh(replace(fit, unknowns=unknowns, states=states, residuals=(), columns=(), cost=np.inf, frame=None))
+    size = donor.n_tolerance
+    return fit.start_at(unknowns=np.concatenate([donor.unknowns[:size], fit.unknowns[size:]]), states=states)

@@ -9,7 +9,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
+from synth.diagnosis.evaluated_hypothesis import DAMPING, EvaluatedHypothesis
 from synth.diagnosis.lanes import Kept
 from synth.diagnosis.workbench import Workbench, state_rows
 from synth.estimation.gauss_newton import LocalProblem, gauss_newton
@@ -92,4 +92,4 @@ def _with_state(
 
 def fresh(fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
     """The fit, ready to continue from its current point."""
-    return replace(fit, damping=1e-3, done=False)
+    return replace(fit, damping=DAMPING, done=False)

@@ -7,7 +7,7 @@ everything else uses existing derivatives.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -39,7 +39,7 @@ class ScreeningFrame:
 
     @classmethod
     def of(cls, bench: Workbench, at: EvaluatedHypothesis) -> ScreeningFrame:
-        """At an evaluated fit with its own linearisation."""
+        """The screening at an evaluated fit with its own linearisation."""
         assert at.frame is not None
         slopes = [trial.projected for trial in at.frame.trials]
         if at.hypothesis:
@@ -195,8 +195,7 @@ def overshoots(fit: EvaluatedHypothesis, first: int, factor: float) -> bool:
 def strengthened(fit: EvaluatedHypothesis, first: int, factor: float) -> EvaluatedHypothesis:
     """The fit with its last candidate's strengths multiplied, within its bounds."""
     candidate = fit.hypothesis[-1]
-    strengths = np.array([name in candidate.effect.strengths for name in candidate.shape.free])
     low, high = candidate.bounds()
     unknowns = fit.unknowns.copy()
-    unknowns[first:] = np.clip(unknowns[first:] * np.where(strengths, factor, 1.0), low, high)
-    return replace(fit, unknowns=unknowns)
+    unknowns[first:] = np.clip(candidate.strengthened(unknowns[first:], factor), low, high)
+    return fit.start_at(unknowns=unknowns, frame=fit.frame)

@@ -18,7 +18,7 @@ class ExploredFit(FittedHypothesis, Protocol):
 
     @property
     def cost(self) -> float:
-        """Of the fitted trials, with the priors; infinite if the motion diverged."""
+        """Cost of the fitted trials, with the priors; infinite if the motion diverged."""
 
     @property
     def keys(self) -> tuple[Key, ...]:
@@ -123,7 +123,7 @@ class CauseSearch(Generic[F]):
         return _best_assessed([*pairs, *self._assessed(self.explorer.beside(promising, singles))])
 
     def _assessed(self, fits: Sequence[F]) -> list[Assessed[F]]:
-        """In order of cost."""
+        """The hypotheses with their errors, in order of cost."""
         return sorted((Assessed(fit, fit.cost, self.explorer.ratio(fit)) for fit in fits), key=lambda a: a.cost)
 
 

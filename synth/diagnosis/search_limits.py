@@ -17,6 +17,8 @@ from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.sentences import parameters_text
 from synth.estimation.intervals import Estimate
 
+# Standard deviations, for every plant: a larger deviation of a tolerance counts as a cause, whatever it would explain.
+LARGEST_TOLERANCE = 2.5
 NEAR = 1e-3  # deviations of the prior from a bound: a step that is cut at a bound ends on it
 INSIDE = 0.01  # deviations of the prior, by which a step back shows the sense of a parameter
 
@@ -45,10 +47,10 @@ def at_limits(candidate: ShapedEffect, x: Array) -> dict[str, bool]:
 
 def opened(estimates: Mapping[str, Estimate], limits: Mapping[str, bool]) -> dict[str, Estimate]:
     """The estimates, the intervals of those in ``limits`` without the end that only the search sets."""
-    return {name: _opened(each, limits[name]) if name in limits else each for name, each in estimates.items()}
+    return {name: _opened(each, largest=limits[name]) if name in limits else each for name, each in estimates.items()}
 
 
-def _opened(estimate: Estimate, largest: bool) -> Estimate:
+def _opened(estimate: Estimate, *, largest: bool) -> Estimate:
     return replace(estimate, high=np.inf) if largest else replace(estimate, low=-np.inf)
 
 

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import comb
 
 import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.fit.recordings import Recording
-from synth.fit.rounding import LEAST_GAP, on_counts, width_of
+from synth.motion.counts import LEAST_GAP, on_counts, width_of
+from synth.motion.noise import robust_deviation, unit_differences
 
 ORDER = 6  # order of differences that isolate noise: the sixth difference of a smooth motion is almost zero
 FINE_ORDER = 10  # of those of every D-th sample: the motion takes over later
@@ -31,7 +31,6 @@ FLAT = 0.5  # exponent of growth with D of independent samples, as few as a tria
 STEEPER = 1.5  # times that exponent, growth at smaller D if a filter is the reason
 OF_MOTION = 3e-3  # of the motion, below which differences of every D-th sample are not yet the motion's own
 FINE = 1e-4  # of the motion, below which the step of the readings is a file's rounding, not an encoder's count
-EVEN = 1e-3  # of the step, range of the steps of samples that count as even
 LEAST = 1e-9  # rad: so that readings of a simulation have some noise
 ROUNDED = 2.0  # times the noise of rounding, below which differences show the rounding
 
@@ -121,27 +120,9 @@ def _variance(time: Array, value: Array, good: Mask, order: int) -> float:
     difference = unit_differences(time, value, order)[np.lib.stride_tricks.sliding_window_view(good, order + 1).all(1)]
     if len(difference) < FEWEST:
         return np.nan
-    robust = 1.4826 * float(np.median(np.abs(difference))) + 1e-12
+    robust = robust_deviation(difference) + 1e-12
     kept = difference[np.abs(difference) < 3.0 * robust]
     return float(np.mean(kept**2)) / 0.9733  # variance of a normal truncated at 3
-
-
-def unit_differences(time: Array, value: Array, order: int) -> Array:
-    """(m - order,) rad, differences of neighbours, scaled so that white noise has its own deviation in each.
-
-    Of uneven samples divided differences: plain ones show each step's deviation times the joint's speed. A swing of
-    30 deg at 3 Hz, sampled at 250 Hz with steps off by a fifth, seemed to have 0.11 deg of noise for 0.05.
-    """
-    step = np.diff(time)
-    if np.ptp(step) < EVEN * np.median(step):
-        return np.asarray(np.diff(value, order) / np.sqrt(sum(comb(order, k) ** 2 for k in range(order + 1))))
-    view = np.lib.stride_tricks.sliding_window_view
-    windows = view(time / np.median(step), order + 1)
-    weights = np.ones_like(windows)
-    for k in range(order + 1):
-        for other in (*range(k), *range(k + 1, order + 1)):
-            weights[:, k] /= windows[:, k] - windows[:, other]
-    return np.asarray((weights * view(value, order + 1)).sum(axis=1) / np.sqrt((weights**2).sum(axis=1)))
 
 
 def _of_filtered(recordings: Sequence[Recording], noise: Array, step: Array, scatter: Array) -> Array:

@@ -30,7 +30,7 @@ class ErrorWording:
     ``nearest`` : the explanation that comes nearest, in a few words. ``common`` : the causes that all tied explanations
     contain, in words; ``each`` : the errors with each tied explanation but the accepted one. ``moved`` : the error of
     the explanation where it follows held-out trials within its uncertainty, if only that keeps them from contradicting
-    it.
+    it; ``parted`` : the errors of these trials and of the others, if there are both.
     """
 
     nominal: str
@@ -48,9 +48,22 @@ class ErrorWording:
     common: Sequence[str] = ()
     each: Sequence[Estimate] = ()
     moved: Estimate | None = None
+    parted: PartedErrors | None = None
 
 
-def scored_on(held_out: bool, trials: str) -> str:
+@dataclass(frozen=True)
+class PartedErrors:
+    """Errors (before, after) of the scored trials that the explanation predicts as it is, and of those that it follows
+    only where moved within its uncertainty; the number of each; ``takes`` : share of the gap removed on the first.
+    """
+
+    as_is: tuple[Estimate, Estimate]
+    if_moved: tuple[Estimate, Estimate]
+    counts: tuple[int, int]
+    takes: float
+
+
+def scored_on(trials: str, *, held_out: bool) -> str:
     """Unseen releases, if ``trials`` are releases."""
     return f"unseen {trials}" if held_out else "each trial, predicted by the others,"
 
@@ -108,6 +121,12 @@ def sentence(
             f"{_nearest(told)}, the noise is {floor}.{rest}"
         )
     text = " and ".join(causes)
+    if told.parted is not None and told.moved is not None:
+        if verdict == "tie":
+            named = f"{_ways(told, causes, tied[:2])}: these trials cannot distinguish them. With the first of them"
+            return f"{named}, on {_of_each_part(told, told.parted, told.moved)}"
+        named = f"{text[0].upper()}{text[1:]}, {100 * probability:.0f} %"
+        return f"{named}. On {_of_each_part(told, told.parted, told.moved)}"
     if verdict == "tie":
         return (
             f"{_ways(told, causes, tied[:2])}: these trials cannot distinguish them. With any of them {error} "
@@ -126,6 +145,25 @@ def _takes(share: float, causes: int) -> str:
         return f"{them} not reduce the gap"
     them = {1: "it takes", 2: "both take"}.get(causes, "together they take")
     return f"{them} {100 * share:.0f} % of the gap"
+
+
+def _of_each_part(told: ErrorWording, parted: PartedErrors, moved: Estimate) -> str:
+    """The errors on the trials that the explanation predicts as it is, then on those that need other tolerances."""
+    plain, others = parted.counts
+    (first, now), (start, end) = parted.as_is, parted.if_moved
+    them = "the other one" if others == 1 else f"the other {others}"
+    share = f" (takes {100 * parted.takes:.0f} % of the gap)" if parted.takes >= LEAST_TAKEN else ""
+    return (
+        f"{plain} of {plain + others} {told.on} {told.error} {_way(first, now)}{share}, noise "
+        f"{angle(told.floor)}. On {them} it {_way(start, end)}, which may be due to the "
+        f"tolerances: moved within them, as far as the training trials allow, the explanation follows all to "
+        f"{angle(moved)}."
+    )
+
+
+def _way(before: Estimate, after: Estimate) -> str:
+    verb = "falls" if after.value <= before.value else "rises"
+    return f"{verb} from {angle(before)} to {angle(after)}"
 
 
 def _moves(told: ErrorWording, *after: Estimate) -> str:
@@ -201,7 +239,7 @@ def _unexplained(verdict: Verdict, told: ErrorWording) -> str:
     return f" {left} remains unexplained{mostly}{within}."
 
 
-def what_is_open(verdict: Verdict, explanations: Sequence[str], within: bool = False) -> str:
+def what_is_open(verdict: Verdict, explanations: Sequence[str], *, within: bool = False) -> str:
     """Why another trial: ``explanations`` are the accepted one and those tied with it, in words.
 
     ``within`` : the gap is below the required accuracy.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
+from synth.arrays import Array
+from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.score import first_state, fresh
+from synth.diagnosis.score import first_state
 from synth.diagnosis.workbench import Workbench
 
 
@@ -19,7 +20,8 @@ def pairs_of(bench: Workbench, singles: Sequence[EvaluatedHypothesis]) -> list[E
         for second in singles[:place]:
             if all(cause.stands_beside(first.hypothesis) for cause in second.hypothesis):
                 unknowns = np.concatenate([first.unknowns, second.unknowns[bench.n_tolerance :]])
-                made.append(replace(first, hypothesis=(*first.hypothesis, *second.hypothesis), unknowns=unknowns))
+                both = (*first.hypothesis, *second.hypothesis)
+                made.append(bench.held(first.start_at(hypothesis=both, unknowns=unknowns)))
     return made
 
 
@@ -38,8 +40,7 @@ def with_simpler_cause(
                 excludes = other.key[1] == cause.key[1] and not other.stands_beside([cause])
                 if other.key != cause.key and excludes and other.size < cause.size and other.stands_beside(rest):
                     hypothesis = (other, *rest)
-                    size = bench.n_tolerance + sum(each.size for each in hypothesis)
-                    made.append(replace(fit, hypothesis=hypothesis, unknowns=np.zeros(size)))
+                    made.append(bench.held(fit.start_at(hypothesis=hypothesis, unknowns=_absent(bench, hypothesis))))
     return made
 
 
@@ -52,24 +53,20 @@ def without_one(
     """
     tried, made = {frozenset(fit.keys) for fit in known}, []
     for fit in found:
-        place = bench.n_tolerance
-        for k, cause in enumerate(fit.hypothesis):
-            rest = (*fit.hypothesis[:k], *fit.hypothesis[k + 1 :])
-            keys = frozenset(other.key for other in rest)
+        for fewer in (fit.without(k) for k in range(len(fit.hypothesis))):
+            keys = frozenset(fewer.keys)
             if keys not in tried:
                 tried.add(keys)
-                unknowns = np.delete(fit.unknowns, slice(place, place + cause.size))
-                states = fit.states
-                if any(other.links for other in fit.hypothesis):  # they start as if held
-                    states = tuple(state[: 2 * len(bench.noise)] for state in states)
-                plain = replace(fit, hypothesis=rest, unknowns=unknowns, states=states, residuals=(), columns=())
-                made.append(bench.awake(fresh(replace(plain, cost=np.inf, frame=None))))
-            place += cause.size
+                made.append(bench.held(fewer))
     return made
 
 
 def from_recorded(bench: Workbench, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
     """A hypothesis at the unchanged leg, from the initial states that the first samples show."""
-    states = tuple(first_state(trial) for trial in bench.trials)
-    plain = replace(fit, unknowns=np.zeros_like(fit.unknowns), states=states, residuals=(), columns=())
-    return bench.awake(fresh(replace(plain, cost=np.inf, frame=None)))
+    states = [first_state(trial) for trial in bench.trials]
+    return bench.held(fit.start_at(unknowns=_absent(bench, fit.hypothesis), states=states))
+
+
+def _absent(bench: Workbench, hypothesis: Sequence[ShapedEffect]) -> Array:
+    """The unknowns of the unchanged leg: (n_tolerance + sizes of the causes,)."""
+    return np.concatenate([np.zeros(bench.n_tolerance), *(cause.absent for cause in hypothesis)])

@@ -11,20 +11,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from synth.diagnosis.angle_search import ratio
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Hypotheses
-from synth.diagnosis.score import fresh
+from synth.diagnosis.restarts import refine
 from synth.diagnosis.unseen import by_trial, unseen
 from synth.diagnosis.verdict import judge
-from synth.diagnosis.workbench import RULE, HypothesisFits, Workbench
+from synth.diagnosis.workbench import Workbench
 
 LEFT = 0.01  # log-likelihood, largest fall that may be left: (1/7)^2 / 2
-FRAMES, STEPS = 8, 3  # most renewals of the derivatives; steps with each
 # Hypotheses continued, and their least weight. Valleys left up to 1.5 in log-likelihood, a factor of 4: what has less
-# than a quarter of the least weight that is told (2 %) does not come into the answer.
+# than a quarter of the least weight that is reported (2 %) does not come into the answer.
 MOST, LEAST_WEIGHT = 6, 0.005
 
 
@@ -55,27 +52,4 @@ def with_settled(
 
 def settled(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
     """Each fit with derivatives of its own point, where a step predicts no fall of the cost above ``LEFT``."""
-    problem = HypothesisFits(bench, None, LEFT)
-    current, going = list(fits), list(range(len(fits)))
-    for _ in range(FRAMES):
-        for i in going:
-            current[i] = replace(fresh(current[i]), frame=bench.frame(current[i]), damping=RULE.least)
-        going = [i for i in going if _predicted(problem, current[i]) > LEFT]
-        ends = bench.solve([current[i] for i in going], None, STEPS, LEFT)
-        moved = [current[i].cost - end.cost > LEFT for i, end in zip(going, ends, strict=True)]
-        for i, end in zip(going, ends, strict=True):
-            current[i] = end
-        going = [i for i, still in zip(going, moved, strict=True) if still]
-        if not going:
-            break
-    return current
-
-
-def _predicted(problem: HypothesisFits, fit: EvaluatedHypothesis) -> float:
-    """Fall of the cost that an undamped step predicts, with that of the initial states."""
-    normal = problem.normal(fit)
-    (step,) = normal.steps(
-        fit.unknowns, np.array([fit.damping]), normal.scale, problem.bounds(fit), problem.limits(fit)
-    )
-    of_states = sum(float(residual @ residual) for residual in fit.residuals) - sum(normal.squares)
-    return normal.predicted_fall(step) + 0.5 * normal.weight * of_states
+    return refine(bench, fits, least_gain=LEFT, undamped=True)

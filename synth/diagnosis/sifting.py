@@ -43,6 +43,5 @@ class Sifting:
 
     def beside(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
         """A fit to all trials as a fit to this subset, with its derivatives."""
-        here = EvaluatedHypothesis(fit.hypothesis, fit.unknowns, tuple(fit.states[i] for i in self.few))
-        here = self.bench.evaluate([here])[0]
+        here = self.bench.evaluate([fit.start_at(states=[fit.states[i] for i in self.few])])[0]
         return replace(here, frame=self.bench.frame(here))

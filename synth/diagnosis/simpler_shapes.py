@@ -10,16 +10,11 @@ idle unknowns moved the first place to a rival that errs by half more.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
-import numpy as np
-
-from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.odds import price_of_unknown
 from synth.diagnosis.restarts import refine
-from synth.diagnosis.score import fresh
 from synth.diagnosis.workbench import Workbench
 
 
@@ -46,24 +41,16 @@ def priced(fit: EvaluatedHypothesis, price: float) -> float:
 
 def _simpler(fit: EvaluatedHypothesis, candidates: Sequence[ShapedEffect]) -> list[EvaluatedHypothesis]:
     """The fit with one of its causes in a shape that frees fewer of the same parameters, at the same values."""
-    made, place = [], len(fit.unknowns) - sum(candidate.size for candidate in fit.hypothesis)
-    for k, cause in enumerate(fit.hypothesis):
-        own = fit.unknowns[place : place + cause.size]
+    made = []
+    for k, (cause, place) in enumerate(zip(fit.hypothesis, fit.slices, strict=True)):
+        own = fit.unknowns[place]
         for other in candidates:
             if _is_simpler(other, cause):
                 kept = own[[cause.shape.free.index(name) for name in other.shape.free]]
-                unknowns = np.concatenate([fit.unknowns[:place], kept, fit.unknowns[place + cause.size :]])
-                hypothesis = (*fit.hypothesis[:k], other, *fit.hypothesis[k + 1 :])
-                made.append(_at(fit, hypothesis, unknowns))
-        place += cause.size
+                made.append(fit.with_cause(k, other, kept))
     return made
 
 
 def _is_simpler(one: ShapedEffect, other: ShapedEffect) -> bool:
     """Whether a shape of the same cause frees some of the other's parameters, and adds as many links."""
     return one.key == other.key and one.links == other.links and {*one.shape.free} < {*other.shape.free}
-
-
-def _at(fit: EvaluatedHypothesis, hypothesis: tuple[ShapedEffect, ...], unknowns: Array) -> EvaluatedHypothesis:
-    moved = replace(fit, hypothesis=hypothesis, unknowns=unknowns, residuals=(), columns=(), cost=np.inf, frame=None)
-    return fresh(moved)

@@ -17,13 +17,15 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
+from synth.diagnosis.evaluated_hypothesis import DAMPING, EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.lanes import Kept
+from synth.diagnosis.left_out_fold import FitWithoutFold, bounded, judged_without_fold, normal_without_fold
 from synth.diagnosis.odds import in_order_of_odds
 from synth.diagnosis.prediction_error import BLOCKS
 from synth.diagnosis.score import from_state
 from synth.diagnosis.workbench import RULE, HypothesisFits, Workbench
+from synth.estimation.correlation import independent_errors
 from synth.estimation.intervals import NORMAL90, student95
 from synth.estimation.levenberg_marquardt import Iterate, minimise
 from synth.estimation.linearisation import LinearisedNormal
@@ -34,7 +36,6 @@ ROUNDS = 3  # iterations without a fold
 SETTLED = 0.5  # decrease of the cost below which a step is the last
 FACTORS = (1.0, 30.0)  # on the damping, tried in parallel: the fit starts near its optimum
 GROWN = 1.1  # times the error of a trial in the fit that knows it: beyond, its initial state is fitted again
-DIVERGED = 1e4  # floors, error of a diverged motion
 
 
 def folds(bench: Workbench) -> list[tuple[int, ...]]:
@@ -67,16 +68,16 @@ def unseen(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[TrialE
         raise ValueError("a single trial leaves none for validation")
     parts = folds(bench)
     framed = [fit if fit.frame is not None else replace(fit, frame=bench.frame(fit)) for fit in fits]
-    begin = {"damping": 1e-3, "done": False}
+    begin = {"damping": DAMPING, "done": False}
     given = [{f.name: getattr(fit, f.name) for f in fields(fit)} | begin for fit in framed]  # not what it has cached
-    start = [_WithoutFold(**each, out=out) for each in given for out in parts]
+    start = [FitWithoutFold(**each, out=out) for each in given for out in parts]
     problem = _Folds(bench, None, SETTLED)
-    begun = [Iterate(problem.judged(fit), fit.damping) for fit in start]
+    begun = [Iterate[EvaluatedHypothesis](judged_without_fold(bench, fit), fit.damping) for fit in start]
     ends = [iterate.point for iterate in minimise(problem, begun, RULE, ROUNDS)]
     made = []
     for place in range(len(fits)):
         own = ends[place * len(parts) : (place + 1) * len(parts)]
-        left = {index: fit for fit in own for index in _out(fit)}
+        left = {index: fit for fit in own for index in _folded(fit).out}
         errors = by_trial(bench, _from_best_states(bench, fits[place], left))
         spread = jackknife(np.array([fit.unknowns for fit in own]))
         refitted = np.array([left[i].unknowns for i in range(len(bench.trials))])
@@ -147,52 +148,25 @@ def jackknife(each: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class _WithoutFold(EvaluatedHypothesis):
-    """A fit to all trials except ``out``, whose states are refitted."""
-
-    out: tuple[int, ...] = ()
-
-
-@dataclass(frozen=True)
 class _Folds(HypothesisFits):
-    """Fits that each leave a fold out: all trials are predicted, but only the others count."""
+    """Fits that each leave a fold out."""
 
     def evaluate(self, points: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
-        """As if the fold were absent."""
-        return [self.judged(fit) for fit in self.bench.evaluate(points)]
-
-    def judged(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
-        """With the cost of the trials that count."""
-        squares, total = kept(self.bench, fit.residuals, _out(fit))
-        unknowns = fit.unknowns
-        cost = total * float(np.log1p(squares / total)) + 0.5 * float(unknowns @ unknowns)
-        return replace(fit, cost=cost if np.isfinite(cost) else np.inf)
+        """The point as if the fold were absent."""
+        return [judged_without_fold(self.bench, _folded(fit)) for fit in self.bench.evaluate(points)]
 
     def normal(self, point: EvaluatedHypothesis) -> LinearisedNormal:
-        """Of the trials that count; the others' states are refitted."""
-        squares, total = kept(self.bench, point.residuals, _out(point))
-        residuals = [np.nan_to_num(r, nan=DIVERGED, posinf=DIVERGED) for r in point.residuals]
-        columns = [np.nan_to_num(c, nan=0.0, posinf=0.0, neginf=0.0) for c in point.columns]
-        assert point.frame is not None
-        weight = 2.0 / (1.0 + squares / total)
-        normal = point.frame.normal(residuals, columns, weight, point.unknowns)
-        return normal.without_fold(_out(point), point.unknowns)
+        """Normal equations of the trials that count; the others' states are refitted."""
+        return normal_without_fold(self.bench, _folded(point), point.columns)
 
     def factors(self, point: EvaluatedHypothesis) -> tuple[float, ...]:
         """The fit is near its optimum."""
         return FACTORS
 
 
-def kept(bench: Workbench, residuals: Sequence[Array], out: Sequence[int]) -> tuple[float, float]:
-    """Whitened sum of squares and effective samples of all trials except ``out``."""
-    inside = [i for i in range(len(bench.trials)) if i not in out]
-    squares = float(sum(float(residuals[i] @ residuals[i]) for i in inside))
-    return squares, float(sum(bench.independent(bench.trials[i]).sum() for i in inside))
-
-
-def _out(fit: EvaluatedHypothesis) -> tuple[int, ...]:
-    assert isinstance(fit, _WithoutFold)
-    return fit.out
+def _folded(fit: EvaluatedHypothesis) -> FitWithoutFold:
+    assert isinstance(fit, FitWithoutFold)
+    return fit
 
 
 def cells(bench: Workbench, index: int, residual: Array) -> tuple[Array, Array, float]:
@@ -201,27 +175,8 @@ def cells(bench: Workbench, index: int, residual: Array) -> tuple[Array, Array, 
     where = trial.counts
     scale = np.broadcast_to(bench.tempering(trial), where.shape)
     floors = np.zeros(where.shape)
-    floors[where] = np.minimum(np.nan_to_num(residual[: where.sum()] * scale[where], nan=DIVERGED), DIVERGED)
+    floors[where] = bounded(residual[: where.sum()] * scale[where])
     counts = np.array([part.sum() for part in np.array_split(where, BLOCKS)], dtype=float)
     squares = np.array([part.sum() for part in np.array_split(floors**2, BLOCKS)]) / np.maximum(counts, 1.0)
     channels = [floors[where[:, j], j] for j in trial.free if where[:, j].any()]
-    return squares, counts, sum(independent(channel, trial.share * bench.effective) for channel in channels)
-
-
-def independent(error: Array, most: float) -> float:
-    """Number of independent errors in a series (m,), at most ``most``.
-
-    ``m / (1 + 2 sum rho_k)`` with the autocorrelations up to the first non-positive one (initial positive sequence:
-    Geyer, Stat. Sci. 7 (1992) 473), about zero: an error of constant sign counts fully.
-    """
-    count = len(error)
-    if count < 4:
-        return float(min(count, most))
-    size = 2 ** int(np.ceil(np.log2(2 * count)))
-    spectrum = np.fft.rfft(error, size)
-    correlation = np.fft.irfft(spectrum * spectrum.conj(), size)[: count // 2]
-    if correlation[0] <= 0.0:
-        return float(min(count, most))
-    rho = correlation[1:] / correlation[0]
-    positive = len(rho) if np.all(rho > 0.0) else int(np.argmax(rho <= 0.0))
-    return float(min(max(count / (1.0 + 2.0 * rho[:positive].sum()), 1.0), most))
+    return squares, counts, sum(independent_errors(channel, trial.share * bench.effective) for channel in channels)

@@ -76,7 +76,7 @@ class Judged(Generic[F]):
 
     @property
     def probability(self) -> float:
-        """Of the first cause."""
+        """Probability of the first cause."""
         return max([self.counts, *(p for _, p in self.singles[:1])])
 
 
@@ -86,7 +86,7 @@ def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]
     One further cause must remove ``share`` of the squared error above the noise, and ``LEAST_SHARE`` of the whole
     gap: near the noise of the fitted trials, far from it on unseen ones if available. A fold is often the only trial of
     its kind: a servo's current limit and its motor constant, found at the noise in three logs, missed the one log that
-    reached the limit by 30 floors when that was left out. Far from the noise a cause with more unknown numbers is not
+    reached the limit by 30 noise floors when it was out. Far from the noise a cause with more unknown numbers is not
     fewer: a base that yields has initial states in each piece of a swing, and followed a rig that rubs and whose torque
     is off as well as these two do. A cause that is less probable than none, because of its own numbers, is no reason to
     distrust several: a soft spring on one side, at the ends of its priors, hid a wrong spring that also hardens. What
@@ -223,7 +223,7 @@ def _credit(found: Assessed[F], costs: Mapping[frozenset[Key], float]) -> dict[K
     return {key: gain / total if total > 0.0 else 1.0 / len(gains) for key, gain in gains.items()}
 
 
-def with_counts(judged: Judged[F], coarse: bool) -> Judged[F]:
+def with_counts(judged: Judged[F], *, coarse: bool) -> Judged[F]:
     """The verdict with coarse counts as a cause, which is visible in the readings themselves.
 
     It takes nothing from the odds of another cause: both are present.

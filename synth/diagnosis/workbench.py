@@ -19,6 +19,7 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, Whitener, together
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Block, Hypothesis, Kept, LanePredictor
+from synth.diagnosis.search_limits import LARGEST_TOLERANCE
 from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, LeastSquares, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
 from synth.estimation.normal_equations import ParameterStep, StepLimits
@@ -26,9 +27,9 @@ from synth.threads import in_parallel, thread_count
 
 STEP = 1e-3  # of a whitened unknown, rad
 RATE_STEP = 30.0  # s^-1, ratio of the steps of a rate and an angle, suited to limbs of a few hertz
-LIMIT = 2.5  # tolerances (standard deviations): a larger deviation counts as a cause, not a tolerance
 DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping, tried in parallel: lanes are cheaper than a failed step
 TASKS = 8  # least number of calls a core beyond the first: cores then wait little for the last one
+SOLVED = 0.5  # log-likelihood, fall of the cost below which a step is a fit's last: one standard deviation
 LONGEST = 3.0  # largest step of an effect's whitened unknown
 # After a failed step the damping rises above all values tried, by 900 and 10 more; a fit whose damping exceeds 1e5 has
 # found no better point in two such rounds.
@@ -113,7 +114,7 @@ class Workbench:
         return together(self.trials)
 
     def whitener(self, *trials: AngleTrial) -> Whitener:
-        """Of the predictions of one trial, or of trials ``together``."""
+        """The whitener of the predictions of one trial, or of trials ``together``."""
         key = id(trials[0]), len(trials)
         if key not in self._whiteners:
             self._whiteners[key] = trials, Whitener.of(trials, [self.sigma(trial) for trial in trials])
@@ -189,7 +190,7 @@ class Workbench:
         return Linearisation(tuple(part for found in parts for part in found))
 
     def _parts(self, inside: range, fit: EvaluatedHypothesis, kept: Kept) -> list[TrialLinearisation]:
-        """Of trials ``together``."""
+        """Linearisations of trials ``together``."""
         alive, trials = list(self.predictor.open_tolerances), self.trials[inside.start : inside.stop]
         states, made = _started(fit, inside), []
         _, all_slopes = self._slopes(trials, fit, states, alive, kept)
@@ -267,7 +268,11 @@ class Workbench:
         if all(len(state) == size for state in fit.states):
             return fit
         states = tuple(np.concatenate([state, np.zeros(size - len(state))]) for state in fit.states)
-        return replace(fit, states=states, residuals=(), columns=(), cost=np.inf, frame=None)
+        return fit.start_at(states=states)
+
+    def held(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
+        """A start of the fit with its joints' initial states, and zero ones for the links that its candidates add."""
+        return self.awake(fit.start_at(states=[state[: 2 * len(self.noise)] for state in fit.states]))
 
     def evaluate(self, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """Residuals and the effects' columns of many fits, packed into common lanes."""
@@ -293,7 +298,7 @@ class Workbench:
         return made
 
     def solve(
-        self, fits: Sequence[EvaluatedHypothesis], frame: Linearisation | None, rounds: int, tolerance: float = 0.5
+        self, fits: Sequence[EvaluatedHypothesis], frame: Linearisation | None, rounds: int, tolerance: float = SOLVED
     ) -> list[EvaluatedHypothesis]:
         """Improve all fits by at most ``rounds`` steps; ``frame`` for those without their own linearisation.
 
@@ -322,8 +327,9 @@ class Workbench:
         return tuple(made)
 
     def bounds(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
-        """Bounds of the unknowns; tolerances stay within ``LIMIT``."""
-        lows, highs = [np.full(self.n_tolerance, -LIMIT)], [np.full(self.n_tolerance, LIMIT)]
+        """Bounds of the unknowns; tolerances stay within ``LARGEST_TOLERANCE``."""
+        wide = np.full(self.n_tolerance, LARGEST_TOLERANCE)
+        lows, highs = [-wide], [wide]
         for candidate in hypothesis:
             low, high = candidate.bounds()
             lows.append(low)
@@ -364,13 +370,13 @@ class HypothesisFits(LeastSquares[EvaluatedHypothesis]):
         return self.bench.evaluate(points)
 
     def normal(self, point: EvaluatedHypothesis) -> LinearisedNormal:
-        """By the linearisation, and the effect's own columns."""
+        """Normal equations by the linearisation, and the effect's own columns."""
         frame = point.frame or self.frame
         assert frame is not None
         return self.bench.normal(point, frame)
 
     def bounds(self, point: EvaluatedHypothesis) -> tuple[Array, Array]:
-        """Of tolerances and causes."""
+        """Lowest and highest tolerances and causes' unknowns, (p,) each, whitened."""
         return self.bench.bounds(point.hypothesis)
 
     def limits(self, point: EvaluatedHypothesis) -> StepLimits:
@@ -386,8 +392,7 @@ class HypothesisFits(LeastSquares[EvaluatedHypothesis]):
     def moved(self, point: EvaluatedHypothesis, step: ParameterStep) -> EvaluatedHypothesis:
         """After a step, not evaluated."""
         states = self.bench.moved_states(point, step.own)
-        unknowns = point.unknowns + step.common
-        return replace(point, unknowns=unknowns, states=states, residuals=(), columns=(), cost=np.inf)
+        return point.start_at(unknowns=point.unknowns + step.common, states=states, frame=point.frame)
 
     def least_gain(self, cost: float) -> float:
         """The tolerance, independent of the cost."""

@@ -25,11 +25,11 @@ class LeftDefault(Protocol):
 
     @property
     def key(self) -> str:
-        """Of the project file."""
+        """The project file's key."""
 
     @property
     def value(self) -> str:
-        """As it would be written in a file."""
+        """The value as it would be written in a file."""
 
     @property
     def reason(self) -> str:
@@ -41,7 +41,7 @@ class DiagnosisProject(Protocol):
 
     @property
     def seed(self) -> int:
-        """Of the resampling."""
+        """Seed of the resampling."""
 
     @property
     def tolerance(self) -> Any:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.intervals import spectrum
+from synth.estimation.intervals import covariance_of
 from synth.estimation.normal_equations import Information
 
 
@@ -62,8 +62,4 @@ def consider(information: Information, couplings: Sequence[Coupling], beside: Ar
     summed = np.zeros((len(information.common), couplings[0].common.shape[1])) if beside is None else beside.copy()
     for coupling, cross, own in zip(couplings, information.cross, information.own, strict=True):
         summed += coupling.common - cross @ np.linalg.solve(own, coupling.own)
-    schur = information.schur()
-    root = np.sqrt(np.maximum(np.diag(schur), 1e-12))
-    value, vector = spectrum(schur, root)
-    scaled = vector.T @ (summed / root[:, None])
-    return Considered(np.asarray(-(vector / np.maximum(value, 1e-12)) @ scaled / root[:, None]))
+    return Considered(np.asarray(-covariance_of(information.schur()) @ summed))

@@ -12,15 +12,44 @@ from synth.arrays import Array
 def correlation_factors(residuals: Sequence[Array]) -> Array:
     """(n,) factor >= 1 by which correlation reduces the information of residuals (m, n) of several recordings.
 
-    1 + 2 sum of autocorrelations, summed while pairs of neighbouring lags stay positive (Geyer, Statistical Science 7,
-    1992, initial positive sequence). White noise gives 1; a model error that oscillates with a leg gives tens.
+    The integrated autocorrelation time of each column, see ``integrated_time``, from lags up to half of the longest.
     """
     longest = max(map(len, residuals)) // 2
     summed = np.zeros((longest, residuals[0].shape[1]))
     for value in residuals:
         lags = _autocorrelation(value)[:longest]
         summed[: len(lags)] += lags
-    return np.array([_factor(column) for column in summed.T])
+    return np.array([integrated_time(column) for column in summed.T])
+
+
+def independent_errors(error: Array, most: float) -> float:
+    """Number of independent errors in a series (m,), at least 1 and at most ``most``.
+
+    ``m`` over the integrated autocorrelation time about zero: an error of constant sign counts fully.
+    """
+    (factor,) = correlation_factors([error[:, None]])
+    return float(min(max(len(error) / factor, 1.0), most))
+
+
+def integrated_time(products: Array) -> float:
+    """Integrated autocorrelation time, samples, at least 1.
+
+    ``products`` (longest,) : sums of products of values so many samples apart, from 0 on, not normalised.
+
+    1 + 2 sum rho_k, with Geyer's initial monotone sequence (Statistical Science 7 (1992) 473, section 3.3): the sums
+    rho_0 + rho_1, rho_2 + rho_3, ... of a reversible chain are positive and fall, so they count until the first that is
+    not positive, each at most as much as the one before. A model error that oscillates with a leg gives tens.
+
+    The scatter of the pairs and the bound of 1 make the result too large: of white noise it is 1.34, 1.17 and 1.07 in
+    the mean over 4000 series of 50, 200 and 1000 samples (median 1.15, 1.09, 1.04).
+    """
+    if not len(products) or products[0] <= 0.0:
+        return 1.0
+    rho = products / products[0]
+    pairs = rho[: len(rho) // 2 * 2].reshape(-1, 2).sum(axis=1)
+    ends = pairs <= 0.0
+    stop = int(np.argmax(ends)) if ends.any() else len(pairs)
+    return max(1.0, 2.0 * float(np.minimum.accumulate(pairs[:stop]).sum()) - 1.0)
 
 
 def _autocorrelation(value: Array) -> Array:
@@ -30,14 +59,3 @@ def _autocorrelation(value: Array) -> Array:
     transformed = np.fft.rfft(np.ascontiguousarray(value.T), size)
     power = transformed.real**2 + transformed.imag**2
     return np.asarray(np.fft.irfft(power, size)[:, :m].T)
-
-
-def _factor(summed: Array) -> float:
-    """The factor from one column's autocorrelation (longest,), not normalised."""
-    if summed[0] <= 0.0:
-        return 1.0
-    rho = summed / summed[0]
-    pairs = rho[1:-1:2] + rho[2::2]
-    ends = pairs <= 0
-    stop = int(np.argmax(ends)) if ends.any() else len(pairs)
-    return max(1.0, 1.0 + 2.0 * float(pairs[:stop].sum()))

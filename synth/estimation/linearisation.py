@@ -113,7 +113,7 @@ class LinearisedNormal(ReducedNormal):
 
     @cached_property
     def _sums(self) -> tuple[Array, Array, float]:
-        """Of all trials: matrix (p, p), gradient (p,) and sum of squares, without prior and weight."""
+        """Sums over all trials: matrix (p, p), gradient (p,) and sum of squares, without prior and weight."""
         matrix = sum((part for part, _ in self.parts), np.zeros_like(self.matrix))
         gradient = sum((part for _, part in self.parts), np.zeros_like(self.gradient))
         return matrix / self.weight, gradient / self.weight, float(sum(self.squares))

@@ -63,7 +63,7 @@ class OwnGroup:
         """(t, l)."""
         return np.diagonal(self.matrix, axis1=1, axis2=2)
 
-    def steps(self, common: Array, dampings: Array, scale: Array, follow: bool) -> Array:
+    def steps(self, common: Array, dampings: Array, scale: Array, *, follow: bool) -> Array:
         """(n_step, t, l) damped own steps for the common steps ``common`` (n_step, p).
 
         With ``follow`` only the correction of the own unknowns themselves is damped fully; what makes up for the common
@@ -110,8 +110,8 @@ class StepLimits:
     """Step limits; a longer step is shortened as a whole.
 
     ``common`` : largest change of each common unknown, (p,) or one number; ``own`` : of a trial's own. ``follow`` :
-    each trial's own step is optimal for the common step after shortening and bounds;
-    otherwise it is solved first and shortened with the common step.
+    each trial's own step is optimal for the common step after shortening and bounds; otherwise it is solved first and
+    shortened with the common step.
     """
 
     common: Array | float = np.inf
@@ -129,11 +129,6 @@ class NormalEquations(ABC):
     @abstractmethod
     def scale(self) -> DampingScale:
         """The diagonals of the damped matrices."""
-
-    @property
-    @abstractmethod
-    def n_common(self) -> int:
-        """Number of common unknowns."""
 
     @abstractmethod
     def damped(self, damping: float, scale: DampingScale) -> tuple[Array, Array]:
@@ -191,7 +186,7 @@ class NormalEquations(ABC):
         count = sum(len(group.trials) for group in self.groups)
         own: list[list[Array]] = [[np.zeros(0)] * count for _ in common]
         for group, width in zip(self.groups, scale.own, strict=True):
-            for made, steps in zip(own, group.steps(common, dampings, width, follow), strict=True):
+            for made, steps in zip(own, group.steps(common, dampings, width, follow=follow), strict=True):
                 for trial, step in zip(group.trials, steps, strict=True):
                     made[trial] = step
         return [ParameterStep(one, tuple(made)) for one, made in zip(common, own, strict=True)]
@@ -213,11 +208,6 @@ class ArrowNormal(NormalEquations):
     def of(cls, information: Information, gradient: Array, own_gradient: Sequence[Array]) -> ArrowNormal:
         """From the matrix and gradients (l,) per trial."""
         return cls(grouped(information.own, own_gradient, [c.T for c in information.cross]), information, gradient)
-
-    @property
-    def n_common(self) -> int:
-        """Number of common unknowns."""
-        return len(self.gradient)
 
     @property
     def scale(self) -> DampingScale:
@@ -271,11 +261,6 @@ class ReducedNormal(NormalEquations):
         matrix = sum((part for part, _ in parts), prior.copy())
         gradient = sum((part for _, part in parts), prior_gradient.copy())
         return cls(groups, matrix, gradient, parts)
-
-    @property
-    def n_common(self) -> int:
-        """Number of common unknowns."""
-        return len(self.gradient)
 
     @property
     def scale(self) -> DampingScale:

@@ -91,7 +91,7 @@ class Parameter:
 
     ``default``: the value if a file gives none; None: required. ``off``: the value that represents a joint without the
     effect. ``prior`` None: never estimated. A parameter with ``natural`` False has its prior in its own SI
-    unit, otherwise in the joint's natural size (see ``diagnosis.candidates``), which counts up to ``largest``, SI.
+    unit, otherwise in the joint's natural size (see ``chain_candidates``), which counts up to ``largest``, SI.
     ``anchor`` "middle": its prior is relative to the middle of the joint's motion, in half its range; "settled": to
     the spring's deflection at the end of the trials. ``of`` : another free parameter by whose value the
     prior's is multiplied: a part that is smaller than another one, or belongs to another effect. ``above``,
@@ -151,7 +151,7 @@ class PlantEffect:
     """An effect of a plant with its parameters in the order of its function.
 
     ``strengths`` : the parameters that switch it off when all are zero. ``shapes`` : the variants that a diagnosis
-    tries. ``phrase`` : the words for a place that has it, "lacks dry friction". ``module`` : the module of its
+    tries. ``phrase`` : the words for a place that has it, "has dry friction". ``module`` : the module of its
     functions. ``stated`` : parameters for a sentence, the most needed first; empty: those ``told``. ``idle`` :
     parameter -> another one and its value at which the first does not matter.
     """

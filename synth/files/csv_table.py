@@ -44,7 +44,7 @@ class CsvColumn:
 
     @property
     def title(self) -> str:
-        """As in the header."""
+        """The column's title as in the header."""
         return f"{self.name} [{self.unit}]"
 
 
@@ -62,7 +62,7 @@ class CsvTable:
 
     @property
     def sha256(self) -> str:
-        """Of the file."""
+        """Hash of the file, hexadecimal."""
         return sha256(self.data).hexdigest()
 
     def line(self, row: int) -> int:

@@ -179,7 +179,7 @@ def _one_sided(joint: Joint, reach: float) -> tuple[list[SpringPiece], bool]:
     return pieces, True
 
 
-def _spline(law: Law, reach: float, beside: Law, odd: bool = False) -> list[tuple[float, Cubic]]:
+def _spline(law: Law, reach: float, beside: Law, *, odd: bool = False) -> list[tuple[float, Cubic]]:
     """A law with ``law(0) = 0`` over 0 to ``reach`` rad as cubics that begin at knots; beyond, it goes on straight.
 
     Least squares over truncated powers (de Boor, A Practical Guide to Splines, 1978), in shares of the spring's whole

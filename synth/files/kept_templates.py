@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
+from functools import cache
 from pathlib import Path
 
 import jinja2
@@ -33,6 +34,12 @@ class KeptTemplates(jinja2.BytecodeCache):
         path = _path(bucket)
         if path is not None:
             write_sealed(path, bucket.bytecode_to_string())
+
+
+@cache
+def kept_templates() -> KeptTemplates:
+    """The one of this process: pages that are given the same share their templates in memory too."""
+    return KeptTemplates()
 
 
 def _path(bucket: Bucket) -> Path | None:

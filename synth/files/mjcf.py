@@ -38,6 +38,7 @@ STABLE = 1.0  # step times the fastest damping rate; Runge-Kutta is stable to 2.
 # MuJoCo takes a positive third biasprm for a damping ratio where gain and stiffness are equal (dampratio of a position
 # actuator); a late winding's damping is to be a damping.
 UNEQUAL = 1.0 + 1e-9
+NOT_IN_MODEL = "not in this model"  # begins a comment on what the file omits; `synth check` shows these
 HELD = ("backlash", "coulomb_friction", *IN_DAMPING, *IN_SPRING, *IN_SERVO)
 
 
@@ -59,7 +60,7 @@ def mjcf_text(
     weights, drives = inverse_inertia(leg), drive_terms(leg)
     laws = joint_laws(leg, fastest, deflected, drives)
     terms = [item.damper for item in laws]
-    plays = [play_of(joint, drive is not None) for joint, drive in zip(leg.joints, drives, strict=True)]
+    plays = [play_of(joint, driven=drive is not None) for joint, drive in zip(leg.joints, drives, strict=True)]
     borne = np.array(  # of the hinges with the dampers
         [
             arm_weight(stiffest(item), float(weight)) if play else weight
@@ -71,7 +72,7 @@ def mjcf_text(
     for note in notes:
         root.append(Comment(f" {note} "))
     if leg.effects:
-        root.append(Comment(f" not in this model: {', '.join(sorted(leg.effects))} of the base "))
+        root.append(Comment(f" {NOT_IN_MODEL}: {', '.join(sorted(leg.effects))} of the base "))
     SubElement(root, "compiler", angle="radian", autolimits="true")
     step = time_step(terms, borne, drives)
     SubElement(root, "option", gravity=f"0 0 {-leg.gravity:.10g}", integrator="RK4", timestep=f"{step:.10g}")
@@ -203,21 +204,21 @@ def _body(
     """The body of a joint's link, which the next one's hangs from."""
     link, inertial = joint.link, inertial_of(joint, drawn)
     attributes, notes = {"name": joint.name, "axis": "0 -1 0"}, laws.notes()
-    if not play_of(joint, drive is not None):
+    if not play_of(joint, driven=drive is not None):
         attributes |= laws.attributes(joint)
     if lightened(joint):
-        notes.append(f"not in this model, {lightened(joint)}")
+        notes.append(f"{NOT_IN_MODEL}, {lightened(joint)}")
     elif joint.with_rotor:
         attributes["armature"] = f"{joint.with_rotor:.10g}"
     friction = joint.effects.get("coulomb_friction")
     if friction is not None:
         attributes |= {"frictionloss": f"{friction['torque']:.10g}", **SHARP}
-    lost = without_held(joint, held_effects(drive is not None))
+    lost = without_held(joint, held_effects(driven=drive is not None))
     if lost:
-        notes.append(f"not in this model: {', '.join(lost)}")
+        notes.append(f"{NOT_IN_MODEL}: {', '.join(lost)}")
     if drive is not None and drive.cut < inf:
         attributes["actuatorfrcrange"] = f"{-drive.cut:.10g} {drive.cut:.10g}"
-    notes += [f"not in this model, of the drive: {text}" for text in (drive.lost if drive is not None else ())]
+    notes += [f"{NOT_IN_MODEL}, of the drive: {text}" for text in (drive.lost if drive is not None else ())]
     if joint.ends is not None:
         attributes["range"] = f"{joint.ends[0]:.10g} {joint.ends[1]:.10g}"
     body = SubElement(parent, "body", name=joint.name, pos=f"0 0 {-height:.10g}")
@@ -237,7 +238,7 @@ def _body(
     return body
 
 
-def held_effects(driven: bool) -> tuple[str, ...]:
+def held_effects(*, driven: bool) -> tuple[str, ...]:
     """The effects of a joint that the file has; backlash only where no drive acts."""
     return tuple(name for name in HELD if not (driven and name == "backlash"))
 

@@ -26,7 +26,7 @@ ARM_MASS = 1e-6  # kg: a body of MuJoCo needs one; it is below a hundred-thousan
 HARD = {"solreflimit": "0.001 1", "solimplimit": "0.999 0.999 1"}
 
 
-def play_of(joint: Joint, driven: bool) -> float:
+def play_of(joint: Joint, *, driven: bool) -> float:
     """Width of the joint's backlash, rad; 0 if it has none, or if a drive acts on the joint."""
     return 0.0 if driven else joint.effects.get("backlash", {}).get("gap", 0.0)
 

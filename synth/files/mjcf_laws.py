@@ -13,7 +13,7 @@ from synth.files.joint_springs import SpringTerms, reach_of, spring_terms
 from synth.files.mjcf_springs import polynomial, spring_attributes
 from synth.swing.leg_model import Joint, Leg
 
-TOLD = 1e-3  # of the torque: a damper's error above it is told
+TOLD = 1e-3  # of the torque: a damper's error above it is reported
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ def mjcf_omissions(leg: Leg, fastest: Array, deflected: Array | None = None) -> 
     drives = drive_terms(leg)
     for joint, drive, laws in zip(leg.joints, drives, joint_laws(leg, fastest, deflected, drives), strict=True):
         notes += [f"{joint.name}: not held, of the drive: {text}" for text in (drive.lost if drive is not None else ())]
-        lost = without_held(joint, held_effects(drive is not None))
+        lost = without_held(joint, held_effects(driven=drive is not None))
         if lost:
             notes.append(f"{joint.name}: not held: {', '.join(lost)}")
         notes += [f"{joint.name}: {text}" for text in laws.notes()]

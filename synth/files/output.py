@@ -11,6 +11,7 @@ import tempfile
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -24,12 +25,14 @@ from synth.files.text_forms import cells, defused, json_text, plain
 
 MANIFEST = ".synth-output"  # lists a run's files, so that the next run may replace only these
 _IGNORED = frozenset({MANIFEST, ".DS_Store", "Thumbs.db", "desktop.ini"})
-_written: list[Path] = []  # temporary folders of active runs, innermost last
+# Temporary folders of the active runs of this thread, innermost last: two threads may write two results at once.
+_written: ContextVar[tuple[Path, ...]] = ContextVar("temporary folders of active runs", default=())
+_asking = threading.Lock()
 _USER_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG})
 
 
 @contextmanager
-def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
+def output_folder(path: str | Path, *, overwrite: bool = True) -> Iterator[Path]:
     """A temporary folder that is renamed to ``path`` when the block succeeds and deleted when it fails.
 
     Parameters
@@ -57,24 +60,24 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
             if target.is_symlink():  # what the real path still has is a link that leads back to itself
                 raise UserError(Problem("is a link that leads to itself; name another folder", name))
             put_back(target)
-            _check_target(target, name, overwrite)
+            _check_target(target, name, overwrite=overwrite)
             made = _make_parents(target.parent)
             temporary, lock = _own_place(target, name)
     except BaseException:
         _remove_empty(made)
         raise
     finished = False
-    _written.append(temporary)
+    token = _written.set((*_written.get(), temporary))
     try:
         with terminated_as_exception(), disk_errors_as(name, temporary):
             yield temporary
             with disk_errors_as(name):
                 _complete(temporary)
-                _check_target(target, name, overwrite)  # the run was long: the target may have changed meanwhile
+                _check_target(target, name, overwrite=overwrite)  # it may have changed meanwhile: the run was long
                 _move(temporary, target)
             finished = True
     finally:
-        _written.remove(temporary)
+        _written.reset(token)
         if not finished:
             remove_tree(temporary)
             _remove_empty(made)
@@ -216,12 +219,12 @@ def _require_inside(path: Path, folder: Path) -> None:
 
 
 def _require_within_run(path: Path) -> None:
-    """Refuse to write elsewhere while a run writes its folder."""
-    if _written:
-        _require_inside(path, _written[-1])
+    """Refuse to write elsewhere while a run of this thread writes its folder."""
+    if folders := _written.get():
+        _require_inside(path, folders[-1])
 
 
-def _check_target(target: Path, name: str, overwrite: bool) -> None:
+def _check_target(target: Path, name: str, *, overwrite: bool) -> None:
     """Refuse to replace anything but an empty folder or an earlier run."""
     if target == Path.cwd() or target in Path.cwd().parents:
         raise UserError(Problem("is the current folder or lies above it; name a folder to make", name))
@@ -264,8 +267,9 @@ def _complete(folder: Path) -> None:
 
 def umask() -> int:
     """The permissions that new files of the user do not get; it can only be read by setting it."""
-    mask = os.umask(0)
-    os.umask(mask)
+    with _asking:  # a second thread between the two would read 0 and leave it so
+        mask = os.umask(0)
+        os.umask(mask)
     return mask
 
 

@@ -146,7 +146,7 @@ class _Writer:
         if isinstance(value, Path):
             return ["path", str(value)]
         if isinstance(value, Remark):
-            return ["remark", str(value), value.severity, value.remedy]
+            return ["remark", str(value), *value.attributes]
         raise TypeError(f"a {_name(type(value))} cannot be written as data")
 
 

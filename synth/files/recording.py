@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.drives.servo import ServoSignals
-from synth.errors import Problem, UserError
+from synth.errors import Problem, UserError, did_you_mean
 from synth.files import drive_columns
 from synth.files.csv_table import CsvTable, in_si, read_table
 from synth.files.recordings_together import ANOTHER_UNIT, IN_CODE, IN_HEADER, clock_fault
 from synth.files.turns import unwrapped
-from synth.files.validate import near
 from synth.swing.leg_model import Leg
 from synth.units import factor
 
@@ -160,8 +159,7 @@ def _scaled(table: CsvTable, leg: Leg) -> dict[str, Array]:
     for required in ("time", *leg.joint_names):
         if required not in present:
             unknown = [column for column in present if column not in wanted]
-            hint = near(required, unknown) if unknown else ""
-            hint = hint if hint.startswith("; did you mean") else ""
+            hint = did_you_mean(required, unknown)
             text = f'column "{required} [{EXAMPLES[wanted[required]]}]" is missing'
             problems.append(Problem(text + hint.replace("did you mean", "is it"), table.name, 1))
     problems += drive_columns.problems(table, leg)
@@ -278,10 +276,9 @@ def _too_wide(columns: Columns, joint: str, angle: float, row: int, stated: tupl
 def _radians_as_degrees(columns: Columns, leg: Leg, angles: Array) -> list[Problem]:
     """Refuse angles below 2 pi that are plausible for this leg only as radians.
 
-    The reference is the position of each joint in the leg file: the middle of its range, else its spring's free
-    angle, else
-    its straight position. As degrees the angles must be far from there (60 degrees or more in the root mean
-    square over the joints, and outside a given range), and as radians less than half as far.
+    The reference is the position of each joint in the leg file: the middle of its range, else its spring's free angle,
+    else its straight position. As degrees the angles must be far from there (60 degrees or more in the root mean square
+    over the joints, and outside a given range), and as radians less than half as far.
     """
     numbers = angles / radians(1.0)
     if np.nanmax(np.abs(numbers)) > 2 * pi:

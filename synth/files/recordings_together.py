@@ -12,7 +12,7 @@ from math import degrees, radians
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, finite_median
 from synth.errors import Problem
 
 SHORTEST_STEP, LONGEST_STEP = 1e-7, 0.5  # s, usual sample step; 1 Hz is the slowest supported motion
@@ -88,8 +88,8 @@ def _exchanged(names: Sequence[str], angles: Sequence[Array], joints: Sequence[s
     if len(names) < LEAST or len(joints) < 2:
         return []
     with np.errstate(all="ignore"):
-        own = np.array([[_median(one[:, j]) for j in range(one.shape[1])] for one in angles])
-    usual = np.array([_median(of_joint) for of_joint in own.T])
+        own = np.array([[finite_median(one[:, j]) for j in range(one.shape[1])] for one in angles])
+    usual = np.array([finite_median(of_joint) for of_joint in own.T])
     problems = []
     for name, one in zip(names, own, strict=True):
         away = _apart(one, usual)
@@ -103,11 +103,6 @@ def _exchanged(names: Sequence[str], angles: Sequence[Array], joints: Sequence[s
             text += f"those of the other recordings, and {degrees(min(swapped)):.0f} deg with the two exchanged"
             problems.append(Problem(text, name, 1))
     return problems
-
-
-def _median(values: Array) -> float:
-    good = values[np.isfinite(values)]
-    return float(np.median(good)) if len(good) else np.nan
 
 
 def _apart(one: Array, usual: Array) -> float:

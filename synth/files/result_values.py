@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from synth.errors import Problem, UserError
 from synth.files.paths import read_bytes
-from synth.units import factor
 
 SIZE_LIMIT = 200_000_000  # bytes; a gap of hundreds of trials has a few megabytes
 
@@ -67,20 +65,6 @@ def read_result(path: str | Path, kind: str, keys: tuple[str, ...] = ()) -> dict
     if missing:
         raise UserError(missing)
     return result
-
-
-def value_in_si(item: Mapping[str, Any], canonical: str) -> float:
-    """A ``{"value", "unit"}`` of a result as a float in the canonical SI unit.
-
-    Raises
-    ------
-    UserError
-        If there is no number, no unit, or one of another dimension.
-    """
-    value, unit = item.get("value"), item.get("unit")
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not isinstance(unit, str):
-        raise UserError(f'{dict(item)!r:.80} is no quantity; it needs a number "value" and a "unit"')
-    return float(value) * factor(unit, canonical)
 
 
 def _check_format(found: object, kind: str, name: str) -> None:

@@ -26,9 +26,9 @@ def write_simulator_files(
     """Write ``leg.mjcf.xml``, ``leg.urdf``, ``leg.sdf``, ``leg.usda`` and ``README.md``; file -> its omissions.
 
     ``fastest`` : (n,) rad/s, speed up to which each damper is represented; ``deflected`` : (n,) rad, likewise of each
-    spring, see ``joint_laws``. ``instead`` : the leg for formats with dry
-    friction (USD has none), where it has friction that they lack; ``told`` : what stands for what in it. ``driven`` :
-    the error that MuJoCo's actuators leave.
+    spring, see ``joint_laws``. ``instead`` : the leg for formats with dry friction (USD has none), where it has
+    friction that they lack; ``told`` : what stands for what in it. ``driven`` : the error that MuJoCo's actuators
+    leave.
     """
     folder.mkdir(parents=True, exist_ok=True)
     near = leg if instead is None else instead

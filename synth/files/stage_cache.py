@@ -1,9 +1,8 @@
 """Results of stages cached on disk by a hash of all their input, so that unchanged stages are not repeated.
 
 A key contains the inputs' content, the program's own source and its libraries' versions, so an entry never becomes
-outdated. The folder belongs to the user (``synth.cache``); an entry lists
-its files with their hashes, and a damaged one is removed and made again. Values are stored
-as JSON and arrays (``plain_value``).
+outdated. The folder belongs to the user (``synth.cache``); an entry lists its files with their hashes, and a damaged
+one is removed and made again. Values are stored as JSON and arrays (``plain_value``).
 """
 
 from __future__ import annotations
@@ -13,11 +12,14 @@ import importlib.metadata
 import json
 import os
 import shutil
+import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
+
+import numpy as np
 
 import synth
 from synth.cache import is_own_folder, own_folder, read_own
@@ -59,10 +61,14 @@ def _version(library: str) -> str:
 
 
 def key_of(stage: str, *parts: object) -> str:
-    """A key for a stage from values fully described by their ``repr``, and from the program itself."""
+    """A key for a stage from values fully described by their ``repr``, and from the program itself.
+
+    Arrays count with all their elements and digits; of large ones ``plain_value.digest_of`` is faster.
+    """
     digest = hashlib.sha256(f"{stage}\n{program()}\n".encode())
-    for part in parts:
-        digest.update(repr(part).encode() + b"\0")
+    with np.printoptions(threshold=sys.maxsize, floatmode="unique"):  # usually the middle and later digits are left out
+        for part in parts:
+            digest.update(repr(part).encode() + b"\0")
     return digest.hexdigest()[:32]
 
 

@@ -56,7 +56,7 @@ def checked_trials(trials: Sequence[Trial], leg: Leg, place: Document, *, own_le
     found = []
     for index, trial in enumerate(trials):
         with gathering(problems):
-            found.append(_checked(trial, leg, f"trials[{index}]", own_legs))
+            found.append(_checked(trial, leg, f"trials[{index}]", own_legs=own_legs))
     raise_if_any(problems)
     # Trials that were continued when they were read are on one turn already.
     if any(any(new.jumps) and new is not old for new, old in zip(found, trials, strict=True)):
@@ -65,7 +65,7 @@ def checked_trials(trials: Sequence[Trial], leg: Leg, place: Document, *, own_le
     return tuple(found)
 
 
-def _checked(trial: Trial, leg: Leg, fallback: str, own_legs: bool) -> Trial:
+def _checked(trial: Trial, leg: Leg, fallback: str, *, own_legs: bool) -> Trial:
     """One trial; raises its mistakes."""
     named = isinstance(trial.name, str) and bool(trial.name.strip())
     name = trial.name if named else fallback
@@ -73,7 +73,7 @@ def _checked(trial: Trial, leg: Leg, fallback: str, own_legs: bool) -> Trial:
     problems += _condition_problems(trial, leg, name)
     arrays = _arrays(trial, leg, name, problems)
     if trial.leg is not None:
-        problems += _own_leg_problems(trial.leg, leg, name, own_legs)
+        problems += _own_leg_problems(trial.leg, leg, name, allowed=own_legs)
     raise_if_any(problems)
     own = trial.leg or leg
     raise_if_any(_signal_problems(trial.signals, own, name))
@@ -170,7 +170,7 @@ def _condition_problems(trial: Trial, leg: Leg, name: str) -> list[Problem]:
     return [with_hint(replace(problem, key=TIP.get(problem.key or "", problem.key))) for problem in found]
 
 
-def _own_leg_problems(own: object, leg: Leg, name: str, allowed: bool) -> list[Problem]:
+def _own_leg_problems(own: object, leg: Leg, name: str, *, allowed: bool) -> list[Problem]:
     """Mistakes of a trial's own leg."""
     if not allowed:
         return [Problem(OWN_LEG, name, key="leg")]

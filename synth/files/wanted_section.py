@@ -25,7 +25,7 @@ class HertzOrRadians(Quantity):
     """A frequency as ``2.2 Hz``, or as in results, ``13.8 rad/s``."""
 
     def read(self, value: object) -> float:
-        """In rad/s, or a refusal."""
+        """The value in rad/s, or a refusal."""
         try:
             hertz = units.parse(value, "Hz")
         except UserError:

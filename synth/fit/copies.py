@@ -10,7 +10,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording
-from synth.fit.rounding import LEAST_GAP, on_counts, width_of
+from synth.motion.counts import LEAST_GAP, on_counts, width_of
 
 HALF_STEP = 0.51  # of a step, that rounding takes at most; the rest is how the rounded value is written
 FAR_BELOW = 0.1  # of a channel's noise; two readings with noise of their own are 1.4 of it apart, RMS

@@ -1,13 +1,12 @@
 """The thesis' costs: the difference between a candidate's motion and the recordings, joint by joint.
 
-``trajectory``: squared angle errors over all samples. ``transient``: the same, but samples after the first 0.2 s
-have a tenth of the weight, since a leg is judged by its first swing. ``characteristics``: rise time, damping ratio by
-the
+``trajectory``: squared angle errors over all samples. ``transient``: the same, but samples after the first 0.2 s have a
+tenth of the weight, since a leg is judged by its first swing. ``characteristics``: rise time, damping ratio by the
 logarithmic decrement, and damped frequency, each as a difference from the recording's (relative, the ratio absolute);
 one that only one of the two motions shows counts as 1. From E. Krnacik's thesis on damped biomimetic legs (Portland
-State
-University, sections 2.2 and 4.1; its scripts in the public repository Agile-and-Adaptive-Robotics/Published-Data): the
-knee there is judged by decrement and frequency, the hip by rise time, the ankle by squared errors of the first 0.2 s.
+State University, sections 2.2 and 4.1; its scripts in the public repository
+Agile-and-Adaptive-Robotics/Published-Data): the knee there is judged by decrement and frequency, the hip by rise time,
+the ankle by squared errors of the first 0.2 s.
 
 ``weight``: ``noise`` weighs each joint by its own residual (half the samples times the log of the mean
 square, the likelihood with the noise eliminated); ``amplitude`` divides each trial's errors by the joint's amplitude

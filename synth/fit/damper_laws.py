@@ -45,7 +45,7 @@ class LawFit:
     rms_held_out: float
     squares_held_out: tuple[float, ...] = ()  # rad^2, a drop
 
-    def as_json(self, used: bool, joint: str) -> dict[str, Any]:
+    def as_json(self, joint: str, *, used: bool) -> dict[str, Any]:
         """One entry under ``laws``; its curve lies in ``dampers/JOINT_LAW.csv`` beside the result."""
         return {
             "law": self.law.name,
@@ -76,7 +76,7 @@ class DamperLaw:
             "speed_range": [quantity(self.speeds.low, "rad/s"), quantity(self.speeds.high, "rad/s")],
             "trials": [{"file": name, "held_out": out} for name, out in self.trials],
             "how_held_out": self.how_held_out,
-            "laws": [fit.as_json(fit is self.used, self.joint) for fit in self.fits],
+            "laws": [fit.as_json(self.joint, used=fit is self.used) for fit in self.fits],
             **remarks_json(self.warnings),
         }
 

@@ -114,7 +114,7 @@ def _fit_later(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions
 
 
 def or_the_law(cut: FitResult, law: AnotherLaw | None) -> FitResult:
-    """The fit to later samples; said too where a law leaves no more a sample in all of them."""
+    """The fit to later samples; its remark is kept where a law leaves no more a sample in all of them."""
     if law is None or np.any(law.rms > ALIKE * np.array(list(cut.rms.values()))):
         return cut
     return replace(cut, warnings=(cut.warnings[0], law.instead, *cut.warnings[1:]))

@@ -230,6 +230,7 @@ class FitResult:
     defaults: tuple[Mapping[str, str], ...] = ()  # values that the project omits
     wanted: Mapping[str, Any] = field(default_factory=dict)  # characteristics given instead of recordings
     law: Mapping[str, Any] = field(default_factory=dict)  # of the leg, beside springs and linear dampers
+    at_bound: tuple[str, ...] = ()  # estimates at a bound of the search or near it, such as "spring_rate hip"
 
     def __post_init__(self) -> None:
         """Where the fit begins after the release, the trials know it: what needs the start is not measured."""

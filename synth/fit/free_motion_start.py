@@ -230,7 +230,7 @@ class _Later:
         return self._errors(self.samples, self.known)
 
     def _rates(self, here: Solution, apart: Array | None = None) -> float:
-        """Of the two sets of rates; ``apart`` as in ``same_leg``."""
+        """Probability of so large a difference between the two sets of rates; ``apart`` as in ``same_leg``."""
         later_fit = self.known.solution
         both = covariance(self.model, here), covariance(self.model, later_fit)
         return same_leg(here.values, both[0], later_fit.values, both[1], apart)

@@ -44,7 +44,7 @@ STEPS = 6
 NEAR_ENOUGH = 0.01  # of the log-likelihood, of the other unknowns' fits
 # Twice the gain of the log-likelihood by a law, correlated samples counted once: more than chance gives four joints.
 LEAST_GAIN = 30.0
-# The same of a law that is told beside a hand: a coefficient is so far from zero by chance with p = 1e-4, at which the
+# The same of a law that is found beside a hand: a coefficient is so far from zero by chance with p = 1e-4, at which the
 # test of the first samples believes in a hand.
 TOLD_GAIN = 15.0
 SETTLED = 0.05  # of the error above the scatter, gain of a step that is the last
@@ -138,7 +138,7 @@ class LawSearch:
         return found if found is None else replace(found, named=share <= LEAVES and gain >= LEAST_GAIN)
 
     def share(self, here: LawPoint, linear: LawPoint) -> float:
-        """Of the error above the scatter that ``linear`` leaves, what ``here`` leaves."""
+        """Share that ``here`` leaves of the error above the scatter that ``linear`` leaves."""
         before = self._error(linear)
         return self._error(here) / before if before > 0.0 else 1.0
 
@@ -155,7 +155,7 @@ class LawSearch:
         return np.asarray(np.maximum(NEXT * here.size, LEAST_STEP * self.scale))
 
     def _model(self, size: Array) -> TrajectoryModel:
-        """Of the leg with these coefficients."""
+        """The model of the leg with these coefficients."""
         options = self.options
         leg = with_law(self.leg, self.law, size)
         return model_of(leg, options.curves, recordings=self.some, prior=options.prior, static=options.static)
@@ -302,7 +302,7 @@ class LawPoint:
 
     @property
     def square(self) -> float:
-        """Of the residuals."""
+        """Sum of the squared residuals."""
         return float(self.residual @ self.residual)
 
 

@@ -110,7 +110,7 @@ class _TrajectoryFit(LeastSquares[_State]):
         return [_assess(self, point.unknowns, point.locals) for point in points]
 
     def normal(self, point: _State) -> ArrowNormal:
-        """Of an evaluated point."""
+        """Normal equations of an evaluated point."""
         assert point.information is not None
         assert point.gradient is not None
         return ArrowNormal.of(point.information, point.gradient, point.own_gradient)
@@ -148,7 +148,7 @@ class FitStart:
 
     @classmethod
     def at(cls, solution: Solution) -> FitStart:
-        """To continue from a solution with other weights."""
+        """A start to continue from a solution with other weights."""
         return cls(solution.values, solution.locals, solution.damping, solution.lanes)
 
 
@@ -187,7 +187,7 @@ def solve(
 def information_at(
     model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, lanes: Sequence[Sensitivity]
 ) -> Information:
-    """Of a stage's unknowns under its weights; ``lanes`` there, one a trial."""
+    """Information on a stage's unknowns under its weights; ``lanes`` there, one a trial."""
     problem = _TrajectoryFit(model, recordings, stage.weights, 0.0, fixed=False)
     found = _assess(problem, stage.solution.values, stage.solution.locals, lanes).information
     assert found is not None

@@ -38,10 +38,9 @@ WORDS = {"length": "length", "mass": "mass", "com": "centre of mass", "inertia":
 class LinkErrors:
     """Uncertain parameters of the links, and their effect on the common unknowns.
 
-    ``names`` : (joint, quantity) of each considered parameter, quantity one of ``LINK_QUANTITIES``. ``deviation``
-    (c,) of
-    its logarithm. ``first`` : (k, n, c) rad a trial, change of the prediction of its first k samples per deviation of
-    each parameter, the estimates and the trial's initial state following.
+    ``names`` : (joint, quantity) of each considered parameter, quantity one of ``LINK_QUANTITIES``. ``deviation`` (c,)
+    of its logarithm. ``first`` : (k, n, c) rad a trial, change of the prediction of its first k samples per deviation
+    of each parameter, the estimates and the trial's initial state following.
     """
 
     names: tuple[tuple[str, str], ...]

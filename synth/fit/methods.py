@@ -27,6 +27,7 @@ from synth.fit.rate_search import Bounds, CostByJoint, Search
 from synth.fit.recordings import Recording
 from synth.fit.report_fit import FittedTreatments, Treatment, result_of
 from synth.fit.uncertainty import clipped_rms, correlation_times, root_mean_square
+from synth.remarks import at_joint
 from synth.swing.leg_model import DamperCurve, Leg
 
 WORSE = 1.05  # times the RMS of least squares, above which a search counts as failed
@@ -116,8 +117,11 @@ def _searched(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions,
     result = _assembled(search, rates, options, len(recordings))
     names = leg.joint_names
     edges = [
-        f"{names[j]}: the {what} is at a bound of the {choice.method} search, "
-        f"{bounds.lower[row, j]:.3g} to {bounds.upper[row, j]:.3g} {unit}"
+        at_joint(
+            names[j],
+            f"the {what} is at a bound of the {choice.method} search, "
+            f"{bounds.lower[row, j]:.3g} to {bounds.upper[row, j]:.3g} {unit}",
+        )
         for row, (what, unit) in enumerate((("spring rate", "N*m/rad"), ("damper rate", "N*m*s/rad")))
         for j in range(len(names))
         # Within 0.1 %: a search stops short of a bound.
@@ -173,7 +177,7 @@ def _beside(result: FitResult, best: FitResult, choice: Choice) -> list[str]:
         parts = [f"k {100 * (joint.spring_rate.value / other.spring_rate.value - 1):+.0f} %"]
         if joint.damper_rate is not None and other.damper_rate is not None:
             parts.append(f"b {100 * (joint.damper_rate.value / other.damper_rate.value - 1):+.0f} %")
-        messages.append(f"{name}: compared with least squares {', '.join(parts)}")
+        messages.append(at_joint(name, f"compared with least squares {', '.join(parts)}"))
     return messages
 
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, finite_median
+from synth.motion.noise import MAD_TO_SD
 
 LEAST = 3  # trials needed to identify a different one
 TIMES = 4.0  # times the others' usual value
@@ -28,24 +29,18 @@ def odd_trials(names: Sequence[str], joints: Sequence[str], rms: Array, free_ang
     for i, name in enumerate(names):
         others = [k for k in range(len(names)) if k != i]
         for j, joint in enumerate(joints):
-            usual = _median(rms[others, j])
+            usual = finite_median(rms[others, j])
             if rms[i, j] > max(TIMES * usual, LEAST_RMS):
                 off, rest = np.degrees(rms[i, j]), np.degrees(usual)
                 messages.append(f"{name}: {joint} is {off:.2g} deg RMS there and {rest:.2g} deg in the others; {LOOK}")
                 break
             if free_angle is None:
                 continue
-            middle = _median(free_angle[others, j])
-            spread = _median(np.abs(free_angle[others, j] - middle))
-            # 1.4826: median deviation to standard deviation.
-            if abs(free_angle[i, j] - middle) > max(TIMES * 1.4826 * spread, LEAST_SHIFT):
+            middle = finite_median(free_angle[others, j])
+            spread = MAD_TO_SD * finite_median(np.abs(free_angle[others, j] - middle))
+            if abs(free_angle[i, j] - middle) > max(TIMES * spread, LEAST_SHIFT):
                 there, rest = np.degrees(free_angle[i, j]), np.degrees(middle)
                 away = f"would have its free angle at {there:.3g} deg there and at {rest:.3g} deg in the others"
                 messages.append(f"{name}: {joint} {away}; {LOOK}")
                 break
     return messages
-
-
-def _median(values: Array) -> float:
-    good = values[np.isfinite(values)]
-    return float(np.median(good)) if len(good) else np.nan

@@ -21,10 +21,9 @@ from synth.fit.free_motion_start import later
 from synth.fit.least_squares import FitStart
 from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
-from synth.fit.report_fit import AT_BOUND
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.uncertainty import root_mean_square, sample_scatter
-from synth.remarks import decisive
+from synth.remarks import at_joint, decisive
 from synth.swing.leg_model import Joint, Leg
 
 MASS_RATIO = 1e3  # between two links of one leg: a whale's thigh and a rat's foot
@@ -52,22 +51,23 @@ def doubts(leg: Leg, recordings: Sequence[Recording], result: FitResult) -> tupl
 
 def leg_doubts(leg: Leg) -> list[str]:
     """Sentences on links that are impossible for a rigid body or a limb."""
-    messages = []
+    messages: list[str] = []
     for joint in leg.joints:
         link, name = joint.link, joint.name
         reach = max(link.length, 2.0 * abs(link.com))
         if link.inertia > link.mass * reach**2:
             times = link.inertia / (link.mass * reach**2)
             text = (
-                f"{name}: the link's inertia is {times:.2g} times its mass by its length squared, more than any "
+                f"the link's inertia is {times:.2g} times its mass by its length squared, more than any "
                 "distribution of that mass along it has; check the units of inertia, mass and length"
             )
-            messages.append(decisive(text))
+            messages.append(at_joint(name, text, "decide"))
         if not 0.0 <= link.com <= link.length:
-            messages.append(
-                f"{name}: the link's centre of mass lies {1e3 * link.com:.4g} mm from its joint, outside the link's "
+            text = (
+                f"the link's centre of mass lies {1e3 * link.com:.4g} mm from its joint, outside the link's "
                 f"{1e3 * link.length:.4g} mm; correct only with a counterweight"
             )
+            messages.append(at_joint(name, text))
     ranked = sorted(leg.joints, key=lambda joint: joint.link.mass)
     light, heavy = ranked[0], ranked[-1]
     if heavy.link.mass > MASS_RATIO * light.link.mass:
@@ -142,7 +142,7 @@ def convention_doubts(leg: Leg, recordings: Sequence[Recording], result: FitResu
     scatter = sample_scatter(recordings)
     poor = (left > POOR * _motion(recordings)) & (left > NOISY * scatter)
     # A wrong sign need not leave much: an absurdly strong damper may hide it.
-    if any(AT_BOUND in text for text in result.warnings):
+    if result.at_bound:
         poor |= left > UNEXPLAINED * scatter
     if not np.any(poor):
         return []

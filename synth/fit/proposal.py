@@ -42,8 +42,7 @@ class Proposal:
 
     ``angles`` (n,) rad measured, the pose; ``torque`` N m about ``joint`` in the measured sense; errors as standard
     deviations; ``before`` and ``after`` the spring rate's 90 % half-width as a factor minus one. ``tip_mass`` kg: a
-    mass
-    that could replace the torque, ``tip_angle`` rad the joint's angle with it, and ``tip_after``.
+    mass that could replace the torque, ``tip_angle`` rad the joint's angle with it, and ``tip_after``.
     """
 
     joint: str

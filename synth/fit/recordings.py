@@ -78,17 +78,15 @@ class Recording:
     def initial_rate(self) -> tuple[Array, Array]:
         """Initial rate (n,) rad/s from the smoothed samples, and its standard deviation (n,).
 
-        The deviation is wide enough not to affect anything that the trajectory determines. It is needed for a
-        joint so damped
-        that its initial rate decays within a sample: without a prior any rate would fit, even a thousand
-        degrees per second. It
-        equals the largest observed rate: a slowly moving joint's smoothed samples do not show the initial rate,
-        and with a third of that value thirty trials' initial rates were biased, k and b by two of their standard
-        deviations; with three times it the lab's overdamped hip fell to a hundredth of its stiffness.
+        The deviation is wide enough not to affect anything that the trajectory determines. It is needed for a joint so
+        damped that its initial rate decays within a sample: without a prior any rate would fit, even a thousand degrees
+        per second. It equals the largest observed rate: a slowly moving joint's smoothed samples do not show the
+        initial rate, and with a third of that value thirty trials' initial rates were biased, k and b by two of their
+        standard deviations; with three times it the lab's overdamped hip fell to a hundredth of its stiffness.
         """
         step = float(np.median(np.diff(self.time)))
         largest = np.abs(self.smoothed.rate).max(axis=0)
-        return self.smoothed.rate[0], 1.0 * largest + self.smoothed.noise / step + 1e-6
+        return self.smoothed.rate[0], largest + self.smoothed.noise / step + 1e-6
 
     @cached_property
     def start(self) -> FirstState:

@@ -29,7 +29,7 @@ from synth.fit.trajectories import TrajectoryModel
 from synth.fit.trial_fits import away_from_their_starts, trial_fits
 from synth.fit.uncertainty import clipped_rms, covariance, mass_scale_sentence, not_separable, root_mean_square
 from synth.fit.unknowns import SpringsAndDampers
-from synth.remarks import decisive, noted
+from synth.remarks import Remark, at_joint, noted
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Leg, Spring
 
@@ -71,7 +71,7 @@ class FittedTreatments:
 
     @property
     def stage(self) -> Stage:
-        """Of the chosen treatment."""
+        """Stage of the chosen treatment."""
         return self.treatments[self.mode].stage
 
 
@@ -96,18 +96,17 @@ def result_of(
     links = {n: link_errors(model, recordings, t.stage, widths, options.static) for n, t in treatments.items()}
     links[mode] = _with_law(fitted.error, links[mode])
     offsets = _offsets(fitted, spreads, refits, links)
-    joints, rms = {}, {}
-    for name, each in treatments.items():
-        joints[name] = _joints(unknowns, each, offsets[name])
-        rms[name] = dict(zip(names, root_mean_square(recordings, solutions[name].predictions).tolist(), strict=True))
+    joints = {name: _joints(unknowns, each, offsets[name]) for name, each in treatments.items()}
+    rms = {name: _named(names, root_mean_square(recordings, s.predictions)) for name, s in solutions.items()}
     static = _static(unknowns, chosen.values)
     drawn = draws(chosen.values, spreads[mode], refits, links[mode], options.seed)
     drawn, spreads[mode] = _with_model_error(fitted.error, drawn, spreads[mode], options.seed)
     made = _fitted_leg(leg, joints[mode])
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     left = clipped_rms(recordings, chosen.predictions)
-    clipped, noise = (dict(zip(names, values.tolist(), strict=True)) for values in (left, scatter))
-    alike = _alike(model, recordings, fitted, bool(np.any(left > MISFIT * scatter)))
+    clipped, noise = _named(names, left), _named(names, scatter)
+    alike = _alike(model, recordings, fitted, misfit=bool(np.any(left > MISFIT * scatter)))
+    edges = at_edges(unknowns, chosen.values)
     return FitResult(
         leg=made,
         joints=joints[mode],
@@ -125,10 +124,11 @@ def result_of(
             *([] if fitted.searched else _misfits(rms[mode], clipped, noise)),
             *_odd(leg, trials, mode),
             *away_from_their_starts(made, trials, recordings[0].unit),
-            *_at_edges(unknowns, chosen.values),
+            *edges.values(),
             *_left_out(leg),
             *_off_balance(leg, static),
         ),
+        at_bound=tuple(edges),
         method="least_squares",
         iterations=chosen.iterations,
         reason=chosen.reason,
@@ -140,6 +140,11 @@ def result_of(
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
         sources=sources_of(unknowns, spreads[mode], links[mode]),
     )
+
+
+def _named(names: Sequence[str], values: Array) -> dict[str, float]:
+    """Values (n,) by the joints' names."""
+    return dict(zip(names, values.tolist(), strict=True))
 
 
 def _before_all(error: ModelError | None, recordings: Sequence[Recording]) -> tuple[str, ...]:
@@ -162,7 +167,7 @@ def _with_law(error: ModelError | None, links: LinkErrors | None) -> LinkErrors 
 
 
 def _alike(
-    model: TrajectoryModel, recordings: Sequence[Recording], fitted: FittedTreatments, misfit: bool
+    model: TrajectoryModel, recordings: Sequence[Recording], fitted: FittedTreatments, *, misfit: bool
 ) -> tuple[RidgeFamily, ...]:
     """The pairs of rates that fit equally well; where the model misfits, by its residuals and not by its cost."""
     if fitted.searched:
@@ -236,8 +241,11 @@ def _misfits(rms: Mapping[str, float], clipped: Mapping[str, float], scatter: Ma
     The truncated RMS decides, so that a glitch alone does not count.
     """
     return [
-        f"{name}: the residual is {np.degrees(left):.2g} deg, the samples' scatter only "
-        f"{np.degrees(scatter[name]):.2g} deg: the model lacks an effect at this joint or next to it"
+        at_joint(
+            name,
+            f"the residual is {np.degrees(left):.2g} deg, the samples' scatter only "
+            f"{np.degrees(scatter[name]):.2g} deg: the model lacks an effect at this joint or next to it",
+        )
         for name, left in rms.items()
         if clipped[name] > MISFIT * scatter[name] and clipped[name] > LEAST_MISFIT
     ]
@@ -283,21 +291,17 @@ def _odd(leg: Leg, trials: Sequence[TrialFit], mode: str) -> list[str]:
 
 def _left_out(leg: Leg) -> list[str]:
     """Sentences on effects of the leg file that the fit ignores: all except torques at the joints."""
-    held = [(f"{joint.name}: ", name) for joint in leg.joints for name in joint.effects]
-    held += [("", name) for name in leg.effects]
+    ignored = "is ignored by the fit, which assumes rigid links, a fixed base and exact readings"
+    at_joints = [(joint.name, name) for joint in leg.joints for name in joint.effects]
     return [
-        f"{place}{name} is ignored by the fit, which assumes rigid links, a fixed base and exact readings"
-        for place, name in held
-        if effect_named(name).way != "torque"
+        *(at_joint(joint, f"{name} {ignored}") for joint, name in at_joints if effect_named(name).way != "torque"),
+        *(f"{name} {ignored}" for name in leg.effects if effect_named(name).way != "torque"),
     ]
 
 
-AT_BOUND = "is at a bound of the search"
-
-
-def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
-    """Sentences on estimates at a bound of the search or near it, whose intervals are invalid."""
-    sentences = []
+def at_edges(unknowns: SpringsAndDampers, values: Array) -> dict[str, Remark]:
+    """Estimates at a bound of the search or near it, by name, each with a sentence: its interval is invalid."""
+    sentences = {}
     sides = (("least", unknowns.lower), ("greatest", unknowns.upper))
     for what, unit, joints, at in (
         ("spring rate", "N*m/rad", unknowns.rates, unknowns.rate_at),
@@ -308,7 +312,8 @@ def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
             for name, side in sides:
                 if abs(value - side[at(j)]) < NEAR:
                     found, bound = np.exp([value, side[at(j)]])
-                    sentences.append(_at_edge(unknowns, j, what, f"{found:.3g} {unit}", f"{bound:.3g}", name))
+                    remark = _at_edge(unknowns, j, what, f"{found:.3g} {unit}", f"{bound:.3g}", name)
+                    sentences[unknowns.names[at(j)]] = remark
     for j in unknowns.rests:
         value = values[unknowns.rest_at(j)]
         for name, side in sides:
@@ -316,16 +321,18 @@ def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
                 joint = unknowns.leg.joints[j]
                 told = [np.degrees(joint.zero + joint.sign * v) for v in (value, side[unknowns.rest_at(j)])]
                 name = name if joint.sign > 0 else {"least": "greatest", "greatest": "least"}[name]
-                sentences.append(_at_edge(unknowns, j, "free angle", f"{told[0]:.0f} deg", f"{told[1]:.0f}", name))
+                remark = _at_edge(unknowns, j, "free angle", f"{told[0]:.0f} deg", f"{told[1]:.0f}", name)
+                sentences[unknowns.names[unknowns.rest_at(j)]] = remark
     return sentences
 
 
-def _at_edge(unknowns: SpringsAndDampers, j: int, what: str, found: str, bound: str, name: str) -> str:
+def _at_edge(unknowns: SpringsAndDampers, j: int, what: str, found: str, bound: str, name: str) -> Remark:
     """The sentence on one estimate."""
-    return decisive(
-        f"{unknowns.leg.joint_names[j]}: the {what} {AT_BOUND} or near it: {found}, {bound} is the {name}. The true "
-        "value is beyond, or the model does not hold, and the interval does not count"
+    text = (
+        f"the {what} is at a bound of the search or near it: {found}, {bound} is the {name}. The true value is beyond, "
+        "or the model does not hold, and the interval does not count"
     )
+    return at_joint(unknowns.leg.joint_names[j], text, "decide")
 
 
 def _joints(unknowns: SpringsAndDampers, treatment: Treatment, offsets: tuple[Array, Array]) -> dict[str, JointFit]:

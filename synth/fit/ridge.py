@@ -23,6 +23,7 @@ from synth.fit.search_box import NEAR
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import LOOSE, covariance, root_mean_square
 from synth.fit.unknowns import SpringsAndDampers
+from synth.remarks import at_joint
 from synth.swing.mechanics import outboard_inertia
 
 ALLOWANCE = 0.05  # of the best overall RMS, for all joints together
@@ -32,7 +33,8 @@ SAME = np.log(1.2)  # allowed change of b/k: beyond it is another minimum, not t
 HELD = 1e8  # precision of a fixed log rate: a standard deviation of 1e-4, far below any interval
 SOFTEST_DECAY = 0.5  # 1/s of b/I in the recordings' unit of time, as of the prior: no ridge reaches lower
 SETTLED = 0.05  # decrease of the cost, a log-likelihood, below which a refit along a ridge has converged
-SOFTEST = "of equally good springs and dampers the softest is given"  # by which `synth reproduce` finds the sentence
+SOFTEST = "of equally good springs and dampers the softest is given"
+RIDGE = "moved along a ridge"  # kind of the remark on it
 
 
 @dataclass(frozen=True)
@@ -73,10 +75,14 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
             moved.append((j, before, ", at the bound of the search" if ended else ""))
     # A joint's values still change while the next ones are moved: the sentences state what the result has.
     sentences = tuple(
-        f"{model.leg.joint_names[j]}: {SOFTEST}: {np.exp(solution.values[unknowns.rate_at(j)]):.3g} N*m/rad and "
-        f"{np.exp(solution.values[unknowns.damper_at(j)]):.3g} N*m*s/rad, the least residual would be at "
-        f"{before[0]:.3g} and {before[1]:.3g}{where} (overall RMS {_degrees(recordings, solution)} instead of "
-        f"{np.degrees(best):.3g} deg)."
+        at_joint(
+            model.leg.joint_names[j],
+            f"{SOFTEST}: {np.exp(solution.values[unknowns.rate_at(j)]):.3g} N*m/rad and "
+            f"{np.exp(solution.values[unknowns.damper_at(j)]):.3g} N*m*s/rad, the least residual would be at "
+            f"{before[0]:.3g} and {before[1]:.3g}{where} (overall RMS {_degrees(recordings, solution)} instead of "
+            f"{np.degrees(best):.3g} deg).",
+            kind=RIDGE,
+        )
         for j, before, where in moved
     )
     return Softened(_without_pins(model, recordings, solution, weights), sentences)

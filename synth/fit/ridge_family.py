@@ -21,6 +21,7 @@ from synth.fit.recordings import Recording
 from synth.fit.ridge import ALLOWANCE, POINTS, SAME, RidgeSearch, loose_joints, overall_rms, static_cost
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers
+from synth.remarks import Remark, at_joint
 from synth.units import quantity
 
 FACTOR = np.log(2.0)  # between neighbouring members: five span a factor of sixteen
@@ -66,7 +67,7 @@ class RidgeFamily:
     open_end: bool
 
     @property
-    def sentence(self) -> str:
+    def sentence(self) -> Remark:
         """The range of the family, and how little its members differ."""
         soft, stiff = self.members[0], self.members[-1]
         further = " and beyond" if self.open_end else ""
@@ -74,12 +75,13 @@ class RidgeFamily:
         low, high = f"{errors.min():.2g}", f"{errors.max():.2g}"
         rms = f"{low} deg" if low == high else f"{low} to {high} deg"
         difference = np.degrees(max(member.difference for member in self.members))
-        return (
-            f"{self.joint}: springs of {soft.spring_rate:.3g} to {stiff.spring_rate:.3g} N*m/rad{further} fit about "
+        text = (
+            f"springs of {soft.spring_rate:.3g} to {stiff.spring_rate:.3g} N*m/rad{further} fit about "
             f"equally well, each with its own damper ({soft.damper_rate:.3g} to {stiff.damper_rate:.3g} N*m*s/rad): "
             f"overall RMS {rms}, and their motions differ by at most {difference:.2g} deg RMS. Any of them may be "
             "built; a `static:` point tells which one the animal has"
         )
+        return at_joint(self.joint, text)
 
     def as_json(self) -> dict[str, Any]:
         """The entry of ``families``."""
@@ -87,7 +89,7 @@ class RidgeFamily:
             "joint": self.joint,
             "members": [member.as_json() for member in self.members],
             "open_end": self.open_end,
-            "text": self.sentence,
+            "text": str(self.sentence),
         }
 
 

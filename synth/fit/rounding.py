@@ -3,11 +3,10 @@
 Rounding to counts of width D adds D^2/12 to the variance and looks like white noise while the noise s itself shakes the
 reading over several counts (Sheppard; Widrow & Kollar, *Quantization Noise*, 2008, chapter 4: the error falls as
 exp(-2 pi^2 s^2/D^2)). Below s = 0.6 D it does not: a limb at rest always reads the same count, up to half a count off
-the
-true angle, and a fit that takes this for a thousand good samples is wrong by many of its standard deviations. Here the
-likelihood of a count is that of its cell, P = Phi((y + D/2 - p)/s) - Phi((y - D/2 - p)/s) for a prediction p (rounded
-data: Heitjan, Statistical Science 4 (1989) 164). Minus its logarithm is convex in p; slope and curvature are those of
-the truncated normal. Beyond ``HUBER`` the slope is constant, as for all other residuals.
+the true angle, and a fit that takes this for a thousand good samples is wrong by many of its standard deviations. Here
+the likelihood of a count is that of its cell, P = Phi((y + D/2 - p)/s) - Phi((y - D/2 - p)/s) for a prediction p
+(rounded data: Heitjan, Statistical Science 4 (1989) 164). Minus its logarithm is convex in p; slope and curvature are
+those of the truncated normal. Beyond ``HUBER`` the slope is constant, as for all other residuals.
 """
 
 from __future__ import annotations
@@ -21,15 +20,12 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.fit.recordings import Recording
+from synth.motion.counts import COARSE, on_counts, width_of
 
-COARSE = 0.6  # noise over count, below which rounding is no longer like noise
 FINEST = 0.05  # noise over count that can be distinguished from zero
 FARTHEST = 3.0  # counts from the prediction; beyond it the error is not due to rounding
 CELLS = 600  # steps of the table over distance
-LEAST_GAP = 1e-7  # rad between readings; less is how a file is written
 LEAST_COUNT = 1e-6  # rad; smaller counts are the rounding of a text file
-SURE = 10.0  # counts from one level to the next, whose number a width known to a few per cent tells
-ON_GRID = 0.98  # share of the readings that must lie on the counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +69,7 @@ def _table(ratio: float, huber: float) -> tuple[Array, Array, Array, Array]:
 
 
 def _probability(distance: float, ratio: float) -> float:
-    """Of the cell of width ``ratio`` about a reading; all in ``noise``."""
+    """Probability of the cell of width ``ratio`` about a reading; all in ``noise``."""
     return 0.5 * (math.erfc((distance - ratio / 2) / math.sqrt(2)) - math.erfc((distance + ratio / 2) / math.sqrt(2)))
 
 
@@ -84,21 +80,6 @@ def _cell(distance: float, ratio: float) -> tuple[float, float, float]:
     density = [math.exp(-0.5 * x * x) / math.sqrt(2 * math.pi) for x in (low, high)]
     slope = (density[0] - density[1]) / probability
     return probability, slope, slope**2 - (low * density[0] - high * density[1]) / probability
-
-
-def width_of(gaps: Array, least: float) -> float:
-    """Width of a count in rad, if readings with these gaps (m,) from one level to the next are counts; 0 without any.
-
-    Text files round each reading, at 20 rad to a hundredth of a count. So the width is that of all gaps together, over
-    the number of counts in them, of which those of a few counts are sure. ``least`` : gap in rad that may be a count.
-    """
-    gaps = gaps[gaps > least]
-    if not len(gaps):
-        return 0.0
-    width = float(gaps.min())
-    width = float(np.mean(gaps[gaps < 1.5 * width]))
-    sure = gaps[gaps < SURE * width]
-    return float(sure.sum() / np.round(sure / width).sum())
 
 
 def encoder_counts(recordings: Sequence[Recording]) -> Array:
@@ -113,13 +94,6 @@ def encoder_counts(recordings: Sequence[Recording]) -> Array:
             continue
         found[j] = width if on_counts(np.concatenate(parts), width) else 0.0
     return found
-
-
-def on_counts(values: Array, width: float) -> bool:
-    """Whether nearly all readings (m,) rad differ from the first by whole counts of this ``width``, rad."""
-    rest = (values - values[0]) / width
-    # 2 % of a count, and 1e-5 per count for a width that is known to five digits.
-    return bool(np.mean(np.abs(rest - np.round(rest)) < 0.02 + 1e-5 * np.abs(rest)) > ON_GRID)
 
 
 def rounding_of(off: Array, count: float) -> Rounding | None:

@@ -2,8 +2,7 @@
 
 Coefficients of reflection, expansion, contraction and shrinking 1, 2, 1/2, 1/2, a start of 5 % along each axis, and the
 tests for convergence are those of MATLAB's ``fminsearch`` (Lagarias et al., SIAM J. Optim. 9 (1998) 112); bounds by the
-sine
-as in J. D'Errico's ``fminsearchbnd``. One candidate costs as much as sixteen, the lanes of the engine, so the
+sine as in J. D'Errico's ``fminsearchbnd``. One candidate costs as much as sixteen, the lanes of the engine, so the
 reflected, expanded, contracted and shrunken points are computed before it is known which is needed.
 """
 

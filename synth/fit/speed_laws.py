@@ -72,7 +72,7 @@ class AnotherLaw:
 
     @property
     def error(self) -> ModelError:
-        """Of the coefficients, with the finding and how to write it."""
+        """The error of the coefficients, with the finding and how to write it."""
         law = self.law
         explained = 100 * min(1 - self.left, 1.0)
         sentence = (

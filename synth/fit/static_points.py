@@ -39,7 +39,7 @@ class Balance:
     weighed: bool = True
 
     def residual(self, log_rate: float, rest: float) -> float:
-        """In standard deviations."""
+        """Residual in standard deviations."""
         rate = np.exp(log_rate)
         return float(
             (rate * (self.rotation - rest) - self.torque) / np.hypot(self.torque_error, rate * self.angle_error)

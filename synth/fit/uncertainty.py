@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, finite_median
 from synth.estimation.correlation import correlation_factors
 from synth.estimation.intervals import NORMAL90, covariance_of
 from synth.fit.least_squares import Solution
@@ -14,10 +14,13 @@ from synth.fit.recordings import Recording
 from synth.fit.rounding import encoder_counts
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers
+from synth.motion.noise import MAD_TO_SD
+from synth.remarks import Remark, at_joint
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import outboard_inertia
 
 LOOSE = 0.12  # standard deviation of a log rate from which a rate counts as undetermined (+-20 % at 90 %)
+MASS_SCALE = "mass scale"  # kind of the remark that a common factor on masses and rates is not determined
 
 
 def residuals(recording: Recording, prediction: Array) -> Array:
@@ -38,7 +41,7 @@ def clipped_rms(recordings: Sequence[Recording], predictions: Sequence[Array]) -
     """
     columns = _by_joint(recordings, predictions)
     sizes = [np.abs(column) for column in columns]
-    scales = [1.4826 * _median(size) + 1e-12 for size in sizes]
+    scales = [MAD_TO_SD * finite_median(size) + 1e-12 for size in sizes]
     found = [_clipped(size, scale) for size, scale in zip(sizes, scales, strict=True)]
     far = [j for j, (size, scale) in enumerate(zip(sizes, scales, strict=True)) if len(size) and size.max() > 6 * scale]
     if far:  # at rest on one count all residuals may be almost zero
@@ -55,16 +58,6 @@ def _by_joint(recordings: Sequence[Recording], predictions: Sequence[Array]) -> 
     if good.all():
         return list(np.ascontiguousarray(stacked.T))
     return [column[mask] for column, mask in zip(stacked.T, good.T, strict=True)]
-
-
-def _median(size: Array) -> float:
-    """Of (m,) values that are finite; nan for none."""
-    if not len(size):
-        return float("nan")
-    middle = len(size) // 2
-    if len(size) % 2:
-        return float(np.partition(size, middle)[middle])
-    return float(np.partition(size, (middle - 1, middle))[middle - 1 : middle + 1].mean())
 
 
 def _clipped(size: Array, scale: float) -> float:
@@ -110,7 +103,7 @@ def shift_variances(model: TrajectoryModel, recordings: Sequence[Recording], sol
     return np.array(shifts)
 
 
-def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> list[str]:
+def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> list[Remark]:
     """Sentences on what the trials leave open, each with the measurement that would determine it."""
     leg, sentences = unknowns.leg, []
     deviation = np.sqrt(np.diag(cov))
@@ -120,40 +113,49 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
         loose_k = deviation[position] > LOOSE
         if j not in unknowns.dampers:
             if loose_k:
-                sentences.append(
-                    f"{joints[j]}: these trials determine the spring rate only to {_percent(deviation[position])}. "
+                text = (
+                    f"these trials determine the spring rate only to {_percent(deviation[position])}. "
                     "A static torque-angle point at this joint would determine it."
                 )
+                sentences.append(at_joint(joints[j], text))
             continue
         other = unknowns.damper_at(j)
         ratio = np.sqrt(max(0.0, cov[position, position] + cov[other, other] - 2 * cov[position, other]))
         seconds = float(np.exp(values[other] - values[position]))
         # 0.4 as in ``ridge``: b/k at least 2.5 times as well known as the rates.
         if (loose_k or deviation[other] > LOOSE) and ratio < 0.4 * max(deviation[position], deviation[other]):
-            sentences.append(
-                f"{joints[j]}: not separable: spring rate and damper rate. The trials give b/k = {seconds:.3g} s to "
+            text = (
+                f"not separable: spring rate and damper rate. The trials give b/k = {seconds:.3g} s to "
                 f"{_percent(ratio)}, but k only to {_percent(deviation[position])} and b to "
                 f"{_percent(deviation[other])}. A static torque-angle point at this joint would separate them."
             )
+            sentences.append(at_joint(joints[j], text))
         else:
             for place, what in ((position, "spring rate"), (other, "damper rate")):
-                if deviation[place] > LOOSE and _like_none(unknowns, place, values):
-                    most = float(np.exp(values[place] + NORMAL90 * deviation[place]))
-                    unit = "N*m/rad" if what == "spring rate" else "N*m*s/rad"
-                    sentences.append(
-                        f"{joints[j]}: these trials do not tell the {what} from none: at most some {most:.2g} {unit}. "
-                        "Its interval is that of a positive number, and does not reach zero."
-                    )
-                elif deviation[place] > LOOSE:
-                    sentences.append(
-                        f"{joints[j]}: these trials determine the {what} only to {_percent(deviation[place])}. "
-                        "More trials, or releases in which this joint moves more, would determine it better."
-                    )
+                if deviation[place] > LOOSE:
+                    text = _loosely_known(unknowns, place, what, values, deviation)
+                    sentences.append(at_joint(joints[j], text))
     for j in unknowns.rests:
         sd = deviation[unknowns.rest_at(j)]
         if sd > np.radians(1.5):  # +-2.5 deg at 90 %: a quarter of a bought spring's tolerance
-            sentences.append(f"{joints[j]}: the free angle is known only to +-{np.degrees(NORMAL90 * sd):.1f} deg.")
+            text = f"the free angle is known only to +-{np.degrees(NORMAL90 * sd):.1f} deg."
+            sentences.append(at_joint(joints[j], text))
     return sentences
+
+
+def _loosely_known(unknowns: SpringsAndDampers, place: int, what: str, values: Array, deviation: Array) -> str:
+    """What the trials say of a rate that they hardly determine; ``deviation`` (p,) of the log rates."""
+    if not _like_none(unknowns, place, values):
+        return (
+            f"these trials determine the {what} only to {_percent(deviation[place])}. "
+            "More trials, or releases in which this joint moves more, would determine it better."
+        )
+    most = float(np.exp(values[place] + NORMAL90 * deviation[place]))
+    unit = "N*m/rad" if what == "spring rate" else "N*m*s/rad"
+    return (
+        f"these trials do not tell the {what} from none: at most some {most:.2g} {unit}. "
+        "Its interval is that of a positive number, and does not reach zero."
+    )
 
 
 def _like_none(unknowns: SpringsAndDampers, place: int, values: Array) -> bool:
@@ -162,7 +164,7 @@ def _like_none(unknowns: SpringsAndDampers, place: int, values: Array) -> bool:
     return bool(values[place] < mean - NORMAL90 / np.sqrt(precision))
 
 
-def mass_scale_sentence(leg: Leg, recordings: Sequence[Recording], *, weighed: bool = False) -> str | None:
+def mass_scale_sentence(leg: Leg, recordings: Sequence[Recording], *, weighed: bool = False) -> Remark | None:
     """Whether the trials determine a common factor on masses, spring and damper rates; a sentence if not.
 
     ``weighed``: a static point with a known torque or mass is given. A damper of known curve tells the scale too,
@@ -176,12 +178,13 @@ def mass_scale_sentence(leg: Leg, recordings: Sequence[Recording], *, weighed: b
     last = leg.joints[-1]
     mass = 1e3 * float(outboard_inertia(leg)[-1]) / last.link.length**2
     mass, unit = (mass, "g") if mass < 1e3 else (1e-3 * mass, "kg")
-    return (
+    text = (
         "not separable: mass scale, from free swings alone. Spring and damper rates are proportional to the link "
         "masses in the leg file. A trial with a known mass at the tip determines the scale: with "
         f"`tip_mass: {mass:.2g} {unit}` the inertia about the {last.name} doubles, and the scale is known to twice the "
         "interval of that joint's spring rate."
     )
+    return Remark(text, kind=MASS_SCALE)
 
 
 def _percent(deviation: float) -> str:

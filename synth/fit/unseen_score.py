@@ -27,8 +27,8 @@ class UnseenFit:
 def score(result: FitResult, recordings: Sequence[Recording], *, spread: Array | None = None) -> UnseenFit:
     """Predict recordings with the fitted leg fixed.
 
-    If the fit found separate free angles, each scored trial has its own within that
-    spread; a given ``spread`` (n,) rad replaces it and may be so wide that they are almost free.
+    If the fit found separate free angles, each scored trial has its own within that spread; a given ``spread`` (n,) rad
+    replaces it and may be so wide that they are almost free.
     """
     leg = result.leg
     curves = {

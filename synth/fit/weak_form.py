@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, finite_median
 from synth.fit.recordings import Recording
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import DamperCurve, Leg, Tip
@@ -140,7 +140,7 @@ class WeakForm:
         with np.errstate(divide="ignore", invalid="ignore"):
             rests = (share[:, :, -2] - np.einsum("ja,tja->tj", found, share[:, :, :-2])) / found[:, 0]
         rests[np.isinf(constant)] = np.nan
-        rest = np.array([_median(own) for own in rests.T])
+        rest = np.array([finite_median(own) for own in rests.T])
         by_trial = np.broadcast_to(rest, products.shape[:2]).copy()
         if per_trial:
             by_trial = np.where(np.isfinite(rests), rests, by_trial)
@@ -162,10 +162,3 @@ def _momenta(leg: Leg, recordings: Sequence[Recording]) -> list[tuple[Array, Arr
         parts = (np.split(values, ends) for values in both)
         found |= dict(zip(members, zip(*parts, strict=True), strict=True))
     return [found[t] for t in range(len(recordings))]
-
-
-def _median(values: Array) -> float:
-    """Of the finite values; nan if there are none."""
-    known = np.sort(values[np.isfinite(values)])
-    middle = len(known) // 2
-    return float(0.5 * (known[middle] + known[-1 - middle])) if len(known) else float("nan")

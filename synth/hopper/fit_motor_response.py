@@ -99,7 +99,7 @@ class ResponseFit(LeastSquares[ResponsePoint]):
         return ReducedNormal.of(parts, np.zeros((count, count)), np.zeros(count))
 
     def bounds(self, point: ResponsePoint) -> tuple[Array, Array]:
-        """Of the unknowns."""
+        """Lowest and highest unknowns, (p,) each."""
         return self.low, self.high
 
     def moved(self, point: ResponsePoint, step: ParameterStep) -> ResponsePoint:
@@ -107,7 +107,7 @@ class ResponseFit(LeastSquares[ResponsePoint]):
         return ResponsePoint(point.unknowns + step.common, point.starts + np.array(step.own))
 
     def least_gain(self, cost: float) -> float:
-        """In standard deviations, not in shares of the cost."""
+        """Least gain of a step in standard deviations, not in shares of the cost."""
         return LEAST_GAIN
 
     def limits(self, point: ResponsePoint) -> StepLimits:

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from synth.cad.hopper_joint import HopperDimensions
     from synth.hopper.study import Study
+    from synth.parts.rows import GearMotorRow
 
 FOLDER = "parts"
+SAME_SHAFT = 5e-6  # m: half of the hundredth of a millimetre that the notes would show
 
 
 def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
@@ -23,8 +25,8 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
 
     if found.best is None:
         return {}
-    size = found.rows[int(found.sweep.motor[found.best])].size
-    dimensions = dimensions_of(found, size)
+    row = found.rows[int(found.sweep.motor[found.best])]
+    dimensions = dimensions_of(found, row)
     if isinstance(dimensions, str):
         return {"layers": [], "dimensions": {}, "notes": [f"no parts are drawn: {dimensions}"]}
     try:
@@ -33,7 +35,7 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
         return {"layers": [], "dimensions": {}, "notes": [f"no parts are drawn: {text}" for text in error.problems]}
     laminate, leg = found.best_leg.laminate, found.best_leg
     strip = laminate.strip_bending_stiffness
-    notes = [*shaft_notes(found, size), *made.notes]
+    notes = [*shaft_notes(found, row), *made.notes]
     hinges = {name: made.gaps[f"{name}_hinge_gap"] for name in JOINTS}
     drawn = drawn_flexures(found, hinges, dimensions.gap)
     if drawn is not None:
@@ -68,45 +70,39 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def stated_shaft(size: str) -> float | None:
-    """Diameter of the output shaft in a catalogue's ``size``, mm; None if it states none."""
-    shaft = re.search(r"shaft ([\d.]+) mm", size)
-    return float(shaft[1]) if shaft else None
-
-
 def _shaft_written(found: Study) -> bool:
     return all(default.key != "parts.motor_shaft" for default in found.project.defaults)
 
 
-def shaft_notes(found: Study, size: str) -> list[str]:
+def shaft_notes(found: Study, row: GearMotorRow) -> list[str]:
     """That the hub's bore is a guess, or other than the catalogue's shaft."""
-    stated, used = stated_shaft(size), found.project.parts.motor_shaft * 1e3
+    stated, used = row.shaft_size, found.project.parts.motor_shaft
     if stated is None and not _shaft_written(found):
         return [
             f"the catalogue does not state the output shaft of {found.best_motor.name}: the hub's bore is drawn for a "
-            f"D shaft of {used:g} mm, that of micro metal motors. Measure the shaft and write it as parts: "
+            f"D shaft of {used * 1e3:g} mm, that of micro metal motors. Measure the shaft and write it as parts: "
             "{motor_shaft: 4 mm}"
         ]
-    if stated is not None and _shaft_written(found) and round(stated, 2) != round(used, 2):
+    if stated is not None and _shaft_written(found) and abs(stated - used) > SAME_SHAFT:
         return [
-            f"the hub's bore is drawn for a motor_shaft of {used:g} mm; the catalogue states a shaft of {stated:g} mm"
+            f"the hub's bore is drawn for a motor_shaft of {used * 1e3:g} mm; the catalogue states a shaft of "
+            f"{stated * 1e3:g} mm"
         ]
     return []
 
 
-def dimensions_of(found: Study, size: str) -> HopperDimensions | str:
+def dimensions_of(found: Study, row: GearMotorRow) -> HopperDimensions | str:
     """Millimetres and degrees for the chosen leg; in words why not, where something is not known."""
     from synth.cad.hopper_joint import HopperDimensions
 
     leg, parts = found.best_leg, found.project.parts
     laminate = leg.laminate
-    box = re.match(r"([\d.]+)x([\d.]+)", size)
-    round_one = re.match(r"diameter ([\d.]+)", size)
+    box = re.match(r"([\d.]+)x([\d.]+)", row.size)
+    round_one = re.match(r"diameter ([\d.]+)", row.size)
     if box is None and round_one is None:
         return 'the motor\'s size is not in its catalogue row; write it as "10x12x25 mm" or "diameter 20 mm"'
     if leg.flexures.rate <= 0.0:
         return "a flexure without stiffness has no hinge gap"
-    stated = stated_shaft(size)
     motor = (float(box[2]), float(box[1])) if box else (float(round_one[1]),) * 2 if round_one else (0.0, 0.0)
     return HopperDimensions(
         upper=leg.length * 1e3,
@@ -120,7 +116,7 @@ def dimensions_of(found: Study, size: str) -> HopperDimensions | str:
         adhesive_gap=parts.adhesive_gap * 1e3,
         crouch=degrees(leg.start),
         extended=degrees(leg.extended),
-        shaft=parts.motor_shaft * 1e3 if stated is None or _shaft_written(found) else stated,
+        shaft=(parts.motor_shaft if row.shaft_size is None or _shaft_written(found) else row.shaft_size) * 1e3,
         motor=motor,
         round_motor=round_one is not None,
         sheet=parts.sheet * 1e3,

@@ -18,17 +18,18 @@ from math import degrees
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.errors import Problem, UserError
 from synth.estimation.intervals import NORMAL90
 from synth.files.hopper_recordings import HopperRecording
-from synth.hopper.switch_on import LATE_ANGLE, PUSHED, push_begins, white_noise
+from synth.hopper.switch_on import LATE_ANGLE, PUSHED, noise_of, push_begins
 from synth.jump.hopper_leg import HopperLeg
+from synth.motion.noise import white_noise
 
 ZERO = np.radians(10.0)  # largest error of an encoder's zero
 LEAST_MOTION = np.radians(2.0)  # of the upper link; less is not a jump
 QUIET = 0.02  # s, least time that a foot in the air leaves the plate quiet
-COARSE = 0.1  # of a rise: a wider half interval is told, being what the models are often apart
+COARSE = 0.1  # of a rise, which models are often apart: a wider half interval is reported
 
 
 @dataclass(frozen=True)
@@ -141,7 +142,7 @@ def measure(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump:
     """
     time, force = jump["time"], jump["ground force"]
     weight = mass * gravity
-    noise = 1.4826 * float(np.median(np.abs(np.diff(force)))) / np.sqrt(2)  # 1.4826: median to standard deviation
+    noise = white_noise(force, 1)
     # Nothing stands on the plate: within five deviations of zero, or a twentieth of the weight.
     quiet = np.abs(force) < max(5.0 * noise, 0.05 * weight)
     refuse_no_push(jump, weight)
@@ -159,7 +160,7 @@ def measure(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump:
     # does not matter where the sum ends.
     end = slice(0, takeoff + 1 + int(np.argmax(force[takeoff:] <= 0.0)))
     rise = _risen(time[end], acceleration[end], gravity)
-    reach = _rise_reach(time[end], acceleration[end], begin, gravity, white_noise(force) / mass)
+    reach = _rise_reach(time[end], acceleration[end], begin, gravity, noise_of(force) / mass)
     landed = np.flatnonzero(~quiet[takeoff:])
     flight = None
     if len(landed):
@@ -203,7 +204,7 @@ def _middle(values: Array) -> Array:
     return np.asarray(0.5 * (values[1:] + values[:-1]))
 
 
-def _first_quiet(time: Array, quiet: Array, after: int) -> int | None:
+def _first_quiet(time: Array, quiet: Mask, after: int) -> int | None:
     """First sample after ``after`` from which the plate is quiet for ``QUIET``."""
     for index in range(after, len(time)):
         end = int(np.searchsorted(time, time[index] + QUIET))

@@ -76,7 +76,7 @@ def estimates_of(row: GearMotorRow, options: MotorOptions) -> list[str]:
         found.append("rotor inertia estimated from a public estimate, by geometric similarity")
     if not (options.inductance or row.inductance):
         found.append("inductance estimated from an electrical time constant of 0.25 ms")
-    if row.basis.startswith("derived"):
+    if row.interpolated:
         found.append("speed and torque are not published, but interpolated between the maker's neighbouring ratios")
     return found
 

@@ -22,9 +22,8 @@ def refuse_odd(
     Parameters
     ----------
     missed
-        For a recording's index: the share of it that the result of all others does not explain, and the largest
-        such share
-        of any of these; None if the others have no result.
+        For a recording's index: the share of it that the result of all others does not explain, and the largest such
+        share of any of these; None if the others have no result.
     what
         The quantity of the share, as in "40 % of its torque".
     least_share

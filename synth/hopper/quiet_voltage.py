@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from synth.arrays import Array
+from synth.motion.noise import robust_deviation
 
 WIDTHS = (41, 11)  # samples that are smoothed together; the wider that loses nothing is taken
 SMALL = 0.05  # of the largest voltage: more is no sensor's noise but a source that switches
@@ -19,7 +20,6 @@ GROUP = 7  # samples whose mean deviation shows that the median has lost a sag o
 SURE = 5.0  # standard deviations of that mean; of 1e5 groups of noise alone the largest has 4.4
 SHORTEST = 5  # samples between two switches; of their current and speed, two numbers each are the state at the first
 ALIKE = 0.3  # correlation of neighbours above which what is left is a wave; of noise alone, n**-0.5
-TO_DEVIATION = 1.4826  # from the median of absolute deviations to a normal's standard deviation
 
 
 def quiet_voltage(voltage: Array) -> Array:
@@ -47,16 +47,11 @@ def quiet_voltage(voltage: Array) -> Array:
 def _noise_alone(voltage: Array, smooth: Array) -> bool:
     """Whether a voltage (n,) V differs from a smooth one by little, and by white noise."""
     off = voltage - smooth
-    deviation = _deviation(off)
+    deviation = robust_deviation(off)
     mean = np.convolve(off, np.full(GROUP, 1.0 / GROUP), mode="valid")
     small = deviation <= SMALL * float(np.max(np.abs(voltage)))
     white = abs(float(off[1:] @ off[:-1])) <= ALIKE * float(off @ off)
     return small and white and float(np.max(np.abs(mean))) * GROUP**0.5 <= SURE * deviation
-
-
-def _deviation(off: Array) -> float:
-    """Standard deviation of most of the numbers (n,)."""
-    return TO_DEVIATION * float(np.median(np.abs(off)))
 
 
 def _before(voltage: Array, width: int) -> Array:
@@ -69,7 +64,7 @@ def _before(voltage: Array, width: int) -> Array:
 def pieces(voltage: Array) -> list[slice]:
     """The samples between switches of a voltage (n,) V without the shortest; all, where these are most."""
     change = np.diff(voltage)
-    jumps = np.abs(change) > max(SMALL * float(np.max(np.abs(voltage))), SURE * _deviation(change))
+    jumps = np.abs(change) > max(SMALL * float(np.max(np.abs(voltage))), SURE * robust_deviation(change))
     ends = [0, *(np.nonzero(jumps)[0] + 1).tolist(), len(voltage)]
     found = [slice(first, last) for first, last in pairwise(ends) if last - first >= SHORTEST]
     kept = sum(piece.stop - piece.start for piece in found)

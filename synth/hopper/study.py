@@ -58,6 +58,20 @@ class Leaning:
     slip: float
 
 
+@dataclass(frozen=True)
+class LadderRung:
+    """The chosen design by one model; ``own_contact``: on the ground contact of its engine and not on ours."""
+
+    model: str
+    outcome: JumpOutcome
+    own_contact: bool = False
+
+    @property
+    def name(self) -> str:
+        """The model, and the contact where it is another."""
+        return f"{self.model}, its own contact" if self.own_contact else self.model
+
+
 @dataclass(frozen=True, eq=False)
 class Study:
     """All data of a project's result; ``best`` None if nothing jumps, or with ``gearbox: stop`` no gearbox bears it."""
@@ -69,7 +83,7 @@ class Study:
     low: Array
     high: Array
     best: int | None
-    ladder: dict[str, JumpOutcome]
+    ladder: tuple[LadderRung, ...]
     ladder_notes: dict[str, str]
     neighbours: list[Neighbour]
     contributions: dict[str, tuple[float, float]]
@@ -168,7 +182,7 @@ def study(
                 found = heights(_group(problem, index))
                 _, low[index : index + 1], high[index : index + 1] = intervals(found[None, :])
     if best is None:
-        return Study(project, rows, sweep, front, low, high, None, {}, {}, [], {}, [], None)
+        return Study(project, rows, sweep, front, low, high, None, (), {}, [], {}, [], None)
     leg = project.leg.with_length(float(sweep.length[best]))
     motor = problem.motors[sweep.motor[best]]
     with stage("the chosen design by every model (the planar form compiles once on this machine, some 10 s)"):
@@ -186,24 +200,24 @@ def study(
     )  # fmt: skip
 
 
-def run_ladder(leg: HopperLeg, motor: Motor, problem: SweepProblem) -> tuple[dict[str, JumpOutcome], dict[str, str]]:
+def run_ladder(leg: HopperLeg, motor: Motor, problem: SweepProblem) -> tuple[tuple[LadderRung, ...], dict[str, str]]:
     """One design by every model; model C on both grounds if MuJoCo is installed, else a note on how to get it."""
-    found: dict[str, JumpOutcome] = {}
+    found: list[LadderRung] = []
     notes: dict[str, str] = {}
     for name, model in MODELS.items():
         if model.engine == "point":
-            found[name] = outcome_of(point_mass_outcomes(leg, motor, np.array([leg.length]))[:, 0])
+            outcome = outcome_of(point_mass_outcomes(leg, motor, np.array([leg.length]))[:, 0])
+            found.append(LadderRung(name, outcome))
         elif model.engine == "lanes":
-            found[name] = simulate([(leg, motor)], problem.contact, model)[0]
+            found.append(LadderRung(name, simulate([(leg, motor)], problem.contact, model)[0]))
         else:
             try:
-                found[name] = mujoco_jump(leg, motor, problem.contact, model).outcome
-                found[f"{name}, its own contact"] = mujoco_jump(
-                    leg, motor, problem.contact, model, ground="own"
-                ).outcome
+                found.append(LadderRung(name, mujoco_jump(leg, motor, problem.contact, model).outcome))
+                on_own = mujoco_jump(leg, motor, problem.contact, model, ground="own")
+                found.append(LadderRung(name, on_own.outcome, own_contact=True))
             except UserError as error:
                 notes[name] = error.problems[0].text
-    return found, notes
+    return tuple(found), notes
 
 
 def _has_lanes(problem: SweepProblem) -> bool:

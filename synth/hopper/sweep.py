@@ -19,7 +19,7 @@ from synth.jump.jump_models import Model, lanes
 from synth.jump.jump_runs import compiled_jump
 from synth.jump.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, column_of, heights
 from synth.jump.point_mass import point_mass_outcomes
-from synth.threads import in_parallel
+from synth.threads import as_they_finish
 
 if TYPE_CHECKING:
     from synth.batch.cluster import Cluster
@@ -111,7 +111,7 @@ def run_sweep(
     checkpoint : storage of finished chunks.
     workers : threads; default as many as cores.
     cluster : where the chunks are computed instead; they are stored here.
-    progress : called with finished and total chunks.
+    progress : called by this thread with finished and total chunks.
 
     Raises
     ------
@@ -119,34 +119,25 @@ def run_sweep(
     """
     count = -(-problem.size // CHUNK)
     rows: list[Array | None] = [checkpoint.load(index) if checkpoint is not None else None for index in range(count)]
-    done = sum(row is not None for row in rows)
     missing = [index for index in range(count) if rows[index] is None]
 
-    def keep(index: int, found: Array) -> None:
-        nonlocal done
+    chunks = _on_threads(problem, missing, workers) if cluster is None else _on_cluster(problem, missing, cluster)
+    for done, (index, found) in enumerate(chunks, count - len(missing) + 1):  # stored and counted by this thread alone
         if checkpoint is not None:
             checkpoint.save(index, found)
         rows[index] = found
-        done += 1
         if progress is not None:
             progress(done, count)
-
-    if cluster is not None:
-        for index, found in _on_cluster(problem, missing, cluster):
-            keep(index, found)
-    else:
-        _on_threads(problem, missing, workers, keep)
     return _collect(problem, np.concatenate([row for row in rows if row is not None], axis=1))
 
 
-def _on_threads(
-    problem: SweepProblem, missing: Sequence[int], workers: int | None, keep: Callable[[int, Array], None]
-) -> None:
+def _on_threads(problem: SweepProblem, missing: Sequence[int], workers: int | None) -> Iterator[tuple[int, Array]]:
     if problem.model.engine == "lanes":
         compiled_jump(problem.leg.bending)  # once, before threads need it
     elif problem.model.engine == "mujoco":
         workers = 1  # its callback for passive forces is global to the process
-    in_parallel(lambda k: keep(missing[k], _chunk(problem, missing[k])), len(missing), workers)
+    for k, found in as_they_finish(lambda k: _chunk(problem, missing[k]), len(missing), workers):
+        yield missing[k], found
 
 
 def _on_cluster(problem: SweepProblem, missing: Sequence[int], cluster: Cluster) -> Iterator[tuple[int, Array]]:

@@ -18,6 +18,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording
+from synth.motion.noise import difference_scale, robust_deviation
 
 PUSHED = 1.2  # weights of ground force that only a push gives: a leg at rest has one
 DRAWN, TURNED = 0.5, 0.5  # of the largest current and of the angle that the leg opens by: in the push for certain
@@ -83,7 +84,7 @@ def _first_sharp(jump: HopperRecording, weight: float) -> str | None:
 
 def push_level(force: Array, weight: float) -> float:
     """Ground force that only the push and a landing reach, N: over the weight and its noise, below half the peak."""
-    return min(max(PUSHED * weight, weight + 5.0 * white_noise(force)), 0.5 * (weight + float(force.max())))
+    return min(max(PUSHED * weight, weight + 5.0 * noise_of(force)), 0.5 * (weight + float(force.max())))
 
 
 def push_begins(force: Array, weight: float) -> int:
@@ -98,10 +99,13 @@ def _first_above(values: Array, level: float) -> int:
     return int(np.argmax(twice if twice.any() else above))
 
 
-def white_noise(values: Array) -> float:
-    """Standard deviation of white noise on a smooth curve, from the median of third differences."""
+def noise_of(values: Array) -> float:
+    """Standard deviation of the white noise of a column (n,), in its unit; 0 for one that is too short to show it.
+
+    Of third differences about their median, which on a curve with few samples is not zero.
+    """
     third = np.diff(values, 3)
-    return float(1.4826 * np.median(np.abs(third - np.median(third))) / np.sqrt(20.0)) if len(third) > 8 else 0.0
+    return robust_deviation(third - np.median(third)) / difference_scale(3) if len(third) > 8 else 0.0
 
 
 def _from_sharp(jump: HopperRecording, weight: float) -> SwitchOn:
@@ -115,14 +119,14 @@ def _from_sharp(jump: HopperRecording, weight: float) -> SwitchOn:
     else:
         scale, within = weight, push_begins(values, weight)
     level = float(np.median(values[: max(1, within // 2)]))
-    noise = white_noise(values[: within // 2])
+    noise = noise_of(values[: within // 2])
     moved = np.abs(values[:within] - level) > max(5.0 * noise, RISEN[source] * scale)
     still = np.flatnonzero(~moved)
     last = int(still[-1]) if len(still) else 0
     step = float(np.median(np.diff(time)))
     if -step <= time[last] <= max(LATE, step):
         return SwitchOn(0.0, 0.0, "")
-    _refuse_begun(jump, level > BEGUN[source] * scale, source)
+    _refuse_begun(jump, begun=level > BEGUN[source] * scale, source=source)
     # It lies between the last sample at rest and the next: uniform, root mean square about the former.
     return SwitchOn(float(time[last]), float(time[last + 1] - time[last]) / np.sqrt(3.0), source)
 
@@ -144,17 +148,17 @@ def _from_angle(jump: HopperRecording) -> SwitchOn:
     used = used[(opened[used] > least) & (opened[used] < most)]
     if len(used) < 3 and begun:
         return SwitchOn(0.0, 0.0, "")
-    _refuse_begun(jump, len(used) < 3, "upper link")
+    _refuse_begun(jump, begun=len(used) < 3, source="upper link")
     slope, offset = np.polyfit(time[used] - time[used[0]], np.sqrt(opened[used]), 1)
     onset = float(time[used[0]] - offset / slope)
     if abs(onset) <= LATE_ANGLE or (begun and onset < time[0]):
         return SwitchOn(0.0, 0.0, "")
     tenth = time[int(np.argmax(opened > EARLY[0] * opened.max()))] - time[0]
-    _refuse_begun(jump, tenth < EARLY[1] * (time[first] - time[0]), "upper link")
+    _refuse_begun(jump, begun=tenth < EARLY[1] * (time[first] - time[0]), source="upper link")
     return SwitchOn(max(onset, float(time[0])), ANGLE_ERROR, "upper link")
 
 
-def _refuse_begun(jump: HopperRecording, begun: bool, source: str) -> None:
+def _refuse_begun(jump: HopperRecording, *, begun: bool, source: str) -> None:
     if begun:
         text = f"begins at {jump['time'][0]:.4g} s, in the push: neither its clock nor a rest before it shows when the "
         text += "motors are switched on. Let time 0 be the switch-on, or record a few samples at rest before it"

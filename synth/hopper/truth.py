@@ -5,10 +5,9 @@ ground clearance; the leg with 12 cm and 210:1 jumped 18.3 cm on average over th
 height relative to its length. Not published: the crouch, the definition of clearance, the supply under load,
 the flexures, friction, rotor inertia and inductance, and the motors' make.
 
-Two poses are compared. ``lab``: the start of the lab's public simulation. ``matched``: the one free
-number, the fold of the legs (the lower links' angle, equal for all lengths), set so that model D's total height at 12
-cm
-and 210:1 is the published 22 cm. The prediction of ``full`` for the 18.3 cm is then a test without free parameters.
+Two poses are compared. ``lab``: the start of the lab's public simulation. ``matched``: the one free number, the fold of
+the legs (the lower links' angle, equal for all lengths), set so that model D's total height at 12 cm and 210:1 is the
+published 22 cm. The prediction of ``full`` for the 18.3 cm is then a test without free parameters.
 """
 
 from __future__ import annotations
@@ -50,7 +49,7 @@ class Grid:
     lengths: Array
     values: dict[str, Array]
 
-    def best(self, measure: str, relative: bool = False) -> tuple[Motor, float, float]:
+    def best(self, measure: str, *, relative: bool = False) -> tuple[Motor, float, float]:
         """Motor, length (m) and height (m, or per length) of the highest."""
         score = self.values[measure] / (self.lengths if relative else 1.0)
         m, k = np.unravel_index(int(np.nanargmax(score)), score.shape)
@@ -147,12 +146,12 @@ def _heights(clearance: float, rise: float) -> dict[str, Any]:
     return {"clearance": quantity(clearance, "m"), "total_height": quantity(rise, "m")}
 
 
-def _optimum(motor: Motor, length: float, height: float, relative: bool = False) -> dict[str, Any]:
+def _optimum(motor: Motor, length: float, height: float, *, relative: bool = False) -> dict[str, Any]:
     value = quantity(height, "1" if relative else "m")
     return {"motor": motor.name, "gear_ratio": motor.gear_ratio, "leg_length": quantity(length, "m"), "height": value}
 
 
-def pose_json(leg: HopperLeg, motors: Sequence[Motor], with_c: bool) -> tuple[dict[str, Any], dict[str, Grid]]:
+def pose_json(leg: HopperLeg, motors: Sequence[Motor], *, with_c: bool) -> tuple[dict[str, Any], dict[str, Grid]]:
     """All results of one pose and one family of motors."""
     built = next(motor for motor in motors if abs(motor.gear_ratio - BUILT_RATIO) < 0.01)
     grids = {name: grid(leg, motors, name) for name in SWEPT}

@@ -111,7 +111,7 @@ def validation_json(found: Validation) -> dict[str, Any]:
 
 
 def _ends(value: float, reach: float) -> tuple[float, float]:
-    """Of a height's interval, never below 0."""
+    """Ends of a height's interval, never below 0."""
     return max(0.0, value - reach), value + reach
 
 

@@ -89,7 +89,8 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path) -> dict[str, 
     """The content of hopper.json."""
     project, sweep = found.project, found.sweep
     statuses = {"designs": len(sweep.motor), "jump": int((sweep.status == LANDED_AGAIN).sum()),
-                "beyond the gearbox": int((sweep.over_limit() & (sweep.status == LANDED_AGAIN)).sum())}  # fmt: skip
+                "beyond the gearbox": int((sweep.over_limit() & (sweep.status == LANDED_AGAIN)).sum()),
+                "feasible": int(sweep.feasible(found.project.gearbox).sum())}  # fmt: skip
     return {
         "format": FORMAT,
         "name": project.name,
@@ -220,10 +221,9 @@ def _ladder(found: Study) -> dict[str, Any]:
         return {}
     length = float(found.best_leg.length)
     shown = {}
-    for name, outcome in found.ladder.items():
-        model = MODELS[name.partition(",")[0]]
-        what = model.what + (", on MuJoCo's own contact" if "," in name else "")
-        shown[name] = {"what": what, **outcome_json(outcome, length, found.project.height)}
+    for rung in found.ladder:
+        what = MODELS[rung.model].what + (", on MuJoCo's own contact" if rung.own_contact else "")
+        shown[rung.name] = {"what": what, **outcome_json(rung.outcome, length, found.project.height)}
     return shown
 
 
@@ -239,6 +239,7 @@ def _map(found: Study) -> dict[str, Any]:
     n = len(sweep.problem.lengths)
     every = max(1, -(-n // 60))
     lengths = list(range(0, n, every))
+    feasible = sweep.feasible(found.project.gearbox).reshape(-1, n)
     return {
         "family": f"{own.vendor} {own.product_line} {own.variant}",
         "gear_ratio": [sweep.problem.motors[i].gear_ratio for i in family],
@@ -247,4 +248,5 @@ def _map(found: Study) -> dict[str, Any]:
             f"{name}_m": [[float(value) for value in sweep.values[name].reshape(-1, n)[i, lengths]] for i in family]
             for name in ("clearance", "total_height")
         },
+        "feasible": [[bool(value) for value in feasible[i, lengths]] for i in family],
     }

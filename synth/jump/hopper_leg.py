@@ -146,7 +146,7 @@ class HopperLeg:
 
     @property
     def lower_length(self) -> float:
-        """Of a lower link, m."""
+        """Length of a lower link, m."""
         return self.length * self.lower_ratio
 
     @property

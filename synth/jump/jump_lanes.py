@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.jump.hopper_leg import PRB_GAMMA, PRB_STIFFNESS, Contact, HopperLeg, Motor
-from synth.jump.jump_layout import LAYOUTS, JumpLayout
+from synth.jump.hopper_leg import PRB_GAMMA, PRB_STIFFNESS
+from synth.jump.jump_layout import JumpLayout
 
 REVERSE_SPEED = 0.05  # rad/s at the output, width of the transition of friction and gear loss between directions
 
@@ -199,38 +199,3 @@ class JumpLanes:
             "back_emf": lags * self.voltage / self.no_load_speed,
             "torque_constant": lags * self.stall_torque / self.stall_current,
         }
-
-
-def jump_lanes(
-    leg: HopperLeg, motor: Motor, contact: Contact, electric: bool, damped: bool, lossy: bool, bouncy: bool,
-    length: Array,
-) -> JumpLanes:  # fmt: skip
-    """Columns of one leg and motor with upper links of these lengths (n_lane,) m.
-
-    ``electric`` : winding, rotor and friction, else the maker's line; ``damped`` : joints; ``lossy`` : the gear;
-    ``bouncy`` : ground by Hunt and Crossley's law, else the linear one, which may pull.
-    """
-    constant = motor.back_emf_constant if lossy else motor.torque_constant
-    loss = constant / motor.back_emf_constant  # a gear loss in the torque constant also applies to friction
-    laminate, flexures = leg.laminate, leg.flexures
-    values = {
-        "hip_spacing": leg.hip_spacing, "body_mass": leg.structure_mass + 2 * motor.mass, "foot_mass": leg.foot_mass,
-        "mass_per_length": laminate.mass_per_length, "bending_stiffness": laminate.bending_stiffness,
-        "flexure_rate": flexures.rate, "joint_damping": flexures.damping if damped else 0.0,
-        "hip_rest": flexures.hip_rest, "knee_rest": flexures.knee_rest, "foot_rest": flexures.foot_rest,
-        "extended": leg.extended, "stop_rate": leg.stop_rate, "stop_dissipation": leg.stop_dissipation,
-        "gravity": leg.gravity, "ratio": motor.gear_ratio, "voltage": motor.voltage, "supply_resistance": 0.0,
-        "resistance": motor.resistance, "inductance": motor.inductance if electric else 0.0,
-        "back_emf": motor.back_emf_constant, "torque_constant": constant, "rotor_inertia": motor.rotor_inertia,
-        "friction": motor.friction * loss, "viscous": motor.viscous * loss, "gear_friction": 0.0,
-        "driving": motor.driving_efficiency if lossy else 1.0, "braking": 1.0 / motor.back_efficiency if lossy else 1.0,
-        "stall_torque": motor.stall_torque, "no_load_speed": motor.no_load_speed,
-        "stall_current": motor.stall_current, "no_load_current": motor.no_load_current,
-        "contact_stiffness": contact.stiffness, "contact_damping": 0.0 if bouncy else contact.damping,
-        "contact_dissipation": contact.dissipation if bouncy else 0.0, "ground_friction": contact.friction,
-    }  # fmt: skip
-    columns = {name: np.full(len(length), value, dtype=float) for name, value in values.items()}
-    return JumpLanes(
-        LAYOUTS[leg.bending], electric, not bouncy, length=np.array(length, dtype=float),
-        lower_length=length * leg.lower_ratio, start=leg.crouch_angle(length), **columns,
-    )  # fmt: skip

@@ -17,40 +17,44 @@ exponent 1). In the planar form friction is Coulomb's, regularised: F = -mu N v 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.jump.hopper_leg import Contact, HopperLeg, Motor
-from synth.jump.jump_lanes import JumpLanes, jump_lanes
+from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_layout import LAYOUTS, JumpLayout
 
 
 @dataclass(frozen=True)
 class Model:
-    """One model: its name, what it includes, and a description."""
+    """One model: its name, a description, and what it includes.
+
+    ``electric`` : winding, rotor and friction, else the maker's line; ``hunt_crossley`` : ground by that law, else the
+    linear one, which may pull.
+    """
 
     name: str
-    electric: bool
-    joint_damping: bool
-    gear_loss: bool
-    hunt_crossley: bool
     what: str
     engine: str = "lanes"  # or "mujoco", "point"
+    _: KW_ONLY
+    electric: bool = False
+    joint_damping: bool = False
+    gear_loss: bool = False
+    hunt_crossley: bool = False
 
 
 MODELS: dict[str, Model] = {
     model.name: model
     for model in (
-        Model("point_mass", False, False, False, False,
-              "a point mass on one link, F = T cos(theta)/l - m g, then ballistic", "point"),
-        Model("A", False, False, False, False, "multibody, linear torque-speed motor, linear contact"),
-        Model("B", True, False, False, False, "A with winding, rotor inertia and gear friction"),
-        Model("C", False, False, False, False, "A in MuJoCo, with a real closed loop", "mujoco"),
-        Model("D", False, True, False, False, "A with joint damping"),
-        Model("full", True, True, True, True,
-              "B and D together, gear efficiency by ratio, ground that never pulls"),
+        Model("point_mass", "a point mass on one link, F = T cos(theta)/l - m g, then ballistic", "point"),
+        Model("A", "multibody, linear torque-speed motor, linear contact"),
+        Model("B", "A with winding, rotor inertia and gear friction", electric=True),
+        Model("C", "A in MuJoCo, with a real closed loop", "mujoco"),
+        Model("D", "A with joint damping", joint_damping=True),
+        Model("full", "B and D together, gear efficiency by ratio, ground that never pulls",
+              electric=True, joint_damping=True, gear_loss=True, hunt_crossley=True),
     )
 }  # fmt: skip
 
@@ -67,8 +71,31 @@ def lanes(leg: HopperLeg, motor: Motor, contact: Contact, model: Model, length: 
 
 def columns(leg: HopperLeg, motor: Motor, contact: Contact, model: Model, length: Array) -> JumpLanes:
     """The columns of ``lanes``, which can be modified first."""
-    switches = (model.electric, model.joint_damping, model.gear_loss, model.hunt_crossley)
-    return jump_lanes(leg, motor, contact, *switches, length)
+    constant = motor.back_emf_constant if model.gear_loss else motor.torque_constant
+    loss = constant / motor.back_emf_constant  # a gear loss in the torque constant also applies to friction
+    laminate, flexures = leg.laminate, leg.flexures
+    values = {
+        "hip_spacing": leg.hip_spacing, "body_mass": leg.structure_mass + 2 * motor.mass, "foot_mass": leg.foot_mass,
+        "mass_per_length": laminate.mass_per_length, "bending_stiffness": laminate.bending_stiffness,
+        "flexure_rate": flexures.rate, "joint_damping": flexures.damping if model.joint_damping else 0.0,
+        "hip_rest": flexures.hip_rest, "knee_rest": flexures.knee_rest, "foot_rest": flexures.foot_rest,
+        "extended": leg.extended, "stop_rate": leg.stop_rate, "stop_dissipation": leg.stop_dissipation,
+        "gravity": leg.gravity, "ratio": motor.gear_ratio, "voltage": motor.voltage, "supply_resistance": 0.0,
+        "resistance": motor.resistance, "inductance": motor.inductance if model.electric else 0.0,
+        "back_emf": motor.back_emf_constant, "torque_constant": constant, "rotor_inertia": motor.rotor_inertia,
+        "friction": motor.friction * loss, "viscous": motor.viscous * loss, "gear_friction": 0.0,
+        "driving": motor.driving_efficiency if model.gear_loss else 1.0,
+        "braking": 1.0 / motor.back_efficiency if model.gear_loss else 1.0,
+        "stall_torque": motor.stall_torque, "no_load_speed": motor.no_load_speed,
+        "stall_current": motor.stall_current, "no_load_current": motor.no_load_current,
+        "contact_stiffness": contact.stiffness, "contact_damping": 0.0 if model.hunt_crossley else contact.damping,
+        "contact_dissipation": contact.dissipation if model.hunt_crossley else 0.0, "ground_friction": contact.friction,
+    }  # fmt: skip
+    columns = {name: np.full(len(length), value, dtype=float) for name, value in values.items()}
+    return JumpLanes(
+        LAYOUTS[leg.bending], model.electric, not model.hunt_crossley, length=np.array(length, dtype=float),
+        lower_length=length * leg.lower_ratio, start=leg.crouch_angle(length), **columns,
+    )  # fmt: skip
 
 
 def layout_of(leg: HopperLeg) -> JumpLayout:

@@ -42,7 +42,7 @@ class Jumper:
         return np.array([self.layout.n_state, *(self.layout.row(name) for name in names), 0], dtype=np.int64)
 
     def run(self, lanes: Array, tolerance: float = TOLERANCE, duration: float = DURATION) -> Array:
-        """Outcomes (n_outcome, n_lane), rows as ``outcomes.OUTCOMES``, of ``models.lane``'s lanes (n_row, n_lane)."""
+        """Outcomes (n_outcome, n_lane), rows as ``outcomes.OUTCOMES``, of ``jump_models`` lanes (n_row, n_lane)."""
         outcome, (jump, right_hand_side) = np.empty((N_OUTCOME, lanes.shape[1])), self._compiled
         where, untraced = self.where, np.empty((0, 1 + self.layout.n_row))
         workspace, found = np.empty((self.layout.n_row, LANES)), np.empty((N_OUTCOME, LANES))

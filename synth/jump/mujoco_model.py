@@ -167,7 +167,7 @@ class _Watched:
     takeoff: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def outcome(self, status: int | None, step: float) -> JumpOutcome:
-        """Of a jump that ended so."""
+        """Outcome of a jump that ended so."""
         trace = np.array(self.rows)
         rise = np.concatenate([[0.0], np.cumsum(0.5 * step * (trace[1:, 4] + trace[:-1, 4]))])
         return JumpOutcome(

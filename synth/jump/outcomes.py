@@ -58,7 +58,7 @@ LIMITS = {
 
 
 def outcome_of(column: Array) -> JumpOutcome:
-    """From one column (n_outcome,) of ``jump.Jumper.run``."""
+    """From one column (n_outcome,) of ``jump_runs.Jumper.run``."""
     lifts = column[STATUS] == LANDED_AGAIN
     return JumpOutcome(
         clearance=float(column[CLEARANCE]) if lifts else 0.0,

@@ -40,7 +40,7 @@ def record(rhs, Z, where, rows, times, tolerance, first_step, max_steps, out):  
     where : rows: n_state, derivative, alive, normal.
     rows : (m,) rows to record.
     times : (n, 16) s, rising; before 0 the leg is at rest.
-    tolerance : as in ``integrator.jump``.
+    tolerance : as in ``jump_integrator.jump``.
     max_steps : accepted and rejected; later times stay nan.
     out : (n, m, 16) filled in.
 

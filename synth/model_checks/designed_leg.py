@@ -18,6 +18,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.csv_table import in_si, read_table
 from synth.files.leg_file import read_leg
+from synth.files.mjcf import NOT_IN_MODEL
 from synth.files.mjcf_backlash import arm_name, play_of
 from synth.files.output import sha256_file, stems
 from synth.model_checks.checked import ModelCheck, ModelChecks
@@ -112,7 +113,7 @@ def move(mujoco: Any, model: Any, leg: Leg, release: Predicted) -> Array:
 def _set_arms(data: Any, leg: Leg, release: Predicted) -> None:
     """Springs behind a backlash start where the effect's model has them: held against their flank."""
     for joint, rotation, rate in zip(leg.joints, release.rotation[0], release.rate, strict=True):
-        gap = play_of(joint, joint.drive is not None)
+        gap = play_of(joint, driven=joint.drive is not None)
         if gap:
             arm = data.joint(arm_name(joint.name))
             held = backlash.start(rotation - joint.rest, gap)  # type: ignore[no-untyped-call]
@@ -124,4 +125,4 @@ def _left_out(path: Path) -> list[str]:
     """The omissions that the model states in its comments."""
     text = path.read_text(encoding="utf-8")
     parts = (part.partition("-->")[0].strip() for part in text.split("<!--")[1:])
-    return [part for part in parts if part.startswith("not in this model")]
+    return [part for part in parts if part.startswith(NOT_IN_MODEL)]

@@ -67,7 +67,7 @@ def drive_after(leg: Leg, smoothed: Smoothed, points: int, free: list[int], tip_
     torque = savitzky_golay(momentum, points, 3, step)[1] - force
     last: Drive | None = None
     for joint in free:
-        laws = [_joint_drive(smoothed, torque[:, joint], joint, points, dry) for dry in (False, True)]
+        laws = [_joint_drive(smoothed, torque[:, joint], joint, points, dry=dry) for dry in (False, True)]
         seen = [found for found in laws if found is not None]
         if len(seen) == len(laws):
             earliest = min(seen, key=lambda drive: drive.until)
@@ -100,9 +100,9 @@ def _known(smoothed: Smoothed, points: int) -> Mask:
     return np.asarray(~near.any(axis=1))
 
 
-def _joint_drive(smoothed: Smoothed, torque: Array, joint: int, points: int, dry: bool) -> Drive | None:
+def _joint_drive(smoothed: Smoothed, torque: Array, joint: int, points: int, *, dry: bool) -> Drive | None:
     """The latest sample up to which one joint is continuously driven since the start, by the law with ``dry``."""
-    predicted = _predict(smoothed, torque[:SAMPLES], joint, points, dry)
+    predicted = _predict(smoothed, torque[:SAMPLES], joint, points, dry=dry)
     if predicted is None:
         return None
     step = float(smoothed.time[1] - smoothed.time[0])
@@ -131,7 +131,7 @@ def _run_ends(flag: NDArray[np.bool_], length: int) -> NDArray[np.intp]:
     return (np.flatnonzero(whole) + length - 1)[::-1]
 
 
-def _predict(smoothed: Smoothed, torque: Array, joint: int, points: int, dry: bool) -> _Predictions | None:
+def _predict(smoothed: Smoothed, torque: Array, joint: int, points: int, *, dry: bool) -> _Predictions | None:
     """All predictions at once, from reverse cumulative sums; None if the recording is too short."""
     n = len(torque)
     angle, rate = smoothed.angle[:n, joint], smoothed.rate[:n, joint]

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from math import comb
-
 import numpy as np
 
 from synth.arrays import Array
+from synth.motion.noise import white_noise
 
 HALF = 0.5  # of the RMS deviation: a sinusoid of frequency w changes by this in 0.505 / w
 ORDER = 6  # order of differences that isolate noise
@@ -40,8 +39,7 @@ def _lag(value: Array) -> float | None:
     line = np.arange(count) - 0.5 * (count - 1)
     value = value - value.mean()
     value = value - line * float(line @ value) / float(line @ line)
-    norm = float(sum(comb(ORDER, k) ** 2 for k in range(ORDER + 1)))
-    noise = (1.4826 * float(np.median(np.abs(np.diff(value, ORDER))))) ** 2 / norm if count > 2 * ORDER else 0.0
+    noise = white_noise(value, ORDER) ** 2 if count > 2 * ORDER else 0.0
     deviation = float(value @ value) / count - noise
     if deviation <= ABOVE**2 * noise or deviation <= 0.0:
         return None

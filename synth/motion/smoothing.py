@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array, Mask
+from synth.motion.noise import robust_deviation
 from synth.motion.pace import pace
 
 Indices = NDArray[np.intp]
@@ -66,8 +67,7 @@ def lost_samples(angle: Array, limit: float = 8.0) -> Mask:
         floor = 1e-9 + 1e-6 * float(np.ptp(value))
         counts = np.diff(np.unique(value))
         rounding = np.sqrt(1.5 / 12.0) * float(counts.min(initial=COARSEST_COUNT, where=counts > 1e-12))
-        # 1.4826: median to standard deviation.
-        scale = max(1.4826 * float(np.median(np.abs(middle - np.median(middle)))) + floor, rounding)
+        scale = max(robust_deviation(middle - np.median(middle)) + floor, rounding)
         spike = np.abs(middle) > limit * scale
         # A lone spike of height h shows as h in its own difference and -h/2 in both neighbours'; a fast swing does not.
         before, after = np.r_[0.0, middle[:-1]], np.r_[middle[1:], 0.0]
@@ -158,7 +158,7 @@ class _Shares:
 
     @classmethod
     def of(cls, time: Array, grid: Array, position: Indices) -> _Shares:
-        """Of the grid's points (n,) between the samples ``position - 1`` and ``position``."""
+        """The shares of the grid's points (n,) between the samples ``position - 1`` and ``position``."""
         left = position - 1
         return cls(left, ((grid - time[left]) / (time[position] - time[left])).clip(0.0, 1.0))
 
@@ -196,7 +196,7 @@ def _scatter(residual: Array, share: Array, kept: float) -> float:
     shown = share > SHOWN * kept
     if not shown.any():
         return 0.0
-    return 1.4826 * float(np.median(np.abs(residual[shown]) / np.sqrt(share[shown])))
+    return robust_deviation(residual[shown] / np.sqrt(share[shown]))
 
 
 def smoothing_weights(points: int, degree: int) -> Array:

@@ -13,20 +13,20 @@ moves by less than a count in it, so that no count is skipped.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import comb, sqrt
+from math import sqrt
 
 import numpy as np
 
 from synth.arrays import Array, Mask
+from synth.motion.counts import coarse_count
+from synth.motion.noise import white_noise
 
 LONG = 6_000  # samples, up to which a recording is unchanged
 FEWEST = 2_500  # samples that are kept at least
 BENT = 0.5  # of a mean's noise, largest curvature error of all but the fastest 2 % of the samples
 FASTEST = 98.0  # percentile of a stretch of the recording
 STRETCHES = 20  # the fastest one counts: a long rest does not hide the swing before it
-DIFFERENCE = 6  # order of differences that isolate noise, as in ``gap.data``
-COARSE = 0.6  # noise over count below which a channel's counts are coarse, as in ``fit.rounding``
-ON_GRID = 0.98  # share of the readings that must lie on the counts
+DIFFERENCE = 6  # order of differences that isolate noise, as in ``diagnosis.sensor_noise``
 FEW = 0.7  # share of a group's samples that must be good
 HOLE = 1.5  # times its usual length, above which a group contains a gap
 
@@ -71,8 +71,8 @@ def thinned(time: Array, angle: Array, lost: Mask) -> Thinned:
     for j in range(angle.shape[1]):
         good = ~lost[:, j]
         bridged[:, j] = np.interp(time, time[good], angle[good, j]) if good.any() else 0.0
-    noise = white_noise(bridged)
-    counts = np.array([_coarse_count(angle[~lost[:, j], j], float(noise[j])) for j in range(angle.shape[1])])
+    noise = np.array([white_noise(bridged[:, j], DIFFERENCE) for j in range(angle.shape[1])])
+    counts = np.array([coarse_count(angle[~lost[:, j], j], float(noise[j])) for j in range(angle.shape[1])])
     group = _odd(rows // FEWEST)
     while group > 1 and not _straight(bridged, noise, counts, group):
         group = _odd(group // 2)
@@ -84,25 +84,6 @@ def thinned(time: Array, angle: Array, lost: Mask) -> Thinned:
 def _odd(group: int) -> int:
     """At most ``group``, with a middle sample."""
     return max(group - (1 - group % 2), 1)
-
-
-def white_noise(angle: Array) -> Array:
-    """(n_joint,) rad, noise that is white from sample to sample: by differences of the sixth order."""
-    norm = sqrt(sum(comb(DIFFERENCE, k) ** 2 for k in range(DIFFERENCE + 1)))
-    return np.asarray(1.4826 * np.median(np.abs(np.diff(angle, DIFFERENCE, axis=0)), axis=0) / norm)
-
-
-def _coarse_count(reading: Array, noise: float) -> float:
-    """Width of one count, rad, of readings (m,) if it is coarse against the noise, else 0."""
-    gaps = np.diff(np.unique(reading))
-    gaps = gaps[gaps > 1e-7]
-    if not len(gaps):
-        return 0.0
-    count = float(gaps.min())
-    apart = (reading - reading[0]) / count
-    # 2 % of a count, and 1e-5 per count for a width that is known to five digits.
-    on_grid = np.mean(np.abs(apart - np.round(apart)) < 0.02 + 1e-5 * np.abs(apart)) > ON_GRID
-    return count if on_grid and noise < COARSE * count else 0.0
 
 
 def _straight(angle: Array, noise: Array, counts: Array, group: int) -> bool:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import comb
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.motion.smoothing import Smoothed, odd_points, savitzky_golay
+from synth.motion.noise import white_noise
+from synth.motion.smoothing import Smoothed, odd_points, savitzky_golay, smoothing_weights
 
 AGREES = 0.15  # largest scale error of a velocity that is accepted as the angle's
 FOLLOWS = 0.9  # least correlation of a velocity with the slope; deg/s labelled rad/s, or another joint's, has less
@@ -24,7 +24,7 @@ def unlike(smoothed: Smoothed, time: Array, velocity: Array, joint: int) -> str:
     good = np.isfinite(velocity)
     slope = np.interp(time[good], smoothed.time, smoothed.rate[:, joint])
     fast = np.abs(slope) > 0.1 * np.abs(slope).max(initial=0.0)  # a tenth of the greatest speed
-    if fast.sum() < FEWEST or np.abs(slope).max() < 10.0 * _noise(slope):
+    if fast.sum() < FEWEST or np.abs(slope).max() < 10.0 * white_noise(slope, ORDER):
         return ""
     seen, slope = velocity[good][fast], slope[fast]
     size = float(np.sqrt(np.mean(seen**2) * np.mean(slope**2)))
@@ -47,7 +47,7 @@ def with_velocities(smoothed: Smoothed, time: Array, velocities: Array) -> Smoot
     """
     step = float(smoothed.time[1] - smoothed.time[0])
     points = min(odd_points(smoothed.width, step), len(smoothed.time) // 2 * 2 - 1)
-    inverse = np.linalg.pinv(np.vander(np.arange(-(points // 2), points // 2 + 1.0), 4, increasing=True))
+    inverse = smoothing_weights(points, 3)
     of_slope, of_value = float(np.linalg.norm(inverse[1])) / step, float(np.linalg.norm(inverse[0]))
     rate = smoothed.rate.copy()
     for j in range(rate.shape[1]):
@@ -56,12 +56,6 @@ def with_velocities(smoothed: Smoothed, time: Array, velocities: Array) -> Smoot
             continue
         interpolated = np.interp(smoothed.time, time[good], velocities[good, j])
         inside = (smoothed.time >= time[good][0]) & (smoothed.time <= time[good][-1])
-        if of_value * _noise(velocities[good, j]) < of_slope * smoothed.noise[j]:
+        if of_value * white_noise(velocities[good, j], ORDER) < of_slope * smoothed.noise[j]:
             rate[inside, j] = savitzky_golay(interpolated[:, None], points, 3, step)[0][inside, 0]
     return replace(smoothed, rate=rate)
-
-
-def _noise(values: Array) -> float:
-    """White scatter of a series, by its fourth differences."""
-    norm = float(np.sqrt(sum(comb(ORDER, k) ** 2 for k in range(ORDER + 1))))
-    return 1.4826 * float(np.median(np.abs(np.diff(values, ORDER)))) / norm

@@ -13,7 +13,7 @@ from synth.files.csv_rows import csv_rows
 from synth.files.paths import read_bytes
 from synth.parts.catalog_cells import currency_of, number_cell, scale_of, text_cell
 from synth.parts.headers import standard
-from synth.parts.rows import FAMILIES, CatalogueRow
+from synth.parts.rows import FAMILIES, CatalogueRow, declared_state
 
 MAX_BYTES = 50_000_000  # a catalogue of 10^5 rows has 30 MB
 MAX_PROBLEMS = 50  # a file of the wrong kind would give one per cell
@@ -181,7 +181,7 @@ def _row(
             problems.append(Problem(str(error), file=name, line=line, key=column.title))
     if problems:
         return None, problems
-    return row_type(file=name, line=line, **values), []
+    return row_type(file=name, line=line, state=declared_state(values.get("status", "")), **values), []
 
 
 def _cell(text: str, column: _TableColumn) -> float | str:

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from synth.errors import Problem, UserError, did_you_mean
 from synth.parts.catalog_table import MAX_PROBLEMS, read_table
-from synth.parts.row_check import completed, completed_damper, contradictions, curve_problems, status_of
+from synth.parts.row_check import completed, completed_damper, contradictions, curve_problems, judged
 from synth.parts.rows import (
     FAMILIES,
     CatalogueRow,
@@ -201,7 +201,7 @@ def _join(rows: Iterable[CatalogueRow]) -> tuple[Catalogue, list[Problem]]:
         return _modulus(ALIASES.get(material, material), diameter, materials)
 
     def finished(kept: Sequence[R]) -> tuple[R, ...]:
-        return tuple(replace(row, status=status_of(row, modulus_of)) for row in kept)
+        return tuple(judged(row, modulus_of) for row in kept)
 
     springs = _latest([completed(row) for row in _of(rows, TorsionSpringRow)], problems)
     dampers = _latest([completed_damper(row) for row in _of(rows, DamperRow)], problems)

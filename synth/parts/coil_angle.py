@@ -12,8 +12,6 @@ from __future__ import annotations
 import math
 from typing import Literal, get_args
 
-from synth.errors import UserError
-
 Convention = Literal["tangent", "radial", "axial"]
 CONVENTIONS: tuple[Convention, ...] = get_args(Convention)
 
@@ -35,38 +33,7 @@ def coil_fraction(angle: float, convention: Convention = "tangent") -> float:
     return 0.0 if fraction > 1.0 - 1e-12 else fraction
 
 
-def coils_for_angle(whole_coils: int, angle: float, convention: Convention = "tangent") -> float:
-    """Body coils ``n + fraction`` with the wanted included angle."""
-    return whole_coils + coil_fraction(angle, convention)
-
-
 def angle_mismatch(body_coils: float, angle: float, convention: Convention = "tangent") -> float:
     """Deviation of a stated included angle from that of the coils, in (-pi, pi]."""
     difference = math.remainder(angle - included_angle(body_coils, convention), math.tau)
     return math.pi if difference == -math.pi else difference
-
-
-def require_agreement(body_coils: float, angle: float, convention: Convention = "tangent") -> None:
-    """Refuse an included angle that contradicts the coils.
-
-    Raises
-    ------
-    UserError
-        With the angle of the coils, the coils for the angle, and the matching convention, if any.
-    """
-    if convention not in CONVENTIONS:
-        raise UserError(f'"{convention}" is not a leg convention; choose one of {", ".join(CONVENTIONS)}')
-    if abs(angle_mismatch(body_coils, angle, convention)) <= TOLERANCE:
-        return
-    given = math.degrees(included_angle(body_coils, convention))
-    lower = coils_for_angle(math.floor(body_coils), angle, convention)
-    nearest = min((max(lower + step, 0.0) for step in (-1.0, 0.0, 1.0)), key=lambda coils: abs(coils - body_coils))
-    text = (
-        f"an included angle of {math.degrees(angle):.4g} deg and {body_coils:.4g} coils contradict each other: "
-        f"{body_coils:.4g} coils with {convention} legs give {given:.4g} deg; {math.degrees(angle):.4g} deg takes "
-        f"{nearest:.4g} coils"
-    )
-    fitting = [other for other in CONVENTIONS if abs(angle_mismatch(body_coils, angle, other)) <= TOLERANCE]
-    if fitting:
-        text += f". With {' or '.join(fitting)} legs they agree: write that convention if intended"
-    raise UserError(text)

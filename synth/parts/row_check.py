@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
+from typing import TypeVar
 
 from synth.parts.coil_angle import CONVENTIONS, TOLERANCE, angle_mismatch, included_angle
 from synth.parts.coil_rate import rate
@@ -23,6 +24,9 @@ DISAGREEMENT = 0.25  # published values this far apart contradict each other: ve
 
 SIZES_APART = 0.03  # makers hold the outer diameter within 1 to 3 %, and round to three digits
 
+NO_TRAVEL = "no travel"
+
+R = TypeVar("R", bound=CatalogueRow)
 ModulusOf = Callable[[str, float], float | None]
 """Material name and wire diameter in m to Young's modulus in Pa, None if unknown."""
 
@@ -52,7 +56,7 @@ def missing(row: CatalogueRow) -> list[str]:
         if row.min_torque is not None and row.max_torque is not None and row.min_torque < row.max_torque:
             lacking.append("torque given only as a range over variants")
         if row.continuous != "yes" and row.travel is None:
-            lacking.append("no travel")
+            lacking.append(NO_TRAVEL)
     return lacking
 
 
@@ -90,15 +94,15 @@ def _motor(row: GearMotorRow) -> list[str]:
     return [f"stall torque and current with the no-load speed give a gear efficiency of {gain:.3g}"]
 
 
-def status_of(row: CatalogueRow, modulus_of: ModulusOf) -> str:
-    """The row's status: a declared fault is kept; a declared ``complete`` is verified."""
-    if row.status and row.status != "complete":
-        return row.status
+def judged(row: R, modulus_of: ModulusOf) -> R:
+    """The row with its state: a declared fault is kept; a declared ``complete`` is verified."""
+    if not row.sound:
+        return row
     if found := contradictions(row, modulus_of):
-        return "contradiction: " + "; ".join(found)
+        return row.judged("contradiction", found)
     if lacking := missing(row):
-        return "incomplete: " + ", ".join(lacking)
-    return "complete"
+        return row.judged("incomplete", lacking)
+    return row.judged("complete")
 
 
 def geometric_rates(row: TorsionSpringRow, modulus_of: ModulusOf) -> tuple[float, float] | None:

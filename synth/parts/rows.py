@@ -6,15 +6,30 @@ A column's header is ``field_name [unit]``; values are stored in SI. ``None`` me
 from __future__ import annotations
 
 import math
-from dataclasses import Field, dataclass, field, fields
-from typing import Any, ClassVar
+from collections.abc import Sequence
+from dataclasses import Field, dataclass, field, fields, replace
+from typing import Any, ClassVar, Literal, Self
 
 from synth.parts.damper_law import CONCAVE, CONCAVE_EXPONENT, LINEAR, TABLE, power_law_curve
 from synth.swing.leg_model import Damper, DamperCurve
 
-# Wire is drawn to steps of half a thousandth of an inch or of a hundredth of a millimetre.
 RPM = math.pi / 30.0  # rad/s
+INTERPOLATED = "derived"  # the basis of a gear motor between found ones
+# Wire is drawn to steps of half a thousandth of an inch or of a hundredth of a millimetre.
 INCH_STEP, METRIC_STEP, SAME_STEP = 0.0254 / 2000.0, 1e-5, 1e-8
+
+
+State = Literal["", "complete", "usable", "incomplete", "contradiction", "suspect", "alternate", "size only", "other"]
+"""Empty before it is determined; ``other`` is any other word that a table's status column begins with."""
+DECLARED: tuple[State, ...] = ("usable", "incomplete", "contradiction", "suspect", "alternate", "size only")
+SEPARATORS: dict[State, str] = {"incomplete": ", "}  # of reasons in the column; of other states a semicolon
+
+
+def declared_state(status: str) -> State:
+    """The state that a cell of a table's status column begins with."""
+    if status in ("", "complete"):
+        return "complete" if status else ""
+    return next((state for state in DECLARED if status.startswith(state)), "other")
 
 
 def _quantity(unit: str, shown: str, *, key: bool = False, zero: bool = False, signed: bool = False) -> Any:
@@ -29,7 +44,10 @@ def _text(*, key: bool = False, choices: tuple[str, ...] = ()) -> Any:
 
 @dataclass(frozen=True)
 class CatalogueRow:
-    """The common part of every catalogue row: place, source and status."""
+    """The common part of every catalogue row: place, source and status.
+
+    ``status`` is the column: ``state``, with ``reasons`` behind it. ``judged`` sets all three.
+    """
 
     family: ClassVar[str]
     file: str = field(default="", metadata={"column": False})
@@ -39,21 +57,28 @@ class CatalogueRow:
     as_published: str = _text()
     note: str = _text()
     price: str = field(default="", metadata={"unit": None, "key": False, "choices": (), "currency": True})  # of one
+    state: State = field(default="", metadata={"column": False})
+    reasons: tuple[str, ...] = field(default=(), metadata={"column": False})
+
+    def judged(self, state: State, reasons: Sequence[str] = ()) -> Self:
+        """The row with this state, whose reasons stand behind it in the column."""
+        because = f": {SEPARATORS.get(state, '; ').join(reasons)}" if reasons else ""
+        return replace(self, state=state, reasons=tuple(reasons), status=f"{state}{because}")
 
     @property
     def complete(self) -> bool:
         """Whether the row has all required values without contradiction."""
-        return self.status == "complete"
+        return self.state == "complete"
 
     @property
     def choosable(self) -> bool:
         """Whether it may be chosen: complete, or usable within the limits of its status (``usable``)."""
-        return self.complete or self.status.startswith("usable")
+        return self.complete or self.state == "usable"
 
     @property
     def sound(self) -> bool:
         """Whether it is not declared suspect or an alternate, also before its status is computed."""
-        return self.status in ("", "complete")
+        return self.state in ("", "complete")
 
     @property
     def place(self) -> str:
@@ -339,11 +364,17 @@ class GearMotorRow(CatalogueRow):
     torque_at_best_efficiency: float | None = _quantity("N*m", "N*m")
     current_at_best_efficiency: float | None = _quantity("A", "A")
     size: str = _text()
+    shaft_size: float | None = _quantity("m", "mm")
     basis: str = _text()
 
     needed: ClassVar[tuple[str, ...]] = (
         "part", "gear_ratio", "voltage", "no_load_speed", "stall_torque", "stall_current", "no_load_current", "mass",
     )  # fmt: skip
+
+    @property
+    def interpolated(self) -> bool:
+        """Whether its values lie between found rows: ``basis`` is the word ``derived``, before any remark on it."""
+        return self.basis.partition(";")[0].strip() == INTERPOLATED
 
     @property
     def torque_gain(self) -> float | None:

@@ -3,21 +3,23 @@
 Nothing is invented. Values that can be measured on receipt (the angle between the legs, the exact coils) are derived
 from other published values and must be measured before printing; values settled by the order (the
 torque within a range, the number of a row of dimensions) are stated with it; unpublished values (the speed of a
-torque) are assumptions whose whole range enters the part's tolerance. ``status`` then begins with ``usable``
-and names each of these; ``derived`` lists them.
+torque) are assumptions whose whole range enters the part's tolerance. The state is then ``usable``, its reasons name
+each of these, and ``derived`` lists them.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TypeVar
 
 from synth.parts.coil_angle import CONVENTIONS, angle_mismatch, coil_fraction, included_angle
 from synth.parts.damper_law import CONCAVE_EXPONENT
 from synth.parts.part_tolerance import TORQUE
-from synth.parts.row_check import ModulusOf, status_of
+from synth.parts.row_check import NO_TRAVEL, ModulusOf, judged
 from synth.parts.rows import RPM, DamperRow, TorsionSpringRow
 
+R = TypeVar("R", TorsionSpringRow, DamperRow)
 WHOLE = 1e-6  # coils nearer to a whole number were counted, not measured
 
 # TOK states the torque of its endless dampers at 20 or 30 rpm (jp.rotarydamper-tok-inc.com/technicalinformation-18).
@@ -32,7 +34,7 @@ def usable_spring(row: TorsionSpringRow, modulus_of: ModulusOf) -> TorsionSpring
     """The spring with values to measure or order, or unchanged if more is missing."""
     if row.complete:
         return row
-    tried, derived, measure = replace(row, status=""), [], []
+    tried, derived, measure = row.judged(""), [], []
     if row.part.startswith("("):
         derived.append("the part number, from the dimensions in the vendor's table")
         tried = replace(tried, part=_by_dimensions(row))
@@ -47,9 +49,9 @@ def usable_spring(row: TorsionSpringRow, modulus_of: ModulusOf) -> TorsionSpring
         measure.append("coils")
     if row.hand == "":
         measure.append("hand")
-    if not derived or status_of(tried, modulus_of) != "complete":
+    if not derived or not judged(tried, modulus_of).complete:
         return row
-    return replace(tried, status=_status(derived, measure), derived=tuple(derived), measure=tuple(measure))
+    return _usable(tried, derived, measure)
 
 
 def _by_dimensions(row: TorsionSpringRow) -> str:
@@ -75,9 +77,9 @@ def usable_damper(row: DamperRow, modulus_of: ModulusOf) -> DamperRow:
     """The damper with its torque to order and an assumed speed, or unchanged if more is missing."""
     if row.complete or row.max_torque is None or row.part.startswith("family:") or not row.part:
         return row
-    if row.status.startswith(("contradiction", "suspect", "alternate")):
+    if row.state in ("contradiction", "suspect", "alternate"):
         return row
-    tried, derived, measure = replace(row, status=""), [], []
+    tried, derived, measure = row.judged(""), [], []
     if row.min_torque is not None and row.min_torque < row.max_torque:
         derived.append(f"torque to order, {row.min_torque:.3g} to {row.max_torque:.3g} N*m")
         tried = replace(tried, min_torque=None, torque_range=(row.min_torque, row.max_torque))
@@ -100,7 +102,7 @@ def usable_damper(row: DamperRow, modulus_of: ModulusOf) -> DamperRow:
         tried = replace(tried, travel=None)
     if not derived or _lacking(tried, modulus_of):
         return row
-    return replace(tried, status=_status(derived, measure), derived=tuple(derived), measure=tuple(measure))
+    return _usable(tried, derived, measure)
 
 
 def offers(row: DamperRow) -> tuple[DamperRow, ...]:
@@ -116,10 +118,10 @@ def offers(row: DamperRow) -> tuple[DamperRow, ...]:
 
 def _lacking(row: DamperRow, modulus_of: ModulusOf) -> bool:
     """Whether more than the travel is missing."""
-    status = status_of(row, modulus_of)
-    return status not in ("complete", "incomplete: no travel")
+    found = judged(row, modulus_of)
+    return not found.complete and found.reasons != (NO_TRAVEL,)
 
 
-def _status(derived: list[str], measure: list[str]) -> str:
-    text = "usable: " + "; ".join(derived)
-    return f"{text}; measure before printing: {', '.join(measure)}" if measure else text
+def _usable(row: R, derived: list[str], measure: list[str]) -> R:
+    reasons = [*derived, f"measure before printing: {', '.join(measure)}"] if measure else derived
+    return replace(row.judged("usable", reasons), derived=tuple(derived), measure=tuple(measure))

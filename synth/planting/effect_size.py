@@ -93,7 +93,7 @@ class PlainMotion:
             return math.sqrt(k / self.setup.true.outboard(j))
         return 2.0 * float(speed[j] / travel[j]) if travel[j] > 0.0 else math.inf
 
-    def run(self, truth: Truth, sensor: PlantedSensor, every: bool) -> list[Motion | None]:
+    def run(self, truth: Truth, sensor: PlantedSensor, *, every: bool) -> list[Motion | None]:
         """Motion of each trial; None for held-out trials unless ``every``."""
         simple = (
             not truth.laws
@@ -135,7 +135,7 @@ class PlainMotion:
 
     def gap(self, truth: Truth, sensor: PlantedSensor) -> PlainFit:
         """The gap: residual of the given trials after tolerances and initial states are fitted."""
-        return self.model.fit(*self.targets(self.run(truth, sensor, False), sensor))
+        return self.model.fit(*self.targets(self.run(truth, sensor, every=False), sensor))
 
     def _take_better_sensor(self, share: float) -> bool:
         """Take the next better sensor that lowers the noise floor to less than 0.9 ``share`` of it; False if none."""
@@ -199,7 +199,7 @@ class PlainMotion:
         Each effect is simulated in one of the generator's forms at a size with a similar gap; its motion is then scaled
         linearly.
         """
-        targets, states = self.targets(self.run(truth, sensor, False), sensor)
+        targets, states = self.targets(self.run(truth, sensor, every=False), sensor)
         gap = self.model.fit(targets, states).rms / self.floor
         best = ("", -1, 1.0)
         for name in names:
@@ -208,7 +208,7 @@ class PlainMotion:
                     form = EFFECTS[name](rng, self.setup, self.scale, max(j, 0))
                     size = 0.1 * form.largest
                     for _ in range(2):
-                        seen = self.targets(self.run(*(built := form.build(size)), False), built[1])[0]
+                        seen = self.targets(self.run(*(built := form.build(size)), every=False), built[1])[0]
                         reached = self.model.fit(seen, states).rms / self.floor
                         # At most a factor of 20 in a step.
                         size, last = min(size * float(np.clip(gap / max(reached, 1e-6), 0.05, 20)), form.largest), size

@@ -212,21 +212,26 @@ class PlainModel:
             return None
         return self._summary(change, left, (change - self.centre)[used] * weak), left
 
-    def linear_cost(self, targets: Sequence[Array], states: Sequence[Array], freed: Sequence[int]) -> float:
-        """The cost that ``fit`` would reach with a linear model: one solve, and one simulation per case."""
-        if not hasattr(self, "_plain_residuals"):
-            zero = np.zeros(len(self.names))
-            self._plain_residuals = {i: self._residuals(i, targets[i], zero, states[i]) for i in self.given}
-            self._projected = {i: self.common[i] - q @ (q.T @ self.common[i]) for i, q in self._bases()}
-        used = np.array(sorted({*range(self.common_count), *freed}))
-        weak = np.array([1e-3 if k in freed else 1.0 for k in used])
-        columns = np.concatenate([self._projected[i][:, used] for i in self.given] + [np.diag(weak)])
-        bases = dict(self._bases())
-        ends = [self._plain_residuals[i] - bases[i] @ (bases[i].T @ self._plain_residuals[i]) for i in self.given]
-        right = np.concatenate([*ends, weak * self.centre[used]])
-        zero = np.zeros(len(self.names))
-        solution = self._bounded(columns.T @ columns, columns.T @ right, zero, used, freed)
-        return float(((right - columns @ solution) ** 2).sum())
+    def linear_costs(
+        self, targets: Sequence[Array], states: Sequence[Array], freed: Sequence[Sequence[int]]
+    ) -> list[float]:
+        """The cost that ``fit`` would reach with each set of ``freed`` parameters, if the motion were linear in them.
+
+        One simulation per trial for all, and one solve for each.
+        """
+        zero, bases = np.zeros(len(self.names)), dict(self._bases())
+        left = {i: self._residuals(i, targets[i], zero, states[i]) for i in self.given}
+        ends = [left[i] - q @ (q.T @ left[i]) for i, q in bases.items()]
+        projected = [self.common[i] - q @ (q.T @ self.common[i]) for i, q in bases.items()]
+        costs = []
+        for own in freed:
+            used = np.array(sorted({*range(self.common_count), *own}))
+            weak = np.array([1e-3 if k in own else 1.0 for k in used])
+            columns = np.concatenate([*(part[:, used] for part in projected), np.diag(weak)])
+            right = np.concatenate([*ends, weak * self.centre[used]])
+            solution = self._bounded(columns.T @ columns, columns.T @ right, zero, used, own)
+            costs.append(float(((right - columns @ solution) ** 2).sum()))
+        return costs
 
     def explained(self, targets: Sequence[Array], other: Sequence[Array], states: Sequence[Array]) -> float:
         """RMS residual, in noise floors, of the targets after a fit of the tolerances and of another cause's motion.

@@ -104,13 +104,3 @@ PARAMETER_ERRORS: dict[str, Maker] = {
     "torque_delay": torque_delay,
 }
 TORQUE_ERRORS = ("torque_offset", "torque_gain", "torque_delay")
-# Effects that correctly name a parameter of the leg that is two or three tolerances off.
-EFFECTS_OF_NUMBER: dict[str, tuple[str, ...]] = {
-    "length": (),
-    "mass": ("link_mass", "link_inertia"),
-    "com": ("link_inertia", "link_mass"),
-    "inertia": ("link_inertia", "link_mass", "armature"),
-    "spring": ("spring_rate",),
-    "damper": ("viscous_damping",),
-    "free_angle": ("spring_preload",),
-}

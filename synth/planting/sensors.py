@@ -44,7 +44,7 @@ class PlantedSensor:
         """Time by which the motion must be longer than the recording, s."""
         return sum(lost for _, lost in self.drops)
 
-    def read(self, leg: PlantedLeg, motion: Motion, times: Array, start: float, counted: bool = True) -> Array:
+    def read(self, leg: PlantedLeg, motion: Motion, times: Array, start: float, *, counted: bool = True) -> Array:
         """Noise-free readings (m, n) rad at nominal ``times`` (m,) s; ``counted`` : round coarse counts."""
         taken = self.times(times, start)
         rotation = np.empty((len(times), leg.n))

@@ -33,7 +33,9 @@ def _servo(setup: Setup, j: int) -> PlantedServo:
     return found[0]
 
 
-def _form(setup: Setup, j: int, name: str, largest: float, what: str, sign: float = 1.0, factor: bool = False) -> Form:
+def _form(
+    setup: Setup, j: int, name: str, largest: float, what: str, sign: float = 1.0, *, factor: bool = False
+) -> Form:
     """A servo's number plus or times one plus the size."""
     _servo(setup, j)
     good = PlantedSensor.good(setup.true.n)

@@ -177,7 +177,7 @@ def _initial(a: Assembly, pose: Array, rest: Array) -> tuple[Array, NDArray[np.i
     free = np.ones(len(q), dtype=bool)
     free[a.joint] = False
     if free.any():
-        q = _equilibrium(a, q, free)
+        q = equilibrium(a, q, free)
     mode, z = np.zeros(len(a.law), dtype=np.int64), np.zeros((len(a.law), 2))
     for k, law in enumerate(a.law):
         i = a.at[k, 0]
@@ -200,7 +200,7 @@ def _bouc_wen_memory(travel: float, p: Array) -> float:
     return z
 
 
-def _equilibrium(a: Assembly, q: Array, free: NDArray[np.bool_]) -> Array:
+def equilibrium(a: Assembly, q: Array, free: NDArray[np.bool_]) -> Array:
     """Static equilibrium of the free coordinates with the others held, without the laws.
 
     Newton's method on the accelerations with a finite-difference Jacobian.
@@ -231,14 +231,6 @@ def _equilibrium(a: Assembly, q: Array, free: NDArray[np.bool_]) -> Array:
         if np.abs(step).max() < 1e-10:
             return q
     raise ArithmeticError("no static equilibrium found")
-
-
-def rest_pose(leg: PlantedLeg, trial: PlantedTrial, tilt: float = 0.0) -> Array:
-    """Rotations (n,) rad of the leg at rest on its springs, with locked joints at the trial's pose."""
-    a = assemble(Truth(leg, tilt=tilt), trial._replace(tip_mass=trial.tip_mass))
-    start = leg.of("free_angle").copy()
-    start[list(trial.locked)] = trial.pose[list(trial.locked)]
-    return _equilibrium(a, start, ~a.fixed)
 
 
 class Motion(NamedTuple):

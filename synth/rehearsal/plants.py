@@ -141,7 +141,7 @@ class Field:
             main.append(found)
         truth, sensor = combined(ground.setup, [*main, *beside])
         readings = []
-        for i, (motion, trial) in enumerate(zip(ground.run(truth, sensor, True), self.rig.trials, strict=True)):
+        for i, (motion, trial) in enumerate(zip(ground.run(truth, sensor, every=True), self.rig.trials, strict=True)):
             assert motion is not None
             clean = sensor.read(ground.setup.true, motion, ground.times[i], trial.start, counted=False)
             read = sensor.record(clean, self.rig.noise, self.rig.counts, rng)

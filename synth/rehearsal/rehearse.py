@@ -24,7 +24,6 @@ from synth.rehearsal.users_rig import Rig
 OTHERS = 8
 CASES_A_CAUSE = 2  # default; fewer do not bisect for a rung
 UNLISTED_RUNG = 2  # rung of causes outside the library: large enough to matter
-FEWEST = 1  # cases: the least that is a rehearsal
 MOST = 20_000  # beyond any practical waiting time
 FILE = "outcome.json"
 # Raised where a task is planted or recorded otherwise: finished cases of before are then not reused.
@@ -112,6 +111,7 @@ class Rehearsal:
         outcome: CaseOutcome,
         clock: _TimeBudget,
         tell: Callable[[str], None],
+        *,
         counted: bool = True,
     ) -> None:
         clock.done += 1
@@ -145,5 +145,5 @@ class _TimeBudget:
 
 
 def default_count(rig: Rig, seed: int) -> int:
-    """A rehearsal without output."""
+    """Number of cases of a rehearsal for which none is stated: some for each cause, and some without a listed one."""
     return CASES_A_CAUSE * (len(places(rig, seed)) + 2 * (len(places(rig, seed)) // OTHERS))

@@ -71,7 +71,7 @@ def _ratio(*names: str) -> Callable[..., float]:
 
 def _at_load(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     j = cause.joint
-    if cause.form.name.startswith("bearing"):
+    if cause.form.build(cause.size)[0].laws[0].law == torque_laws.BEARING:
         return cause.size * setup.true.gravity * float(setup.true.of("mass")[j:].sum())
     return cause.size * float(setup.true.of("spring")[j] * scale.travel[j])
 

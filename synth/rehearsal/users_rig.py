@@ -107,7 +107,7 @@ def users_rig(project: GapProject) -> Rig:
     noise[list(told.known)] = told.noise[list(told.known)]
     return Rig(
         _nominal(leg, fastest_seen),
-        tuple(_trial(leg, r, t.held_out, own) for r, t, own in zip(made, kept, inputs, strict=True)),
+        tuple(_trial(leg, r, held_out=t.held_out, own=own) for r, t, own in zip(made, kept, inputs, strict=True)),
         tuple(trial.name for trial in kept),
         tuple(r.time for r in made),
         tuple(np.logical_not(r.counts) for r in made),
@@ -121,7 +121,7 @@ def users_rig(project: GapProject) -> Rig:
 
 
 def _inputs(project: GapProject, trial: Trial, recording: Recording) -> DriveInputs | None:
-    """Of a trial's servos, on the recording's clock."""
+    """Inputs of a trial's servos, on the recording's clock."""
     if trial.signals is None or recording.signals is None:
         return None
     start = float(trial.signals.time[0] - recording.signals.time[0])
@@ -184,7 +184,7 @@ def _damper(joint: Joint, speed: float) -> tuple[float, Array | None]:
     return float(torque_at(damper.curve, np.array([speed]))[0]) / speed, rows
 
 
-def _trial(leg: OurLeg, recording: Recording, held_out: bool, own: DriveInputs | None) -> PlantedTrial:
+def _trial(leg: OurLeg, recording: Recording, *, held_out: bool, own: DriveInputs | None) -> PlantedTrial:
     """One trial from the pose and speed at its start."""
     smoothed, conditions = recording.smoothed, recording.conditions
     known = recording.known_torque

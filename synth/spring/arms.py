@@ -34,15 +34,3 @@ def arm_force(moment: float, length: float) -> float | None:
 def arm_share(body_coils: float, active_coils: float) -> float:
     """Fraction of the spring's angle that comes from bending of the arms."""
     return 1.0 - body_coils / active_coils
-
-
-def flexibility_radial(load_radius: float, mean_diameter: float, coils: float) -> float:
-    """Deflection of one radial arm over that of the coil body, ``(2R/D - 1)^3 / (24 pi n (R/D)^2)`` (EN 13906-3)."""
-    ratio = load_radius / mean_diameter
-    return (2.0 * ratio - 1.0) ** 3 / (24.0 * math.pi * coils * ratio**2)
-
-
-def flexibility_tangent(load_radius: float, mean_diameter: float, coils: float) -> float:
-    """Deflection of one tangent arm over that of the coil body, ``(4 (R/D)^2 - 1) / (12 pi n R/D)`` (EN 13906-3)."""
-    ratio = load_radius / mean_diameter
-    return (4.0 * ratio**2 - 1.0) / (12.0 * math.pi * coils * ratio)

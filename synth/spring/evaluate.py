@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from synth.errors import UserError
 from synth.parts import coil_angle
 from synth.parts.coil_rate import RATE_FORMULA, active_coils, energy, rate
-from synth.parts.wire import WireMaterial
+from synth.parts.wire import WireMaterial, WireProperties
 from synth.remarks import unlike
 from synth.spring import arms, codes, fatigue, space, stress, winding
 from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask, Violation
@@ -129,18 +129,22 @@ class Room:
 
 @dataclass(frozen=True)
 class _Borne:
-    """What the wire bears at the ends of both travels: stresses (Pa) and the largest moments in coil and arms (N m)."""
+    """What the wire bears at the ends of both travels, winding and opening.
+
+    Stresses (Pa) in the coil and where an arm leaves it, and the largest moment in the coil (N m).
+    """
 
     arm: float | None
     peaks: tuple[PeakRatios, PeakRatios]
     winding_stress: float
     opening_stress: float
+    arm_stresses: tuple[float, float]
     in_coil: float
-    in_arms: float
 
 
 def _borne(coil: _Coil, task: SpringTask, used: float) -> _Borne:
     """The load of a coil with the rate ``used``, N m/rad."""
+    bend = _bend_radius(task, coil.wire_diameter) or coil.wire_diameter
     sizes = (coil.wire_diameter, coil.mean_diameter, coil.body_coils)
     load = WireLoad(used, *sizes, None if task.free_arm is None else task.free_arm(*sizes))
     winding, opening = load.ratios(task.travel), load.ratios(-task.opening_travel)
@@ -149,9 +153,17 @@ def _borne(coil: _Coil, task: SpringTask, used: float) -> _Borne:
         (winding, opening),
         load.stress(task.travel, winding),
         load.stress(-task.opening_travel, opening),
+        (
+            arms.arm_stress(used * task.travel * winding.arms, coil.wire_diameter, task.convention, bend),
+            arms.arm_stress(used * task.opening_travel * opening.arms, coil.wire_diameter, task.convention, bend),
+        ),
         used * max(task.travel * winding.coil, task.opening_travel * opening.coil),
-        used * max(task.travel * winding.arms, task.opening_travel * opening.arms),
     )
+
+
+def _bend_radius(task: SpringTask, wire_diameter: float) -> float | None:
+    """Inside radius of the arms' bends, m; None for tangent arms, which have none."""
+    return None if task.convention == "tangent" else (task.limits.bend_radius or wire_diameter)
 
 
 def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rate: float | None) -> SpringDesign:
@@ -161,10 +173,9 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
     active = active_coils(body_coils, mean, task.leg_lengths)
     forms = {form: rate(wire.elastic_modulus * task.calibration.rate, d, mean, active, form) for form in RATE_FORMULA}
     used = forms[task.rate_form] if stated_rate is None else stated_rate
-    moment, bears = used * max(travel, task.opening_travel), _borne(coil, task, used)
+    bears = _borne(coil, task, used)
     yield_stress = wire.static_limit * wire.strength.value
     room = room_of(material, (d, mean, body_coils), task)
-    bent = None if task.convention == "tangent" else (task.limits.bend_radius or d)
     return SpringDesign(
         material=material.name,
         wire_diameter=d,
@@ -188,8 +199,8 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
         allowed_stress=yield_stress / task.limits.safety,
         travel=travel,
         opening_travel=task.opening_travel,
-        moment=moment,
-        stress=max(bears.winding_stress, bears.opening_stress),
+        moment=used * travel,
+        stress=bears.winding_stress,
         body_length=space.body_length(d, body_coils, pitch=task.pitch),
         wound_body_length=room.wound_body_length,
         outer_diameter=room.outer_diameter,
@@ -198,11 +209,11 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
         arbor_diameter=task.limits.arbor_diameter,
         wire_length=room.wire_length,
         mass=room.mass,
-        energy=energy(moment, used),
+        energy=energy(used * max(travel, task.opening_travel), used),
         tolerance=winding.winding_tolerance(d, mean, body_coils, wire.diameter_tolerance),
-        life=fatigue.life(wire.fatigue, wire.strength.value, -bears.opening_stress, bears.winding_stress),
-        arm_stress=arms.arm_stress(bears.in_arms, d, task.convention, bent or d),
-        bend_radius=bent,
+        life=_life(wire, bears, task),
+        arm_stress=max(bears.arm_stresses),
+        bend_radius=_bend_radius(task, d),
         opening_stress=bears.opening_stress,
         allowed_opening_stress=codes.OPENING * yield_stress / task.limits.safety,
         surge_frequency=codes.surge_frequency(d, mean, body_coils, wire.elastic_modulus, wire.density),
@@ -215,6 +226,16 @@ def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rat
         peaks=bears.peaks,
         pitch=task.pitch,
     )
+
+
+def _life(wire: WireProperties, bears: _Borne, task: SpringTask) -> fatigue.Life | None:
+    """Life of the coil, or of the arms' bends where that is shorter."""
+    stresses = [(bears.winding_stress, bears.opening_stress)]
+    if task.convention != "tangent":
+        stresses.append(bears.arm_stresses)
+    lives = [fatigue.life(wire.fatigue, wire.strength.value, -opening, winding) for winding, opening in stresses]
+    known = [life for life in lives if life is not None]
+    return min(known, key=lambda life: life.factor_1e6, default=None)
 
 
 def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violation]:
@@ -235,7 +256,7 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
             found, least = unlike(value * scale, limit * scale)
             yield Violation(name, excess, f"{shown} {found}{unit}, required {least}{unit}")
 
-    yield from above("stress", design.stress, design.allowed_stress, "stress", 1e-6, " MPa")
+    yield from above("stress", design.stress, design.allowed_stress, "stress at full travel", 1e-6, " MPa")
     opened, less = design.opening_stress, design.allowed_opening_stress
     yield from above("stress", opened, less, "stress at the opening travel", 1e-6, " MPa")
     if design.bend_radius is not None:  # a straight arm has less stress than the coil
@@ -279,14 +300,22 @@ def _lasting_travel(design: SpringDesign, cycles: float, factor: float) -> float
     known, load = design.life, design.load
     found, peaks = design.travel, design.peaks
     for _ in range(1 if load.arm is None else LASTING_ROUNDS):
-        per_angle = load.stress(1.0, peaks[0]), load.stress(1.0, peaks[1])
-        found = _borne_travel(design, known.repeated(cycles), factor, per_angle)
+        places = [(load.stress(1.0, peaks[0]), load.stress(1.0, peaks[1]))]
+        if design.bend_radius is not None:
+            places.append((_in_bend(design, peaks[0]), _in_bend(design, peaks[1])))
+        found = min(_borne_travel(design, known.repeated(cycles), factor, per_angle) for per_angle in places)
         peaks = load.ratios(found), load.ratios(-min(design.opening_travel, found))
     return found
 
 
+def _in_bend(design: SpringDesign, peak: PeakRatios) -> float:
+    """Stress in the bend of an arm per angle, Pa/rad."""
+    assert design.bend_radius is not None
+    return arms.arm_stress(design.rate * peak.arms, design.wire_diameter, design.convention, design.bend_radius)
+
+
 def _borne_travel(design: SpringDesign, repeated: float, factor: float, per_angle: tuple[float, float]) -> float:
-    """As ``_lasting_travel``; ``per_angle``: stress per angle, Pa/rad, when the coil winds and when it opens."""
+    """As ``_lasting_travel``; ``per_angle``: stress per angle at one place, Pa/rad, winding and opening."""
 
     def lasts(travel: float) -> bool:
         least = -per_angle[1] * min(design.opening_travel, travel)
@@ -307,7 +336,7 @@ def travel_limit(design: SpringDesign, limits: SpringLimits) -> float:
 
     Limits that do not depend on the travel are not checked.
     """
-    reached = design.moment / design.rate
+    reached = max(design.travel, design.opening_travel)
     bounds = [design.load.angle(design.allowed_stress), reached * design.allowed_stress / design.arm_stress]
     if limits.cycles is not None and design.life is not None:
         bounds.append(_lasting_travel(design, limits.cycles, limits.fatigue_safety))

@@ -153,7 +153,7 @@ def _smaller_travel(
 
 
 def _parallel_of_smaller_travel(wish: SpringRequirements, material: WireMaterial) -> Iterator[NearestSpring]:
-    """Of springs in parallel those with the largest travel: both requirements are given up."""
+    """Springs in parallel with the largest travel: both requirements are given up."""
     reached = []
     for count in range(2, MOST_IN_PARALLEL + 1):
         shared = replace(wish, rate=wish.rate / count)

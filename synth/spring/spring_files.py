@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from synth.errors import Problem, UserError
-from synth.files.output import write_json
+from synth.files.output import umask, write_json
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.spring.spring_result import SpringDesign
 from synth.spring.winding_sheet import request_lines, winding_sheet
@@ -27,6 +27,8 @@ def write_result(path: Path, content: Mapping[str, Any]) -> str:
         If a file of another kind has that name, or the file cannot be written.
     """
     name = str(path)
+    if "\0" in name:
+        raise UserError(Problem("cannot be written: embedded null byte; name another place with --json", name))
     try:
         if path.exists() and not (path.is_file() and _is_result(path)):
             raise UserError(Problem("exists and is no result of synth spring; name another with --json", name))
@@ -34,16 +36,12 @@ def write_result(path: Path, content: Mapping[str, Any]) -> str:
         os.close(handle)
         try:
             write_json(Path(temporary), content)
-            mask = os.umask(0)
-            os.umask(mask)
-            Path(temporary).chmod(0o666 & ~mask)
+            Path(temporary).chmod(0o666 & ~umask())
             Path(temporary).replace(path)
         finally:
             Path(temporary).unlink(missing_ok=True)
-    except (OSError, ValueError) as error:
-        if not isinstance(error, OSError) and "null" not in str(error):
-            raise
-        reason = getattr(error, "strerror", None) or str(error)
+    except OSError as error:
+        reason = error.strerror or str(error)
         raise UserError(Problem(f"cannot be written: {reason}; name another place with --json", name)) from None
     return name
 

@@ -98,10 +98,11 @@ class SpringDesign:
     """A torsion spring and its properties. SI units, angles in rad.
 
     ``travel`` winds the coil, ``opening_travel`` opens it. Moments and stresses are computed with ``rate``;
-    ``rate_form`` is the formula by which it was designed. ``moment`` is the torque; in a spring with clamped arms of
-    the free length ``clamped_arm`` (None: not clamped) the wire bears more, by ``peaks`` at the ends of both travels.
-    ``opening_stress`` is the stress at the end of the opening travel, where less is allowed (``codes.OPENING``).
-    ``codes`` has the checks by other codes. ``surge_frequency`` is the lowest natural frequency of the coils, Hz.
+    ``rate_form`` is the formula by which it was designed. ``moment`` is the torque at the winding travel; in a spring
+    with clamped arms of the free length ``clamped_arm`` (None: not clamped) the wire bears more, by ``peaks`` at the
+    ends of both travels. ``stress`` is that of the coil at the winding travel, ``opening_stress`` that at the opening
+    travel, where less is allowed (``codes.OPENING``). ``codes`` has the checks by other codes.
+    ``surge_frequency`` is the lowest natural frequency of the coils, Hz.
     ``arm_stress`` is the largest stress in an arm, ``bend_radius`` the radius of its bend (None for tangent arms).
     ``pitch`` is the axial advance per coil over the wire diameter. ``count`` such springs act in parallel; every number
     is for one of them. ``loose`` is the test of the spring for a joint that clamps its arms, where ``rate`` is that of
@@ -196,9 +197,28 @@ class SpringDesign:
         return not self.violations
 
     @property
+    def opening_moment(self) -> float:
+        """Torque at the opening travel, N m."""
+        return self.rate * self.opening_travel
+
+    @property
+    def largest_moment(self) -> float:
+        """The larger torque of both travels, N m."""
+        return max(self.moment, self.opening_moment)
+
+    @property
+    def use(self) -> float:
+        """Largest share of an allowed stress: in the coil at the ends of both travels, and in the arms' bends."""
+        in_bends = 0.0 if self.bend_radius is None else self.arm_stress / self.allowed_stress
+        return max(self.stress / self.allowed_stress, self.opening_stress / self.allowed_opening_stress, in_bends)
+
+    @property
     def safety(self) -> float:
-        """Yield stress over the stress at full travel."""
-        return self.yield_stress / self.stress if self.stress > 0.0 else math.inf
+        """Least ratio of yield stress and stress: in the coil at the ends of both travels, and in the arms' bends."""
+        stresses = [self.stress, self.opening_stress / OPENING]
+        if self.bend_radius is not None:  # a straight arm has less stress than the coil
+            stresses.append(self.arm_stress)
+        return self.yield_stress / max(stresses) if max(stresses) > 0.0 else math.inf
 
     @property
     def arbor_clearance(self) -> float | None:
@@ -270,6 +290,8 @@ class SpringDesign:
         units |= {"surge_frequency": "Hz", "elastic_modulus": "GPa", "moment": "N*m", "mass": "g", "energy": "J"}
         if self.clamped_arm is not None:
             units["peak_moment"] = "N*m"
+        if self.opening_travel > 0.0:
+            units["opening_moment"] = "N*m"
         values = {name: getattr(self, name) for name in units}
         numbers = {name: quantity(value, units[name]) for name, value in values.items() if value is not None}
         if math.isfinite(self.safety):
@@ -318,7 +340,7 @@ class SpringDesign:
     def _lasting(self) -> dict[str, Any]:
         """Tolerances, fatigue, arms and mandrel, with their units."""
         plus, force = self.tolerance, self.load.axis_force(self.travel, self.opening_travel)
-        pressed = arm_force(self.moment, self.leg_lengths[0]) if self.clamped_arm is None else None
+        pressed = arm_force(self.largest_moment, self.leg_lengths[0]) if self.clamped_arm is None else None
         written: dict[str, Any] = {
             "tolerance": {
                 "wire_diameter": quantity(plus.wire_diameter, "mm"),

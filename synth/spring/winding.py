@@ -98,7 +98,7 @@ def stress_relief(material: str) -> str | None:
     return f"{celsius} degC for {minutes} min, then in still air; the coil {does}, so check the angle afterwards"
 
 
-def hand_for(closes_clockwise: bool) -> Hand:
+def hand_for(*, closes_clockwise: bool) -> Hand:
     """The hand of the coil that is wound up by the load, ``right`` or ``left``.
 
     ``closes_clockwise``: whether the load turns the far leg clockwise relative to the near one, seen from the near end.

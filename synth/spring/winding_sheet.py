@@ -50,12 +50,19 @@ def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
         "",
         f"Stress at full travel {_stress(spring.stress, spring.allowed_stress, shown)} allowed;",
         f"it yields at {math.degrees(spring.free_travel):.1f} deg.",
+        *_in_bends(spring, shown),
         f"Strength {shown.text(spring.tensile_strength, 'Pa', '.0f')}: {spring.strength_source}",
         f"Yield {shown.text(spring.yield_stress, 'Pa', '.0f')}: {spring.yield_source}",
         *(f"NOT KEPT: {violation.text}" for violation in spring.violations),
         *(f"Note: {warning}" for warning in spring.warnings),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _in_bends(spring: SpringDesign, shown: ShownUnits) -> list[str]:
+    if spring.bend_radius is None:
+        return []
+    return [f"In the bends of the arms {_stress(spring.arm_stress, spring.allowed_stress, shown)} allowed."]
 
 
 def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC) -> list[str]:

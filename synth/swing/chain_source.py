@@ -181,7 +181,7 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
 
 
 def forces_of(law: LaneLaw) -> tuple[str, str]:
-    """Blocks of the two forces that a law is told of, see ``effects.definition.Effect``."""
+    """Blocks of the two forces that a law is given, see ``effects.definition.Effect``."""
     return "damper_torque", "drive_torque" if law.uses_drive else "bearing_force"
 
 

@@ -212,7 +212,7 @@ def integrate_curves(rows, begin, iterate, filter_error, flat, n, times, limits,
     flat : the workspace with initial state and parameters; its state rows are overwritten.
     limits : relative and absolute error per step (rad; of rates by their scale, see ``stage_rows.RATE_SCALE``).
     times, max_steps, out, where : as in ``chain_integrator.integrate``; the steps of one lane are counted.
-    S, L : (``stage_rows.ROOM``,) and (``stage_rows.SINGLE_ROOM``,) at least, working arrays.
+    S, L : (``lane_layout.WORKING``,) and (``stage_rows.SINGLE_ROOM``,) at least, working arrays.
 
     Returns
     -------

@@ -173,20 +173,6 @@ def _told_at(moments, t, k):  # type: ignore[no-untyped-def]
     return k
 
 
-@njit(inline="never", **_called)
-def _told_between(times, values, column, t):  # type: ignore[no-untyped-def]
-    """A command interpolated linearly; constant outside the samples. Found by halving: it is asked once a look."""
-    low, high = 0, len(times) - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if times[middle] <= t:
-            low = middle
-        else:
-            high = middle
-    share = min(max((t - times[low]) / (times[high] - times[low]), 0.0), 1.0)
-    return values[low, column] + share * (values[high, column] - values[low, column])
-
-
 @njit(**_called)
 def look(Z, n, known, told, t, start, sample):  # type: ignore[no-untyped-def]
     """Set what is held from now on and the time at which it changes, for joints that are due; at the ``start`` all.

@@ -126,8 +126,3 @@ def averaged(known: KnownTorque, grid: Array) -> Array:
     slope = (torques[k + 1] - torques[k]) / width[k]
     integral = second[k] + first[k] * u + 0.5 * torques[k] * u**2 + slope * u**3 / 6.0
     return np.asarray((integral[:-2] - 2.0 * integral[1:-1] + integral[2:]) / step**2)
-
-
-def _summed(parts: Array) -> Array:
-    """Cumulative sums (m + 1, n), starting at 0."""
-    return np.concatenate([np.zeros((1, parts.shape[1])), np.cumsum(parts, axis=0)])

@@ -29,15 +29,15 @@ _PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_
 class LegLanes:
     """Columns of legs; every array has ``n_lane`` columns and may be changed in place.
 
-    ``length``, ``com`` (n, n_lane) m, ``mass`` kg, ``inertia`` kg m^2 about the com, ``spring_rate`` N m/rad,
-    ``rest`` rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad, ``armature`` kg m^2 (turns
-    with the joint); ``tilt`` (n_lane,) rad; ``source`` (n_lane,) ohm of the source that feeds several servos;
-    ``drive`` (3, n, n_lane) errors of a known torque on q: gain (share), offset N m, delay s; ``servo`` (15, n,
-    n_lane) parameters of the servos in the order of ``SERVO``, 0 without a servo, of their torque limits that by the
-    current; ``torque_limit`` (n, n_lane) N m, that which no motor constant changes; ``winding`` (n, n_lane) stated
-    resistance of a winding over that with effects. ``weightless`` (n,) links on
-    which gravity does no work (a sliding base). ``torques`` : name of a torque effect -> (n_parameter, n, n_lane)
-    in the sense of q. ``curves`` : clamp speeds and slopes (2, 12) of each joint, or None.
+    ``length``, ``com`` (n, n_lane) m, ``mass`` kg, ``inertia`` kg m^2 about the com, ``spring_rate`` N m/rad, ``rest``
+    rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad, ``armature`` kg m^2 (turns with the
+    joint); ``tilt`` (n_lane,) rad; ``source`` (n_lane,) ohm of the source that feeds several servos; ``drive`` (3, n,
+    n_lane) errors of a known torque on q: gain (share), offset N m, delay s; ``servo`` (15, n, n_lane) parameters of
+    the servos in the order of ``SERVO``, 0 without a servo, of their torque limits that by the current;
+    ``torque_limit`` (n, n_lane) N m, that which no motor constant changes; ``winding`` (n, n_lane) stated resistance of
+    a winding over that with effects. ``weightless`` (n,) links on which gravity does no work (a sliding base).
+    ``torques`` : name of a torque effect -> (n_parameter, n, n_lane) in the sense of q. ``curves`` : clamp speeds and
+    slopes (2, 12) of each joint, or None.
     """
 
     length: Array

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.swing.lane_layout import CURVE_POINTS, LANES
+from synth.swing.lane_layout import CURVE_POINTS, LANES, WORKING
 
 STAGES = 3  # of Radau IIA of order 5
 MOST_STAGED = 4  # links; the unrolled elimination has (3 n)^3 / 3 lines, 600 for four links and 3000 for seven
@@ -43,7 +43,7 @@ _SIZES = {
 }  # fmt: skip
 # First row of each block.
 _FIRSTS = dict(zip(_SIZES, np.cumsum([0, *_SIZES.values()]).tolist(), strict=False))
-ROOM = sum(_SIZES.values()) * LANES  # doubles of the whole array
+assert sum(_SIZES.values()) * LANES <= WORKING, "the blocks exceed the array that both integrators share"
 # Of the array of single precision, from which Newton's matrix is made: a loop that mixes both precisions has only as
 # many lanes in a register as doubles fit.
 _SINGLE_SIZES = {

@@ -9,7 +9,8 @@ import numpy as np
 from synth.arrays import Array
 from synth.estimation.intervals import Estimate
 from synth.fit.fit_result import FitResult
-from synth.fit.ridge import SOFTEST
+from synth.fit.ridge import RIDGE
+from synth.remarks import joint_of, kind_of
 from synth.validation.comparison_table import percent
 from synth.validation.thesis_data import JOINTS
 
@@ -30,8 +31,7 @@ def inside(estimate: Estimate, value: float) -> bool:
 
 def ridge_sentence(fit: FitResult, joint: str) -> str | None:
     """The fit's sentence on a joint that it moved along a ridge (see ``fit.ridge``); None if it did not."""
-    start = f"{joint}: {SOFTEST}"
-    return next((text for text in fit.not_separable if text.startswith(start)), None)
+    return next((text for text in fit.not_separable if kind_of(text) == RIDGE and joint_of(text) == joint), None)
 
 
 def difference_sentences(published: Array, ours: FitResult, rms: Array, best: Array) -> list[str]:

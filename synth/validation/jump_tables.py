@@ -99,10 +99,10 @@ def _claims(case: Case, cases: list[Case]) -> ComparisonTable:
         ("clearance over leg length, predicted", f"{PREDICTED / LENGTH:.2f}", f"{tall['D'] / LENGTH:.2f}"),
         ("clearance over leg length, measured", f"{MEASURED / LENGTH:.2f}", f"{tall['full'] / LENGTH:.2f}"),
         ("8 cm with 150:1 jumps higher over its length than 12 cm with 210:1", "yes",
-         f"{_yes(short / SHORT_LENGTH > tall['D'] / LENGTH)}: {short / SHORT_LENGTH:.2f} against "
+         f"{_yes(holds=short / SHORT_LENGTH > tall['D'] / LENGTH)}: {short / SHORT_LENGTH:.2f} against "
          f"{tall['D'] / LENGTH:.2f}"),
         ("a point mass jumps higher than A", "yes",
-         f"{_yes(tall['point_mass'] > tall['A'])}: {_cm(tall['point_mass'])} against {_cm(tall['A'])}"),
+         f"{_yes(holds=tall['point_mass'] > tall['A'])}: {_cm(tall['point_mass'])} against {_cm(tall['A'])}"),
         ("motor dynamics (B) bring the scale right", "yes",
          f"A is {tall['A'] / MEASURED:.1f} and B {tall['B'] / MEASURED:.1f} times the measured height"),
         ("joint damping (D) brings the trend right", "yes",
@@ -270,7 +270,7 @@ def _largest(given: Configuration) -> str:
     return ", ".join(f"{name} gives {100 * low:.1f} to {_cm(high)}" for name, (low, high) in ranked[:3])
 
 
-def _yes(holds: bool) -> str:
+def _yes(*, holds: bool) -> str:
     return "yes" if holds else "no"
 
 

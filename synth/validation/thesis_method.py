@@ -30,7 +30,6 @@ from synth.swing.leg_model import Leg
 from synth.swing.mechanics import absolute, coefficients, static_torque
 
 GRID = 1e-3  # s, step of the grid on which the thesis sums squares
-FIRST = 0.2  # s, duration of the transient
 HIP, KNEE, ANKLE = 0, 1, 2  # columns of the tables
 
 

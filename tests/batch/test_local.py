@@ -7,7 +7,7 @@ from pathlib import Path
 
 from batch.tasks import task
 from synth.batch.local import DIED, run_here
-from synth.threads import VARIABLE, children_of_one_thread, thread_count
+from synth.threads import VARIABLE, children_of_one_thread, core_count, thread_count
 
 
 def test_mistakes_faults_and_dead_processes_stop_no_other_task(tmp_path: Path) -> None:
@@ -49,4 +49,4 @@ def test_a_process_among_many_has_one_thread_unless_the_user_says_otherwise() ->
         assert thread_count() == 3
     finally:
         del os.environ[VARIABLE]
-    assert thread_count() == os.cpu_count()
+    assert thread_count() == core_count()

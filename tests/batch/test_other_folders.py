@@ -6,6 +6,7 @@ import csv
 import json
 import shutil
 from collections.abc import Callable, Iterable, Iterator
+from contextvars import Context
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,6 @@ from synth.api import leg_folder
 from synth.batch.task_outcome import TaskOutcome, performed
 from synth.cli import main
 from synth.errors import Problem, UserError
-from synth.files import output
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "synth" / "examples"
 
@@ -28,9 +28,7 @@ def _in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def run(function: Callable[[Any], Any], calls: Iterable[tuple[str, Any]], workers: int) -> Iterator[Any]:
         for name, argument in calls:
-            with monkeypatch.context() as worker:
-                worker.setattr(output, "_written", [])  # a worker writes no folder
-                ended: TaskOutcome = performed(function, argument)
+            ended: TaskOutcome = Context().run(performed, function, argument)  # a worker writes no folder
             yield name, ended
 
     monkeypatch.setattr("synth.commands.project_folder.run_here", run)

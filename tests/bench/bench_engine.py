@@ -34,6 +34,7 @@ from synth.swing.damper_curves import compiled_rows
 from synth.swing.effects import effect_named
 from synth.swing.lane_layout import CURVE_POINTS, LANES, Layout
 from synth.swing.leg_lanes import LegLanes
+from synth.threads import core_count
 
 ERROR = 1e-6  # rad
 TARGET, OFF_SHARE = 60_000.0, 0.7  # trajectories a second; share of it that is to be left with all effects compiled in
@@ -199,7 +200,7 @@ def scaling(tolerance: float) -> list[tuple[float, float]]:
     chain = compiled_chain(3)
     many = our_lanes(chain, *timing_set(COUNT))
     found = []
-    for threads in range(1, (os.cpu_count() or 1) + 1):
+    for threads in range(1, core_count() + 1):
         parts = np.array_split(many, threads, axis=1)
         with ThreadPoolExecutor(threads) as pool:
 

@@ -29,6 +29,7 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.resolver import resolver
 from synth.swing.chain import Chain
 from synth.swing.effects import Effect, registered
+from synth.threads import core_count
 
 TEN_TRIALS, PENDULUM = 5.0, 1.5  # s, targets
 REPEATS = 3
@@ -217,7 +218,7 @@ def section() -> Section:
             "The three-link leg of the thesis with 0.012 N·m of dry friction at its knee that the design, off by its "
             "tolerances, lacks; 1 s, 501 samples, 0.1° of noise; a fifth of the trials held out. The whole command "
             "from the shell, report included, its compiled code on disk. Median of "
-            f"{REPEATS} runs; {os.cpu_count()} cores.",
+            f"{REPEATS} runs; {core_count()} cores.",
             f"Load (1 min) before {before:.1f}, after {load():.1f}: on a busy machine the wall is longer than the "
             "command needs, its processors' seconds hardly.",
         ),

@@ -9,7 +9,6 @@ import argparse
 import importlib.metadata
 import json
 import math
-import os
 import platform
 import subprocess
 import sys
@@ -27,6 +26,7 @@ from synth.reports.figures.axes import Axes, AxisScale
 from synth.reports.figures.legend import legend
 from synth.reports.figures.palette import BLUE, GREEN, GREY, ORANGE, VERMILION, Line
 from synth.reports.figures.svg import Svg
+from synth.threads import core_count
 
 BENCHES = ("engine", "fit", "parts", "gap")
 LIBRARIES = ("limb-synth", "numpy", "scipy", "numba", "llvmlite", "mujoco", "casadi")
@@ -77,7 +77,7 @@ def machine() -> dict[str, Any]:
     return {
         "at": datetime.now(UTC).isoformat(timespec="seconds"),
         "processor": models[0] if models else platform.processor(),
-        "cores": os.cpu_count(),
+        "cores": core_count(),
         "system": platform.platform(),
         "versions": {"python": platform.python_version(), **{n: importlib.metadata.version(n) for n in LIBRARIES}},
     }

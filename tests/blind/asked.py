@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from synth.threads import core_count
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class Asked:
         parser.add_argument("--seed", type=int, required=True)
         parser.add_argument("--count", type=int, required=True)
         parser.add_argument("--to", type=Path, required=True, help="folder for everything")
-        parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+        parser.add_argument("--workers", type=int, default=core_count())
         return cls(**vars(parser.parse_args(words)))
 
     @property

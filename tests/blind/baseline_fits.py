@@ -61,7 +61,7 @@ class Freed:
 def free_fit(project: GapProject) -> Freed:
     """Fit all numbers of the leg and the initial states to the given trials."""
     made = recordings(project.leg, project.trials, ())
-    trials = [angle_trial(r, t.held_out) for r, t in zip(made, project.trials, strict=True)]
+    trials = [angle_trial(r, held_out=t.held_out) for r, t in zip(made, project.trials, strict=True)]
     given = tuple(trial for trial in trials if not trial.held_out)
     held = tuple(trial for trial in trials if trial.held_out)
     wide = Tolerances(FREE * Tolerances.of(project.leg, project.tolerance).width)

@@ -40,7 +40,7 @@ def bic(project: GapProject) -> View:
     """Weights of all single effects and of none, exp(-BIC / 2) (Schwarz, Ann. Stat. 6 (1978) 461; Raftery 1995)."""
     leg = project.leg
     made = recordings(leg, project.trials, ())
-    given = [angle_trial(r, False) for r, t in zip(made, project.trials, strict=True) if not t.held_out]
+    given = [angle_trial(r, held_out=False) for r, t in zip(made, project.trials, strict=True) if not t.held_out]
     lacking = [missing_torque(leg, trial).torque for trial in given]
     target = _stacked(lacking)
     known = np.isfinite(target)

@@ -158,15 +158,15 @@ def _tied(
     if kind == "none":
         return [], None
     model = ground.model
-    targets, states = ground.targets(ground.run(truth, sensor, False), sensor)
+    targets, states = ground.targets(ground.run(truth, sensor, every=False), sensor)
     plain = ground.targets(list(ground.plain), PlantedSensor.good(ground.setup.true.n))
     trueness = model.fit(*plain).cost  # the truth's own: the cost of its tolerance errors
     fits = []
-    for other in model.alternatives():
-        if any(other.effect == c.effect and other.joint == c.joint for c in causes):
-            continue
-        linear = model.linear_cost(targets, states, other.freed) - trueness
-        if linear > 400.0 and kind != "unknown":
+    own = {(cause.effect, cause.joint) for cause in causes}
+    others = [other for other in model.alternatives() if (other.effect, other.joint) not in own]
+    linear = model.linear_costs(targets, states, [other.freed for other in others])
+    for other, cost in zip(others, linear, strict=True):
+        if cost - trueness > 400.0 and kind != "unknown":
             continue
         fitted = model.fit(targets, states, other.freed)
         if model.plausible(other, fitted.change):
@@ -196,7 +196,7 @@ def _record(
     note: dict[str, Any],
 ) -> Case:
     setup, leg = ground.setup, ground.setup.true
-    motions = ground.run(truth, sensor, True)
+    motions = ground.run(truth, sensor, every=True)
     targets, states = ground.targets(motions, sensor)
     fitted = ground.model.fit(targets, states)
     before = ground.model.held_out(targets, states, fitted.change)

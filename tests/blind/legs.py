@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.planting.model import PARAMETERS, PlantedLeg, PlantedTrial
 from synth.planting.model import Truth as _Truth
 from synth.planting.setup import COUNTS, NOISE, Setup, as_built
-from synth.planting.simulation import fastest, rest_pose
+from synth.planting.simulation import assemble, equilibrium, fastest
 
 NAMES = ("hip", "knee", "ankle")
 ZEROS = (0.0, 90.0, 180.0, -45.0, 105.0, 30.0)
@@ -80,6 +81,14 @@ def setup(rng: np.random.Generator, joints: int, wish: Wish = Wish()) -> Setup:
     counts = int(rng.choice(COUNTS if noise > 0.0005 else COUNTS[1:]))
     missing = float(rng.choice([0.0, 0.0, 0.0, rng.uniform(0.002, 0.02)]))
     return Setup(nominal, true, trials, bool(rng.random() < 0.5), noise, counts, sampling, missing, quick)
+
+
+def rest_pose(leg: PlantedLeg, trial: PlantedTrial, tilt: float = 0.0) -> Array:
+    """Rotations (n,) rad of the leg at rest on its springs, with locked joints at the trial's pose."""
+    a = assemble(_Truth(leg, tilt=tilt), trial._replace(tip_mass=trial.tip_mass))
+    start = leg.of("free_angle").copy()
+    start[list(trial.locked)] = trial.pose[list(trial.locked)]
+    return equilibrium(a, start, ~a.fixed)
 
 
 def _trials(rng: np.random.Generator, leg: PlantedLeg, base: float, wish: Wish) -> tuple[PlantedTrial, ...]:

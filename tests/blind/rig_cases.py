@@ -21,7 +21,7 @@ from synth.planting.effect_size import PlainMotion, PlantedCause, combined
 from synth.planting.explained_gap import PlainFit
 from synth.planting.forms import Form, Maker, NotApplicable
 from synth.planting.model import PARAMETERS, Array, Truth
-from synth.planting.parameter_errors import EFFECTS_OF_NUMBER, PARAMETER_ERRORS, TORQUE_ERRORS
+from synth.planting.parameter_errors import PARAMETER_ERRORS, TORQUE_ERRORS
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import TOLERANCE, Setup
 from synth.planting.simulation import Motion
@@ -46,6 +46,16 @@ LATE_JOINTS = 2  # fewest joints of a leg with one late channel
 DOMINATES = 0.5
 ALIKE = 0.1  # of the main cause's gap: another single cause that leaves less counts as right
 ATTEMPTS = 40
+# Effects that correctly name a parameter of the leg that is two or three tolerances off.
+EFFECTS_OF_NUMBER: dict[str, tuple[str, ...]] = {
+    "length": (),
+    "mass": ("link_mass", "link_inertia"),
+    "com": ("link_inertia", "link_mass"),
+    "inertia": ("link_inertia", "link_mass", "armature"),
+    "spring": ("spring_rate",),
+    "damper": ("viscous_damping",),
+    "free_angle": ("spring_preload",),
+}
 
 
 @dataclass(frozen=True)
@@ -212,7 +222,7 @@ def _rivals(
     if kind == "unknown":
         return [], _tied(rng, ground, truth, sensor, main, "unknown")[1]
     model = ground.model
-    targets, states = ground.targets(ground.run(truth, sensor, False), sensor)
+    targets, states = ground.targets(ground.run(truth, sensor, every=False), sensor)
     found = []
     for other in model.alternatives():
         if (other.effect, other.joint) != (main[0].effect, main[0].joint):
@@ -261,7 +271,7 @@ def _record(
     setup, leg = ground.setup, ground.setup.true
     truth, sensor = combined(setup, [*main, *small])
     recorded = replace(sensor, latency=sensor.latency + dirt.late)
-    motions = ground.run(truth, recorded, True)
+    motions = ground.run(truth, recorded, every=True)
     readings, floors = [], []
     stamps = [dirt.stamps(times, [*note["seed"], CLOCK, i]) for i, times in enumerate(ground.times)]
     for motion, trial, times in zip(motions, setup.trials, stamps, strict=True):
@@ -275,7 +285,7 @@ def _record(
     before, given_before = _left(ground, truth, recorded, motions)
     rest_truth, rest_sensor = combined(setup, small)
     rest_sensor = replace(rest_sensor, latency=rest_sensor.latency + dirt.late)
-    best, given_best = _left(ground, rest_truth, rest_sensor, ground.run(rest_truth, rest_sensor, True))
+    best, given_best = _left(ground, rest_truth, rest_sensor, ground.run(rest_truth, rest_sensor, every=True))
     if main and (best > (1.0 - DOMINATES) * before or given_best > (1.0 - DOMINATES) * given_before):
         raise NotApplicable("the main cause does not dominate beside the small ones")
     if given_best > sum(cause.strength for cause in small) * ground.floor:

@@ -22,6 +22,8 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from synth.threads import core_count
+
 ROOT = Path(__file__).parents[2]
 LONGEST = 600.0  # s, a case; longer is a failure
 PROGRAM = "program.txt"  # in the outputs' folder: the program that made them
@@ -138,7 +140,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--cases", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--answers", type=Path, required=True, help="read by nobody here; its folder is closed")
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--workers", type=int, default=core_count())
     chosen = parser.parse_args(arguments)
     closed = chosen.answers.resolve().parent
     if any(folder.resolve().is_relative_to(closed) for folder in (chosen.cases, chosen.out)):

@@ -129,7 +129,9 @@ def store(case: Path, search: Callable[[Path], Searched], out: Path) -> None:
 
 def view(case: Searched, calibration: Calibration) -> View:
     """The program's diagnosis of a case under a calibration."""
-    judged = with_counts(judge(case.found, calibration, free=case.free, motion=case.motion), len(case.coarse) > 0)
+    judged = with_counts(
+        judge(case.found, calibration, free=case.free, motion=case.motion), coarse=len(case.coarse) > 0
+    )
     counted: tuple[Key, ...] = tuple(("encoder_quantisation", joint) for joint in case.coarse)
     explained = judged.verdict in ("effect", "tie")
     single = {item.keys[0]: probability for item, probability in judged.singles}

@@ -47,7 +47,7 @@ def planted(effect: str, seed: int) -> tuple[Case, PlantedCause]:
             continue
         truth, sensor = combined(setup, [cause])
         readings = []
-        for motion, trial, times in zip(ground.run(truth, sensor, True), setup.trials, ground.times, strict=True):
+        for motion, trial, times in zip(ground.run(truth, sensor, every=True), setup.trials, ground.times, strict=True):
             assert motion is not None
             clean = sensor.read(setup.true, motion, times, trial.start, counted=False)
             readings.append(sensor.record(clean, NOISE, COUNTS, rng))

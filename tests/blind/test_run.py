@@ -15,6 +15,7 @@ import pytest
 from blind.baseline_fits import free_fit, largest_change, least_residual
 from blind.baseline_torque import bic
 from blind.cases import Case, make_case
+from blind.legs import rest_pose
 from blind.next_trial import RAMP, Suggestion, add_trial, recorded
 from blind.run import ROOT, diagnose_all, snapshot
 from blind.views import read_views
@@ -22,7 +23,6 @@ from blind.writing import write_case
 from synth.diagnosis.diagnosis_result import Experiment
 from synth.files.gap_project import read_gap_project
 from synth.planting.model import PlantedTrial
-from synth.planting.simulation import rest_pose
 
 
 @pytest.fixture(scope="module")

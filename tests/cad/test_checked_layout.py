@@ -10,10 +10,11 @@ import pytest
 
 from cad_joints import cleared
 from synth.cad import DimensionError, JointDimensions, MountDimensions, SpringDimensions, checked_layout
-from synth.cad.checked_layout import lay_out, link_gap
+from synth.cad.checked_layout import lay_out
 from synth.cad.hinge import build_lower, build_upper
-from synth.cad.layout import place
+from synth.cad.layout import JointLayout, place
 from synth.cad.outline import Disc, hull_of
+from synth.cad.outlines import lower_bodies, upper_bodies
 
 HIP = cleared(
     JointDimensions("hip", SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0), 110.0, 110.0, range=(80.0, 140.0))
@@ -61,6 +62,16 @@ def test_joint_layouts_are_cached(monkeypatch):
     assert said[0] == said[1]
     assert placed.count(fits) == 1
     assert len(placed) <= 2
+
+
+def link_gap(dimensions: JointDimensions, layout: JointLayout, rotation: float) -> float:
+    """Smallest gap (mm) between both links, stem and web at a ``rotation`` (deg) from straight.
+
+    In the canonical frame; 0 or negative if they collide.
+    """
+    upper = upper_bodies(dimensions, layout)
+    turned = [hull.turned(rotation) for hull in lower_bodies(dimensions, layout)]
+    return min(a.gap(b) for a in upper for b in turned)
 
 
 @pytest.mark.parametrize("dimensions", [HIP, FLANGED], ids=["socket", "flange"])

@@ -244,7 +244,7 @@ def test_a_failing_diagnosis_leaves_nothing_behind(
     calls: Calls, project: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     calls.result = replace(calls.result, sentence=None)  # type: ignore[arg-type]
-    monkeypatch.setattr("synth.reports.write_gap_report", lambda folder: 1 / 0)
+    monkeypatch.setattr("synth.reports.write_gap_report", lambda *rest: 1 / 0)
     path = project()
     with pytest.raises(ZeroDivisionError):
         main(["-q", "gap", str(path), "--out", str(tmp_path / "out")])

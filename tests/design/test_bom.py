@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import csv
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
+from synth.cad.standard_part import CutPart, StandardPart, made_from, screw
 from synth.design import bom
-from synth.design.bom import write_bom
+from synth.design.bom import BomLine, write_bom
 from synth.files.text_forms import defused
 
 
@@ -22,7 +28,8 @@ def test_plain_text_is_not_escaped(cell: str) -> None:
     assert defused(cell) == cell
 
 
-SCREW = "buy: ISO 7380-1 - M3 x 10, steel"
+SCREW = screw("ISO 7380-1", 3.0, 10.0)
+Order = StandardPart | CutPart
 
 
 def part(name: str, family: str, mass: float | None, made: str = "print") -> dict[str, object]:
@@ -31,82 +38,106 @@ def part(name: str, family: str, mass: float | None, made: str = "print") -> dic
             "in_link": {"size": size}}  # fmt: skip
 
 
-def test_equal_lines_are_merged_with_quantity_and_mass(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def rows_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The rows of a hip's bill, from the lines of its springs and dampers and its drawn parts."""
+
+    def found(
+        bought: list[BomLine],
+        parts: Sequence[Mapping[str, Any]],
+        orders: Mapping[str, Order] = {},
+        mount: bool = False,
+    ) -> list[dict[str, str]]:
+        monkeypatch.setattr(bom, "bought_or_wound", lambda design: bought)
+        design: Any = SimpleNamespace(
+            built=SimpleNamespace(joint_names=("hip",), joints=(SimpleNamespace(name="hip"),)),
+            project=SimpleNamespace(cad=SimpleNamespace(mount=mount)),
+        )
+        drawn = write_bom(design, parts, {f"hip_{name}": order for name, order in orders.items()}, tmp_path / "bom.csv")
+        assert set(drawn) == {part["part"] for part in parts if bought or part["family"] not in bom.LISTED}
+        with (tmp_path / "bom.csv").open(newline="") as stream:
+            return list(csv.DictReader(stream))
+
+    return found
+
+
+def test_equal_lines_are_merged_with_quantity_and_mass(rows_of) -> None:
     bought = [
-        {"joint": "hip", "item": "torsion spring, 2 N*m/rad", "vendor": "=cmd|'/C calc'!A0", "part": "-LTR",
-         "quantity": "2", "source": "a sheet"},
-        {"joint": "hip", "item": "rotary damper", "vendor": "V", "part": "D", "quantity": "1", "source": ""},
+        BomLine("hip", "torsion spring, 2 N*m/rad", vendor="=cmd|'/C calc'!A0", part="-LTR", quantity=2,
+                source="a sheet", family="spring"),
+        BomLine("hip", "rotary damper", vendor="V", part="D", source="", family="damper"),
     ]  # fmt: skip
-    monkeypatch.setattr(bom, "bought_or_wound", lambda design: bought)
-    design = SimpleNamespace(
-        built=SimpleNamespace(joint_names=("hip",), joints=(SimpleNamespace(name="hip"),)),
-        project=SimpleNamespace(cad=SimpleNamespace(mount=True)),
-    )
     parts = [
-        part("upper_screw_1", "screw", 1.0, SCREW), part("upper_screw_2", "screw", 1.0, SCREW),
+        part("upper_screw_1", "screw", 1.0), part("upper_screw_2", "screw", 1.0),
         part("upper", "upper", 40.0), part("spring", "spring", 3.0), part("damper", "damper", None),
     ]  # fmt: skip
-    write_bom(design, parts, tmp_path / "bom.csv")  # type: ignore[arg-type]
-    with (tmp_path / "bom.csv").open(newline="") as stream:
-        rows = list(csv.DictReader(stream))
+    rows = rows_of(bought, parts, {"upper_screw_1": SCREW, "upper_screw_2": SCREW}, mount=True)
     found = {row["item"]: row for row in rows}
     spring = found["torsion spring, 2 N*m/rad"]
     assert (spring["vendor"], spring["part"]) == ("'=cmd|'/C calc'!A0", "'-LTR")
     assert (spring["quantity"], spring["mass [g]"]) == ("2", "6.00")
-    screw = found["ISO 7380-1 - M3 x 10, steel"]
-    assert (screw["quantity"], screw["mass [g]"], screw["vendor"]) == ("2", "2.00", "any")
+    bolt = found["ISO 7380-1 - M3 x 10, steel"]
+    assert (bolt["quantity"], bolt["mass [g]"], bolt["vendor"]) == ("2", "2.00", "any")
     assert next(row for row in rows if row["item"].startswith("heat-set insert M3"))["quantity"] == "2"
     assert found["rotary damper"]["mass [g]"] == ""
-    assert (screw["standard"], screw["size"], screw["length [mm]"]) == ("ISO 7380-1", "M3", "10")
+    assert (bolt["standard"], bolt["size"], bolt["length [mm]"]) == ("ISO 7380-1", "M3", "10")
     mount = next(row for row in rows if row["item"].startswith("M4 screw for the mount"))
     assert (mount["quantity"], mount["vendor"]) == ("4", "any")
     assert sum(row["item"].startswith("torsion spring") for row in rows) == 1  # not again as a drawn part
 
 
-def test_a_spring_pair_orders_one_of_each_hand(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
-    line = {
-        "joint": "hip",
-        "item": "torsion spring, 2 N*m/rad",
-        "vendor": "V",
-        "part": "L",
-        "quantity": "2",
-        "source": "",
-    }
-    monkeypatch.setattr(bom, "bought_or_wound", lambda design: [line])
-    design = SimpleNamespace(
-        built=SimpleNamespace(joint_names=("hip",), joints=(SimpleNamespace(name="hip"),)),
-        project=SimpleNamespace(cad=SimpleNamespace(mount=True)),
-    )
+@pytest.mark.parametrize(("count", "mass", "whole"), [(50, 0.004, "0.20"), (16, 0.1255, "2.01")])
+def test_masses_are_added_before_they_are_rounded(rows_of, count: int, mass: float, whole: str) -> None:
+    """Rounded ones gave 0.00 and 2.08 g."""
+    names = [f"screw_{k}" for k in range(count)]
+    rows = rows_of([], [part(name, "screw", mass) for name in names], dict.fromkeys(names, SCREW))
+    assert [(row["quantity"], row["mass [g]"]) for row in rows if row["standard"]] == [(str(count), whole)]
+
+
+@pytest.mark.parametrize(
+    "order",
+    [
+        SCREW,
+        screw("ISO 4762", 3.0, 30.0, has_nut=True),
+        screw("ISO 7380-1", 3.0, 12.0, washer="ISO 7089"),
+        StandardPart("bearing", "ISO 15", "628/8-2Z", " ball bearing, 8 x 16 x 5 mm"),
+        CutPart("tube", "20 x 2", 140.04, "drilled"),
+    ],
+    ids=str,
+)
+def test_no_column_depends_on_the_words(rows_of, order: Order) -> None:
+    """Standard, size, length, quantity, and whether there is an insert or a washer, were parsed from the sentence."""
+    columns = ("how", "standard", "size", "length [mm]", "quantity", "mass [g]")
+    other = replace(order, words=" nut: set screw, M9 x 9") if isinstance(order, StandardPart) else order
+    other = replace(other, work="cut from nut - M3 x 3") if isinstance(other, CutPart) else other
+    told, untold = ([[row[name] for name in columns] for row in rows_of([], [part("p", "screw", 1.0)], {"p": each})]
+                    for each in (order, other))  # fmt: skip
+    assert told == untold
+    assert made_from(json.loads(json.dumps(order.as_json()))) == order
+
+
+def test_a_spring_pair_orders_one_of_each_hand(rows_of) -> None:
+    line = BomLine("hip", "torsion spring, 2 N*m/rad", vendor="V", part="L", quantity=2, source="", family="spring")
     drawn = [part("spring", "spring", 3.0, "buy or wind"), part("spring_2", "spring", 3.0, "buy or wind")]
-    for parts, item in ((drawn, f"{line['item']}, one of each hand"), (drawn[:1], line["item"])):
-        write_bom(design, parts, tmp_path / "bom.csv")  # type: ignore[arg-type]
-        with (tmp_path / "bom.csv").open(newline="") as stream:
-            rows = [row for row in csv.DictReader(stream) if row["item"].startswith("torsion")]
+    for parts, item in ((drawn, f"{line.item}, one of each hand"), (drawn[:1], line.item)):
+        rows = [row for row in rows_of([line], parts, mount=True) if row["item"].startswith("torsion")]
         assert [(row["item"], row["quantity"], row["mass [g]"]) for row in rows] == [(item, "2", "6.00")]
 
 
-def test_every_line_has_its_ordering_data(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
-    wire = {"joint": "hip", "item": "music wire, 2 mm, 540 mm a spring: wind 6 coils", "vendor": "to wind", "part": "",
-            "quantity": "1", "source": "a sheet"}  # fmt: skip
-    monkeypatch.setattr(bom, "bought_or_wound", lambda design: [wire])
-    design = SimpleNamespace(
-        built=SimpleNamespace(joint_names=("hip",), joints=(SimpleNamespace(name="hip"),)),
-        project=SimpleNamespace(cad=SimpleNamespace(mount=False)),
-    )
-    drawn = {
-        "bearing_a": ("bearing", "buy: ISO 15 - 628/8-2Z ball bearing, 8 x 16 x 5 mm, two shields (sold as 688ZZ)"),
-        "pin": ("pin", "buy: ISO 8734 - 2.5 x 24 dowel pin, steel"),
-        "collar_a": ("collar", "buy: DIN 705 A - 8 shaft collar, steel, with set screw M4"),
-        "thrust_washer_a": ("washer", "buy: DIN 988 - 8 x 14 x 0.5 shim ring, steel"),
-        "upper_socket_screw": ("screw", "buy: ISO 4762 - M3 x 30, steel; with nut"),
-        "seat_screw_1": ("screw", "buy: ISO 7380-1 - M3 x 12, steel, with washer ISO 7089 - 3"),
-        "shaft": ("shaft", "cut from ground rod, h6, 8 mm, 76.2 mm long; drilled for its pins"),
+def test_every_line_has_its_ordering_data(rows_of) -> None:
+    wire = BomLine("hip", "music wire", "wind", size="2 mm", length="600", vendor="any", family="spring")
+    orders = {
+        "bearing_a": StandardPart("bearing", "ISO 15", "628/8-2Z", " ball bearing, 8 x 16 x 5 mm, two shields"),
+        "pin": StandardPart("pin", "ISO 8734", "2.5", " dowel pin, steel", 24.0),
+        "collar_a": StandardPart("collar", "DIN 705 A", "8", " shaft collar, steel, with set screw M4"),
+        "thrust_washer_a": StandardPart("shim", "DIN 988", "8 x 14 x 0.5", " shim ring, steel"),
+        "upper_socket_screw": screw("ISO 4762", 3.0, 30.0, has_nut=True),
+        "seat_screw_1": screw("ISO 7380-1", 3.0, 12.0, washer="ISO 7089"),
+        "shaft": CutPart("ground rod, h6", "8", 76.2, "drilled for its pins"),
     }
-    parts = [part(name, family, 1.0, made) for name, (family, made) in drawn.items()]
+    parts = [part(name, "shaft" if name == "shaft" else "screw", 1.0) for name in orders]
     printed = {**part("upper", "upper", 46.2), "volume": {"value": 38.5e3, "unit": "mm^3"}}
-    write_bom(design, [*parts, printed], tmp_path / "bom.csv")  # type: ignore[arg-type]
-    with (tmp_path / "bom.csv").open(newline="") as stream:
-        rows = list(csv.DictReader(stream))
+    rows = rows_of([wire], [*parts, printed], orders)
     found = {(row["standard"], row["size"], row["length [mm]"], row["how"]) for row in rows}
     assert {
         ("ISO 15", "628/8-2Z", "", "buy"), ("ISO 8734", "2.5", "24", "buy"), ("DIN 705 A", "8", "", "buy"),
@@ -119,3 +150,21 @@ def test_every_line_has_its_ordering_data(tmp_path, monkeypatch: pytest.MonkeyPa
     assert not any("ruthex" in row["item"] for row in rows)  # a vendor stands in the vendor's column only
     time = next(row for row in rows if row["how"] == "print")
     assert float(time["print time [h]"]) == pytest.approx(3 + 4 / 60, abs=0.05)
+
+
+def test_a_drawn_part_s_line_in_words() -> None:
+    """As the page of the leg shows it beside the part."""
+    line = BomLine("hip", "rotary damper", vendor="V", part="D", quantity=2, source="", family="damper")
+    assert str(line) == "rotary damper, V, D (2 in the bill)"
+
+
+def test_sentences_of_parts_to_buy() -> None:
+    """As they stand in ``design.json``."""
+    assert str(SCREW) == "buy: ISO 7380-1 - M3 x 10, steel"
+    assert str(screw("ISO 7380-1", 2.5, 12.0, washer="ISO 7089")).endswith(
+        "M2.5 x 12, steel, with washer ISO 7089 - 2.5"
+    )
+    assert str(screw("ISO 4762", 3.0, 30.0, has_nut=True)) == "buy: ISO 4762 - M3 x 30, steel; with nut"
+    assert str(screw("ISO 4026", 3.0, 6.0, kind="set screw")) == "buy: ISO 4026 - M3 x 6 set screw, steel"
+    shaft = CutPart("ground rod, h6", "8", 76.24, "drilled for its pins")
+    assert str(shaft) == "cut from ground rod, h6, 8 mm, 76.2 mm long; drilled for its pins"

@@ -178,7 +178,7 @@ def test_order_and_winding_plan_have_one_length_of_wire(wound: LegDesign, tmp_pa
     """A tenth more than the spring was to be cut, 60 mm more to be ordered: too short above 600 mm of wire."""
     made = wound.springs.chosen[0].design
     assert made is not None
-    write_bom(wound, [], tmp_path / "bom.csv")
+    write_bom(wound, [], {}, tmp_path / "bom.csv")
     with (tmp_path / "bom.csv").open(newline="") as stream:
         line = next(row for row in csv.DictReader(stream) if row["how"] == "wind")
     assert float(line["length [mm]"]) == pytest.approx(made.cut_length * 1e3, abs=0.51)

@@ -102,7 +102,7 @@ def made_result(verdict: Any = "effect", names: tuple[str, ...] | None = None) -
     return GapResult(
         leg=nominal,
         verdict=verdict,
-        sentence=f"The {knee} lacks dry friction of 0.048 N·m, 86 %; with it the error on unseen releases falls from "
+        sentence=f"The {knee} has dry friction of 0.048 N·m, 86 %; with it the error on unseen releases falls from "
         f"{error(trials, 'before'):.1f}° to {error(trials, 'after'):.2f}°, noise 0.10°.",
         explanation=(friction,) if verdict in ("effect", "tie") else (),
         ranked=ranked,

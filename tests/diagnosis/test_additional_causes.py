@@ -17,8 +17,9 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, ca
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE, diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.screening import ScreeningFrame, leverage, prospects, strengthened
+from synth.diagnosis.search_limits import LARGEST_TOLERANCE
 from synth.diagnosis.sensor_noise import sensor
-from synth.diagnosis.workbench import LIMIT, Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg
@@ -30,7 +31,7 @@ FRICTION_AND_OFFSET = {"hip": {"coulomb_friction": {"torque": 0.15}}, "knee": {"
 def bench_of(built: Leg, seed: int = 3) -> tuple[Workbench, list[Candidate]]:
     """What a diagnosis would work on, and its candidates."""
     made = recordings(TWO, recorded(built, seed=seed), ())
-    trials = tuple(angle_trial(recording, False) for recording in made)
+    trials = tuple(angle_trial(recording, held_out=False) for recording in made)
     noise = sensor([trial.recording for trial in trials]).noise
     bench = Workbench(Predictor(TWO, Tolerances.of(TWO, Tolerance())), trials, noise, EFFECTIVE)
     return bench, candidates(TWO, trials, scales(TWO, trials))
@@ -110,5 +111,5 @@ def test_screening_promises_the_least_linearised_cost_within_the_tolerances_boun
     best = minimize(cost, np.zeros(len(low)), bounds=Bounds(low - here.unknowns, high - here.unknowns))
     assert promised < 0.8 * here.cost
     assert promised == pytest.approx(best.fun, rel=1e-3)
-    at_bound = np.isclose(np.abs(here.unknowns + best.x)[: bench.n_tolerance], LIMIT)
+    at_bound = np.isclose(np.abs(here.unknowns + best.x)[: bench.n_tolerance], LARGEST_TOLERANCE)
     assert at_bound.any() == (friction_torque == 0.2)

@@ -26,7 +26,7 @@ from synth.fit.recordings import recordings
 from synth.swing.leg_model import Spring
 from synth.swing.tolerances import Tolerances
 
-TRIALS = [angle_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
+TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
 FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
 NOISE = np.radians(0.002)
 
@@ -106,7 +106,7 @@ def test_each_leading_hypothesis_is_fitted_beside_the_same_small_cause() -> None
     knee = {"encoder_offset": {"offset": 0.03}, "quadratic_damping": {"coefficient": 0.004}}
     built = with_effects(TWO.with_joints(hip={"spring": Spring(4.5, 0.5)}), {"knee": knee})
     made = recordings(TWO, recorded(built, noise=NOISE), ())
-    trials = tuple(angle_trial(recording, False) for recording in made)
+    trials = tuple(angle_trial(recording, held_out=False) for recording in made)
     tolerances = Tolerances.of(TWO, Tolerance())
     bench = Workbench(Predictor(TWO, tolerances), trials, np.full(2, NOISE), EFFECTIVE)
     none = fit_nominal(bench, as_designed(bench))

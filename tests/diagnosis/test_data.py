@@ -134,7 +134,7 @@ def test_coarse_counts_are_detected_at_their_joint() -> None:
     stated = usual_noise(found.stated(TWO.joint_names, {TWO.joint_names[1]: 0.01}), (coarse,))
     assert stated[1] == 0.01  # what is stated of the channel, as it is
     assert stated[0] == usual_noise(found, (coarse,))[0]
-    trial = angle_trial(read(trials)[0], False)
+    trial = angle_trial(read(trials)[0], held_out=False)
     told = rounded(trial, trial.measured + 0.3 * step, (coarse,))
     np.testing.assert_allclose(told[:, 1], trial.measured[:, 1], atol=1e-9)
     np.testing.assert_allclose(told[:, 0], trial.measured[:, 0] + 0.3 * step)
@@ -163,8 +163,8 @@ def test_counts_are_seen_though_a_file_rounds_each_reading() -> None:
 def test_samples_are_thinned_evenly() -> None:
     time = np.arange(3001) * 1e-3
     (trial,) = recorded(LEG, np.array([[0.4, -0.5]]), time=time, held_out=0)
-    thin = angle_trial(read([trial])[0], True)
+    thin = angle_trial(read([trial])[0], held_out=True)
     assert 350 < len(thin.time) < 1000
     assert np.ptp(np.diff(thin.time)) < 1e-9
     assert thin.held_out
-    assert len(angle_trial(read(TRIALS)[0], False).time) == len(TIME)
+    assert len(angle_trial(read(TRIALS)[0], held_out=False).time) == len(TIME)

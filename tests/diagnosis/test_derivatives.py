@@ -34,7 +34,7 @@ def made_trials() -> tuple[AngleTrial, ...]:
     leg, found = off(TWO, 3, 0.5), []
     for number, conditions in enumerate(CONDITIONS):
         found += recorded(leg, AWAY[number : number + 1], conditions=conditions, held_out=0, seed=number, first=number)
-    return tuple(angle_trial(recording, False) for recording in recordings(TWO, found, ()))
+    return tuple(angle_trial(recording, held_out=False) for recording in recordings(TWO, found, ()))
 
 
 TRIALS = made_trials()

@@ -20,7 +20,7 @@ STEP, USUAL = 0.04, 1e-4  # rad
 def counted(angle: Array, time: Array) -> tuple[AngleTrial, AngleTrial]:
     """A trial whose knee reads ``angle`` (m,) in counts of ``STEP``, and the same at its edges."""
     (recording,) = recordings(TWO, recorded(TWO, np.array([[0.5, 0.6]]), time=time, held_out=0), ())
-    trial = angle_trial(recording, False)
+    trial = angle_trial(recording, held_out=False)
     trial.measured[:, 1] = STEP * np.round(angle / STEP)
     return trial, at_edges(trial, [Coarse(1, STEP)], np.full(2, USUAL))
 

@@ -158,6 +158,17 @@ def test_an_effect_at_the_visible_size_leaves_three_deviations() -> None:
     assert np.sqrt(left) == pytest.approx(VISIBLE, rel=0.25)
 
 
+def test_a_damper_that_thins_shows_from_a_few_per_cent_and_is_told_apart_from_more() -> None:
+    """Its usual loss, the prior's centre, is half: sizes counted from there said that less than 50 % does not show."""
+    found = run.check(project(ONE, recorded(ONE, np.array([[0.5], [-0.4], [0.7]]), held_out=0)))
+    thinning = showing(found, "shear_thinning_damping", "knee")
+    assert thinning.visible_from is not None
+    assert 0.005 < thinning.visible_from["loss"].value < 0.1
+    for rival in thinning.rivals:
+        if rival.parts_from is not None:
+            assert rival.parts_from["loss"].value > thinning.visible_from["loss"].value
+
+
 def test_halving_the_remainder_halves_the_visible_size(monkeypatch: pytest.MonkeyPatch) -> None:
     trials = recorded(ONE, np.array([[0.5], [-0.4], [0.7]]), noise=1e-6, held_out=0)
     whole = run.check(project(ONE, trials))

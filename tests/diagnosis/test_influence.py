@@ -21,7 +21,7 @@ from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 
-TRIALS = [angle_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
+TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
 FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
 FRICTION = {"hip": {"coulomb_friction": {"torque": 0.12}}}
 

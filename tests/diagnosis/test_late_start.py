@@ -43,7 +43,7 @@ def test_the_state_of_a_flexible_link_is_predicted_and_fitted() -> None:
     """Its rows move the prediction, are asked for one by one, and cost what a standard normal does."""
     trials = recorded(TWO, held_out=0)[:1]
     (recording,) = recordings(TWO, trials, ())
-    trial = angle_trial(recording, False)
+    trial = angle_trial(recording, held_out=False)
     bench = Workbench(Predictor(TWO, Tolerances.of(TWO, Tolerance())), (trial,), np.full(2, 1e-3), 50.0)
     found = candidates(TWO, [trial], scales(TWO, [trial]))
     mount = next(c for c in found if c.key == ("base_compliance", "base") and "arm" in c.shape.free)

@@ -115,6 +115,6 @@ def test_a_trial_with_its_own_leg_is_deflected_from_that_leg() -> None:
     errors = PredictionErrors({}, np.zeros((1, 4)), np.zeros((1, 4)), 0)
     fit = EvaluatedHypothesis((), np.zeros(0), ())
     stages = StagePredictions((fit, fit, fit), predicted, predicted, predicted, {}, errors)
-    (shown,) = trial_gaps(TWO, [prepared], stages, lacking, False, noise)
-    (expected,) = trial_gaps(other, [alone], stages, lacking, False, noise)
+    (shown,) = trial_gaps(TWO, [prepared], stages, lacking, held_out=False, noise=noise)
+    (expected,) = trial_gaps(other, [alone], stages, lacking, held_out=False, noise=noise)
     assert shown.deflection == pytest.approx(expected.deflection)

@@ -17,7 +17,7 @@ HIP, KNEE = Conditions(locked=(0,)), Conditions(locked=(1,))
 def keys(conditions: Conditions) -> set[tuple[str, str]]:
     """What is tried of a leg with a joint locked."""
     trials = recorded(TWO, AWAY[:2], conditions=conditions, held_out=0)
-    given = [angle_trial(r, False) for r in recordings(TWO, trials, ())]
+    given = [angle_trial(r, held_out=False) for r in recordings(TWO, trials, ())]
     return {candidate.key for candidate in candidates(TWO, given, scales(TWO, given))}
 
 

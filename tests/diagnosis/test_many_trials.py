@@ -13,7 +13,7 @@ from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.files.tolerance import Tolerance
 from synth.fit.recordings import recordings
 
-TRIALS = [angle_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
+TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
 
 
 def test_few_trials_are_all_used_for_training() -> None:

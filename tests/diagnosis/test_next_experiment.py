@@ -63,6 +63,11 @@ def test_far_above_the_noise_a_trial_is_as_good_as_it_leads_over_the_remainder()
         assert "Large would give" in found.why  # of two that separate all rivals the more distinct one
 
 
+def test_no_trial_is_suggested_that_would_tell_nothing() -> None:
+    plant: Any = Menu({"small": 0.01, "large": 0.02})
+    assert next_experiment(plant, [(4.0, 0.5), (0.0, 0.5)], "Why.") is None
+
+
 def test_the_best_variation_is_the_trial() -> None:
     class Varied(Menu):
         def variations(self, best: list[Any], number: int) -> list[Any]:

@@ -20,7 +20,7 @@ from synth.swing.chain import Conditions
 from synth.swing.tolerances import Tolerances
 
 (RECORDING,) = recordings(TWO, recorded(TWO, held_out=0)[:1], ())
-TRIAL = angle_trial(RECORDING, False)
+TRIAL = angle_trial(RECORDING, held_out=False)
 PREDICTOR = Predictor(TWO, Tolerances.of(TWO, Tolerance()))
 
 
@@ -52,7 +52,7 @@ def driven_pieces() -> list[AngleTrial]:
     """Pieces of the recording as if a torque had driven its knee."""
     time = np.linspace(0.0, RECORDING.time[-1], 200)
     torque = np.stack([np.zeros(200), 0.02 * np.sin(30.0 * time)], axis=1)
-    whole = angle_trial(replace(RECORDING, known_torque=(time, torque)), False)
+    whole = angle_trial(replace(RECORDING, known_torque=(time, torque)), held_out=False)
     ends = np.linspace(0, len(whole.time), 6).astype(int).tolist()
     return [whole.piece(first, last) for first, last in pairwise(ends)]
 
@@ -114,7 +114,7 @@ def test_only_neighbouring_pieces_with_the_same_torque_are_predicted_in_one_call
 
 def test_trials_that_nothing_drives_are_predicted_in_one_call_as_alone() -> None:
     """Those with another joint locked, or of another time scale, in calls of their own."""
-    trials = [angle_trial(each, False) for each in recordings(TWO, recorded(TWO, held_out=0), ())]
+    trials = [angle_trial(each, held_out=False) for each in recordings(TWO, recorded(TWO, held_out=0), ())]
     assert together(trials) == [range(len(trials))]
     held = replace(trials[1], recording=replace(trials[1].recording, conditions=Conditions(locked=(0,))))
     slow = trials[2].recording

@@ -115,7 +115,7 @@ def test_the_pendulum_has_dry_friction_in_both_joints_and_a_constant_lower_torqu
     project = pendulum_project(tmp_path)
     lacking: dict[int, list[tuple[Array, Array]]] = {0: [], 1: []}
     for recording in recordings(project.leg, project.trials, ()):
-        missing = missing_torque(project.leg, angle_trial(recording, False))
+        missing = missing_torque(project.leg, angle_trial(recording, held_out=False))
         rate = recording.smoothed.rate[np.searchsorted(recording.smoothed.time, missing.time)]
         for j, found in lacking.items():
             found.append((rate[:, j], missing.torque[:, j]))

@@ -140,7 +140,7 @@ def test_torque_is_missing_only_at_the_joint_with_friction() -> None:
     away = np.radians(np.array(RELEASES[:1], dtype=float)) * nominal.sign
     (trial,) = recorded(built, away, noise=0.0, time=np.arange(801) * 1e-3, held_out=0)
     (recording,) = recordings(nominal, [trial], ())
-    found = missing_torque(nominal, angle_trial(recording, False))
+    found = missing_torque(nominal, angle_trial(recording, held_out=False))
     rate = np.stack([np.interp(found.time, recording.smoothed.time, r) for r in recording.smoothed.rate.T], axis=1)
     moving = (np.abs(rate[:, 1]) > 0.5) & (found.time < 0.6)
     against = -found.torque[moving, 1] * np.sign(rate[moving, 1])

@@ -8,12 +8,12 @@ import numpy as np
 
 from diagnosis.simulated_releases import TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial
-from synth.diagnosis.diagnose import _cause
+from synth.diagnosis.cause_findings import _cause
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.search_limits import at_limits, limit_sentences
 from synth.fit.recordings import recordings
 
-TRIALS = [angle_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
+TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
 FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from synth.diagnosis.diagnosis_result import Cause
-from synth.diagnosis.sentences import ErrorWording, sentence, stated, what_is_open
+from synth.diagnosis.sentences import ErrorWording, PartedErrors, sentence, stated, what_is_open
 from synth.estimation.intervals import Estimate
 from synth.swing.effects import effect_named
 
@@ -100,3 +100,17 @@ def test_a_sentence_states_the_few_parameters_that_carry_a_cause(
     text = stated(Cause(name, "knee", found), effect)
     words = [key.replace("_", " ") for key in wanted.split()]
     assert all(each.startswith(f"{word} ") for each, word in zip(text.split(", "), words, strict=True)), text
+
+
+def test_the_error_on_trials_that_need_other_tolerances_is_not_mixed_with_that_on_the_others() -> None:
+    """One tip mass that only a held-out trial carries hid that friction takes three quarters of the gap elsewhere."""
+    parted = PartedErrors((degrees(0.14), degrees(0.064)), (degrees(0.37), degrees(0.46)), (3, 1), 0.77)
+    told = replace(TOLD, takes=-0.07, moved=degrees(0.063), parted=parted)
+    said = sentence("effect", ["the knee has dry friction"], [], 0.95, told)
+    assert said == (
+        "The knee has dry friction, 95 %. On 3 of 4 unseen releases the error falls from 0.14° to 0.064° (takes 77 % "
+        "of the gap), noise 0.01°. On the other one it rises from 0.37° to 0.46°, which may be due to the tolerances: "
+        "moved within them, as far as the training trials allow, the explanation follows all to 0.063°."
+    )
+    either = sentence("tie", ["the knee has dry friction"], [["the knee has backlash"]], 0.5, told)
+    assert "With the first of them, on 3 of 4 unseen releases the error falls" in either

@@ -14,7 +14,7 @@ from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain import chain_diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import Scene, scene_of
-from synth.diagnosis.sets_of_causes import without_one
+from synth.diagnosis.sets_of_causes import pairs_of, with_simpler_cause, without_one
 
 
 @pytest.fixture
@@ -49,3 +49,18 @@ def test_each_set_that_lacks_one_cause_starts_at_the_others_values(made: Scene) 
     np.testing.assert_array_equal(found[1].unknowns[size:], np.concatenate([first, third]))
     assert [len(fit.states[0]) for fit in found] == [4, 2]
     assert all(np.isfinite(fit.cost) for fit in bench.evaluate(found))
+
+
+def test_sets_made_of_others_have_nothing_that_was_computed_for_these(made: Scene) -> None:
+    """No cost, residuals, or derivatives of another set; initial states as many as their links need."""
+    bench, plain = made.bench, as_designed(made.bench)
+    soft, dry = one(made, "base_compliance"), one(made, "coulomb_friction")
+    falling = one(made, "stribeck_friction")
+    singles = [bench.awake(plain.beside([cause], [np.ones(cause.size)])) for cause in (soft, dry)]
+    evaluated = [replace(fit, frame=plain.frame) for fit in bench.evaluate(singles)]
+    rich = bench.evaluate([plain.beside([falling], [np.ones(falling.size)])])
+    pairs, simpler = pairs_of(bench, evaluated), with_simpler_cause(bench, rich, evaluated)
+    assert [fit.keys for fit in (*pairs, *simpler)] == [(dry.key, soft.key), (dry.key,)]
+    for fit in (*pairs, *simpler):
+        assert (fit.residuals, fit.columns, fit.cost, fit.frame) == ((), (), np.inf, None)
+        assert len(fit.states[0]) == 2 + 2 * sum(cause.links for cause in fit.hypothesis)

@@ -4,11 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from synth.diagnosis.prediction_error import BLOCKS, PredictionErrors, label, shrink_of_best
+from synth.diagnosis import held_out, prediction_error, remainder
+from synth.diagnosis.plants.jumping_leg import jump_diagnosis
+from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench
+from synth.diagnosis.plants.jumping_leg.jump_diagnosis import JumpingLeg
+from synth.diagnosis.prediction_error import BLOCKS, LEAST_GAP, NO_BETTER, PredictionErrors, label, shrink_of_best
+from synth.diagnosis.remainder import Remainder
+from synth.diagnosis.search_limits import LARGEST_TOLERANCE
+from synth.diagnosis.workbench import Workbench
 
 SAMPLES = 50.0  # in each block of each trial
 
@@ -122,3 +131,28 @@ def test_shrink_of_best_equals_its_closed_form() -> None:
 def test_labels_do_not_depend_on_the_order_of_causes() -> None:
     keys = [("latency", "hip"), ("backlash", "knee")]
     assert label(keys) == label(keys[::-1]) == "backlash @ knee + latency @ hip"
+
+
+def test_shrink_and_remainder_agree_on_the_least_gap_that_has_a_share() -> None:
+    """One number decides for both: where the shrink is 0, the remainder is no multiple of the gap."""
+    for times, has_share in ((1.02, True), (0.98, False)):
+        found = misses(math.sqrt(1.0 + times * LEAST_GAP), math.sqrt(1.0 + 4.0 * LEAST_GAP), 1.0)
+        assert (found.shrink().value < 0.0) == has_share
+        assert (Remainder.of(found, "after", {}, {}).share > 1.0) == has_share
+    assert remainder.LEAST_GAP is prediction_error.LEAST_GAP
+
+
+@pytest.mark.parametrize(("times", "poor"), [(0.99, False), (1.01, True)])
+def test_swings_and_jumps_are_predicted_no_better_from_the_same_error_on(times: float, poor: bool) -> None:
+    errors = misses(1.0, math.sqrt(times * NO_BETTER), 0.1, trials=1)
+    jumps: Any = SimpleNamespace(scored=(SimpleNamespace(name="a.csv"),))
+    assert bool(held_out.no_better(["a.csv"], errors, None)) == poor
+    assert bool(JumpingLeg.worse(jumps, errors, None)) == poor
+    assert held_out.NO_BETTER is jump_diagnosis.NO_BETTER
+
+
+def test_swings_and_jumps_have_the_same_bounds_of_tolerances() -> None:
+    plant: Any = SimpleNamespace(n_tolerance=3)
+    for low, high in (JumpBench.bounds(plant, ()), Workbench.bounds(plant, ())):
+        np.testing.assert_array_equal(high, np.full(3, LARGEST_TOLERANCE))
+        np.testing.assert_array_equal(low, -high)

@@ -52,6 +52,6 @@ def test_a_recording_that_stands_still_tells_no_pace() -> None:
     times = []
     for readings in ((swung,), (swung, still)):
         made = recordings(pendulum, [Trial(f"{n}.csv", time, r) for n, r in enumerate(readings)], ())
-        times.append(scales(pendulum, [angle_trial(recording, False) for recording in made]).time[0])
+        times.append(scales(pendulum, [angle_trial(recording, held_out=False) for recording in made]).time[0])
     assert times[1] == times[0]
     assert times[0] == pytest.approx(1.0 / 8.0, rel=0.3)  # s, from its largest frequency

@@ -12,18 +12,19 @@ from synth.diagnosis.angle_search import as_designed, fit_nominal
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
+from synth.diagnosis.left_out_fold import DIVERGED, finite
 from synth.diagnosis.odds import CALIBRATED, far_share, taken, weigh
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.score import score
-from synth.diagnosis.unseen import folds, independent, jackknife, unseen
+from synth.diagnosis.unseen import cells, folds, jackknife, unseen
 from synth.diagnosis.verdict import judge, of_no_account, paying, with_counts
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 
-TRIALS = [angle_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
+TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
 FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
 
 
@@ -54,17 +55,18 @@ def with_fitted(item: Assessed, ratio: float) -> Assessed:
     return replace(item, ratio=ratio, seen=held_out_error(*[ratio] * len(item.unseen.by_trial)))
 
 
-def test_white_errors_are_independent_and_slow_ones_are_not() -> None:
-    """Of an AR(1) series with coefficient a, n (1 - a)/(1 + a) (Priestley 1981, section 5.3.2)."""
-    generator = np.random.default_rng(1)
-    noise = generator.standard_normal(20_000)
-    slow = np.zeros(len(noise))
-    for k in range(1, len(noise)):
-        slow[k] = 0.9 * slow[k - 1] + noise[k]
-    assert independent(noise, 1e9) == pytest.approx(len(noise), rel=0.1)
-    assert independent(slow, 1e9) == pytest.approx(len(noise) * 0.1 / 1.9, rel=0.25)
-    assert independent(noise, 50.0) == 50.0
-    assert independent(np.ones(500), 50.0) < 5.0
+@pytest.mark.parametrize("away", [3e5, np.inf])
+def test_a_motion_that_runs_away_errs_alike_in_both_directions(away: float) -> None:
+    """Such an error counts as ``DIVERGED``, so that the odds do not depend on the side on which a motion leaves."""
+    trial = TRIALS[0]
+    bench = scene_of(TWO, recorded(TWO), Tolerance(), 0)[0].bench
+    bench = replace(bench, trials=(trial,))
+    up, down = (cells(bench, 0, np.full(int(trial.counts.sum()), side * away)) for side in (1.0, -1.0))
+    assert up[0] == pytest.approx(DIVERGED**2)
+    np.testing.assert_array_equal(down[0], up[0])
+    np.testing.assert_array_equal(
+        finite(np.array([np.inf, -np.inf, np.nan, -3e5])), [DIVERGED, -DIVERGED, DIVERGED, -3e5]
+    )
 
 
 def test_the_jackknife_of_means_is_the_standard_error() -> None:

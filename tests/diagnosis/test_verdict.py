@@ -11,14 +11,14 @@ from diagnosis.simulated_releases import TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
+from synth.diagnosis.left_out_fold import DIVERGED
 from synth.diagnosis.odds import in_order_of_odds
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.unknown_cause import of_unknown
-from synth.diagnosis.unseen import DIVERGED
 from synth.diagnosis.verdict import CALIBRATED, CONTRADICTED, doubted, judge, paying, weigh
 from synth.fit.recordings import recordings
 
-TRIALS = [angle_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
+TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
 FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
 
 

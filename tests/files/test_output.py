@@ -10,7 +10,9 @@ import signal
 import subprocess
 import sys
 import textwrap
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +22,8 @@ from hypothesis import strategies as st
 
 from synth.errors import UserError
 from synth.files import text_forms
-from synth.files.output import output_folder, sha256_file, write_csv, write_json
-from synth.files.result_values import read_design, read_fit, read_result, value_in_si
+from synth.files.output import output_folder, sha256_file, umask, write_csv, write_json, write_text
+from synth.files.result_values import read_design, read_fit, read_result
 
 
 def names(folder: Path) -> list[str]:
@@ -290,13 +292,6 @@ def test_bad_results(tmp_path: Path, text: str, words: str) -> None:
     assert words in str(caught.value)
 
 
-def test_values_come_back_in_si() -> None:
-    assert value_in_si({"value": 180, "unit": "deg"}, "rad") == pytest.approx(math.pi)
-    for bad in ({"value": 1}, {"value": "1", "unit": "m"}, {"value": 1, "unit": "kg"}, {"value": True, "unit": "m"}):
-        with pytest.raises(UserError):
-            value_in_si(bad, "m")
-
-
 def test_a_large_result_is_refused_by_size(tmp_path: Path) -> None:
     path = tmp_path / "fit.json"
     with path.open("wb") as stream:
@@ -312,3 +307,40 @@ def test_a_link_that_leads_to_itself_is_refused_before_any_work(tmp_path: Path) 
     with pytest.raises(UserError, match="leads to itself"), output_folder(tmp_path / "loop"):
         raise AssertionError("the work must not begin")
     assert names(tmp_path) == ["loop"]
+
+
+def test_two_threads_write_two_results_at_once(tmp_path: Path) -> None:
+    """Each within the other's block, and none into the other's folder."""
+    both = threading.Barrier(2, timeout=10.0)
+
+    def save(name: str) -> None:
+        with output_folder(tmp_path / name) as folder:
+            both.wait()
+            write_text(folder / "text.txt", name)
+            with pytest.raises(UserError, match="leads out of the folder"):
+                write_text(tmp_path / f"beside {name}", name)
+            both.wait()
+
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(save, ("first", "second")))
+    assert [(tmp_path / name / "text.txt").read_text() for name in names(tmp_path)] == ["first", "second"]
+
+
+def test_threads_that_ask_for_the_usual_permissions_leave_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The system gives the mask only to who sets it: another thread must not ask meanwhile."""
+    really = os.umask
+    usual = really(0o027)
+
+    def slow(mask: int) -> int:
+        found = really(mask)
+        if mask == 0:
+            time.sleep(0.02)
+        return found
+
+    monkeypatch.setattr(os, "umask", slow)
+    try:
+        with ThreadPoolExecutor(2) as pool:
+            assert list(pool.map(lambda _: umask(), range(8))) == [0o027] * 8
+        assert really(usual) == 0o027
+    finally:
+        really(usual)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import math
+import pickle
 import re
 import zipfile
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from synth.files.plain_value import NotPlain, Remade, classes_of, digest_of, from_bytes, to_bytes
-from synth.remarks import Remark, decisive, severity_of
+from synth.remarks import Remark, at_joint, decisive, joint_of, kind_of, like, severity_of
 
 
 @dataclass(frozen=True)
@@ -25,10 +26,13 @@ class Said:
     texts: tuple[str, ...]
 
 
-def test_a_remark_comes_back_with_its_severity() -> None:
-    again = from_bytes(to_bytes(Said(("plain", decisive("the law is assumed", "Record drops.")))), Said)
-    assert again.texts == ("plain", "the law is assumed")
-    assert [severity_of(text) for text in again.texts] == ["check", "decide"]
+def test_a_remark_comes_back_with_all_that_it_states() -> None:
+    said = (decisive("the law is assumed", "Record drops."), at_joint("hip", "at a bound", "note", kind="bound"))
+    again = from_bytes(to_bytes(Said(("plain", *said))), Said)
+    assert again.texts == ("plain", "the law is assumed", "hip: at a bound")
+    assert [severity_of(text) for text in again.texts] == ["check", "decide", "note"]
+    for text in (again.texts[2], pickle.loads(pickle.dumps(said[1])), like(said[1], "other words")):
+        assert (joint_of(text), kind_of(text)) == ("hip", "bound")
     assert isinstance(again.texts[1], Remark)
     assert again.texts[1].remedy == "Record drops."
 

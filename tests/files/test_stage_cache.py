@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from synth.cache import cache_folder
@@ -53,6 +54,18 @@ def test_keys_distinguish_inputs_stages_and_program(monkeypatch: pytest.MonkeyPa
     keys = {key_of("solids", 1.0), key_of("solids", 1), key_of("leg", 1.0), key_of("solids", 1.0, None)}
     monkeypatch.setattr(stage_cache, "program", lambda: "another version")
     assert len(keys | {key_of("solids", 1.0)}) == 5
+
+
+def test_keys_distinguish_arrays_in_every_element_and_digit() -> None:
+    """An array's usual text shows only the ends of a long one, and eight digits of a number."""
+    first = np.linspace(0.0, 1.0, 5000)
+    other, near = first.copy(), first.copy()
+    other[2500] = 99.0
+    near[7] = np.nextafter(near[7], 1.0)
+    arrays = (first, other, near, first.astype(np.float32))
+    assert len({key_of("solids", each) for each in arrays}) == len(arrays)
+    assert len({key_of("solids", {"a": (Kept(each),)}) for each in arrays}) == len(arrays)
+    assert key_of("solids", first) == key_of("solids", first.copy())
 
 
 DAMAGE: dict[str, Callable[[Path], object]] = {

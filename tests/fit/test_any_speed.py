@@ -14,8 +14,9 @@ from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import box_of, model_of, sought_by
 from synth.fit.fit_result import FitResult
 from synth.fit.recordings import recordings
-from synth.fit.report_fit import AT_BOUND, _at_edges
+from synth.fit.report_fit import at_edges
 from synth.motion.time_step import stepped_unit
+from synth.remarks import joint_of, severity_of
 from synth.swing.chain import compiled_chain, simulate
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
@@ -158,9 +159,11 @@ def test_an_estimate_at_a_bound_or_near_it_is_said(place: int, what: str) -> Non
     """Within a factor of two: an iteration usually stops just short of the bound."""
     unknowns = sought_by(model_of(pendulum(2.0, 0.06)))
     middle = 0.5 * (unknowns.lower + unknowns.upper)
-    assert _at_edges(unknowns, middle) == []
+    assert at_edges(unknowns, middle) == {}
     for side, off in ((unknowns.lower, 0.5), (unknowns.upper, -0.5)):
         values = middle.copy()
         values[place] = side[place] + off
-        (sentence,) = _at_edges(unknowns, values)
-        assert sentence.startswith(f"knee: the {what} {AT_BOUND}")
+        ((name, sentence),) = at_edges(unknowns, values).items()
+        assert name == f"{what.replace(' ', '_')} knee"
+        assert sentence.startswith(f"knee: the {what} is at a bound of the search")
+        assert (joint_of(sentence), severity_of(sentence)) == ("knee", "decide")

@@ -18,6 +18,7 @@ from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.plausibility import convention_doubts, doubts, leg_doubts, recording_doubts
 from synth.fit.recordings import recordings
+from synth.fit.uncertainty import sample_scatter
 from synth.swing.leg_model import Leg
 from synth.validation.thesis_data import read_lab_data
 
@@ -110,6 +111,12 @@ def test_a_wrong_sign_behind_an_absurd_damper_is_detected() -> None:
     assert np.degrees(found.rms["ankle"]) < 1.5
     assert found.law == {}
     (text,) = convention_doubts(wrong, given.fitted, found)
+    assert "with sign: -1 of the ankle" in text
+    # A smaller residual is looked into where the result has a rate at a bound, whatever its sentences say.
+    scatter = np.nan_to_num(sample_scatter(given.fitted))
+    near = replace(found, rms=dict(zip(wrong.joint_names, (3.0 * scatter).tolist(), strict=True)), warnings=())
+    assert convention_doubts(wrong, given.fitted, near) == []
+    (text,) = convention_doubts(wrong, given.fitted, replace(near, at_bound=("damper_rate ankle",)))
     assert "with sign: -1 of the ankle" in text
 
 

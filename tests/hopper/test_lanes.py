@@ -13,7 +13,7 @@ from synth.hopper.motors import motor_of
 from synth.jump import outcomes
 from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, Laminate, MotorOptions
 from synth.jump.jump_layout import LAYOUTS
-from synth.jump.jump_models import MODELS, lane
+from synth.jump.jump_models import MODELS, Model, columns, lane
 from synth.jump.jump_runs import compiled_jump, simulate
 from synth.jump.planar_jump import planar_jump
 from synth.model_checks.jumping import energy_of
@@ -209,3 +209,22 @@ def test_a_push_still_has_one_second() -> None:
         jump = simulate([(leg, slow)], GROUND, MODELS["full"])[0]
         assert jump.limit.startswith("too weak")
         assert planar_jump(leg, slow, GROUND, MODELS["full"]).outcome.limit.startswith("too weak")
+
+
+def test_what_a_model_includes_is_named_and_each_model_includes_what_it_says() -> None:
+    """Four switches in a row can be exchanged without a word."""
+    with pytest.raises(TypeError):
+        Model("E", "everything", "lanes", True, True)  # type: ignore[misc]
+    switches = ("electric", "joint_damping", "gear_loss", "hunt_crossley")
+    included = {name: {each for each in switches if getattr(model, each)} for name, model in MODELS.items()}
+    assert included == {
+        "point_mass": set(), "A": set(), "B": {"electric"}, "C": set(), "D": {"joint_damping"}, "full": {*switches},
+    }  # fmt: skip
+    leg, own, contact = HopperLeg(), motor(), Contact()
+    made = {name: columns(leg, own, contact, model, np.array([0.1])) for name, model in MODELS.items()}
+    assert [name for name, each in made.items() if each.electric] == ["B", "full"]
+    assert [name for name, each in made.items() if each.inductance[0] > 0.0] == ["B", "full"]
+    assert [name for name, each in made.items() if each.joint_damping[0] > 0.0] == ["D", "full"]
+    assert [name for name, each in made.items() if each.driving[0] < 1.0] == ["full"]
+    assert [name for name, each in made.items() if not each.may_pull] == ["full"]
+    assert [name for name, each in made.items() if each.contact_damping[0] == 0.0] == ["full"]

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from hopper.hoppers import catalogue, motor
+from synth import threads
+from synth.arrays import Array
 from synth.errors import UserError
+from synth.hopper import sweep as sweeping
 from synth.hopper.hopper_tolerances import QUANTITIES, UNIFORM, copies, groups, intervals
 from synth.hopper.motors import chosen_rows, motor_of, with_speed, with_torque
 from synth.hopper.sweep import OBJECTIVES, SweepProblem, pareto_front, run_sweep
@@ -72,6 +77,37 @@ def test_workers_and_intervals_do_not_change_a_design() -> None:
     np.testing.assert_allclose(with_intervals.values["clearance"], alone, atol=1e-4)
     jumping = with_intervals.status == 1
     assert np.all(with_intervals.clearance_low[jumping] <= with_intervals.values["clearance"][jumping])
+
+
+def test_chunks_are_counted_in_order_by_the_thread_that_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """While four threads work, of which the later ones finish first."""
+    monkeypatch.setenv(threads.VARIABLE, "4")
+    threads._workers.cache_clear()
+    monkeypatch.setattr(sweeping, "CHUNK", 2)
+    whole = sweeping._chunk
+
+    def chunk(problem: SweepProblem, index: int) -> Array:
+        time.sleep(0.01 * (8 - index))
+        return whole(problem, index)
+
+    monkeypatch.setattr(sweeping, "_chunk", chunk)
+    told: list[tuple[int, int]] = []
+    callers = set()
+
+    def progress(done: int, count: int) -> None:
+        callers.add(threading.current_thread())
+        time.sleep(0.03 if done % 2 else 0.0)
+        told.append((done, count))
+
+    try:
+        found = run_sweep(problem("point_mass"), progress=progress)
+    finally:
+        threads._workers().shutdown()
+        threads._workers.cache_clear()
+    assert told == [(k, 8) for k in range(1, 9)]
+    assert callers == {threading.current_thread()}
+    monkeypatch.undo()
+    np.testing.assert_array_equal(found.status, run_sweep(problem("point_mass")).status)
 
 
 def test_a_length_out_of_reach_does_not_jump_and_has_a_reason() -> None:

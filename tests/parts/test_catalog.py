@@ -5,16 +5,18 @@ from __future__ import annotations
 import csv
 import math
 import re
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from synth.errors import UserError
+from synth.parts.catalog_table import read_table
 from synth.parts.catalogs import Catalogue, catalog_folder, catalogue_rows_as_table, check_catalogue
 from synth.parts.coil_angle import angle_mismatch
 from synth.parts.row_check import contradictions, geometric_rates, missing
-from synth.parts.rows import FAMILIES, CatalogueRow, TorsionSpringRow
+from synth.parts.rows import FAMILIES, CatalogueRow, GearMotorRow, TorsionSpringRow
 from synth.parts.usable import offers
 from synth.units import factor
 
@@ -63,6 +65,37 @@ def test_complete_rows_lack_nothing_and_contradict_nothing(row: CatalogueRow) ->
         assert not wrong
     if wrong:
         assert row.status.startswith("contradiction: ")
+        assert row.state == "contradiction"
+
+
+def test_the_column_says_the_state_and_what_follows_from_it_does_not_read_the_column() -> None:
+    for row in ALL_ROWS:
+        assert row.state not in ("", "other"), row.place
+        assert row.status.startswith(row.state)
+        other = replace(row, status="usable contradiction complete")
+        assert (other.complete, other.choosable, other.sound) == (row.complete, row.choosable, row.sound)
+        assert not row.reasons or row.judged(row.state, row.reasons) == row
+
+
+@pytest.mark.parametrize(
+    ("status", "state", "choosable"),
+    [("", "", False), ("complete", "complete", True), ("usable: measured", "usable", True),
+     ("complete set of two", "other", False), ("discontinued", "other", False), ("size only: no strength", "size only",
+     False)],
+)  # fmt: skip
+def test_a_table_s_status_is_read_once(tmp_path: Path, status: str, state: str, choosable: bool) -> None:
+    table = tmp_path / "springs.csv"
+    table.write_text(f"part,rate [N*m/rad],status\nA,1,{status}\n")
+    (row,) = read_table(table).rows
+    assert (row.state, row.status, row.choosable) == (state, status, choosable)
+
+
+def test_a_gear_motor_s_shaft_and_basis_are_read_from_their_columns() -> None:
+    """The shaft was searched for in the words of its size."""
+    motors = [row for row in ALL_ROWS if isinstance(row, GearMotorRow)]
+    assert {row.shaft_size for row in motors} == {3e-3, 4e-3, None}
+    assert sum(row.interpolated for row in motors) == 3
+    assert not replace(motors[0], basis="derived in part").interpolated
 
 
 @pytest.mark.parametrize("row", SPRINGS_WITH_GEOMETRY, ids=lambda row: row.part)

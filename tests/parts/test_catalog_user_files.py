@@ -11,11 +11,24 @@ import pytest
 from synth.errors import Problem, UserError
 from synth.parts.catalog_table import MAX_PROBLEMS, read_table
 from synth.parts.catalogs import Catalogue, check_catalogue
-from synth.parts.damper_law import CONCAVE_EXPONENT, CONCAVE_EXPONENT_RANGE, chord_error, power_law_curve
+from synth.parts.damper_law import CONCAVE_EXPONENT, CONCAVE_EXPONENT_RANGE, power_law_curve
 
 SPRINGS = (
     "part,vendor,material,included_angle [deg],rate [lbf*in/deg],wire_diameter [in],outer_diameter [in],body_coils [1]"
 )
+
+
+def chord_error(exponent: float, ratio: float) -> float:
+    """Largest relative error of a straight line between two points of a power law, chord over law less 1.
+
+    With x = w / w_low in [1, ratio] the chord is 1 + s (x - 1), s = (ratio^n - 1)/(ratio - 1); the error of
+    (1 + s (x - 1)) / x^n is stationary at x = n (1 - s) / (s (1 - n)).
+    """
+    if exponent == 1.0:
+        return 0.0
+    slope = (ratio**exponent - 1.0) / (ratio - 1.0)
+    worst = exponent * (1.0 - slope) / (slope * (1.0 - exponent))
+    return float((1.0 + slope * (worst - 1.0)) / worst**exponent - 1.0)
 
 
 def _file(folder: Path, text: str, name: str = "mine.csv") -> Path:

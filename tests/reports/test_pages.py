@@ -19,9 +19,11 @@ import pytest
 from page_reader import check_words, drawings, page_of
 from synth import reports
 from synth.batch.folder_summary import fit_columns, fit_entry
+from synth.files.kept_templates import FOLDER, kept_templates
 from synth.remarks import about, decisive, noted, read_remark, remark_json, severity_of
 from synth.reports import ReportError, write_fit_report, write_leg_report
 from synth.reports.many_pages import write_fits_report
+from synth.reports.page import environment
 from synth.reports.reading import read_result
 from synth.reports.sections.warnings import warnings_of
 from synth.reports.severity import foremost, judged
@@ -42,6 +44,19 @@ def test_leg_page_needs_nothing_outside_itself(leg_folder: LegFolder) -> None:
     rest = re.sub(r"<title>.*?</title>|<script>.*?</script>", "", html, flags=re.S)
     assert not re.search(r"url\(|@import|https?://", rest)
     assert "default-src 'none'" in html
+
+
+def test_a_page_with_a_store_of_templates_leaves_others_without(
+    fit_folder: FitFolder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SYNTH_CACHE", str(tmp_path / "cache"))
+    folder, _ = fit_folder(["knee"], 1)
+    plain = write_fit_report(folder).read_bytes()
+    assert not (tmp_path / "cache").exists()
+    assert write_fit_report(folder, kept_templates()).read_bytes() == plain
+    assert any((tmp_path / "cache" / FOLDER).iterdir())
+    assert environment().bytecode_cache is None
+    assert environment(kept_templates()).bytecode_cache is kept_templates()
 
 
 def test_pairs_that_fit_equally_well_stand_in_a_table(fit_folder: FitFolder) -> None:

@@ -9,13 +9,13 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import os
 import sys
 from pathlib import Path
 
 from robustness.page import write_page
 from robustness.study import study_case
 from synth.batch.local import run_here
+from synth.threads import core_count
 
 ROOT = Path(__file__).parents[2]
 PARTS = (
@@ -34,7 +34,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=500)
     parser.add_argument("--to", type=Path, required=True, help="folder for everything")
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--workers", type=int, default=core_count())
     chosen = parser.parse_args(arguments)
     folder = chosen.to / "records"
     digest = _source_hash()

@@ -14,7 +14,8 @@ from synth.errors import UserError
 from synth.parts import coil_angle
 from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import active_coils, coil_product, mean_diameter_for, rate
-from synth.spring import space, spring_search, stress
+from synth.spring import fatigue, space, spring_search, stress
+from synth.spring.codes import OPENING
 from synth.spring.design import design_spring
 from synth.spring.evaluate import check_spring, travel_limit
 from synth.spring.preferred_springs import suits
@@ -190,7 +191,33 @@ def test_opening_widens_the_coil_and_counts_for_stress(catalogue: Catalogue) -> 
     opening = check_spring(music, 2.54e-3, 26e-3, 6.25, SpringTask(0.2, opening_travel=0.6))
     assert closing.outer_diameter == pytest.approx(28.54e-3)
     assert opening.outer_diameter == pytest.approx(26e-3 * 6.25 / (6.25 - 0.6 / math.tau) + 2.54e-3)
-    assert opening.stress == pytest.approx(3 * closing.stress)
+    assert opening.stress == closing.stress
+    assert opening.moment == closing.moment
+    assert opening.opening_stress == pytest.approx(3 * closing.stress)
+    assert opening.opening_moment == pytest.approx(3 * closing.moment)
+    assert opening.safety == pytest.approx(OPENING * opening.yield_stress / opening.opening_stress)
+    assert opening.use == pytest.approx(opening.opening_stress / opening.allowed_opening_stress)
+
+
+def test_the_bend_of_a_radial_arm_counts_for_safety_and_life(catalogue: Catalogue) -> None:
+    """The bend bears more than the coil: a spring was said to last 1e5 turns whose arms do not."""
+    music = catalogue.find_material("music wire")
+    task = SpringTask(math.radians(60.0), opening_travel=math.radians(20.0), convention="radial")
+    design = check_spring(music, 2.5e-3, 18e-3, 5.25, task)
+    assert design.arm_stress > design.stress
+    assert design.safety == pytest.approx(design.yield_stress / design.arm_stress)
+    assert design.use == pytest.approx(design.arm_stress / design.allowed_stress)
+    assert design.life is not None
+    strength = design.tensile_strength
+    in_bend = fatigue.life(music.properties(2.5e-3).fatigue, strength, -design.arm_stress / 3.0, design.arm_stress)
+    assert in_bend is not None
+    assert design.life.factor_1e5 == pytest.approx(in_bend.factor_1e5)
+    for cycles, factor in ((1e5, 1.0), (1e6, 1.2)):
+        limits = SpringLimits(cycles=cycles, fatigue_safety=factor)
+        longest = travel_limit(replace(design, allowed_stress=1e12), limits)
+        again = check_spring(music, 2.5e-3, 18e-3, 5.25, replace(task, travel=longest))
+        assert again.life is not None
+        assert again.life.factor(cycles) == pytest.approx(factor, rel=1e-6)
 
 
 class TestLimits:
@@ -252,25 +279,19 @@ class TestIncludedAngle:
 
     @given(st.floats(0.0, math.tau - 1e-6), st.integers(1, 20), st.sampled_from(coil_angle.CONVENTIONS))
     def test_round_trip(self, angle: float, whole: int, convention: coil_angle.Convention) -> None:
-        coils = coil_angle.coils_for_angle(whole, angle, convention)
+        coils = whole + coil_angle.coil_fraction(angle, convention)
         assert whole <= coils < whole + 1
         back = coil_angle.included_angle(coils, convention)
         assert math.remainder(back - angle, math.tau) == pytest.approx(0.0, abs=1e-9)
 
-    def test_thesis_hip_is_by_no_convention(self) -> None:
-        with pytest.raises(
-            UserError, match=r"1\.04 coils with tangent legs give 165\.6 deg; 105 deg takes 1\.208 coils"
-        ):
-            coil_angle.require_agreement(1.04, math.radians(105.0))
-        for convention in ("radial", "axial"):
-            with pytest.raises(UserError, match="contradict each other"):
-                coil_angle.require_agreement(1.04, math.radians(105.0), convention)  # type: ignore[arg-type]
-
-    def test_convention_that_would_fit_is_named(self) -> None:
-        coil_angle.require_agreement(5.25, math.radians(90.0), "radial")
-        coil_angle.require_agreement(6.17, math.radians(120.0))
-        with pytest.raises(UserError, match="With radial or axial legs they agree"):
-            coil_angle.require_agreement(5.17, math.radians(61.2))
+    @pytest.mark.parametrize(
+        ("coils", "degrees", "fitting"),
+        [(1.04, 105.0, set()), (5.25, 90.0, {"tangent", "radial", "axial"}), (5.17, 61.2, {"radial", "axial"})],
+        ids=["the thesis's hip", "a right angle", "between the legs' positions"],
+    )
+    def test_conventions_that_fit(self, coils: float, degrees: float, fitting: set[str]) -> None:
+        off = {each: coil_angle.angle_mismatch(coils, math.radians(degrees), each) for each in coil_angle.CONVENTIONS}
+        assert {each for each, angle in off.items() if abs(angle) <= coil_angle.TOLERANCE} == fitting
 
 
 class TestBadInput:

@@ -152,7 +152,7 @@ class TestWinding:
     @pytest.mark.parametrize(("clockwise", "hand"), [(True, "right"), (False, "left")])
     def test_the_hand_whose_coil_work_closes(self, clockwise: bool, hand: str) -> None:
         """A right-hand helix, seen from its near end, goes away clockwise; turning the far end on winds it."""
-        assert winding.hand_for(clockwise) == hand
+        assert winding.hand_for(closes_clockwise=clockwise) == hand
         sense = -1.0 if hand == "right" else 1.0  # angle of the far end, seen from the near one, counter-clockwise +
         turns_before = 5.0
         far_end = sense * math.tau * turns_before

@@ -23,7 +23,8 @@ from synth.fit import rate_search
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.recordings import Recording
-from synth.fit.ridge import SOFTEST
+from synth.fit.ridge import RIDGE, SOFTEST
+from synth.remarks import at_joint
 from synth.validation import robot_tables
 from synth.validation.built_leg import isolated
 from synth.validation.explanations import difference_sentences, found_rates, inside, on_bounds
@@ -156,7 +157,9 @@ def test_sentences_follow_from_the_figures(folder: Path) -> None:
     assert all("determine the quotient" in text for text in ridge)
     poor = difference_sentences(ours * np.array([[2.0], [1.0]]), target_fit, np.full(3, 0.02), np.full(3, 0.01))
     assert all("the published pair fits worse" in text for text in poor)
-    softest = f"hip: {SOFTEST}: 3 N*m/rad."  # the fit's own sentence replaces ours on the hip alone
+    softest = at_joint(
+        "hip", f"{SOFTEST}: 3 N*m/rad.", kind=RIDGE
+    )  # the fit's own sentence replaces ours on the hip alone
     moved = difference_sentences(
         ours, replace(target_fit, not_separable=(softest,)), np.full(3, 0.01), np.full(3, 0.01)
     )

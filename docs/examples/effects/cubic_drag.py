@@ -12,7 +12,7 @@ def torque(rotation, rate, deflection, spring_rate, damper_rate, damper_torque, 
 EFFECT = Effect(
     name="cubic_drag",
     meaning="drag that grows with the cube of speed",
-    phrase="lacks drag that grows with the cube of speed",
+    phrase="has drag that grows with the cube of speed",
     formula="-strength w^3",
     source="an example; no textbook",
     way="torque",

@@ -41,7 +41,7 @@ class Products:
     tolerances: Array
 
     def __add__(self, other: Products) -> Products:
-        """With further trials."""
+        """The responses with further trials."""
         return Products(self.own + other.own, self.across + other.across, self.tolerances + other.tolerances)
 
     @property
@@ -127,7 +127,7 @@ def _sized(bench: Workbench, at: EvaluatedHypothesis, starts: Sequence[Evaluated
         sizes = np.array([rung.unknowns[first:] for rung in ladder])
         shown = _first_shown(start, sizes[good], here[good], first)
         candidate = start.hypothesis[0]
-        size = scaled(candidate, sizes[best], COMPARED / bare[best]) if has_size(candidate) else sizes[best]
+        size = candidate.strengthened(sizes[best], COMPARED / bare[best]) if has_size(candidate) else sizes[best]
         point = np.concatenate([start.unknowns[:first], np.clip(size, *candidate.bounds())])
         made.append(CauseResponse(replace(start, unknowns=point), shown))
     return made
@@ -159,12 +159,13 @@ def _first_shown(start: EvaluatedHypothesis, sizes: Array, signals: Array, first
     if not has_size(candidate):
         return sizes[int(np.argmax(signals))] if signals.max() >= VISIBLE else None
     strengths = [k for k, name in enumerate(candidate.shape.free) if name in candidate.effect.strengths]
-    magnitude = np.linalg.norm(sizes[:, strengths], axis=1)
+    strong = (sizes - candidate.absent)[:, strengths]
+    magnitude = np.linalg.norm(strong, axis=1)
     shown = np.flatnonzero(signals >= VISIBLE)
     if not len(shown):
         return None
     k = int(shown[np.argmin(magnitude[shown])])
-    sense = np.sign(sizes[:, strengths[0]])
+    sense = np.sign(strong[:, 0])
     below = [i for i in range(len(sizes)) if sense[i] == sense[k] and magnitude[i] < magnitude[k]]
     if below:
         b = max(below, key=lambda i: magnitude[i])
@@ -172,7 +173,7 @@ def _first_shown(start: EvaluatedHypothesis, sizes: Array, signals: Array, first
         factor = float((magnitude[b] / magnitude[k]) ** (1.0 - np.clip(share, 0.0, 1.0)))
     else:
         factor = VISIBLE / float(signals[k])
-    return scaled(candidate, sizes[k], factor)
+    return candidate.strengthened(sizes[k], factor)
 
 
 def has_size(candidate: ShapedEffect) -> bool:
@@ -182,9 +183,3 @@ def has_size(candidate: ShapedEffect) -> bool:
 
 def _priors(candidate: ShapedEffect) -> list[tuple[str, Prior]]:
     return list(zip(candidate.shape.free, candidate.priors, strict=True))
-
-
-def scaled(candidate: ShapedEffect, unknowns: Array, factor: float) -> Array:
-    """Whitened unknowns (size,) with the strengths multiplied."""
-    strengths = np.array([name in candidate.effect.strengths for name in candidate.shape.free])
-    return np.asarray(np.where(strengths, unknowns * factor, unknowns))

@@ -44,7 +44,7 @@ class Channel:
 
 
 def channels(
-    joints: Sequence[str], recordings: Sequence[Recording], sensor: AngleSensor, noise_seen: bool = True
+    joints: Sequence[str], recordings: Sequence[Recording], sensor: AngleSensor, *, noise_seen: bool = True
 ) -> tuple[Channel, ...]:
     """Noise, count and motion of every joint's channel; ``noise_seen`` : whether the sensor's was read from them."""
     made = []

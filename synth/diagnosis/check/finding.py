@@ -51,7 +51,7 @@ def of_remark(remark: str, recordings: Sequence[str]) -> Finding:
 
 
 def worst_first(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """By level, otherwise in the order given."""
+    """Findings by level, otherwise in the order given."""
     return tuple(sorted(findings, key=lambda finding: LEVELS.index(finding.level)))
 
 

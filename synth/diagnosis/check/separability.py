@@ -14,7 +14,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.check.cause_responses import COMPARISON, CauseResponse, Products, has_size, products, scaled
+from synth.diagnosis.check.cause_responses import COMPARISON, CauseResponse, Products, has_size, products
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Key
@@ -180,7 +180,7 @@ def sized(candidate: ShapedEffect, unknowns: Array, factor: float) -> dict[str, 
     """
     if not has_size(candidate) and factor > 1.0:
         return {}
-    point = scaled(candidate, unknowns, factor)
+    point = candidate.strengthened(unknowns, factor)
     low, high = candidate.bounds()
     if np.any(np.abs(point) > np.where(point < 0.0, np.abs(low), np.abs(high)) + 1e-9) and factor > 1.0:
         return None

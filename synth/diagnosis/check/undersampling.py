@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import comb, isnan, pi, sin, sqrt
+from math import isnan, pi, sin
 from typing import Literal
 
 import numpy as np
 
-from synth.arrays import Array
-from synth.diagnosis.sensor_noise import ORDER, unit_differences
+from synth.arrays import Array, finite_median
+from synth.diagnosis.sensor_noise import ORDER
 from synth.fit.recordings import Recording
+from synth.motion.noise import difference_scale, unit_differences
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, outboard_inertia
 
@@ -35,7 +36,7 @@ Witness = Literal["", "slow", "jumps", "unclear", "doubtful"]
 
 def roughness_of(samples: float) -> float:
     """Sixth differences over a sinusoid of so many samples a period, scaled to white noise's own deviation."""
-    return float((2.0 * sin(pi / samples)) ** ORDER / sqrt(sum(comb(ORDER, k) ** 2 for k in range(ORDER + 1))))
+    return float((2.0 * sin(pi / samples)) ** ORDER / difference_scale(ORDER))
 
 
 # A sinusoid at ``FEWEST``: 0.26. A fast swing beside a slow one, or one that decays, shows less: as one of six samples.
@@ -65,7 +66,7 @@ def jumps(recording: Recording) -> Jumps:
         width = max(len(jump) // QUARTER, LEAST)
         motion = np.lib.stride_tricks.sliding_window_view(value, width + ORDER).std(axis=1)
         # The median: of a sinusoid it is the RMS, and a single outlier does not count.
-        jumped = np.array([_median(jump[k : k + width]) for k in range(len(motion))])
+        jumped = np.array([finite_median(jump[k : k + width]) for k in range(len(motion))])
         most = int(np.argmax(motion))
         if motion[most] > 0.0 and np.isfinite(jumped[most]):
             falls = bool(np.nanmin(jumped) < FALLS * jumped[most])
@@ -75,11 +76,6 @@ def jumps(recording: Recording) -> Jumps:
         return Jumps(np.nan, False)
     _, roughness, falls = max(moving, key=lambda each: each[1])
     return Jumps(roughness, falls)
-
-
-def _median(values: Array) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else np.nan
 
 
 def designed_swings(leg: Leg, recording: Recording) -> tuple[float, float] | None:

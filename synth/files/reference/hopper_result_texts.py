@@ -49,6 +49,7 @@ HOPPER = {
     "map.gear_ratio": "Columns of the map.",
     "map.leg_length_m": "Rows of the map, m.",
     "map.clearance_m[]": "Clearance at each point, m.",
+    "map.feasible[]": "Whether each point's design leaves the ground within its limits.",
     "map.total_height_m[]": "Total height at each point, m.",
     "parts.as_drawn.flexure_rates.NAME": "Torque per angle of the flexures as drawn.",
     "parts.as_drawn.NAME": "The jump with the flexures as drawn.",

@@ -38,7 +38,7 @@ class SpringTendon:
 
     @property
     def power(self) -> int:
-        """Of the single term; 0 if there are several."""
+        """Power of the single term; 0 if there are several."""
         held = [power for power, value in enumerate(self.terms, 1) if value]
         return held[0] if len(held) == 1 else 0
 

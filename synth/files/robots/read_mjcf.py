@@ -52,7 +52,7 @@ def read_mjcf(path: Path) -> Robot:
     held = held_by_tendons(mujoco, model)
     arms = {arm for arm, _ in held.plays.values()}
     massless = {int(model.jnt_bodyid[arm]) for arm in arms}
-    bodies = tuple(_body(model, data, index, index in massless) for index in range(1, model.nbody))
+    bodies = tuple(_body(model, data, index, massless=index in massless) for index in range(1, model.nbody))
     read = {index: _joint(model, data, index, held) for index in range(model.njnt)}
     for index, tendons in held.springs.items():
         sprung = with_springs(read[index], tendons)
@@ -88,7 +88,7 @@ def _name(mujoco: Any, model: Any, kind: str, index: int) -> str:
     return mujoco.mj_id2name(model, getattr(mujoco.mjtObj, kind), index) or ""
 
 
-def _body(model: Any, data: Any, index: int, massless: bool) -> RobotBody:
+def _body(model: Any, data: Any, index: int, *, massless: bool) -> RobotBody:
     import mujoco
 
     turn = data.ximat[index].reshape(3, 3)

@@ -91,7 +91,7 @@ def read_bag(path: Path, mapping: Mapping, name: str) -> Channels:
 
 
 def _content(path: Path, name: str, title: str, *, mcap: bool) -> dict[str, Any]:
-    code = READER.read_text(encoding="utf-8") + f"\narrays = joint_arrays(path, {mcap})\n"
+    code = READER.read_text(encoding="utf-8") + f"\narrays = joint_arrays(path, mcap={mcap})\n"
     return read_in_child(code, path, name, title)
 
 

@@ -16,6 +16,7 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers.foreign_data import Markers, listed, other_side
 from synth.motion.importers.swaps import exchanged, restored, swap_notes
+from synth.motion.noise import MAD_TO_SD
 from synth.swing.leg_model import Leg
 
 STRETCH = 0.2  # of a link's length; with a larger deviation a point is misplaced
@@ -184,7 +185,7 @@ def fitted_plane(space: Array, up: str, markers: Markers, notes: list[str]) -> A
 def _misplaced(length: Array, middle: Array, leg: Leg, notes: list[str]) -> Mask:
     """(n, n_link) True if a link is so long or short that one of its points must be wrong."""
     off = np.abs(length - middle)
-    spread = 1.4826 * np.nanmedian(off, axis=0)
+    spread = MAD_TO_SD * np.nanmedian(off, axis=0)
     wrong = off > np.maximum(STRETCH * middle, SPREADS * spread)
     for i, name in enumerate(leg.joint_names):
         if wrong[:, i].any():

@@ -143,7 +143,7 @@ def bag_messages(path: str, unread: dict[str, str]) -> Iterator[Message]:
             yield connection.topic, kind, time * 1e-9, content
 
 
-def joint_arrays(path: str, mcap: bool) -> dict[str, Any]:
+def joint_arrays(path: str, *, mcap: bool) -> dict[str, Any]:
     """All joint data of a log.
 
     Returns

@@ -33,7 +33,7 @@ def start(deflection, friction, presliding):  # type: ignore[no-untyped-def]
 EFFECT = Effect(
     name="coulomb_friction",
     meaning="dry friction, constant in speed",
-    phrase="lacks dry friction",
+    phrase="has dry friction",
     formula="-torque s, s = z + (2e-4 rad / presliding) 1 ms dz/dt within -1 .. 1,\n"
     "dz/dt = (1.005 w - |w| z) / presliding up to |z| = 1;\n"
     "presliding below 2e-4 rad: it reverses at once, and holds with s = x (3 - x^2) / 2, x = z + 1 ms dz/dt,\n"

@@ -40,7 +40,7 @@ def start(deflection, unloaded, share, backdriven, fall, speed, presliding):  # 
 EFFECT = Effect(
     name="gear_load_friction",
     meaning="dry friction of a gear, which grows with the drive's torque",
-    phrase="lacks gear friction that grows with the drive's torque",
+    phrase="has gear friction that grows with the drive's torque",
     formula="-s (torque + max(0, share + backdriven [where the load drives the motor]) |T|) "
     "(1 - fall + fall exp(-(w/speed)^2)), T the drive's torque, s as of coulomb_friction",
     source="Duclusaud et al., BAM, arXiv 2410.08650, models M3 (share), M4 (fall) and M5 (directions apart)",

@@ -25,7 +25,7 @@ def start(deflection, radius, share, presliding):  # type: ignore[no-untyped-def
 EFFECT = Effect(
     name="load_friction",
     meaning="dry friction that grows with the joint's load",
-    phrase="lacks dry friction that grows with load",
+    phrase="has dry friction that grows with load",
     formula="-s (radius |F| + share |T|), F the bearing force, T the spring's torque, s as of coulomb_friction",
     source="journal bearing: Shigley, Mechanical Engineering Design, ch. 12; gear: Duclusaud et al., BAM, "
     "arXiv 2410.08650, model M3",

@@ -17,7 +17,7 @@ def torque(  # type: ignore[no-untyped-def]
 EFFECT = Effect(
     name="quadratic_damping",
     meaning="drag that grows faster than speed",
-    phrase="lacks drag that grows faster than speed",
+    phrase="has drag that grows faster than speed",
     formula="-coefficient speed^2 |w / speed|^exponent sign(w); speed does not matter at exponent 2",
     source="Newton's drag law; Hoerner, Fluid-Dynamic Drag (1965), ch. 1",
     way="torque",

@@ -36,7 +36,7 @@ def start(deflection, friction, fall, speed, presliding):  # type: ignore[no-unt
 EFFECT = Effect(
     name="stribeck_friction",
     meaning="dry friction that falls with speed",
-    phrase="lacks dry friction that falls with speed",
+    phrase="has dry friction that falls with speed",
     formula="-s torque (1 - fall + fall exp(-(w/speed)^2)), s as of coulomb_friction",
     source="Stribeck 1902; Armstrong-Helouvry, Dupont & Canudas de Wit, Automatica 30 (1994) 1083, eq. 5",
     way="torque",

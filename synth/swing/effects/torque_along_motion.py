@@ -90,30 +90,6 @@ def torque_along(effect: Effect, motion: AlongMotion, parameters: Array | Sequen
     return result.reshape(motion.shape)
 
 
-def columns_along(effect: Effect, motion: AlongMotion, parameters: Array | Sequence[float]) -> dict[str, Array]:
-    """Torque per unit of each strength along a motion, for an effect that is linear in its strengths.
-
-    ``parameters`` : as in ``torque_along``; the values of the strengths themselves are ignored.
-
-    Returns
-    -------
-    Name of a strength -> array of the motion's shape, N m per unit of the strength: columns of a linear regression.
-
-    Raises
-    ------
-    ValueError : the effect is not linear in its strengths.
-    """
-    if not effect.linear:
-        raise ValueError(f"{effect.name} is not linear in {', '.join(effect.strengths)}")
-    found = {}
-    for strength in effect.strengths:
-        unit = np.array(parameters, dtype=float)
-        unit[[effect.index(name) for name in effect.strengths]] = 0.0
-        unit[effect.index(strength)] = 1.0
-        found[strength] = torque_along(effect, motion, unit)
-    return found
-
-
 def _along(effect: Effect, time: Array, inputs: Array, parameters: Array) -> Array:
     """Torque (n_time, 16) for inputs (n_time, 7, 16) in the order of ``_INPUTS`` and parameters (n_parameter, 16)."""
     chain = compiled_chain(1)

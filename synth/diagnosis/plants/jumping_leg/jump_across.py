@@ -100,7 +100,7 @@ class Across:
 
 
 def across(gaps: JumpGaps) -> Across:
-    """From the jumps with a measured rise, scored ones first."""
+    """The comparison from the jumps with a measured rise, scored ones first."""
     designs = []
     scored = list(zip(gaps.trials, gaps.rises, strict=True))
     for trial, rise in [*scored, *gaps.learnt]:

@@ -1,9 +1,8 @@
 """Hypotheses fitted to jumps, by ``synth.estimation``; each trial's own unknowns are eliminated.
 
 Derivatives are differences between lanes that share every step of the integration. For a leaning trial, those by
-unknowns
-that only a lean shows are computed with the planar form, all others with an upright jump: the planar form takes a
-hundred times as long as a lane.
+unknowns that only a lean shows are computed with the planar form, all others with an upright jump: the planar form
+takes a hundred times as long as a lane.
 """
 
 from __future__ import annotations
@@ -18,6 +17,7 @@ from synth.diagnosis.effect_shape import shape_places
 from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
 from synth.diagnosis.plants.jumping_leg.jump_data import Jump
 from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN, JumpPredictor
+from synth.diagnosis.search_limits import LARGEST_TOLERANCE
 from synth.estimation.levenberg_marquardt import Factors, Iterate, LeastSquares, minimise
 from synth.estimation.normal_equations import ParameterStep, ReducedNormal, StepLimits, TrialNormal
 from synth.threads import in_parallel
@@ -26,7 +26,6 @@ STEP = 0.05  # whitened, step of the differences
 # Most iterations; the last step gains less than CONVERGED_BY, or than SHARE of the cost.
 ROUNDS, CONVERGED_BY, SHARE = 25, 0.05, 1e-3
 HOPELESS, LAZY = 4.0, 0.05  # times the best hypothesis' cost; the share of the cost that a step must gain above that
-WITHIN = 2.5  # standard deviations; a larger value is not within tolerances, however much it would explain
 FARTHEST = 2.5  # whitened, largest step of a tolerance or a trial's own unknown
 SOFTENING = (8.0, 2.5)  # factors on the samples' uncertainty in successive fits, before they count fully
 SOFT_ROUNDS = 6  # iterations, see ``solve``
@@ -84,7 +83,7 @@ class JumpBench:
 
     def bounds(self, hypothesis: Sequence[JumpCandidate]) -> tuple[Array, Array]:
         """Bounds of the unknowns."""
-        wide = np.full(self.n_tolerance, WITHIN)
+        wide = np.full(self.n_tolerance, LARGEST_TOLERANCE)
         ends = [candidate.bounds() for candidate in hypothesis]
         return np.concatenate([-wide, *(low for low, _ in ends)]), np.concatenate([wide, *(high for _, high in ends)])
 
@@ -219,11 +218,11 @@ class _Hypothesis(LeastSquares[JumpFit]):
         return [self.bench.evaluate(point) for point in points]
 
     def normal(self, point: JumpFit) -> ReducedNormal:
-        """By all unknowns."""
+        """Normal equations of all unknowns at a point."""
         return self.bench.normal(point)
 
     def bounds(self, point: JumpFit) -> tuple[Array, Array]:
-        """Of tolerances and causes."""
+        """Lowest and highest tolerances and causes' unknowns, (p,) each, whitened."""
         return self.bench.bounds(point.hypothesis)
 
     def limits(self, point: JumpFit) -> StepLimits:

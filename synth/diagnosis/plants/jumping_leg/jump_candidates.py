@@ -27,7 +27,7 @@ class JumpCandidate(ShapedEffect):
         return self.effect.name, self.effect.place
 
     def natural_size(self, parameter: Parameter) -> float:
-        """By motor and ground, see ``natural_sizes``."""
+        """The natural size by motor and ground, see ``natural_sizes``."""
         return self.sizes.get(parameter.unit, 1.0) if parameter.natural else 1.0
 
     def apply(self, jumps: JumpLanes, x: Array) -> None:
@@ -36,7 +36,7 @@ class JumpCandidate(ShapedEffect):
 
 
 def natural_sizes(jumps: Sequence[Jump]) -> dict[str, float]:
-    """From the first motor and the ground, so that priors scale with the size of the leg."""
+    """Natural sizes from the first motor and the ground, so that priors scale with the size of the leg."""
     of = jumps[0].jumps
     resistance = float(of.voltage[0] / of.stall_current[0])
     return {

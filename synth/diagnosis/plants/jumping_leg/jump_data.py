@@ -19,7 +19,7 @@ from synth.hopper.measured_jump import (
     refuse_still,
 )
 from synth.hopper.motors import motor_of
-from synth.hopper.switch_on import from_switch_on, white_noise
+from synth.hopper.switch_on import from_switch_on, noise_of
 from synth.jump.hopper_leg import HopperLeg, Motor
 from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import MODELS, columns
@@ -82,7 +82,7 @@ class Jump:
 
     @property
     def weight(self) -> float:
-        """Of each sample's squared error."""
+        """Weight of each sample's squared error."""
         return min(1.0, EFFECTIVE / len(self.time))
 
 
@@ -160,7 +160,7 @@ def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, gro
         recorded = _averaged(stretch)
         measured = {name: recorded[name] for name in CLAIM if name in recorded and (name != "pitch" or trial.lean)}
         torque = None
-    noise = {name: max(white_noise(values), LEAST_NOISE[name]) for name, values in measured.items()}
+    noise = {name: max(noise_of(values), LEAST_NOISE[name]) for name, values in measured.items()}
     sigma = {name: uncertain(recorded["time"], v, noise[name], name) for name, v in measured.items()}
     group = groups.setdefault(trial.motor, len(groups))
     return Jump(trial, leg, motor, recorded["time"], measured, sigma, noise, jumps, group, slip, torque, *own)

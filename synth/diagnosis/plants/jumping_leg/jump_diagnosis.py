@@ -1,4 +1,4 @@
-"""The diagnosis of a jumping leg: adapter to ``synth.diagnosis.diagnose``, and the complete run."""
+"""The diagnosis of a jumping leg: adapter to ``synth.diagnosis.cause_findings``, and the complete run."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis import diagnose as any_plant
+from synth.diagnosis.cause_findings import find_causes
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.hypotheses import Hypotheses
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
@@ -25,7 +25,7 @@ from synth.diagnosis.plants.jumping_leg.jump_search import as_designed, search
 from synth.diagnosis.plants.jumping_leg.jump_tolerances import OF_MOTOR, SHARED, JumpTolerances
 from synth.diagnosis.plants.jumping_leg.jump_where import missing, where
 from synth.diagnosis.plants.jumping_leg.jump_words import cause_text, rise_text, wording
-from synth.diagnosis.prediction_error import BLOCKS, PredictionErrors
+from synth.diagnosis.prediction_error import BLOCKS, NO_BETTER, PredictionErrors
 from synth.diagnosis.sentences import ErrorWording
 from synth.diagnosis.verdict import Calibration
 from synth.errors import UserError
@@ -95,7 +95,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
     def left_where(
         self, predicted: Sequence[ScoredJump], unread: Sequence[ScoredJump] = ()
     ) -> tuple[Mapping[str, float], Mapping[str, float]]:
-        """By place and phase, over all channels in units of their samples' uncertainty."""
+        """The remainder by place and phase, over all channels in units of their samples' uncertainty."""
         lacks = [missing(trial, told) for trial, told in zip(self.scored, predicted, strict=True)]
         found = where(self.scored, predicted, lacks)
         return found.joint, found.phase
@@ -112,7 +112,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
         """The words of the sentence for the errors."""
-        return wording(errors, self.held_out)
+        return wording(errors, held_out=self.held_out)
 
     def cause_text(self, cause: Cause) -> str:
         """The joints have more damping than the design (damping 0.00046 N·m·s/rad)."""
@@ -125,8 +125,8 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
     def worse(self, errors: PredictionErrors, moved: PredictionErrors | None) -> tuple[str, ...]:
         """A warning if the explanation predicts trials no better, and worse than their noise allows."""
         before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
-        # In squares: 5 % worse, and 20 % above the noise.
-        poor = (after > 1.1 * before) & (after > 1.5 * errors.noise.sum(axis=1))
+        # Besides, over 20 % above the noise, in squares.
+        poor = (after > NO_BETTER * before) & (after > 1.5 * errors.noise.sum(axis=1))
         names = [trial.name for trial, worse in zip(self.scored, poor, strict=True) if worse]
         if not names:
             return ()
@@ -160,7 +160,7 @@ def diagnose(
     UserError : an unknown motor, or a trial that cannot be used.
     """
     plant = JumpingLeg(project, catalogue)
-    findings = any_plant.diagnose(plant, progress or (lambda text: None))
+    findings = find_causes(plant, progress or (lambda text: None))
     stages = findings.stages
     gaps = JumpGaps(
         plant.scored,

@@ -52,7 +52,7 @@ def rises_of(
 
 
 def learnt_rises(bench: JumpBench, fits: Sequence[JumpFit]) -> tuple[tuple[Jump, Rise], ...]:
-    """Of the training trials, from the fits themselves."""
+    """The rises of the training trials, from the fits themselves."""
     return tuple(
         (trial, _rise(bench, trial, fits, [ScoredJump({}, fit.own[i]) for fit in fits]))
         for i, trial in enumerate(bench.trials)

@@ -47,7 +47,7 @@ def menu(project: HopperGapProject, catalogue: Catalogue, trials: Sequence[Jump]
 
 
 def _item(what: str, keys: Mapping[str, object], jump: Jump) -> MenuItem[Jump]:
-    """With the release angle of the hip, or a pull-up's first angle."""
+    """The item with the release angle of the hip, or a pull-up's first angle."""
     start = float(jump.jumps.start[0]) if jump.torque is None else float(jump.measured[ANGLE][0])
     return MenuItem(what, {"file": "jumps/next.csv", **keys}, jump, {"hip": start})
 

@@ -32,7 +32,7 @@ def score(bench: JumpBench, fit: JumpFit, trials: Sequence[Jump]) -> tuple[Score
 
 
 def _one(bench: JumpBench, fit: JumpFit, jump: Jump) -> ScoredJump:
-    """With the trial's own two unknowns estimated."""
+    """The score of one trial with its own two unknowns estimated."""
     predictor = bench.predictor
     x = np.repeat(fit.unknowns[:, None], 1 + N_OWN, axis=1)
 

@@ -20,13 +20,13 @@ def cause_text(cause: Cause) -> str:
     return f"{SUBJECTS[cause.joint]} {effect.phrase}" + (f" ({values})" if values else "")
 
 
-def wording(errors: PredictionErrors, held_out: bool) -> ErrorWording:
+def wording(errors: PredictionErrors, *, held_out: bool) -> ErrorWording:
     """The words of the sentence for the upper link's error."""
     designed, before, after = (errors.figure(stage) for stage in ("as_designed", "before", "after"))
     return ErrorWording(
         nominal="the design's upper link",
         error="the upper link's error",
-        on=scored_on(held_out, "trials"),
+        on=scored_on("trials", held_out=held_out),
         falls_from=f"{angle(designed)} as designed, {angle(before)} fitted within tolerances,",
         before=before,
         after=after,

@@ -223,7 +223,7 @@ class Candidate(ShapedEffect):
         return links <= MOST_LINKS and all(compatible(other, self) for other in others)
 
     def natural_size(self, parameter: Parameter) -> float:
-        """From the joint's motion, see ``NaturalSizes``."""
+        """The natural size from the joint's motion, see ``NaturalSizes``."""
         return min(self.scales.of(parameter.unit, self.joint), parameter.largest) if parameter.natural else 1.0
 
     def in_units(self, parameter: Parameter, value: Array) -> Array:
@@ -237,7 +237,7 @@ class Candidate(ShapedEffect):
         return np.asarray(middle + value * self.scales.half[self.joint])
 
     def values(self, x: Array) -> Array:
-        """As for any effect, kept plausible for this leg."""
+        """The values as for any effect, kept plausible for this leg."""
         found = super().values(x)
         if not self.effect.bounds:
             return found

@@ -1,4 +1,4 @@
-"""The diagnosis of a swinging chain: adapter to ``synth.diagnosis.diagnose``, and the complete run."""
+"""The diagnosis of a swinging chain: adapter to ``synth.diagnosis.cause_findings``, and the complete run."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis import diagnose as any_plant
 from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial, spread
+from synth.diagnosis.cause_findings import Findings, find_causes
 from synth.diagnosis.companions import with_companions
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, noise_as_read, rounded, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.held_out import moved_within, no_better
+from synth.diagnosis.held_out import moved_within
 from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
 from synth.diagnosis.influence import hangs_on
 from synth.diagnosis.lanes import Kept
@@ -35,6 +35,7 @@ from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.plants.swinging_chain.free_torque import described, free_torques
 from synth.diagnosis.plants.swinging_chain.pieces import cut_sentence, in_pieces, joined, wholes
 from synth.diagnosis.plants.swinging_chain.tolerance_words import in_words
+from synth.diagnosis.poor_trials import no_better
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
 from synth.diagnosis.sensor_noise import sensor
@@ -157,14 +158,14 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return [at_edges(trial, self.scene.coarse, self.scene.usual) for trial in trials]
 
     def as_read(self, predicted: tuple[Array, ...]) -> tuple[Array, ...]:
-        """As channels with coarse counts would read them."""
+        """Predictions as channels with coarse counts would read them."""
         both = zip(self.scored, predicted, strict=True)
         return tuple(rounded(trial, prediction, self.scene.coarse) for trial, prediction in both)
 
     def left_where(
         self, predicted: Sequence[Array], unread: Sequence[Array] = ()
     ) -> tuple[dict[str, float], dict[str, float]]:
-        """By joint and phase, in squared degrees above the noise."""
+        """The remainder by joint and phase, in squared degrees above the noise."""
         noise, usual = self._noise(unread), self.scene.usual
         return left_where(self.scene.leg, self.whole, joined(self.scored, predicted), noise, usual)
 
@@ -194,7 +195,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def with_direct_causes(self, judged: Judged[EvaluatedHypothesis]) -> Judged[EvaluatedHypothesis]:
         """The verdict with coarse counts included."""
-        return with_counts(judged, len(self.scene.coarse) > 0)
+        return with_counts(judged, coarse=len(self.scene.coarse) > 0)
 
     def shown(
         self, stages: StagePredictions[EvaluatedHypothesis, Array]
@@ -218,10 +219,10 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return tuple(odd_trials(names, self.scene.leg.joint_names, np.array(rms)))
 
     def doubts(
-        self, found: Hypotheses[EvaluatedHypothesis], judged: Judged[EvaluatedHypothesis]
+        self, found: Hypotheses[EvaluatedHypothesis], judged: Judged[EvaluatedHypothesis], motion: float
     ) -> tuple[tuple[str, ...], float]:
         """Recordings that the verdict depends on, and the probability that a further one changes it."""
-        hangs = hangs_on(self.bench, found, judged, self.calibration, self.freely(found), self.motion)
+        hangs = hangs_on(self.bench, found, judged, self.calibration, self.freely(found), motion)
         return hangs.warnings(), hangs.chance
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
@@ -230,7 +231,9 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return ErrorWording(
             nominal="the nominal leg",
             error="the error",
-            on=scored_on(self.held_out, "trials" if any(t.recording.driven for t in self.whole) else "releases"),
+            on=scored_on(
+                "trials" if any(t.recording.driven for t in self.whole) else "releases", held_out=self.held_out
+            ),
             falls_from=angle(before),
             before=before,
             after=after,
@@ -238,7 +241,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         )
 
     def cause_text(self, cause: Cause) -> str:
-        """The knee lacks dry friction (torque 0.052 N·m)."""
+        """The knee has dry friction (torque 0.052 N·m)."""
         effect = effect_named(cause.effect)
         values = stated(cause, effect)
         phrase = effect.phrase or f"shows {effect.meaning}"
@@ -253,7 +256,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
             self._free = free_torques(leg, at_best, self.bench, nominal, sizes)
         return self._free
 
-    def lacking(self, findings: any_plant.Findings[EvaluatedHypothesis, Array]) -> bool:
+    def lacking(self, findings: Findings[EvaluatedHypothesis, Array]) -> bool:
         """Whether the library leaves something that a torque of free shape may describe."""
         return findings.judged.verdict == "unknown" or self.freely(findings.found) is not None
 
@@ -329,7 +332,7 @@ def diagnose(
     scene, warnings = scene_of(leg, trials, tolerance, seed, noise)
     scene = replace(scene, accuracy=accuracy, next_command=next_command or NextCommand())
     plant = SwingingChain(scene, warnings)
-    findings = any_plant.diagnose(plant, progress or (lambda text: None))
+    findings = find_causes(plant, progress or (lambda text: None))
     stages, errors = findings.stages, findings.stages.errors
     tolerances = scene.tolerances
     nominal = tolerances.leg(leg, findings.found.none.fit.unknowns)
@@ -349,7 +352,7 @@ def diagnose(
         best_possible=errors.best_possible,
         noise=dict(zip(leg.joint_names, scene.usual.tolist(), strict=True)),
         scored_on=tuple(trial.recording.name for trial in plant.whole),
-        trials=trial_gaps(nominal, plant.whole, shown, missing, plant.held_out, scene.usual),
+        trials=trial_gaps(nominal, plant.whole, shown, missing, held_out=plant.held_out, noise=scene.usual),
         diagnosed=diagnosed_leg(leg, tolerances, findings.best, scene.coarse if findings.explained else ()),
         free_torque=plant.free_torques(findings.found.none.fit) if plant.lacking(findings) else (),
     )
@@ -366,7 +369,7 @@ def scene_of(
         warnings.append(noted(f"{made[later].name} is a copy of {made[earlier].name} and is left out"))
     left_out = {later for later, _ in twice}
     kept = [(r, t.held_out) for k, (r, t) in enumerate(zip(made, trials, strict=True)) if k not in left_out]
-    prepared = [angle_trial(recording, held) for recording, held in kept]
+    prepared = [angle_trial(recording, held_out=held) for recording, held in kept]
     learnt, spare = spread([trial for trial in prepared if not trial.held_out], MOST_LEARNT)
     if not learnt:
         raise UserError("every trial is held out; at least one training trial is needed")

@@ -32,6 +32,7 @@ def trial_gaps(
     trials: Sequence[AngleTrial],
     stages: StagePredictions[EvaluatedHypothesis, Array],
     missing: Sequence[MissingTorque],
+    *,
     held_out: bool,
     noise: Array,
 ) -> tuple[TrialGap, ...]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.effect_shape import unknown_slices
 from synth.diagnosis.lanes import Block, Hypothesis, Kept
 from synth.diagnosis.plants.swinging_chain import lane_packing
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
@@ -68,7 +69,7 @@ class Predictor:
 
     @property
     def open_tolerances(self) -> list[int]:
-        """Number of tolerance unknowns that are not fixed."""
+        """Indices of the tolerance unknowns that are not fixed."""
         return np.flatnonzero(self.tolerances.width.reshape(-1) > 0.0).tolist()
 
     def coarser(self, tolerance: float) -> Predictor:
@@ -249,11 +250,8 @@ class Predictor:
 
 def _split(block: Block, first: int) -> list[tuple[Candidate, Array]]:
     """Each candidate with its unknowns (size, n_lane)."""
-    found = []
-    for candidate in of_chain(block.hypothesis):
-        found.append((candidate, block.unknowns[first : first + candidate.size]))
-        first += candidate.size
-    return found
+    places = unknown_slices(block.hypothesis, first)
+    return [(c, block.unknowns[place]) for c, place in zip(of_chain(block.hypothesis), places, strict=True)]
 
 
 def _put(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> None:

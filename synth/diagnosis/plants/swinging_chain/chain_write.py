@@ -28,9 +28,8 @@ ANGLES = {"free_angle": "deg"}  # tolerances that are not relative
 def write_gap(result: GapResult, project: GapProject, folder: Path) -> None:
     """Write everything except the page into ``folder``.
 
-    ``predicted/NAME.csv`` per scored trial, ``where/NAME.csv`` per trial, ``alone/NAME.csv`` per scored trial with
-    each of
-    the most probable causes alone; ``gap.json`` names them under ``trials``.
+    ``predicted/NAME.csv`` per scored trial, ``where/NAME.csv`` per trial, ``alone/NAME.csv`` per scored trial with each
+    of the most probable causes alone; ``gap.json`` names them under ``trials``.
     """
     names = stems([trial.name for trial in result.trials])
     joints = result.leg.joint_names

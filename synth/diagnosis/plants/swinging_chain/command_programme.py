@@ -32,7 +32,7 @@ class Programme:
 
     @classmethod
     def drawn(cls, rng: np.random.Generator, n: int, length: float) -> Programme:
-        """At random, for ``n`` joints and ``length`` s."""
+        """A programme at random, for ``n`` joints and ``length`` s."""
         count = max(FEWEST, round(length / DWELL))
         size = (count, n)
         return cls(rng.uniform(-1.0, 1.0, size), rng.uniform(0.3, 1.7, size), rng.random(size) < STEPS)

@@ -32,7 +32,7 @@ def no_faster(wanted: Array, most: float) -> Array:
 
 
 def _triangle(time: Array, crossing: float) -> Array:
-    """From the middle up, down and up between -1 and 1, ``crossing`` s from end to end."""
+    """A triangle from the middle up, down and up between -1 and 1, ``crossing`` s from end to end."""
     return np.asarray(2.0 / np.pi * np.arcsin(np.sin(np.pi * time / crossing)))
 
 
@@ -55,7 +55,7 @@ def _small_steps(time: Array, crossing: float) -> Array:
 
 
 def _hard_steps(time: Array, crossing: float) -> Array:
-    """From one end to the other at full speed, with a pause of half a second at each."""
+    """Steps from one end to the other at full speed, with a pause of half a second at each."""
     period = crossing + 0.5
     inside = np.mod(time, 2.0 * period)
     return np.interp(inside, [0.0, crossing, period, period + crossing, 2.0 * period], [-1.0, 1.0, 1.0, -1.0, -1.0])

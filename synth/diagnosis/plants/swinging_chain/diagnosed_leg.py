@@ -11,26 +11,18 @@ from synth.arrays import Array
 from synth.diagnosis.encoder_counts import Coarse
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
+from synth.diagnosis.plants.swinging_chain.lane_packing import of_chain
 from synth.swing.damper_curves import with_rate
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import Tolerances
 
 
-def parts(fit: EvaluatedHypothesis, n_tolerance: int) -> list[tuple[Candidate, Array]]:
-    """Each cause with its whitened unknowns (size,)."""
-    found, first = [], n_tolerance
-    for candidate in fit.hypothesis:
-        assert isinstance(candidate, Candidate)
-        found.append((candidate, fit.unknowns[first : first + candidate.size]))
-        first += candidate.size
-    return found
-
-
 def diagnosed_leg(leg: Leg, tolerances: Tolerances, fit: EvaluatedHypothesis, coarse: Sequence[Coarse]) -> Leg:
     """A leg for a leg file; effects that change a number of the leg are included in that number."""
     made = tolerances.leg(leg, fit.unknowns[: tolerances.size])
-    for candidate, x in parts(fit, tolerances.size):
+    for candidate, place in zip(of_chain(fit.hypothesis), fit.slices, strict=True):
+        x = fit.unknowns[place]
         made = _changed(made, candidate, x) if candidate.effect.way == "leg" else _with_effect(made, candidate, x)
     for item in coarse:
         joint = made.joints[item.joint]

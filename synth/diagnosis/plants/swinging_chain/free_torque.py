@@ -18,12 +18,13 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import TrialErrors
+from synth.diagnosis.left_out_fold import FitWithoutFold, judged_without_fold, normal_without_fold
 from synth.diagnosis.plants.swinging_chain.chain_candidates import NaturalSizes
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, Over
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, missing_torque
 from synth.diagnosis.plants.swinging_chain.torque_hats import Hats
 from synth.diagnosis.sifting import few_trials
-from synth.diagnosis.unseen import DIVERGED, cells, folds, kept, unseen
+from synth.diagnosis.unseen import cells, folds, unseen
 from synth.diagnosis.workbench import RULE, Workbench
 from synth.estimation.intervals import NORMAL90
 from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, minimise
@@ -48,14 +49,13 @@ FACTORS = (1.0, 1e3)  # on the damping, tried in parallel
 
 
 @dataclass(frozen=True)
-class _TorqueFit(EvaluatedHypothesis):
-    """A fit with a free torque to all trials except ``out``; ``unknowns`` holds the whitened hats after the tolerances.
+class _TorqueFit(FitWithoutFold):
+    """A fit with a free torque; ``unknowns`` holds the whitened hats after the tolerances.
 
     ``slopes`` (M, k) per trial: whitened derivatives by the hats, at the point of ``frame``.
     """
 
     slopes: tuple[Array, ...] = ()
-    out: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -86,12 +86,10 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
     def _evaluated(self, point: _TorqueFit) -> _TorqueFit:
         plain = EvaluatedHypothesis((), point.unknowns[: self.bench.n_tolerance], point.states)
         residuals = self.driven(point).evaluate([plain])[0].residuals
-        squares, total = kept(self.bench, residuals, point.out)
-        cost = total * float(np.log1p(squares / total)) + 0.5 * float(point.unknowns @ point.unknowns)
-        return replace(point, residuals=residuals, cost=cost if np.isfinite(cost) else np.inf)
+        return judged_without_fold(self.bench, replace(point, residuals=residuals))
 
     def framed(self, point: _TorqueFit) -> _TorqueFit:
-        """With derivatives at its own point."""
+        """The fit with derivatives at its own point."""
         plain = EvaluatedHypothesis((), point.unknowns[: self.bench.n_tolerance], point.states, point.residuals)
         heights = self.heights(point)
 
@@ -105,15 +103,11 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
         return replace(point, frame=self.driven(point).frame(plain), slopes=tuple(found))
 
     def normal(self, point: _TorqueFit) -> LinearisedNormal:
-        """Of the trials that count; the others' states are refitted."""
-        squares, total = kept(self.bench, point.residuals, point.out)
-        residuals = [np.nan_to_num(r, nan=DIVERGED, posinf=DIVERGED) for r in point.residuals]
-        assert point.frame is not None
-        normal = point.frame.normal(residuals, point.slopes, 2.0 / (1.0 + squares / total), point.unknowns)
-        return normal.without_fold(point.out, point.unknowns)
+        """Normal equations of the trials that count; the others' states are refitted."""
+        return normal_without_fold(self.bench, point, point.slopes)
 
     def bounds(self, point: _TorqueFit) -> tuple[Array, Array]:
-        """Of the tolerances; the hats have no bounds."""
+        """Lowest and highest unknowns, (p,) each: of the tolerances; the hats have no bounds."""
         low, high = self.bench.bounds(())
         free = np.full(self.hats.count, np.inf)
         return np.concatenate([low, -free]), np.concatenate([high, free])
@@ -129,7 +123,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
     def moved(self, point: _TorqueFit, step: ParameterStep) -> _TorqueFit:
         """After a step, not evaluated."""
         states = self.bench.moved_states(point, step.own)
-        return replace(point, unknowns=point.unknowns + step.common, states=states, residuals=(), cost=np.inf)
+        return point.start_at(unknowns=point.unknowns + step.common, states=states, frame=point.frame)
 
     def least_gain(self, cost: float) -> float:
         """Independent of the cost."""

@@ -86,7 +86,7 @@ def _dry(free: Array) -> Array:
 
 
 def rms_degrees(difference: Array) -> float:
-    """In degrees."""
+    """RMS, degrees."""
     return float(np.degrees(np.sqrt(np.mean(difference**2))))
 
 

@@ -44,7 +44,7 @@ class Hats:
 
     @classmethod
     def of(cls, trials: Sequence[AngleTrial], joint: int, over: Over, scales: NaturalSizes, rest: float) -> Hats:
-        """Over the range of the joint's motion in the trials."""
+        """Hats over the range of the joint's motion in the trials."""
         moving = [trial.recording.smoothed for trial in trials if joint in trial.free]
         angle = np.concatenate([smoothed.angle[:, joint] for smoothed in moving])
         # The largest speed without the fastest hundredth, which may contain smoothing artefacts.

@@ -14,10 +14,11 @@ from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
 from synth.diagnosis.next_experiment import next_experiment
 from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
+from synth.diagnosis.poor_trials import followed_trials
 from synth.diagnosis.prediction_error import PredictionErrors, label
 from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.search_limits import at_limits, limit_sentences, opened
-from synth.diagnosis.sentences import sentence, what_is_open
+from synth.diagnosis.sentences import PartedErrors, sentence, what_is_open
 from synth.diagnosis.verdict import Judged, doubted, doubted_further, judge, of_no_account
 from synth.estimation.intervals import NORMAL90, Estimate
 from synth.threads import one_thread_of_linear_algebra
@@ -68,7 +69,7 @@ class Findings(Generic[F, S]):
         return (self.odds.accepted if accepted else self.found.none).fit
 
     def fields(self) -> dict[str, Any]:
-        """The fields of ``result.Diagnosis`` except ``where``."""
+        """The fields of ``Diagnosis`` except ``where``."""
         return {
             "verdict": self.judged.verdict,
             "sentence": self.sentence,
@@ -86,15 +87,15 @@ class Findings(Generic[F, S]):
 
 
 @one_thread_of_linear_algebra()
-def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S]:
+def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S]:
     """Find what distinguishes the built leg from the nominal one; ``say`` receives the current stage."""
     found = plant.search(say)
     before = _unseen(plant, found.none)
     within = plant.accuracy > 0.0 and _rms(plant, before) <= plant.accuracy
-    if within:  # where the gap lies does not depend on the accuracy that is required
-        plant.motion = plant.own_motion
-    weighed = judge(found, plant.calibration, free=plant.freely(found), motion=plant.motion)
-    doubts, chance = plant.doubts(found, weighed)
+    # Within the accuracy that is required the causes are weighed as if none were.
+    motion = plant.own_motion if within else plant.motion
+    weighed = judge(found, plant.calibration, free=plant.freely(found), motion=motion)
+    doubts, chance = plant.doubts(found, weighed, motion)
     if weighed.verdict in ("effect", "tie"):
         weighed = doubted_further(weighed, chance)
     say("reduction of the gap")
@@ -103,7 +104,7 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
     offered, odds = not within and weighed.verdict in ("effect", "tie"), judged
     if within:
         judged = of_no_account(judged, found.none)
-        stages, moved = _stages(plant, before, found, judged, within), None
+        stages, moved = _stages(plant, before, found, judged, within=within), None
     explained = judged.verdict in ("effect", "tie")
     named = judged.verdict != "none"
     causes = (*causes_of(plant, judged.accepted), *plant.direct_causes) if named else ()
@@ -123,7 +124,7 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
         ranked,
         left,
         _sentence(plant, judged, explanations, ranked, stages, left, moved),
-        next_experiment(plant, plant.rivals(judged), what_is_open(judged.verdict, short, within)),
+        next_experiment(plant, plant.rivals(judged), what_is_open(judged.verdict, short, within=within)),
         (
             *plant.warnings,
             *plant.remarks(stages),
@@ -163,7 +164,7 @@ def _rms(plant: Plant[F, T, S], predicted: tuple[S, ...]) -> float:
 
 
 def _stages(
-    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F], within: bool = False
+    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F], *, within: bool = False
 ) -> StagePredictions[F, S]:
     """Predict the scored trials as designed, with each listed single cause and each tied explanation.
 
@@ -310,6 +311,21 @@ def _ranked(plant: Plant[F, T, S], judged: Judged[F], errors: PredictionErrors) 
     return tuple(by_key[key] for key in order)
 
 
+def _parted(errors: PredictionErrors, moved: PredictionErrors) -> PartedErrors | None:
+    """The errors with and without the trials that are followed only where moved; None if these are all or none."""
+    open_trials = followed_trials(errors, moved)
+    number = int(open_trials.sum())
+    if number in (0, len(open_trials)):
+        return None
+    as_is, others = errors.of_trials(~open_trials), errors.of_trials(open_trials)
+    return PartedErrors(
+        (as_is.figure("before"), as_is.figure("after")),
+        (others.figure("before"), others.figure("after")),
+        (len(open_trials) - number, number),
+        as_is.shrink().value,
+    )
+
+
 def _in_all(explanations: Sequence[Sequence[Cause]]) -> set[Key]:
     """Effect and joint of the causes that every explanation contains."""
     return set.intersection(*({(cause.effect, cause.joint) for cause in causes} for causes in explanations))
@@ -334,6 +350,7 @@ def _sentence(
     wording = plant.wording(stages.errors)
     wording = replace(wording, on=ON.get(_scored_by(plant), wording.on))
     nearest = " + ".join(plant.short_text(cause) for cause in explanations[0])
+    decisive = moved if moved is not None and _fails(moved) < 0.5 <= _fails(stages.errors) else None
     wording = replace(
         wording,
         nearest=nearest,
@@ -343,7 +360,8 @@ def _sentence(
         leading=leading,
         common=[plant.cause_text(cause) for cause in explanations[0] if (cause.effect, cause.joint) in common],
         each=[stages.errors.figure(label(rival.keys)) for rival in judged.tied],
-        moved=moved.figure("after") if moved is not None and _fails(moved) < 0.5 <= _fails(stages.errors) else None,
+        moved=None if decisive is None else decisive.figure("after"),
+        parted=None if decisive is None else _parted(stages.errors, decisive),
     )
     text = sentence(judged.verdict, texts[0], texts[1:], probability, wording)
     return text + plant.addendum(judged.verdict, stages)

@@ -1,0 +1,78 @@
+"""What is the same for all plants: from hypotheses to findings, on a plant that only tells what it was asked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.diagnosis.cause_findings import find_causes
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
+from synth.diagnosis.hypotheses import Assessed, Hypotheses
+from synth.diagnosis.plant import Plant
+from synth.diagnosis.prediction_error import BLOCKS
+from synth.diagnosis.sentences import ErrorWording
+
+
+class StillPlant(Plant[Any, Any, Any]):
+    """One recording that is held out, 0.02 rad off the nominal leg, and no candidate."""
+
+    scored, held_out, seed, warnings, n_tolerance = ("trial",), True, 0, (), 0
+
+    def __init__(self, accuracy: float) -> None:
+        self.accuracy, self.motion, self.own_motion = accuracy, 7.0, 400.0
+        self.weighed_by: list[float] = []
+
+    def search(self, say: object) -> Hypotheses[Any]:
+        fit = EvaluatedHypothesis((), np.zeros(0), ())
+        return Hypotheses(Assessed(fit, 100.0, 20.0), (), ())
+
+    def doubts(self, found: object, judged: object, motion: float) -> tuple[tuple[str, ...], float]:
+        self.weighed_by.append(motion)
+        return (), 0.0
+
+    def designed(self) -> object:
+        return None
+
+    normal = bounds = forecast = designed
+
+    def predict(self, fit: object, trials: object) -> tuple[str, ...]:
+        return ("still",)
+
+    def squares(self, predicted: object) -> Any:
+        return np.full((1, BLOCKS), 10 * 0.02**2)
+
+    def samples(self, unread: object = ()) -> tuple[Any, Any]:
+        return np.full((1, BLOCKS), 10.0), np.full((1, BLOCKS), 10 * 0.001**2)
+
+    def left_where(self, predicted: object, unread: object = ()) -> tuple[dict[str, float], dict[str, float]]:
+        return {}, {}
+
+    def wording(self, errors: Any) -> ErrorWording:
+        before, after = errors.figure("before"), errors.figure("after")
+        return ErrorWording("the nominal leg", "the error", "unseen trials", "1.1°", before, after, errors.floor)
+
+    def cause_text(self, cause: object) -> str:
+        return ""
+
+    short_text = cause_text
+
+    def worse(self, errors: object, moved: object) -> tuple[str, ...]:
+        return ()
+
+    def menu(self) -> tuple[()]:
+        return ()
+
+
+@pytest.mark.parametrize(("accuracy", "within", "motion"), [(0.0, False, 7.0), (0.01, False, 7.0), (0.05, True, 400.0)])
+def test_a_plant_is_the_same_after_its_diagnosis(accuracy: float, within: bool, motion: float) -> None:
+    """Within the accuracy that is required, causes are weighed as if none were; a second run begins as the first."""
+    plant = StillPlant(accuracy)
+    state = {**vars(plant), "weighed_by": None}
+    found = [find_causes(plant, lambda text: None) for _ in range(2)]
+    assert [each.within_accuracy for each in found] == [within, within]
+    assert plant.weighed_by == [motion, motion]
+    assert {**vars(plant), "weighed_by": None} == state
+    assert found[0].sentence == found[1].sentence
+    assert found[0].judged.none == found[1].judged.none
