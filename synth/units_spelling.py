@@ -43,7 +43,7 @@ _INCH_MARK = re.compile(r"^\s*(?:\"|″|'')")
 def plain_signs(text: str) -> str:
     """Text with a single sign for product, minus, fraction and degree."""
     plain = text.strip().translate(_SIGNS)
-    for sign, meant in _VULGAR.items():
+    for sign, meant in _VULGAR.items() if not plain.isascii() else ():
         plain = re.sub(rf"(?<=\d)\s*{sign}", f" {meant}", plain).replace(sign, meant)
     return plain
 

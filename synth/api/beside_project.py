@@ -29,7 +29,7 @@ def refuse_trials(trials: Sequence[Trial], path: Path, function: str) -> None:
 
 
 def recordings_of(trials: object, function: str) -> tuple[Trial, ...]:
-    """The trials of a leg made in code.
+    """The trials given beside a leg.
 
     Raises
     ------
@@ -44,6 +44,18 @@ def recordings_of(trials: object, function: str) -> tuple[Trial, ...]:
     if not found:
         raise UserError(f"no recording is given beside the leg: {how}")
     return found
+
+
+def require_project(what: object, function: str) -> None:
+    """Refuse what is neither a project's file nor a leg.
+
+    Raises
+    ------
+    UserError
+    """
+    if not isinstance(what, (str, Path)):
+        text = f"{what!r:.80} is neither a project's file nor a leg: synth.{function}('project.yaml'), or "
+        raise UserError(f"{text}synth.{function}(leg, trials)")
 
 
 def require_known(tolerance: Tolerance, leg: Leg, path: Path) -> None:

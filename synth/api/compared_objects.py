@@ -9,10 +9,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from synth.api.report import Report
+from synth.api.report import IN_CODE, Report
 from synth.comparison.side_source import VIEWS, Source, read_source
 from synth.errors import UserError
 from synth.files.leg_file import write_leg
+from synth.files.leg_in_code import check_leg
+from synth.files.made_in_code import in_code
 from synth.files.names import NAME_LENGTH, name_fault, written_name
 from synth.files.trial_list import Trial
 from synth.swing.leg_model import Leg
@@ -65,6 +67,7 @@ def _written(given: object, folder: Path) -> tuple[str, str]:
     """Kind and title of an object, whose files are written."""
     folder.mkdir(parents=True)
     if isinstance(given, Leg):
+        check_leg(given, in_code(IN_CODE))
         write_leg(given, folder / "leg.yaml")
         return "leg", given.name
     found = given.write_compared(folder) if isinstance(given, Report) else None

@@ -8,15 +8,25 @@ from pathlib import Path
 
 import numpy as np
 
-from synth.api.beside_project import not_overridden, recordings_of, refuse_trials, require_known, require_values
+from synth.api.beside_project import (
+    not_overridden,
+    recordings_of,
+    refuse_trials,
+    require_known,
+    require_project,
+    require_values,
+)
 from synth.api.report import IN_CODE, Cell, Panel, Report, Stage, silent
 from synth.batch.one_fit import Ready, fit_project, ready, write_fit, write_fit_files
 from synth.estimation.intervals import Estimate
 from synth.files.fit_words import FreeAngle, Laws, Release
 from synth.files.leg_file import PartResolver
+from synth.files.leg_in_code import check_leg
+from synth.files.made_in_code import in_code, require_class
 from synth.files.project_options import FitOptions, RatePrior
 from synth.files.projects import FitProject, check_in_code, read_fit_project
 from synth.files.tolerance import Tolerance
+from synth.files.trial_in_code import checked_trials
 from synth.files.trial_list import Trial
 from synth.fit.fit_result import FitResult, JointFit
 from synth.parts.resolver import resolver
@@ -151,16 +161,30 @@ def fit(
     Raises
     ------
     UserError
-        If trials are given beside a project or none beside a leg, trials cannot be used, options contradict each other,
-        name a joint or a value that the leg does not have or have a value that is not allowed, or no simulated motion
-        comes near the trials.
+        If trials are given beside a project or none beside a leg, a leg or trials made in code would be refused in a
+        file, trials cannot be used, options contradict each other, name a joint or a value that the leg does not have
+        or have a value that is not allowed, or no simulated motion comes near the trials.
     """
+    if settings is not None:
+        require_class(settings, FitSettings)
     if isinstance(what, Leg):
-        project = FitProject(IN_CODE, what.name, what, recordings_of(trials, "fit"), "auto", FitOptions(), None, (), ())
+        recorded = recordings_of(trials, "fit")
+        project = _in_code(FitProject(IN_CODE, what.name, what, recorded, "auto", FitOptions(), None, (), ()))
+    elif isinstance(what, FitProject):
+        refuse_trials(trials, what.path, "fit")
+        project = _in_code(what)
     else:
-        project = what if isinstance(what, FitProject) else read_fit(what)
+        require_project(what, "fit")
+        project = read_fit(what)
         refuse_trials(trials, project.path, "fit")
     return fitted(checked(_with_settings(project, settings or FitSettings())), stage=stage)
+
+
+def _in_code(project: FitProject) -> FitProject:
+    """A project whose leg and trials may have been made in code, checked as files are."""
+    place = in_code(project.path)
+    check_leg(project.leg, place)
+    return replace(project, trials=checked_trials(project.trials, project.leg, place))
 
 
 def _with_settings(project: FitProject, settings: FitSettings) -> FitProject:

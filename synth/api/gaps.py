@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from synth.api.beside_project import not_overridden, recordings_of, refuse_trials, require_known
+from synth.api.beside_project import not_overridden, recordings_of, refuse_trials, require_known, require_project
 from synth.api.diagnosed import Diagnosed
 from synth.api.report import IN_CODE, Panel, Stage, silent
 from synth.arrays import Array
@@ -23,9 +23,12 @@ from synth.errors import UserError
 from synth.files.gap_kind import is_hopper_gap
 from synth.files.gap_project import GapProject, check_in_code, with_rates
 from synth.files.gap_project import read_gap_project as _read_gap_project
+from synth.files.leg_in_code import check_leg
+from synth.files.made_in_code import in_code
 from synth.files.output import sha256_file
 from synth.files.simulator_files import write_simulator_files
 from synth.files.tolerance import Tolerance
+from synth.files.trial_in_code import checked_trials
 from synth.files.trial_list import Trial
 from synth.parts.resolver import resolver
 from synth.swing.effects.users_own import load_file
@@ -156,16 +159,16 @@ def gap(
     Raises
     ------
     UserError
-        If the project or its trials cannot be used, trials are given beside a project or none beside a leg, or the
-        tolerance names a joint that the leg does not have or a value that is not allowed.
+        If the project or its trials cannot be used, trials are given beside a project or none beside a leg, a leg or
+        trials made in code would be refused in a file, or the tolerance names a joint that the leg does not have or a
+        value that is not allowed.
     """
     if isinstance(what, Leg):
-        leg, defaults = with_rates(what)
-        project = GapProject(IN_CODE, leg.name, leg, recordings_of(trials, "gap"), Tolerance(), 0, defaults, ())
-        checked = with_checked_trials(project)
+        checked = with_checked_trials(_in_code(what, trials))
     elif isinstance(what, CheckedGap):
         checked = what
     else:
+        require_project(what, "gap")
         if is_hopper_gap(what):
             raise UserError(f"{what} describes a jumping leg: read it with synth.jump_gap")
         checked = with_checked_trials(read_gap(what))
@@ -191,6 +194,16 @@ def gap(
         )
     messages = tuple(dict.fromkeys((*checked.warnings, *result.warnings)))
     return Gap(project, replace(result, warnings=messages, inputs=_inputs(checked)))
+
+
+def _in_code(leg: Leg, trials: Sequence[Trial]) -> GapProject:
+    """The project of a leg and trials that may have been made in code, checked as files are."""
+    place = in_code(IN_CODE)
+    check_leg(leg, place)
+    designed, defaults = with_rates(leg)
+    recorded = checked_trials(recordings_of(trials, "gap"), leg, place, own_legs=True)
+    given = tuple(t if t.leg is None else replace(t, leg=with_rates(t.leg)[0]) for t in recorded)
+    return GapProject(IN_CODE, leg.name, designed, given, Tolerance(), 0, defaults, ())
 
 
 def _overridden(project: GapProject, tolerance: Tolerance | None, seed: int | None) -> GapProject:

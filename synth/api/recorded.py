@@ -6,9 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from synth.api.report import IN_CODE
 from synth.errors import UserError
 from synth.files.leg_file import read_leg as _read_leg
 from synth.files.leg_file import write_leg as _write_leg
+from synth.files.leg_in_code import check_leg
+from synth.files.made_in_code import in_code
 from synth.files.trial_list import Trial
 from synth.files.trial_list import read_trials as _read_trials
 from synth.parts.catalogs import Catalogue
@@ -42,7 +45,14 @@ def read_leg(path: str | Path, *, catalogs: Sequence[str | Path] = ()) -> Leg:
 
 
 def write_leg(leg: Leg, path: str | Path) -> None:
-    """Write a leg file that ``read_leg`` restores within 1e-14; a damper's curve goes to a separate CSV."""
+    """Write a leg file that ``read_leg`` restores within 1e-14; a damper's curve goes to a separate CSV.
+
+    Raises
+    ------
+    UserError
+        With every mistake of a leg that ``read_leg`` would refuse; nothing is written then.
+    """
+    check_leg(leg, in_code(IN_CODE))
     _write_leg(leg, path)
 
 
@@ -64,8 +74,9 @@ def read_trials(
     Raises
     ------
     UserError
-        With every mistake of the list and of all files.
+        With every mistake of the list and of all files, or of a leg made in code.
     """
+    check_leg(leg, in_code(IN_CODE))
     if isinstance(files, Path) or (isinstance(files, str) and folder is None):
         whole = Path(files)
         return tuple(_read_trials([whole.name], whole.parent if folder is None else Path(folder) / whole.parent, leg))

@@ -13,8 +13,10 @@ from synth.comparison.side_source import Source
 from synth.errors import Problem, UserError
 from synth.files.gap_project import read_gap_project
 from synth.files.leg_file import PartResolver, read_leg
+from synth.files.made_in_code import in_code
 from synth.files.projects import read_fit_project
 from synth.files.result_values import read_design, read_fit, read_result
+from synth.files.trial_in_code import checked_trials
 from synth.files.trial_list import read_trials
 from synth.swing.leg_model import Leg
 
@@ -74,7 +76,11 @@ def _leg(source: Source, resolve_part: PartResolver) -> list[Side]:
 
 def _trials(source: Source, leg: Leg) -> Side:
     folder, pattern = (source.path, "*.csv") if source.path.is_dir() else (source.path.parent, source.path.name)
-    motions = from_trials(leg, source.trials or read_trials([pattern], folder, leg))
+    if source.trials:
+        trials = checked_trials(source.trials, leg, in_code(source.path), own_legs=True)
+    else:
+        trials = tuple(read_trials([pattern], folder, leg))
+    motions = from_trials(leg, trials)
     return Side(source.named("recorded"), source.written, RECORDED, leg, {}, motions)
 
 

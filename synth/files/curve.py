@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.csv_table import in_si, read_table
 from synth.files.output import write_text
@@ -33,23 +36,37 @@ def read_curve(path: Path) -> DamperCurve:
     ]
     if problems:
         raise UserError(problems)
-    speed, torque = scaled["speed"], scaled["torque"]
 
-    def refuse(bad: np.ndarray[tuple[int], np.dtype[np.bool_]], text: str) -> None:
+    def problem(text: str, row: int | None) -> Problem:
+        return Problem(text, table.name, None if row is None else table.line(row))
+
+    return checked_curve(scaled["speed"], scaled["torque"], problem)
+
+
+def checked_curve(speed: Array, torque: Array, problem: Callable[[str, int | None], Problem]) -> DamperCurve:
+    """The curve through points (n,) rad/s and N m; ``problem`` makes the mistake of a row, None: of the whole.
+
+    Raises
+    ------
+    UserError
+        As ``read_curve``.
+    """
+
+    def refuse(bad: NDArray[np.bool_], text: str) -> None:
         if bad.any():
-            raise UserError(Problem(text, table.name, table.line(int(bad.argmax()))))
+            raise UserError(problem(text, int(bad.argmax())))
 
     refuse(np.isnan(speed) | np.isnan(torque), "has an empty cell; every point needs its speed and torque")
-    refuse(np.diff(speed, prepend=-np.inf) <= 0, "speeds must increase from line to line")
+    refuse(np.diff(speed, prepend=-np.inf) <= 0, "speeds must increase from point to point")
     refuse(speed < 0, "speeds must not be negative: the curve is assumed equal in both directions")
     refuse(torque < 0, "torques must not be negative: they are the size of the resistance")
     refuse((speed == 0) & (torque != 0), "a torque at standstill is friction: leave this point out, give the joint "
            "effects: [coulomb_friction: {torque: ...}]")  # fmt: skip
     moving = speed > 0
     if not moving.any():
-        raise UserError(Problem("has no point with a speed above zero", table.name))
+        raise UserError(problem("has no point with a speed above zero", None))
     if len(speed) > POINT_LIMIT:
-        raise UserError(Problem(f"has {len(speed)} points; at most {POINT_LIMIT}", table.name))
+        raise UserError(problem(f"has {len(speed)} points; at most {POINT_LIMIT}", None))
     return DamperCurve(tuple(map(float, speed[moving])), tuple(map(float, torque[moving])))
 
 

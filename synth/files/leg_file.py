@@ -6,125 +6,23 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import radians
 from pathlib import Path
-from typing import Annotated, Any, Literal
-
-from pydantic import Field, field_validator, model_validator
+from typing import Any, Literal
 
 from synth import units
 from synth.errors import Problem, UserError
-from synth.files import drive_columns
 from synth.files.curve import read_curve, write_curve
-from synth.files.drive import DriveKeys, drive_text
-from synth.files.names import name_fault, same_file
+from synth.files.drive import drive_text
+from synth.files.leg_keys import DamperKeys, JointKeys, LegKeys, SpringKeys, check_across
 from synth.files.output import write_text
 from synth.files.paths import inside
-from synth.files.validate import (
-    FileModel,
-    Quantity,
-    Title,
-    check_kind,
-    check_part,
-    gathering,
-    near,
-    raise_if_any,
-    refusal,
-)
+from synth.files.validate import check_kind, check_part, gathering, near, raise_if_any
 from synth.files.yaml_lines import Document, Key, load
 from synth.swing.effects import Effect, registered
-from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
-
-TURNS = radians(720.0)  # no joint's angle lies beyond two turns
-COM_LIMIT = 5.0  # link lengths; a counterweight may lie outside the link, but not farther
-GYRATION_LIMIT = 5.0  # link lengths, of a link's radius of gyration about its centre of mass: a rod has 0.29
+from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
 
 # (kind, part) -> a spring's rate in N m/rad, or the damper; UserError where the catalogue has no such part.
 PartResolver = Callable[[Literal["spring", "damper"], str], float | Damper]
-
-_TAKEN = ("time", "base", "all", drive_columns.SUPPLY)
-ENDINGS = (" velocity", " torque", *drive_columns.SUFFIXES)  # of columns with other quantities of a joint
-
-
-class _Link(FileModel):
-    length: Annotated[float, Quantity("m", above=0)]
-    mass: Annotated[float, Quantity("kg", above=0)]
-    com: Annotated[float, Quantity("m")]
-    inertia: Annotated[float, Quantity("kg*m^2", above=0)]
-    includes: Literal["none", "joint"] = "joint"
-
-
-class _Spring(FileModel):
-    rate: Annotated[float, Quantity("N*m/rad", least=0)] | None = None
-    free_angle: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)]
-    part: Title | None = None
-
-    @model_validator(mode="after")
-    def _complete(self) -> _Spring:
-        if self.rate is None and self.part is None:
-            raise refusal('"rate" is missing: write it, for example rate: 23.7 N*m/rad, or name a catalogue part')
-        return self
-
-
-class _Damper(FileModel):
-    rate: Annotated[float, Quantity("N*m*s/rad", least=0)] | None = None
-    curve: str | None = None
-    part: Title | None = None
-
-    @model_validator(mode="after")
-    def _complete(self) -> _Damper:
-        if self.rate is not None and self.curve is not None:
-            raise refusal('"rate" and "curve" are both given; keep one')
-        if self.rate is None and self.curve is None and self.part is None:
-            raise refusal('needs "rate" (1.29 N*m*s/rad), "curve" (a CSV) or "part" (a catalogue row)')
-        return self
-
-
-class _Joint(FileModel):
-    name: Annotated[str, Field(examples=["hip"])]
-    zero: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)]
-    sign: Annotated[int, Field(examples=["+1"])]
-    range: Annotated[list[Annotated[float, Quantity("rad")]], Field(min_length=2, max_length=2)] | None = None
-    link: Annotated[_Link, Field(examples=["{length: 200 mm, mass: 740 g, com: 91 mm, inertia: 3.5e-3 kg*m^2}"])]
-    armature: Annotated[float, Quantity("kg*m^2", least=0)] = 0.0
-    spring: _Spring | None = None
-    damper: _Damper | None = None
-    drive: DriveKeys | None = None
-    effects: list[dict[str, dict[str, Any]]] | None = None
-
-    @field_validator("name")
-    @classmethod
-    def _name(cls, name: str) -> str:
-        fault = name_fault(name)
-        if fault is not None:
-            raise refusal(f'"{name[:60]}" cannot be a joint\'s name: it {fault}')
-        if name in _TAKEN or name.endswith(ENDINGS):
-            raise refusal(f'"{name}" cannot be a joint\'s name: it has another meaning in these files')
-        return name
-
-    @field_validator("sign")
-    @classmethod
-    def _sign(cls, sign: int) -> int:
-        if sign not in (1, -1):
-            raise refusal(f"{sign} is not allowed: write +1 if the angle grows counter-clockwise, else -1")
-        return sign
-
-    @field_validator("range")
-    @classmethod
-    def _range(cls, ends: list[float] | None) -> list[float] | None:
-        if ends is not None and not ends[0] < ends[1]:
-            raise refusal("the range must go from the smaller angle to the larger: [60 deg, 150 deg]")
-        return ends
-
-
-class _Leg(FileModel):
-    kind: str
-    name: Annotated[Title, Field(examples=["dog hind leg"])]
-    gravity: Annotated[float, Quantity("m/s^2", least=0, most=1000)] = 9.81
-    tilt: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] = 0.0
-    # Joints are checked individually, so that one mistake does not hide those of other joints.
-    joints: Annotated[list[Any], Field(min_length=1, max_length=6)]
-    effects: list[dict[str, dict[str, Any]]] | None = None  # of the base
 
 
 def read_leg(
@@ -154,17 +52,41 @@ def read_leg(
     document = load(path)
     check_kind(document, "leg")
     problems: list[Problem] = []
-    file = check_part(_Leg, document, document.value, (), problems)
+    leg = leg_of(document, problems, resolve_part=resolve_part, effects=effects)
+    problems.sort(key=lambda problem: problem.line or 0)
+    raise_if_any(problems)
+    assert leg is not None
+    return leg
+
+
+def leg_of(
+    document: Document,
+    problems: list[Problem],
+    *,
+    resolve_part: PartResolver | None = None,
+    effects: Sequence[Effect] | None = None,
+    curve_of: Callable[[str], DamperCurve] | None = None,
+) -> Leg | None:
+    """The leg that a document describes; mistakes go to ``problems``, and the result is then None.
+
+    ``curve_of`` : gives a damper's curve by its name; None: from a file in the document's folder.
+    """
+    before = len(problems)
+    file = check_part(LegKeys, document, document.value, (), problems)
     raw = document.value.get("joints")
-    reader = _Reader(document, resolve_part, effects, problems)
+    reader = _Reader(document, resolve_part, effects, problems, curve_of or _curve_file(document))
     items = list(enumerate(raw[:6])) if isinstance(raw, list) else []
     joints = [reader.joint(item, ("joints", index)) for index, item in items]
     base = reader.effects(document.value.get("effects"), ("effects",), where="base")
-    _check_semantics(document, problems)
-    problems.sort(key=lambda problem: problem.line or 0)
-    raise_if_any(problems)
-    assert file is not None
+    check_across(document, problems)
+    if file is None or len(problems) > before:
+        return None
     return Leg(file.name, tuple(joint for joint in joints if joint is not None), file.gravity, file.tilt, base)
+
+
+def _curve_file(document: Document) -> Callable[[str], DamperCurve]:
+    """Reads a curve's file, which must lie below the document's folder."""
+    return lambda name: read_curve(inside(document.path.parent, name))
 
 
 def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Effect] | None = None) -> None:
@@ -182,7 +104,7 @@ def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Effect] | None = 
         item: dict[str, Any] = {
             "name": joint.name,
             "zero": units.write(joint.zero, "deg"),
-            "sign": joint.sign,
+            "sign": int(joint.sign),
         }
         if joint.range is not None:
             item["range"] = [units.write(end, "deg") for end in joint.range]
@@ -252,43 +174,6 @@ def _effect_text(name: str, values: Mapping[str, float], specification: Effect) 
     return {name: {parameter: units.write(value, unit[parameter]) for parameter, value in values.items()}}
 
 
-def _check_semantics(document: Document, problems: list[Problem]) -> None:
-    """Checks across fields: names used twice, a centre of mass far from its link."""
-    joints = document.value.get("joints")
-    names: dict[str, int | None] = {}
-    for index, joint in enumerate(joints if isinstance(joints, list) else []):
-        if not isinstance(joint, dict):
-            continue
-        name, key = joint.get("name"), ("joints", index, "name")
-        if isinstance(name, str) and name in names:
-            problems.append(document.problem(f'"{name}" is used twice (first in line {names[name]}); rename one', key))
-        elif isinstance(name, str):
-            alike = same_file(names, name)
-            if alike is not None:
-                text = f'"{name}" and "{alike}" (line {names[alike]}) would share their files; rename one'
-                problems.append(document.problem(text, key))
-            names[name] = document.line(key)
-        link = joint.get("link")
-        if isinstance(link, dict) and {"com", "length"} <= link.keys():
-            try:
-                ratio = abs(units.parse(link["com"], "m")) / units.parse(link["length"], "m")
-            except (UserError, ZeroDivisionError):
-                continue  # reported by the field itself
-            if ratio > COM_LIMIT:
-                text = f"{link['com']} is {ratio:.3g} lengths of the link away from its joint; check the unit"
-                problems.append(document.problem(text, ("joints", index, "link", "com")))
-        if isinstance(link, dict) and {"inertia", "mass", "length"} <= link.keys():
-            try:
-                inertia, mass = units.parse(link["inertia"], "kg*m^2"), units.parse(link["mass"], "kg")
-                ratio = (inertia / mass) ** 0.5 / units.parse(link["length"], "m")
-            except (UserError, ArithmeticError, TypeError):
-                continue  # reported by the field itself
-            if isinstance(ratio, float) and ratio > GYRATION_LIMIT:
-                text = f"{link['inertia']} is the inertia of {link['mass']} at {ratio:.3g} lengths of the link; check "
-                text += "the units of inertia, mass and length"
-                problems.append(document.problem(text, ("joints", index, "link", "inertia")))
-
-
 @dataclass(frozen=True)
 class _Reader:
     """Converts checked fields into model objects; continues after a mistake to report all."""
@@ -297,6 +182,7 @@ class _Reader:
     resolve_part: PartResolver | None
     given: Sequence[Effect] | None
     problems: list[Problem]
+    curve_of: Callable[[str], DamperCurve]
 
     @cached_property
     def specifications(self) -> Mapping[str, Effect]:
@@ -306,7 +192,7 @@ class _Reader:
     def joint(self, value: object, key: Key) -> Joint | None:
         raw_effects = value.get("effects") if isinstance(value, dict) else None
         effects = self.effects(raw_effects, (*key, "effects"))
-        joint = check_part(_Joint, self.document, value, key, self.problems)
+        joint = check_part(JointKeys, self.document, value, key, self.problems)
         if joint is None:
             return None
         given = joint.link
@@ -320,19 +206,18 @@ class _Reader:
                 drive = joint.drive.drive()
         return Joint(joint.name, link, joint.zero, joint.sign, span, spring, damper, effects, joint.armature, drive)
 
-    def spring(self, spring: _Spring, key: Key) -> Spring | None:
+    def spring(self, spring: SpringKeys, key: Key) -> Spring | None:
         rate: object = spring.rate
         if rate is None and spring.part is not None:
             rate = self.resolve("spring", spring.part, (*key, "part"))
         return Spring(rate, spring.free_angle, spring.part) if isinstance(rate, float) else None
 
-    def damper(self, damper: _Damper, key: Key) -> Damper | None:
+    def damper(self, damper: DamperKeys, key: Key) -> Damper | None:
         if damper.rate is not None:
             return Damper(rate=damper.rate, part=damper.part)
         if damper.curve is not None:
             with gathering(self.problems, self.document, (*key, "curve")):
-                path = inside(self.document.path.parent, damper.curve)
-                return Damper(curve=read_curve(path), part=damper.part)
+                return Damper(curve=self.curve_of(damper.curve), part=damper.part)
             return None
         found = self.resolve("damper", damper.part or "", (*key, "part"))
         return found if isinstance(found, Damper) else None

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from math import degrees, pi, radians
 from pathlib import Path
 
@@ -13,8 +14,8 @@ from synth.arrays import Array
 from synth.drives.servo import ServoSignals
 from synth.errors import Problem, UserError, did_you_mean
 from synth.files import drive_columns
-from synth.files.csv_table import CsvColumn, CsvTable, in_si, read_table
-from synth.files.recordings_together import clock_problem
+from synth.files.csv_table import CsvTable, in_si, read_table
+from synth.files.recordings_together import ANOTHER_UNIT, IN_CODE, IN_HEADER, clock_fault
 from synth.files.turns import unwrapped
 from synth.swing.leg_model import Leg
 from synth.units import factor
@@ -39,6 +40,46 @@ class Recorded:
     jumps: tuple[int, ...] = ()
 
 
+@dataclass(frozen=True)
+class Wording:
+    """Words of messages that depend on where a recording comes from.
+
+    ``leg`` : where the leg's ranges are; ``degrees`` : what to do with degrees that were taken for radians, of a
+    ``{joint}``; ``missing`` : how to mark wrong samples; ``command`` : how to continue angle and command; ``clock``.
+    """
+
+    leg: str
+    degrees: str
+    missing: str
+    command: str
+    clock: str
+
+
+FILE = Wording(
+    "the leg file",
+    "write {joint} [deg] in the header",
+    "leave wrong cells empty",
+    "synth import removes both",
+    IN_HEADER,
+)
+CODE = Wording("the leg", "write numpy.radians(...)", "set wrong samples to nan",
+               "continue both: numpy.unwrap(...)", IN_CODE)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """The columns of a recording, of a file or made in code.
+
+    ``values`` : name -> (n,) in SI; ``units`` : name of every column -> its unit as given; ``problem`` : a mistake from
+    its text, the column or an empty name, and the row or None.
+    """
+
+    values: dict[str, Array]
+    units: Mapping[str, str]
+    problem: Callable[[str, str, int | None], Problem]
+    wording: Wording
+
+
 def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded:
     """Read one recording of ``leg``.
 
@@ -58,31 +99,53 @@ def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded
         With every mistake of the file: columns, units, time that does not increase, implausible angles.
     """
     table = read_table(path, name)
-    values = _scaled(table, leg)
+    titles = {column.name: column.title for column in table.columns}
+
+    def problem(text: str, column: str, row: int | None) -> Problem:
+        line = (1 if column else None) if row is None else table.line(row)
+        return Problem(text, table.name, line, titles.get(column, column) or None)
+
+    units = {column.name: column.unit for column in table.columns}
+    columns = Columns(_scaled(table, leg), units, problem, FILE)
+    found = checked_columns(columns, leg)
+    for array in (found.time, found.angles, found.velocities, found.torques):
+        if array is not None:
+            array.flags.writeable = False
+    signals = drive_columns.signals(leg, columns.values, found.time)
+    return replace(found, sha256=table.sha256, signals=signals)
+
+
+def checked_columns(columns: Columns, leg: Leg) -> Recorded:
+    """The columns of a recording of ``leg``, checked, with angles continued over jumps by whole turns.
+
+    Raises
+    ------
+    UserError
+        As ``read_recording``, for what is not the form of a file.
+    """
+    values = columns.values
     time = values["time"]
-    problems = _time_problems(table, time)
-    problems += _empty_columns(table, values)
+    problems = _time_problems(columns)
+    problems += _empty_columns(columns)
     angles = np.column_stack([values[joint] for joint in leg.joint_names])
     jumps: tuple[int, ...] = ()
     if not problems:
-        angles, jumps, problems = _without_jumps(table, leg, angles)
-        problems = problems or _angle_problems(table, leg, angles)
+        given = angles
+        angles, jumps, problems = _without_jumps(columns, leg, given)
+        # A doubtful jump of angles in a wrong unit is none.
+        problems = _angle_problems(columns, leg, given if problems else angles) or problems
     velocities = _optional(values, leg, " velocity", np.nan)
     for joint, torque in drive_columns.torques(leg, values).items():
         if joint + " torque" in values:
             text = "is given beside the current of the same drive; leave one of them out"
-            problems.append(Problem(text, table.name, 1, joint + " torque"))
+            problems.append(columns.problem(text, joint + " torque", None))
         values[joint + " torque"] = torque
     torques = _optional(values, leg, " torque", 0.0)
     if torques is not None and not problems:
-        torques, problems = _between_samples(table, leg, time, angles, torques)
+        torques, problems = _between_samples(columns, leg, angles, torques)
     if problems:
         raise UserError(problems)
-    for array in (time, angles, velocities, torques):
-        if array is not None:
-            array.flags.writeable = False
-    signals = drive_columns.signals(leg, values, time)
-    return Recorded(time, angles, velocities, torques, table.sha256, signals, jumps)
+    return Recorded(time, angles, velocities, torques, "", None, jumps)
 
 
 def _scaled(table: CsvTable, leg: Leg) -> dict[str, Array]:
@@ -105,56 +168,53 @@ def _scaled(table: CsvTable, leg: Leg) -> dict[str, Array]:
     return values
 
 
-def _time_problems(table: CsvTable, time: Array) -> list[Problem]:
+def _time_problems(columns: Columns) -> list[Problem]:
+    time = columns.values["time"]
     if len(time) < SHORTEST:
-        return [Problem(f"has {len(time)} samples; a trial needs at least {SHORTEST}", table.name)]
+        return [columns.problem(f"has {len(time)} samples; a trial needs at least {SHORTEST}", "", None)]
     missing = np.isnan(time)
     if missing.any():
-        row = int(missing.argmax())
-        return [Problem("has no time; every line needs one", table.name, table.line(row), "time")]
+        return [columns.problem("has no time; every sample needs one", "time", int(missing.argmax()))]
     back = np.flatnonzero(np.diff(time) <= 0)
     if not len(back):
-        problem = clock_problem(time, table.name, next(c.title for c in table.columns if c.name == "time"))
-        return [problem] if problem else []
+        fault = clock_fault(time)
+        return [columns.problem(f"{fault}. {ANOTHER_UNIT} {columns.wording.clock}", "time", None)] if fault else []
     row = int(back[0]) + 1
-    title = next(column.title for column in table.columns if column.name == "time")
-    before, after = (table.values[r, [c.name for c in table.columns].index("time")] for r in (row - 1, row))
+    before, after = time[row - 1 : row + 1] / factor(columns.units["time"], "s")
     what = "repeats" if after == before else "runs backwards"
     more = f" (and in {len(back) - 1} more lines)" if len(back) > 1 else ""
-    return [Problem(f"time {what}: {before:g}, then {after:g}{more}", table.name, table.line(row), title)]
+    return [columns.problem(f"time {what}: {before:g}, then {after:g}{more}", "time", row)]
 
 
-def _empty_columns(table: CsvTable, values: dict[str, Array]) -> list[Problem]:
+def _empty_columns(columns: Columns) -> list[Problem]:
     return [
-        Problem("is empty from top to bottom; leave the column out or record it", table.name, 1, column.title)
-        for column in table.columns
-        if column.name != "time" and np.isnan(values[column.name]).all()
+        columns.problem("is empty from top to bottom; leave the column out or record it", name, None)
+        for name, values in columns.values.items()
+        if name != "time" and len(values) and np.isnan(values).all()
     ]
 
 
-def _without_jumps(table: CsvTable, leg: Leg, angles: Array) -> tuple[Array, tuple[int, ...], list[Problem]]:
+def _without_jumps(columns: Columns, leg: Leg, angles: Array) -> tuple[Array, tuple[int, ...], list[Problem]]:
     """Angles (n, n_joint) continued over jumps by whole turns, the number of these by joint, and doubtful ones."""
     found = [unwrapped(column) for column in angles.T]
     problems = []
     for name, angle, each in zip(leg.joint_names, angles.T, found, strict=True):
-        title = next(c.title for c in table.columns if c.name == name)
         if each.doubtful is not None:
             row = each.doubtful
             before = angle[:row][np.isfinite(angle[:row])][-1]
-            text = (
-                f"goes from {degrees(before):.4g} to {degrees(angle[row]):.4g} deg between two samples, which may be "
+            text = f"goes from {degrees(before):.4g} to {degrees(angle[row]):.4g} deg between two samples, which may "
+            text += (
+                f"be a whole turn or not; write angles that go on beyond 180 or 360 deg, or {columns.wording.missing}"
             )
-            text += "a whole turn or not; write angles that go on beyond 180 or 360 deg, or leave wrong cells empty"
-            problems.append(Problem(text, table.name, table.line(row), title))
-        elif each.jumps and f"{name} command" in {column.name for column in table.columns}:
-            text = f"jumps by whole turns ({each.jumps} times), and so its command may; synth import removes both"
-            problems.append(Problem(text, table.name, 1, title))
+            problems.append(columns.problem(text, name, row))
+        elif each.jumps and f"{name} command" in columns.units:
+            text = f"jumps by whole turns ({each.jumps} times), and so its command may; {columns.wording.command}"
+            problems.append(columns.problem(text, name, None))
     return np.column_stack([each.angle for each in found]), tuple(each.jumps for each in found), problems
 
 
-def _angle_problems(table: CsvTable, leg: Leg, angles: Array) -> list[Problem]:
+def _angle_problems(columns: Columns, leg: Leg, angles: Array) -> list[Problem]:
     """Implausible angles, a sign of degrees labelled radians or of radians labelled degrees."""
-    by_name = {column.name: column for column in table.columns}
     problems: list[Problem] = []
     for index, joint in enumerate(leg.joints):
         size = np.abs(angles[:, index])
@@ -162,25 +222,22 @@ def _angle_problems(table: CsvTable, leg: Leg, angles: Array) -> list[Problem]:
         limit = max([WIDEST, *(abs(end) + radians(30) for end in joint.range or ())])
         if np.nanmax(size) > limit:
             row = int(np.nanargmax(size > limit))
-            column = by_name[joint.name]
             stated = joint.range if limit > WIDEST else None
-            problems.append(_too_wide(table, column, angles[row, index], row, stated))
+            problems.append(_too_wide(columns, joint.name, angles[row, index], row, stated))
     if problems:
         return problems
-    in_degrees = all(_is_degrees(by_name[joint.name]) for joint in leg.joints)
-    return _radians_as_degrees(table, leg, angles) if in_degrees else []
+    in_degrees = all(_is_degrees(columns.units[joint.name]) for joint in leg.joints)
+    return _radians_as_degrees(columns, leg, angles) if in_degrees else []
 
 
-def _between_samples(
-    table: CsvTable, leg: Leg, time: Array, angles: Array, torques: Array
-) -> tuple[Array, list[Problem]]:
+def _between_samples(columns: Columns, leg: Leg, angles: Array, torques: Array) -> tuple[Array, list[Problem]]:
     """Known torques (n, n_joint) N m in every row, linear between the samples of their own columns; and mistakes.
 
     A torque may be sampled more densely than the angles, or at other times, with empty cells in the other columns. A
     gap in its samples, or a recording that extends beyond them, is a mistake, because an empty cell does not
     mean 0.
     """
-    filled, problems = torques.copy(), []
+    time, filled, problems = columns.values["time"], torques.copy(), []
     recorded = np.flatnonzero(np.isfinite(angles).any(axis=1))
     for j in np.flatnonzero(np.isnan(torques).any(axis=0)):
         known = np.flatnonzero(np.isfinite(torques[:, j]))
@@ -190,38 +247,33 @@ def _between_samples(
         holes = np.flatnonzero(np.diff(time[rows]) > longest)
         if len(holes):
             first, last = time[rows[holes[0]]], time[rows[holes[0] + 1]]
-            title = next(c.title for c in table.columns if c.name == f"{leg.joint_names[j]} torque")
             text = f"no torque is given between {first:g} s and {last:g} s; write 0 where none acts"
             empty = int(rows[holes[0]] + np.isnan(torques[rows[holes[0]] :, j]).argmax())
-            problems.append(Problem(text, table.name, table.line(empty), title))
+            problems.append(columns.problem(text, f"{leg.joint_names[j]} torque", empty))
     return filled, problems
 
 
-def _is_degrees(column: CsvColumn) -> bool:
-    return abs(factor(column.unit, "rad") / radians(1.0) - 1.0) < 1e-9
+def _is_degrees(unit: str) -> bool:
+    return abs(factor(unit, "rad") / radians(1.0) - 1.0) < 1e-9
 
 
-def _too_wide(
-    table: CsvTable, column: CsvColumn, angle: float, row: int, stated: tuple[float, float] | None
-) -> Problem:
+def _too_wide(columns: Columns, joint: str, angle: float, row: int, stated: tuple[float, float] | None) -> Problem:
     """An angle beyond the joint's ``stated`` range in rad, or without one beyond any joint's travel."""
-    shown = f"{angle / factor(column.unit, 'rad'):g} {column.unit}"
-    if not _is_degrees(column):
-        shown += f" is {degrees(angle):.0f} deg,"
-    else:
-        shown += " is"
+    unit, leg = columns.units[joint], columns.wording.leg
+    shown = f"{angle / factor(unit, 'rad'):g} {unit}"
+    shown += " is" if _is_degrees(unit) else f" is {degrees(angle):.0f} deg,"
     if stated is not None:
         low, high = map(degrees, stated)
-        text = f"{shown} outside the joint's range in the leg file, {low:g} to {high:g} deg"
+        text = f"{shown} outside the joint's range in {leg}, {low:g} to {high:g} deg"
         text += "; if it turns so far, widen that range"
     else:
-        text = f"{shown} beyond any joint's travel; if the joint does turn so far, give it a range in the leg file"
-        if not _is_degrees(column):
-            text += f"; if these are degrees, write {column.name} [deg] in the header"
-    return Problem(text, table.name, table.line(row), column.title)
+        text = f"{shown} beyond any joint's travel; if the joint does turn so far, give it a range in {leg}"
+        if not _is_degrees(unit):
+            text += f"; if these are degrees, {columns.wording.degrees.format(joint=joint)}"
+    return columns.problem(text, joint, row)
 
 
-def _radians_as_degrees(table: CsvTable, leg: Leg, angles: Array) -> list[Problem]:
+def _radians_as_degrees(columns: Columns, leg: Leg, angles: Array) -> list[Problem]:
     """Refuse angles below 2 pi that are plausible for this leg only as radians.
 
     The reference is the position of each joint in the leg file: the middle of its range, else its spring's free angle,
@@ -244,7 +296,7 @@ def _radians_as_degrees(table: CsvTable, leg: Leg, angles: Array) -> list[Proble
         f"{degrees(as_degrees):.0f} deg from there, while radians would fit. If they are radians, write "
         f"{leg.joints[0].name} [rad] in the header; if they are degrees, give the joints a range in the leg file"
     )
-    return [Problem(text, table.name, 1)]
+    return [columns.problem(text, leg.joints[0].name, None)]
 
 
 def _inside(angle: Array, span: tuple[float, float]) -> bool:

@@ -6,6 +6,7 @@ Each such file is well-formed, but a common fit would have a large error that it
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
+from dataclasses import replace
 from itertools import combinations
 from math import degrees, radians
 
@@ -17,16 +18,26 @@ from synth.errors import Problem
 SHORTEST_STEP, LONGEST_STEP = 1e-7, 0.5  # s, usual sample step; 1 Hz is the slowest supported motion
 ANOTHER_CLOCK = 100.0  # times the others' step: more than between a camera and the fastest encoder
 LEAST = 3  # recordings needed to identify a different one
+ANOTHER_UNIT = "Is the time in another unit?"
+IN_HEADER, IN_CODE = "Then say so in the header, such as time [ms]", "In code it is in s"
 FAR, NEARER = radians(15.0), 3.0  # from the others' usual angles; times nearer with two columns exchanged
 
 
 def clock_problem(time: Array, name: str, title: str = "time [s]") -> Problem | None:
     """Faults of a recording's clock (n,) s by itself: implausible sample steps."""
-    step = float(np.median(np.diff(time)))
+    fault = clock_fault(time)
+    return Problem(f"{fault}. {ANOTHER_UNIT} {IN_HEADER}", name, 1, title) if fault else None
+
+
+def clock_fault(time: Array) -> str:
+    """What is wrong with a clock (n,) s by itself; empty if nothing is."""
+    steps = np.diff(time)
+    if steps.min() >= SHORTEST_STEP and steps.max() <= LONGEST_STEP:
+        return ""  # without the median, which takes longer
+    step = float(np.median(steps))
     if SHORTEST_STEP <= step <= LONGEST_STEP:
-        return None
-    text = f"the samples are {step:.2g} s apart; a limb is recorded every {SHORTEST_STEP:g} s to {LONGEST_STEP:g} s. "
-    return Problem(f"{text}Is the time in another unit? Then say so in the header, such as time [ms]", name, 1, title)
+        return ""
+    return f"the samples are {step:.2g} s apart; a limb is recorded every {SHORTEST_STEP:g} s to {LONGEST_STEP:g} s"
 
 
 def check_together(
@@ -35,6 +46,8 @@ def check_together(
     angles: Sequence[Array],
     joints: Sequence[str],
     conditions: Sequence[Hashable] = (),
+    *,
+    in_code: bool = False,
 ) -> list[Problem]:
     """Recordings whose clock or columns do not match the others of the project.
 
@@ -43,17 +56,18 @@ def check_together(
     times : (n,) s of each; angles : (n, n_joint) rad of each, nan where missing.
     conditions : of each; a tilted or loaded leg rests elsewhere, so columns are compared under the same conditions
         only. Empty: all are alike.
+    in_code : arrays instead of files, for the messages.
     """
     groups: dict[Hashable, list[int]] = {}
     for index in range(len(names)):
         groups.setdefault(conditions[index] if conditions else None, []).append(index)
-    problems = clocks_together(names, times)
+    problems = clocks_together(names, times, in_code=in_code)
     for group in groups.values():
         problems += _exchanged([names[i] for i in group], [angles[i] for i in group], joints)
-    return problems
+    return [replace(problem, line=None) for problem in problems] if in_code else problems
 
 
-def clocks_together(names: Sequence[str], times: Sequence[Array]) -> list[Problem]:
+def clocks_together(names: Sequence[str], times: Sequence[Array], *, in_code: bool = False) -> list[Problem]:
     """Recordings whose step is more than a hundred times, or less than a hundredth of, the others'."""
     steps = np.array([float(np.median(np.diff(time))) for time in times])
     if len(steps) < 2:
@@ -63,21 +77,19 @@ def clocks_together(names: Sequence[str], times: Sequence[Array]) -> list[Proble
     for name, step in zip(names, steps.tolist(), strict=True):
         if max(step / usual, usual / step) >= ANOTHER_CLOCK:
             times_as = f"{step / usual:.3g} times" if step > usual else f"1/{usual / step:.3g} of"
-            text = (
-                f"its samples are {step:.3g} s apart, {times_as} the step of the other recordings ({usual:.3g} s); is "
-            )
-            text += "its time in another unit? Then say so in the header, such as time [ms]"
+            text = f"its samples are {step:.3g} s apart, {times_as} the step of the other recordings ({usual:.3g} s). "
+            text += f"{ANOTHER_UNIT} {IN_CODE if in_code else IN_HEADER}"
             problems.append(Problem(text, name, 1, "time"))
     return problems
 
 
 def _exchanged(names: Sequence[str], angles: Sequence[Array], joints: Sequence[str]) -> list[Problem]:
     """Recordings whose usual angles match the others' after exchanging two columns."""
-    if len(names) < LEAST:
+    if len(names) < LEAST or len(joints) < 2:
         return []
     with np.errstate(all="ignore"):
         own = np.array([[finite_median(one[:, j]) for j in range(one.shape[1])] for one in angles])
-    usual = np.nanmedian(own, axis=0)
+    usual = np.array([finite_median(of_joint) for of_joint in own.T])
     problems = []
     for name, one in zip(names, own, strict=True):
         away = _apart(one, usual)

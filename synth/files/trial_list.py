@@ -23,6 +23,7 @@ from synth.files.validate import FileModel, Quantity, check_part, gathering, nea
 from synth.files.yaml_lines import Document, Key
 from synth.swing.leg_model import Leg
 
+OWN_LEG = "a trial with its own leg is supported by synth gap only"
 TRIAL_LIMIT = 5_000  # of a project: five times the largest of ``make scale``
 
 
@@ -176,16 +177,21 @@ def read_trials(
             recorded = read_recording(listed.path, others.get(listed.index, leg), name=listed.name)
             trials.append(_trial(recorded, listed, leg, others.get(listed.index)))
     if not problems:
-        trials = _on_one_turn(trials, leg)
-        given = [trial.name for trial in trials]
-        times, angles = [trial.time for trial in trials], [trial.angles for trial in trials]
-        alike = [_rests_as(trial) for trial in trials]
-        problems += check_together(given, times, angles, leg.joint_names, alike)
+        trials = on_one_turn(trials, leg)
+        problems += trials_together(trials, leg)
     raise_if_any(problems)
     return trials
 
 
-def _on_one_turn(trials: list[Trial], leg: Leg) -> list[Trial]:
+def trials_together(trials: Sequence[Trial], leg: Leg, *, in_code: bool = False) -> list[Problem]:
+    """Trials that do not match the others; ``in_code`` : made in code, for the messages."""
+    given = [trial.name for trial in trials]
+    times, angles = [trial.time for trial in trials], [trial.angles for trial in trials]
+    alike = [_rests_as(trial) for trial in trials]
+    return check_together(given, times, angles, leg.joint_names, alike, in_code=in_code)
+
+
+def on_one_turn(trials: list[Trial], leg: Leg) -> list[Trial]:
     """The trials with the angles of joints that were unwrapped in any of them on the same turn in all."""
     if not any(any(trial.jumps) for trial in trials):
         return trials
@@ -193,7 +199,7 @@ def _on_one_turn(trials: list[Trial], leg: Leg) -> list[Trial]:
     for j, joint in enumerate(leg.joints):
         middles = [float(np.nanmedian(trial.angles[:, j])) for trial in trials]
         reference = sum(joint.range) / 2 if joint.range else joint.spring.free_angle if joint.spring else joint.zero
-        moved[:, j] = turns_together(middles, [trial.jumps[j] > 0 for trial in trials], reference)
+        moved[:, j] = turns_together(middles, [bool(trial.jumps) and trial.jumps[j] > 0 for trial in trials], reference)
     made = [replace(trial, angles=trial.angles + by) for trial, by in zip(trials, moved, strict=True)]
     for trial in made:
         trial.angles.flags.writeable = False
@@ -220,21 +226,27 @@ def _other_legs(
         if entry.leg is None:
             continue
         if other_leg is None:
-            problems.append(source.problem("a trial with its own leg is supported by synth gap only", index, "leg"))
+            problems.append(source.problem(OWN_LEG, index, "leg"))
             continue
         other = other_leg(entry.leg, (*source.key, index, "leg"))
         if other is None:
             continue
-        if other.joint_names != leg.joint_names:
-            text = f"{other.name} has other joints ({', '.join(other.joint_names)}) than {leg.name} "
-            text += f"({', '.join(leg.joint_names)}); a trial's leg needs the same, in the same order"
-            problems.append(source.problem(text, index, "leg"))
-        elif not (np.allclose(other.zero, leg.zero) and np.array_equal(other.sign, leg.sign)):
-            text = f"{other.name} and {leg.name} differ in a joint's zero or sign; angles must mean the same on both"
-            problems.append(source.problem(text, index, "leg"))
+        fault = other_leg_fault(other, leg)
+        if fault:
+            problems.append(source.problem(fault, index, "leg"))
         else:
             found[index] = other
     return found
+
+
+def other_leg_fault(other: Leg, leg: Leg) -> str:
+    """Why ``other`` cannot be a trial's own leg beside ``leg``; empty if it can."""
+    if other.joint_names != leg.joint_names:
+        text = f"{other.name} has other joints ({', '.join(other.joint_names)}) than {leg.name} "
+        return text + f"({', '.join(leg.joint_names)}); a trial's leg needs the same, in the same order"
+    if not (np.allclose(other.zero, leg.zero) and np.array_equal(other.sign, leg.sign)):
+        return f"{other.name} and {leg.name} differ in a joint's zero or sign; angles must mean the same on both"
+    return ""
 
 
 def _trial(recorded: Recorded, listed: _Listed, leg: Leg, other: Leg | None) -> Trial:
@@ -314,11 +326,11 @@ def _entry(raw: object, source: _Source, index: int, problems: list[Problem]) ->
 
 
 def _locked_problems(locked: set[str], leg: Leg, source: _Source, index: int) -> list[Problem]:
+    return [source.problem(text, index, "locked") for text in locked_faults(locked, leg)]
+
+
+def locked_faults(locked: set[str], leg: Leg) -> list[str]:
+    """What is wrong with the names of a trial's locked joints."""
     names = leg.joint_names
-    problems = [
-        source.problem(f'"{name}" is no joint of the leg{near(name, names)}', index, "locked")
-        for name in sorted(locked - set(names))
-    ]
-    if set(names) <= locked:
-        problems.append(source.problem("every joint is locked: nothing moves in this trial", index, "locked"))
-    return problems
+    faults = [f'"{name}" is no joint of the leg{near(name, names)}' for name in sorted(locked - set(names))]
+    return [*faults, "every joint is locked: nothing moves in this trial"] if set(names) <= locked else faults

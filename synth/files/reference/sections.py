@@ -14,7 +14,7 @@ from synth.files import (
     hopper_sections,
     import_project,
     leg_choices,
-    leg_file,
+    leg_keys,
     leg_project,
     measured_parts,
     next_command,
@@ -54,11 +54,11 @@ _FIT = KeySection("fit_options", project_options.FitOptions)
 _MOTOR = KeySection("motor", drive.MotorKeys)
 _LEG_JOINT = _many(
     "joint",
-    leg_file._Joint,
+    leg_keys.JointKeys,
     "list",
-    link=KeySection("link", leg_file._Link),
-    spring=KeySection("spring", leg_file._Spring),
-    damper=KeySection("damper", leg_file._Damper),
+    link=KeySection("link", leg_keys.LinkKeys),
+    spring=KeySection("spring", leg_keys.SpringKeys),
+    damper=KeySection("damper", leg_keys.DamperKeys),
     drive=KeySection("drive", drive.DriveKeys, {"motor": _MOTOR}),
 )
 _CHOICE = _many(
@@ -82,7 +82,7 @@ _JUMP_TRIALS = _many("jump_trial", hopper_gap_project._JumpEntry, "list")
 
 # kind -> its file; `gap` of a jumping leg has a page of its own.
 KINDS: dict[str, KeySection] = {
-    "leg": KeySection("leg_file", leg_file._Leg, {"joints": _LEG_JOINT}),
+    "leg": KeySection("leg_file", leg_keys.LegKeys, {"joints": _LEG_JOINT}),
     "fit": KeySection(
         "fit",
         projects._FitFile,
