@@ -13,7 +13,7 @@ from synth.files.validate import near, raise_if_any
 from synth.spring.calibration import WindingCalibration
 from synth.spring.requirement_ranges import RANGES, RISING
 from synth.spring.spring_requirements import SpringRequirements
-from synth.spring.spring_result import SpringLimits
+from synth.spring.spring_task import SpringLimits
 from synth.units import parse
 
 # The unit of every requirement that is a number; "m m": two of them.

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from synth.files.spring_words import Hand
     from synth.parts.catalogs import Catalogue
     from synth.spring.spring_requirements import SpringRequirements
-    from synth.spring.spring_result import SpringLimits
+    from synth.spring.spring_task import SpringLimits
 
 IMPOSSIBLE = 1  # exit status if no single spring meets the request
 GIVEN = ("--wire-diameter", "--mean-diameter", "--coils")
@@ -256,7 +256,7 @@ class _SpringQuantities(Quantities):
 def _limits(read: _SpringQuantities) -> SpringLimits:
     from dataclasses import replace
 
-    from synth.spring.spring_result import SpringLimits
+    from synth.spring.spring_task import SpringLimits
 
     limits = SpringLimits(
         arbor_diameter=read.within("--arbor", "m", "arbor_diameter"),

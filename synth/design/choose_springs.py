@@ -25,7 +25,8 @@ from synth.spring.bought_spring import PassedLimit, check_bought, passed_limits
 from synth.spring.design import SpringResult, design_spring
 from synth.spring.loose_test import LooseTest
 from synth.spring.spring_requirements import SpringRequirements
-from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits
+from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
+from synth.spring.spring_task import SpringLimits
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 

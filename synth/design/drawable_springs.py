@@ -11,7 +11,7 @@ from math import degrees, radians
 from synth.files.project_options import CadOptions
 from synth.parts.rows import TorsionSpringRow
 from synth.spring.space import wound_inside_diameter
-from synth.spring.spring_result import SpringLimits
+from synth.spring.spring_task import SpringLimits
 
 STOP_ROOM = radians(3.5)  # beyond the travel; the joint's hard stops are there, and the spring must bear it
 ROUNDING = 1.0 - 1e-6  # of converted units

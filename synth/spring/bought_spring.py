@@ -11,7 +11,8 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.rows import TorsionSpringRow
 from synth.remarks import unlike
 from synth.spring.evaluate import check_spring
-from synth.spring.spring_result import FreeArm, SpringDesign, SpringLimits, SpringTask
+from synth.spring.spring_result import SpringDesign
+from synth.spring.spring_task import FreeArm, SpringLimits, SpringTask
 from synth.spring.stress import free_travel
 
 ANY_INDEX = (1.0, 100.0)  # spring index; that of a spring on sale is not ours to limit

@@ -11,7 +11,8 @@ from synth.parts import coil_angle
 from synth.parts.coil_rate import RATE_FORMULA, active_coils, energy, rate
 from synth.parts.wire import WireMaterial, WireProperties
 from synth.spring import arms, codes, fatigue, space, stress, winding
-from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask, Violation
+from synth.spring.spring_result import SpringDesign
+from synth.spring.spring_task import SpringLimits, SpringTask, Violation
 from synth.spring.unit_text import Measured, UnitText
 from synth.spring.wire_load import LEAST_RATIO, PeakRatios, WireLoad
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from synth.spring.spring_requirements import SpringRequirements
-from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign, SpringLimits
+from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign
 from synth.spring.spring_search import describe, lasts, worst_excess
+from synth.spring.spring_task import SpringLimits
 from synth.spring.unit_text import UnitText, joined
 
 

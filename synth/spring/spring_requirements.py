@@ -11,7 +11,7 @@ from synth.files.spring_words import Hand, Objective, System
 from synth.parts.coil_angle import Convention
 from synth.parts.coil_rate import RateForm
 from synth.spring.calibration import UNCALIBRATED, WindingCalibration
-from synth.spring.spring_result import FreeArm, SpringLimits, SpringTask
+from synth.spring.spring_task import FreeArm, SpringLimits, SpringTask
 
 _WORDS = {
     "convention": get_args(Convention),

@@ -20,7 +20,8 @@ from synth.parts.wire import WireMaterial
 from synth.spring.evaluate import Room, check_spring, room_of, surely_broken
 from synth.spring.space import cylinder
 from synth.spring.spring_requirements import SpringRequirements
-from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits
+from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
+from synth.spring.spring_task import SpringLimits
 from synth.spring.unit_text import Measured, UnitText
 
 # Designs up to this multiple of the least mass are ranked by size, heavier ones by mass. The lightest wire that keeps

@@ -181,7 +181,7 @@ def test_missing_packages_are_reported(fitted: synth.Fit, monkeypatch: pytest.Mo
 
 
 def test_an_infeasible_spring_is_a_valid_result() -> None:
-    from synth.spring.spring_result import SpringLimits
+    from synth.spring.spring_task import SpringLimits
 
     answer = synth.spring("79 N*m/rad", "45 deg", wish={"limits": SpringLimits(max_outer_diameter=0.03)})
     assert answer.best is None

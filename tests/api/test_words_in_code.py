@@ -11,7 +11,7 @@ import pytest
 
 import synth
 from synth.files.fit_words import allowed_values
-from synth.spring.spring_result import SpringLimits
+from synth.spring.spring_task import SpringLimits
 
 FIT = Path(synth.__file__).parent / "examples" / "fit"
 RATE, TRAVEL = "1.7 N*m/rad", "40 deg"

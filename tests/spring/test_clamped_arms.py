@@ -14,7 +14,8 @@ from synth.spring.codes import OPENING
 from synth.spring.design import design_spring
 from synth.spring.evaluate import check_spring, surely_broken, travel_limit
 from synth.spring.spring_requirements import SpringRequirements
-from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask
+from synth.spring.spring_result import SpringDesign
+from synth.spring.spring_task import SpringLimits, SpringTask
 from synth.spring.stress import bending_stress
 from synth.spring.wire_load import LEAST_RATIO, PeakRatios, WireLoad
 

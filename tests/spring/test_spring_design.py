@@ -20,8 +20,9 @@ from synth.spring.design import design_spring
 from synth.spring.evaluate import check_spring, travel_limit
 from synth.spring.preferred_springs import suits
 from synth.spring.spring_requirements import SpringRequirements
-from synth.spring.spring_result import FEWEST_COILS, SpringDesign, SpringLimits, SpringTask
+from synth.spring.spring_result import FEWEST_COILS, SpringDesign
 from synth.spring.spring_search import NEARLY_AS_LIGHT, SpringSearch, candidates, distinct_wires, lasts, ranked
+from synth.spring.spring_task import SpringLimits, SpringTask
 
 KNEE_LIMITS = SpringLimits(max_outer_diameter=0.03175, max_body_length=0.03175)
 

@@ -15,8 +15,8 @@ from synth.spring import fatigue, winding
 from synth.spring.design import design_spring
 from synth.spring.evaluate import check_spring, travel_limit
 from synth.spring.spring_requirements import SpringRequirements
-from synth.spring.spring_result import SpringLimits, SpringTask
 from synth.spring.spring_search import ENDLESS, candidates, endurance
+from synth.spring.spring_task import SpringLimits, SpringTask
 
 
 @pytest.fixture(scope="module")

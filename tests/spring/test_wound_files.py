@@ -12,7 +12,7 @@ import pytest
 from synth.errors import UserError
 from synth.parts.catalogs import Catalogue
 from synth.spring.evaluate import check_spring
-from synth.spring.spring_result import SpringTask
+from synth.spring.spring_task import SpringTask
 from synth.spring.wound_samples import calibration_of, read_calibration, read_samples
 
 ROOT = Path(__file__).resolve().parents[2]
