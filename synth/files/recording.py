@@ -121,9 +121,10 @@ def _time_problems(table: CsvTable, time: Array) -> list[Problem]:
     row = int(back[0]) + 1
     title = next(column.title for column in table.columns if column.name == "time")
     before, after = (table.values[r, [c.name for c in table.columns].index("time")] for r in (row - 1, row))
-    what = "repeats" if after == before else "runs backwards"
+    shown = ", then ".join(repr(float(each)).removesuffix(".0") for each in (before, after))  # with all its digits
+    what = "repeats" if time[row] == time[row - 1] else "runs backwards"
     more = f" (and in {len(back) - 1} more lines)" if len(back) > 1 else ""
-    return [Problem(f"time {what}: {before:g}, then {after:g}{more}", table.name, table.line(row), title)]
+    return [Problem(f"time {what}: {shown}{more}", table.name, table.line(row), title)]
 
 
 def _empty_columns(table: CsvTable, values: dict[str, Array]) -> list[Problem]:

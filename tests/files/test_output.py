@@ -312,3 +312,13 @@ def test_a_link_that_leads_to_itself_is_refused_before_any_work(tmp_path: Path) 
     with pytest.raises(UserError, match="leads to itself"), output_folder(tmp_path / "loop"):
         raise AssertionError("the work must not begin")
     assert names(tmp_path) == ["loop"]
+
+
+def test_times_are_written_to_a_nanosecond_whatever_the_clock(tmp_path: Path) -> None:
+    for begin in (0.0, 12.0, 4321.0, 12345678.0, 1.7e9):
+        time = begin + np.arange(5) / 240.0
+        write_csv(tmp_path / "x.csv", {"time [s]": time, "knee [deg]": time})
+        found = np.loadtxt(tmp_path / "x.csv", delimiter=",", skiprows=1)[:, 0]
+        np.testing.assert_allclose(found, time, atol=5.1e-10, rtol=0.0)
+    write_csv(tmp_path / "x.csv", {"time [s]": np.array([1.7e9, np.nan, 1.7e9 + 0.5])})
+    assert (tmp_path / "x.csv").read_text() == "time [s]\n1700000000\n\n1700000000.5\n"

@@ -60,7 +60,12 @@ def read_json(path: Path, mapping: Mapping, name: str) -> Channels:
     repeated = next((each for k, each in enumerate(names) if each in names[:k]), None)
     if repeated is not None:
         raise UserError(Problem(f'column "{repeated}" is given twice; rename one', name))
-    return Channels(name, tuple(names), tuple(units), np.column_stack(list(columns.values())), notes=tuple(notes))
+
+    def numbers(column: int) -> list[Any]:
+        return [record.get(list(columns)[column]) for record in flat]
+
+    values = np.column_stack(list(columns.values()))
+    return Channels(name, tuple(names), tuple(units), values, notes=tuple(notes), numbers=numbers)
 
 
 def _content(path: Path, name: str) -> Any:
