@@ -321,4 +321,4 @@ def test_times_are_written_to_a_nanosecond_whatever_the_clock(tmp_path: Path) ->
         found = np.loadtxt(tmp_path / "x.csv", delimiter=",", skiprows=1)[:, 0]
         np.testing.assert_allclose(found, time, atol=5.1e-10, rtol=0.0)
     write_csv(tmp_path / "x.csv", {"time [s]": np.array([1.7e9, np.nan, 1.7e9 + 0.5])})
-    assert (tmp_path / "x.csv").read_text() == "time [s]\n1700000000\n\n1700000000.5\n"
+    assert (tmp_path / "x.csv").read_text().split() == ["time", "[s]", "1700000000", '""', "1700000000.5"]
