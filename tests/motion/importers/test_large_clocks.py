@@ -92,6 +92,9 @@ def test_json_and_matlab_numbers_keep_their_digits(tmp_path: Path) -> None:
     records = [{"time [ns]": t, "knee [deg]": a} for t, a in zip(moments.tolist(), ANGLE, strict=True)]
     (tmp_path / "log.json").write_text(json.dumps(records))
     scipy.io.savemat(tmp_path / "log.mat", {"t": moments, "knee": ANGLE})
+    seconds = [{"time [s]": 1.7e9 + k / 1000, "knee [deg]": a} for k, a in enumerate(ANGLE.tolist())]
+    (tmp_path / "seconds.json").write_text(json.dumps(seconds))
+    np.testing.assert_allclose(read(tmp_path / "seconds.json").time, 1e-3 * np.arange(len(ANGLE)), atol=1e-12, rtol=0.0)
     by_name = Mapping(time="t", time_unit="ns", joints={"knee": JointColumn("knee", "deg")})
     for name, mapping in (("log.json", Mapping()), ("log.mat", by_name)):
         found = read(tmp_path / name, mapping)
