@@ -12,6 +12,7 @@ import re
 from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from decimal import Decimal
 from hashlib import sha256
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 
 from synth.errors import Problem, UserError
 from synth.files.csv_rows import csv_rows, refuse_no_text
+from synth.files.log_clock import LogClock, exact_number, log_clock
 from synth.files.paths import read_bytes
 from synth.files.validate import near
 from synth.units import factor, header
@@ -71,9 +73,23 @@ class CsvTable:
         next(lines)  # the header
         return next(number for count, number in enumerate(lines) if count == row)
 
+    def clock(self, column: CsvColumn) -> LogClock:
+        """The clock of a column of times; see ``log_clock``."""
+
+        def numbers() -> list[Decimal | None]:
+            rows = (cells for _, cells in csv_rows(self.data, self.name) if any(cell.strip() for cell in cells))
+            next(rows)  # the header
+            return [exact_number(cells[column.index]) for cells in rows]
+
+        values = self.values[:, self.columns.index(column)]
+        whole = np.isfinite(values).all()  # else the check of the times refuses the file
+        return log_clock(values, factor(column.unit, "s"), numbers if whole else None)
+
 
 def in_si(table: CsvTable, wanted: Mapping[str, str], foreign: str) -> tuple[dict[str, Array], list[Problem]]:
     """Columns (n_row,) by name in SI, and problems: unknown columns, units of another dimension.
+
+    The column ``time`` counts from its first row where the clock is a large one (``log_clock``).
 
     ``foreign`` : the message for an unknown column.
     """
@@ -85,7 +101,9 @@ def in_si(table: CsvTable, wanted: Mapping[str, str], foreign: str) -> tuple[dic
             problems.append(Problem(text, table.name, 1))
             continue
         try:
-            values[column.name] = table.values[:, index] * factor(column.unit, wanted[column.name])
+            scale = factor(column.unit, wanted[column.name])
+            clock = column.name == "time"
+            values[column.name] = table.clock(column).time if clock else table.values[:, index] * scale
         except UserError as error:
             problems.append(Problem(error.problems[0].text, table.name, 1, column.title))
     return values, problems

@@ -75,7 +75,8 @@ class JumpTolerance:
 class JumpTrial:
     """One recording of a jump or a pull-up: columns (n_time,) in SI, and its conditions.
 
-    ``payload`` kg on the body; ``supply`` V or None for the motor's own; ``lean`` rad from upright at the start.
+    ``payload`` kg on the body; ``supply`` V or None for the motor's own; ``lean`` rad from upright at the start;
+    ``begins`` as in ``HopperRecording``.
     """
 
     name: str
@@ -88,6 +89,7 @@ class JumpTrial:
     lean: float = 0.0
     held_out: bool = False
     sha256: str = ""
+    begins: float = 0.0
 
 
 class _JumpEntry(FileModel):
@@ -185,7 +187,7 @@ def _trial(reader: ProjectReader, path: Path, name: str, entry: _JumpEntry, moto
     sha256 = next(item.sha256 for item in reader.inputs if item.name == name)
     return JumpTrial(
         name, recording.columns, "pull-up" if PULL_UP in recording.columns else "jump", motor, length, entry.payload,
-        entry.supply, entry.lean, entry.held_out, sha256,
+        entry.supply, entry.lean, entry.held_out, sha256, recording.begins,
     )  # fmt: skip
 
 

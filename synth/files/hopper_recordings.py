@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -30,11 +30,15 @@ Files = Annotated[list[str], Field(min_length=1, examples=["[runs/*.csv]"])]
 
 @dataclass(frozen=True, eq=False)
 class HopperRecording:
-    """One recording's columns (n_time,) in SI by name; ``length`` of the upper links where it was given, m."""
+    """One recording's columns (n_time,) in SI by name; ``length`` of the upper links where it was given, m.
+
+    ``begins`` : s, the file's own time at time 0; not 0 only for a large clock (``log_clock``).
+    """
 
     name: str
     columns: Mapping[str, Array]
     length: float | None = None
+    begins: float = 0.0
 
     def __getitem__(self, column: str) -> Array:
         return self.columns[column]
@@ -172,7 +176,7 @@ def read_pull_ups(path: str | Path) -> PullUps:
             recording = read_recording(found, trial.file, wanted)
             reader.note(found)
             refuse_links_that_do_not_meet(reader, design, trial.length, (*key, "length"))
-            trials.append(HopperRecording(recording.name, recording.columns, trial.length))
+            trials.append(replace(recording, length=trial.length))
     reader.problems += clocks_together([one.name for one in trials], [one["time"] for one in trials])
     reader.finish()
     assert file is not None
@@ -259,7 +263,8 @@ def read_recording(
     """
     table = read_table(path, name)
     found = _columns(table, name, wanted, optional)
-    time = found["time"]
+    clock = table.clock(next(column for column in table.columns if column.name == "time"))
+    found["time"] = time = clock.time
     if len(time) < LEAST_SAMPLES:
         raise UserError(Problem(f"has {len(time)} samples; at least {LEAST_SAMPLES} are needed", name))
     if not np.all(np.diff(time) > 0.0):
@@ -267,7 +272,7 @@ def read_recording(
         raise UserError(Problem("time does not rise", name, table.line(row), "time"))
     if (problem := clock_problem(time, name, next(c.title for c in table.columns if c.name == "time"))) is not None:
         raise UserError(problem)
-    return HopperRecording(name, found)
+    return HopperRecording(name, found, begins=clock.begins)
 
 
 def _columns(

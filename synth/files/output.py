@@ -21,7 +21,7 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.files.leftovers import PARTIAL, REPLACED, held_folder, one_at_a_time, put_back, remove_leftovers, remove_tree
 from synth.files.names import written_name
-from synth.files.text_forms import cells, defused, json_text, plain
+from synth.files.text_forms import cells, clock_cells, defused, json_text, plain
 
 MANIFEST = ".synth-output"  # lists a run's files, so that the next run may replace only these
 _IGNORED = frozenset({MANIFEST, ".DS_Store", "Thumbs.db", "desktop.ini"})
@@ -179,6 +179,8 @@ def write_json(path: Path, value: Any) -> None:
 def write_csv(path: Path, columns: Mapping[str, Sequence[Any] | np.ndarray[Any, Any]]) -> None:
     """Write columns of equal length under their headers; numbers to 10 digits, nan and None as empty cells.
 
+    A column ``time`` is written to 1e-9 of its unit where ten digits are coarser.
+
     Raises
     ------
     ValueError
@@ -190,7 +192,13 @@ def write_csv(path: Path, columns: Mapping[str, Sequence[Any] | np.ndarray[Any, 
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow([defused(title) for title in columns])
-        writer.writerows(zip(*(cells(column) for column in columns.values()), strict=True))
+        texts = (clock_cells(column) if _is_clock(title) else cells(column) for title, column in columns.items())
+        writer.writerows(zip(*texts, strict=True))
+
+
+def _is_clock(title: str) -> bool:
+    """Whether a column contains times."""
+    return title.partition("[")[0].strip() == "time"
 
 
 def sha256_file(path: str | Path) -> str:

@@ -59,7 +59,7 @@ class FitOptions:
     cost: Annotated[Cost, Because("uses every sample")] = "trajectory"
     weight: Annotated[Weight, Because("residuals are divided by each joint's noise: maximum likelihood")] = "noise"
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
-    intervals: Annotated[Intervals, Because("no extra cost; agrees with the bootstrap if well determined")] = (
+    intervals: Annotated[Intervals, Because("no extra cost; agrees with the bootstrap in white noise")] = (
         "sensitivities"
     )
 

@@ -71,13 +71,15 @@ class Columns:
     """The columns of a recording, of a file or made in code.
 
     ``values`` : name -> (n,) in SI; ``units`` : name of every column -> its unit as given; ``problem`` : a mistake from
-    its text, the column or an empty name, and the row or None.
+    its text, the column or an empty name, and the row or None. ``stamps`` : (n,) times as a file gives them, with all
+    digits; its clock may begin elsewhere. None: those of ``values``.
     """
 
     values: dict[str, Array]
     units: Mapping[str, str]
     problem: Callable[[str, str, int | None], Problem]
     wording: Wording
+    stamps: Array | None = None
 
 
 def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded:
@@ -106,7 +108,9 @@ def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded
         return Problem(text, table.name, line, titles.get(column, column) or None)
 
     units = {column.name: column.unit for column in table.columns}
-    columns = Columns(_scaled(table, leg), units, problem, FILE)
+    values = _scaled(table, leg)
+    stamps = table.values[:, [column.name for column in table.columns].index("time")]
+    columns = Columns(values, units, problem, FILE, stamps)
     found = checked_columns(columns, leg)
     for array in (found.time, found.angles, found.velocities, found.torques):
         if array is not None:
@@ -180,10 +184,13 @@ def _time_problems(columns: Columns) -> list[Problem]:
         fault = clock_fault(time)
         return [columns.problem(f"{fault}. {ANOTHER_UNIT} {columns.wording.clock}", "time", None)] if fault else []
     row = int(back[0]) + 1
-    before, after = time[row - 1 : row + 1] / factor(columns.units["time"], "s")
-    what = "repeats" if after == before else "runs backwards"
+    if columns.stamps is None:
+        before, after = (f"{value:g}" for value in time[row - 1 : row + 1] / factor(columns.units["time"], "s"))
+    else:
+        before, after = (repr(float(value)).removesuffix(".0") for value in columns.stamps[row - 1 : row + 1])
+    what = "repeats" if time[row] == time[row - 1] else "runs backwards"
     more = f" (and in {len(back) - 1} more lines)" if len(back) > 1 else ""
-    return [columns.problem(f"time {what}: {before:g}, then {after:g}{more}", "time", row)]
+    return [columns.problem(f"time {what}: {before}, then {after}{more}", "time", row)]
 
 
 def _empty_columns(columns: Columns) -> list[Problem]:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 DIGITS = 10  # significant; fewer than the agreement of two machines' arithmetic, more than needed
+MOST = 15  # digits of a decimal number that a double holds for certain
 _FORMULA = tuple("=+-@\t\r\n|%")  # a spreadsheet would read a cell that begins so as a formula
 
 
@@ -69,6 +70,22 @@ def cells(column: Sequence[Any] | np.ndarray[Any, Any]) -> list[str]:
         _cell(column[np.isinf(column)][0])
     # + 0.0: no minus zero; nan alone differs from itself
     return [f"{value:.{DIGITS}g}" if value == value else "" for value in (column + 0.0).tolist()]
+
+
+def clock_cells(column: Sequence[Any] | np.ndarray[Any, Any]) -> list[str]:
+    """The cells of a column of times: ten digits, and more where these are coarser than 1e-9."""
+    known = [abs(value) for value in column if value is not None and not math.isnan(value)]
+    largest = max(known, default=0.0)
+    texts = cells(column)  # which refuses an infinite one
+    if largest < 10.0:
+        return texts
+    digits = DIGITS + math.floor(math.log10(largest))
+
+    def written(value: float) -> str:
+        # Beyond a double's certain digits the shortest text that reads back as the same number.
+        return f"{value:.{digits}g}" if digits <= MOST else repr(value).removesuffix(".0")
+
+    return [text and written(float(value)) for text, value in zip(texts, column, strict=True)]
 
 
 def _cell(value: Any) -> str:

@@ -1,10 +1,9 @@
-"""Intervals by block bootstrap: refits to the fit's prediction plus resampled blocks of its residuals.
+"""Intervals by bootstrap: refits to the fit's prediction plus resampled residuals.
 
-Residuals of neighbouring samples are correlated (a model error oscillates with the leg), so whole blocks are drawn,
-wrapping around the trial's end, with all joints at the same samples (circular block bootstrap: Politis & Romano, in
-*Exploring the Limits of Bootstrap*, 1992; blocks of residuals: Künsch, Annals of Statistics 17 (1989) 1217). The
-priors' centres, the shifts' and the static points' readings are drawn from their own distributions, so that refits
-reflect all inputs of the fit (Bardsley et al., SIAM J. Sci. Comput. 36 (2014) A1895, "randomize-then-optimize").
+The draws of the residuals have the correlation of the noise, with all joints at the same samples; see
+``residual_draws``. The priors' centres, the shifts' and the static points' readings are drawn from their own
+distributions, so that refits reflect all inputs of the fit (Bardsley et al., SIAM J. Sci. Comput. 36 (2014) A1895,
+"randomize-then-optimize").
 
 All refits run in parallel as lanes of the engine. Each is a separate Newton iteration with exact trajectories and the
 fit's Jacobian (the chord method, Kelley, *Iterative Methods*, 1995, section 5.4.1): 200 refits of seven trials cost
@@ -22,10 +21,11 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.estimation.intervals import spectrum
-from synth.fit.least_squares import HUBER, Solution, Stage, start_precision
+from synth.fit.least_squares import HUBER, Stage, start_precision
 from synth.fit.recordings import Recording
+from synth.fit.residual_draws import Draw, Places, resampled
 from synth.fit.trajectories import TrajectoryModel
-from synth.fit.uncertainty import correlation_times, residuals
+from synth.fit.uncertainty import residuals
 from synth.threads import shared_out
 
 REFITS = 200  # a 5 % quantile rests on ten of them, with an error of a fifth of a deviation
@@ -35,15 +35,13 @@ TOLERANCE = 1e-6  # of the integrator, sufficient for derivatives by large diffe
 LONGEST = 1.5  # of a log rate or rad, longest step of a refit
 TOGETHER = 32  # trials whose motions are kept in memory together
 
-Places = NDArray[np.intp]
-
 
 @dataclass(frozen=True)
 class Bootstrap:
     """The refits.
 
-    ``values`` (n_refit, p) unknowns of converged refits; ``asked`` number of refits; ``block`` (n_trial,) samples;
-    ``sensitivity`` (p,) standard deviations from the sensitivities.
+    ``values`` (n_refit, p) unknowns of converged refits; ``asked`` number of refits; ``block`` (n_trial,) white
+    residuals drawn together; ``sensitivity`` (p,) standard deviations from the sensitivities.
     """
 
     values: Array
@@ -88,47 +86,14 @@ def bootstrap(
     """
     generator = np.random.default_rng([seed, REFITS])
     solution = stage.solution
-    blocks = _block_lengths(recordings, solution)
-    drawn = [_draw(generator, r, p, b) for r, p, b in zip(recordings, solution.predictions, blocks, strict=True)]
-    problem = _Problem(model, recordings, stage, drawn, generator)
-    values, settled = problem.refit(np.sqrt(np.diag(covariance)))
+    problem = _Problem(model, recordings, stage, generator)
+    left = [residuals(r, p) for r, p in zip(recordings, solution.predictions, strict=True)]
+    steps = [float(np.median(np.diff(recording.time))) for recording in recordings]
+    drawn = resampled(generator, left, steps, problem.noise, problem.left_over, REFITS)
+    values, settled = problem.refit(drawn, np.sqrt(np.diag(covariance)))
     if settled.sum() < REFITS / 2:
         raise ArithmeticError(f"only {int(settled.sum())} of {REFITS} refits converge")
-    return Bootstrap(values[:, settled].T, REFITS, tuple(blocks), np.sqrt(np.diag(covariance)))
-
-
-def _block_lengths(recordings: Sequence[Recording], solution: Solution) -> list[int]:
-    """Samples per block for each trial: several correlation times, growing with its length (Künsch's m^(1/3))."""
-    longest = float(correlation_times(recordings, solution.predictions).max())
-    return [int(np.clip(np.ceil(longest * len(r.time) ** (1 / 3)), 2, max(2, len(r.time) // 3))) for r in recordings]
-
-
-@dataclass(frozen=True)
-class _Draw:
-    """Residuals (m, n) rad of one trial, the block length, and the start of each refit's blocks."""
-
-    left: Array
-    block: int
-    starts: Places  # (n_block, REFITS)
-
-    def of(self, which: Places) -> Array:
-        """(m, n, c) rad, the residuals of these refits in their new order."""
-        m = len(self.left)
-        places = (self.starts[:, None, which] + np.arange(self.block)[None, :, None]).reshape(-1, len(which))[:m] % m
-        return np.asarray(self.left[places].transpose(0, 2, 1))
-
-
-def _draw(generator: np.random.Generator, recording: Recording, prediction: Array, block: int) -> _Draw:
-    """Resampled blocks of one trial's residuals for every refit, centred and scaled for the lost degrees of freedom."""
-    left, m = residuals(recording, prediction), len(recording.time)
-    counted = recording.counts.any(axis=0)
-    left[:, counted] -= np.nanmean(left[:, counted], axis=0)
-    left *= np.sqrt(m / max(m - 2.0, 1.0))  # the initial state has absorbed its share
-    for j in np.flatnonzero(counted):
-        lost = np.isnan(left[:, j])
-        left[lost, j] = generator.choice(left[~lost, j], int(lost.sum()))
-    left[:, ~counted] = 0.0
-    return _Draw(left, block, generator.integers(0, m, (-(-m // block), REFITS)))
+    return Bootstrap(values[:, settled].T, REFITS, tuple(draw.block for draw in drawn), np.sqrt(np.diag(covariance)))
 
 
 class _Problem:
@@ -139,10 +104,9 @@ class _Problem:
         model: TrajectoryModel,
         recordings: Sequence[Recording],
         stage: Stage,
-        drawn: Sequence[_Draw],
         generator: np.random.Generator,
     ) -> None:
-        self.model, self.recordings, self.drawn = model, recordings, drawn
+        self.model, self.recordings = model, recordings
         self.rough = model.at_tolerance(TOLERANCE)
         self.solution, self.noise = stage.solution, stage.weights.noise
         self.evaluations = model.evaluate_all(recordings, self.solution.values, self.solution.locals)
@@ -160,7 +124,24 @@ class _Problem:
             np.sqrt(np.maximum(values, 0.0))[:, None] * generator.normal(size=(len(values), REFITS))
         )
 
-    def refit(self, deviation: Array) -> tuple[Array, NDArray[np.bool_]]:
+    def left_over(self, drawn: Sequence[Array]) -> list[Array]:
+        """What a refit leaves of residuals (m, n, c) rad, by the sensitivities alone."""
+        gradients = [np.zeros((len(self.precision[0]), drawn[0].shape[2]))]
+        jacobians = []
+        for t, added in enumerate(drawn):
+            found = self.evaluations[t]
+            assert found.common is not None
+            assert found.local is not None
+            flat = np.where(self.recordings[t].counts[:, :, None], added / self.noise[t][:, None] ** 2, 0.0)
+            flat = flat.reshape(-1, added.shape[2])
+            jacobians.append((found.common.reshape(len(flat), -1), found.local.reshape(len(flat), -1)))
+            gradients[0] -= jacobians[-1][0].T @ flat
+            gradients.append(-jacobians[-1][1].T @ flat)
+        common, *owns = self._solve(gradients)
+        return [added - (each @ common + own @ moved).reshape(added.shape)
+                for added, (each, own), moved in zip(drawn, jacobians, owns, strict=True)]  # fmt: skip
+
+    def refit(self, drawn: Sequence[Draw], deviation: Array) -> tuple[Array, NDArray[np.bool_]]:
         """(p, REFITS) unknowns and (REFITS,) which converged; ``deviation`` (p,) is the scale."""
         steps = [np.zeros((len(precision), REFITS)) for precision in self.precision]
         settled, lost = np.zeros(REFITS, dtype=bool), np.zeros(REFITS, dtype=bool)
@@ -168,7 +149,7 @@ class _Problem:
             todo = np.flatnonzero(~settled & ~lost)
             if not len(todo):
                 break
-            moves = self._solve(self._gradients([step[:, todo] for step in steps], todo))
+            moves = self._solve(self._gradients(drawn, [step[:, todo] for step in steps], todo))
             share = np.minimum(1.0, LONGEST / np.maximum(np.abs(moves[0]).max(axis=0), 1e-300))
             good = np.all(np.isfinite(moves[0]), axis=0)
             lost[todo[~good]] = True
@@ -191,7 +172,7 @@ class _Problem:
             moves.append(-part - eliminated @ common)
         return moves
 
-    def _gradients(self, steps: Sequence[Array], which: Places) -> list[Array]:
+    def _gradients(self, drawn: Sequence[Draw], steps: Sequence[Array], which: Places) -> list[Array]:
         """Gradient (p, c) by the common unknowns and (l, c) by each trial's own, at every refit's point."""
         gradients = [
             precision[:, None] * step + pull[:, which]
@@ -205,7 +186,7 @@ class _Problem:
                 found, noise = self.evaluations[t], self.noise[t]
                 assert found.common is not None
                 assert found.local is not None
-                target = self.solution.predictions[t][:, :, None] + self.drawn[t].of(which)
+                target = self.solution.predictions[t][:, :, None] + drawn[t].of(which)
                 scaled = (motion - target) / noise[:, None]
                 weighted = scaled * np.minimum(1.0, HUBER / np.maximum(np.abs(scaled), 1e-12)) / noise[:, None]
                 flat = np.where(self.recordings[t].counts[:, :, None], weighted, 0.0).reshape(-1, len(which))

@@ -18,6 +18,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording
+from synth.files.log_clock import begins_at
 from synth.motion.noise import difference_scale, robust_deviation
 
 PUSHED = 1.2  # weights of ground force that only a push gives: a leg at rest has one
@@ -36,20 +37,22 @@ LATE_ANGLE = 5e-3  # s, likewise, of an onset from an angle
 class SwitchOn:
     """The switch-on: ``time`` s on the recording's clock, 0 where that clock holds; ``deviation`` s, how far it is off.
 
-    ``source`` : the column that shows it; empty where the clock holds.
+    ``source`` : the column that shows it; empty where the clock holds; ``begins`` s, the file's own time at time 0.
     """
 
     time: float
     deviation: float
     source: str
+    begins: float = 0.0
 
     def sentence(self, name: str) -> str:
         """Where the switch-on was found, for the user; empty where the clock holds."""
         if not self.source:
             return ""
+        whence = f" ({begins_at(self.begins)})" if self.begins else ""
         return (
             f"{name}: its time does not begin when the motors are switched on; the {self.source} shows that at "
-            f"{self.time:.4g} s, and time is counted from there"
+            f"{self.time:.4g} s{whence}, and time is counted from there"
         )
 
 
@@ -124,17 +127,17 @@ def _from_sharp(jump: HopperRecording, weight: float) -> SwitchOn:
     still = np.flatnonzero(~moved)
     last = int(still[-1]) if len(still) else 0
     step = float(np.median(np.diff(time)))
-    if -step <= time[last] <= max(LATE, step):
+    if not jump.begins and -step <= time[last] <= max(LATE, step):
         return SwitchOn(0.0, 0.0, "")
     _refuse_begun(jump, begun=level > BEGUN[source] * scale, source=source)
     # It lies between the last sample at rest and the next: uniform, root mean square about the former.
-    return SwitchOn(float(time[last]), float(time[last + 1] - time[last]) / np.sqrt(3.0), source)
+    return SwitchOn(float(time[last]), float(time[last + 1] - time[last]) / np.sqrt(3.0), source, jump.begins)
 
 
 def _from_angle(jump: HopperRecording) -> SwitchOn:
     """From the upper link alone, which opens: its angle falls."""
     time, angle = jump["time"], jump["upper link"]
-    begun = -float(np.median(np.diff(time))) <= time[0] <= LATE_ANGLE
+    begun = not jump.begins and -float(np.median(np.diff(time))) <= time[0] <= LATE_ANGLE
     half = int(np.argmax(angle[0] - angle > TURNED * float(angle[0] - angle.min())))
     # A quarter of that time: the leg has opened by a thirtieth.
     level = float(np.median(angle[: max(1, half // 4)]))
@@ -151,15 +154,17 @@ def _from_angle(jump: HopperRecording) -> SwitchOn:
     _refuse_begun(jump, begun=len(used) < 3, source="upper link")
     slope, offset = np.polyfit(time[used] - time[used[0]], np.sqrt(opened[used]), 1)
     onset = float(time[used[0]] - offset / slope)
-    if abs(onset) <= LATE_ANGLE or (begun and onset < time[0]):
+    if (not jump.begins and abs(onset) <= LATE_ANGLE) or (begun and onset < time[0]):
         return SwitchOn(0.0, 0.0, "")
     tenth = time[int(np.argmax(opened > EARLY[0] * opened.max()))] - time[0]
     _refuse_begun(jump, begun=tenth < EARLY[1] * (time[first] - time[0]), source="upper link")
-    return SwitchOn(max(onset, float(time[0])), ANGLE_ERROR, "upper link")
+    return SwitchOn(max(onset, float(time[0])), ANGLE_ERROR, "upper link", jump.begins)
 
 
 def _refuse_begun(jump: HopperRecording, *, begun: bool, source: str) -> None:
     if begun:
-        text = f"begins at {jump['time'][0]:.4g} s, in the push: neither its clock nor a rest before it shows when the "
-        text += "motors are switched on. Let time 0 be the switch-on, or record a few samples at rest before it"
+        begin = jump.begins + float(jump["time"][0])
+        text = f"begins at {begin:.{16 if jump.begins else 4}g} s, in the push: neither its clock nor a rest before it "
+        text += "shows when the motors are switched on. Let time 0 be the switch-on, or record a few samples at "
+        text += "rest before it"
         raise UserError(Problem(text, jump.name, key=source))

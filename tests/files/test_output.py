@@ -344,3 +344,13 @@ def test_threads_that_ask_for_the_usual_permissions_leave_them(monkeypatch: pyte
         assert really(usual) == 0o027
     finally:
         really(usual)
+
+
+def test_times_are_written_to_a_nanosecond_whatever_the_clock(tmp_path: Path) -> None:
+    for begin in (0.0, 12.0, 4321.0, 12345678.0, 1.7e9):
+        time = begin + np.arange(5) / 240.0
+        write_csv(tmp_path / "x.csv", {"time [s]": time, "knee [deg]": time})
+        found = np.loadtxt(tmp_path / "x.csv", delimiter=",", skiprows=1)[:, 0]
+        np.testing.assert_allclose(found, time, atol=5.1e-10, rtol=0.0)
+    write_csv(tmp_path / "x.csv", {"time [s]": np.array([1.7e9, np.nan, 1.7e9 + 0.5])})
+    assert (tmp_path / "x.csv").read_text().split() == ["time", "[s]", "1700000000", '""', "1700000000.5"]

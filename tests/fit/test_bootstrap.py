@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
 from fit.simulated_legs import Rig, fitted, releases, robot
 from synth.files.trial_list import Trial
 from synth.fit.fit_result import FitResult
+from synth.fit.residual_draws import resampled
 
 LEG = robot()
 
@@ -55,6 +58,46 @@ def test_autocorrelated_residuals_widen_both_intervals() -> None:
     sensitivities, bootstrap = both_fits(coloured)
     assert np.median(widths(bootstrap) / widths(plain)) > 1.5
     assert np.exp(np.log(widths(bootstrap) / widths(sensitivities)).mean()) == pytest.approx(1.0, abs=0.3)
+
+
+def test_noise_that_wanders_slowly_widens_the_free_angles() -> None:
+    """Correlated over twenty samples in trials of 120: the free angles are as uncertain as the trials' means."""
+    still = Rig(noise=0.0, counts=0, rate=120.0)
+    ratios = []
+    for seed in (1, 2):
+        generator, trials = np.random.default_rng(seed), []
+        for trial in releases(LEG, seed, still, 3):
+            noise = generator.normal(0.0, np.radians(0.3), trial.angles.shape)
+            for i in range(1, len(noise)):
+                noise[i] = 0.9 * noise[i - 1] + np.sqrt(1.0 - 0.9**2) * noise[i]
+            trials.append(Trial(trial.name, trial.time, trial.angles + noise))
+        sensitivities, bootstrap = both_fits(trials)
+        ratios.append((widths(bootstrap) / widths(sensitivities))[2::3])
+    assert np.exp(np.log(ratios).mean()) > 0.8
+
+
+def test_a_linear_fit_to_slow_noise_is_as_uncertain_as_its_draws_say() -> None:
+    """Three means and a swing, of which the deviation is known; a quarter of the noise's share is lost in residuals."""
+    m, trials, slow = 120, 3, 0.9
+    time = np.linspace(0.0, 1.5, m)
+    swing = np.exp(-4.4 * time)[:, None] * np.column_stack([np.cos(27.0 * time), np.sin(27.0 * time)])
+    design = np.hstack([np.ones((trials * m, 1)), np.kron(np.eye(trials), swing)])
+    inverse = np.linalg.pinv(design)
+    left = np.eye(trials * m) - design @ inverse
+
+    def left_over(drawn: Sequence[np.ndarray]) -> list[np.ndarray]:
+        return [each[:, None] for each in np.split(left @ np.concatenate([one[:, 0] for one in drawn]), trials)]
+
+    covariance = np.kron(np.eye(trials), slow ** np.abs(np.subtract.outer(np.arange(m), np.arange(m))))
+    true = np.sqrt((inverse @ covariance @ inverse.T)[0, 0])
+    root, found = np.linalg.cholesky(covariance), []
+    for seed in range(20):
+        generator = np.random.default_rng(seed)
+        residuals = [each[:, None] for each in np.split(left @ root @ generator.normal(size=trials * m), trials)]
+        made = resampled(generator, residuals, [0.0125] * trials, np.ones((trials, 1)), left_over, 200)
+        drawn = np.concatenate([one.of(np.arange(200))[:, 0] for one in made])
+        found.append((inverse @ drawn)[0].std())
+    assert np.mean(found) == pytest.approx(true, rel=0.15)
 
 
 def test_the_same_seed_gives_the_same_intervals() -> None:

@@ -56,4 +56,5 @@ def write(path: Path, values: Array) -> None:
     """A recording; a pull-up's torque is small."""
     what = "hip torque [N*m]" if np.abs(values[:, 1]).max() < 0.1 else "ground force [N]"
     path.parent.mkdir(parents=True, exist_ok=True)
-    np.savetxt(path, values, delimiter=",", header=f"time [s],{what},upper link [rad]", comments="", fmt="%.9g")
+    fmt = ["%.9g" if values[-1, 0] < 1e6 else "%.6f", "%.9g", "%.9g"]  # Unix time to the microsecond
+    np.savetxt(path, values, delimiter=",", header=f"time [s],{what},upper link [rad]", comments="", fmt=fmt)

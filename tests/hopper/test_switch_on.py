@@ -100,6 +100,22 @@ def test_a_clock_that_runs_from_the_switch_on_with_a_rest_before_it_holds(tmp_pa
     )
 
 
+def test_the_switch_on_is_found_on_a_large_clock_and_not_where_it_is_set_to_0(tmp_path: Path) -> None:
+    """Unix time counts from the first sample, which is no switch-on: a rest shows it, and without one none does."""
+    values = jumped(seed=4)
+    plain, moved = result(tmp_path / "plain", values), result(tmp_path / "moved", rested(values, 0.2, 1.7e9))
+    assert moved["measured"][0]["switched_on"]["value"] == pytest.approx(0.2, abs=1e-6)
+    assert "at 0.2 s (the clock begins at 1700000000.000000 s, set to 0), and" in moved["notes"][0]
+    for key in ("takeoff_time", "rise", "peak_force"):
+        assert moved["measured"][0][key]["value"] == pytest.approx(plain["measured"][0][key]["value"], rel=2e-6), key
+    begun = values[6:] + np.array([1.7e9, 0.0, 0.0])
+    (tmp_path / "design.yaml").write_text(DESIGN)
+    (tmp_path / "gap.yaml").write_text(GAP)
+    write(tmp_path / "a.csv", begun)
+    with pytest.raises(UserError, match=r"begins at 1700000000.00.* s, in the push: neither its clock nor a rest"):
+        prepared(read_hopper_gap_project(tmp_path / "gap.yaml"), Catalogue.load())
+
+
 def test_a_gap_counts_time_from_the_switch_on(tmp_path: Path) -> None:
     """The same samples as without the rest; the switch-on is uncertain by a sample."""
     (tmp_path / "design.yaml").write_text(DESIGN)

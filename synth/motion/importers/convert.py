@@ -11,6 +11,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import JointColumn, Mapping
+from synth.files.log_clock import LogClock, log_clock
 from synth.motion.importers.cleaning import SHORTEST, clean, remarks
 from synth.motion.importers.drive_inputs import DriveInput, drive_inputs, within
 from synth.motion.importers.foreign_data import Channels, ColumnProblem, Markers, listed, other_side, same_name
@@ -29,10 +30,11 @@ CLOCKS = ("time", "t", "timestamp")
 class Imported:
     """A recording of the leg.
 
-    ``time`` (n,) s on the file's own clock; ``angles`` (n, n_joint) rad, measured, nan if missing. ``total``
-    samples in the file, ``began`` s its first; ``release`` as detected at its start, None if not
-    searched; ``notes`` messages on everything detected, repaired or cut. ``tracked``: the points of the angles, for
-    marker files, on the same samples. ``inputs`` : of the leg's drives, over the same time.
+    ``time`` (n,) s on the file's own clock, a large one (``log_clock``) counted from the first sample; ``angles`` (n,
+    n_joint) rad, measured, nan if missing. ``total`` samples in the file, ``began`` s its first; ``release`` as
+    detected at its start, None if not searched; ``notes`` messages on everything detected, repaired or cut.
+    ``tracked``: the points of the angles, for marker files, on the same samples. ``inputs`` : of the leg's drives, over
+    the same time.
     """
 
     format: str
@@ -64,9 +66,8 @@ class Imported:
         kept = slice(int(np.searchsorted(self.time, start)), None)
         tracked = self.tracked
         if tracked is not None:
-            tracked = replace(
-                tracked, time=tracked.time[kept], rotation=tracked.rotation[kept], points=tracked.points[kept]
-            )
+            clock = replace(tracked.clock, time=tracked.clock.time[kept])
+            tracked = replace(tracked, clock=clock, rotation=tracked.rotation[kept], points=tracked.points[kept])
         notes = (*self.notes, note)
         return replace(self, time=self.time[kept], angles=self.angles[kept], notes=notes, tracked=tracked)
 
@@ -100,9 +101,11 @@ def import_file(
     tracked: Tracked | None = None
     if isinstance(source, Markers):
         tracked = track(source, leg, mapping)
-        time, angles, notes = tracked.time, leg.to_measured(tracked.rotation), list(tracked.notes)
+        clock, angles, notes = tracked.clock, leg.to_measured(tracked.rotation), list(tracked.notes)
     else:
-        time, angles, notes = _angles(source, leg, mapping)
+        clock, angles, notes = _angles(source, leg, mapping)
+        source = _beside(source, clock)
+    time = clock.time
     cleaned = clean(time, angles, leg, name, arbitrary_turns=tracked is not None)
     notes += cleaned.notes
     moved = any(joint.drive is not None for joint in leg.joints)
@@ -112,7 +115,10 @@ def import_file(
     if isinstance(source, Channels):
         inputs = drive_inputs(source, leg, mapping, time, angles, cleaned.angles, notes)
     release = None if window is not None or moved else _release(time, cleaned.angles, leg, notes)
-    first, last = _kept(time, release, cut, window, notes, name)
+    if window is None:
+        first, last = _kept(time, release, cut, notes)
+    else:
+        first, last = _within_window(clock, window, notes, name)
     inputs, known = within(inputs, time, first, last)
     if known >= last:
         raise UserError(Problem("all its commands come after its last sample", name))
@@ -123,7 +129,8 @@ def import_file(
     kept = slice(first, last)
     notes += remarks(time[kept], cleaned.angles[kept], leg)
     if tracked is not None:
-        tracked = Tracked(time[kept], tracked.rotation[kept], tracked.points[kept], tracked.scale, tracked.notes)
+        own = replace(clock, time=time[kept])
+        tracked = Tracked(own, tracked.rotation[kept], tracked.points[kept], tracked.scale, tracked.notes)
     texts, began = tuple(notes), float(time[0])
     return Imported(
         found_form.name, time[kept], cleaned.angles[kept], len(time), release, texts, tracked, began, inputs
@@ -169,25 +176,25 @@ def _check_mapping(form: ForeignFormat, mapping: Mapping, name: str) -> None:
         raise UserError(problems)
 
 
-def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Array, Array, list[str]]:
-    """Clock (n,) s and measured angles (n, n_joint) rad of a file of channels."""
+def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[LogClock, Array, list[str]]:
+    """The clock and measured angles (n, n_joint) rad of a file of channels."""
     notes = list(source.notes)
     problems: list[Problem] = []
     columns: list[Array] = []
-    time, no_clock = np.full(len(source.values), np.nan), []
+    clock, no_clock = LogClock(np.full(len(source.values), np.nan)), []
     try:
-        time = _clock(source, mapping)
+        clock = _clock(source, mapping)
     except UserError as error:
         no_clock = list(error.problems)
     for joint in leg.joints:
         column = mapping.joints.get(joint.name) or JointColumn(joint.name)
         try:
-            columns.append(_angle(source, joint, column, time, notes))
+            columns.append(_angle(source, joint, column, clock.time, notes))
         except UserError as error:
             problems += error.problems
     if problems or no_clock:
         raise UserError([*problems, *no_clock])
-    return time, np.column_stack(columns), notes
+    return clock, np.column_stack(columns), [*clock.notes, *notes]
 
 
 def _angle(source: Channels, joint: Joint, column: JointColumn, time: Array, notes: list[str]) -> Array:
@@ -227,14 +234,14 @@ def _unit(source: Channels, index: int, stated: str | None, what: str, example: 
     return unit
 
 
-def _clock(source: Channels, mapping: Mapping) -> Array:
-    """(n,) s, from the file, its clock's column, or the frame rate."""
+def _clock(source: Channels, mapping: Mapping) -> LogClock:
+    """From the file, its clock's column, or the frame rate."""
     if source.time is not None:
-        return source.time
+        return log_clock(source.time, 1.0)
     if mapping.time is not None:
         index = source.find(mapping.time, "time")
     elif mapping.frame_rate is not None:
-        return np.asarray(np.arange(len(source.values)) / mapping.frame_rate)
+        return LogClock(np.arange(len(source.values)) / mapping.frame_rate)
     else:
         found = [k for k, name in enumerate(source.names) if any(same_name(name, clock) for clock in CLOCKS)]
         if len(found) != 1:
@@ -242,7 +249,9 @@ def _clock(source: Channels, mapping: Mapping) -> Array:
             raise UserError(ColumnProblem(f"{text}; the file has {listed(source.names)}", source.name))
         index = found[0]
     unit = _unit(source, index, mapping.time_unit, "time", "s")
-    return np.asarray(source.values[:, index] * factor(unit, "s"))
+    numbers = source.numbers
+    exact = None if numbers is None else lambda: numbers(index)
+    return log_clock(source.values[:, index], factor(unit, "s"), exact)
 
 
 def _release(time: Array, angles: Array, leg: Leg, notes: list[str]) -> Release | None:
@@ -255,22 +264,33 @@ def _release(time: Array, angles: Array, leg: Leg, notes: list[str]) -> Release 
     return found
 
 
+def _beside(source: Channels, clock: LogClock) -> Channels:
+    """The file with its channels of other clocks on the same zero."""
+    inputs = (replace(each, time=None if each.time is None else each.time - clock.begins) for each in source.inputs)
+    return replace(source, inputs=tuple(inputs))
+
+
+def _within_window(clock: LogClock, window: tuple[float, float], notes: list[str], name: str) -> tuple[int, int]:
+    """Indices of the first sample in the window, s on the file's own clock, and of the one after the last."""
+    time, begins = clock.time, clock.begins
+    rounding = 1e-9 + 2.0 * np.spacing(abs(begins))  # s, of a window's ends beside the samples' times
+    low, high = window[0] - begins - rounding, window[1] - begins + rounding
+    first, last = (int(k) for k in np.searchsorted(time, [low, high]))
+    if last - first < SHORTEST:
+        asked, there = (f"{a:.14g} to {b:.14g} s" for a, b in (window, begins + time[[0, -1]]))
+        text = f"the window {asked} holds {last - first} samples of the file's {there}; at least {SHORTEST} are needed"
+        raise UserError(Problem(text, name))
+    notes.append(f"cut to the window given: {len(time) - last + first} of {len(time)} samples left out")
+    return first, last
+
+
 def _kept(
     time: Array,
     release: Release | None,
     cut: Cut,
-    window: tuple[float, float] | None,
     notes: list[str],
-    name: str,
 ) -> tuple[int, int]:
     """Indices of the first sample kept and of the one after the last; a note states the cut."""
-    if window is not None:
-        first, last = (int(k) for k in np.searchsorted(time, [window[0] - 1e-9, window[1] + 1e-9]))
-        if last - first < SHORTEST:
-            text = f"the window {window[0]:g} to {window[1]:g} s holds {last - first} samples of the file's "
-            raise UserError(Problem(f"{text}{time[0]:g} to {time[-1]:g} s; at least {SHORTEST} are needed", name))
-        notes.append(f"cut to the window given: {len(time) - last + first} of {len(time)} samples left out")
-        return first, last
     if release is None or cut == "keep":
         if release is not None and release.free_from > time[0]:
             notes.append("nothing was cut, as wished; a trial must start at or after the release")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
@@ -20,7 +21,7 @@ class Channels:
     ``values`` (n, n_channel) as in the file, nan if missing; ``units`` of each channel, "" if the file
     states none; ``time`` (n,) s or None if the clock is one of the channels or missing; ``notes`` messages of the
     reader. ``inputs`` : further channels with clocks of their own, from the same zero; ``hint`` : why there are no
-    commands among them.
+    commands among them. ``numbers`` : gives a channel's values by its index with all the file's digits, for clocks.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Channels:
     units_fixed: bool = False  # the file determines the units: a different one in a project is a mistake
     inputs: tuple[Channels, ...] = ()
     hint: str = ""
+    numbers: Callable[[int], Sequence[Any]] | None = None
 
     def has(self, wanted: str) -> bool:
         """Whether there is exactly one channel of that name."""

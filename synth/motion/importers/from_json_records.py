@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping as Dictionary
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ import numpy as np
 
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
+from synth.files.log_clock import exact_number
 from synth.files.paths import read_bytes
 from synth.motion.importers.foreign_data import Channels, listed
 from synth.motion.importers.plain_csv import SIZE_LIMIT, title_and_unit
@@ -60,7 +62,15 @@ def read_json(path: Path, mapping: Mapping, name: str) -> Channels:
     repeated = next((each for k, each in enumerate(names) if each in names[:k]), None)
     if repeated is not None:
         raise UserError(Problem(f'column "{repeated}" is given twice; rename one', name))
-    return Channels(name, tuple(names), tuple(units), np.column_stack(list(columns.values())), notes=tuple(notes))
+
+    def numbers(column: int) -> list[Decimal | None]:
+        title = list(columns)[column]
+        return [
+            exact_number(str(record.get(title))) for record in flat
+        ]  # a double's text is the file's up to 15 digits
+
+    values = np.column_stack(list(columns.values()))
+    return Channels(name, tuple(names), tuple(units), values, notes=tuple(notes), numbers=numbers)
 
 
 def _content(path: Path, name: str) -> Any:

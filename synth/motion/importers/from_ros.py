@@ -22,6 +22,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import CommandTopic, Mapping
+from synth.files.log_clock import begins_at
 from synth.files.validate import near
 from synth.motion.importers.child import read_in_child
 from synth.motion.importers.foreign_data import Channels, listed
@@ -39,7 +40,11 @@ PATHS = "trajectory_msgs/JointTrajectory"
 
 @dataclass(frozen=True)
 class Topic:
-    """One topic: ``stamp`` and ``logged`` (n,) s; ``values`` of each quantity (n, n_joint), nan where missing."""
+    """One topic.
+
+    ``stamp`` and ``logged`` (n,) s after the log's ``begin``; ``values`` of each quantity (n, n_joint), nan where
+    missing.
+    """
 
     name: str
     kind: str
@@ -113,7 +118,7 @@ def _channels(content: dict[str, Any], mapping: Mapping, name: str) -> Channels:
     delay = float(np.median((states.logged - states.stamp)[with_stamp])) if with_stamp.any() else 0.0
     time, kept = _ordered(states.time(delay))
     begin = float(time[0])
-    notes = [f"joint states of {states.name}; the clock begins at {begin:.6f} s, set to 0"]
+    notes = [f"joint states of {states.name}; {begins_at(float(content['begin']) + begin)}"]
     if len(kept) < len(states.stamp):
         notes.append(f"{len(states.stamp) - len(kept)} messages repeat a stamp and are left out")
     others = _commands(topics, states, mapping.commands, name)

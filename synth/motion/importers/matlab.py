@@ -75,7 +75,10 @@ def read_matlab(path: Path, mapping: Mapping, name: str) -> Channels:
     wanted = [column.column for column in mapping.joints.values()]
     wanted += [mapping.time] if mapping.time else []
     notes: list[str] = []
-    columns = [_column(variables, expression, notes, name) for expression in dict.fromkeys(wanted)]
+    picked = [_column(variables, expression, name) for expression in dict.fromkeys(wanted)]
+    columns = [
+        _real(column, expression, notes) for column, expression in zip(picked, dict.fromkeys(wanted), strict=True)
+    ]
     lengths = {len(column) for column in columns}
     if len(lengths) > 1:
         sizes = ", ".join(f"{what}: {len(c)}" for what, c in zip(dict.fromkeys(wanted), columns, strict=True))
@@ -83,11 +86,17 @@ def read_matlab(path: Path, mapping: Mapping, name: str) -> Channels:
     if not columns:
         raise UserError(Problem(f"choose the variables of the joints' angles: {_summary(variables)}", name))
     names = tuple(dict.fromkeys(wanted))
-    return Channels(name, names, ("",) * len(names), np.column_stack(columns), notes=tuple(notes))
+
+    def numbers(column: int) -> list[Any]:
+        values = picked[column] if picked[column].dtype.kind in "iu" else columns[column]
+        return list(values.tolist())
+
+    values = np.column_stack(columns)
+    return Channels(name, names, ("",) * len(names), values, notes=tuple(notes), numbers=numbers)
 
 
-def _column(variables: dict[str, Any], expression: str, notes: list[str], name: str) -> Array:
-    """One row or column (n,) by its MATLAB expression."""
+def _column(variables: dict[str, Any], expression: str, name: str) -> Any:
+    """One row or column (n,) by its MATLAB expression, in the type of the file."""
     match = _EXPRESSION.fullmatch(expression)
     if match is None:
         text = f'"{expression}" is not a column; write it like angles(:,2), or trial.hip for a field that is a vector'
@@ -98,7 +107,11 @@ def _column(variables: dict[str, Any], expression: str, notes: list[str], name: 
     if isinstance(value, str):
         text = f'"{match[1]}" is {value}, where a matrix of numbers is needed (of a table T, save T{{:,:}})'
         raise UserError(Problem(text, name))
-    picked = _picked(value, match[2], match[3], expression, name)
+    return _picked(value, match[2], match[3], expression, name)
+
+
+def _real(picked: Any, expression: str, notes: list[str]) -> Array:
+    """The real numbers (n,) of a column, nan where it has none."""
     if np.iscomplexobj(picked):
         # acos of a ratio beyond 1 gives such angles: the pose is impossible and the real part meaningless.
         complex_ones = np.abs(picked.imag) > 0

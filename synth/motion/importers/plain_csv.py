@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import re
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from synth import units
 from synth.errors import Problem, UserError
 from synth.files.csv_rows import csv_rows
 from synth.files.import_project import Mapping
+from synth.files.log_clock import exact_number
 from synth.files.paths import read_bytes
 from synth.motion.importers.foreign_data import Channels
 from synth.motion.importers.registry import UTF_16, loader, text_start
@@ -64,7 +66,11 @@ def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
     repeated = next((each for k, each in enumerate(names) if each in names[:k]), None)
     if repeated is not None:
         raise UserError(Problem(f'column "{repeated}" is given twice; rename one', name, numbers[0]))
-    return Channels(name, tuple(names), tuple(found_units), values)
+
+    def exact(column: int) -> list[Decimal | None]:
+        return [exact_number(_pointed(row[column], separator)) for row in rows[first:]]
+
+    return Channels(name, tuple(names), tuple(found_units), values, numbers=exact)
 
 
 def _separator(lines: list[str], name: str) -> str:
@@ -136,10 +142,14 @@ def _values(rows: list[list[str]], lines: list[int], titles: list[str], separato
 
 def _number(cell: str, separator: str) -> float | None:
     """A cell's number; decimals take a comma where semicolons or tabs separate."""
-    text = cell.strip()
-    if separator != "," and _DECIMAL_COMMA.fullmatch(text):
-        text = text.replace(",", ".")
+    text = _pointed(cell, separator)
     try:
         return float(text) if "_" not in text and text.casefold() not in _MISSING else None
     except ValueError:
         return None
+
+
+def _pointed(cell: str, separator: str) -> str:
+    """A cell whose decimals take a point."""
+    text = cell.strip()
+    return text.replace(",", ".") if separator != "," and _DECIMAL_COMMA.fullmatch(text) else text

@@ -14,6 +14,7 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
+from synth.files.log_clock import LogClock, log_clock
 from synth.motion.importers.foreign_data import Markers, listed, other_side
 from synth.motion.importers.swaps import exchanged, restored, swap_notes
 from synth.motion.noise import MAD_TO_SD
@@ -33,7 +34,7 @@ class Tracked:
     file's lengths; ``notes`` messages.
     """
 
-    time: Array
+    clock: LogClock
     rotation: Array
     points: Array
     scale: float
@@ -47,10 +48,10 @@ def track(markers: Markers, leg: Leg, mapping: Mapping) -> Tracked:
     ------
     UserError : missing or too few points, no clock, a needless or missing plane.
     """
-    time = _clock(markers, mapping)
+    clock = _clock(markers, mapping)
     chosen = _chosen(markers, leg, mapping)
-    notes = list(markers.notes)
-    space = _unswapped(markers, chosen, time, notes)
+    notes = [*clock.notes, *markers.notes]
+    space = _unswapped(markers, chosen, clock.time, notes)
     flat = _unrolled(_in_plane(space, markers, mapping, notes), mapping.roll)  # as filmed, so before it is mirrored
     if mapping.mirror:
         flat[..., 0] *= -1.0
@@ -67,23 +68,23 @@ def track(markers: Markers, leg: Leg, mapping: Mapping) -> Tracked:
     rotation[:, 1:] -= absolute[:, :-1]
     rotation = np.angle(np.exp(1j * rotation))
     scale = _scale(middle, leg, notes)
-    return Tracked(time, np.asarray(rotation), flat, scale, tuple(notes))
+    return Tracked(clock, np.asarray(rotation), flat, scale, tuple(notes))
 
 
-def _clock(markers: Markers, mapping: Mapping) -> Array:
-    """(n,) s."""
+def _clock(markers: Markers, mapping: Mapping) -> LogClock:
+    """From the file, or the frame rate."""
     own, stated = markers.frame_rate, mapping.frame_rate
     if own is not None and stated is not None and abs(own / stated - 1.0) > 1e-6:  # as written to six digits
         text = f"the file says {own:g} Hz and the project {stated:g} Hz; leave it out"
         raise UserError(Problem(text, markers.name, key="frame_rate"))
     if markers.time is not None:
-        return markers.time
+        return log_clock(markers.time, 1.0)
     rate = own or stated
     if rate is None:
         text = "has no clock: state the camera's frame rate, frame_rate: 250 Hz (--frame-rate '250 Hz'). "
         text += "For slow-motion video this is the rate of filming, not of playback"
         raise UserError(Problem(text, markers.name))
-    return np.asarray(markers.frames / rate)
+    return log_clock(markers.frames / rate, 1.0)
 
 
 def _chosen(markers: Markers, leg: Leg, mapping: Mapping) -> list[int]:

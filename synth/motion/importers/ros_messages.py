@@ -22,7 +22,8 @@ KINDS = {
 }
 JOINT_STATE = "sensor_msgs/JointState"
 INTERFACES = ("position", "effort", "voltage", "current")  # of a DynamicJointState
-Message = tuple[str, str, float, Any]  # topic, type, time of logging in s, content
+Message = tuple[str, str, int, Any]  # topic, type, time of logging in ns, content
+SECOND = 1_000_000_000  # ns
 
 
 def short(kind: str) -> str:
@@ -40,11 +41,10 @@ def part(content: Any, *names: str) -> Any:
     return None
 
 
-def stamp_of(content: Any) -> float:
-    """The time stamp of the message, s; nan if it has none."""
+def stamp_of(content: Any) -> int:
+    """The time stamp of the message, ns; 0 if it has none."""
     stamp = part(part(content, "header") or {}, "stamp") or {}
-    found = float(part(stamp, "sec") or 0) + 1e-9 * float(part(stamp, "nanosec", "nsec") or 0)
-    return found or numpy.nan
+    return SECOND * int(part(stamp, "sec") or 0) + int(part(stamp, "nanosec", "nsec") or 0)
 
 
 def numbers(kind: str, content: Any) -> tuple[list[str], dict[str, list[float]]]:
@@ -88,7 +88,7 @@ def mcap_messages(path: str, unread: dict[str, str]) -> Iterator[Message]:
             kind = "" if schema is None else short(schema.name)
             if schema is None or kind not in KINDS or channel.topic in unread:
                 continue
-            time, coding = message.log_time * 1e-9, channel.message_encoding
+            time, coding = message.log_time, channel.message_encoding
             if coding == "json":
                 yield channel.topic, kind, time, json.loads(message.data)
                 continue
@@ -140,7 +140,7 @@ def bag_messages(path: str, unread: dict[str, str]) -> Iterator[Message]:
             except KeyError:
                 unread[connection.topic] = f"{kind}: the bag does not define this type (bags from ROS 2 Iron on do)"
                 continue
-            yield connection.topic, kind, time * 1e-9, content
+            yield connection.topic, kind, time, content
 
 
 def joint_arrays(path: str, *, mcap: bool) -> dict[str, Any]:
@@ -148,8 +148,9 @@ def joint_arrays(path: str, *, mcap: bool) -> dict[str, Any]:
 
     Returns
     -------
-    ``topics`` and ``kinds`` (k,), ``unread`` and ``why``; for topic i ``names{i}`` (m,), ``stamp{i}`` and ``logged{i}``
-    (n,) s, and each quantity in ``quantities{i}`` as (n, m), nan if a message lacks it.
+    ``topics`` and ``kinds`` (k,), ``unread`` and ``why``; ``begin`` whole s, beside which a double holds no ns; for
+    topic i ``names{i}`` (m,), ``stamp{i}`` and ``logged{i}`` (n,) s after it, and each quantity in ``quantities{i}`` as
+    (n, m), nan if a message lacks it.
     """
     unread: dict[str, str] = {}
     rows: dict[str, list[Any]] = {}
@@ -160,12 +161,15 @@ def joint_arrays(path: str, *, mcap: bool) -> dict[str, Any]:
     topics = sorted(rows)
     arrays = {"topics": numpy.array(topics, dtype=str), "kinds": numpy.array([kinds[t] for t in topics], dtype=str)}
     arrays |= {"unread": numpy.array(list(unread), dtype=str), "why": numpy.array(list(unread.values()), dtype=str)}
+    every = [row for topic in topics for row in rows[topic]]
+    begin = min((row[1] for row in every if row[1]), default=min((row[0] for row in every), default=0)) // SECOND
+    arrays["begin"] = numpy.array(begin)
     for i, topic in enumerate(topics):
-        arrays |= _topic_arrays(rows[topic], i)
+        arrays |= _topic_arrays(rows[topic], i, begin * SECOND)
     return arrays
 
 
-def _topic_arrays(rows: list[Any], i: int) -> dict[str, Any]:
+def _topic_arrays(rows: list[Any], i: int, begin: int) -> dict[str, Any]:
     width = max(len(values) for _, _, _, found in rows for values in [[], *found.values()])
     named = any(names for _, _, names, _ in rows)
     seen = dict.fromkeys(str(name) for _, _, names, _ in rows for name in names)
@@ -179,8 +183,8 @@ def _topic_arrays(rows: list[Any], i: int) -> dict[str, Any]:
                 made[quantity][row, place[str(name)]] = value
     return {
         f"names{i}": numpy.array(names, dtype=str),
-        f"logged{i}": numpy.array([row[0] for row in rows]),
-        f"stamp{i}": numpy.array([row[1] for row in rows]),
+        f"logged{i}": numpy.array([1e-9 * (row[0] - begin) for row in rows]),
+        f"stamp{i}": numpy.array([1e-9 * (row[1] - begin) if row[1] else numpy.nan for row in rows]),
         f"quantities{i}": numpy.array(quantities, dtype=str),
         **{f"{quantity}{i}": values for quantity, values in made.items()},
     }

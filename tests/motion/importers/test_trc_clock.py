@@ -35,7 +35,7 @@ def trc(path: Path, rate: str, frames: Array, times: list[str]) -> Path:
 def clock(path: Path, stated: float | None = None) -> tuple[Array, Markers]:
     mapping = Mapping(frame_rate=stated)
     found = read_trc(path, mapping, "a.trc")
-    return _clock(found, mapping), found
+    return _clock(found, mapping).time, found
 
 
 def written(rate: float, digits: int = 5) -> list[str]:

@@ -152,7 +152,9 @@ def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, gro
         torque = recorded[PULL_UP]
     else:
         mass = float(jumps.total_mass[0])
-        timed, begun = from_switch_on(HopperRecording(trial.name, trial.columns), mass * leg.gravity)
+        timed, begun = from_switch_on(
+            HopperRecording(trial.name, trial.columns, begins=trial.begins), mass * leg.gravity
+        )
         refuse_other_crouch(timed, leg)
         own = (_seen(timed, mass, leg.gravity), begun.deviation, begun.sentence(trial.name))
         last = _end_of_push(timed)
