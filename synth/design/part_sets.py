@@ -313,15 +313,12 @@ def _dampers_made(chosen: PartSet, table: Swaps, dampers: DamperChoiceMade, leg:
     ranked = []
     for j, (own, swaps) in enumerate(zip(taken, table.dampers, strict=True)):
         held = chosen.pairs[j].spring
-        others = [
-            replace(
-                swap.pair.damper,
-                error=swap.error,
-                expected=swap.expected,
-                partner=_partner(swap.pair.spring, held),
-            )
-            for swap in swaps
-        ]
+        others = []
+        for swap in swaps:
+            partner = _partner(swap.pair.spring, held)
+            rate = swap.pair.spring.rate if partner else None
+            damper = replace(swap.pair.damper, error=swap.error, expected=swap.expected)
+            others.append(replace(damper, partner=partner, partner_rate=rate))
         ranked.append(_by_error([own, *others]))
     return replace(dampers, chosen=tuple(taken), ranked=tuple(ranked), leg=leg)
 
