@@ -61,9 +61,10 @@ def assembly(joint: BuiltJoint) -> tuple[AssemblyStep, ...]:
          ("pin",), 0.0, 1.0),
         (f"slip thrust washer and collar on at ear B; clamp both collars with a feeler of {feeler} under one, that of "
          "ear A through the hole in the bracket", ("collar_b", "thrust_washer_b"), 1.8, 0.0),
-        ("turn the seat to 0 on its scale and tighten its screws through the slots of the ear",
-         ("seat_screw",), 1.3, 0.0),
-        ("put the damper on and screw it to the bracket" + _at_damper(joint),
+        ("turn the seat to 0 on its scale and tighten its screws through the slots of the ear; with the damper still "
+         "off, lay the joint on its side and read the angle at which it comes to rest, from both sides: their mean is "
+         "its free angle. Turn the seat to the setting that the design gives for it", ("seat_screw",), 1.3, 0.0),
+        ("put the damper on, now that the seat is set, and screw it to the bracket" + _at_damper(joint),
          ("damper", "damper_screw", "damper_output_pin", "damper_set_screw"), -2.2, 0.0),
     ]  # fmt: skip
     if encoder is not None:
@@ -93,7 +94,18 @@ def _named(name: str, prefix: str, ending: str) -> bool:
     return number.isdigit() or number in ("a", "b") or ending == "encoder"
 
 
+def _borne(joint: BuiltJoint) -> str:
+    torque = joint.dimensions.loads.damper_torque
+    return f", which must hold {torque:.3g} N*m" if torque > 0.0 else ""
+
+
 def _on_shaft(joint: BuiltJoint) -> str:
+    damper = joint.dimensions.damper
+    if damper.adapter is None and damper.bore.form == "round" and damper.bore.hub == "unknown":
+        return (
+            "; but first see what turns the damper with it: the damper's hub is unknown and is drawn as a round bore, "
+            f"in which the shaft slips. Make the shaft's end to fit the hub{_borne(joint)}"
+        )
     if any(part.family == "damper_adapter" for part in joint.parts):
         return ", and pin the damper's adapter on its end"
     if any(part.family == "damper_insert" for part in joint.parts):
@@ -110,13 +122,9 @@ def _at_damper(joint: BuiltJoint) -> str:
     damper = joint.dimensions.damper
     if damper.adapter is not None or damper.bore.form != "round":
         return ""
-    torque = joint.dimensions.loads.damper_torque
-    borne = f", which must hold {torque:.3g} N*m" if torque > 0.0 else ""
+    borne = _borne(joint)
     if damper.bore.hub == "unknown":
-        return (
-            "; but first see what turns it with the shaft: its hub is unknown and is drawn as a round bore, in which "
-            f"the shaft slips. Make the shaft's end to fit the hub{borne}"
-        )
+        return f"; its hub must turn with the shaft{borne}"
     if damper.bore.hub == "clamp":
         return f"; tighten its hub's clamp on the shaft{borne}"
     return f"; tighten its hub's set screw on the flat of the shaft's end{borne}"

@@ -226,6 +226,7 @@ def environment(compiled: BytecodeCache | None = None) -> Environment:
         "unit": quantities.unit_text,
         "signed": quantities.signed,
         "percent": quantities.whole_percent,
+        "probability": quantities.share_text,
         "percent_interval": quantities.percent_interval,
         "shortly": shortly,
         "marked": marked,

@@ -28,6 +28,9 @@ ROOM = 120.0  # px, width of a joint's label: a dozen letters of 12 px and the d
 GHOSTS = 7  # poses between the first and the last
 START, END = Line(BLUE, 4.0), Line(VERMILION, 4.0, "9 4")
 MEASURED, TOLD = Line(BLUE, 1.4), Line(VERMILION, 1.0)
+# Beside plots whose legend has those colours for curves.
+START_BESIDE, END_BESIDE = Line(GREY, 4.0), Line(GREY, 4.0, "9 4")
+TIP_BESIDE = Line(GREY, 1.2, "1.5 2.5")
 GHOST, TIP, TRACKED = Line("#b9c2cb", 1.6), Line(GREEN, 1.2), Line(ORANGE, 5.0, dots=True)
 _DEGREES = {"deg": 1.0, "rad": 180.0 / math.pi}  # a unit
 
@@ -108,16 +111,26 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     return {"trials": shown, "legend": legend(lines), "drawn": drawn, "total": len(trials), "told": told}
 
 
-def stick_figure(title: str, stick: Stick, motion: FigureMotion, tracked: Sequence[Sequence[Point]] = ()) -> Markup:
-    """The leg's first and last pose, some between, the tip's path, each joint's angle with its positive direction."""
+def stick_figure(
+    title: str,
+    stick: Stick,
+    motion: FigureMotion,
+    tracked: Sequence[Sequence[Point]] = (),
+    lines: tuple[Line, Line, Line] = (START, END, TIP),
+) -> Markup:
+    """The leg's first and last pose, some between, the tip's path, each joint's angle with its positive direction.
+
+    ``lines``: of the first pose, the last pose and the tip's path.
+    """
+    start, end, tip = lines
     poses = [stick.pose(motion.angles[k]) for k in motion.seen]
     svg = Svg(SIZE, SIZE, f"{title}: the leg as a stick figure")
     place = _placing(_every(stick, motion, tracked))
     _frame(svg)
     for pose in _between(poses):
         svg.polyline(map(place, pose), GHOST.style)
-    svg.polyline((place(pose[-1]) for pose in poses), TIP.style)
-    for pose, line in ((poses[-1], END), (poses[0], START)):
+    svg.polyline((place(pose[-1]) for pose in poses), tip.style)
+    for pose, line in ((poses[-1], end), (poses[0], start)):
         svg.polyline(map(place, pose), line.style)
         for point in pose[:-1]:
             svg.circle(place(point), 4.5, f'fill="#fff" stroke="{line.colour}" stroke-width="2"')
@@ -185,9 +198,13 @@ def following(result: Result, trial: str, table: ResultTable, kind: str) -> Mark
     motion = FigureMotion(table.columns.get("time", []), list(zip(*columns, strict=True)))
     if not motion.seen:
         return Markup("")
-    drawing = stick_figure(f"{trial}, {kind}", stick, motion)
-    return Markup('<div class="stick-small">{}</div>').format(
-        moving(trial, stick, drawing, _placing(_every(stick, motion, ())))
+    lines = (START_BESIDE, END_BESIDE, TIP_BESIDE)
+    drawing = stick_figure(f"{trial}, {kind}", stick, motion, lines=lines)
+    key = legend([(START_BESIDE, "first pose"), (END_BESIDE, "last pose"), (GHOST, "between"), (TIP_BESIDE, "tip")])
+    return Markup('<div class="stick-small">{}{}<p class="small soft">{}</p></div>').format(
+        moving(trial, stick, drawing, _placing(_every(stick, motion, ()))),
+        key,
+        f"The leg's poses in this trial, {kind}: the start and the end of the motion, not two models.",
     )
 
 

@@ -68,6 +68,11 @@ def about(name: str, remark: str) -> str:
     return like(remark, f"{name}: {remark}")
 
 
+def of_joint(joint: str | None, remark: str) -> str:
+    """The remark under its joint's name, once: most begin with it. None: of the whole leg."""
+    return remark if joint is None or remark.startswith(f"{joint}: ") else about(joint, remark)
+
+
 def like(remark: str, text: str) -> str:
     """Another text with the same attributes."""
     return Remark(text, *remark.attributes) if isinstance(remark, Remark) else Remark(text)

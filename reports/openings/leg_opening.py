@@ -9,30 +9,30 @@ from typing import Any
 from markupsafe import Markup
 
 from synth.reports.opening import Cell, Figures, Opening, listed
-from synth.reports.quantities import brief, interval_text, percent, text, whole_percent
+from synth.reports.openings.leg_steps import measured_joints, slipping_dampers, steps
+from synth.reports.quantities import brief, interval_text, percent, share_text, text
 from synth.reports.reading import Json, Result, png_uri, value_of
 from synth.reports.section import mapping, sequence
 from synth.reports.sections import live_leg, pictures
 
 CERTAIN, UNLIKELY = 0.9, 0.5  # chances from which a leg counts as certain, or as unlikely
-GAIN = 0.2  # of the chance, from which measuring the springs first is recommended
 
 
 def leg_opening(result: Result) -> Opening:
     """Verdict, the leg's picture, and a row of figures a joint."""
     document = result.content
-    without, failed = _without_part(document), _failed(document)
+    without, failed, slipping = _without_part(document), _failed(document), slipping_dampers(document)
     chance = value_of(mapping(document, "response", "forecast").get("chance"))
     good = None if chance is None else (True if chance >= CERTAIN else False if chance < UNLIKELY else None)
     figure, caption = _picture(result)
     return Opening(
-        _verdict(document, without, failed),
+        _verdict(document, without, failed, slipping),
         _trust(document),
-        _steps(document, without, failed),
+        steps(document, without, failed, slipping),
         figure,
         caption,
         _figures(document),
-        False if without or failed else good,
+        False if without or failed or slipping else good,
     )
 
 
@@ -51,18 +51,21 @@ def _failed(document: Json) -> list[Mapping[str, Any]]:
     return [check for check in checks if isinstance(check, Mapping) and not check.get("passed")]
 
 
-def _verdict(document: Json, without: list[str], failed: list[Mapping[str, Any]]) -> str:
+def _verdict(document: Json, without: list[str], failed: list[Mapping[str, Any]], slipping: list[str]) -> str:
     rms = mapping(document, "response", "wanted_to_built").get("rms")
-    near = f"with nominal parts its motion is {brief(rms)} (RMS) from the wanted one" if rms else ""
+    near = f"with nominal parts the leg's motion is {brief(rms)} (RMS) from the wanted one" if rms else ""
     if without:
         start = f"Not ready to build: {listed(without)}"
     elif failed:
         count = len(sequence(document, "solids", "checks"))
         start = f"Not ready to build: {len(failed)} of {count} checks of the joints failed, so no part is exported"
+    elif slipping:
+        many = "s" if len(slipping) > 1 else ""
+        start = f"Not ready to build: as drawn, the damper{many} of {listed(slipping)} would slip on the shaft{many}"
     elif mapping(document, "solids").get("drawn"):
         start = "The leg can be built"
     elif mapping(document, "joints"):
-        start = "The parts of the leg are chosen; its solids are not drawn"
+        start = "Parts are chosen for the links as stated, without the masses of drawn joints: not final"
     else:
         return "This design names no joint."
     return f"{start}; {near}." if near else f"{start}."
@@ -74,34 +77,12 @@ def _trust(document: Json) -> str:
         return ""
     chance, within = forecast.get("chance"), forecast.get("within")
     expected = f"{brief(forecast.get('expected'))}, 90 %: {interval_text(forecast.get('expected'))}°"
+    known = [name for name in mapping(document, "joints") if name in measured_joints(document)]
+    start = f"With the free angle measured at {listed(known)}, and other parts" if known else "With parts"
     return (
-        f"With parts within their tolerances, {whole_percent(chance)} of such legs stay within the allowed "
+        f"{start} within their tolerances, {share_text(chance)} of such legs stay within the allowed "
         f"{brief(within)} (expected {expected})."
     )
-
-
-def _steps(document: Json, without: list[str], failed: list[Mapping[str, Any]]) -> list[str]:
-    if without:
-        return [
-            "Relax that spring's requirements under `select:`; the section on springs to make shows the nearest ones."
-        ]
-    if failed:
-        return [f"{failed[0].get('text')}. Change `cad:` or `select:` in the project."]
-    response = mapping(document, "response")
-    chance = value_of(mapping(response, "forecast").get("chance"))
-    measured = value_of(mapping(response, "forecast_free_angles_measured").get("chance"))
-    steps = []
-    if chance is not None and measured is not None and measured - chance > GAIN:
-        steps.append(
-            f"Get the springs, measure each one's free angle to a degree, enter it under `measured:` and run again: "
-            f"the chance of staying within {brief(mapping(response, 'forecast').get('within'))} changes from "
-            f"{whole_percent(chance)} to {whole_percent(measured)}."
-        )
-    if mapping(document, "solids").get("drawn"):
-        steps.append("Order the parts in `bom.csv` and print the plates `parts/leg_print_*.3mf`.")
-    elif mapping(document, "joints"):
-        steps.append("Run without --no-cad to get parts to print.")
-    return steps
 
 
 def _picture(result: Result) -> tuple[Markup, str]:
@@ -122,7 +103,14 @@ def _figures(document: Json) -> Figures | None:
     errors = mapping(document, "response", "wanted_to_built", "joints")
     rows = [_row(name, mapping(joint), errors.get(name)) for name, joint in joints.items()]
     heads = ("Joint", "Spring", "Damper", "Free angle, built", "From wanted, RMS")
-    words = "Spring rate, and its deviation from the rate that suits the chosen damper. Free angle of built.leg.yaml."
+    words = (
+        "Spring rate in the joint; per cent: of a bought one from the rate fitted with the chosen damper. "
+        if any(mapping(joint, "spring").get("part") for joint in joints.values())
+        else "Spring rate in the joint. "
+    )
+    if any(mapping(joint, "spring", "make") for joint in joints.values()):
+        words += "One to wind has the rate with the least expected error. "
+    words += "Free angle: of the assembled joint, not of the loose spring."
     return Figures(heads, rows, words)
 
 
@@ -136,10 +124,11 @@ def _row(name: str, joint: Json, error: object) -> list[Cell]:
     if isinstance(count, int) and count > 1:
         what = f"{count} × {what}"
     each = value_of(rate)
-    off = percent(None if each is None else each * (count if isinstance(count, int) else 1), value_of(wanted))
+    together = None if each is None else each * (count if isinstance(count, int) else 1)
+    off = "" if make else percent(together, value_of(wanted))
     return [
         Cell(name),
-        Cell(what, f"{text(rate)}, {off}" if rate else ""),
+        Cell(what, ", ".join(words for words in (text(rate), off) if words) if rate else ""),
         Cell(str(damper.get("arrangement") or damper.get("part") or "–"), _law(damper)),
         Cell(text(spring.get("free_angle"))),
         Cell(brief(error)),

@@ -56,13 +56,24 @@ def legs_opening(result: Result) -> Opening:
     steps = [f"The joints of {_some(refused)} fail a check and are not exported: see their reports."] if refused else []
     worst = sorted(legs, key=lambda leg: -float(mapping(leg, "rms").get("value") or 0.0))[:MOST_ROWS]
     rows = [[Cell(str(leg["name"])), Cell(text(leg.get("rms")))] for leg in worst]
+    bad, final = bool(refused or sequence(result.content, "failed")), all(leg.get("drawn") is not False for leg in legs)
     return Opening(
         f"{_counted(result)} designed.",
         _warned(legs),
-        [*steps, *_mend(result, "designed")] or ["Open a leg's page below: its parts to order and to print."],
+        [*steps, *_mend(result, "designed")] or [_next_of_legs(legs)],
         figures=Figures(("Farthest from the wanted motion", "RMS"), rows) if rows else None,
-        good=not (refused or sequence(result.content, "failed")),
+        good=False if bad else True if final else None,
     )
+
+
+def _next_of_legs(legs: Sequence[Mapping[str, Any]]) -> str:
+    bare = [str(leg["name"]) for leg in legs if leg.get("drawn") is False]
+    if bare:
+        return (
+            f"Run {_some(bare)} without `--no-cad` before you order: only then do the links carry their joints' parts, "
+            "and spring rates go with the links' inertia."
+        )
+    return "Open a leg's page below: its parts to order and to print."
 
 
 def _counted(result: Result) -> str:

@@ -45,7 +45,10 @@ def _checks(result: Result) -> dict[str, Any] | AbsentResult:
         for leg in items(result)
         if sequence(leg, "failed_checks")
     ]
-    return {"failed": found} if found else AbsentResult("every drawn joint passes its checks")
+    if found:
+        return {"failed": found}
+    drawn = any(leg.get("drawn") is not False for leg in items(result))
+    return AbsentResult("every drawn joint passes its checks" if drawn else "no joint is drawn (--no-cad)")
 
 
 LEGS = ReportSection("designs-legs", "Leg by leg", _legs)

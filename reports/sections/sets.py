@@ -8,6 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from synth.reports.figures.bars import Bar, BarColumn, bar_figure
+from synth.reports.opening import listed
 from synth.reports.quantities import brief, interval_of, share_text, text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
@@ -24,10 +25,14 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         return AbsentResult("design.json has no forecast of the response under tolerances")
     joints = list(mapping(result.content, "joints"))
     others = [
-        dict(item) for item in sequence(response, "alternatives") if isinstance(item, Mapping) and "expected" in item
+        {**item, "free_angles_measured": mapping(item, "free_angles_measured")}
+        for item in sequence(response, "alternatives")
+        if isinstance(item, Mapping) and "expected" in item
     ]
-    chosen = {"parts": _parts(result.content), "rms": mapping(response, "wanted_to_built").get("rms"), **forecast}
     measured = mapping(response, "forecast_free_angles_measured")
+    chosen = {"parts": _parts(result.content), "rms": mapping(response, "wanted_to_built").get("rms"), **forecast}
+    chosen["free_angles_measured"] = measured
+    known = [name for name in joints if name in sequence(response, "free_angles_measured")]
     return {
         "joints": joints,
         "sets": [chosen, *others],
@@ -35,6 +40,8 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "figure": _figure([chosen, *others]),
         "causes": _causes(forecast),
         "measured": measured,
+        "known": listed(known),
+        "to_measure": listed([name for name in joints if name not in known]),
         "open": mapping(response, "fit_uncertainty"),
         "measured_causes": _causes(measured),
         "search": mapping(response, "search"),

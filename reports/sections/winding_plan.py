@@ -73,7 +73,13 @@ def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
     relief = make.get("stress_relief")
     steps.append(f"Relieve stress: {relief}." if relief else f"Relieve stress as the maker of the {wire} specifies.")
     how = f", {mapping(make, 'test').get('held')}, {_distances(make)} from the coil" if mapping(make, "test") else ""
-    steps.append(f"Measure the free angle and the torque below{how}. Set the joint's arm to the measured angle.")
+    told = f"Measure the angle between the free arms and the torque below{how}."
+    if clamped(make):
+        told += " Wind another if one is outside its tolerance. The joint's free angle is not this angle between the"
+        told += " arms: it is measured in the assembled joint, and its seat is set by it."
+    else:
+        told += " Set the joint's arm to the measured angle."
+    steps.append(told)
     return steps
 
 

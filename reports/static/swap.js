@@ -58,7 +58,7 @@ addEventListener("load", () => setTimeout(function () {  // after the page stand
     const springLabel = make("label", { textContent: "spring" }, box), spring = make("select", {}, springLabel);
     options.springs.forEach(function (option, i) {
       if (i && !(option.rate >= wanted / 4 && option.rate <= wanted * 4)) return;  // another leg, whatever its response
-      const pieces = [option.part, `${number(option.rate)} N·m/rad (${signed(100 * (option.rate / wanted - 1), 0)} %)`, `${shown(option.error, 2)}° off`];
+      const pieces = [option.part, `${number(option.rate)} N·m/rad${i ? ` (${signed(100 * (option.rate / wanted - 1), 0)} % from the chosen)` : ""}`, `${shown(option.error, 2)}° off`];
       if (option.outer_mm) pieces.push(`Ø${number(option.outer_mm)} mm`);
       if (option.price) pieces.push(option.price);
       make("option", { value: i, textContent: (i ? "" : "chosen: ") + pieces.join(", ") }, spring);

@@ -21,7 +21,7 @@ from synth.files.plain_value import Remade, digest_of
 from synth.files.project_options import CadOptions
 from synth.files.stage_cache import StageCache, key_of
 from synth.parts.catalogs import Catalogue
-from synth.remarks import remark_json
+from synth.remarks import of_joint, remark_json
 from synth.side_processes import side_processes
 from synth.swing.chain import Chain, compiled_chain
 from synth.swing.leg_model import Leg
@@ -47,7 +47,7 @@ class Design(Report):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings to read before ordering."""
-        return tuple(text if joint is None else f"{joint}: {text}" for joint, text in self.design.warnings)
+        return tuple(of_joint(joint, text) for joint, text in self.design.warnings)
 
     @property
     def headline(self) -> str:
@@ -241,6 +241,13 @@ def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[s
     content = design_json(design, files, folder, extra)
     messages = {str(note): note for note in design.drawn.notes} if design.drawn is not None else {}
     notes = [messages.get(note, note) for note in extra["solids"]["notes"]]  # stored solids hold texts without severity
-    content["warnings"] += [{"joint": None, **remark_json(note)} for note in (*notes, *lost)]
+    content["warnings"] = _with_told(content["warnings"], [*notes, *lost])
     write_json(folder / "design.json", content)
     write_leg_report(folder, kept_templates())
+
+
+def _with_told(warnings: Sequence[dict[str, Any]], told: Sequence[str]) -> list[dict[str, Any]]:
+    """The design's warnings with what drawing told: a part that does not work comes before numbers in doubt."""
+    items = [{"joint": None, **remark_json(text)} for text in told]
+    stops = [item for item in items if item["severity"] == "decide"]
+    return [*stops, *warnings, *(item for item in items if item not in stops)]

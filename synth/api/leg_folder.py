@@ -15,6 +15,7 @@ from synth.batch.folder_task import FolderTask, files_of
 from synth.batch.task_outcome import versions
 from synth.files.leg_project import LegProject
 from synth.parts.catalogs import Catalogue
+from synth.remarks import of_joint
 from synth.reports.many_pages import write_legs_report
 
 WANTED = ("spring_rate", "damper_rate", "free_angle")
@@ -79,9 +80,8 @@ def _entry(name: str, folder: Path) -> dict[str, Any]:
         "rms": found["response"]["wanted_to_built"]["rms"],
         "joint_rms": found["response"]["wanted_to_built"]["joints"],
         "failed_checks": [check["text"] for check in found["solids"]["checks"] if not check["passed"]],
-        "warnings": [
-            item["text"] if item["joint"] is None else f"{item['joint']}: {item['text']}" for item in found["warnings"]
-        ],
+        "drawn": found["solids"]["drawn"],
+        "warnings": [of_joint(item["joint"], item["text"]) for item in found["warnings"]],
     }
 
 

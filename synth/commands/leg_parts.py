@@ -104,14 +104,20 @@ def parts_text(design: Mapping[str, Any], shown: ShownUnits = METRIC) -> str:
         rows.append(["", "damper", damper["arrangement"], damper["vendor"] or "", "", ""])
         rows += _instead(joint["damper_alternatives"])
     low, high = forecast["expected"]["interval90"]
+    known = response["free_angles_measured"]
+    tolerances = f"as measured ({', '.join(known)}), and with part tolerances" if known else "with part tolerances"
     lines = [
         table_text(rows),
         f"Response: {response['wanted_to_built']['rms']['value']:.2f} deg RMS from the wanted with nominal parts;",
-        f"with part tolerances {forecast['expected']['value']:.2f} deg (90 %: {low:.2f} to {high:.2f}), chance "
-        f"{forecast['chance']['value']:.0%} of staying within {forecast['within']['value']:.3g} deg;",
-        f"with measured free angles of the springs {measured['expected']['value']:.2f} deg, chance "
-        f"{measured['chance']['value']:.0%}.",
+        f"{tolerances} {forecast['expected']['value']:.2f} deg (90 %: {low:.2f} to {high:.2f}), chance "
+        f"{forecast['chance']['value']:.0%} of staying within {forecast['within']['value']:.3g} deg"
+        f"{'.' if len(known) == len(joints) else ';'}",
     ]
+    if len(known) < len(joints):
+        lines.append(
+            f"with measured free angles of {'the springs' if not known else 'all springs'} "
+            f"{measured['expected']['value']:.2f} deg, chance {measured['chance']['value']:.0%}."
+        )
     return "\n".join(lines)
 
 

@@ -40,8 +40,8 @@ class DamperOption:
     """The dampers of a joint, as they act together.
 
     ``error``, ``expected`` (rad): response error of the whole leg with them, nominal and with tolerances. ``partner``
-    is the spring that belongs to them if it is not the chosen one. ``single`` is one of them on its own shaft. The
-    default arrangement is one damper on the joint's axis.
+    is the spring of that leg if it is not the chosen one, ``partner_rate`` (N m/rad) its rate. ``single`` is one of
+    them on its own shaft. The default arrangement is one damper on the joint's axis.
     """
 
     row: DamperRow | None
@@ -54,6 +54,7 @@ class DamperOption:
     arrangement: Arrangement = ALONE_ON_THE_JOINT
     single: Damper | None = None
     partner: str = ""
+    partner_rate: float | None = None
 
     def with_exponent(self, exponent: float) -> Damper:
         """The damper at the joint with another exponent of the assumed law."""

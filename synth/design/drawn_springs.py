@@ -17,6 +17,7 @@ import numpy as np
 from synth.design.choose_springs import SpringOption
 from synth.design.joint_sizing import dimensions_of
 from synth.design.leg_design import LegDesign, Solids
+from synth.design.measured_forecast import with_measured_forecast
 from synth.design.measured_rate import rate_in_joint
 from synth.parts.catalogs import Catalogue
 from synth.remarks import decisive
@@ -275,8 +276,8 @@ def seats_set(design: LegDesign) -> tuple[LegDesign, dict[str, SeatSetting]]:
     """The design with measured springs, their seats set so that the leg has its designed rest pose.
 
     A rate measured on the loose spring is converted into the joint's. The parts are unchanged. Rates and free angles of
-    the built leg become those of the measured springs, and its motions are simulated with them. For a spring of another
-    rate the free angle is the one with the designed rest pose.
+    the built leg become those of the measured springs, and its motions and its forecasts are made with them. For a
+    spring of another rate the free angle is the one with the designed rest pose.
     """
     known = design.project.measured_springs
     if not known:
@@ -300,7 +301,7 @@ def seats_set(design: LegDesign) -> tuple[LegDesign, dict[str, SeatSetting]]:
         settings[joint.name] = SeatSetting(turn, suits - found - turn, rate, found + turn)
         joints.append(replace(joint, spring=replace(joint.spring, rate=rate, free_angle=found + turn)))
     design = replace(design, built=replace(design.built, joints=tuple(joints)))
-    return simulated_again(_with_seat_warnings(design, settings)), settings
+    return with_measured_forecast(simulated_again(_with_seat_warnings(design, settings)), settings), settings
 
 
 def _with_seat_warnings(design: LegDesign, settings: Mapping[str, SeatSetting]) -> LegDesign:
@@ -310,10 +311,11 @@ def _with_seat_warnings(design: LegDesign, settings: Mapping[str, SeatSetting]) 
             name,
             decisive(
                 f"{name}: the free angle of the measured spring is {degrees(setting.left):+.1f} deg beyond its seat's "
-                f"travel; turn the seat to {degrees(setting.turn):+.1f} deg, or wind or choose another spring"
+                f"travel, which ends at {degrees(setting.turn):+.1f} deg",
+                "Check that the assembled joint's angle was read, not the loose spring's; else wind or choose another.",
             ),
         )
         for name, setting in settings.items()
         if abs(setting.left) > LEAST_LEFT
     ]
-    return replace(design, warnings=(*design.warnings, *warnings))
+    return replace(design, warnings=(*warnings, *design.warnings))

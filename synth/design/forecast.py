@@ -8,11 +8,12 @@ for every set, so that the comparison of sets is not affected by sampling noise.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from hashlib import blake2b
-from math import sqrt
+from math import radians, sqrt
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -32,7 +33,25 @@ TEMPERATURE = "temperature"
 EXPONENTS = 9  # levels of an assumed law's exponent
 OUTER_NODE = sqrt(3.0 / 5.0)  # Gauss and Legendre's three points on [-1, 1]: weights 5/18, 8/18, 5/18 of a uniform draw
 
+MEASURED_ANGLE = radians(1.0)  # uncertainty of a free angle measured with a protractor
+
 SetParts = Sequence[tuple[SpringOption, DamperOption]]
+
+
+@dataclass(frozen=True)
+class SpringInHand:
+    """A joint's measured spring, its seat set for it: rate (N m/rad), rotation at which it is unloaded (rad).
+
+    ``angle_known``: that rotation was measured in the joint, within ``MEASURED_ANGLE``; else it has the part's
+    tolerance. A measured rate keeps the part's tolerance: the error of its measurement is unknown.
+    """
+
+    rate: float
+    rest: float
+    angle_known: bool
+
+
+IN_HAND: Mapping[int, SpringInHand] = MappingProxyType({})  # of no joint
 
 
 @dataclass(frozen=True)
@@ -97,6 +116,12 @@ def spring_tolerance(option: SpringOption, asked: ToleranceOptions) -> SpringTol
     return SpringTolerance(rate / sqrt(count), angle / sqrt(count), source)
 
 
+def free_angles_measured(asked: ToleranceOptions) -> ToleranceOptions:
+    """The tolerances that remain when the springs' free angles are measured."""
+    known = MEASURED_ANGLE if asked.free_angle is None else min(MEASURED_ANGLE, asked.free_angle)
+    return replace(asked, free_angle=known)
+
+
 def damper_tolerance(option: DamperOption, asked: ToleranceOptions) -> DamperTolerance:
     """Tolerance of all dampers of an arrangement together."""
     if option.row is None or option.law == "curve":
@@ -127,10 +152,17 @@ def latin_hypercube(n: int, n_sample: int, seed: int) -> Array:
 
 
 class Forecaster:
-    """Draws the tolerances of sets of parts in one leg."""
+    """Draws the tolerances of sets of parts in one leg; ``in_hand``: measured springs, by the number of their joint."""
 
-    def __init__(self, lanes: PartLanes, asked: ToleranceOptions, within: float, seed: int = 0) -> None:
-        self.lanes, self.asked, self.within, self.seed = lanes, asked, within, seed
+    def __init__(
+        self,
+        lanes: PartLanes,
+        asked: ToleranceOptions,
+        within: float,
+        seed: int = 0,
+        in_hand: Mapping[int, SpringInHand] = IN_HAND,
+    ) -> None:
+        self.lanes, self.asked, self.within, self.seed, self.in_hand = lanes, asked, within, seed, in_hand
         self._known: dict[bytes, Array] = {}  # errors by the content of the lanes
 
     def forecast(self, parts: SetParts, n_sample: int, *, shares: bool = False) -> Forecast:
@@ -172,8 +204,11 @@ class Forecaster:
         ]
 
     def _joint(self, j: int, spring: SpringOption, damper: DamperOption, draw: Array, kelvin: Array) -> Array:
-        of_spring, of_damper = spring_tolerance(spring, self.asked), damper_tolerance(damper, self.asked)
-        made = np.repeat(column(spring.rate, self.lanes.rest(j, spring.rate), damper.damper)[:, None], len(kelvin), 1)
+        known = self.in_hand.get(j)
+        asked = free_angles_measured(self.asked) if known is not None and known.angle_known else self.asked
+        of_spring, of_damper = spring_tolerance(spring, asked), damper_tolerance(damper, self.asked)
+        rate, rest = (spring.rate, self.lanes.rest(j, spring.rate)) if known is None else (known.rate, known.rest)
+        made = np.repeat(column(rate, rest, damper.damper)[:, None], len(kelvin), 1)
         made[0] *= 1.0 + of_spring.rate * draw[0]
         made[1] += of_spring.free_angle * draw[1]
         if of_damper.exponents is not None:

@@ -8,16 +8,15 @@ reported too (``as_they_come``).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import radians
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
-from synth.design.forecast import Forecast, Forecaster
+from synth.design.forecast import IN_HAND, Forecast, Forecaster, SpringInHand, free_angles_measured
 from synth.design.part_lanes import Acting, PartLanes
 from synth.design.response import WantedResponse
 from synth.files.project_options import PartsOptions
@@ -25,7 +24,6 @@ from synth.swing.leg_model import Leg, Spring
 
 SAMPLES_SHOWN, SAMPLES_CHOSEN = 64, 256  # draws of the tolerances: to compare and list sets, to report the chosen one
 RELEASES = 7  # approximate number of releases that are simulated with tolerances
-MEASURED_ANGLE = radians(1.0)  # uncertainty of a free angle measured with a protractor
 
 
 @dataclass(frozen=True)
@@ -59,6 +57,8 @@ class Judge:
         of the draws, the same for every set.
     barred
         combinations of dampers, by their labels, that are excluded.
+    in_hand
+        measured springs, by the number of their joint.
     """
 
     def __init__(
@@ -68,15 +68,15 @@ class Judge:
         parts: PartsOptions,
         seed: int,
         barred: frozenset[tuple[str, ...]] = frozenset(),
+        in_hand: Mapping[int, SpringInHand] = IN_HAND,
     ) -> None:
         self.wanted, self.leg, self.barred = wanted, leg, barred
         none: list[list[Acting]] = [[] for _ in leg.joints]
         self._lanes = PartLanes(wanted, leg, none)
         few = PartLanes(wanted, leg, none, RELEASES)
         asked = parts.tolerance
-        least = min(MEASURED_ANGLE, MEASURED_ANGLE if asked.free_angle is None else asked.free_angle)
-        self._as_they_come = Forecaster(few, asked, parts.within, seed)
-        self._ready = Forecaster(few, replace(asked, free_angle=least), parts.within, seed)
+        self._as_they_come = Forecaster(few, asked, parts.within, seed, in_hand)
+        self._ready = Forecaster(few, free_angles_measured(asked), parts.within, seed, in_hand)
 
     def allows(self, pairs: Pairs) -> bool:
         """Whether the set's combination of dampers is allowed."""

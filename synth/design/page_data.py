@@ -176,24 +176,22 @@ def _spring(option: SpringOption) -> dict[str, Any]:
 
 
 def _dampers(design: LegDesign, j: int) -> list[dict[str, Any]]:
-    """The chosen damper, then its substitutes; ``spring_rate``: rate of the spring tuned to a substitute."""
-    chosen, spring = design.dampers.chosen[j], design.springs.chosen[j]
+    """The chosen damper, then its substitutes; ``spring_rate``: of the spring with which ``error`` was found, if it is
+    not the chosen one.
+    """
+    chosen = design.dampers.chosen[j]
     others = [option for option in design.dampers.ranked[j] if option is not chosen]
-    found = []
-    for option in (chosen, *others[:MOST_CHOICES]):
-        suits = option.spring if option is not chosen and spring.row is None else None
-        found.append(_damper(option, None if suits is None else suits.rate))
-    return found
+    return [_damper(option) for option in (chosen, *others[:MOST_CHOICES])]
 
 
-def _damper(option: DamperOption, spring_rate: float | None) -> dict[str, Any]:
-    row = option.row
+def _damper(option: DamperOption) -> dict[str, Any]:
+    row, rate = option.row, option.partner_rate
     return {
         "part": option.label,
         "vendor": row.vendor if row is not None else "",
         "law": option.law,
         "error": _number(math.degrees(option.error)),
-        "spring_rate": None if spring_rate is None else _number(spring_rate),
+        "spring_rate": None if rate is None else _number(rate),
         "outer_mm": None if row is None or row.outer_diameter is None else _number(row.outer_diameter * 1e3),
         "choice": f"{{part: {row.part}}}" if row is not None else "",
         **_price(row),

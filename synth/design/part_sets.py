@@ -17,7 +17,7 @@ import numpy as np
 
 from synth.design.choose_dampers import DamperChoiceMade, DamperOption
 from synth.design.choose_springs import SpringChoiceMade, SpringOption, SpringSource, spring_options
-from synth.design.forecast import Forecast, damper_tolerance, spring_tolerance
+from synth.design.forecast import Forecast
 from synth.design.judged_sets import SAMPLES_CHOSEN, SAMPLES_SHOWN, Judge, Pair, Pairs, acting
 from synth.design.part_lanes import PartLanes
 from synth.design.part_search import FoundSets, best_sets
@@ -313,15 +313,12 @@ def _dampers_made(chosen: PartSet, table: Swaps, dampers: DamperChoiceMade, leg:
     ranked = []
     for j, (own, swaps) in enumerate(zip(taken, table.dampers, strict=True)):
         held = chosen.pairs[j].spring
-        others = [
-            replace(
-                swap.pair.damper,
-                error=swap.error,
-                expected=swap.expected,
-                partner=_partner(swap.pair.spring, held),
-            )
-            for swap in swaps
-        ]
+        others = []
+        for swap in swaps:
+            partner = _partner(swap.pair.spring, held)
+            rate = swap.pair.spring.rate if partner else None
+            damper = replace(swap.pair.damper, error=swap.error, expected=swap.expected)
+            others.append(replace(damper, partner=partner, partner_rate=rate))
         ranked.append(_by_error([own, *others]))
     return replace(dampers, chosen=tuple(taken), ranked=tuple(ranked), leg=leg)
 
@@ -335,16 +332,3 @@ def _partner(spring: SpringOption, held: SpringOption) -> str:
 
 def _by_error(options: list[Option]) -> tuple[Option, ...]:
     return tuple(sorted(options, key=lambda option: (option.expected, option.error)))
-
-
-def tolerance_json(parts: PartsOptions, chosen: PartSet, joint: int) -> dict[str, Any]:
-    """The tolerances of one joint's parts, with their sources."""
-    pair = chosen.pairs[joint]
-    spring, damper = spring_tolerance(pair.spring, parts.tolerance), damper_tolerance(pair.damper, parts.tolerance)
-    return {
-        "rate": quantity(spring.rate, "percent"),
-        "free_angle": quantity(spring.free_angle, "deg"),
-        "torque": quantity(damper.torque, "percent"),
-        "spring_source": spring.source,
-        "damper_source": damper.source,
-    }

@@ -131,7 +131,9 @@ def _judged(judge: Judge, chosen: Pairs, joint: int, pairs: Sequence[Pair]) -> t
 def _instead(pair: Pair, parts: JointParts) -> list[Pair]:
     """Other springs for the chosen damper: those that meet its constraints, then others for comparison."""
     known = [s for s in parts.springs[pair.damper.label] if s is not pair.spring and not _same(s, pair.spring)]
-    others = other_springs(parts.source, pair.spring.asked, [pair.spring, *known])
+    # A wound spring is tuned to the set: bought ones are measured by its rate, which suits better than the fitted one.
+    rate = pair.spring.asked if pair.spring.row is not None else pair.spring.rate
+    others = other_springs(parts.source, rate, [pair.spring, *known])
     return [Pair(spring, pair.damper) for spring in (*known, *others)]
 
 

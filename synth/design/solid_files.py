@@ -9,6 +9,7 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from synth.design.measured_forecast import measured_free_angles
 from synth.errors import Problem, UserError
 from synth.files.output import write_json
 from synth.files.stage_cache import StageCache, key_of
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from synth.design.part_masses import PartMass
     from synth.files.leg_project import LegProject
 
+NOT_FINAL = "Run without --no-cad before you order parts."
 RECORD = "solids.json"  # of a kept stage; not part of the output
 NOT_DRAWN: dict[str, Any] = {
     "pictures": [],
@@ -99,15 +101,25 @@ def on_bed(design: LegDesign, bed: tuple[float, ...]) -> LegDesign:
 
 
 def not_weighed(design: LegDesign) -> LegDesign:
-    """The design without drawing, with a warning on the masses that its links lack."""
-    bare = [joint.name for joint in design.project.target.joints if joint.link.includes == "none"]
-    if not bare:
-        return design
-    text = decisive(
-        f"nothing is drawn, so the masses of the joints' parts are missing on the links of {', '.join(bare)}, whose "
-        "figures do not include them (includes: none): the leg will be heavier than simulated"
-    )
-    return replace(design, warnings=(*design.warnings, (None, text)))
+    """The design without drawing, with warnings on the masses that its links lack or may lack, first of all."""
+    links = {joint.name: joint.link.includes for joint in design.project.target.joints}
+    bare = [name for name, includes in links.items() if includes == "none"]
+    whole = [name for name in links if name not in bare]
+    texts = []
+    if bare:
+        texts.append(
+            f"nothing is drawn, so the masses of the joints' parts are missing on the links of {', '.join(bare)}, "
+            "whose figures do not include them (includes: none): the leg will be heavier than simulated, and spring "
+            "rates go with the links' inertia"
+        )
+    if whole:
+        texts.append(
+            f"nothing is drawn, so the links of {', '.join(whole)} are taken as the target states them, with the "
+            "joints' parts (includes: joint). Where the drawn parts weigh more than that, the links become heavier, "
+            "and spring rates go with the links' inertia"
+        )
+    found = tuple((None, decisive(text, NOT_FINAL)) for text in texts)
+    return replace(design, warnings=(*found, *design.warnings))
 
 
 def require_drawn(solids: dict[str, Any], project: Path, report: Path) -> None:
@@ -191,8 +203,10 @@ def with_settings(extra: dict[str, Any], design: LegDesign, settings: Mapping[st
     notes = list(solids["notes"])
     for name, setting in settings.items():
         notes.append(f"{name}: turn the seat to {degrees(setting.turn):+.1f} deg on its scale for the measured spring")
+    if solids["drawn"] and len(measured_free_angles(design)) < len(joints):
+        notes.append(HOW_TO_MEASURE)
     if joints and not settings and solids["drawn"]:
-        notes += [HOW_TO_MEASURE, *_how_to_test(design)]
+        notes += _how_to_test(design)
     return {**extra, "solids": {**solids, "joints": joints, "notes": notes}}
 
 
@@ -216,8 +230,9 @@ def _how_to_test(design: LegDesign) -> list[str]:
 
 HOW_TO_MEASURE = (
     "the tolerance of a spring's free angle, commonly 10 deg, is the largest of all. Assemble each joint with its seat "
-    "at 0 and without the damper, lay it on its side so that no weight turns it, and read the angle at which it comes "
-    "to rest (the mean of both sides). Write it as measured: {spring: {JOINT: {free_angle: 98 deg}}}; the report then "
+    "at 0 and without the damper, lay it on its side so that no weight turns it, and read the joint's angle at which "
+    "it comes to rest (the mean of both sides); the angle between the loose spring's arms is another. Write it as "
+    "measured: {spring: {JOINT: {free_angle: 98 deg}}}; the report then "
     "gives the setting of the seat. + on the scale (the end with the pit) increases the free angle. The marks are "
     "5 deg apart on the ear and 4 deg apart on the seat plate: the scale is a vernier that reads to one degree"
 )

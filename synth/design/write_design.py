@@ -16,7 +16,7 @@ from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.fit_responses import write_fit_responses as write_fit_responses
 from synth.design.leg_design import LegDesign
-from synth.design.part_sets import tolerance_json
+from synth.design.measured_forecast import measured_free_angles, tolerance_json
 from synth.files.curve import write_curve
 from synth.files.leg_file import write_leg
 from synth.files.output import place, sha256_file, stems, write_csv
@@ -106,6 +106,7 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
             },
             "forecast": design.sets.chosen.forecast.as_json(),
             "forecast_free_angles_measured": design.sets.measured.as_json(),
+            "free_angles_measured": list(measured_free_angles(design)),
             **({"fit_uncertainty": design.robustness.as_json()} if design.robustness is not None else {}),
             "alternatives": [item.as_json(names, design.sets.chosen) for item in design.sets.sets[1:]],
             "search": _search(design),
@@ -164,7 +165,7 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
             "free_angle": wanted.free_angle.as_json(),
         },
         "refit": {"spring_rate": refit.spring_rate.as_json(), "free_angle": refit.free_angle.as_json()},
-        "damper": _damper(damper, name),
+        "damper": {**_damper(damper, name), **_damper_as_drawn(design, j)},
         "spring": {**spring.as_json(), "free_angle": quantity(built.free_angle, "deg")},
         "arm_offset": quantity(design.arm_offset(j), "deg"),
         "spring_alternatives": [
@@ -179,7 +180,7 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
             "cost: response_error minus that of the chosen set. expected_error: with tolerances, free angles measured "
             "and seats adjusted; the choice and the order of the list are by expected_error"
         ),
-        "tolerance": tolerance_json(design.project.parts, design.sets.chosen, j),
+        "tolerance": tolerance_json(design, j),
         "left_out": {"springs": dict(design.springs.left_out[j]), "dampers": dict(design.dampers.left_out[j])},
         "warnings": [str(text) for joint, text in design.warnings if joint == name],
     }
@@ -211,6 +212,14 @@ def _damper(option: DamperOption, joint: str) -> dict[str, Any]:
             written["vendor_point"] = point
             written["secant_rate"] = quantity(row.max_torque / row.speed, "N*m*s/rad")
     return written
+
+
+def _damper_as_drawn(design: LegDesign, j: int) -> dict[str, Any]:
+    """Whether the shaft slips in the drawn damper, and the keys of its sizes that are assumed; empty if not drawn."""
+    if design.drawn is None:
+        return {}
+    drawn = design.drawn.dimensions.joints[j].damper
+    return {"slips": drawn.adapter is None and drawn.bore.slips, "assumed_sizes": list(drawn.unknown)}
 
 
 def _ranked_spring(option: SpringOption, chosen: SpringOption) -> dict[str, Any]:

@@ -61,7 +61,8 @@ def spring_candidates(
             reasons[reason] += 1
     comparison = ""
     if nearest is not None and nearest.rate is not None:
-        comparison = f"{nearest.part} comes nearest with {nearest.rate:.4g} N*m/rad, {nearest.rate / rate - 1:+.0%}"
+        off = f"{nearest.rate / rate - 1:+.0%} from {rate:.4g}"
+        comparison = f"{nearest.part} comes nearest with {nearest.rate:.4g} N*m/rad as sold, without its arms, {off}"
     return Candidates(tuple(kept), dict(sorted(reasons.items())), comparison)
 
 

@@ -117,7 +117,10 @@ def test_a_folder_of_designs_lists_the_infeasible_ones(
             }
         },
         "response": {"wanted_to_built": {"rms": quantities, "joints": {"knee": quantities}}},
-        "solids": {"checks": [{"passed": False, "text": "knee: the pin is weak"}, {"passed": True, "text": "fine"}]},
+        "solids": {
+            "drawn": False,
+            "checks": [{"passed": False, "text": "knee: the pin is weak"}, {"passed": True, "text": "fine"}],
+        },
         "warnings": [{"joint": "knee", "text": "a note"}],
     }
 

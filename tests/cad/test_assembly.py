@@ -49,7 +49,7 @@ def test_assembly_uses_every_part_once_in_a_feasible_order(change):
 @pytest.mark.parametrize(
     ("hub", "words"),
     [
-        ("unknown", "first see what turns it with the shaft"),
+        ("unknown", "its hub must turn with the shaft, which must hold 1.91 N*m"),
         ("set_screw", "set screw on the flat of the shaft's end, which must hold 1.91 N*m"),
         ("clamp", "tighten its hub's clamp on the shaft, which must hold 1.91 N*m"),
     ],
@@ -58,3 +58,18 @@ def test_the_step_of_a_round_bore_says_what_turns_the_damper(hub, words):
     damper, loads = DamperDimensions(bore=BoreDimensions("round", hub=hub)), LoadDimensions(damper_torque=1.91)
     steps = assembly(build_joint(cleared(replace(KNEE, damper=damper, loads=loads))))
     assert [words in step.text for step in steps if step.text.startswith("put the damper on")] == [True]
+
+
+def test_an_unknown_hub_is_looked_at_before_the_shaft_is_in():
+    steps = [step.text for step in assembly(build_joint(cleared(KNEE)))]
+    seen = next(k for k, text in enumerate(steps) if "first see what turns the damper with it" in text)
+    assert seen + 1 == next(k for k, text in enumerate(steps) if "push the shaft through" in text)
+
+
+def test_the_free_angle_is_measured_before_the_damper_is_on():
+    steps = [step.text for step in assembly(build_joint(cleared(KNEE)))]
+    read = next(k for k, text in enumerate(steps) if "read the angle at which it comes to rest" in text)
+    assert read + 1 == next(k for k, text in enumerate(steps) if text.startswith("put the damper on"))
+    assert (
+        steps[read].index("0 on its scale") < steps[read].index("damper still off") < steps[read].index("the setting")
+    )

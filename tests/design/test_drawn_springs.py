@@ -8,8 +8,10 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from synth.api.designs import _with_told
 from synth.api.designs import design as design_of
 from synth.cad.flexed_wire import effective_length
 from synth.design.bom import write_bom
@@ -18,10 +20,12 @@ from synth.design.joint_sizing import _yields
 from synth.design.leg_design import LegDesign
 from synth.design.measured_rate import rate_in_joint
 from synth.design.page_data import page_json
+from synth.design.solid_files import not_weighed
 from synth.design.spring_warnings import spring_warnings
-from synth.files.project_options import MeasuredSpring, SpringChoice
+from synth.design.write_design import design_json
+from synth.files.project_options import MeasuredSpring, SpringChoice, ToleranceOptions
 from synth.parts.catalogs import Catalogue
-from synth.remarks import severity_of
+from synth.remarks import decisive, noted, severity_of
 from synth.reports.sections.winding_plan import winding_of
 from synth.spring.codes import OPENING
 from synth.spring.stress import bending_stress
@@ -94,6 +98,7 @@ def test_the_sheet_gives_the_rate_that_a_maker_measures(wound: LegDesign) -> Non
         assert f"Rate in this test{':' * ('REQUEST' in text)} {expected:.4g} N*m/rad" in text
         assert f"{distance * 1e3:.4g} mm from the coil" in text
         assert f"{made.rate:.4g} N*m/rad" in text
+    assert "measured in the assembled joint" in shown["steps"][-1]  # not the angle between the loose arms
     arms = made.as_json()["arms"]
     assert "force" not in arms
     assert arms["axis_force"]["value"] < 0.5 * made.moment / made.leg_lengths[0]
@@ -119,6 +124,43 @@ def test_a_measured_rate_is_converted_into_the_joints(wound: LegDesign, bought: 
     assert rate_in_joint(at_the_coil, option) == pytest.approx(option.rate, rel=0.01)  # of a count of coils as drawn
     not_drawn = replace(option, loose=None)
     assert rate_in_joint(replace(at_the_coil, rate_distance=None), not_drawn) == pytest.approx(option.rate)
+
+
+def test_the_forecast_is_that_of_the_springs_in_hand(wound: LegDesign) -> None:
+    """Of one joint whose spring is measured nothing of its tolerance is left: both forecasts are the measured one."""
+    spring = wound.built.joints[0].spring
+    assert spring is not None
+    asked = ToleranceOptions(rate=0.0, free_angle=math.radians(10.0), torque=0.0, measured=0.0, temperature=0.0)
+    project = replace(wound.project, parts=replace(wound.project.parts, tolerance=asked))
+
+    def measured(off: float) -> LegDesign:
+        known = {"knee": MeasuredSpring(free_angle=spring.free_angle + math.radians(off))}
+        return seats_set(replace(wound, project=replace(project, measured_springs=known)))[0]
+
+    seated, beyond = measured(5.0), measured(30.0)
+    assert seated.sets.chosen.forecast == seated.sets.measured
+    low, high = np.degrees(seated.sets.chosen.forecast.interval90)
+    assert high - low < 1.0
+    assert seated.sets.chosen.forecast.expected < 0.5 * wound.sets.chosen.forecast.expected
+    assert beyond.sets.chosen.forecast.nominal == pytest.approx(np.sqrt(np.mean(beyond.errors**2)), rel=0.01)
+    assert beyond.sets.chosen.forecast.nominal > 2.0 * seated.sets.chosen.forecast.nominal
+    by_rate = {"knee": MeasuredSpring(rate=1.1 * wound.springs.chosen[0].rate, rate_held="joint")}
+    design = seats_set(replace(wound, project=replace(project, measured_springs=by_rate)))[0]
+    assert design.sets.chosen.forecast.expected > 1.5 * design.sets.measured.expected  # its free angle is unknown
+    assert design_json(seated, [], Path(), {})["response"]["free_angles_measured"] == ["knee"]
+    assert design_json(design, [], Path(), {})["response"]["free_angles_measured"] == []
+
+
+def test_what_makes_the_leg_useless_comes_before_numbers_in_doubt(wound: LegDesign) -> None:
+    """A damper that slips as drawn, and masses that a run without drawing lacks: both above three boxes of the page."""
+    assert design_json(wound, [], Path(), {})["joints"]["knee"]["damper"]["slips"]
+    doubt = {"joint": "knee", "text": "knee: a law is assumed", "severity": "decide"}
+    order = [item["text"] for item in _with_told([doubt], [noted("a note"), decisive("it slips")])]
+    assert order == ["it slips", "knee: a law is assumed", "a note"]
+    first, text = not_weighed(replace(wound, drawn=None)).warnings[0]
+    assert first is None
+    assert "links of knee are taken as the target states them" in text
+    assert severity_of(text) == "decide"
 
 
 def test_stops_keep_the_yield_of_each_direction(wound: LegDesign) -> None:

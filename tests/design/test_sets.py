@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 from synth.design.choose_dampers import choose_dampers
-from synth.design.choose_springs import SpringSource, travels
+from synth.design.choose_springs import SpringSource, spring_to_wind, travels
 from synth.design.clamped_arms import softening
+from synth.design.judged_sets import Pair
 from synth.design.part_sets import SetsMade, choose_sets
+from synth.design.part_swaps import JointParts, _instead
 from synth.errors import UserError
 from synth.files.project_options import (
     CadOptions,
@@ -179,6 +181,31 @@ def test_errors_of_alternatives_are_those_of_the_changed_leg(made: SetsMade) -> 
     changed = made.leg.with_joints(knee={"spring": replace(acting, rate=option.rate)})
     assert option.outside is False  # within the 50 % that is asked
     assert option.error == pytest.approx(response.overall([response.at_rest_like_wanted(changed)])[0], rel=1e-3)
+
+
+def test_a_damper_s_error_is_with_the_spring_that_is_named_beside_it(made: SetsMade) -> None:
+    """The page named the rate tuned to the damper alone, beside the error with another."""
+    chosen = made.dampers.chosen
+    for j, ranked in enumerate(made.dampers.ranked):
+        for option in (option for option in ranked if option is not chosen[j]):
+            assert (option.partner_rate is None) == (option.partner == "")
+            joint = made.leg.joints[j]
+            assert joint.spring is not None
+            spring = replace(joint.spring, rate=option.partner_rate or joint.spring.rate)
+            joints = list(made.leg.joints)
+            joints[j] = replace(joint, spring=spring, damper=option.damper)
+            leg = wanted().at_rest_like_wanted(replace(made.leg, joints=tuple(joints)))
+            assert option.error == pytest.approx(float(wanted().overall([leg])[0]), rel=0.01)
+
+
+def test_a_bought_spring_is_within_tolerance_of_the_wound_one_s_rate(catalogue: Catalogue, made: SetsMade) -> None:
+    """A wound spring is tuned to the set; a bought one of that rate was left out for the rate fitted before."""
+    choice, damper = SpringChoice(rate_tolerance=0.2), made.dampers.chosen[2]
+    source = SpringSource("ankle", choice, travels(LEG, wanted().motions)[2], catalogue, CadOptions(), ANY)
+    wound = replace(spring_to_wind(source, 0.5)[0], asked=1.0)
+    parts = JointParts(source, 1.0, (damper,), {damper.label: (wound,)}, (), {}, ())
+    found = {pair.spring.label: pair.spring.outside for pair in _instead(Pair(wound, damper), parts)}
+    assert (found["A05"], found["K1"]) == (False, True)
 
 
 def test_tolerances_can_change_the_choice(catalogue: Catalogue, tmp_path: Path) -> None:

@@ -198,8 +198,8 @@ def test_the_page_needs_nothing_outside_itself_and_its_words_fit(written: Folder
     found = drawings(html)
     joints = len(effect.leg.joints)
     drawn = joints + joints + joints * 4  # torque a joint, error over time, two trials with their errors
-    # six shares, candidates, errors, menu, ten swatches, the worst joint, its error and the leg in the opening
-    assert len(found) == drawn + 6 + 1 + 1 + 1 + 10 + 3
+    # six shares, candidates, errors, menu, ten swatches and four of poses; on top the worst joint, its error, the leg
+    assert len(found) == drawn + 6 + 1 + 1 + 1 + 14 + 3
     check_all(html)
 
 

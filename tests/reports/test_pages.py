@@ -20,7 +20,7 @@ from page_reader import check_words, drawings, page_of
 from synth import reports
 from synth.batch.folder_summary import fit_columns, fit_entry
 from synth.files.kept_templates import FOLDER, kept_templates
-from synth.remarks import about, decisive, noted, read_remark, remark_json, severity_of
+from synth.remarks import about, decisive, noted, of_joint, read_remark, remark_json, severity_of
 from synth.reports import ReportError, write_fit_report, write_leg_report
 from synth.reports.many_pages import write_fits_report
 from synth.reports.page import environment
@@ -122,6 +122,12 @@ def test_a_remark_keeps_its_severity_through_prefixes_and_files() -> None:
     assert severity_of(read_remark(remark_json(noted("thinned")))) == "note"
     assert severity_of(read_remark("an older file's text")) == "check"
     assert pickle.loads(pickle.dumps(law)).severity == "decide"
+
+
+def test_a_remark_is_named_after_its_joint_once() -> None:
+    found = [of_joint("hip", decisive("hip: it slips")), of_joint("hip", decisive("it slips")), of_joint(None, "30 s")]
+    assert [str(text) for text in found] == ["hip: it slips", "hip: it slips", "30 s"]
+    assert [severity_of(text) for text in found] == ["decide", "decide", "check"]
 
 
 def test_only_the_page_s_own_scripts_may_run(leg_folder: LegFolder) -> None:

@@ -60,6 +60,8 @@ _JOINT = {
     "damper.law_why": "Source of its law.",
     "damper.curve": "Table of torque over speed.",
     "damper.secant_rate": "Torque over speed, at the speeds of this motion.",
+    "damper.slips": "Whether nothing turns the drawn damper with the joint's shaft: its hub is unknown.",
+    "damper.assumed_sizes[]": "A size that is drawn by assumption, with the key of the measured one.",
     "damper.vendor_point.speed": "Speed at which the vendor states the torque.",
     "damper.vendor_point.torque": "Torque stated by the vendor.",
     **{f"spring_alternatives[].{key}": text for key, text in _ALTERNATIVE.items()},
@@ -115,11 +117,15 @@ DESIGN = {
     "damper_laws.NAME.laws[].used": "Whether this law is used.",
     "response.wanted_to_built.rms": "RMS difference between the built leg's angles and the wanted ones.",
     "response.wanted_to_built.joints.NAME": "The same for one joint.",
-    **{f"response.forecast.{key}": text for key, text in _FORECAST.items()},
+    **{
+        f"response.forecast.{key}": f"With the springs in hand as measured, others as they come. {text}"
+        for key, text in _FORECAST.items()
+    },
     **{
         f"response.forecast_free_angles_measured.{key}": f"With measured free angles of the springs. {text}"
         for key, text in _FORECAST.items()
     },
+    "response.free_angles_measured[]": "Joint whose spring's free angle is measured; `forecast` is with this angle.",
     **{f"response.alternatives[].{key}": text for key, text in _FORECAST.items() if "[" not in key},
     **{
         f"response.alternatives[].free_angles_measured.{key}": f"With measured free angles of the springs. {text}"

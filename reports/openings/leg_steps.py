@@ -1,0 +1,112 @@
+"""What to do next with a designed leg, in an order in which it can be done."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from synth.reports.opening import listed
+from synth.reports.quantities import brief, share_text, with_decimals
+from synth.reports.reading import Json, value_of
+from synth.reports.section import mapping, sequence
+
+GAIN = 0.2  # of the chance, from which measuring the springs is recommended
+LEAST_TURN = 0.05  # deg of a seat: the scale reads to one degree
+LEAST_LEFT = 0.5  # deg beyond a seat's travel that count: half of what its scale reads
+
+
+def slipping_dampers(document: Json) -> list[str]:
+    """Joints that have no damping as drawn: nothing turns the damper with the shaft."""
+    return [name for name, joint in mapping(document, "joints").items() if mapping(joint, "damper").get("slips")]
+
+
+def measured_joints(document: Json) -> list[str]:
+    """The joints whose spring's free angle is measured."""
+    return [str(name) for name in sequence(document, "response", "free_angles_measured")]
+
+
+def steps(document: Json, without: list[str], failed: list[Mapping[str, Any]], slipping: list[str]) -> list[str]:
+    """What to do, in an order in which it can be done: the free angle is read in the printed joint, its damper off."""
+    if without:
+        return [
+            "Relax that spring's requirements under `select:`; the section on springs to make shows the nearest ones."
+        ]
+    if failed:
+        return [f"{failed[0].get('text')}. Change `cad:` or `select:` in the project."]
+    if not mapping(document, "joints"):
+        return []
+    if not mapping(document, "solids").get("drawn"):
+        return [
+            "Run without `--no-cad` before you order: only then do the links carry their joints' parts, and spring "
+            "rates go with the links' inertia. That run gives the parts to print, too."
+        ]
+    found, turns, measuring = _dampers_first(document, slipping), _seat_turns(document), _measuring(document)
+    beyond = _beyond_seat(document)
+    if beyond:
+        return [*found, *beyond]
+    if turns:
+        last = "" if measuring else ", tighten them, and put the dampers on"
+        return [*found, f"Turn the seats on their scales: {listed(turns)}{last}.", *measuring]
+    what = "the other parts" if found else "the parts"
+    assemble = "; assemble the joints with their seats at 0 and the dampers off" if measuring else ""
+    return [*found, f"Order {what} in `bom.csv`, print the plates `parts/leg_print_*.3mf`{assemble}.", *measuring]
+
+
+def _dampers_first(document: Json, slipping: list[str]) -> list[str]:
+    """Dampers to measure before anything is printed."""
+    joints = mapping(document, "joints")
+    assumed = [name for name, joint in joints.items() if sequence(joint, "damper", "assumed_sizes")]
+    if not slipping and not assumed:
+        return []
+    place = f"`cad: {{dampers: {{{(slipping or assumed)[0]}: …}}}}`"
+    if not slipping:
+        what = f"Get the dampers first and measure them: sizes of those of {listed(assumed)} are assumed as drawn."
+    else:
+        what = f"Get the dampers first and measure what turns them with the shaft, for {listed(slipping)}."
+        what += " Their other sizes are assumed, too." if assumed else ""
+    return [f"{what} Write it under {place} and run again, before anything is made."]
+
+
+def _seat_turns(document: Json) -> list[str]:
+    """``knee +1.9°`` for each joint whose spring is measured."""
+    found = []
+    for name, joint in mapping(document, "joints").items():
+        turn = value_of(mapping(joint, "seat", "setting").get("turn"))
+        if turn is not None:
+            sign = "+" if turn > LEAST_TURN else ""
+            found.append(f"{name} {sign}{with_decimals(turn if abs(turn) > LEAST_TURN else 0.0, 1)}°")
+    return found
+
+
+def _beyond_seat(document: Json) -> list[str]:
+    """Joints whose seat cannot be set for the measured free angle: the angle is misread, or the spring is another."""
+    left = {
+        name: value_of(mapping(joint, "seat", "setting").get("left"))
+        for name, joint in mapping(document, "joints").items()
+    }
+    far = [(name, off) for name, off in left.items() if off is not None and abs(off) > LEAST_LEFT]
+    if not far:
+        return []
+    shown = listed([f"{name} by {with_decimals(abs(off), 1)}°" for name, off in far])
+    return [
+        f"The measured free angle is beyond the seat's travel at {shown}. Check that it is the angle of the assembled "
+        "joint, not of the loose spring; else wind or choose another spring."
+    ]
+
+
+def _measuring(document: Json) -> list[str]:
+    """The measurement of the free angles that are not known, if it raises the chance."""
+    response, known = mapping(document, "response"), measured_joints(document)
+    left = [name for name in mapping(document, "joints") if name not in known]
+    chance = value_of(mapping(response, "forecast").get("chance"))
+    measured = value_of(mapping(response, "forecast_free_angles_measured").get("chance"))
+    if not left or chance is None or measured is None or measured - chance <= GAIN:
+        return []
+    within = brief(mapping(response, "forecast").get("within"))
+    entry = f"`measured: {{spring: {{{left[0]}: {{free_angle: … deg}}}}}}`"
+    return [
+        f"In each assembled joint ({listed(left)}), lying on its side, damper off and seat at 0, read the angle at "
+        f"which it comes to rest, to a degree; it is not the loose spring's angle. Write it as {entry} and run again: "
+        f"the page then says how far to turn the seats, and the chance of staying within {within} changes from "
+        f"{share_text(chance)} to {share_text(measured)}. Then set the seats and put the dampers on."
+    ]
