@@ -193,9 +193,13 @@ def overshoots(fit: EvaluatedHypothesis, first: int, factor: float) -> bool:
 
 
 def strengthened(fit: EvaluatedHypothesis, first: int, factor: float) -> EvaluatedHypothesis:
-    """The fit with its last candidate's strengths multiplied, within its bounds."""
+    """The fit with its last candidate's whitened strengths multiplied, within its bounds.
+
+    From the prior's centre, not from ``absent``: the rungs of a damper that thins are losses of 0.15, 0.47, 0.85 and 1.2.
+    """
     candidate = fit.hypothesis[-1]
+    strengths = np.array([name in candidate.effect.strengths for name in candidate.shape.free])
     low, high = candidate.bounds()
     unknowns = fit.unknowns.copy()
-    unknowns[first:] = np.clip(candidate.strengthened(unknowns[first:], factor), low, high)
+    unknowns[first:] = np.clip(unknowns[first:] * np.where(strengths, factor, 1.0), low, high)
     return fit.start_at(unknowns=unknowns, frame=fit.frame)
