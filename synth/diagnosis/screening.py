@@ -195,7 +195,7 @@ def overshoots(fit: EvaluatedHypothesis, first: int, factor: float) -> bool:
 def strengthened(fit: EvaluatedHypothesis, first: int, factor: float) -> EvaluatedHypothesis:
     """The fit with its last candidate's whitened strengths multiplied, within its bounds.
 
-    From the prior's centre, not from ``absent``: the rungs of a damper that thins are losses of 0.15, 0.47, 0.85 and 1.2.
+    From the prior's centre, not from ``absent``: the rungs of a damper that thins are losses of 0.15, 0.47, 0.85, 1.2.
     """
     candidate = fit.hypothesis[-1]
     strengths = np.array([name in candidate.effect.strengths for name in candidate.shape.free])
