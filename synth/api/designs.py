@@ -23,6 +23,7 @@ from synth.files.stage_cache import StageCache, key_of
 from synth.parts.catalogs import Catalogue
 from synth.remarks import of_joint, remark_json
 from synth.side_processes import side_processes
+from synth.spring.unit_text import UnitText
 from synth.swing.chain import Chain, compiled_chain
 from synth.swing.leg_model import Leg
 
@@ -200,15 +201,18 @@ def design(
     rest = replace(project, cad=replace(project.cad, bed=anywhere), defaults=stated, inputs=(), measured_springs={})
     read = inputs_of(replace(project, inputs=project.inputs[1:]))
     key = key_of("design", digest_of(rest), digest_of(catalogue), read, solids)
-    chains = {Chain: Remade(lambda chain: chain.layout.n, compiled_chain)}  # without its machine code
-    kept = cache.value(key, LegDesign, chains)
+    remade = {
+        Chain: Remade(lambda chain: chain.layout.n, compiled_chain),  # without its machine code
+        UnitText: Remade(UnitText.as_data, UnitText.from_data),
+    }
+    kept = cache.value(key, LegDesign, remade)
     if kept is not None:
         return Design(on_bed(replace(kept, project=project), bed), solids)
     with drawing(project, solids=solids):  # their start overlaps the fits
         if compiling is not None:
             compiling(len(project.target.joints))
         made = _made(project, catalogue, solids=solids, stage=stage)
-    cache.keep_value(key, made, chains)
+    cache.keep_value(key, made, remade)
     return Design(made, solids)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,6 +46,18 @@ class UnitText(str):
         made = super().__new__(cls, _words(flat, METRIC))
         made.pieces = tuple(flat)
         return made
+
+    def as_data(self) -> list[Any]:
+        """The pieces as plain values, for a stored result."""
+        return [
+            piece if isinstance(piece, str) else [piece.value, piece.si, piece.style, piece.beside]
+            for piece in self.pieces
+        ]
+
+    @classmethod
+    def from_data(cls, data: Sequence[Any]) -> UnitText:
+        """The text whose pieces ``as_data`` gave."""
+        return cls(*(piece if isinstance(piece, str) else Measured(*piece) for piece in data))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """The call that restores it in another process."""

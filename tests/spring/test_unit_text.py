@@ -32,3 +32,10 @@ def test_a_number_reads_differently_from_its_limit_in_either_unit() -> None:
         assert left.endswith(unit)
         assert right.endswith(unit)
     assert UnitText(Measured(4.0, "1", beside=3.0)) == "4"
+
+
+def test_a_stored_text_still_converts() -> None:
+    text = UnitText("diameter ", Measured(0.0254, "m", beside=0.0127), " of 3 coils")
+    again = UnitText.from_data(json.loads(json.dumps(text.as_data())))
+    assert again == text
+    assert in_units(again, INCH) == in_units(text, INCH) != text
