@@ -61,7 +61,7 @@ _JOINT = {
     "damper.curve": "Table of torque over speed.",
     "damper.secant_rate": "Torque over speed, at the speeds of this motion.",
     "damper.slips": "Whether nothing turns the drawn damper with the joint's shaft: its hub is unknown.",
-    "damper.assumed_sizes[]": "A size that is drawn by assumption, with the key of the measured one.",
+    "damper.assumed_sizes": "Sizes that are drawn by assumption, with the key of the measured one.",
     "damper.vendor_point.speed": "Speed at which the vendor states the torque.",
     "damper.vendor_point.torque": "Torque stated by the vendor.",
     **{f"spring_alternatives[].{key}": text for key, text in _ALTERNATIVE.items()},
