@@ -237,6 +237,9 @@ def _hand(arguments: argparse.Namespace, read: Quantities) -> Hand:
     return needed
 
 
+PLAIN_EXAMPLES = {"--cycles": "1e6"}  # of plain numbers that are no factors
+
+
 class _SpringQuantities(Quantities):
     """Quantities in the ranges of a spring's requirements, which the library has too."""
 
@@ -245,7 +248,11 @@ class _SpringQuantities(Quantities):
         from synth.spring.requirement_ranges import RANGES
 
         name = name or option[2:].replace("-", "_")
-        value = self.number(option, "1.2") if unit == "1" else self.read(option, unit, positive=False)
+        value = (
+            self.number(option, PLAIN_EXAMPLES.get(option, "1.2"))
+            if unit == "1"
+            else self.read(option, unit, positive=False)
+        )
         if value is None or RANGES[name].has(value):
             return value
         text = getattr(self._arguments, option[2:].replace("-", "_"))

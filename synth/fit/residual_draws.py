@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.estimation.correlation import correlation_factors
+from synth.motion.noise import MAD_TO_SD
 
 ORDER = 60  # most coefficients of an autoregression; what is left of the correlation is in the blocks
 ROUNDS = 3  # corrections of the autocorrelation, a choice: each leaves about the share that the fit absorbs of the last
@@ -129,7 +130,7 @@ def _lags(values: Sequence[Array], counted: Sequence[NDArray[np.bool_]], most: i
     count = np.maximum(sum(good.sum(axis=0) for good in counted), 1)
     total = np.zeros((most + 1, *values[0].shape[1:]))
     for value in values:
-        size = CUT * 1.4826 * np.median(np.abs(value), axis=0)
+        size = CUT * MAD_TO_SD * np.median(np.abs(value), axis=0)
         held = np.clip(value, -size, size)
         for lag in range(most + 1):
             total[lag] += (held[lag:] * held[: len(held) - lag]).sum(axis=0)

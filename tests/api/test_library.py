@@ -208,7 +208,8 @@ ENGINEERING = ("batch", "design", "diagnosis", "fit", "hopper", "spring", "swing
 # What the five commands may take beside the library: texts for the screen, and caches between runs.
 ALLOWED = {
     "synth.hopper.checkpoint", "synth.batch.cluster", "synth.batch.one_fit", "synth.spring.spring_files",
-    "synth.spring.spring_result", "synth.spring.design", "synth.spring.spring_requirements", "synth.spring.calibration",
+    "synth.spring.spring_result", "synth.spring.spring_task", "synth.spring.design", "synth.spring.spring_requirements",
+    "synth.spring.calibration",
     "synth.spring.wound_samples", "synth.spring.winding", "synth.spring.requirement_ranges",
     "synth.swing.effects.users_own",
     "synth.hopper.truth",  # the page of truth is a command alone

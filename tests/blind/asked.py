@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-
-from synth.threads import core_count
 
 
 @dataclass(frozen=True)
@@ -27,7 +26,7 @@ class Asked:
         parser.add_argument("--seed", type=int, required=True)
         parser.add_argument("--count", type=int, required=True)
         parser.add_argument("--to", type=Path, required=True, help="folder for everything")
-        parser.add_argument("--workers", type=int, default=core_count())
+        parser.add_argument("--workers", type=int, default=_core_count())
         return cls(**vars(parser.parse_args(words)))
 
     @property
@@ -50,3 +49,8 @@ class Asked:
         for name in ("blind.html", "blind.json"):
             shutil.copy(self.folder / name, self.to / name)
         print(f"{self.to / 'blind.html'}")  # noqa: T201
+
+
+def _core_count() -> int:
+    """Cores that this process may use; not the program's own count, of which a generator imports nothing."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from synth.arrays import Array
 from synth.planting.model import PARAMETERS, PlantedLeg, PlantedTrial
 from synth.planting.model import Truth as _Truth
 from synth.planting.setup import COUNTS, NOISE, Setup, as_built
@@ -83,7 +83,7 @@ def setup(rng: np.random.Generator, joints: int, wish: Wish = Wish()) -> Setup:
     return Setup(nominal, true, trials, bool(rng.random() < 0.5), noise, counts, sampling, missing, quick)
 
 
-def rest_pose(leg: PlantedLeg, trial: PlantedTrial, tilt: float = 0.0) -> Array:
+def rest_pose(leg: PlantedLeg, trial: PlantedTrial, tilt: float = 0.0) -> NDArray[np.float64]:
     """Rotations (n,) rad of the leg at rest on its springs, with locked joints at the trial's pose."""
     a = assemble(_Truth(leg, tilt=tilt), trial._replace(tip_mass=trial.tip_mass))
     start = leg.of("free_angle").copy()

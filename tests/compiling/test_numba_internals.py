@@ -99,11 +99,12 @@ HASHED_STEP = """
 import hashlib
 import numpy as np
 from synth.swing.chain import compiled_chain
-from synth.swing.stage_rows import ROOM, SINGLE_ROOM
+from synth.swing.lane_layout import WORKING
+from synth.swing.stage_rows import SINGLE_ROOM
 
 chain, random = compiled_chain(2), np.random.default_rng(0)
 stages = chain.sources["stages"].load()
-lanes, work = random.uniform(0.5, 1.5, chain.layout.n_row * 16), random.uniform(0.5, 1.5, ROOM)
+lanes, work = random.uniform(0.5, 1.5, chain.layout.n_row * 16), random.uniform(0.5, 1.5, WORKING)
 single = np.zeros(SINGLE_ROOM, dtype=np.float32)
 stages.begin(lanes, work)
 stages.iterate(lanes, work, single, 1)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.diagnosis import held_out, prediction_error, remainder
+from synth.diagnosis import poor_trials, prediction_error, remainder
 from synth.diagnosis.plants.jumping_leg import jump_diagnosis
 from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench
 from synth.diagnosis.plants.jumping_leg.jump_diagnosis import JumpingLeg
@@ -146,9 +146,9 @@ def test_shrink_and_remainder_agree_on_the_least_gap_that_has_a_share() -> None:
 def test_swings_and_jumps_are_predicted_no_better_from_the_same_error_on(times: float, poor: bool) -> None:
     errors = misses(1.0, math.sqrt(times * NO_BETTER), 0.1, trials=1)
     jumps: Any = SimpleNamespace(scored=(SimpleNamespace(name="a.csv"),))
-    assert bool(held_out.no_better(["a.csv"], errors, None)) == poor
+    assert bool(poor_trials.no_better(["a.csv"], errors, None)) == poor
     assert bool(JumpingLeg.worse(jumps, errors, None)) == poor
-    assert held_out.NO_BETTER is jump_diagnosis.NO_BETTER
+    assert poor_trials.NO_BETTER is jump_diagnosis.NO_BETTER
 
 
 def test_swings_and_jumps_have_the_same_bounds_of_tolerances() -> None:

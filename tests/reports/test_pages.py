@@ -19,7 +19,7 @@ import pytest
 from page_reader import check_words, drawings, page_of
 from synth import reports
 from synth.batch.folder_summary import fit_columns, fit_entry
-from synth.files.kept_templates import FOLDER, kept_templates
+from synth.files.kept_templates import FOLDER, KeptTemplates, kept_templates
 from synth.remarks import about, decisive, noted, of_joint, read_remark, remark_json, severity_of
 from synth.reports import ReportError, write_fit_report, write_leg_report
 from synth.reports.many_pages import write_fits_report
@@ -53,7 +53,7 @@ def test_a_page_with_a_store_of_templates_leaves_others_without(
     folder, _ = fit_folder(["knee"], 1)
     plain = write_fit_report(folder).read_bytes()
     assert not (tmp_path / "cache").exists()
-    assert write_fit_report(folder, kept_templates()).read_bytes() == plain
+    assert write_fit_report(folder, KeptTemplates()).read_bytes() == plain
     assert any((tmp_path / "cache" / FOLDER).iterdir())
     assert environment().bytecode_cache is None
     assert environment(kept_templates()).bytecode_cache is kept_templates()
