@@ -25,7 +25,9 @@ def fit_opening(result: Result) -> Opening:
     lacking, unsure = _lacking(document), _unsure(joints)
     figure = motion.worst_figure(result)
     what = f"Springs, dampers and free angles of {listed(list(joints))}" if joints else "Nothing"
-    count = f"{len(trials)} trial{'s' if len(trials) != 1 else ''}"
+    held = sum(bool(trial.get("held_out")) for trial in trials)
+    used = len(trials) - held
+    count = f"{used} trial{'s' if used != 1 else ''}" + (f" ({held} held out)" if held else "")
     if lacking:
         verdict = f"{what} from {count}, but the model does not explain the motion of the {listed(lacking)}."
     else:
