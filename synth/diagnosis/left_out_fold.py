@@ -44,7 +44,7 @@ def bounded(residual: Array) -> Array:
 
 
 def judged_without_fold(bench: Workbench, fit: F) -> F:
-    """With the cost of the trials that count."""
+    """The fit with the cost of the trials that count."""
     squares, total = kept(bench, fit.residuals, fit.out)
     cost = total * float(np.log1p(squares / total)) + 0.5 * float(fit.unknowns @ fit.unknowns)
     return replace(fit, cost=cost if np.isfinite(cost) else np.inf)

@@ -33,9 +33,7 @@ ORDER = 60  # most coefficients of an autoregression; what is left of the correl
 ROUNDS = 3  # corrections of the autocorrelation, a choice: each leaves about the share that the fit absorbs of the last
 ALIKE = 0.2  # of a log sample step, between recordings whose residuals are put together
 STEADY = 0.999  # largest reflection coefficient: longer correlations than a thousand samples are not seen in a trial
-CHECKED = (
-    100  # draws from which the autocorrelation after a refit is known, to some 3 % for two dozen independent samples
-)
+CHECKED = 100  # draws from which the correlation after a refit is known, to some 3 % for two dozen independent samples
 LEAST, ENOUGH = 10, 10_000_000  # fewer such draws of long trials, which tell as much: so many samples in all
 CUT = 6.0  # robust standard deviations at which residuals are truncated for the autocorrelation, as in ``clipped_rms``
 
@@ -129,12 +127,17 @@ def _lags(values: Sequence[Array], counted: Sequence[NDArray[np.bool_]], most: i
     """(most + 1, n, ...) mean products of values (m, n, ...) so many samples apart, by their number of samples."""
     count = np.maximum(sum(good.sum(axis=0) for good in counted), 1)
     total = np.zeros((most + 1, *values[0].shape[1:]))
-    for value in values:
-        size = CUT * MAD_TO_SD * np.median(np.abs(value), axis=0)
+    for value, good in zip(values, counted, strict=True):
+        size = np.array([_usual(value[own, j]) for j, own in enumerate(good.T)])
         held = np.clip(value, -size, size)
         for lag in range(most + 1):
             total[lag] += (held[lag:] * held[: len(held) - lag]).sum(axis=0)
     return np.asarray(total / count.reshape(-1, *[1] * (total.ndim - 2)))
+
+
+def _usual(value: Array) -> Array:
+    """The size at which values (m, ...) of one joint are truncated, along the first axis; 0 without values."""
+    return CUT * MAD_TO_SD * np.asarray(np.median(np.abs(value), axis=0) if len(value) else np.zeros(value.shape[1:]))
 
 
 def _draws(

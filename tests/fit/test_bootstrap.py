@@ -100,6 +100,17 @@ def test_a_linear_fit_to_slow_noise_is_as_uncertain_as_its_draws_say() -> None:
     assert np.mean(found) == pytest.approx(true, rel=0.15)
 
 
+def test_draws_of_a_joint_that_was_lost_most_of_the_time_are_as_large_as_its_residuals() -> None:
+    """The lost samples count for nothing; taken for zeros they left draws of size 0, and intervals without width."""
+    generator = np.random.default_rng(0)
+    residuals = [generator.normal(0.0, 0.01, (400, 2)) for _ in range(3)]
+    for left in residuals:
+        left[generator.random(400) < 0.6, 1] = np.nan
+    made = resampled(generator, residuals, [0.01] * 3, np.full((3, 2), 0.01), lambda drawn: list(drawn), 50)
+    size = np.sqrt(np.mean([each.of(np.arange(50)) ** 2 for each in made], axis=(0, 1, 3)))
+    np.testing.assert_allclose(size, 0.01, rtol=0.1)
+
+
 def test_the_same_seed_gives_the_same_intervals() -> None:
     trials = releases(LEG, 1, Rig(noise=0.2, rate=200.0), 2)
     first, again = (fitted(LEG, trials, intervals="bootstrap", seed=4) for _ in range(2))
