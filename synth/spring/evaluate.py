@@ -335,8 +335,7 @@ def travel_limit(design: SpringDesign, limits: SpringLimits) -> float:
 
     Limits that do not depend on the travel are not checked.
     """
-    reached = max(design.travel, design.opening_travel)
-    bounds = [design.load.angle(design.allowed_stress), reached * design.allowed_stress / design.arm_stress]
+    bounds = [design.load.angle(design.allowed_stress), design.arms_angle(design.allowed_stress)]
     if limits.cycles is not None and design.life is not None:
         bounds.append(_lasting_travel(design, limits.cycles, limits.fatigue_safety))
     inside = limits.least_wound_inside()

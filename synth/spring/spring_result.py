@@ -116,13 +116,23 @@ class SpringDesign:
 
     @cached_property
     def free_travel(self) -> float:
-        """Angle from the free position to yield of the inner fibre when the coil winds, without a safety factor."""
-        return self.load.angle(self.yield_stress)
+        """Angle from the free position to yield when the coil winds, without a safety factor.
+
+        Of the coil's inner fibre, or of the bends of the arms if these yield first.
+        """
+        return min(self.load.angle(self.yield_stress), self.arms_angle(self.yield_stress))
 
     @cached_property
     def free_opening_travel(self) -> float:
         """The same when the coil opens: smaller, because less stress is allowed (``codes.OPENING``)."""
-        return self.load.angle(OPENING * self.yield_stress, -1)
+        return min(self.load.angle(OPENING * self.yield_stress, -1), self.arms_angle(self.yield_stress))
+
+    def arms_angle(self, stress: float) -> float:
+        """Angle from the free position, rad, at which the bends of the arms bear this stress, Pa; inf without bends."""
+        reached = max(self.travel, self.opening_travel)
+        if self.bend_radius is None or self.arm_stress <= 0.0:
+            return math.inf
+        return reached * stress / self.arm_stress
 
     @property
     def peak_moment(self) -> float:

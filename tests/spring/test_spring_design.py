@@ -208,6 +208,8 @@ def test_the_bend_of_a_radial_arm_counts_for_safety_and_life(catalogue: Catalogu
     assert design.arm_stress > design.stress
     assert design.safety == pytest.approx(design.yield_stress / design.arm_stress)
     assert design.use == pytest.approx(design.arm_stress / design.allowed_stress)
+    assert design.free_travel == pytest.approx(design.safety * design.travel)
+    assert design.free_opening_travel == pytest.approx(design.safety * design.travel)
     assert design.life is not None
     strength = design.tensile_strength
     in_bend = fatigue.life(music.properties(2.5e-3).fatigue, strength, -design.arm_stress / 3.0, design.arm_stress)
