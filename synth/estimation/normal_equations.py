@@ -136,7 +136,7 @@ class NormalEquations(ABC):
 
     @abstractmethod
     def predicted_fall(self, step: ParameterStep) -> float:
-        """Decrease of the cost that the linearisation predicts for an unshortened step."""
+        """Decrease of the cost that the linearisation predicts for a step."""
 
     def steps(
         self, at: Array, dampings: Array, scale: DampingScale, bounds: tuple[Array, Array], limits: StepLimits
@@ -230,11 +230,13 @@ class ArrowNormal(NormalEquations):
         return matrix, gradient
 
     def predicted_fall(self, step: ParameterStep) -> float:
-        """Half the gradient along the step (exact for the undamped step)."""
-        fall = -0.5 * float(self.gradient @ step.common)
+        """Decrease of the quadratic model, -(g.h + h.Hh/2), also of a damped, shortened or clipped step h."""
+        common = step.common
+        fall = -float((self.gradient + 0.5 * self.information.common @ common) @ common)
         for group in self.groups:
-            for trial, gradient in zip(group.trials, group.gradient, strict=True):
-                fall -= 0.5 * float(gradient @ step.own[trial])
+            own = np.array([step.own[trial] for trial in group.trials])
+            curved = group.cross @ common + 0.5 * (group.matrix @ own[..., None])[..., 0]
+            fall -= float(np.sum((group.gradient + curved) * own))
         return fall
 
 
@@ -278,7 +280,7 @@ class ReducedNormal(NormalEquations):
         return self.matrix + np.diag(added), self.gradient
 
     def predicted_fall(self, step: ParameterStep) -> float:
-        """Half the gradient along the common step; the trials' own unknowns are already optimal for it."""
+        """Half the gradient along the common step: of an undamped one that the trials' own unknowns follow."""
         return -0.5 * float(self.gradient @ step.common)
 
     def without(self, trial: int) -> Array:

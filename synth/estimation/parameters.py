@@ -24,6 +24,10 @@ class Prior:
     with ``width`` in natural logarithm; with ``inverse`` its reciprocal is normal about ``1 / centre`` (0 for an
     infinite centre) with deviation ``width``: a compliance, whose effect is linear while small. Truncated at
     ``lower`` and ``upper``.
+
+    Raises
+    ------
+    ValueError : an ``inverse`` prior without a finite ``upper``: a compliance of 0 has no value.
     """
 
     centre: float
@@ -32,6 +36,11 @@ class Prior:
     lower: float = -np.inf
     upper: float = np.inf
     inverse: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse a compliance that may vanish."""
+        if self.inverse and not np.isfinite(self.upper):
+            raise ValueError(f"a prior with inverse=True needs a finite upper bound, not {self.upper}")
 
     def value(self, coordinate: Any) -> Any:
         """Value for a whitened coordinate (0 the centre, 1 one standard deviation above), truncated."""
@@ -56,12 +65,10 @@ class Prior:
 
     def span(self, most: float) -> tuple[float, float]:
         """Lowest and highest whitened coordinate within the bounds, at most ``most`` deviations from 0."""
-        ends = []
-        for bound, open_end in ((self.lower, -np.inf), (self.upper, np.inf)):
-            closed = np.isfinite(bound) and not ((self.log or self.inverse) and bound <= 0.0)
-            ends.append(float(self.coordinate(bound)) if closed else open_end)
-        if self.inverse:
-            ends.reverse()
+        ends = [-np.inf, np.inf]
+        for side, bound in enumerate((self.lower, self.upper)):
+            if np.isfinite(bound) and not ((self.log or self.inverse) and bound <= 0.0):
+                ends[1 - side if self.inverse else side] = float(self.coordinate(bound))
         return max(ends[0], -most), min(ends[1], most)
 
 
