@@ -61,7 +61,7 @@ def compile_jumps(progress: Progress) -> None:
     """Compile every bending model, the recorder, the planar form and the pull-up."""
     import numpy as np
 
-    from synth.hopper.fold import fold
+    from synth.hopper.fold import fold, parameters_of
     from synth.hopper.motors import motor_of
     from synth.jump import recorder  # noqa: F401  compiled when imported
     from synth.jump.hopper_leg import Contact, HopperLeg
@@ -79,7 +79,7 @@ def compile_jumps(progress: Progress) -> None:
         made = columns(leg, motor, Contact(), MODELS["full"], np.array([leg.length]))
         times = np.array([0.0, 1e-3])
         planar_record(made, leg.body_inertia, Contact().slip_speed, 0.0, times, 1e-3)
-        fold(made, times, np.zeros(2), made.start, np.zeros(1))
+        fold(parameters_of(made), times, np.zeros(2), made.start, np.zeros(1))
 
 
 def _links(text: str | None) -> list[int]:

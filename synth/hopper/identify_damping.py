@@ -4,10 +4,10 @@ The foot is held overhead, the body hangs from it, and the motors fold the leg. 
 sufficient; with the distance y(a) from foot to hips, the links' masses, springs and the recorded torque tau of one
 motor,
 
-    d/dt (M a') - M' a'^2 / 2 + V' = 2 tau - b D a',   D = 2 + 2 (1 + db/da)^2 + (2 db/da)^2
+    d/dt (M a') - M' a'^2 / 2 + V' = 2 tau - b D a'
 
-(Lagrange; V holds gravity, which pulls the body away from the foot, and the flexures; D sums the squared rates of the
-five joints). ``least_squares``: weak form, one column, no simulation. ``genetic``: differential evolution (Storn &
+(Lagrange; V holds gravity, which pulls the body away from the foot, and the flexures; M, V and D are those of
+``fold``). ``least_squares``: weak form, one column, no simulation. ``genetic``: differential evolution (Storn &
 Price, J. Global Optimization 11 (1997)) on simulated against recorded angles, the study's kind of search.
 """
 
@@ -15,14 +15,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
+from synth.estimation.correlation import correlation_factors
 from synth.files.hopper_recordings import HopperRecording, PullUps
+from synth.hopper.fold import first_state, fold, leg_parameters, mechanics
 from synth.hopper.identify_motor import SURE, IdentifiedConstant
 from synth.hopper.odd_recording import refuse_odd
 from synth.hopper.windows import OVERLAP, windows
@@ -31,7 +32,6 @@ from synth.jump.hopper_leg import HopperLeg
 WIDTH = 0.15  # s, width of a window
 LARGEST = 0.05  # N m s/rad, upper bound of the genetic search
 UNEXPLAINED = 0.5  # share of the torque above which the design does not match; 1 % remains with MuJoCo's recordings
-FASTEST = 300.0  # rad/s; keeps a diverging guess finite
 GRID = 2001  # points of the tables over a
 
 
@@ -65,26 +65,12 @@ class DampingEstimate:
 def folding(leg: HopperLeg, body_mass: float) -> Folding:
     """Tables for one length, from nearly straight to the locking of the lower links."""
     a = np.linspace(0.01, 0.995 * leg.largest_crouch, GRID)
-    length, lower, half = leg.length, leg.lower_length, 0.5 * leg.hip_spacing
-    b = np.arcsin((half + length * np.sin(a)) / lower)
-    db = length * np.cos(a) / (lower * np.cos(b))
-    m_upper, m_lower = leg.link_mass
-    dy = -length * np.sin(a) - lower * np.sin(b) * db
-    upper_dy = -0.5 * length * np.sin(a) - lower * np.sin(b) * db
-    upper_dx = 0.5 * length * np.cos(a)
-    inertia = body_mass * dy**2
-    inertia += 2 * m_upper * (upper_dy**2 + upper_dx**2 + length**2 / 12)
-    inertia += 2 * m_lower * lower**2 / 3 * db**2
-    flexures = leg.flexures
-    force = -leg.gravity * (body_mass * dy + 2 * m_upper * upper_dy - m_lower * lower * np.sin(b) * db)
-    force += 2 * flexures.rate * (a - flexures.hip_rest + (a + b - flexures.knee_rest) * (1 + db))
-    force += flexures.rate * (2 * b - flexures.foot_rest) * 2 * db
-    joints = 2.0 + 2.0 * (1 + db) ** 2 + 4.0 * db**2
+    inertia, slope, force, joints = mechanics(a, leg_parameters(leg, body_mass, np.zeros(1))[:, 0])
 
     def summed(values: Array) -> Array:
         return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(a))])
 
-    return Folding(a, inertia, np.gradient(inertia, a), force, joints, summed(inertia), summed(joints))
+    return Folding(a, inertia, slope, force, joints, summed(inertia), summed(joints))
 
 
 def identify_damping(project: PullUps) -> DampingEstimate:
@@ -107,9 +93,9 @@ def identify_damping(project: PullUps) -> DampingEstimate:
         for length in lengths
     }
     if project.method == "genetic":
-        found = IdentifiedConstant(_genetic(project, tables), found.deviation)
-    errors = [simulate_fold(t, trial, np.array([found.value]))[:, 0] - trial["upper link"]
-              for t, trial in zip(tables, project.trials, strict=True)]  # fmt: skip
+        found = _genetic(project)
+    errors = [simulate_fold(project, trial, np.array([found.value]))[:, 0] - trial["upper link"]
+              for trial in project.trials]  # fmt: skip
     error = float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
     return DampingEstimate(found, by_length, error, project.method)
 
@@ -150,15 +136,18 @@ def _refuse_no_leg(trials: Sequence[HopperRecording], found: IdentifiedConstant,
     raise UserError(Problem(f"{names}: {text}"))
 
 
-def _table(project: PullUps, trial: HopperRecording) -> Folding:
+def _leg(project: PullUps, trial: HopperRecording) -> HopperLeg:
     assert trial.length is not None
-    leg = project.design.leg.with_length(trial.length)
-    angle = trial["upper link"]
+    return project.design.leg.with_length(trial.length)
+
+
+def _table(project: PullUps, trial: HopperRecording) -> Folding:
+    leg, angle = _leg(project, trial), trial["upper link"]
     # 0.02 rad (1.2 deg) to 99 % of the locking angle: within the tables of ``folding``.
     if angle.min() < 0.02 or angle.max() > 0.99 * leg.largest_crouch:
         text = (
             f"the angle runs from {np.degrees(angle.min()):.1f} to {np.degrees(angle.max()):.1f} deg; links of "
-            f"{trial.length * 1e3:g} mm fold from 1.2 to {np.degrees(0.99 * leg.largest_crouch):.1f} deg"
+            f"{leg.length * 1e3:g} mm fold from 1.2 to {np.degrees(0.99 * leg.largest_crouch):.1f} deg"
         )
         raise UserError(Problem(text, trial.name, key="upper link"))
     return folding(leg, project.body_mass)
@@ -203,48 +192,31 @@ def _one(rows: Array) -> IdentifiedConstant:
     return IdentifiedConstant(value, float(np.sqrt(left @ left / max(1, len(rows) - 1) * OVERLAP / power)))
 
 
-def simulate_fold(table: Folding, trial: HopperRecording, damping: Array) -> Array:
-    """(n_time, n) rad: the angle under the recorded torque for several dampings, from the recorded start."""
-    time, angle, torque = trial["time"], trial["upper link"], trial["hip torque"]
-    first = slice(0, max(4, int(np.searchsorted(time, time[0] + 0.02))))
-    slope, level = np.polyfit(time[first] - time[0], angle[first], 1)
-    a, w = np.full_like(damping, level), np.full_like(damping, slope)
-    out = np.empty((len(time), len(damping)))
-    out[0] = a
-    low, high = table.angle[0], table.angle[-1]
-
-    def acceleration(a: Array, w: Array, tau: float) -> Array:
-        a = np.clip(a, low, high)
-        drive = 2.0 * tau - table.at("force", a) - damping * table.at("joints", a) * w
-        return np.asarray((drive - 0.5 * table.at("inertia_slope", a) * w**2) / table.at("inertia", a))
-
-    for k, (start, end) in enumerate(pairwise(time)):
-        steps = max(1, int(np.ceil((end - start) / 1e-3)))
-        h = (end - start) / steps
-        for s in range(steps):
-            t0, t1 = start + s * h, start + (s + 1) * h
-            tau0, tau1 = (float(np.interp(t, time, torque)) for t in (t0, t1))
-            middle = 0.5 * (tau0 + tau1)
-            k1 = acceleration(a, w, tau0)
-            k2 = acceleration(a + 0.5 * h * w, w + 0.5 * h * k1, middle)
-            k3 = acceleration(a + 0.5 * h * (w + 0.5 * h * k1), w + 0.5 * h * k2, middle)
-            k4 = acceleration(a + h * (w + 0.5 * h * k2), w + h * k3, tau1)
-            a, w = a + h * (w + h * (k1 + k2 + k3) / 6.0), w + h * (k1 + 2 * k2 + 2 * k3 + k4) / 6.0
-            w = np.clip(w, -FASTEST, FASTEST)
-        out[k + 1] = a
-    return out
+def simulate_fold(project: PullUps, trial: HopperRecording, damping: Array) -> Array:
+    """(n_time, n) rad: the angle under the recorded torque for dampings (n,), from the recorded start."""
+    time = trial["time"]
+    level, slope = first_state(time, trial["upper link"])
+    parameters = leg_parameters(_leg(project, trial), project.body_mass, damping)
+    start, rate = np.full_like(damping, level), np.full_like(damping, slope)
+    return fold(parameters, time, trial["hip torque"], start, rate)
 
 
-def _genetic(project: PullUps, tables: list[Folding]) -> float:
-    """Differential evolution over the logarithm of the damping, simulated angles against recorded ones."""
+def _genetic(project: PullUps) -> IdentifiedConstant:
+    """Differential evolution over the logarithm of the damping, simulated angles against recorded ones.
+
+    Raises
+    ------
+    UserError : the damping found is the search's largest.
+    """
     from scipy.optimize import Bounds, differential_evolution
 
     def cost(points: Any, /) -> Any:
         damping = np.exp(np.atleast_2d(points)[0])
         total = np.zeros_like(damping)
-        for table, trial in zip(tables, project.trials, strict=True):
-            error = simulate_fold(table, trial, damping) - trial["upper link"][:, None]
-            total += np.mean(np.minimum(np.abs(error), 1.0) ** 2, axis=0)
+        for trial in project.trials:
+            error = np.abs(simulate_fold(project, trial, damping) - trial["upper link"][:, None])
+            # At most 1 rad, also where a damping is too large for the steps of ``fold`` and its simulation diverges.
+            total += np.mean(np.where(error < 1.0, error, 1.0) ** 2, axis=0)
         return total
 
     bounds = Bounds(np.log([1e-6]), np.log([LARGEST]))
@@ -252,4 +224,24 @@ def _genetic(project: PullUps, tables: list[Folding]) -> float:
         cost, bounds, rng=project.seed, popsize=16, maxiter=40, tol=1e-6, vectorized=True, updating="deferred",
         polish=False,
     )  # fmt: skip
-    return float(np.exp(found.x[0]))
+    value = float(np.exp(found.x[0]))
+    if value > 0.99 * LARGEST:
+        text = f"the genetic search ends at its largest joint damping, {LARGEST:g} N*m*s/rad; use method: least_squares"
+        raise UserError(Problem(text, key="method"))
+    return IdentifiedConstant(value, _deviation(project, value))
+
+
+def _deviation(project: PullUps, damping: float) -> float:
+    """Standard deviation of the damping that simulated angles follow best, their errors being correlated in time.
+
+    The sandwich of the sensitivities' power and the scores' variance (Huber 1967).
+    """
+    step = 1e-3 * damping
+    scores, power = [], 0.0
+    for trial in project.trials:
+        below, here, above = simulate_fold(project, trial, damping + np.array([-step, 0.0, step])).T
+        slope = (above - below) / (2.0 * step)
+        power += float(slope @ slope)
+        scores.append(slope * (here - trial["upper link"]))
+    (factor,) = correlation_factors([score[:, None] for score in scores])
+    return float(np.sqrt(factor * sum(float(score @ score) for score in scores)) / power)

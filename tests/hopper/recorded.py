@@ -8,7 +8,7 @@ import numpy as np
 
 from hopper.hoppers import motor
 from synth.arrays import Array
-from synth.hopper.fold import fold
+from synth.hopper.fold import fold, parameters_of
 from synth.jump.effects import motor_effect_named
 from synth.jump.hopper_leg import Contact, HopperLeg
 from synth.jump.jump_lanes import JumpLanes
@@ -47,7 +47,7 @@ def pulled(length: float = 0.12, effects: Effects | None = None, seed: int = 0) 
     time = np.arange(0.0, 0.6, 1e-3)
     torque = 0.045 * (1.0 + 0.5 * np.sin(20.0 * time))
     jumps = changed(length, 150, effects or {})
-    angle = fold(jumps, time, torque, np.array([np.radians(15.0)]), np.zeros(1))[:, 0]
+    angle = fold(parameters_of(jumps), time, torque, np.array([np.radians(15.0)]), np.zeros(1))[:, 0]
     rng = np.random.default_rng(seed)
     return np.column_stack([time, torque, angle + rng.normal(0.0, np.radians(0.1), len(time))])
 

@@ -12,7 +12,7 @@ from synth.arrays import Array
 from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
 from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CURRENT, FORCE, Jump
 from synth.diagnosis.plants.jumping_leg.jump_tolerances import JumpTolerances
-from synth.hopper.fold import fold
+from synth.hopper.fold import first_state, fold, parameters_of
 from synth.jump.hopper_leg import PRB_GAMMA, PRB_STIFFNESS
 from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_layout import LANES
@@ -117,9 +117,9 @@ def _locks(jumps: JumpLanes) -> Array:
 def _pull_up(jump: Jump, made: JumpLanes, own: Array) -> Array:
     """Rigid links; the hip encoder's share of their bending is added afterwards: a quarter of torque over rate."""
     assert jump.torque is not None
-    head = slice(0, max(4, int(np.searchsorted(jump.time, jump.time[0] + 0.02))))  # the first 20 ms
-    slope, level = np.polyfit(jump.time[head] - jump.time[0], jump.measured[ANGLE][head], 1)
-    angle = fold(made, jump.time, jump.torque, level + START_ANGLE * own[0], slope + START_RATE * own[1])
+    level, slope = first_state(jump.time, jump.measured[ANGLE])
+    start, rate = level + START_ANGLE * own[0], slope + START_RATE * own[1]
+    angle = fold(parameters_of(made), jump.time, jump.torque, start, rate)
     if jump.leg.bending == "none":
         return np.asarray(angle)
     rate = PRB_GAMMA * PRB_STIFFNESS * made.bending_stiffness / made.length
