@@ -31,6 +31,7 @@ from synth.jump.hopper_leg import HopperLeg
 
 WIDTH = 0.15  # s, width of a window
 LARGEST = 0.05  # N m s/rad, upper bound of the genetic search
+AT_BOUND = 0.99  # share of it from which a search has ended at the bound: its populations end within 1 % of it
 UNEXPLAINED = 0.5  # share of the torque above which the design does not match; 1 % remains with MuJoCo's recordings
 GRID = 2001  # points of the tables over a
 
@@ -225,7 +226,7 @@ def _genetic(project: PullUps) -> IdentifiedConstant:
         polish=False,
     )  # fmt: skip
     value = float(np.exp(found.x[0]))
-    if value > 0.99 * LARGEST:
+    if value > AT_BOUND * LARGEST:
         text = f"the genetic search ends at its largest joint damping, {LARGEST:g} N*m*s/rad; use method: least_squares"
         raise UserError(Problem(text, key="method"))
     return IdentifiedConstant(value, _deviation(project, value))
