@@ -25,6 +25,7 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _FACTORS = {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30, "Hz": math.tau}
 _FACTORS |= {"N*m": 1.0, "mN*m": 1e-3, "N*m*s/rad": 1.0, "N*m*s/deg": 180 / math.pi, "N*m/rpm": 30 / math.pi}
 _FACTORS |= {"rad": 1.0, "deg": math.pi / 180, "mm": 1e-3, "m": 1.0, "in": 0.0254, "N*m/rad": 1.0, "1": 1.0}
+_FACTORS |= {"in*lbf": 0.112984829, "in*lbf/rad": 0.112984829}  # 0.0254 m times 4.4482216 N
 _FACTORS |= {"N*m*s^2/rad^2": 1.0, "1/rad": 1.0}
 _FACTORS |= {"N*m/deg": 180 / math.pi, "N*mm/rad": 1e-3, "percent": 0.01, "s": 1.0, "ms": 1e-3}
 
