@@ -138,10 +138,14 @@ def exploded(joint: BuiltJoint) -> list[tuple[BuiltPart, Mesh, int]]:
     angle = joint.dimensions.free_angle
     parts = {part.name: part for part in joint.parts}
     found = []
-    for number, step in enumerate(assembly(joint), start=1):
+    steps = assembly(joint)
+    lower = next(step.below for step in steps if joint.part("lower").name in step.parts)
+    for number, step in enumerate(steps, start=1):
         for name in step.parts:
             part = parts[name]
             along, below = _apart(part, name, step)
+            if "lower_socket" in name:
+                below = lower  # in the lower half's socket, not where that was: behind the upper half
             shift = (0.0, -BELOW * width * below, SPREAD * width * along * flip)
             found.append((part, joint.mesh_at(part, angle).turned(0.0, shift), number))
     return found
@@ -170,12 +174,16 @@ def _apart(part: BuiltPart, name: str, step: AssemblyStep) -> tuple[float, float
 
 
 def numbers_at(items: Sequence[tuple[BuiltPart, Mesh, int]]) -> list[tuple[str, tuple[float, float, float]]]:
-    """The positions of each step's number in the picture, mm: at its largest part, and at a part that lies apart."""
-    found: dict[tuple[int, str], tuple[float, Mesh]] = {}
+    """The positions of each step's number in the picture, mm: at its largest part, and at a part that lies apart.
+
+    Of the sockets' screws at the upper half: the lower one is behind the spring.
+    """
+    found: dict[tuple[int, str], tuple[tuple[bool, float], Mesh]] = {}
     for part, mesh, number in items:
         key = (number, part.family if part.family in APART else "")
-        if key not in found or abs(mesh.volume) > found[key][0]:
-            found[key] = (abs(mesh.volume), mesh)
+        rank = ("lower_socket" not in part.name, abs(mesh.volume))
+        if key not in found or rank > found[key][0]:
+            found[key] = (rank, mesh)
     places = []
     for (number, _), (_, mesh) in sorted(found.items(), key=lambda item: item[0]):
         x, y, z = ((mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2).tolist()

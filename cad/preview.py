@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from synth.cad.palette_png import write_png
-from synth.cad.parts import Mesh
+from synth.cad.parts import Array, Mesh
 
 Colour = tuple[float, float, float]
 Item = tuple[Mesh, Colour] | tuple[Mesh, Colour, float]  # the last: opacity, default 1
 VIEW = (0.55, 0.35, 0.76)  # direction from the part to the eye: from the front right, a little above
 LABEL_SIZE = 15  # points: a choice
-LABEL_AHEAD = 60.0  # mm, of a label before its part
+LABEL_AHEAD = 1.0  # mm, of the labels before the nearest part: a part that stood before its own hid a number
 FEATURE_ANGLE = 25.0  # deg; sharper edges are drawn
 
 
@@ -66,9 +66,13 @@ class Camera:
         for item in items:
             for actor in self._body(item[0], item[1]) if closed else _actors(*item):
                 self._renderer.AddActor(actor)
+        meshes = [item[0] for item in items]
+        towards = np.array(view) / np.linalg.norm(view)
+        front = max((float((mesh.vertices @ towards).max()) for mesh in meshes), default=0.0) + LABEL_AHEAD
         for words, place in labels:
-            self._renderer.AddActor(_label(words, place, view))
-        self._frame([item[0] for item in items], view, up)
+            at = np.array(place)  # moved along the view: the projection is parallel, and shows it at its part
+            self._renderer.AddActor(_label(words, at + (front - float(at @ towards)) * towards))
+        self._frame(meshes, view, up)
         self._renderer.ResetCameraClippingRange()
         self._window.Render()
         self._write(path)
@@ -177,15 +181,14 @@ def _actors(mesh: Mesh, colour: Colour, opacity: float = 1.0, *, closed: bool = 
     return [body, outline]
 
 
-def _label(words: str, place: tuple[float, float, float], view: tuple[float, float, float]) -> Any:
-    """Labels that face the viewer, in front of everything drawn."""
+def _label(words: str, place: Array) -> Any:
+    """A label that faces the viewer, at ``place`` (3,) mm."""
     from vtkmodules import vtkRenderingFreeType  # noqa: F401  # it draws letters
     from vtkmodules.vtkRenderingCore import vtkBillboardTextActor3D
 
     actor = vtkBillboardTextActor3D()
     actor.SetInput(words)
-    towards = np.array(view) / np.linalg.norm(view)
-    actor.SetPosition(*(np.array(place) + LABEL_AHEAD * towards))
+    actor.SetPosition(*place)
     style = actor.GetTextProperty()
     style.SetFontSize(LABEL_SIZE)
     style.SetColor(0.0, 0.0, 0.0)

@@ -52,7 +52,7 @@ GAP_SECTIONS: tuple[ReportSection, ...] = (
     hopper_gap.WHERE,
     hopper_gap.ACROSS,
     gap_next.SECTION,
-    gap_terms.SECTION,
+    gap_terms.OF_A_JUMP,
     inputs.SECTION,
 )
 

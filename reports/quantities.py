@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from synth.reports.reading import unit_of, value_of
 
 WIDE_INTERVAL = 10.0  # ratio of an interval's ends from which each is rounded by itself
+WIDE_DIGITS = 2  # significant, of the value and the ends of such an interval
 DIGITS = 4  # significant digits of a number without an interval
 _UNITS = {"deg": "°", "deg/s": "°/s", "1": "", "percent": "%", "degC": "°C", "ohm": "Ω"}
 _IN_PROSE = (
@@ -24,6 +25,7 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _FACTORS = {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30, "Hz": math.tau}
 _FACTORS |= {"N*m": 1.0, "mN*m": 1e-3, "N*m*s/rad": 1.0, "N*m*s/deg": 180 / math.pi, "N*m/rpm": 30 / math.pi}
 _FACTORS |= {"rad": 1.0, "deg": math.pi / 180, "mm": 1e-3, "m": 1.0, "in": 0.0254, "N*m/rad": 1.0, "1": 1.0}
+_FACTORS |= {"in*lbf": 0.112984829, "in*lbf/rad": 0.112984829}  # 0.0254 m times 4.4482216 N
 _FACTORS |= {"N*m*s^2/rad^2": 1.0, "1/rad": 1.0}
 _FACTORS |= {"N*m/deg": 180 / math.pi, "N*mm/rad": 1e-3, "percent": 0.01, "s": 1.0, "ms": 1e-3}
 
@@ -76,20 +78,20 @@ def with_decimals(value: float | None, decimals: int | None) -> str:
 
 
 def decimals_of(quantity: object) -> int | None:
-    """Decimals justified by the 90 % interval: two digits of its half width. None: as ``number`` formats it.
+    """Decimals justified by the 90 % interval: two digits of its half width, or of the distance to its only end.
 
-    So also for the ends of a wide interval: a rate of 0.12 from 0.0003 to 43 would be "0" and start at "0".
+    None: as ``number`` formats it.
     """
     interval = interval_of(quantity)
     value = value_of(quantity)
-    if interval is None or value is None or None in interval:
+    if interval is None or value is None:
         return None
     low, high = interval
-    assert low is not None
-    assert high is not None
-    half = (high - low) / 2
-    if low > 0.0 and high > WIDE_INTERVAL * low:
-        return None
+    if low is not None and high is not None:
+        half = (high - low) / 2
+    else:
+        end = high if low is None else low
+        half = 0.0 if end is None else abs(value - end)
     if not half > 0.0 or not -4 <= math.floor(math.log10(max(abs(value), half))) < 6:
         return None
     wanted = 1 - math.floor(math.log10(half))
@@ -105,9 +107,32 @@ def interval_of(quantity: object) -> tuple[float | None, float | None] | None:
     return interval[0], interval[1]
 
 
+def is_wide(quantity: object) -> bool:
+    """Whether the interval's ends, or the value and the only end, differ by more than ``WIDE_INTERVAL`` times.
+
+    Such numbers are rounded by themselves: a rate of 0.12 from 0.0003 to 43 would be "0" and start at "0".
+    """
+    interval = interval_of(quantity)
+    if interval is None:
+        return False
+    known = [end for end in interval if end is not None]
+    sizes = sorted(abs(end) for end in (known if len(known) == 2 else [*known, value_of(quantity) or 0.0]))
+    one_sense = all(end > 0.0 for end in known) or all(end < 0.0 for end in known)
+    return not known or (one_sense and sizes[-1] > WIDE_INTERVAL * sizes[0] > 0.0)
+
+
+def _as_known(value: float | None, quantity: object) -> str:
+    """The value of a quantity, or an end of its interval, in as many digits as the interval justifies."""
+    if value == 0.0:
+        return "0"
+    if is_wide(quantity):
+        return number(value, WIDE_DIGITS, bare=False)
+    return with_decimals(value, decimals_of(quantity))
+
+
 def value_text(quantity: object) -> str:
     """The number alone."""
-    return with_decimals(value_of(quantity), decimals_of(quantity))
+    return _as_known(value_of(quantity), quantity)
 
 
 def interval_text(quantity: object) -> str:
@@ -115,7 +140,7 @@ def interval_text(quantity: object) -> str:
     interval = interval_of(quantity)
     if interval is None:
         return ""
-    low, high = (with_decimals(end, decimals_of(quantity)) for end in interval)
+    low, high = (_as_known(end, quantity) for end in interval)
     if interval[0] is None and interval[1] is None:
         return "unknown"
     if interval[0] is None:

@@ -19,15 +19,17 @@ from synth.reports.sections.winding_plan import sheet_content
 from synth.reports.severity import judged
 
 
-def write_winding_sheet(folder: Path) -> Path:
+def write_winding_sheet(folder: Path, shown_in: Json | None = None) -> Path:
     """Write ``winding_sheet.html`` from ``spring.json``: drawing, steps, quantities to measure, all numbers.
+
+    ``shown_in`` : the same content in other units, such as inches.
 
     Raises
     ------
     ReportError
         If ``spring.json`` is missing or not a result of ``synth spring``.
     """
-    content = read_result(folder, "spring.json", "spring").content
+    content = shown_in or read_result(folder, "spring.json", "spring").content
     make = mapping(content, "make") or mapping(content, "checked")
     shown = sheet_content(content, drawing_of("the spring to wind", make), groups_of(make))
     warned = sequence(make, "remarks") or sequence(make, "warnings")

@@ -25,7 +25,10 @@ MOST_DRAWN = 40  # coils
 
 @dataclass(frozen=True)
 class DrawnSpring:
-    """Dimensions of the drawing; mm, rad. ``arms``: ``tangent``, ``radial``, ``axial``; ``travel`` closes the coil."""
+    """Dimensions of the drawing; mm, rad. ``arms``: ``tangent``, ``radial``, ``axial``; ``travel`` closes the coil.
+
+    ``inch`` : write dimensions in inches.
+    """
 
     wire: float
     mean: float
@@ -37,6 +40,11 @@ class DrawnSpring:
     arbor: float | None = None
     hand: str = "right"
     travel: float | None = None
+    inch: bool = False
+
+    def length_text(self, length: float) -> str:
+        """A length in mm with the unit of the drawing's dimensions."""
+        return f"{number(length / 25.4, 4)} in" if self.inch else f"{number(length, 4)} mm"
 
 
 @dataclass(frozen=True)
@@ -76,7 +84,7 @@ def _mirrored(root: Point, end: Point, direction: Point) -> Arm:
 
 
 def spring_drawing(title: str, spring: DrawnSpring) -> Markup:
-    """Both views at one scale, dimensions in mm."""
+    """Both views at one scale, with dimensions."""
     arms = arms_of(spring)
     outer = (spring.mean + spring.wire) / 2
     xs = [-outer, outer, *(arm.end[0] for arm in arms)]
@@ -104,12 +112,14 @@ def _along_axis(svg: Svg, spring: DrawnSpring, arms: tuple[Arm, Arm], centre: Po
     svg.text((8, HEIGHT - 10), f"seen along the axis, {spring.hand}-hand", below)
     if spring.arbor:
         svg.circle(centre, spring.arbor / 2 * scale, f'fill="none" {THIN} stroke-dasharray="4 3"')
-        svg.text((8, HEIGHT - 26), f"dashed: arbor Ø {_mm(spring.arbor)}", below)
+        svg.text((8, HEIGHT - 26), f"dashed: arbor Ø {spring.length_text(spring.arbor)}", below)
     _included_angle(svg, spring, centre, scale)
     for index, arm in enumerate(arms):
         upper = (index == 0) == (spring.hand == "right")
         if spring.arms != "axial" and spring.leg_lengths[index] > 0:
-            _leg_length(svg, place(arm.root), place(arm.end), wire, _mm(spring.leg_lengths[index]), upper=upper)
+            _leg_length(
+                svg, place(arm.root), place(arm.end), wire, spring.length_text(spring.leg_lengths[index]), upper=upper
+            )
 
 
 def _included_angle(svg: Svg, spring: DrawnSpring, centre: Point, scale: float) -> None:
@@ -177,11 +187,11 @@ def _from_side(svg: Svg, spring: DrawnSpring, arms: tuple[Arm, Arm], start: Poin
     svg.line((left - 14, middle), (left + length + 14, middle), CHAIN)
     base = middle + radius + wire / 2
     low = max(base, *(middle - arm.end[1] * scale for arm in arms)) + 22
-    _between(svg, (left, base), (left + length, base), low, f"body {_mm(spring.body_length)}")
+    _between(svg, (left, base), (left + length, base), low, f"body {spring.length_text(spring.body_length)}")
     tip = min(middle - y * scale for arm in arms for y in (arm.root[1], arm.end[1])) - wire / 2
-    svg.text((left, tip - 7), f"wire Ø {_mm(spring.wire)}", LABEL)
+    svg.text((left, tip - 7), f"wire Ø {spring.length_text(spring.wire)}", LABEL)
     _upright(svg, (left + length, middle - radius - wire / 2), (left + length, base), left + length + 26,
-             f"outside Ø {_mm(spring.mean + spring.wire)}")  # fmt: skip
+             f"outside Ø {spring.length_text(spring.mean + spring.wire)}")  # fmt: skip
     svg.text((left, HEIGHT - 10), "from the side", f'font-size="12" fill="{GREY}"')
 
 
@@ -240,7 +250,3 @@ def _head(svg: Svg, tip: Point, direction: Point, colour: str) -> None:
 
 def _unit(angle: float) -> Point:
     return math.cos(angle), math.sin(angle)
-
-
-def _mm(value: float) -> str:
-    return f"{number(value, 4)} mm"

@@ -11,6 +11,7 @@ from synth.reports.section import sequence
 
 MOST_STEPS = 3  # what to do first; the section has all
 ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency")  # causes shown first
+ENDS = {"upper": "an end above at", "lower": "an end below at"}  # of travel, measured angle
 
 
 def check_opening(result: Result) -> Opening:
@@ -46,7 +47,10 @@ def _figures(result: Result) -> Figures | None:
 
 
 def size_text(visible: object) -> str:
-    """The first strength of a cause, or a dash."""
+    """The first strength of a cause, its place if it is a stop, or a dash."""
     if not isinstance(visible, Mapping) or not visible:
         return "–"
+    places = [f"{ENDS[key]} {brief(value)}" for key, value in visible.items() if key in ENDS]
+    if places:
+        return ", ".join(places)
     return brief(next(iter(visible.values())))

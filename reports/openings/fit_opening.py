@@ -92,7 +92,10 @@ def _trust(document: Json, lacking: list[str], unsure: list[tuple[float, str]]) 
     words = f"Residual (RMS): {'; '.join(residuals)}." if residuals else ""
     if unsure:
         share, name = unsure[0]
-        words += f" Least certain: the {name}, known to ±{whole_percent(share)}."
+        known = (
+            "not known: its interval is wider than its value" if share > 1.0 else f"known to ±{whole_percent(share)}"
+        )
+        words += f" Least certain: the {name}, {known}."
     return words.strip()
 
 

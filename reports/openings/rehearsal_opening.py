@@ -39,7 +39,8 @@ def _beside(document: Mapping[str, Any]) -> str:
 
 def _figures(result: Result) -> Figures | None:
     causes = [item for item in sequence(result.content, "causes") if isinstance(item, Mapping) and item.get("cases")]
-    joints = list(dict.fromkeys(str(c.get("joint")) for c in causes if c.get("joint") != "base"))
+    planted_at = {c.get("joint") for c in causes}
+    joints = [str(name) for name in sequence(result.content, "joints") if name in planted_at]
     found = {(c.get("effect"), c.get("joint")): c for c in causes}
     rows = []
     planted = [effect for effect in ASKED if any((effect, joint) in found for joint in joints)]
@@ -51,9 +52,10 @@ def _figures(result: Result) -> Figures | None:
 
 
 def visible_cell(cause: object) -> Cell:
-    """Size, and the resulting gap."""
+    """Size and the resulting gap; if it never was found, the number of cases: one miss is not "never"."""
     if not isinstance(cause, Mapping) or not cause.get("cases"):
         return Cell("–")
     if cause.get("visible_from") is None:
-        return Cell("only tied" if cause.get("tied") else "never")
+        word, count = ("only tied", cause.get("tied")) if cause.get("tied") else ("not found", 0)
+        return Cell(word, f"{count} of {cause.get('cases')}")
     return Cell(brief(cause["visible_from"]), f"gap {brief(cause.get('visible_gap'))}")

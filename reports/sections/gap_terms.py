@@ -7,8 +7,9 @@ from synth.reports.section import ReportSection
 
 
 def content(result: Result) -> dict[str, object]:
-    """No data: the terms are the same for every diagnosis."""
-    return {}
+    """The phases are those of a jump, or of a swing; all other terms are the same for every diagnosis."""
+    return {"jump": False}
 
 
 SECTION = ReportSection("terms", "What the words mean", content)
+OF_A_JUMP = ReportSection("terms", "What the words mean", lambda result: {"jump": True})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
@@ -34,11 +34,16 @@ ENDING = " missing torque"
 DEFLECTION = "deflection from the free angle"  # the words for the column
 
 
-def content(result: Result, deflection: str = DEFLECTION) -> dict[str, Any] | AbsentResult:
-    """Shares as bars; missing torque and error over time by joint; ``deflection``: the label of that axis."""
+def content(result: Result, deflection: str = DEFLECTION, without: Sequence[str] = ()) -> dict[str, Any] | AbsentResult:
+    """Shares as bars; missing torque and error over time by joint.
+
+    ``deflection`` : the label of that axis; ``without`` : phases that this motion does not have.
+    """
     where = mapping(result.content, "where")
     if not where:
         return AbsentResult(f"{result.name} does not say where the gap lies")
+    phases = {name: share for name, share in mapping(where, "phase").items() if name not in without}
+    where = {**where, "phase": phases}
     tables = _tables(result)
     joints = _joints(tables)
     return {

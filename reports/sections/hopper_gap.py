@@ -58,6 +58,8 @@ def _slope(quantity: object) -> float | None:
 
 
 WHERE = ReportSection(
-    "hopper-where", "Where the gap lies", lambda result: gap_where.content(result, "upper link from the crouch")
+    "hopper-where",
+    "Where the gap lies",
+    lambda result: gap_where.content(result, "upper link from the crouch", ("settle", "rest")),
 )
 ACROSS = ReportSection("hopper-across", "How high, and across designs", content)

@@ -13,7 +13,7 @@ from synth.reports.quantities import in_si, text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 from synth.reports.sections.warnings import text_of
-from synth.reports.sections.winding_plan import clamped, winding_of
+from synth.reports.sections.winding_plan import clamped, in_millimetres, winding_of
 
 # Key of ``make`` -> its label and its equation. In the order of the sheet: dimensions, function, strength.
 WIND = (
@@ -157,6 +157,7 @@ def drawing_of(title: str, make: Json) -> Markup | None:
         None if arbor is None else arbor * 1e3,
         str(make.get("hand") or "right"),
         in_si(make.get("travel")),
+        not in_millimetres(make),
     )
     return spring_drawing(title, spring)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from synth.reports.quantities import in_si, number, percent, text
-from synth.reports.reading import Json, value_of
+from synth.reports.quantities import in_si, number, percent, text, unit_text
+from synth.reports.reading import Json, unit_of, value_of
 from synth.reports.section import mapping, sequence
 from synth.reports.sections.warnings import text_of
 
@@ -56,7 +56,8 @@ def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
     steps = []
     if length is not None:
         spring = f"the spring itself takes {text(make.get('wire_length'))}, the rest is to hold and trim"
-        steps.append(f"Cut {length * 1e3:.0f} mm of {wire}, {text(make.get('wire_diameter'))}; {spring}.")
+        cut = f"{length * 1e3:.0f} mm" if in_millimetres(make) else text(make.get("cut_length"))
+        steps.append(f"Cut {cut} of {wire}, {text(make.get('wire_diameter'))}; {spring}.")
     steps.append(
         f"Wind {text(mandrel.get('turns'))} turns, {hand}-hand and touching, on a mandrel of "
         f"{text(mandrel.get('diameter'))}: after spring-back that leaves {text(make.get('body_coils'))} coils of "
@@ -83,6 +84,11 @@ def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
     return steps
 
 
+def in_millimetres(make: Json) -> bool:
+    """Whether lengths are shown in mm, not in inches."""
+    return unit_of(make.get("wire_diameter")) != "in"
+
+
 def clamped(make: Json) -> bool:
     """Whether the spring's rate is that in a joint which clamps its arms, and the test's another."""
     rate, tested = in_si(make.get("rate")), in_si(mapping(make, "test").get("rate"))
@@ -96,16 +102,17 @@ def _distances(make: Json) -> str:
 
 
 def _torques(make: Json, rate_plus: float) -> list[Json]:
-    """Torque of the loose spring at quarters of the travel, with its tolerance from that of the rate; degrees, N m."""
-    rate = in_si(mapping(make, "test").get("rate")) or in_si(make.get("rate"))
-    travel = in_si(make.get("travel"))
+    """Torque of the loose spring at quarters of the travel, with its tolerance from that of the rate; in its unit."""
+    tested = mapping(make, "test").get("rate") or make.get("rate")
+    rate, travel = value_of(tested), in_si(make.get("travel"))
     if rate is None or travel is None:
         return []
+    unit = unit_text(unit_of(tested).removesuffix("/rad"))
     return [
         {
             "angle": f"{number(math.degrees(travel * quarter / 4), 3)}°",
-            "torque": f"{number(rate * travel * quarter / 4, 4)}\u00a0N·m",
-            "plus": f"{number(rate * travel * quarter / 4 * rate_plus / 100, 2)}\u00a0N·m",
+            "torque": f"{number(rate * travel * quarter / 4, 4)}\u00a0{unit}",
+            "plus": f"{number(rate * travel * quarter / 4 * rate_plus / 100, 2)}\u00a0{unit}",
         }
         for quarter in (1, 2, 3, 4)
     ]

@@ -156,15 +156,17 @@ def hopper_text(content: Json) -> str:
     means_total = settings["height"] == "total"
     total = settings["choose"] == "total_height" or (means_total and settings["choose"] != "clearance")
     height = best["total_height" if total else "clearance"]
-    low, high = height.get("interval90") or (None, None)
-    between = "" if low is None or high is None else f"{100 * low:.2f} to {100 * high:.2f}"
+    ends = height.get("interval90")
+    shown, between = _estimate(
+        {"value": 100 * height["value"], "interval90": [100 * end for end in ends] if ends else None}
+    )
     heads = ["motor", "ratio", "upper link [mm]", f"{'total height' if total else 'clearance'} [cm]", "90 %"]
     heads.append(f"{'total height' if means_total else 'clearance'} / link")
     row = [
         best["motor"],
         f"{best['gear_ratio']:g}",
         f"{1e3 * best['leg_length']['value']:.4g}",
-        f"{100 * height['value']:.2f}",
+        shown,
         between,
         f"{best['relative_height']['value']:.3f}",
     ]
@@ -178,14 +180,14 @@ def offered(alternative: Json, wanted: float | None) -> bool:
 
 
 def _estimate(quantity: Json | None) -> tuple[str, str]:
-    """A value and its 90 % interval, rounded to two digits of the half width; to three digits each if it is wide."""
+    """A value and its 90 % interval, rounded to two digits of the half width; to two digits each if it is wide."""
     if not quantity:
         return "curve", ""
     low, high = quantity.get("interval90") or (None, None)
     if low is None or high is None or not high > low:
         return _number(quantity), ""
     if low > 0.0 and high > WIDE_INTERVAL * low:
-        return _number(quantity), f"{low:.3g} to {high:.3g}"
+        return f"{quantity['value']:.2g}", f"{low:.2g} to {high:.2g}"
     value, decimals = quantity["value"], max(0, 1 - math.floor(math.log10((high - low) / 2)))
     if decimals > MOST_DECIMALS and abs(value) < SMALL:  # an insect's spring, 2e-7 N m/rad
         digits = max(0, decimals + math.floor(math.log10(max(abs(value), (high - low) / 2))))

@@ -85,7 +85,7 @@ def _earlier(out: Path, identity: Mapping[str, str]) -> dict[str, CaseOutcome]:
 
 def rehearsal_text(content: Json) -> str:
     """The answer, the smallest sizes found, the ties and the confusions."""
-    parts = [str(content["sentence"]), "", "smallest size found:", _sizes(content["causes"])]
+    parts = [str(content["sentence"]), "", "smallest size found:", _sizes(content["causes"], content["joints"])]
     tied, wrong = _listed(content["causes"], "tied_with"), _listed(content["causes"], "taken_for")
     if tied:
         parts += ["", "not distinguished from:", *tied]
@@ -94,9 +94,10 @@ def rehearsal_text(content: Json) -> str:
     return "\n".join(parts)
 
 
-def _sizes(causes: Sequence[Json]) -> str:
-    """One row per effect, one column per joint."""
-    joints = list(dict.fromkeys(cause["joint"] for cause in causes))
+def _sizes(causes: Sequence[Json], order: Sequence[str]) -> str:
+    """One row per effect, one column per joint, in the ``order`` of the leg."""
+    planted = {cause["joint"] for cause in causes}
+    joints = [name for name in ("base", *order) if name in planted]
     found = {(cause["effect"], cause["joint"]): cause for cause in causes}
     rows = [["", *joints]]
     for effect in dict.fromkeys(cause["effect"] for cause in causes):
@@ -105,12 +106,12 @@ def _sizes(causes: Sequence[Json]) -> str:
 
 
 def _size(cause: Json | None) -> str:
-    """The size; ``tied`` or ``never`` where it was not found, ``-`` where it was not or cannot be planted."""
+    """The size; ``tied`` or ``not found`` with its cases if it never was; ``-`` where it was not planted."""
     if cause is None or not cause["cases"]:
         return "-"
     size = cause["visible_from"]
     if size is None:
-        return "tied" if cause["tied"] else "never"
+        return f"tied ({cause['tied']} of {cause['cases']})" if cause["tied"] else f"not found (0 of {cause['cases']})"
     return f"{size['value']:.2g} {size['unit']}"
 
 

@@ -15,6 +15,7 @@ SEEN = 0.5  # noise floors; a smaller remainder is a form error and is not menti
 MOST_STATED = 3  # parameters of a cause; the table has all
 LEADING, LEAST_TOLD = 3, 0.05  # causes named if nothing explains the gap, and least share of each
 LEAST_TAKEN = 0.005  # of the gap; less rounds to 0 %
+ROUGH = 0.1  # of a value, half its interval: its third digit then says nothing
 MOST = 0.5  # of the gap: what takes more takes most of it, though it may be too unsure to be named
 BETTER = {"*": "·", "deg": "°", "percent": "%"}  # typographic units
 
@@ -95,12 +96,18 @@ def parameters_text(cause: Cause, names: Sequence[str]) -> str:
     return ", ".join(f"{name.replace('_', ' ')} {_shown(cause.parameters[name])}" for name in names)
 
 
+def _digits(estimate: Estimate) -> int:
+    """Significant digits: three, or two where a tenth of the value is uncertain and the third says nothing."""
+    low, high = (estimate.value if end is None else end for end in (estimate.low, estimate.high))
+    return 2 if high - low > 2.0 * ROUGH * abs(estimate.value) else 3
+
+
 def _shown(estimate: Estimate) -> str:
     written = estimate.as_json()
     unit = str(written["unit"])
     for plain, better in BETTER.items():
         unit = unit.replace(plain, better)
-    return f"{written['value']:.3g}" + ("" if unit == "1" else f" {unit}").replace(" °", "°")
+    return f"{written['value']:.{_digits(estimate)}g}" + ("" if unit == "1" else f" {unit}").replace(" °", "°")
 
 
 def sentence(

@@ -8,9 +8,13 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 
 from synth.errors import Problem, UserError
+
+SEPARATORS = ",;\t"  # of CSV files, the usual one first
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 
 
 def csv_rows(
@@ -42,6 +46,25 @@ def csv_rows(
             raise UserError(Problem(f"cannot be read as CSV: {error}", name, last + 1)) from None
         yield last + 1, cells
         last = reader.line_num
+
+
+def separator_of(header: str) -> str:
+    """The most frequent separator of a header of names and units: comma, semicolon or tab; a comma if there is none."""
+    return max(SEPARATORS, key=header.count)
+
+
+def pointed(cell: str, separator: str) -> str:
+    """A cell whose decimals take a point; they may take a comma where semicolons or tabs separate."""
+    text = cell.strip()
+    return text.replace(",", ".") if separator != "," and _DECIMAL_COMMA.fullmatch(text) else text
+
+
+def other_separator(titles: Sequence[str]) -> str:
+    """What is wrong with titles that commas do not split; empty if nothing is."""
+    for separator, word in ((";", "semicolons"), ("\t", "tabs")):
+        if len(titles) == 1 and separator in titles[0]:
+            return f"is separated by {word}; write it with commas, and with points for decimals"
+    return ""
 
 
 def refuse_no_text(data: bytes, name: str) -> None:

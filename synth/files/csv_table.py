@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.errors import Problem, UserError
-from synth.files.csv_rows import csv_rows, refuse_no_text
+from synth.files.csv_rows import csv_rows, other_separator, refuse_no_text
 from synth.files.log_clock import LogClock, exact_number, log_clock
 from synth.files.paths import read_bytes
 from synth.files.validate import near
@@ -147,10 +147,8 @@ def _columns(data: bytes, name: str) -> tuple[tuple[CsvColumn, ...], int]:
         titles = titles[:-1]
     if len(titles) > COLUMN_LIMIT:
         raise UserError(Problem(f"has {len(titles)} columns; at most {COLUMN_LIMIT}", name, line))
-    for separator, word in ((";", "semicolons"), ("\t", "tabs")):
-        if len(titles) == 1 and separator in titles[0]:
-            text = f"is separated by {word}; write it with commas, and with points for decimals"
-            raise UserError(Problem(text, name, line))
+    if fault := other_separator(titles):
+        raise UserError(Problem(fault, name, line))
     problems: list[Problem] = []
     columns: list[CsvColumn] = []
     for index, title in enumerate(titles):

@@ -11,11 +11,11 @@ from synth import units
 from synth.files.named_files import ProjectReader
 from synth.files.project_options import (
     DamperChoice,
+    Deviation,
     JointChoice,
     PartsOptions,
     SpringChoice,
     ToleranceOptions,
-    Turn,
 )
 from synth.files.schema import Because, Default, read_section
 from synth.files.spring_words import System
@@ -33,7 +33,7 @@ class SelectSection:
     vendors: Names = field(default_factory=list)
     without: Names = field(default_factory=list)
     system: System | None = None
-    within: Annotated[Turn, Because("a tenth of a leg's common joint amplitude")] = PartsOptions.within
+    within: Annotated[Deviation, Because("a tenth of a leg's common joint amplitude")] = PartsOptions.within
     tolerance: Any = None
 
 

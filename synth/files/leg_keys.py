@@ -61,7 +61,10 @@ class JointKeys(FileModel):
     name: Annotated[str, Field(examples=["hip"])]
     zero: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)]
     sign: Annotated[int, Field(examples=["+1"])]
-    range: Annotated[list[Annotated[float, Quantity("rad")]], Field(min_length=2, max_length=2)] | None = None
+    range: (
+        Annotated[list[Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)]], Field(min_length=2, max_length=2)]
+        | None
+    ) = None
     link: Annotated[LinkKeys, Field(examples=["{length: 200 mm, mass: 740 g, com: 91 mm, inertia: 3.5e-3 kg*m^2}"])]
     armature: Annotated[float, Quantity("kg*m^2", least=0)] = 0.0
     spring: SpringKeys | None = None

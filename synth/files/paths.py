@@ -132,6 +132,18 @@ def inside(folder: Path, name: str) -> Path:
     return _named(folder, name, folder, "files must lie inside the folder of the file naming them")
 
 
+def refuse_outside(folder: Path, path: Path, name: str) -> None:
+    """Refuse a ``path``, named ``name``, that is absolute or leaves the folder's tree, whether it exists or not.
+
+    Raises
+    ------
+    UserError
+        The problem has no file or line, because only the caller knows them.
+    """
+    _refuse_absolute(name)
+    _refuse_outside(folder, path, name)
+
+
 def shared(folder: Path, name: str) -> Path:
     """A file that several projects may share: ``inside`` of the repository that holds ``folder``, if one does.
 

@@ -17,7 +17,9 @@ Length = Annotated[float, Quantity("m", above=0)]
 Pressure = Annotated[float, Quantity("Pa", above=0)]
 Density = Annotated[float, Quantity("kg/m^3", above=0)]
 Share = Annotated[float, Quantity("1", above=0, most=10)]
-Turn = Annotated[float, Quantity("rad", above=0, most=radians(3600))]
+Travel = Annotated[float, Quantity("rad", above=0, most=radians(720))]  # of a joint, whose angle lies within two turns
+Included = Annotated[float, Quantity("rad", above=0, most=radians(360))]  # between two legs
+Deviation = Annotated[float, Quantity("rad", above=0, most=radians(180))]  # of an angle: a larger one says nothing
 Ratio = Annotated[float, Quantity("1", least=0.1, most=20)]
 Count = Annotated[int, Field(ge=1, le=4)]
 
@@ -73,7 +75,7 @@ class RatePrior:
 
     spring: Share | None = None
     damper: Share | None = None
-    free_angle: Annotated[Turn | None, Field(examples=["5 deg"])] = None
+    free_angle: Annotated[Deviation | None, Field(examples=["5 deg"])] = None
 
 
 @dataclass(frozen=True)
@@ -85,8 +87,10 @@ class SpringBounds:
     """
 
     rate_tolerance: Annotated[Share, Because("vendors keep a torsion spring's rate within about 10 %")] = 0.1
-    included_angle: Annotated[Turn | None, Because("the joint's arm offset compensates any angle", "any")] = None
-    travel: Annotated[Turn | None, Because("from the joint's range, else from the wanted motion", "as it moves")] = None
+    included_angle: Annotated[Included | None, Because("the joint's arm offset compensates any angle", "any")] = None
+    travel: Annotated[Travel | None, Because("from the joint's range, else from the wanted motion", "as it moves")] = (
+        None
+    )
     min_outer_diameter: Length | None = None
     max_outer_diameter: Annotated[Length | None, Because("none is given", "no limit")] = None
     min_inner_diameter: Length | None = None
@@ -130,7 +134,9 @@ class DamperBounds:
     """
 
     direction: Annotated[Literal["both", "one"], Because("a free swing goes both ways")] = "both"
-    travel: Annotated[Turn | None, Because("from the joint's range, else from the wanted motion", "as it moves")] = None
+    travel: Annotated[Travel | None, Because("from the joint's range, else from the wanted motion", "as it moves")] = (
+        None
+    )
     max_outer_diameter: Annotated[Length | None, Because("none is given", "no limit")] = None
     max_body_length: Annotated[Length | None, Because("none is given", "no limit")] = None
     parallel: Annotated[Count, Because("room for one damper is drawn")] = 1
@@ -169,7 +175,7 @@ class ToleranceOptions:
     """
 
     rate: Share | None = None
-    free_angle: Annotated[Turn | None, Field(examples=["5 deg"])] = None
+    free_angle: Annotated[Deviation | None, Field(examples=["5 deg"])] = None
     torque: Share | None = None
     measured: Annotated[Share, Because("remaining uncertainty after drops with only the damper")] = 0.05
     temperature: Annotated[float, Quantity("K", least=0, most=100), Because("a room, winter and summer")] = 5.0

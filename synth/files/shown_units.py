@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from synth import units
+from synth.errors import UserError
 from synth.files.spring_words import System
 
 SYSTEMS: tuple[System, ...] = ("inch", "metric")
@@ -22,6 +23,7 @@ _UNITS: dict[str, dict[str, str]] = {
         "m": "mm",
         "kg": "g",
         "Pa": "MPa",
+        "N": "N",
         "N*m": "N*m",
         "N*m/rad": "N*m/rad",
         "N*m*s/rad": "N*m*s/rad",
@@ -31,6 +33,7 @@ _UNITS: dict[str, dict[str, str]] = {
         "m": "in",
         "kg": "oz",
         "Pa": "kpsi",
+        "N": "lbf",
         "N*m": "in*lbf",
         "N*m/rad": "in*lbf/rad",
         "N*m*s/rad": "in*lbf*s/rad",
@@ -69,6 +72,24 @@ class ShownUnits:
         if quantity.get("interval90"):
             shown["interval90"] = [None if end is None else end * factor for end in quantity["interval90"]]
         return shown
+
+    def throughout(self, content: Any) -> Any:
+        """A result's content with every quantity that has a unit in this system in that unit; the rest as it is."""
+        if isinstance(content, Mapping):
+            if isinstance(content.get("unit"), str) and isinstance(content.get("value"), (int, float)):
+                si = next((si for si in _UNITS[self.system] if _alike(content["unit"], si)), None)
+                return content if si is None else self.of(content, si)
+            return {name: self.throughout(item) for name, item in content.items()}
+        return [self.throughout(item) for item in content] if isinstance(content, (list, tuple)) else content
+
+
+def _alike(unit: str, si: str) -> bool:
+    """Whether a unit has the dimension of an SI unit of lengths, masses, stresses, forces or torques."""
+    try:
+        units.factor(unit, si)
+    except UserError:
+        return False
+    return si != "rad"
 
 
 METRIC = ShownUnits("metric")

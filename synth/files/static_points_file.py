@@ -30,6 +30,7 @@ from pydantic import Field
 
 from synth.arrays import Array
 from synth.errors import Problem
+from synth.files.leg_keys import TURNS
 from synth.files.validate import FileModel, Quantity, check_part, near
 from synth.files.yaml_lines import Document, Key
 from synth.swing.leg_model import Leg
@@ -38,7 +39,7 @@ POINT_LIMIT = 1000  # of a project; typed poses are tens
 ANGLE_ERROR = radians(0.5)  # rad, default: a careful reading of a protractor
 TORQUE_SHARE = 0.02  # of the spring's torque: a hand-held force gauge or a kitchen balance on a lever
 
-Angle = Annotated[float, Quantity("rad", least=-radians(3600), most=radians(3600))]
+Angle = Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)]
 
 
 @dataclass(frozen=True, eq=False)

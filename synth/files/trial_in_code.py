@@ -57,12 +57,23 @@ def checked_trials(trials: Sequence[Trial], leg: Leg, place: Document, *, own_le
     for index, trial in enumerate(trials):
         with gathering(problems):
             found.append(_checked(trial, leg, f"trials[{index}]", own_legs=own_legs))
-    raise_if_any(problems)
+    raise_if_any([*problems, *_name_problems(trials)])
     # Trials that were continued when they were read are on one turn already.
     if any(any(new.jumps) and new is not old for new, old in zip(found, trials, strict=True)):
         found = on_one_turn(found, leg)
     raise_if_any(trials_together(found, leg, in_code=True))
     return tuple(found)
+
+
+def _name_problems(trials: Sequence[Trial]) -> list[Problem]:
+    """Trials of one name: results, pages and predictions find a trial by its name, and would show one for the other."""
+    places: dict[str, list[str]] = {}
+    for index, trial in enumerate(trials):
+        if isinstance(trial.name, str):
+            places.setdefault(trial.name, []).append(f"trials[{index}]")
+    text = "is the name of {}; name each trial once: dataclasses.replace(trial, name=...)"
+    twice = {name: ", ".join(found) for name, found in places.items() if len(found) > 1}
+    return [Problem(text.format(found), name, key="name") for name, found in twice.items()]
 
 
 def _checked(trial: Trial, leg: Leg, fallback: str, *, own_legs: bool) -> Trial:

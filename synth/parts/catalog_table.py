@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from synth.errors import Problem, UserError
-from synth.files.csv_rows import csv_rows
+from synth.files.csv_rows import csv_rows, other_separator
 from synth.files.paths import read_bytes
 from synth.parts.catalog_cells import currency_of, number_cell, scale_of, text_cell
 from synth.parts.headers import standard
@@ -62,6 +62,8 @@ def _read(lines: Iterator[tuple[int, list[str]]], name: str) -> ReadTable:
     _, titles = next(lines, (1, []))
     if not titles or not any(title.strip() for title in titles):
         return _refused(name, "is empty; the first line holds the headers, name [unit]")
+    if fault := other_separator(titles):
+        return _refused(name, fault)
     written, titles = titles, _standard(titles)
     family = _recognise(titles)
     if family is None:

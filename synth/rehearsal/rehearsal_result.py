@@ -156,6 +156,7 @@ class RehearsalResult:
             "small_causes": self._small(),
             "noise": quantity(float(np.sqrt(np.mean(self.rig.noise**2))), "deg"),
             "rungs": list(RUNGS),
+            "joints": list(self.rig.nominal.names),
             "causes": [shown.as_json() for shown in self.shown],
             "nothing_planted": self._tally("nothing"),
             "not_in_the_library": self._tally("unlisted"),

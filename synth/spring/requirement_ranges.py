@@ -26,7 +26,7 @@ class Range:
 LARGEST = 1.0  # m; a coil of the thickest stock wire (20 mm) and index 20 has 0.42 m. Lengths in mm pass it
 FEW = 10_000.0  # coils, and the spring index: far beyond any coil, but finite
 
-MOST_TURNED = math.radians(3600.0)  # as of a leg file; of all stock wire, 30 coils of index 20 yield by 2413 deg
+MOST_TURNED = math.radians(3600.0)  # ten turns: of all stock wire, 30 coils of index 20 yield by 2413 deg
 
 _FINITE = math.nextafter(math.inf, 0.0)  # the largest number: no limit but that the value is finite
 # The ranges that several requirements share; their words are the reason.

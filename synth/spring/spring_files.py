@@ -13,6 +13,7 @@ from synth.errors import Problem, UserError
 from synth.files.output import umask, write_json
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.spring.spring_result import SpringDesign
+from synth.spring.unit_text import in_units
 from synth.spring.winding_sheet import request_lines, winding_sheet
 
 FORMAT = '"format": "synth/spring/'  # near the start of every file that may be replaced
@@ -58,11 +59,26 @@ def write_spring(
         return
     from synth.reports import write_winding_sheet
 
-    write_winding_sheet(folder)
+    write_winding_sheet(folder, None if shown.system == "metric" else _in_units(spring, content, shown))
     (folder / "winding_sheet.txt").write_text(winding_sheet(spring, shown), encoding="utf-8")
     write_request(spring, shown, folder / "request_for_quotation.dxf")
     if spring.convention == "tangent":
         write_solid(spring, folder)
+
+
+def _in_units(spring: SpringDesign, content: Mapping[str, Any], shown: ShownUnits) -> dict[str, Any]:
+    """The result's content in the displayed units, its sentences too, which are metric in the file."""
+    said = {str(text): in_units(text, shown) for text in (*spring.warnings, *(v.text for v in spring.violations))}
+
+    def worded(item: Any) -> Any:
+        if isinstance(item, Mapping):
+            return {name: worded(value) for name, value in item.items()}
+        if isinstance(item, (list, tuple)):
+            return [worded(value) for value in item]
+        return said.get(str(item), str(item)) if isinstance(item, str) else item
+
+    made: dict[str, Any] = worded(shown.throughout(content))
+    return made
 
 
 def write_request(spring: SpringDesign, shown: ShownUnits, path: Path) -> None:

@@ -6,6 +6,7 @@ none (``coils``, ``coils [turns]``). Required are mandrel, wire and coils (of th
 (wound on the mandrel) or ``outer_diameter`` (of the free coil). ``free_angle`` between tangent legs
 determines the fraction of the coils. A ``rate`` needs its ``leg_length``: of each leg, from the coil to where the load
 acts; 0 where it acts at the coil. Other columns without a unit are the user's own notes.
+Semicolons or tabs may separate; decimals may then take a comma.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from synth.errors import Problem, UserError, did_you_mean
-from synth.files.csv_rows import csv_rows
+from synth.files.csv_rows import csv_rows, pointed, refuse_no_text, separator_of
 from synth.files.paths import read_bytes
 from synth.parts.coil_angle import coil_fraction
 from synth.parts.coil_rate import RATE_FORMS, RATE_FORMULA, RateForm
@@ -57,18 +58,23 @@ def read_samples(path: Path) -> tuple[Sample, ...]:
     """
     name = str(path)
     data = read_bytes(path, LARGEST, "one row per wound coil")
-    lines = [(line, row) for line, row in csv_rows(data, name) if any(cell.strip() for cell in row)]
+    refuse_no_text(data, name)
+    separator = separator_of(data.decode("utf-8-sig").lstrip().partition("\n")[0])
+    rows = csv_rows(data, name, separator=separator)
+    lines = [(line, row) for line, row in rows if any(cell.strip() for cell in row)]
     if len(lines) < 2:
         raise UserError(Problem("has no sample; the first line must have the headers, name [unit]", name))
     columns = _columns(lines[0][1], name)
     samples, problems = [], []
     for number, cells in lines[1:]:
         if any(cell.strip() for cell in cells[len(lines[0][1]) :]):
-            text = f"has {len(cells)} cells under {len(lines[0][1])} headers; write decimals with a point"
+            text = f"has {len(cells)} cells under {len(lines[0][1])} headers"
+            text += "; write decimals with a point, or separate cells by semicolons" if separator == "," else ""
             problems.append(Problem(text, name, line=number))
             continue
         try:
-            samples.append(replace(_sample(_values(cells, columns)), line=number))
+            written = [pointed(cell, separator) for cell in cells]
+            samples.append(replace(_sample(_values(written, columns)), line=number))
         except ValueError as error:
             problems.append(Problem(str(error), name, line=number))
     if problems:

@@ -120,6 +120,18 @@ def test_trials_are_compared_with_each_other() -> None:
         synth.fit(of(), [made[0], trial(name=5)])
 
 
+def test_two_trials_of_one_name_are_refused() -> None:
+    """As two files of one name in two folders are, when each is read by itself; no page tells them apart."""
+    made = [trial(name=name, angles=swing(first)[:, None]) for name, first in (("a", 0.6), ("b", 0.4), ("a", 0.8))]
+    said = r"^a: name: is the name of trials\[0\], trials\[2\]; name each trial once: dataclasses.replace"
+    for refuse in (synth.fit, synth.gap):
+        with pytest.raises(synth.UserError, match=said):
+            refuse(of(), made)
+    with pytest.raises(synth.UserError, match=said):
+        synth.compare(made, {"model": of()})
+    assert len(checked_trials([*made[:2], replace(made[2], name="c")], of(), in_code(FIT))) == 3
+
+
 def test_wrapped_angles_give_what_their_files_give(tmp_path: Path) -> None:
     """Within rounding: the file's unit is the same, and so are all numbers."""
     leg = of(zero=radians(252.0))

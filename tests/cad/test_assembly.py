@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from cad_joints import cleared
@@ -18,6 +19,7 @@ from synth.cad import (
 )
 from synth.cad.assembly import assembly, exploded, numbers_at
 from synth.cad.joint import build_joint
+from synth.cad.parts import Mesh
 
 KNEE = JointDimensions("knee", SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0), 110.0, 110.0, range=(80.0, 140.0))
 
@@ -43,7 +45,11 @@ def test_assembly_uses_every_part_once_in_a_feasible_order(change):
     assert len(apart) == len(joint.parts)
     numbered = [int(words) for words, _ in numbers_at(apart)]
     assert set(numbered) == {number for _, _, number in apart}
+    assert set(numbered) == {*range(1, len(steps) + 1)}
     assert sorted(numbered).count(at["shaft"] + 1) == 2  # the lower half, and the shaft away from it
+    middles = {part.name: mesh.vertices.mean(axis=0) for part, mesh, _ in apart}
+    # With the lower half, not where that was before it was drawn below.
+    assert np.linalg.norm(middles["knee_lower_socket_screw"] - middles["knee_lower"]) < 60.0
 
 
 @pytest.mark.parametrize(
@@ -73,3 +79,20 @@ def test_the_free_angle_is_measured_before_the_damper_is_on():
     assert (
         steps[read].index("0 on its scale") < steps[read].index("damper still off") < steps[read].index("the setting")
     )
+
+
+def test_a_number_is_seen_before_parts_that_stand_in_front(tmp_path):
+    """Step 13 of an assembly was hidden: its screw lies more than 60 mm behind another part."""
+    from synth.cad.preview import Camera, PreviewError
+
+    corners = np.array([(0, 0, 0), (40, 0, 0), (0, 40, 0), (0, 0, 40)], dtype=float)
+    near = Mesh(corners, np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]))
+    far = near.turned(0.0, (0.0, 0.0, -300.0))
+    try:
+        camera = Camera()
+    except PreviewError as error:
+        pytest.skip(str(error))
+    for name, labels in (("with", [("13", (10.0, 10.0, -290.0))]), ("without", [])):
+        camera.draw([(near, (0.2, 0.4, 0.8)), (far, (0.8, 0.4, 0.2))], tmp_path / name, (0.0, 0.0, 1.0), labels=labels)
+    camera.close()
+    assert (tmp_path / "with").read_bytes() != (tmp_path / "without").read_bytes()

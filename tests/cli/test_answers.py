@@ -25,6 +25,13 @@ def fitted(capsys: pytest.CaptureFixture[str], out: Path, *words: str) -> tuple[
     return shown.out, shown.err, (out / "fit.json").read_text()
 
 
+def test_a_wide_interval_is_rounded_as_on_the_page() -> None:
+    rate = {"value": 0.4913, "unit": "N*m/rad", "interval90": [0.4, 6.0]}
+    joint = {"spring_rate": rate, "free_angle": {"value": 100.0, "unit": "deg"}}
+    row = fit_text({"joints": {"hip": joint}, "rms": {}, "warnings": []}).splitlines()[2]
+    assert row.split()[:5] == ["hip", "0.49", "0.4", "to", "6"]
+
+
 def test_a_fit_prints_its_table_also_with_quiet(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     said, _, _ = fitted(capsys, tmp_path / "a")
     table, messages, written = fitted(capsys, tmp_path / "b", "-q")

@@ -505,3 +505,22 @@ def test_a_nearest_spring_of_another_wire_has_no_calibration() -> None:
         assert calibrated == (1.0 if kind == "other_material" else 0.9)
         assert value(made["rate"], "N*m/rad") == pytest.approx(calibrated * value(made["rate_bending_form"], "N*m/rad"))
     assert "other_material" in nearest
+
+
+def test_the_sheet_for_the_bench_is_in_inches_where_the_input_is(tmp_path: Path) -> None:
+    """The text beside it was in inches, the page in millimetres."""
+    assert main(["-q", "spring", "--rate", "15 in*lbf/rad", "--travel", "40 deg", "--out", str(tmp_path / "in")]) == 0
+    html = (tmp_path / "in" / "winding_sheet.html").read_text(encoding="utf-8")
+    body = re.sub(r"<(style|script).*?</\1>|<[^>]*>", " ", html, flags=re.DOTALL).replace("\u00a0", " ")
+    assert not re.search(r"\d ?(mm|MPa|GPa|N·m|N|g|kg)\b", body)
+    assert "15 in·lbf/rad" in body
+    sheet = (tmp_path / "in" / "winding_sheet.txt").read_text(encoding="utf-8")
+    wire = re.search(r"Wire: music wire, ([\d.]+) in", sheet)
+    assert wire is not None
+    assert f"wire Ø {wire[1]} in" in body
+    # A quarter of the travel, a quarter of the torque: 15 in*lbf/rad over 10 deg.
+    assert re.search(r"10°\s+2\.618 in·lbf", body)
+    assert json.loads((tmp_path / "in" / "spring.json").read_text())["make"]["wire_diameter"]["unit"] == "mm"
+    assert main(["-q", "spring", "--rate", "1.7 N*m/rad", "--travel", "40 deg", "--out", str(tmp_path / "mm")]) == 0
+    assert "15 in·lbf/rad" not in (tmp_path / "mm" / "winding_sheet.html").read_text("utf-8").replace("\u00a0", " ")
+    assert "1.7 N·m/rad" in (tmp_path / "mm" / "winding_sheet.html").read_text("utf-8").replace("\u00a0", " ")

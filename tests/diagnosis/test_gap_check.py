@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -26,6 +27,7 @@ from synth.drives.servo import Servo, ServoSignals
 from synth.files.gap_project import GapProject, Tolerance
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
+from synth.reports.openings.check_opening import size_text
 from synth.swing.leg_model import Damper, Leg, Spring
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "gap"
@@ -167,6 +169,22 @@ def test_a_damper_that_thins_shows_from_a_few_per_cent_and_is_told_apart_from_mo
     for rival in thinning.rivals:
         if rival.parts_from is not None:
             assert rival.parts_from["loss"].value > thinning.visible_from["loss"].value
+
+
+def test_a_stop_is_stated_by_its_place(clean: Check) -> None:
+    """Its stiffness said nothing: 124 307 N m/rad of the gap example's hip."""
+    angles = np.concatenate([trial.angles for trial in recorded(off(TWO, 3), seed=1)])
+    for j, joint in enumerate(TWO.joint_names):
+        stop = showing(clean, "joint_stop", joint)
+        assert stop.visible_from is not None
+        assert set(stop.visible_from) == {"upper", "lower"}
+        lower, upper = (stop.visible_from[end].as_json() for end in ("lower", "upper"))
+        assert {lower["unit"], upper["unit"]} == {"deg"}
+        low, high = np.degrees([angles[:, j].min(), angles[:, j].max()])
+        assert low < lower["value"] < 0.5 * (low + high) < upper["value"] < high
+        assert all(rival.parts_from == {} for rival in stop.rivals)
+        shown = size_text(stop.as_json()["visible_from"])
+        assert re.fullmatch(r"an end above at [\d.]+°, an end below at [\d.]+°", shown)
 
 
 def test_halving_the_remainder_halves_the_visible_size(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -35,6 +35,14 @@ def test_a_common_cause_is_said_once_and_first() -> None:
     assert said.startswith("The knee has backlash, and either the hip sticks, or the hip slips: these trials cannot")
 
 
+@pytest.mark.parametrize(
+    ("ends", "said"), [((0.0580, 0.0605), "0.0593"), ((0.02, 0.11), "0.059"), ((None, 0.0605), "0.0593")]
+)
+def test_a_parameter_has_no_digits_beyond_its_uncertainty(ends: tuple[float | None, float], said: str) -> None:
+    cause = Cause("coulomb_friction", "knee", {"torque": Estimate(0.05931, "N*m", *ends)})
+    assert stated(cause, effect_named("coulomb_friction")) == f"torque {said} N·m"
+
+
 def degrees(value: float) -> Estimate:
     return Estimate(math.radians(value), "deg")
 

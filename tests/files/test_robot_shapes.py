@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from synth.errors import UserError
 from synth.files.robots.planar_chain import PickedLeg
 from synth.files.robots.robot_project import robot_leg
 
@@ -128,3 +129,53 @@ def test_a_shape_across_the_limb_keeps_the_limb_s_direction(tmp_path: Path) -> N
     picked = robot_leg(tmp_path / "r.xml", ["hip"])
     assert length(picked) == pytest.approx(200.0)
     assert picked.leg.joints[0].zero == pytest.approx(0.0, abs=1e-9)
+
+
+BODY = """<worldbody><body name="t"><inertial pos="0 0 -.1" mass=".2" diaginertia="1e-3 1e-3 1e-3"/>
+    <joint name="hip" axis="0 1 0"/><geom type="mesh" mesh="m" pos="0 0 -.1"/></body></worldbody>"""
+SCALED = 'name="m" scale=".001 .001 .001"'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (f'<asset><mesh {SCALED} file="../out.stl"/></asset>{BODY}', r"mesh.file: .* leads out of"),
+        (f'<compiler meshdir=".."/><asset><mesh {SCALED} file="out.stl"/></asset>{BODY}', "leads out of"),
+        (f'<compiler assetdir="a/../.."/><asset><mesh {SCALED} file="out.stl"/></asset>{BODY}', "leads out of"),
+        (f'<asset><mesh {SCALED} file="{{outside}}/out.stl"/></asset>{BODY}', "is an absolute path"),
+        (f'<compiler meshdir="{{outside}}"/><asset><mesh {SCALED} file="out.stl"/></asset>{BODY}', "absolute path"),
+        (f'<asset><mesh {SCALED} file="link.stl"/></asset>{BODY}', "leads out of .* by a link"),
+        (f'<include file="part.xml"/>{BODY}', r"part.xml: mesh.file: .* leads out of"),
+        (f'<include file="../part.xml"/>{BODY}', r"include.file: .* leads out of"),
+        (f'<asset><texture type="skybox" fileup="../out.png"/></asset>{BODY}', r"texture.fileup: .* leads out of"),
+    ],
+)
+def test_an_mjcf_opens_no_file_outside_its_folder(text: str, said: str, tmp_path: Path) -> None:
+    """MuJoCo opened them: a file from anyone could read meshes and XML anywhere on the machine."""
+    folder = tmp_path / "robot"
+    folder.mkdir()
+    (folder / "link.stl").symlink_to(mesh(tmp_path, "out.stl"))
+    part = f'<mujoco><asset><mesh {SCALED} file="../out.stl"/></asset></mujoco>'
+    for place in (folder, tmp_path):
+        (place / "part.xml").write_text(part)
+    (folder / "r.xml").write_text(f"<mujoco>{text.format(outside=tmp_path)}</mujoco>")
+    with pytest.raises(UserError, match=said):
+        robot_leg(folder / "r.xml", ["hip"])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f'<compiler meshdir="meshes"/><asset><mesh {SCALED} file="m.stl"/></asset>{BODY}',
+        f'<compiler meshdir="meshes" strippath="true"/><asset><mesh {SCALED} file="../../far/m.stl"/></asset>{BODY}',
+        f'<include file="parts/part.xml"/>{BODY}',
+    ],
+)
+def test_an_mjcf_s_own_files_are_read(text: str, tmp_path: Path) -> None:
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "parts").mkdir()
+    mesh(tmp_path / "meshes")
+    part = f'<mujoco><asset><mesh {SCALED} file="meshes/m.stl"/></asset></mujoco>'
+    (tmp_path / "parts" / "part.xml").write_text(part)
+    (tmp_path / "r.xml").write_text(f"<mujoco>{text}</mujoco>")
+    assert length(robot_leg(tmp_path / "r.xml", ["hip"])) == pytest.approx(200.0)

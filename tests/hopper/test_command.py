@@ -385,8 +385,8 @@ def test_screen_and_page_show_the_height_that_is_meant(
     low, high = best[chosen]["interval90"]
     assert low < best[chosen]["value"] < high
     assert f"{chosen.replace('_', ' ')} [cm]" in shown
-    assert f"{100 * best[chosen]['value']:.2f}" in shown
-    assert f"{100 * low:.2f} to {100 * high:.2f}" in shown
+    assert f"{100 * best[chosen]['value']:.1f}" in shown
+    assert f"{100 * low:.1f} to {100 * high:.1f}" in shown
     assert f"{relative.replace('_', ' ')} / link" in shown
     assert best["relative_height"]["value"] == pytest.approx(best[relative]["value"] / best["leg_length"]["value"])
     opening = study_opening(read_result(tmp_path / "out", "hopper.json", "hopper"))

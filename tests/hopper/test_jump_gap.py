@@ -110,6 +110,11 @@ def test_the_page_shows_every_result(damped: Path, found: dict[str, Any]) -> Non
         assert f"<h2>{title}</h2>" in page
     assert found["sentence"].split(",")[0] in page.replace("&#39;", "'")
     assert "Left out" not in page
+    # A jump is cut before it could settle or rest: both stood there with 0 %.
+    assert ">swing<" in page
+    assert ">settle<" not in page
+    assert ">rest<" not in page
+    assert (found["where"]["phase"]["settle"], found["where"]["phase"]["rest"]) == (0.0, 0.0)
 
 
 def test_the_example_s_cause_is_found_from_another_engines_jumps(tmp_path: Path) -> None:

@@ -246,3 +246,12 @@ class TestDamperCurve:
         assert row.secant_rate is None
         with pytest.raises(ValueError, match="no torque at a speed"):
             row.torque_speed()
+
+
+@pytest.mark.parametrize(("separator", "word"), [(";", "semicolons"), ("\t", "tabs")])
+def test_another_separator_is_named(separator: str, word: str, tmp_path: Path) -> None:
+    """It was said that the headers fit no family, and which headers would."""
+    path = tmp_path / "wire.csv"
+    path.write_text(separator.join(["material", "diameter [mm]"]) + f"\nmusic{separator}2,0\n", encoding="utf-8")
+    (problem,) = read_table(path).problems
+    assert f"is separated by {word}; write it with commas" in problem.text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from diagnosis.simulated_releases import TWO, recorded
 from synth.batch.folder import RunCheckpoint
 from synth.batch.task_outcome import TaskOutcome
 from synth.cli import main
+from synth.commands.gap_rehearse import rehearsal_text
 from synth.errors import UserError
 from synth.files.gap_project import GapProject, Tolerance, read_gap_project
 from synth.files.leg_file import write_leg
@@ -31,6 +33,8 @@ from synth.rehearsal.rehearsal_result import RehearsalResult
 from synth.rehearsal.rehearse import Rehearsal
 from synth.rehearsal.users_rig import BACKGROUND, Rig, users_rig
 from synth.reports import write_rehearsal_report
+from synth.reports.openings.rehearsal_opening import rehearsal_opening
+from synth.reports.reading import read_result
 from synth.swing.chain import Conditions, simulate
 from synth.swing.leg_model import Damper, DamperCurve, Leg
 
@@ -333,6 +337,28 @@ def test_a_result_has_sizes_confusions_and_false_alarms(rig: Rig) -> None:
     assert f" of {len(planted)} causes that can act in this leg were found" in sentence
     assert "not planted" not in sentence
     assert json.dumps(found, allow_nan=False)
+
+
+def test_joints_stand_in_the_leg_s_order_and_a_miss_with_its_cases(rig: Rig, tmp_path: Path) -> None:
+    """The first effect by name was planted at the knee alone: the knee stood before the hip."""
+    outcomes = (
+        outcome("backlash", 1, 2, False, verdict="none"),
+        outcome("coulomb_friction", 1, 2, True),
+        replace(outcome("latency", 0, 2, False, verdict="none"), planted=("latency", "hip")),
+        replace(outcome("latency", 0, 1, False, 1, verdict="none"), planted=("latency", "hip")),
+    )
+    content = RehearsalResult("leg", rig, 0, outcomes, {}).as_json()
+    text = rehearsal_text(content).split("smallest size found:")[1]
+    assert re.search(r"^ +hip +knee$", text, re.MULTILINE)
+    assert re.search(r"^backlash +- +not found \(0 of 1\)$", text, re.MULTILINE)
+    assert re.search(r"^latency +not found \(0 of 2\) +-$", text, re.MULTILINE)
+    (tmp_path / "rehearsal.json").write_text(json.dumps(content))
+    figures = rehearsal_opening(read_result(tmp_path, "rehearsal.json", "rehearsal")).figures
+    assert figures is not None
+    assert figures.heads == ("Smallest size found", "hip", "knee")
+    shown = {row[0].text: [(cell.text, cell.small) for cell in row[1:]] for row in figures.rows}
+    assert shown["backlash"] == [("–", ""), ("not found", "0 of 1")]
+    assert shown["latency"][0] == ("not found", "0 of 2")
 
 
 def test_every_cause_that_can_act_is_rehearsed(rig: Rig) -> None:

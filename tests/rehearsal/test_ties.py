@@ -51,7 +51,7 @@ def test_a_tie_is_counted_apart_and_not_as_a_name(rig: Rig, tmp_path: Path) -> N
     assert "is found in 0 of 1 and tied with others in 1; 0 of 1 causes" in found["sentence"]
     assert "found at some size, 1 more only tied with others" in found["sentence"]
     text = rehearsal_text(found)
-    assert "spring preload  tied" in text
+    assert "spring preload  tied (1 of 1)" in text
     assert "not distinguished from:\n- spring preload (knee): encoder scale (knee)" in text
     said: list[str] = []
     Rehearsal(tmp_path / "gap.yaml", rig, 3, 1, 2, {})._note(tie.task, tie, _TimeBudget(1), said.append)

@@ -47,6 +47,21 @@ def wound(tmp_path: Path, header: str, *rows: str) -> Path:
     return path
 
 
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_semicolons_and_decimal_commas_are_read_as_an_import_reads_them(separator: str, tmp_path: Path) -> None:
+    """As a spreadsheet in many languages writes a table; only "there is no column mandrel" was said."""
+    header, row = "mandrel [mm],wire [mm],turns,coils,free_angle [deg]", "10.5,2,6.25,5.25,90"
+    plain = read_samples(wound(tmp_path, header, row))
+    other = row.replace(",", separator).replace(".", ",")
+    assert read_samples(wound(tmp_path, header.replace(",", separator), other)) == plain
+    assert read_samples(wound(tmp_path, "\ufeff" + header.replace(",", separator), other.replace(",", "."))) == plain
+    broken = other.replace(f"{separator}2{separator}", f"{separator}2 mm{separator}")
+    with pytest.raises(UserError, match=r'2: wire: "2 mm" is not a number'):
+        read_samples(wound(tmp_path, header.replace(",", separator), broken))
+    with pytest.raises(UserError, match="has 6 cells under 5 headers; write decimals with a point, or separate cells"):
+        read_samples(wound(tmp_path, header, "10,5,2,6,5.25,90"))
+
+
 def test_the_columns_of_the_documentation_give_a_coil_its_own_rate_back(tmp_path: Path) -> None:
     """A coil that has the formula's rate with its legs has a factor of 1; without the legs it was 5 % off."""
     text = (ROOT / "docs" / "build_joint.md").read_text(encoding="utf-8")

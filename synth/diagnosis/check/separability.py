@@ -51,7 +51,10 @@ class Rival:
 
 @dataclass(frozen=True)
 class Showing:
-    """One cause: the smallest visible size, None if there is none, and similar causes."""
+    """One cause: the smallest visible size, None if there is none, and similar causes.
+
+    Of a cause without a size, a stop: its place, an angle at each end of travel from which it is visible.
+    """
 
     key: Key
     visible_from: dict[str, Estimate] | None
@@ -130,7 +133,7 @@ def separability(
         true = _plainest(own)
         against = [_nearest(gram, true, others) for other, others in by_key.items() if other != key]
         pairs[key] = sorted(against, key=lambda pair: pair.sine)
-    showings = tuple(_showing(_plainest(own), pairs[key]) for key, own in by_key.items())
+    showings = tuple(_showing(own, pairs[key]) for key, own in by_key.items())
     # Not a set, whose order differs from run to run.
     visible = [showing.key for showing in showings if showing.visible_from is not None]
     alike = [pair for key in visible for pair in pairs[key] if pair.sine < ALIKE and pair.other.key in visible]
@@ -163,14 +166,33 @@ def _nearest(gram: Array, true: CauseResponse, others: Sequence[CauseResponse]) 
     return best
 
 
-def _showing(response: CauseResponse, pairs: Sequence[_Pair]) -> Showing:
+def _showing(responses: Sequence[CauseResponse], pairs: Sequence[_Pair]) -> Showing:
+    response = _plainest(responses)
     if response.visible is None:
         return Showing(response.key, None, ())
     rivals = []
     for pair in pairs[:RIVALS]:
         sine = max(pair.sine, LEAST_SINE)
         rivals.append(Rival(pair.other.key, pair.sine, sized(response.candidate, response.visible, 1.0 / sine)))
-    return Showing(response.key, sized(response.candidate, response.visible, 1.0), tuple(rivals))
+    has = has_size(response.candidate)
+    shown = sized(response.candidate, response.visible, 1.0) if has else _places(responses)
+    return Showing(response.key, shown, tuple(rivals))
+
+
+def _places(responses: Sequence[CauseResponse]) -> dict[str, Estimate]:
+    """Where a cause without a size shows: the first visible place at each side; starts are in order from far to near.
+
+    Its stiffness would say nothing: that of a rigid stop, or of the softest that can be told, is no design quantity.
+    """
+    found: dict[str, Estimate] = {}
+    for response in responses:
+        if response.visible is None:
+            continue
+        candidate, named = response.candidate, response.candidate.named(response.visible)
+        for parameter in candidate.effect.parameters:
+            if parameter.anchor and parameter.name in candidate.shape.free:
+                found.setdefault(parameter.name, Estimate(named[parameter.name], _shown(parameter.unit)))
+    return found
 
 
 def sized(candidate: ShapedEffect, unknowns: Array, factor: float) -> dict[str, Estimate] | None:
@@ -178,7 +200,7 @@ def sized(candidate: ShapedEffect, unknowns: Array, factor: float) -> dict[str, 
 
     Empty if the cause has no strength that could be larger.
     """
-    if not has_size(candidate) and factor > 1.0:
+    if not has_size(candidate):
         return {}
     point = candidate.strengthened(unknowns, factor)
     low, high = candidate.bounds()

@@ -8,8 +8,8 @@ _SHA = "SHA-256 of each input file."
 _PHASES = {
     "release": "Share until the first peak of the speed.",
     "swing": "Share until the envelope falls under 20 % of the release.",
-    "settle": "Share until speeds stay under the noise.",
-    "rest": "Share of what is left.",
+    "settle": "Share until speeds stay under the noise; 0 of a jump, which has no such phase.",
+    "rest": "Share of what is left; 0 of a jump.",
 }
 _BINS = {
     "speed": "joint speed",

@@ -12,6 +12,7 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.files.robots.mjcf_contacts import contacts_of
 from synth.files.robots.mjcf_dampers import HeldByTendons, held_by_tendons, with_arm
+from synth.files.robots.mjcf_files import require_files_inside
 from synth.files.robots.mjcf_spring_tendons import with_springs
 from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
 from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint
@@ -34,13 +35,14 @@ def read_mjcf(path: Path) -> Robot:
     Raises
     ------
     UserError
-        If MuJoCo is not installed, or cannot compile the file.
+        If MuJoCo is not installed, the file names one outside its folder, or MuJoCo cannot compile it.
     """
     try:
         import mujoco
     except ImportError:
         text = 'MJCF is read by MuJoCo, which is not installed: pip install "limb-synth[mujoco]"'
         raise UserError(Problem(text, str(path))) from None
+    require_files_inside(path)
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:

@@ -14,7 +14,7 @@ import numpy as np
 
 from synth import units
 from synth.errors import Problem, UserError
-from synth.files.csv_rows import csv_rows
+from synth.files.csv_rows import SEPARATORS, csv_rows, pointed
 from synth.files.import_project import Mapping
 from synth.files.log_clock import exact_number
 from synth.files.paths import read_bytes
@@ -26,7 +26,6 @@ TRIED = 20  # lines, header included, by which the separator is chosen
 COMMENTS = ("#", "%", "//")
 _TITLE = re.compile(r"\s*(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
 _ELECTRIC = re.compile(r"volt|supply|battery|current|torque|effort|moment", re.IGNORECASE)
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-nan", "nan(ind)"})
 
 
@@ -68,7 +67,7 @@ def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
         raise UserError(Problem(f'column "{repeated}" is given twice; rename one', name, numbers[0]))
 
     def exact(column: int) -> list[Decimal | None]:
-        return [exact_number(_pointed(row[column], separator)) for row in rows[first:]]
+        return [exact_number(pointed(row[column], separator)) for row in rows[first:]]
 
     return Channels(name, tuple(names), tuple(found_units), values, numbers=exact)
 
@@ -79,7 +78,7 @@ def _separator(lines: list[str], name: str) -> str:
     A comma may also stand in a quoted name, an unquoted one (``hip, deg``), and in every decimal.
     """
     scores: dict[str, tuple[int, int]] = {}
-    for separator in ",;\t":
+    for separator in SEPARATORS:
         try:
             rows = [row for _, row in csv_rows("".join(lines), name, separator=separator)]
         except UserError:
@@ -142,14 +141,8 @@ def _values(rows: list[list[str]], lines: list[int], titles: list[str], separato
 
 def _number(cell: str, separator: str) -> float | None:
     """A cell's number; decimals take a comma where semicolons or tabs separate."""
-    text = _pointed(cell, separator)
+    text = pointed(cell, separator)
     try:
         return float(text) if "_" not in text and text.casefold() not in _MISSING else None
     except ValueError:
         return None
-
-
-def _pointed(cell: str, separator: str) -> str:
-    """A cell whose decimals take a point."""
-    text = cell.strip()
-    return text.replace(",", ".") if separator != "," and _DECIMAL_COMMA.fullmatch(text) else text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from synth.cli import main
 from synth.errors import UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.files.leg_file import read_leg
+from synth.files.log_clock import log_clock
 from synth.files.recording import Recorded, read_recording
 from synth.motion.importers.convert import Imported, import_file
 
@@ -166,3 +168,29 @@ def test_a_robots_stamps_keep_their_nanoseconds(tmp_path: Path) -> None:
     found = read(tmp_path / "run.mcap")
     np.testing.assert_allclose(found.time, 1e-9 * STEPS, atol=1e-12, rtol=0.0)
     assert found.notes[0] == "joint states of /joint_states; the clock begins at 1700000000.123457 s, set to 0"
+
+
+def test_even_steps_that_doubles_rounded_are_even_again() -> None:
+    """As Unix seconds a double holds 2.4e-7 s: steps of 1 ms came out 0.9999275 and 1.0001659 ms long."""
+    even = np.arange(2000) * 1e-3
+    lost = np.delete(even, [17, 18, 903])
+    for wanted in (even, lost):
+        stamps = 1.7e9 + 0.123 + wanted
+        assert np.ptp(np.diff(stamps)) > 2e-7
+        clock = log_clock(stamps, 1.0, stamps.tolist)
+        np.testing.assert_allclose(clock.time, wanted, rtol=0.0, atol=1e-12)
+        assert clock.even == 1e-3
+        assert "hold such times to 2.4e-07 s only; its steps are multiples of 0.001 s" in clock.notes[1]
+
+
+def test_a_jittering_clock_of_doubles_is_kept_and_its_rounding_told() -> None:
+    jitter = np.arange(500) * 1e-3 + np.random.default_rng(1).normal(0.0, 2e-6, 500)
+    stamps = 1.7e9 + jitter
+    clock = log_clock(stamps, 1.0, stamps.tolist)
+    np.testing.assert_array_equal(clock.time, stamps - stamps[0])
+    assert clock.notes[1] == (
+        "the file's numbers hold such times to 2.4e-07 s only, so much of its unevenness may be rounding"
+    )
+    exact = [Decimal(1_700_000_000) + Decimal(f"{value:.9f}") for value in jitter]
+    assert len(log_clock(stamps, 1.0, lambda: exact).notes) == 1
+    assert log_clock(stamps - 1.7e9, 1.0).notes == ()

@@ -14,7 +14,7 @@ from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CURRENT, FORCE, 
 from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
 
 PLACES = {ANGLE: "hip", CURRENT: "hip", "supply": "hip"}  # the other channels are measured at the ground: base
-STILL = 0.2  # of the largest speed: envelope below which the swing has ended
+ACTING = PHASES[:2]  # the phases that a jump or a pull-up has; the file holds the others as 0
 SMOOTHED = 0.004  # s, half the time range over which a rate is computed
 
 
@@ -41,7 +41,7 @@ def missing(trial: Jump, before: ScoredJump) -> MissingHipTorque:
         slope = np.tan(np.arcsin(np.clip(share, -0.99, 0.99)))  # the lower link nearly level
         leverage = trial.leg.length * (np.sin(angle) + np.cos(angle) * slope)
         torque = 0.5 * leverage * (trial.measured[FORCE] - before.channels[FORCE])
-    return MissingHipTorque(torque, speed, angle - angle[0], _phases(trial, speed))
+    return MissingHipTorque(torque, speed, angle - angle[0], _phases(speed))
 
 
 def _rate(time: Array, angle: Array) -> Array:
@@ -51,15 +51,11 @@ def _rate(time: Array, angle: Array) -> Array:
     return np.asarray((angle[high] - angle[low]) / (time[high] - time[low]))
 
 
-def _phases(trial: Jump, speed: Array) -> NDArray[np.int64]:
-    """Release until the first speed peak, swing until the envelope has decayed, settle until the noise, then rest."""
-    size = np.abs(speed)
-    peak = int(np.argmax(size))
-    envelope = np.maximum.accumulate(size[::-1])[::-1]
-    floor = 3.0 * trial.noise[ANGLE] / SMOOTHED
-    found = np.where(envelope >= STILL * size[peak], 1, np.where(envelope >= floor, 2, 3))
-    found[: peak + 1] = 0
-    return np.asarray(found, dtype=np.int64)
+def _phases(speed: Array) -> NDArray[np.int64]:
+    """Release until the highest speed, about at takeoff, then swing; a jump is cut before it could settle or rest."""
+    found = np.ones(len(speed), dtype=np.int64)
+    found[: int(np.argmax(np.abs(speed))) + 1] = 0
+    return found
 
 
 def where(trials: Sequence[Jump], before: Sequence[ScoredJump], lacks: Sequence[MissingHipTorque]) -> Where:
@@ -67,7 +63,7 @@ def where(trials: Sequence[Jump], before: Sequence[ScoredJump], lacks: Sequence[
     places = {"hip": 0.0, "base": 0.0}
     bins: dict[str, dict[str, float]] = {name: dict.fromkeys(THIRDS, 0.0) for name in
                                          ("speed", "position", "load", "time")}  # fmt: skip
-    phases = dict.fromkeys(PHASES, 0.0)
+    phases = dict.fromkeys(ACTING, 0.0)
     for trial, told, lack in zip(trials, before, lacks, strict=True):
         energy = np.zeros(len(trial.time))
         for name, measured in trial.measured.items():
@@ -75,7 +71,7 @@ def where(trials: Sequence[Jump], before: Sequence[ScoredJump], lacks: Sequence[
             above = miss**2 - 1.0
             places[PLACES.get(name, "base")] += trial.weight * max(float(above.sum()), 0.0)
             energy += trial.weight * above
-        for index, phase in enumerate(PHASES):
+        for index, phase in enumerate(ACTING):
             phases[phase] += float(energy[lack.phase == index].sum())
         load = trial.measured.get(FORCE, np.zeros(len(energy)))
         for key, along in (("speed", np.abs(lack.speed)), ("position", np.abs(lack.deflection)),
@@ -84,6 +80,7 @@ def where(trials: Sequence[Jump], before: Sequence[ScoredJump], lacks: Sequence[
             for index, name in enumerate(THIRDS):
                 bins[key][name] += float(energy[third == index].sum())
     keys = ("speed", "position", "load", "time")
-    return Where(
-        *(shares([*found], np.array([*found.values()])) for found in (places, phases, *(bins[k] for k in keys)))
+    at, by_phase, *rest = (
+        shares([*found], np.array([*found.values()])) for found in (places, phases, *(bins[k] for k in keys))
     )
+    return Where(at, dict.fromkeys(PHASES, 0.0) | by_phase, *rest)
