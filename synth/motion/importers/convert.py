@@ -11,10 +11,11 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import JointColumn, Mapping
-from synth.files.log_clock import LogClock, log_clock
+from synth.files.log_clock import LogClock
+from synth.motion.importers.channel_clock import channel_clock
 from synth.motion.importers.cleaning import SHORTEST, clean, remarks
 from synth.motion.importers.drive_inputs import DriveInput, drive_inputs, within
-from synth.motion.importers.foreign_data import Channels, ColumnProblem, Markers, listed, other_side, same_name
+from synth.motion.importers.foreign_data import Channels, Markers, listed, other_side
 from synth.motion.importers.points import Tracked, track
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
 from synth.motion.importers.swaps import exchanged, restored, swap_notes
@@ -23,7 +24,6 @@ from synth.swing.leg_model import Joint, Leg
 from synth.units import factor
 
 Cut = Literal["cut", "free", "keep"]
-CLOCKS = ("time", "t", "timestamp")
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +183,7 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[LogClock, Arr
     columns: list[Array] = []
     clock, no_clock = LogClock(np.full(len(source.values), np.nan)), []
     try:
-        clock = _clock(source, mapping)
+        clock = channel_clock(source, mapping, notes)
     except UserError as error:
         no_clock = list(error.problems)
     for joint in leg.joints:
@@ -200,7 +200,7 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[LogClock, Arr
 def _angle(source: Channels, joint: Joint, column: JointColumn, time: Array, notes: list[str]) -> Array:
     """One joint's measured angle (n,) rad; ``time`` (n,) s is for the notes."""
     index = source.find(column.column, joint.name)
-    unit = _unit(source, index, column.unit, joint.name, "deg")
+    unit = source.unit(index, column.unit, joint.name, "deg")
     value = source.values[:, index : index + 1]
     other = other_side(source.names[index], source.names)
     if other is not None:
@@ -213,45 +213,6 @@ def _angle(source: Channels, joint: Joint, column: JointColumn, time: Array, not
     zero = joint.zero if column.zero is None else column.zero
     sign = joint.sign if column.sign is None else column.sign
     return np.asarray(joint.zero + joint.sign * sign * (angle - zero))
-
-
-def _unit(source: Channels, index: int, stated: str | None, what: str, example: str) -> str:
-    """The unit of a column: the file's own, or the project's if the file states none."""
-    own, title = source.units[index], source.names[index]
-    if stated is not None and own and abs(factor(stated, own) - 1.0) > 1e-12:
-        place = "the header's inDegrees" if source.units_fixed else "the file"
-        text = f'{what}: {place} says that "{title}" is in {own}, the project says {stated}; leave `unit` out'
-        raise UserError(Problem(text, source.name))
-    unit = own or stated
-    if not unit:
-        text = f'{what}: the file does not state the unit of "{title}"; write {{column: {title}, unit: {example}}}'
-        raise UserError(ColumnProblem(text, source.name))
-    canonical = "s" if example == "s" else "rad"
-    try:
-        factor(unit, canonical)
-    except UserError as error:
-        raise UserError(Problem(f"{what}: {error.problems[0].text}", source.name)) from None
-    return unit
-
-
-def _clock(source: Channels, mapping: Mapping) -> LogClock:
-    """From the file, its clock's column, or the frame rate."""
-    if source.time is not None:
-        return log_clock(source.time, 1.0)
-    if mapping.time is not None:
-        index = source.find(mapping.time, "time")
-    elif mapping.frame_rate is not None:
-        return LogClock(np.arange(len(source.values)) / mapping.frame_rate)
-    else:
-        found = [k for k, name in enumerate(source.names) if any(same_name(name, clock) for clock in CLOCKS)]
-        if len(found) != 1:
-            text = "say which column is the clock, time: {column: NAME, unit: s}, or the rate, frame_rate: 250 Hz"
-            raise UserError(ColumnProblem(f"{text}; the file has {listed(source.names)}", source.name))
-        index = found[0]
-    unit = _unit(source, index, mapping.time_unit, "time", "s")
-    numbers = source.numbers
-    exact = None if numbers is None else lambda: numbers(index)
-    return log_clock(source.values[:, index], factor(unit, "s"), exact)
 
 
 def _release(time: Array, angles: Array, leg: Leg, notes: list[str]) -> Release | None:

@@ -10,6 +10,7 @@ from typing import Any
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.validate import near
+from synth.units import factor
 
 SHOWN = 40  # names in a message: all points of most trackers
 
@@ -56,6 +57,27 @@ class Channels:
         hint = near(wanted, self.names)
         hint = hint if hint.startswith("; did you mean") else f"; the file has {listed(self.names)}"
         raise UserError(ColumnProblem(f'{what}: there is no column "{wanted}"{hint}', self.name))
+
+    def unit(self, index: int, stated: str | None, what: str, example: str) -> str:
+        """The unit of a channel: the file's own, or the project's if the file states none.
+
+        ``what`` : the channel is for, in messages; ``example`` : a unit that would do, ``s`` for a clock.
+        """
+        own, title = self.units[index], self.names[index]
+        if stated is not None and own and abs(factor(stated, own) - 1.0) > 1e-12:
+            place = "the header's inDegrees" if self.units_fixed else "the file"
+            text = f'{what}: {place} says that "{title}" is in {own}, the project says {stated}; leave `unit` out'
+            raise UserError(Problem(text, self.name))
+        unit = own or stated
+        if not unit:
+            text = f'{what}: the file does not state the unit of "{title}"; write {{column: {title}, unit: {example}}}'
+            raise UserError(ColumnProblem(text, self.name))
+        canonical = "s" if example == "s" else "rad"
+        try:
+            factor(unit, canonical)
+        except UserError as error:
+            raise UserError(Problem(f"{what}: {error.problems[0].text}", self.name)) from None
+        return unit
 
 
 @dataclass(frozen=True)
