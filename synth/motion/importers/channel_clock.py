@@ -96,7 +96,7 @@ def _steps(time: Array) -> tuple[float, float]:
 
 def _of_frames(source: Channels, rate: float, notes: list[str]) -> LogClock:
     """The frames' own numbers over the rate, Hz, so that lost ones leave a gap; without such a column the rows."""
-    known = np.isfinite(source.values).any(axis=0)
+    known = [bool(np.isfinite(column).any()) for column in source.values.T]
     found = [k for k, name in enumerate(source.names)
              if known[k] and not source.units[k] and any(same_name(name, each) for each in FRAMES)]  # fmt: skip
     if not found:
@@ -105,8 +105,8 @@ def _of_frames(source: Channels, rate: float, notes: list[str]) -> LogClock:
     if len(found) > 1:
         text = f"has several columns of frames: {listed(source.names[k] for k in found)}; keep one"
         raise UserError(Problem(text, source.name))
-    wrong = np.asarray(~np.isfinite(frames) | (frames != np.round(frames)))
-    wrong[1:] |= ~(np.diff(frames) > 0)
+    step = np.diff(frames, prepend=frames[0] - 1.0)
+    wrong = ~(np.isfinite(frames) & (frames == np.round(frames)) & (step > 0))
     if wrong.any():
         row = int(np.argmax(wrong))
         text = f'its column "{title}" does not count the frames: sample {row + 1} has {frames[row]:g}'

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -13,7 +14,7 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.files.log_clock import LogClock
 from synth.motion.importers.channel_clock import channel_clock
-from synth.motion.importers.cleaning import SHORTEST, clean, remarks
+from synth.motion.importers.cleaning import SHORTEST, JointTurns, clean, remarks
 from synth.motion.importers.drive_inputs import DriveInput, drive_inputs, within
 from synth.motion.importers.foreign_data import Channels, Markers, listed, other_side
 from synth.motion.importers.points import Tracked, track
@@ -34,7 +35,7 @@ class Imported:
     n_joint) rad, measured, nan if missing. ``total`` samples in the file, ``began`` s its first; ``release`` as
     detected at its start, None if not searched; ``notes`` messages on everything detected, repaired or cut.
     ``tracked``: the points of the angles, for marker files, on the same samples. ``inputs`` : of the leg's drives, over
-    the same time.
+    the same time. ``turns`` : whole turns of each joint.
     """
 
     format: str
@@ -46,6 +47,7 @@ class Imported:
     tracked: Tracked | None
     began: float = 0.0
     inputs: tuple[DriveInput, ...] = ()
+    turns: tuple[JointTurns, ...] = ()
 
     @property
     def driven(self) -> float | None:
@@ -81,6 +83,7 @@ def import_file(
     form: str = "auto",
     cut: Cut = "cut",
     window: tuple[float, float] | None = None,
+    turns: Sequence[int] | None = None,
 ) -> Imported:
     """Read one file as a recording of ``leg``.
 
@@ -89,6 +92,7 @@ def import_file(
     form : the format, or ``auto``.
     cut : ``cut`` to the release, ``free`` also to the end of the driven part, ``keep`` everything.
     window : s on the file's clock, chosen manually; disables the search.
+    turns : whole turns to shift each joint by, as in ``clean``.
 
     Raises
     ------
@@ -106,7 +110,7 @@ def import_file(
         clock, angles, notes = _angles(source, leg, mapping)
         source = _beside(source, clock)
     time = clock.time
-    cleaned = clean(time, angles, leg, name, arbitrary_turns=tracked is not None)
+    cleaned = clean(time, angles, leg, name, arbitrary_turns=tracked is not None, turns=turns)
     notes += cleaned.notes
     moved = any(joint.drive is not None for joint in leg.joints)
     if moved and cut == "free":
@@ -131,9 +135,9 @@ def import_file(
     if tracked is not None:
         own = replace(clock, time=time[kept])
         tracked = Tracked(own, tracked.rotation[kept], tracked.points[kept], tracked.scale, tracked.notes)
-    texts, began = tuple(notes), float(time[0])
+    angles, texts, began = cleaned.angles[kept], tuple(notes), float(time[0])
     return Imported(
-        found_form.name, time[kept], cleaned.angles[kept], len(time), release, texts, tracked, began, inputs
+        found_form.name, time[kept], angles, len(time), release, texts, tracked, began, inputs, cleaned.turns
     )
 
 
