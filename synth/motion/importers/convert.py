@@ -204,6 +204,8 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[LogClock, Arr
 def _angle(source: Channels, joint: Joint, column: JointColumn, time: Array, notes: list[str]) -> Array:
     """One joint's measured angle (n,) rad; ``time`` (n,) s is for the notes."""
     index = source.find(column.column, joint.name)
+    if "/" in source.names[index] and source.names[index] != column.column:
+        notes.append(f"{joint.name}: from {source.names[index]}")
     unit = source.unit(index, column.unit, joint.name, "deg")
     value = source.values[:, index : index + 1]
     other = other_side(source.names[index], source.names)

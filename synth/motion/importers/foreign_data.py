@@ -38,7 +38,7 @@ class Channels:
 
     def has(self, wanted: str) -> bool:
         """Whether there is exactly one channel of that name."""
-        return sum(same_name(name, wanted) for name in self.names) == 1
+        return len(called(wanted, self.names)) == 1
 
     def find(self, wanted: str, what: str) -> int:
         """The index of a channel.
@@ -47,13 +47,12 @@ class Channels:
         ------
         UserError : there is none, or several; the message lists the names.
         """
-        exact = [index for index, name in enumerate(self.names) if name == wanted]
-        found = exact or [index for index, name in enumerate(self.names) if same_name(name, wanted)]
+        found = called(wanted, self.names)
         if len(found) == 1:
             return found[0]
         if found:
             several = ", ".join(self.names[index] for index in found)
-            raise UserError(Problem(f'{what}: "{wanted}" is the name of several columns: {several}', self.name))
+            raise UserError(ColumnProblem(f'{what}: "{wanted}" is the name of several columns: {several}', self.name))
         hint = near(wanted, self.names)
         hint = hint if hint.startswith("; did you mean") else f"; the file has {listed(self.names)}"
         raise UserError(ColumnProblem(f'{what}: there is no column "{wanted}"{hint}', self.name))
@@ -106,8 +105,7 @@ class Markers:
 
     def find(self, wanted: str) -> int:
         """The index of a point; raises UserError with the existing points."""
-        exact = [index for index, name in enumerate(self.names) if name == wanted]
-        found = exact or [index for index, name in enumerate(self.names) if same_name(name, wanted)]
+        found = called(wanted, self.names)
         if len(found) == 1:
             return found[0]
         hint = near(wanted, self.names)
@@ -126,14 +124,47 @@ def listed(names: Iterable[str]) -> str:
 
 def same_name(one: str, other: str) -> bool:
     """Equal except for case, blanks, underscores and a path before the name."""
-    return _plain(one) == _plain(other)
+    return _parts(one)[-1] == _parts(other)[-1]
 
 
-def _plain(name: str) -> str:
-    parts = [part for part in name.split("/") if part]
-    if len(parts) > 1 and parts[-1] == "value":  # OpenSim 4: /jointset/knee_r/knee_angle_r/value
-        parts = parts[:-1]
-    return re.sub(r"[\s_-]+", "", parts[-1] if parts else name).casefold()
+def called(wanted: str, names: Sequence[str]) -> list[int]:
+    """The indices of names that are the wanted one: exactly, else except for case, blanks, underscores and a path.
+
+    A path ends with the name, or goes on to what it is of (``/joint_states/hip/position``). Where paths lead to things
+    of that name in several places (``/setpoint/hip`` too), all are given, for which is meant is not known.
+    """
+    exact = [index for index, name in enumerate(names) if name == wanted]
+    plain = [_parts(name) for name in names]
+    last = _parts(wanted)
+    found = exact or [index for index, parts in enumerate(plain) if parts == last]
+    if found:
+        return found
+    places: dict[tuple[str, ...], list[int]] = {}
+    for index, parts in enumerate(plain):
+        ends = [end for end in range(len(last), len(parts) + 1) if parts[end - len(last) : end] == last]
+        if ends:
+            places.setdefault(parts[: ends[-1]], []).append(index)
+    # A joint may hold a coordinate of its own name (OpenSim: /jointset/hip/hip/value): the deepest is meant.
+    deepest = [
+        place for place in places if not any(other != place and other[: len(place)] == place for other in places)
+    ]
+    readings = [[k for k in places[place] if plain[k][len(place) :] in _READING] for place in deepest]
+    if len(deepest) == 1 or not any(readings):
+        return [k for own in readings for k in own]
+    return [k for place, own in zip(deepest, readings, strict=True) for k in own or places[place]]
+
+
+def _above(place: tuple[str, ...], other: tuple[str, ...]) -> bool:
+    return len(place) < len(other) and other[: len(place)] == place
+
+
+_READING = ((), ("value",), ("position",))  # after a joint's name in the paths of OpenSim 4 and of joint states
+
+
+def _parts(name: str) -> tuple[str, ...]:
+    """The parts of a path, of a plain name one, without case, blanks, underscores and dashes."""
+    parts = [re.sub(r"[\s_-]+", "", part).casefold() for part in name.split("/") if part]
+    return tuple(parts) or (name,)
 
 
 _SIDES = (("left", "right"), ("l", "r"))
