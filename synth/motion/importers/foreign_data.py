@@ -23,6 +23,7 @@ class Channels:
     states none; ``time`` (n,) s or None if the clock is one of the channels or missing; ``notes`` messages of the
     reader. ``inputs`` : further channels with clocks of their own, from the same zero; ``hint`` : why there are no
     commands among them. ``numbers`` : gives a channel's values by its index with all the file's digits, for clocks.
+    ``contents`` : what the file has, in messages, if that is more than the names.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Channels:
     inputs: tuple[Channels, ...] = ()
     hint: str = ""
     numbers: Callable[[int], Sequence[Any]] | None = None
+    contents: str = ""
 
     def has(self, wanted: str) -> bool:
         """Whether there is exactly one channel of that name."""
@@ -54,7 +56,7 @@ class Channels:
             several = ", ".join(self.names[index] for index in found)
             raise UserError(ColumnProblem(f'{what}: "{wanted}" is the name of several columns: {several}', self.name))
         hint = near(wanted, self.names)
-        hint = hint if hint.startswith("; did you mean") else f"; the file has {listed(self.names)}"
+        hint = hint if hint.startswith("; did you mean") else f"; the file has {self.contents or listed(self.names)}"
         raise UserError(ColumnProblem(f'{what}: there is no column "{wanted}"{hint}', self.name))
 
     def unit(self, index: int, stated: str | None, what: str, example: str) -> str:
