@@ -76,6 +76,13 @@ def test_a_table_in_utf_16_is_recognised(tmp_path: Path, encoding: str) -> None:
     np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
 
 
+def test_rows_of_separators_at_the_end_are_no_samples(tmp_path: Path) -> None:
+    """As spreadsheets leave them."""
+    text = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]").to_csv(index=False)
+    (tmp_path / "a.csv").write_text(text + ",,,\n,,,\n")
+    np.testing.assert_allclose(np.degrees(imported(tmp_path / "a.csv").angles), angles()[1], atol=1e-9)
+
+
 def test_a_row_of_units_under_the_names(tmp_path: Path) -> None:
     lines = table("t", "hip", "knee", "ankle").to_csv(index=False, sep="\t").splitlines()
     (tmp_path / "a.txt").write_text("\n".join([lines[0], "s\tdeg\tdeg\tdeg", *lines[1:]]))
