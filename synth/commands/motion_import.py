@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         project = _project(arguments)
         trials = _read(project, arguments.file)
     if arguments.dry_run:
-        _tell_read(trials, progress)
+        _tell_checked(project, trials, progress)
         progress.say(f"{arguments.file} is valid: {len(trials)} recordings")
         return 0
     with output_folder(arguments.out) as folder, progress.stage("writing"):
@@ -149,6 +149,20 @@ def _project(arguments: argparse.Namespace) -> ImportProject:
     commands = (CommandTopic(arguments.commands),) if arguments.commands else ()
     mapping = Mapping(frame_rate=rate, points=points, plane=both, topic=arguments.topic, commands=commands)
     return ImportProject(leg.name, leg, (ForeignFile(path, str(path)),), "auto", mapping, arguments.release or "cut")
+
+
+def _tell_checked(project: ImportProject, trials: list[ImportedTrial], progress: Progress) -> None:
+    """Write the import where nobody keeps it, since its trials are checked by reading them; tell what was read."""
+    from tempfile import TemporaryDirectory
+
+    from synth.motion.importers.import_result import write_import
+
+    with TemporaryDirectory(prefix="synth-import-") as made, progress.stage("checking"):
+        write_import(project, trials, Path(made))
+        written = (Path(made) / "import.json").read_text(encoding="utf-8")
+    if progress.as_json:
+        progress.document(written)
+    _tell_read(trials, progress)
 
 
 def _tell_read(trials: Sequence[ImportedTrial], progress: Progress) -> None:

@@ -173,6 +173,10 @@ def _fast(data: bytes, width: int) -> Array | None:
     body = data.partition(b"\n")[2]
     if not body.strip():
         return np.empty((0, width))
+    if body.startswith(b",") or b"\n," in body:
+        body = re.sub(rb"(?m)^[, \t]*\r?(?:\n|\Z)", b"", body)  # rows without a number, as ``line`` has them
+        if not body.strip():
+            return np.empty((0, width))
     if b",," in body or body.startswith(b",") or b"\n," in body or re.search(rb",\r?(\n|\Z)", body):
         body = re.sub(rb"(?m),(?=[,\r\n]|\Z)", b",nan", re.sub(rb"(?m)^(?=,)", b"nan", body))
     try:

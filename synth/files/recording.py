@@ -16,13 +16,12 @@ from synth.errors import Problem, UserError, did_you_mean
 from synth.files import drive_columns
 from synth.files.csv_table import CsvTable, in_si, read_table
 from synth.files.recordings_together import ANOTHER_UNIT, IN_CODE, IN_HEADER, clock_fault
-from synth.files.turns import unwrapped
+from synth.files.turns import WIDEST, unwrapped, usual_angle, widest
 from synth.swing.leg_model import Leg
 from synth.units import factor
 
 SHORTEST = 8  # samples; ``smooth`` needs seven
 HOLE = 4.5  # times the usual sample step, above which a known torque has a gap; as in ``motion.smoothing``
-WIDEST = radians(400)  # beyond any joint's travel; a joint that turns farther must state its range
 SUFFIXES = {" velocity": "rad/s", " torque": "N*m"}
 EXAMPLES = {"rad": "deg", "rad/s": "deg/s", "N*m": "N*m", "s": "s"}
 
@@ -225,8 +224,7 @@ def _angle_problems(columns: Columns, leg: Leg, angles: Array) -> list[Problem]:
     problems: list[Problem] = []
     for index, joint in enumerate(leg.joints):
         size = np.abs(angles[:, index])
-        # Stops yield and zeros are off by some degrees.
-        limit = max([WIDEST, *(abs(end) + radians(30) for end in joint.range or ())])
+        limit = widest(joint)
         if np.nanmax(size) > limit:
             row = int(np.nanargmax(size > limit))
             stated = joint.range if limit > WIDEST else None
@@ -292,7 +290,7 @@ def _radians_as_degrees(columns: Columns, leg: Leg, angles: Array) -> list[Probl
         return []
     if any(joint.range and _inside(angles[:, j], joint.range) for j, joint in enumerate(leg.joints)):
         return []
-    expected = np.array([_expected(leg, index) for index in range(len(leg.joints))])
+    expected = np.array([usual_angle(joint) for joint in leg.joints])
     as_degrees = _distance(np.nanmedian(angles, axis=0), expected)
     as_radians = _distance(np.nanmedian(numbers, axis=0), expected)
     if as_degrees < radians(60) or as_radians > as_degrees / 2:
@@ -309,13 +307,6 @@ def _radians_as_degrees(columns: Columns, leg: Leg, angles: Array) -> list[Probl
 def _inside(angle: Array, span: tuple[float, float]) -> bool:
     margin = radians(15)
     return bool(span[0] - margin <= np.nanmin(angle) and np.nanmax(angle) <= span[1] + margin)
-
-
-def _expected(leg: Leg, index: int) -> float:
-    joint = leg.joints[index]
-    if joint.range is not None:
-        return sum(joint.range) / 2
-    return joint.spring.free_angle if joint.spring is not None else joint.zero
 
 
 def _distance(angle: NDArray[np.float64], expected: NDArray[np.float64]) -> float:

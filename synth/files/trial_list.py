@@ -18,7 +18,7 @@ from synth.errors import Problem, UserError
 from synth.files.paths import matching
 from synth.files.recording import Recorded, read_recording
 from synth.files.recordings_together import check_together
-from synth.files.turns import turns_together
+from synth.files.turns import turns_together, usual_angle
 from synth.files.validate import FileModel, Quantity, check_part, gathering, near, raise_if_any, refusal
 from synth.files.yaml_lines import Document, Key
 from synth.swing.leg_model import Leg
@@ -198,8 +198,8 @@ def on_one_turn(trials: list[Trial], leg: Leg) -> list[Trial]:
     moved = np.zeros((len(trials), len(leg.joints)))
     for j, joint in enumerate(leg.joints):
         middles = [float(np.nanmedian(trial.angles[:, j])) for trial in trials]
-        reference = sum(joint.range) / 2 if joint.range else joint.spring.free_angle if joint.spring else joint.zero
-        moved[:, j] = turns_together(middles, [bool(trial.jumps) and trial.jumps[j] > 0 for trial in trials], reference)
+        jumped = [bool(trial.jumps) and trial.jumps[j] > 0 for trial in trials]
+        moved[:, j] = turns_together(middles, jumped, usual_angle(joint))
     made = [replace(trial, angles=trial.angles + by) for trial, by in zip(trials, moved, strict=True)]
     for trial in made:
         trial.angles.flags.writeable = False

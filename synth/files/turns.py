@@ -8,16 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import radians
 
 import numpy as np
 
 from synth.arrays import Array, Mask
+from synth.swing.leg_model import Joint
 
 TURN = 2.0 * np.pi  # rad
 ROOM = 2.0  # times the larger of the two steps on each side, which a step may be
 NOISE = np.radians(5.0)  # added to that: far above any encoder's noise, far below a turn
 RUN = 3  # wrong readings in a run, as in ``motion.smoothing``
 NEAR = 0.25  # of a turn from a whole one, up to which a step that is no jump is questioned
+WIDEST = radians(400)  # beyond any joint's travel; a joint that turns farther must state its range
+YIELDING = radians(30)  # beyond a stated range: stops yield and zeros are off by some degrees
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +50,30 @@ def unwrapped(angle: Array) -> Unwrapped:
     odd = (turns != 0.0) & (np.abs(step - turns * TURN) <= NEAR * TURN) & (np.abs(step) > usual * np.diff(known))
     odd &= ~_there_and_back(step, usual)
     return Unwrapped(result, int(jump.sum()), int(known[np.argmax(odd) + 1]) if odd.any() else None)
+
+
+def continued(direction: Array) -> Array:
+    """Directions (n,) rad, nan where missing, each on the turn nearest to the one before.
+
+    For angles of vectors, which are known within a turn only: any step is the one below half a turn. A reading of a
+    sensor may count its turns, and is ``unwrapped`` instead.
+    """
+    result = direction.copy()
+    known = np.isfinite(direction)
+    result[known] = np.unwrap(direction[known])
+    return result
+
+
+def usual_angle(joint: Joint) -> float:
+    """Where a joint is by its leg file, rad: the middle of its range, else its spring's free angle, else straight."""
+    if joint.range is not None:
+        return sum(joint.range) / 2
+    return joint.spring.free_angle if joint.spring is not None else joint.zero
+
+
+def widest(joint: Joint) -> float:
+    """The largest angle, rad, either way, that a recording of the joint may hold."""
+    return max([WIDEST, *(abs(end) + YIELDING for end in joint.range or ())])
 
 
 def _whole_and_usual(step: Array) -> tuple[Array, Array]:

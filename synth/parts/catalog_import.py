@@ -17,6 +17,7 @@ from synth.errors import Problem, UserError
 from synth.files.csv_rows import csv_rows
 from synth.files.names import NAME_LENGTH, title_fault
 from synth.files.paths import read_bytes
+from synth.files.validate import near
 from synth.parts.catalog_cells import allowed, currency_of, number_cell, scale_of, text_cell
 from synth.parts.catalog_table import MAX_BYTES, MAX_PROBLEMS
 from synth.parts.headers import standard
@@ -93,7 +94,7 @@ def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = No
     family, columns, unused = _matched(titles, mapping, name)
     if vendor is None and not any(column.field.name == "vendor" for column in columns):
         raise UserError(Problem("no column names the vendor; give it with --vendor NAME", name, line=1))
-    rows = _rows(lines[1:], columns, name, vendor or "")
+    rows = _rows(lines[1:], columns, len(titles), name, vendor or "")
     header = tuple(column.header for column in columns)
     header = header if "vendor" in header else (*header, "vendor")
     files = defaultdict[str, list[_SheetRow]](list)
@@ -119,15 +120,23 @@ class _SheetRow:
 
 
 def _rows(
-    lines: Sequence[tuple[int, list[str]]], columns: Sequence[_SheetColumn], name: str, vendor: str
+    lines: Sequence[tuple[int, list[str]]], columns: Sequence[_SheetColumn], width: int, name: str, vendor: str
 ) -> list[_SheetRow]:
-    """All rows; ``vendor``: of those that name none. UserError with every bad cell and every part that stands twice."""
+    """All rows; ``width``: cells of each; ``vendor``: of those that name none.
+
+    UserError with every bad cell and every part that stands twice.
+    """
     at = {column.field.name: k for k, column in enumerate(columns)}
     rows: list[_SheetRow] = []
     problems: list[Problem] = []
     seen: dict[tuple[str, str], int] = {}
+    made: list[str]
     for line, cells in lines:
-        made, bad = _made(cells, columns, name, line)
+        if len(cells) != width:  # they may be shifted, also by one that is empty
+            text = f"has {len(cells)} cells where the header has {width}; decimals take a point, and a cell with a "
+            made, bad = [], [Problem(text + "comma stands in quotes", name, line)]
+        else:
+            made, bad = _made(cells, columns, name, line)
         problems += bad
         if len(problems) > MAX_PROBLEMS:
             text = "more mistakes follow; the rest of the table was not read"
@@ -160,7 +169,7 @@ def _made(
     problems: list[Problem] = []
     for column in columns:
         try:
-            made.append(_cell(cells[column.index].strip() if column.index < len(cells) else "", column))
+            made.append(_cell(cells[column.index].strip(), column))
         except (ValueError, UserError) as error:
             problems.append(Problem(str(error), name, line, column.title))
     return made, problems
@@ -183,7 +192,7 @@ def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tu
         text = "is not a table of torsion springs or dampers: it needs a part number and two more known columns; "
         raise UserError(Problem(text + "identify them with --map 'THEIRS=OURS [unit]'", name, line=1))
     family, found, unused = best
-    problems: list[Problem] = []
+    problems = _unmapped(mapping, found, family, name)
     for k, column in enumerate(found):
         title = column.field.name if column.unit is None else f"{column.field.name} [{column.unit}]"
         try:
@@ -196,23 +205,42 @@ def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tu
     return family, found, unused
 
 
+def _unmapped(mapping: Mapping[str, str], found: Sequence[_SheetColumn], family: str, name: str) -> list[Problem]:
+    """What the user mapped, and no column came of it."""
+    used = {column.title.casefold() for column in found}
+    known = [item.name for item in FAMILIES[family].columns()]
+    problems = []
+    for theirs, ours in mapping.items():
+        if theirs.casefold() not in used:
+            bare = ours.partition("[")[0].strip()
+            twice = [
+                other
+                for other in mapping
+                if other.casefold() in used and mapping[other].partition("[")[0].strip() == bare
+            ]
+            text = f"{twice[0]} and {theirs} are both mapped to {bare}; keep one" if twice else ""
+            text = text or f'"{theirs}={ours}": {family.replace("_", " ")} have no column {bare}{near(bare, known)}'
+            problems.append(Problem(text, name, line=1, key="--map"))
+    return problems
+
+
 def _columns(
     titles: Sequence[str], mapped: Mapping[str, str], row: type[CatalogueRow]
 ) -> tuple[list[_SheetColumn], list[str]]:
+    """The columns of a family, and the other titles; the user's mapping comes before what a header is known as."""
     known = {item.name: item for item in row.columns()}
     columns: list[_SheetColumn] = []
-    unused = []
-    for index, title in enumerate(titles):
+    for index in sorted(range(len(titles)), key=lambda index: titles[index].casefold() not in mapped):
+        title = titles[index]
         ours = mapped.get(title.casefold()) or standard(title, frozenset(known))
         bare, _, unit = ours.partition("[")
         bare = bare.strip().casefold().replace(" ", "_")
         bare = "max_torque" if bare == "torque" and "max_torque" in known else bare
-        if bare not in known or any(column.field.name == bare for column in columns):
-            unused.append(title)
-            continue
-        item = known[bare]
-        columns.append(_SheetColumn(index, title, item, unit.rstrip("] ").strip() or None))
-    return columns, unused
+        if bare in known and not any(column.field.name == bare for column in columns):
+            columns.append(_SheetColumn(index, title, known[bare], unit.rstrip("] ").strip() or None))
+    columns.sort(key=lambda column: column.index)
+    used = {column.index for column in columns}
+    return columns, [title for index, title in enumerate(titles) if index not in used]
 
 
 def _cell(text: str, column: _SheetColumn) -> str:

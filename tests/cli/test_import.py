@@ -94,6 +94,14 @@ def test_imports_are_repeatable_and_a_dry_run_writes_nothing(project: Path) -> N
     assert not (project / "three").exists()
 
 
+def test_a_dry_run_as_json_is_the_run_s_own(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    documents = []
+    for end in (["--out", "out"], ["--dry-run"]):
+        assert main(["--quiet", "import", "import.yaml", *end, "--json"]) == 0
+        documents.append(json.loads(capsys.readouterr().out))
+    assert documents[0] == documents[1]
+
+
 def test_a_single_recording_is_imported(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["import", "videos/a.csv", "--leg", LEG, "--out", "out", "--points", "hip,knee,ankle,toe"]
     assert main([*words, "--frame-rate", "200 Hz", "--release", "keep"]) == 0
@@ -242,5 +250,6 @@ def test_angles_beyond_any_travel_are_refused_by_the_name_of_the_source(
     np.savetxt(project / "x.csv", table, delimiter=",", header="time (s),hip,knee,ankle", comments="")
     columns = ", ".join(f"{name}: {{column: {name}, unit: rad}}" for name in ("hip", "knee", "ankle"))
     (project / "x.yaml").write_text(f"kind: import\nleg: {LEG}\nfiles: [x.csv]\njoints: {{{columns}}}\nrelease: keep\n")
-    assert main(["--quiet", "import", "x.yaml", "--out", "out"]) == 2
-    assert "x.csv (as trials/x.csv)" in capsys.readouterr().err
+    for end in (["--out", "out"], ["--dry-run"]):
+        assert main(["--quiet", "import", "x.yaml", *end]) == 2
+        assert "x.csv (as trials/x.csv)" in capsys.readouterr().err

@@ -19,7 +19,7 @@ from synth.files.leg_file import read_leg
 from synth.files.mjcf import mjcf_text
 from synth.files.robot_xml import urdf_file
 from synth.files.robots.planar_chain import pick_leg
-from synth.files.robots.robot_project import read_robot, robot_leg
+from synth.files.robots.robot_project import read_robot, robot_leg, write_robot_project
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg
 
@@ -274,6 +274,46 @@ def test_joints_that_are_not_a_chain_are_refused(
 def test_a_file_that_is_not_a_robot_gives_one_message(text: str, words: str, tmp_path: Path) -> None:
     with pytest.raises(UserError, match=words):
         read_robot(written(tmp_path / "a.xml", text))
+
+
+SMALL_URDF = """<robot name="r"><link name="a"/><link name="b"><inertial><origin xyz="0 0 -.1"/><mass value=".2"/>
+<inertia ixx="1e-3" iyy="1e-3" izz="1e-4"/></inertial></link>
+<joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1"/><dynamics damping=".1" friction=".2"/></joint></robot>"""
+
+
+def test_links_of_a_simulators_extension_are_not_the_robot_s(tmp_path: Path) -> None:
+    text = SMALL_URDF.replace("</robot>", '<gazebo><plugin><link name="b"/></plugin></gazebo></robot>')
+    robot = read_robot(written(tmp_path / "a.urdf", text))
+    assert [body.mass for body in robot.bodies] == [0.0, 0.2]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("</robot>", '<link name="b"/></robot>', "link b: stands twice"),
+        (
+            "</robot>",
+            '<link name="c"/><joint name="j" type="fixed"><parent link="b"/><child link="c"/></joint></robot>',
+            "joint j: stands twice",
+        ),
+        ('ixx="1e-3" iyy="1e-3"', 'ixx="-1e-3" iyy="-1e-3"', "link b: has the principal moments of inertia -0.001, -0"),
+        ('damping=".1"', 'damping="-.1"', "joint j: has the damping -0.1 and the friction 0.2; neither"),
+        ('friction=".2"', 'friction="-.2"', "joint j: has the damping 0.1 and the friction -0.2; neither"),
+        ('lower="-1"', 'lower="2"', "joint j: has the limits 2 and 1; the lower one comes first"),
+    ],
+)
+def test_mistakes_of_a_urdf(old: str, new: str, words: str, tmp_path: Path) -> None:
+    assert old in SMALL_URDF
+    with pytest.raises(UserError, match=words):
+        read_robot(written(tmp_path / "a.urdf", SMALL_URDF.replace(old, new)))
+
+
+def test_a_leg_that_no_project_reads_is_refused(tmp_path: Path) -> None:
+    picked = pick_leg(read_robot(written(tmp_path / "a.urdf", SMALL_URDF)), ["j"])
+    bad = picked.leg.with_joints(j={"link": replace(picked.leg.joints[0].link, inertia=-1.0)})
+    with pytest.raises(UserError, match=r"a.urdf: joints.j.link.inertia: gives a leg that no project can use"):
+        write_robot_project("fit", replace(picked, leg=bad), "a.urdf", tmp_path / "p")
 
 
 @pytest.mark.parametrize("kind", ["fit", "gap", "leg"])

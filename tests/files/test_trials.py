@@ -74,10 +74,13 @@ def test_reads_degrees_into_radians(tmp_path: Path) -> None:
         ]),
         "\n" + csv_text() + "\n\n",
         csv_text(rows=[*ROWS[:5], "", *ROWS[5:]]),
+        csv_text(rows=[",,", *ROWS[:5], ",,", *ROWS[5:], ",,", ",,"]),
+        csv_text(rows=[*ROWS[:5], ", ,", *ROWS[5:]]),
         csv_text().rstrip("\n"),
     ],
     ids=["bom", "crlf", "quoted header", "quoted", "trailing commas", "row commas", "blanks", "order and units",
-         "blank lines", "blank within", "no last newline"],
+         "blank lines", "blank within", "rows of commas", "commas and blanks",
+         "no last newline"],
 )  # fmt: skip
 def test_spellings_of_the_same_file(tmp_path: Path, text: str) -> None:
     trial = one(tmp_path, text)
@@ -156,6 +159,8 @@ def changed(row: int, text: str) -> str:
         (changed(4, "0.02,94,146"), 6, "runs backwards: 0.03, then 0.02"),
         (changed(4, "0.03,94,146"), 6, "repeats"),
         (changed(4, ",94,146"), 6, "no time"),
+        (changed(4, ",,\n,94,146\n,,"), 7, "no time"),
+        (csv_text(rows=[",,"] * 9), None, "no rows"),
         (csv_text(rows=ROWS[:7]), None, "has 7 samples"),
         (csv_text(rows=[]), None, "no rows"),
         ("", None, "is empty"),

@@ -113,6 +113,27 @@ def test_every_bad_cell_of_a_vendor_s_table_is_named_in_its_own_words(tmp_path: 
     assert imported(tmp_path, "A1,5/64,0.75,,\n")["wire_diameter [mm]"] == "1.984375"
 
 
+@pytest.mark.parametrize("row", ["A2,0,08,0.75,10 %,", "A2,0.08,0.75", "A2,0.08,0.75,10 %,,6"])
+def test_a_row_of_another_length_than_the_header_is_refused(row: str, tmp_path: Path) -> None:
+    """An unquoted decimal comma shifts all cells after it."""
+    said = rf"table.csv:3: has {row.count(',') + 1} cells where the header has 5; decimals take a point"
+    with pytest.raises(UserError, match=said):
+        imported(tmp_path, f"A1,0.08,0.75,10 %,\n{row}\n")
+
+
+def test_a_mapping_comes_before_what_a_header_is_known_as(tmp_path: Path) -> None:
+    titles = "Coils,Measured wire"
+    row = imported(tmp_path, "A1,0.08,0.75,6,0.075\n", {"Measured wire": "wire_diameter [in]"}, titles)
+    assert float(row["wire_diameter [mm]"]) == pytest.approx(1.905)
+    with pytest.raises(
+        UserError, match=r'--map: "Measured wire=wire_dia \[in\]": torsion springs have no column wire_d'
+    ):
+        imported(tmp_path, "A1,0.08,0.75,6,0.075\n", {"Measured wire": "wire_dia [in]"}, titles)
+    both = {"Measured wire": "wire_diameter [in]", "Wire Dia. (in)": "wire_diameter [in]"}
+    with pytest.raises(UserError, match=r"--map: Wire Dia. \(in\) and Measured wire are both mapped to wire_diameter"):
+        imported(tmp_path, "A1,0.08,0.75,6,0.075\n", both, titles)
+
+
 def test_vendors_whose_names_give_one_file_share_it(tmp_path: Path) -> None:
     """The second one's rows took the place of the first one's."""
     path = tmp_path / "table.csv"

@@ -92,7 +92,8 @@ KEYS: dict[str, str] = {
     "import.joints": "Joint -> column that holds its angle.",
     "import.points": "The joints' points, proximal to distal, then the tip.",
     "import.individual": "Which animal or track, if the file has several.",
-    "import.likelihood": "Points less likely than this are missing.",
+    "import.likelihood": "Points less likely than this are missing. Left out: of DeepLabCut those below 0.6, of others "
+    "none, and a note says how many are below 0.6.",
     "import.plane": "Axes of space to the right and up, `[-y, z]` with signs; `[fit, z]`: the best-fitting plane.",
     "import.mirror": "Filmed from the other side.",
     "import.roll": "Counter-clockwise rotation of the picture as filmed, before `mirror`.",

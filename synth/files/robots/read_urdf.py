@@ -17,6 +17,7 @@ from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint
 
 LARGEST = 20_000_000  # bytes; meshes are files of their own
 GRAVITY = 9.81  # m/s^2; URDF leaves it to the simulator
+ROUNDING = 1e-3  # of the largest moment of inertia: what a file's digits leave of one that is 0
 KINDS: dict[str, Kind] = {
     "revolute": "hinge",
     "continuous": "hinge",
@@ -37,8 +38,9 @@ def read_urdf(path: Path) -> Robot:
     """
     root = _root(path)
     reader = _UrdfReader(path)
-    links = {link.get("name", ""): link for link in root.iter("link")}
+    links = reader.named(root.findall("link"))  # not those of simulators' extensions, deeper in the file
     joints = [item for item in root.findall("joint") if item.find("parent") is not None]
+    reader.named(joints)
     order = reader.ordered(links, joints)
     reader.finish()
     bodies: list[RobotBody] = []
@@ -98,6 +100,17 @@ class _UrdfReader:
     def finish(self) -> None:
         if self.problems:
             raise UserError(self.problems)
+
+    def named(self, elements: list[Element]) -> dict[str, Element]:
+        """Links or joints by name, of which each has its own."""
+        found: dict[str, Element] = {}
+        for item in elements:
+            name = item.get("name", "")
+            if name in found:
+                self.refuse("stands twice in the file; every link and every joint has a name of its own",
+                            f"{item.tag} {name}")  # fmt: skip
+            found[name] = item
+        return found
 
     def numbers(self, element: Element | None, name: str, default: str, key: str) -> Array:
         """An attribute with as many numbers as its default."""
@@ -163,6 +176,10 @@ class _UrdfReader:
         mass = self.number(None if inertial is None else inertial.find("mass"), "value", key)
         if mass < 0.0:
             self.refuse(f"has the mass {mass:g} kg", key)
+        moments = np.linalg.eigvalsh(inertia)
+        if moments[0] < -ROUNDING * np.abs(moments).max():
+            shown = ", ".join(f"{moment:.4g}" for moment in moments)
+            self.refuse(f"has the principal moments of inertia {shown} kg m^2; none may be negative", key)
         drawn = [item for tag in ("collision", "visual") for item in link.findall(tag)]
         shapes = tuple(self.shape(item, key).moved(place, turn) for item in drawn)
         return RobotBody(name, parent, turn, place, mass, place + turn @ own_place, inertia, shapes)
@@ -208,6 +225,11 @@ class _UrdfReader:
         span = None
         if joint.get("type") in ("revolute", "prismatic") and limit is not None:
             span = (self.number(limit, "lower", key), self.number(limit, "upper", key))
+            if span[0] > span[1]:
+                self.refuse(f"has the limits {span[0]:g} and {span[1]:g}; the lower one comes first", key)
+        damping, friction = (self.number(dynamics, item, key) for item in ("damping", "friction"))
+        if damping < 0.0 or friction < 0.0:
+            self.refuse(f"has the damping {damping:g} and the friction {friction:g}; neither may be negative", key)
         left_out = ("it mimics another joint, which is left out",) if joint.find("mimic") is not None else ()
         return RobotJoint(
             name,
@@ -215,8 +237,8 @@ class _UrdfReader:
             kind or "fixed",
             turn @ axis / (length or 1.0),
             place,
-            damping=self.number(dynamics, "damping", key),
-            friction=self.number(dynamics, "friction", key),
+            damping=damping,
+            friction=friction,
             range=span,
             left_out=left_out,
         )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from synth.errors import Problem, UserError
-from synth.files.leg_file import write_leg
+from synth.files.leg_file import read_leg, write_leg
 from synth.files.output import place, write_text
 from synth.files.paths import read_bytes
 from synth.files.robots.planar_chain import PickedLeg, pick_leg
@@ -52,9 +52,20 @@ def robot_leg(path: str | Path, chain: Sequence[str], plane: str | None = None, 
 
 
 def write_robot_project(kind: str, picked: PickedLeg, source: str, folder: Path) -> None:
-    """The leg, a project of that kind, and a README on missing recordings and omitted features."""
+    """The leg, a project of that kind, and a README on missing recordings and omitted features.
+
+    Raises
+    ------
+    UserError
+        If the robot's leg is none that a project reads.
+    """
     (folder / ("animal" if kind == "leg" else "trials")).mkdir(parents=True)
     write_leg(picked.leg, folder / LEG_FILE)
+    try:
+        read_leg(folder / LEG_FILE)
+    except UserError as error:
+        text = "gives a leg that no project can use:"
+        raise UserError([Problem(f"{text} {item.text}", source, key=item.key) for item in error.problems]) from None
     header = ",".join(["time [s]", *(f"{name} [rad]" for name in picked.leg.joint_names)])
     write_text(place(folder, f"{PROJECT_NAMES[kind]}.yaml"), _PROJECTS[kind](picked.leg, source))
     lost = "".join(f"- {text}\n" for text in picked.messages) or "- nothing\n"

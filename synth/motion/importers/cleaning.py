@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
+from synth.files.turns import TURN, Unwrapped, continued, unwrapped, usual_angle, widest
 from synth.motion.smoothing import lost_samples
-from synth.swing.leg_model import Leg
+from synth.swing.leg_model import Joint, Leg
 
-TURN = 2.0 * np.pi  # rad
 OUTSIDE = np.radians(5.0)  # beyond a joint's range, smallest reported value
+MOST_OUTSIDE = 0.5  # share of samples outside the range, above which the reading is another turn's
 # A lost frame makes a step of a whole number of usual ones to this share of one; by chance a share 2 WHOLE does.
 WHOLE, MOSTLY_WHOLE = 0.15, 0.65
 UNEVEN = 1.5  # median steps: a longer one is a gap in the recording
@@ -21,20 +23,51 @@ SHORTEST = 12  # samples needed by a fit
 
 @dataclass(frozen=True, eq=False)
 class Cleaned:
-    """Measured angles (n, n_joint) rad, nan where missing, and what was found."""
+    """Measured angles (n, n_joint) rad, nan where missing, what was found, and the whole turns of each joint."""
 
     angles: Array
     notes: tuple[str, ...]
+    turns: tuple[JointTurns, ...]
 
 
-def clean(time: Array, angles: Array, leg: Leg, name: str, *, arbitrary_turns: bool = False) -> Cleaned:
-    """Unwrap, and shift by whole turns to the leg file's convention.
+@dataclass(frozen=True)
+class JointTurns:
+    """One joint's angles without jumps, before they were shifted: median, least and largest, rad.
+
+    ``free`` : their whole turns are arbitrary, as of directions and wrapped readings; ``inside`` : most lie inside the
+    joint's stated range; ``shift`` : whole turns by which they were shifted.
+    """
+
+    middle: float
+    low: float
+    high: float
+    free: bool
+    inside: bool
+    shift: int = 0
+
+    @property
+    def settled(self) -> bool:
+        """Whether the file counts the turns, and as the leg file does."""
+        return self.inside and not self.free
+
+
+def clean(
+    time: Array,
+    angles: Array,
+    leg: Leg,
+    name: str,
+    *,
+    arbitrary_turns: bool = False,
+    turns: Sequence[int] | None = None,
+) -> Cleaned:
+    """Continue over jumps by whole turns, and shift by whole turns to the leg file's convention.
 
     Parameters
     ----------
     time : (n,) s.
     angles : (n, n_joint) rad, measured angles.
     arbitrary_turns : angles come from directions, whose whole turns are meaningless and not reported.
+    turns : whole turns to shift each joint by; None: as this recording alone would have them.
 
     Raises
     ------
@@ -42,22 +75,47 @@ def clean(time: Array, angles: Array, leg: Leg, name: str, *, arbitrary_turns: b
     """
     notes = [*_check_clock(time, name)]
     result = angles.copy()
+    found: list[JointTurns] = []
     for j, joint in enumerate(leg.joints):
-        known = np.flatnonzero(np.isfinite(angles[:, j]))
-        if len(known) < SHORTEST:
-            text = f"{len(known)} of {len(time)} samples remain for the {joint.name}; at least {SHORTEST} are needed"
+        known = np.isfinite(angles[:, j])
+        if known.sum() < SHORTEST:
+            text = f"{known.sum()} of {len(time)} samples remain for the {joint.name}; at least {SHORTEST} are needed"
             raise UserError(Problem(text, name))
-        whole = np.unwrap(angles[known, j])
-        # A microradian: above rounding, far below a turn.
-        jumps = int((np.abs(np.diff(whole) - np.diff(angles[known, j])) > 1e-6).sum())
-        middle = (joint.range[0] + joint.range[1]) / 2 if joint.range else joint.zero
-        turns = round((middle - float(np.median(whole))) / TURN)
-        result[known, j] = whole + turns * TURN
-        if jumps and not arbitrary_turns:
-            notes.append(f"{joint.name}: {jumps} jumps by a whole turn removed")
-        if turns and not arbitrary_turns:
-            notes.append(f"{joint.name}: shifted by {turns * 360:+d} deg to the leg file's convention")
-    return Cleaned(result, tuple(notes))
+        whole = Unwrapped(continued(angles[:, j]), 0, None) if arbitrary_turns else unwrapped(angles[:, j])
+        found.append(_turns_of(whole.angle[known], joint, free=arbitrary_turns or whole.jumps > 0))
+        shift = common_turns(joint, found[-1:])[0] if turns is None else turns[j]
+        found[-1] = replace(found[-1], shift=shift)
+        result[:, j] = whole.angle + shift * TURN
+        if whole.jumps:
+            notes.append(f"{joint.name}: {whole.jumps} jumps by a whole turn removed")
+        if shift and not arbitrary_turns:
+            notes.append(f"{joint.name}: shifted by {shift * 360:+d} deg to the leg file's convention")
+    return Cleaned(result, tuple(notes), tuple(found))
+
+
+def _turns_of(known: Array, joint: Joint, *, free: bool) -> JointTurns:
+    """What decides on the whole turns of one joint's angles (m,) rad."""
+    inside = joint.range is not None and _share_outside(known, joint.range) <= MOST_OUTSIDE
+    return JointTurns(float(np.median(known)), float(known.min()), float(known.max()), free, inside)
+
+
+def common_turns(joint: Joint, found: Sequence[JointTurns]) -> list[int]:
+    """Whole turns that bring recordings of one joint together, in the leg file's convention.
+
+    Readings inside the joint's stated range stay as they are. All others go to the turn nearest to these; where there
+    are none, to that of the first, which lies inside or goes to the turn nearest to the joint's usual angle. A shift
+    that the reader of trials would refuse is none: its message then tells the angles of the file.
+    """
+    settled = [each.middle for each in found if each.settled]
+    inside = [each.middle for each in found if each.inside]
+    alone = found[0].middle + TURN * round((usual_angle(joint) - found[0].middle) / TURN)
+    first = float(np.median(settled)) if settled else [*inside, alone][0]
+    turns = [0 if each.settled else round((first - each.middle) / TURN) for each in found]
+    limit = widest(joint)
+    return [
+        0 if max(abs(each.low + k * TURN), abs(each.high + k * TURN)) > limit else k
+        for each, k in zip(found, turns, strict=True)
+    ]
 
 
 def remarks(time: Array, angles: Array, leg: Leg) -> list[str]:
@@ -127,7 +185,7 @@ def _range_notes(angles: Array, leg: Leg) -> list[str]:
         low, high = np.degrees(joint.range)
         text = f"{joint.name}: {outside:.0%} of the samples lie outside its range [{low:g}, {high:g}] deg"
         mirrored = 2.0 * joint.zero - known
-        mirrored += TURN * np.round((sum(joint.range) / 2 - float(np.median(mirrored))) / TURN)
+        mirrored += TURN * np.round((usual_angle(joint) - float(np.median(mirrored))) / TURN)
         # Most samples outside, and nearly all inside with the other sign.
         if outside > 0.5 and _share_outside(mirrored, joint.range) < 0.1:
             text += "; with the other sign they would be inside: is the sign (or the camera's side) wrong?"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -11,10 +12,11 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import JointColumn, Mapping
-from synth.files.log_clock import LogClock, log_clock
-from synth.motion.importers.cleaning import SHORTEST, clean, remarks
+from synth.files.log_clock import LogClock
+from synth.motion.importers.channel_clock import channel_clock
+from synth.motion.importers.cleaning import SHORTEST, JointTurns, clean, remarks
 from synth.motion.importers.drive_inputs import DriveInput, drive_inputs, within
-from synth.motion.importers.foreign_data import Channels, ColumnProblem, Markers, listed, other_side, same_name
+from synth.motion.importers.foreign_data import Channels, Markers, listed, other_side
 from synth.motion.importers.points import Tracked, track
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
 from synth.motion.importers.swaps import exchanged, restored, swap_notes
@@ -23,7 +25,6 @@ from synth.swing.leg_model import Joint, Leg
 from synth.units import factor
 
 Cut = Literal["cut", "free", "keep"]
-CLOCKS = ("time", "t", "timestamp")
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +35,7 @@ class Imported:
     n_joint) rad, measured, nan if missing. ``total`` samples in the file, ``began`` s its first; ``release`` as
     detected at its start, None if not searched; ``notes`` messages on everything detected, repaired or cut.
     ``tracked``: the points of the angles, for marker files, on the same samples. ``inputs`` : of the leg's drives, over
-    the same time.
+    the same time. ``turns`` : whole turns of each joint.
     """
 
     format: str
@@ -46,6 +47,7 @@ class Imported:
     tracked: Tracked | None
     began: float = 0.0
     inputs: tuple[DriveInput, ...] = ()
+    turns: tuple[JointTurns, ...] = ()
 
     @property
     def driven(self) -> float | None:
@@ -81,6 +83,7 @@ def import_file(
     form: str = "auto",
     cut: Cut = "cut",
     window: tuple[float, float] | None = None,
+    turns: Sequence[int] | None = None,
 ) -> Imported:
     """Read one file as a recording of ``leg``.
 
@@ -89,6 +92,7 @@ def import_file(
     form : the format, or ``auto``.
     cut : ``cut`` to the release, ``free`` also to the end of the driven part, ``keep`` everything.
     window : s on the file's clock, chosen manually; disables the search.
+    turns : whole turns to shift each joint by, as in ``clean``.
 
     Raises
     ------
@@ -106,7 +110,7 @@ def import_file(
         clock, angles, notes = _angles(source, leg, mapping)
         source = _beside(source, clock)
     time = clock.time
-    cleaned = clean(time, angles, leg, name, arbitrary_turns=tracked is not None)
+    cleaned = clean(time, angles, leg, name, arbitrary_turns=tracked is not None, turns=turns)
     notes += cleaned.notes
     moved = any(joint.drive is not None for joint in leg.joints)
     if moved and cut == "free":
@@ -131,9 +135,9 @@ def import_file(
     if tracked is not None:
         own = replace(clock, time=time[kept])
         tracked = Tracked(own, tracked.rotation[kept], tracked.points[kept], tracked.scale, tracked.notes)
-    texts, began = tuple(notes), float(time[0])
+    angles, texts, began = cleaned.angles[kept], tuple(notes), float(time[0])
     return Imported(
-        found_form.name, time[kept], cleaned.angles[kept], len(time), release, texts, tracked, began, inputs
+        found_form.name, time[kept], angles, len(time), release, texts, tracked, began, inputs, cleaned.turns
     )
 
 
@@ -183,7 +187,7 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[LogClock, Arr
     columns: list[Array] = []
     clock, no_clock = LogClock(np.full(len(source.values), np.nan)), []
     try:
-        clock = _clock(source, mapping)
+        clock = channel_clock(source, mapping, notes)
     except UserError as error:
         no_clock = list(error.problems)
     for joint in leg.joints:
@@ -200,7 +204,9 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[LogClock, Arr
 def _angle(source: Channels, joint: Joint, column: JointColumn, time: Array, notes: list[str]) -> Array:
     """One joint's measured angle (n,) rad; ``time`` (n,) s is for the notes."""
     index = source.find(column.column, joint.name)
-    unit = _unit(source, index, column.unit, joint.name, "deg")
+    if "/" in source.names[index] and source.names[index] != column.column:
+        notes.append(f"{joint.name}: from {source.names[index]}")
+    unit = source.unit(index, column.unit, joint.name, "deg")
     value = source.values[:, index : index + 1]
     other = other_side(source.names[index], source.names)
     if other is not None:
@@ -213,45 +219,6 @@ def _angle(source: Channels, joint: Joint, column: JointColumn, time: Array, not
     zero = joint.zero if column.zero is None else column.zero
     sign = joint.sign if column.sign is None else column.sign
     return np.asarray(joint.zero + joint.sign * sign * (angle - zero))
-
-
-def _unit(source: Channels, index: int, stated: str | None, what: str, example: str) -> str:
-    """The unit of a column: the file's own, or the project's if the file states none."""
-    own, title = source.units[index], source.names[index]
-    if stated is not None and own and abs(factor(stated, own) - 1.0) > 1e-12:
-        place = "the header's inDegrees" if source.units_fixed else "the file"
-        text = f'{what}: {place} says that "{title}" is in {own}, the project says {stated}; leave `unit` out'
-        raise UserError(Problem(text, source.name))
-    unit = own or stated
-    if not unit:
-        text = f'{what}: the file does not state the unit of "{title}"; write {{column: {title}, unit: {example}}}'
-        raise UserError(ColumnProblem(text, source.name))
-    canonical = "s" if example == "s" else "rad"
-    try:
-        factor(unit, canonical)
-    except UserError as error:
-        raise UserError(Problem(f"{what}: {error.problems[0].text}", source.name)) from None
-    return unit
-
-
-def _clock(source: Channels, mapping: Mapping) -> LogClock:
-    """From the file, its clock's column, or the frame rate."""
-    if source.time is not None:
-        return log_clock(source.time, 1.0)
-    if mapping.time is not None:
-        index = source.find(mapping.time, "time")
-    elif mapping.frame_rate is not None:
-        return LogClock(np.arange(len(source.values)) / mapping.frame_rate)
-    else:
-        found = [k for k, name in enumerate(source.names) if any(same_name(name, clock) for clock in CLOCKS)]
-        if len(found) != 1:
-            text = "say which column is the clock, time: {column: NAME, unit: s}, or the rate, frame_rate: 250 Hz"
-            raise UserError(ColumnProblem(f"{text}; the file has {listed(source.names)}", source.name))
-        index = found[0]
-    unit = _unit(source, index, mapping.time_unit, "time", "s")
-    numbers = source.numbers
-    exact = None if numbers is None else lambda: numbers(index)
-    return log_clock(source.values[:, index], factor(unit, "s"), exact)
 
 
 def _release(time: Array, angles: Array, leg: Leg, notes: list[str]) -> Release | None:

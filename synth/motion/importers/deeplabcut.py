@@ -18,10 +18,10 @@ from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.files.validate import near
 from synth.motion.importers.foreign_data import Markers, listed
+from synth.motion.importers.likelihood import USUAL, without_unlikely
 from synth.motion.importers.registry import loader, text_start, utf8
 
 SIZE_LIMIT = 400_000_000  # bytes: an hour at 200 Hz of 30 points
-LIKELIHOOD = 0.6  # DeepLabCut's own `pcutoff`
 LEVELS = ("scorer", "individuals", "bodyparts", "coords")
 
 
@@ -63,17 +63,13 @@ def markers_of(header: dict[str, list[str]], frames: Array, values: Array, mappi
     """
     chosen = _individual(header, mapping.individual, name)
     columns = _columns(header, chosen, name)
-    least = LIKELIHOOD if mapping.likelihood is None else mapping.likelihood
-    positions = np.full((len(frames), len(columns), 2), np.nan)
-    unlikely = 0
-    for index, places in enumerate(columns.values()):
-        xy = values[:, [places["x"], places["y"]]]
-        doubtful = ~(values[:, places["likelihood"]] >= least)
-        unlikely += int((doubtful & np.isfinite(xy).all(axis=1)).sum())
-        positions[:, index] = np.where(doubtful[:, None], np.nan, xy)
+    xy = [[places["x"], places["y"]] for places in columns.values()]
+    positions = values[:, xy].reshape(len(frames), len(columns), 2)
+    scores = values[:, [places["likelihood"] for places in columns.values()]]
+    least = USUAL if mapping.likelihood is None else mapping.likelihood
+    notes = without_unlikely(positions, scores, least, "likelihood", name)
     positions[..., 1] *= -1.0  # pixels count downward
-    notes = [f"the likelihood of {unlikely} points (all body parts) is below {least:g}: taken as missing"]
-    return Markers(name, tuple(columns), positions, frames, None, "pixel", tuple(notes if unlikely else ()))
+    return Markers(name, tuple(columns), positions, frames, None, "pixel", notes)
 
 
 def _individual(header: dict[str, list[str]], wanted: str | None, name: str) -> str | None:

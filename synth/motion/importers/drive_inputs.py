@@ -12,7 +12,7 @@ from synth.arrays import Array
 from synth.drives.servo import Servo, TorqueDrive
 from synth.errors import Problem, UserError
 from synth.files.import_project import DRIVEN, InputColumn, JointColumn, Mapping
-from synth.motion.importers.cleaning import TURN
+from synth.files.turns import TURN
 from synth.motion.importers.command_turns import Turned, same_turn
 from synth.motion.importers.foreign_data import Channels, ColumnProblem, listed
 from synth.swing.leg_model import Joint, Leg

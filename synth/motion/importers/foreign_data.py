@@ -10,6 +10,7 @@ from typing import Any
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.validate import near
+from synth.units import factor
 
 SHOWN = 40  # names in a message: all points of most trackers
 
@@ -22,6 +23,7 @@ class Channels:
     states none; ``time`` (n,) s or None if the clock is one of the channels or missing; ``notes`` messages of the
     reader. ``inputs`` : further channels with clocks of their own, from the same zero; ``hint`` : why there are no
     commands among them. ``numbers`` : gives a channel's values by its index with all the file's digits, for clocks.
+    ``contents`` : what the file has, in messages, if that is more than the names.
     """
 
     name: str
@@ -34,10 +36,11 @@ class Channels:
     inputs: tuple[Channels, ...] = ()
     hint: str = ""
     numbers: Callable[[int], Sequence[Any]] | None = None
+    contents: str = ""
 
     def has(self, wanted: str) -> bool:
         """Whether there is exactly one channel of that name."""
-        return sum(same_name(name, wanted) for name in self.names) == 1
+        return len(called(wanted, self.names)) == 1
 
     def find(self, wanted: str, what: str) -> int:
         """The index of a channel.
@@ -46,16 +49,36 @@ class Channels:
         ------
         UserError : there is none, or several; the message lists the names.
         """
-        exact = [index for index, name in enumerate(self.names) if name == wanted]
-        found = exact or [index for index, name in enumerate(self.names) if same_name(name, wanted)]
+        found = called(wanted, self.names)
         if len(found) == 1:
             return found[0]
         if found:
             several = ", ".join(self.names[index] for index in found)
-            raise UserError(Problem(f'{what}: "{wanted}" is the name of several columns: {several}', self.name))
+            raise UserError(ColumnProblem(f'{what}: "{wanted}" is the name of several columns: {several}', self.name))
         hint = near(wanted, self.names)
-        hint = hint if hint.startswith("; did you mean") else f"; the file has {listed(self.names)}"
+        hint = hint if hint.startswith("; did you mean") else f"; the file has {self.contents or listed(self.names)}"
         raise UserError(ColumnProblem(f'{what}: there is no column "{wanted}"{hint}', self.name))
+
+    def unit(self, index: int, stated: str | None, what: str, example: str) -> str:
+        """The unit of a channel: the file's own, or the project's if the file states none.
+
+        ``what`` : the channel is for, in messages; ``example`` : a unit that would do, ``s`` for a clock.
+        """
+        own, title = self.units[index], self.names[index]
+        if stated is not None and own and abs(factor(stated, own) - 1.0) > 1e-12:
+            place = "the header's inDegrees" if self.units_fixed else "the file"
+            text = f'{what}: {place} says that "{title}" is in {own}, the project says {stated}; leave `unit` out'
+            raise UserError(Problem(text, self.name))
+        unit = own or stated
+        if not unit:
+            text = f'{what}: the file does not state the unit of "{title}"; write {{column: {title}, unit: {example}}}'
+            raise UserError(ColumnProblem(text, self.name))
+        canonical = "s" if example == "s" else "rad"
+        try:
+            factor(unit, canonical)
+        except UserError as error:
+            raise UserError(Problem(f"{what}: {error.problems[0].text}", self.name)) from None
+        return unit
 
 
 @dataclass(frozen=True)
@@ -84,8 +107,7 @@ class Markers:
 
     def find(self, wanted: str) -> int:
         """The index of a point; raises UserError with the existing points."""
-        exact = [index for index, name in enumerate(self.names) if name == wanted]
-        found = exact or [index for index, name in enumerate(self.names) if same_name(name, wanted)]
+        found = called(wanted, self.names)
         if len(found) == 1:
             return found[0]
         hint = near(wanted, self.names)
@@ -104,14 +126,47 @@ def listed(names: Iterable[str]) -> str:
 
 def same_name(one: str, other: str) -> bool:
     """Equal except for case, blanks, underscores and a path before the name."""
-    return _plain(one) == _plain(other)
+    return _parts(one)[-1] == _parts(other)[-1]
 
 
-def _plain(name: str) -> str:
-    parts = [part for part in name.split("/") if part]
-    if len(parts) > 1 and parts[-1] == "value":  # OpenSim 4: /jointset/knee_r/knee_angle_r/value
-        parts = parts[:-1]
-    return re.sub(r"[\s_-]+", "", parts[-1] if parts else name).casefold()
+def called(wanted: str, names: Sequence[str]) -> list[int]:
+    """The indices of names that are the wanted one: exactly, else except for case, blanks, underscores and a path.
+
+    A path ends with the name, or goes on to what it is of (``/joint_states/hip/position``). Where paths lead to things
+    of that name in several places (``/setpoint/hip`` too), all are given, for which is meant is not known.
+    """
+    exact = [index for index, name in enumerate(names) if name == wanted]
+    plain = [_parts(name) for name in names]
+    last = _parts(wanted)
+    found = exact or [index for index, parts in enumerate(plain) if parts == last]
+    if found:
+        return found
+    places: dict[tuple[str, ...], list[int]] = {}
+    for index, parts in enumerate(plain):
+        ends = [end for end in range(len(last), len(parts) + 1) if parts[end - len(last) : end] == last]
+        if ends:
+            places.setdefault(parts[: ends[-1]], []).append(index)
+    # A joint may hold a coordinate of its own name (OpenSim: /jointset/hip/hip/value): the deepest is meant.
+    deepest = [
+        place for place in places if not any(other != place and other[: len(place)] == place for other in places)
+    ]
+    readings = [[k for k in places[place] if plain[k][len(place) :] in _READING] for place in deepest]
+    if len(deepest) == 1 or not any(readings):
+        return [k for own in readings for k in own]
+    return [k for place, own in zip(deepest, readings, strict=True) for k in own or places[place]]
+
+
+def _above(place: tuple[str, ...], other: tuple[str, ...]) -> bool:
+    return len(place) < len(other) and other[: len(place)] == place
+
+
+_READING = ((), ("value",), ("position",))  # after a joint's name in the paths of OpenSim 4 and of joint states
+
+
+def _parts(name: str) -> tuple[str, ...]:
+    """The parts of a path, of a plain name one, without case, blanks, underscores and dashes."""
+    parts = [re.sub(r"[\s_-]+", "", part).casefold() for part in name.split("/") if part]
+    return tuple(parts) or (name,)
 
 
 _SIDES = (("left", "right"), ("l", "r"))

@@ -16,6 +16,7 @@ from synth.files.csv_rows import csv_rows
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.motion.importers.foreign_data import Markers
+from synth.motion.importers.likelihood import without_unlikely
 from synth.motion.importers.registry import loader, text_start, utf8
 
 SIZE_LIMIT = 400_000_000  # bytes; the whole file is read into memory
@@ -40,21 +41,23 @@ def read_anipose(path: Path, mapping: Mapping, name: str) -> Markers:
     """
     rows = [row for _, row in csv_rows(utf8(read_bytes(path, SIZE_LIMIT, "cut the video")), name) if row]
     head = [cell.strip() for cell in rows[0]]
+    if any(len(row) != len(head) for row in rows):
+        raise UserError(Problem("has rows that differ in length from the header", name))
     try:
         values = np.array([[float(cell) if cell.strip() else np.nan for cell in row] for row in rows[1:]])
     except ValueError as error:
         raise UserError(Problem(f"has a cell that is not a number: {error}", name)) from None
-    if values.ndim != 2 or values.shape[1] != len(head):
-        raise UserError(Problem("has rows that differ in length from the header", name))
+    if len(values) < 2:
+        raise UserError(Problem("has no frames below its header", name))
     parts = list(dict.fromkeys(match[1] for cell in head if (match := _COLUMN.fullmatch(cell)) and match[2] == "x"))
+    missing = [f"{part}_{axis}" for part in parts for axis in "xyz" if f"{part}_{axis}" not in head]
+    if missing:
+        raise UserError(Problem(f"has no column {missing[0]}: a point in space has x, y and z", name, 1))
     positions = np.stack([values[:, [head.index(f"{part}_{axis}") for axis in "xyz"]] for part in parts], axis=1)
-    notes = []
-    if mapping.likelihood is not None:
-        scores = np.stack([values[:, head.index(f"{part}_score")] for part in parts], axis=1)
-        doubtful = ~(scores >= mapping.likelihood) & np.isfinite(positions).all(axis=2)
-        positions[doubtful] = np.nan
-        notes = [f"the score of {int(doubtful.sum())} points is below {mapping.likelihood:g}: taken as missing"]
+    scored = [head.index(f"{part}_score") for part in parts if f"{part}_score" in head]
+    scores = values[:, scored] if len(scored) == len(parts) else None
+    notes = without_unlikely(positions, scores, mapping.likelihood, "score", name)
     frames = values[:, head.index("fnum")] if "fnum" in head else np.arange(len(values), dtype=float)
     if not np.isfinite(frames).all() or (np.diff(frames) <= 0).any():
         raise UserError(Problem("has frames without a number, or not in order", name))
-    return Markers(name, tuple(parts), positions, frames, None, "", tuple(notes), up=UP)
+    return Markers(name, tuple(parts), positions, frames, None, "", notes, up=UP)

@@ -15,7 +15,7 @@ from synth.motion.importers.child import read_in_child
 from synth.motion.importers.deeplabcut import LEVELS, markers_of
 from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.plain_pickle import plain_values
-from synth.motion.importers.registry import HDF5, loader
+from synth.motion.importers.registry import HDF5, hdf5_names, loader
 
 _READ = """
 import h5py
@@ -35,10 +35,7 @@ with h5py.File(path, "r") as file:
 
 def is_deeplabcut_h5(start: bytes, path: Path) -> bool:
     """Whether an HDF5 file contains a table in pandas' format with DeepLabCut's column level ``coords``."""
-    if not start.startswith(HDF5):
-        return False
-    data = path.read_bytes()[:20_000_000]
-    return b"pandas_type" in data and b"likelihood" in data and b"values_block_0" in data
+    return start.startswith(HDF5) and hdf5_names(path, b"pandas_type", b"likelihood", b"values_block_0")
 
 
 @loader(
@@ -63,7 +60,8 @@ def read_deeplabcut_h5(path: Path, mapping: Mapping, name: str) -> Markers:
     except (ValueError, IndexError, TypeError) as error:
         text = f"has column names that cannot be read ({error}); write it as CSV: analyze_videos(..., save_as_csv=True)"
         raise UserError(Problem(text, name)) from None
-    levels = LEVELS if len(columns[0]) == len(LEVELS) else tuple(level for level in LEVELS if level != "individuals")
+    width = len(columns[0]) if columns else 0
+    levels = LEVELS if width == len(LEVELS) else tuple(level for level in LEVELS if level != "individuals")
     if len(columns) != content["values"].shape[1] or any(len(column) != len(levels) for column in columns):
         raise UserError(Problem("has a table that DeepLabCut does not write", name))
     header = {level: [column[k] for column in columns] for k, level in enumerate(levels)}

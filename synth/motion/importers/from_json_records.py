@@ -9,6 +9,7 @@ Duclusaud et al., arXiv 2410.08650: ``{"mass": 0.5, "kp": 100, "entries": [{"tim
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping as Dictionary
 from decimal import Decimal
 from pathlib import Path
@@ -25,6 +26,8 @@ from synth.motion.importers.plain_csv import SIZE_LIMIT, title_and_unit
 from synth.motion.importers.registry import loader, text_start, utf8
 
 DEEPEST = 8  # levels of nested records; logs nest two or three
+LONGEST = 4_000  # digits of a whole number; Python reads 4300
+_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 SHOWN = 12  # values in the note on the settings of the run
 
 
@@ -79,17 +82,32 @@ def _content(path: Path, name: str) -> Any:
         text = utf8(read_bytes(path, SIZE_LIMIT, "thin it")).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise UserError(Problem("is not text", name)) from None
+    hook = _printable if _SURROGATE.search(text) else None
     try:
-        return json.loads(text)
+        return json.loads(text, parse_int=_whole, object_pairs_hook=hook)
     except RecursionError:
         raise UserError(Problem("is nested too deeply", name)) from None
     except json.JSONDecodeError as error:
         first = error
     lines = [line for line in text.splitlines() if line.strip()]
     try:
-        return [json.loads(line) for line in lines]
+        return [json.loads(line, parse_int=_whole, object_pairs_hook=hook) for line in lines]
     except (json.JSONDecodeError, RecursionError):
         raise UserError(Problem(f"is damaged JSON: {first.msg}", name, first.lineno)) from None
+
+
+def _whole(digits: str) -> float:
+    """A whole number; one that Python does not turn into a number is beyond all others, as 1e999 is."""
+    return int(digits) if len(digits) <= LONGEST else float(digits)
+
+
+def _printable(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object without halves of surrogate pairs, which no text that is written may hold."""
+    return {_escaped(key): _escaped(value) if isinstance(value, str) else value for key, value in pairs}
+
+
+def _escaped(text: str) -> str:
+    return text.encode("utf-8", "backslashreplace").decode()
 
 
 def _within(content: dict[str, Any], notes: list[str], name: str) -> list[Any]:

@@ -16,7 +16,8 @@ from synth.files.import_project import Mapping
 from synth.files.validate import near
 from synth.motion.importers.child import read_in_child
 from synth.motion.importers.foreign_data import Markers, listed
-from synth.motion.importers.registry import HDF5, loader
+from synth.motion.importers.likelihood import without_unlikely
+from synth.motion.importers.registry import HDF5, hdf5_names, loader
 
 _ANALYSIS = """
 import h5py
@@ -40,17 +41,12 @@ arrays = {"points": numpy.asarray(points, dtype=float), "videos": float(len(labe
 
 def is_sleap_analysis(start: bytes, path: Path) -> bool:
     """Whether an HDF5 file has the datasets of SLEAP's analysis export."""
-    return start.startswith(HDF5) and _names(path, b"track_occupancy", b"node_names")
+    return start.startswith(HDF5) and hdf5_names(path, b"track_occupancy", b"node_names")
 
 
 def is_slp(start: bytes, path: Path) -> bool:
     """Whether an HDF5 file has the datasets of a SLEAP project."""
-    return start.startswith(HDF5) and _names(path, b"pred_points", b"instances", b"tracks_json")
-
-
-def _names(path: Path, *words: bytes) -> bool:
-    data = path.read_bytes()[:20_000_000]
-    return all(word in data for word in words)
+    return start.startswith(HDF5) and hdf5_names(path, b"pred_points", b"instances", b"tracks_json")
 
 
 @loader("sleap-analysis", "SLEAP analysis HDF5", is_sleap_analysis, "points",
@@ -94,11 +90,9 @@ def _markers(points: Any, nodes: list[str], tracks: list[str], mapping: Mapping,
     if not seen and wanted is None:
         raise UserError(Problem("contains no visible point", name))
     chosen = points[:, names.index(wanted) if wanted is not None else seen[0]]
-    positions, notes = chosen[..., :2].copy(), list[str]()
-    if chosen.shape[-1] == 3 and mapping.likelihood is not None:
-        doubtful = ~(chosen[..., 2] >= mapping.likelihood) & np.isfinite(positions).all(axis=2)
-        positions[doubtful] = np.nan
-        notes = [f"the score of {int(doubtful.sum())} points is below {mapping.likelihood:g}: taken as missing"]
+    positions = chosen[..., :2].copy()
+    scores = chosen[..., 2] if chosen.shape[-1] == 3 else None
+    notes = without_unlikely(positions, scores, mapping.likelihood, "score", name)
     positions[..., 1] *= -1.0  # pixels count downward
     frames = np.arange(len(positions), dtype=float)
-    return Markers(name, tuple(nodes), positions, frames, None, "pixel", tuple(notes))
+    return Markers(name, tuple(nodes), positions, frames, None, "pixel", notes)

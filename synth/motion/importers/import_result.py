@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from synth.files.leg_file import write_leg
 from synth.files.names import written_name
 from synth.files.output import place, sha256_file, write_csv, write_json, write_text
 from synth.files.validate import gathering, raise_if_any
-from synth.motion.importers.cleaning import SHORTEST
+from synth.motion.importers.cleaning import SHORTEST, common_turns
 from synth.motion.importers.convert import Imported, import_file
 from synth.motion.importers.drive_inputs import merged
 from synth.motion.release import free_after
@@ -51,18 +52,36 @@ def read_files(project: ImportProject) -> list[ImportedTrial]:
     targets = _targets(project.files)
     for file, target in zip(project.files, targets, strict=True):
         with gathering(problems):
-            imported = import_file(
-                file.path,
-                project.leg,
-                project.mapping,
-                name=file.name,
-                form=project.format,
-                cut=project.release,
-                window=file.window,
-            )
-            trials.append(ImportedTrial(file, target, imported))
+            trials.append(ImportedTrial(file, target, _imported(project, file, None)))
     raise_if_any(problems)
+    trials = _on_one_turn(project, trials)
     return _without_hand(trials) if project.release == "free" else trials
+
+
+def _imported(project: ImportProject, file: ForeignFile, turns: Sequence[int] | None) -> Imported:
+    return import_file(
+        file.path,
+        project.leg,
+        project.mapping,
+        name=file.name,
+        form=project.format,
+        cut=project.release,
+        window=file.window,
+        turns=turns,
+    )
+
+
+def _on_one_turn(project: ImportProject, trials: list[ImportedTrial]) -> list[ImportedTrial]:
+    """The recordings on whole turns that they have in common; one that alone had others is read again with these."""
+    columns = [
+        common_turns(joint, [trial.imported.turns[j] for trial in trials]) for j, joint in enumerate(project.leg.joints)
+    ]
+    made = []
+    for trial, turns in zip(trials, zip(*columns, strict=True), strict=True):
+        alone = tuple(each.shift for each in trial.imported.turns)
+        again = trial if alone == turns else replace(trial, imported=_imported(project, trial.source, turns))
+        made.append(again)
+    return made
 
 
 def _without_hand(trials: list[ImportedTrial]) -> list[ImportedTrial]:

@@ -8,6 +8,7 @@ file, so it runs in a separate process.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +60,7 @@ def is_matlab(start: bytes, path: Path) -> bool:
 
 @loader("matlab", "MATLAB .mat", is_matlab, "channels")
 def read_matlab(path: Path, mapping: Mapping, name: str) -> Channels:
-    """The columns named by ``mapping``, one after another.
+    """The columns named by ``mapping``, one after another, and all rows and columns of their length.
 
     Raises
     ------
@@ -72,27 +73,50 @@ def read_matlab(path: Path, mapping: Mapping, name: str) -> Channels:
     flat = read_in_child(_READ, path, name, "MAT")
     others = dict(zip(flat.pop(_NAMES).tolist(), flat.pop(_KINDS).tolist(), strict=True))
     variables: dict[str, Any] = {**flat, **others}
-    wanted = [column.column for column in mapping.joints.values()]
-    wanted += [mapping.time] if mapping.time else []
+    wanted = _wanted(mapping)
     notes: list[str] = []
-    picked = [_column(variables, expression, name) for expression in dict.fromkeys(wanted)]
-    columns = [
-        _real(column, expression, notes) for column, expression in zip(picked, dict.fromkeys(wanted), strict=True)
-    ]
+    picked = [_column(variables, expression, name) for expression in wanted]
+    columns = [_real(column, expression, notes) for column, expression in zip(picked, wanted, strict=True)]
     lengths = {len(column) for column in columns}
     if len(lengths) > 1:
-        sizes = ", ".join(f"{what}: {len(c)}" for what, c in zip(dict.fromkeys(wanted), columns, strict=True))
+        sizes = ", ".join(f"{what}: {len(c)}" for what, c in zip(wanted, columns, strict=True))
         raise UserError(Problem(f"its columns differ in length ({sizes})", name))
-    if not columns:
+    further = _further(flat, wanted, lengths)
+    if not wanted and not further:
         raise UserError(Problem(f"choose the variables of the joints' angles: {_summary(variables)}", name))
-    names = tuple(dict.fromkeys(wanted))
+    picked += [flat[key] for key in further]
+    columns += [_real(flat[key], key, notes) for key in further]
+    names = (*wanted, *further)
 
     def numbers(column: int) -> list[Any]:
         values = picked[column] if picked[column].dtype.kind in "iu" else columns[column]
         return list(values.tolist())
 
     values = np.column_stack(columns)
-    return Channels(name, names, ("",) * len(names), values, notes=tuple(notes), numbers=numbers)
+    contents = _summary(variables)
+    return Channels(name, names, ("",) * len(names), values, notes=tuple(notes), numbers=numbers, contents=contents)
+
+
+def _wanted(mapping: Mapping) -> list[str]:
+    """The expressions that a project names, each once: of angles, of the drives' inputs, of supply and clock."""
+    joints = mapping.joints.values()
+    found = [joint.column for joint in joints]
+    found += [each.column for joint in joints for each in joint.inputs.values()]
+    found += [mapping.supply.column] if mapping.supply else []
+    found += [mapping.time] if mapping.time else []
+    return list(dict.fromkeys(found))
+
+
+def _further(variables: dict[str, Any], wanted: list[str], lengths: set[int]) -> list[str]:
+    """Rows and columns of numbers beside the wanted ones, of their length; without these of the most usual length.
+
+    They are found by the joints' names, as the columns of any other file.
+    """
+    vectors = {key: len(value) for key, value in variables.items()
+               if key not in wanted and value.ndim == 1 and value.dtype.kind in "fiu" and len(value) > 1}  # fmt: skip
+    usual = Counter(vectors.values()).most_common(1)
+    length = next(iter(lengths), usual[0][0] if usual else 0)
+    return [key for key, own in vectors.items() if own == length]
 
 
 def _column(variables: dict[str, Any], expression: str, name: str) -> Any:
@@ -131,12 +155,13 @@ def _picked(value: Any, row: str | None, column: str | None, expression: str, na
         return value
     if (row == ":") == (column == ":"):
         raise UserError(Problem(f'"{expression}": one index is a colon and the other a number, like (:,2)', name))
-    matrix = value if value.ndim == 2 else value[:, None]
     index, axis = (int(column), 1) if row == ":" else (int(row), 0)
-    if matrix.ndim != 2 or not 1 <= index <= matrix.shape[axis]:
-        shape = " x ".join(map(str, value.shape))
+    if value.ndim == 1 and index == 1:
+        return value  # scipy gives one row and one column alike
+    if value.ndim != 2 or not 1 <= index <= value.shape[axis]:
+        shape = " x ".join(map(str, value.shape)) if value.ndim > 1 else f"one row or column of {len(value)}"
         raise UserError(Problem(f'"{expression}" reaches outside: it is {shape}, and counting begins at 1', name))
-    return matrix[:, index - 1] if axis else matrix[index - 1]
+    return value[:, index - 1] if axis else value[index - 1]
 
 
 def _missing(variables: dict[str, Any], wanted: str) -> str:

@@ -49,6 +49,8 @@ def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
     separator = _separator(lines[above : above + TRIED], name)
     numbered = [(above + line, row) for line, row in csv_rows("".join(lines[above:]), name, separator=separator)
             if len(row) > 1 or any(cell.strip() for cell in row)]  # fmt: skip
+    while numbered and not any(cell.strip() for cell in numbered[-1][1]):
+        numbered.pop()  # between others such a row is a missing sample, where the rows are the clock; here it is none
     rows, numbers = [row for _, row in numbered], [line for line, _ in numbered]
     if len(rows) < 2:
         raise UserError(Problem("has no rows below its header", name))

@@ -23,6 +23,8 @@ from synth.motion.importers.foreign_data import Source
 START = 200_000  # bytes of a file that validators receive
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # byte order marks
 HDF5 = b"\x89HDF\r\n\x1a\n"
+HDF5_EXTRAS = ("hdf5", "sleap")  # that read HDF5
+SCANNED = 20_000_000  # bytes at either end of an HDF5 file; names stand where a writer began or last added
 Reader = Callable[[Path, Mapping, str], Source]
 Holds = Callable[[bytes, Path], bool]  # the file's first bytes, and the path for validators that need more
 
@@ -132,7 +134,8 @@ def _unknown_format(start: bytes) -> str:
     if start.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
         return "is a spreadsheet or an archive; export it as CSV"
     if start.startswith(HDF5):
-        return "is HDF5 of an unknown program"
+        known = ", ".join(item.name for item in formats().values() if item.extra in HDF5_EXTRAS)
+        return f"is HDF5 of an unknown program; if it is of a known one, state it in a project, format: one of {known}"
     return "has an unknown format" if start else "is empty"
 
 
@@ -153,3 +156,12 @@ def utf8(data: bytes) -> bytes:
         return data.decode("utf-16").encode()
     except UnicodeDecodeError:
         return data  # the reader refuses it as no text
+
+
+def hdf5_names(path: Path, *words: bytes) -> bool:
+    """Whether all words stand in the first or last bytes of a file, which may be far larger than the memory."""
+    with path.open("rb") as stream:
+        start = stream.read(SCANNED)
+        stream.seek(max(SCANNED, path.stat().st_size - SCANNED))
+        end = stream.read(SCANNED)
+    return all(word in start or word in end for word in words)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from motion.importers import test_c3d, test_deeplabcut, test_matlab, test_opensim
-from motion.importers.simulated_leg import angles, leg, pixels, points
+from motion.importers import test_c3d, test_deeplabcut, test_matlab, test_more_formats, test_opensim
+from motion.importers.simulated_leg import PARTS, RATE, angles, leg, pixels, points
 from synth.errors import UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers.convert import import_file
@@ -46,6 +47,41 @@ def plain(folder: Path) -> tuple[Path, Mapping]:
     return folder / "a.csv", Mapping()
 
 
+def anipose(folder: Path) -> tuple[Path, Mapping]:
+    mapping = Mapping(points=PARTS, frame_rate=RATE, likelihood=0.5)
+    return test_more_formats.anipose(folder / "a.csv"), mapping
+
+
+def records(folder: Path) -> tuple[Path, Mapping]:
+    time, measured = angles()
+    titles = ("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]")
+    entries = [dict(zip(titles, map(float, (t, *row)), strict=True)) for t, row in zip(time, measured, strict=True)]
+    (folder / "a.json").write_text(json.dumps({"note": "first", "entries": entries}))
+    return folder / "a.json", Mapping()
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('{"time [s]": 0.0,', '{"big": ' + "1" * 5000 + ', "time [s]": 0.0,'),
+        ('"first"', '"\\ud800 first"'),
+        ('"note"', '"\\ud800k": 3, "note"'),
+        ('{"time [s]": 0.0,', '{"\\udfff": 1, "time [s]": 0.0,'),
+    ],
+)
+def test_json_that_python_does_not_write_or_read_again(tmp_path: Path, old: str, new: str) -> None:
+    path, mapping = records(tmp_path)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    found = import_file(path, leg(), mapping, name="a.json", cut="keep")
+    np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
+    "".join(found.notes).encode()
+    lines = path.read_text().partition("[{")[2].removesuffix("]}").replace("}, {", "}\n{")
+    (tmp_path / "b.json").write_text("{" + lines + "\n")
+    assert len(import_file(tmp_path / "b.json", leg(), mapping, name="b.json", cut="keep").time) == len(angles()[0])
+
+
 def damaged(whole: bytes, generator: np.random.Generator) -> bytes:
     """Bytes changed, lost, doubled or replaced, mostly near the beginning, where headers are."""
     data = bytearray(whole)
@@ -63,7 +99,8 @@ def damaged(whole: bytes, generator: np.random.Generator) -> bytes:
     return bytes(data)
 
 
-@pytest.mark.parametrize(("made", "count"), [(deeplabcut, 60), (opensim, 60), (matlab, 6), (plain, 60), (c3d, 6)])
+@pytest.mark.parametrize(("made", "count"), [(deeplabcut, 60), (opensim, 60), (matlab, 6), (plain, 60), (c3d, 6),
+                                              (anipose, 30), (records, 60)])  # fmt: skip
 def test_a_damaged_file_gives_a_recording_or_a_message(
     made: Callable[[Path], tuple[Path, Mapping]], count: int, tmp_path: Path
 ) -> None:

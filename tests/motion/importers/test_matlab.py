@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from scipy.io import savemat
 
 from motion.importers.simulated_leg import angles, leg
+from synth.drives.servo import Servo
 from synth.errors import UserError
-from synth.files.import_project import JointColumn, Mapping
+from synth.files.import_project import InputColumn, JointColumn, Mapping
 from synth.motion.importers.convert import Imported, import_file
 
 Array = NDArray[np.float64]
@@ -66,6 +67,26 @@ def test_version_7_3_is_refused_with_the_command_that_converts_it(tmp_path: Path
         imported(tmp_path / "a.mat")
 
 
+def test_variables_are_found_by_name_as_columns_of_any_file(tmp_path: Path) -> None:
+    """A joint that the project does not list, a driven joint's command, rows and columns with an index."""
+    time, measured = angles()
+    hip, knee, ankle = np.radians(measured.T)
+    content = {"t": 1e3 * time, "row": hip[None, :], "knee": knee[:, None], "column": ankle[:, None]}
+    savemat(tmp_path / "a.mat", content | {"knee_cmd": knee + 0.1, "goal": knee + 0.2, "other": np.arange(7.0)})
+    columns = {"hip": JointColumn("row(1,:)", unit="rad"), "ankle": JointColumn("column(:,1)", unit="rad")}
+    mapping = Mapping(time="t", time_unit="ms", joints=columns)
+    with pytest.raises(UserError, match='knee: the file does not state the unit of "knee"'):
+        imported(tmp_path / "a.mat", mapping)
+    driven = leg().with_joints(knee={"drive": Servo(gain=10.0)})
+    for inputs, offset in (({}, 0.1), ({"command": InputColumn("goal")}, 0.2)):
+        columns["knee"] = JointColumn("knee", unit="rad", inputs=inputs)
+        found = import_file(tmp_path / "a.mat", driven, mapping, name="a.mat", cut="keep")
+        np.testing.assert_allclose(np.degrees(found.angles), measured, atol=1e-9)
+        np.testing.assert_allclose(np.radians(found.inputs[0].value), knee + offset, atol=1e-9)
+    with pytest.raises(UserError, match=r'"row\(2,:\)" reaches outside: it is one row or column of 300'):
+        imported(tmp_path / "a.mat", Mapping(frame_rate=200.0, joints={"hip": JointColumn("row(2,:)", unit="rad")}))
+
+
 @pytest.mark.parametrize(
     ("column", "message"),
     [
@@ -88,8 +109,13 @@ def test_names_that_lead_nowhere(file: Path, column: str, message: str) -> None:
 
 
 def test_lengths_units_and_no_mapping_at_all(file: Path, tmp_path: Path) -> None:
-    with pytest.raises(UserError, match=r"choose the variables.*t \(300\), theta \(300 x 3\), trial.hip \(300\)"):
+    with pytest.raises(
+        UserError, match=r'hip: there is no column "hip".*t \(300\), theta \(300 x 3\), trial.hip \(300\)'
+    ):
         imported(file, Mapping(frame_rate=200.0))
+    savemat(tmp_path / "a.mat", {"theta": np.ones((30, 3))})
+    with pytest.raises(UserError, match=r"choose the variables of the joints' angles: theta \(30 x 3\)"):
+        imported(tmp_path / "a.mat", Mapping(frame_rate=200.0))
     with pytest.raises(UserError, match=r'hip: the file does not state the unit of "theta\(:,1\)"'):
         imported(file, Mapping(frame_rate=200.0, joints=COLUMNS | {"hip": JointColumn("theta(:,1)")}))
     savemat(tmp_path / "b.mat", {"t": np.arange(20.0), "theta": np.ones((30, 3))})

@@ -12,7 +12,7 @@ from motion.importers.simulated_leg import angles, leg
 from synth.errors import UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.motion.importers.convert import Imported, import_file
-from synth.motion.importers.foreign_data import other_side
+from synth.motion.importers.foreign_data import called, other_side
 
 PLAIN = Mapping()
 
@@ -74,6 +74,13 @@ def test_a_table_in_utf_16_is_recognised(tmp_path: Path, encoding: str) -> None:
     found = imported(tmp_path / "a.txt")
     assert found.format == "csv"
     np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
+
+
+def test_rows_of_separators_at_the_end_are_no_samples(tmp_path: Path) -> None:
+    """As spreadsheets leave them."""
+    text = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]").to_csv(index=False)
+    (tmp_path / "a.csv").write_text(text + ",,,\n,,,\n")
+    np.testing.assert_allclose(np.degrees(imported(tmp_path / "a.csv").angles), angles()[1], atol=1e-9)
 
 
 def test_a_row_of_units_under_the_names(tmp_path: Path) -> None:
@@ -203,3 +210,38 @@ def test_names_of_the_other_side() -> None:
     names = ("knee_L", "knee_R", "LKnee", "RKnee", "left hip", "right hip", "ankle", "hip_flexion_l", "hip_flexion_r")
     pairs = {0: 1, 1: 0, 4: 5, 5: 4, 7: 8, 8: 7, 6: None}
     assert {k: other_side(names[k], names) for k in pairs} == pairs
+
+
+PLOTJUGGLER = ("stamp", "/joint_states/hip/position", "/joint_states/hip/velocity", "/setpoint/hip", "/base/Knee")
+OPENSIM = ("/jointset/hip/hip/value", "/jointset/hip/hip/speed", "/jointset/hip/hip_adduction/value")
+
+
+@pytest.mark.parametrize(
+    ("names", "wanted", "found"),
+    [
+        (PLOTJUGGLER, "hip", [1, 3]),
+        (PLOTJUGGLER, "setpoint/hip", [3]),
+        (PLOTJUGGLER, "/joint_states/hip", [1]),
+        (PLOTJUGGLER, "/other/hip", []),
+        (PLOTJUGGLER, "knee", [4]),
+        (PLOTJUGGLER[:3], "hip", [1]),
+        (OPENSIM, "hip", [0]),
+        (OPENSIM, "hip_adduction", [2]),
+        (("hip", "/setpoint/hip"), "Hip", [0]),
+    ],
+)
+def test_a_name_at_the_end_of_a_path(names: tuple[str, ...], wanted: str, found: list[int]) -> None:
+    assert called(wanted, names) == found
+
+
+def test_setpoints_are_not_taken_for_angles(tmp_path: Path) -> None:
+    """A log of PlotJuggler, whose measured angles have `position` at the end of their path."""
+    data = table("time [s]", "/js/hip/position [deg]", "/js/knee/position [deg]", "/js/ankle/position [deg]")
+    data.to_csv(tmp_path / "a.csv", index=False)
+    found = imported(tmp_path / "a.csv")
+    np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
+    assert "hip: from /js/hip/position" in found.notes
+    data["/setpoint/hip [deg]"] = 100.0
+    data.to_csv(tmp_path / "b.csv", index=False)
+    with pytest.raises(UserError, match='"hip" is the name of several columns: /js/hip/position, /setpoint/hip'):
+        imported(tmp_path / "b.csv")
