@@ -147,9 +147,7 @@ def called(wanted: str, names: Sequence[str]) -> list[int]:
         if ends:
             places.setdefault(parts[: ends[-1]], []).append(index)
     # A joint may hold a coordinate of its own name (OpenSim: /jointset/hip/hip/value): the deepest is meant.
-    deepest = [
-        place for place in places if not any(other != place and other[: len(place)] == place for other in places)
-    ]
+    deepest = [place for place in places if not any(_above(place, other) for other in places)]
     readings = [[k for k in places[place] if plain[k][len(place) :] in _READING] for place in deepest]
     if len(deepest) == 1 or not any(readings):
         return [k for own in readings for k in own]
@@ -157,6 +155,7 @@ def called(wanted: str, names: Sequence[str]) -> list[int]:
 
 
 def _above(place: tuple[str, ...], other: tuple[str, ...]) -> bool:
+    """Whether the other path leads on from a place."""
     return len(place) < len(other) and other[: len(place)] == place
 
 
