@@ -38,7 +38,7 @@ def two_fits() -> tuple[Workbench, EvaluatedHypothesis, list[EvaluatedHypothesis
 def test_fits_from_either_side_end_at_one_point() -> None:
     bench, _, fits = two_fits()
     ends = settled(bench, fits)
-    deviation = float(np.sqrt(np.diag(bench.normal(ends[0]).covariance))[-1])
+    deviation = float(np.sqrt(np.diag(bench.normal(ends[0]).covariance(1.0)))[-1])
     apart, left = (abs(float(a.unknowns[-1] - b.unknowns[-1])) for a, b in (fits, ends))
     assert apart > 0.3 * deviation  # a valley: the search stops on its way
     assert left < 0.1 * deviation

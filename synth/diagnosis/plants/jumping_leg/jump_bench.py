@@ -95,6 +95,12 @@ class JumpBench:
         cost += 0.5 * float(fit.unknowns @ fit.unknowns) + 0.5 * float(np.sum(fit.own**2))
         return replace(fit, residuals=residuals, slopes=tuple(s / self.softness for _, s in found), cost=cost)
 
+    def remainder(self, fit: JumpFit) -> float:
+        """RMS of an evaluated fit's residuals over the samples' uncertainty; at least 1."""
+        squares = sum(float(residual @ residual) for residual in fit.residuals)
+        counted = sum(jump.weight * len(residual) for jump, residual in zip(self.trials, fit.residuals, strict=True))
+        return max(float(np.sqrt(squares / counted)), 1.0)
+
     def slopes(self, jump: Jump, fit: JumpFit, own: Array) -> tuple[Array, Array]:
         """(M,) residual and (M, n_unknown + 2) derivatives."""
         everything = list(range(len(fit.unknowns) + N_OWN))

@@ -150,7 +150,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def within_uncertainty(self, fit: EvaluatedHypothesis) -> tuple[Array, ...]:
         """Predictions of the held-out trials, which the hypothesis follows as far as the other trials let it."""
-        moved = moved_within(self.bench, fit, self._begun(self.scored), self.normal(fit).matrix)
+        moved = moved_within(self.bench, fit, self._begun(self.scored), self.covariance(fit))
         return self.predict(moved, self.scored)
 
     def _begun(self, trials: Sequence[AngleTrial]) -> list[AngleTrial]:
