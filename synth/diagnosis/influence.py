@@ -19,7 +19,7 @@ from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.settled import LEFT
 from synth.diagnosis.unseen import by_trial
-from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge
+from synth.diagnosis.verdict import Calibration, Judged, judge
 from synth.diagnosis.workbench import Workbench
 from synth.remarks import decisive
 
@@ -86,7 +86,7 @@ def hangs_on(
     bench: Workbench,
     found: Hypotheses[EvaluatedHypothesis],
     judged: Judged[EvaluatedHypothesis],
-    calibration: Calibration = CALIBRATED,
+    calibration: Calibration,
     free: TrialErrors | None = None,
     motion: float = np.inf,
 ) -> Hangs:

@@ -125,12 +125,12 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def search(self, say: Callable[[str], None]) -> Hypotheses[EvaluatedHypothesis]:
         """Every effect at every place where it could be visible, alone and with others."""
-        leg, given = self.scene.leg, self.scene.given
-        found, done = with_settled(self.bench, search(self.bench, candidates(leg, given, scales(leg, given)), say))
+        leg, given, bench, odds = self.scene.leg, self.scene.given, self.bench, self.calibration
+        found, done = with_settled(bench, search(bench, candidates(leg, given, scales(leg, given)), odds, say), odds)
         say("trials left out")
-        found = with_unseen(self.bench, found)
+        found = with_unseen(bench, found, odds)
         say("small causes beside the leading ones")
-        return with_settled(self.bench, with_companions(self.bench, found), done)[0]
+        return with_settled(bench, with_companions(bench, found, odds), odds, done)[0]
 
     def designed(self) -> EvaluatedHypothesis:
         """The unchanged nominal leg."""
