@@ -19,8 +19,7 @@ from synth.diagnosis.angle_search import search
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Hypotheses
-from synth.diagnosis.odds import far_share
-from synth.diagnosis.odds import Calibration
+from synth.diagnosis.odds import Calibration, far_share
 from synth.diagnosis.plants.swinging_chain import chain_diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.verdict import CALIBRATED
