@@ -15,6 +15,7 @@ import pytest
 from diagnosis.simulated_releases import AWAY, HANGING, NOISE, TWO, causes, off, recorded, shifted, with_effects
 from synth import units
 from synth.diagnosis.diagnosis_result import PHASES, Experiment
+from synth.diagnosis.plants.swinging_chain import chain_diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
@@ -124,6 +125,20 @@ def test_a_trial_with_a_locked_joint_informs_about_the_others() -> None:
     locked = recorded(BUILT, AWAY[:1], conditions=Conditions((0,)), held_out=0, seed=8, first=9)
     result = diagnose(TWO, [*recorded(BUILT, seed=2), *locked], Tolerance())
     assert causes(result) == [("quadratic_damping", "knee")]
+
+
+def test_free_torques_are_those_of_the_leg_that_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    def made(leg: Leg, nominal: Leg, *rest: object) -> tuple[Leg]:
+        return (nominal,)
+
+    monkeypatch.setattr(chain_diagnosis, "free_torques", made)
+    scene, _ = chain_diagnosis.scene_of(TWO, recorded(TWO), Tolerance(), 0)
+    plant = chain_diagnosis.SwingingChain(scene, ())
+    first, second = plant.designed(), plant.designed().at(np.ones(plant.n_tolerance))
+    heavy = plant.free_torques(second)
+    assert plant.free_torques(first) == (TWO,)
+    assert plant.free_torques(second) is heavy  # computed once
+    assert heavy != (TWO,)
 
 
 def test_shares_sum_to_one_over_all_joints_and_phases() -> None:

@@ -116,7 +116,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         self.own_motion = scene.motion
         self.most_rivals = MOST_RIVALS if has_servo(scene.leg, scene.given) else RIVALS
         self.independent = EFFECTIVE * len(scene.leg.joints)
-        self._free: tuple[FreeTorque, ...] | None = None
+        self._free: dict[int, tuple[EvaluatedHypothesis, tuple[FreeTorque, ...]]] = {}  # a fit keeps its identity
         names = scene.leg.joint_names
         self.direct_causes = tuple(
             Cause("encoder_quantisation", names[item.joint], {"step": Estimate(item.step, "deg")})
@@ -249,12 +249,12 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return in_words(cause, plain, self.scene.leg, self.scene.tolerances)
 
     def free_torques(self, nominal: EvaluatedHypothesis) -> tuple[FreeTorque, ...]:
-        """Free-form torques with the nominal leg's best fit, computed once."""
-        if self._free is None:
+        """Free-form torques with the nominal leg's best fit, computed once for each."""
+        if id(nominal) not in self._free:
             leg, sizes = self.scene.leg, scales(self.scene.leg, self.scene.given)
             at_best = self.scene.tolerances.leg(leg, nominal.unknowns)
-            self._free = free_torques(leg, at_best, self.bench, nominal, sizes)
-        return self._free
+            self._free[id(nominal)] = nominal, free_torques(leg, at_best, self.bench, nominal, sizes)
+        return self._free[id(nominal)][1]
 
     def lacking(self, findings: Findings[EvaluatedHypothesis, Array]) -> bool:
         """Whether the library leaves something that a torque of free shape may describe."""
