@@ -18,7 +18,7 @@ from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
-from synth.diagnosis.odds import CALIBRATED, price_of_unknown
+from synth.diagnosis.odds import Calibration, price_of_unknown
 from synth.diagnosis.other_shapes import in_other_shapes
 from synth.diagnosis.restarts import beside_best, descended, exchanged, fitted_again, has_other_minima, refine
 from synth.diagnosis.score import first_state, fresh, score
@@ -65,9 +65,8 @@ PLAN = SearchPlan(
     well=WELL,
     least_left=0.003,
     pays=0.4,
-    per_parameter=CALIBRATED.per_parameter,
     anchors_found=2,
-)
+)  # without the price of an unknown, which is the calibration's
 
 
 def as_designed(bench: Workbench) -> EvaluatedHypothesis:
@@ -97,21 +96,28 @@ def fit_nominal(bench: Workbench, designed: EvaluatedHypothesis) -> EvaluatedHyp
 
 
 def search(
-    bench: Workbench, candidates: Sequence[ShapedEffect], progress: Callable[[str], None] | None = None
+    bench: Workbench,
+    candidates: Sequence[ShapedEffect],
+    calibration: Calibration,
+    progress: Callable[[str], None] | None = None,
 ) -> Hypotheses[EvaluatedHypothesis]:
     """Find how well each cause, and each promising combination, explains the trials."""
-    explorer = AngleExplorer(bench, candidates)
+    explorer = AngleExplorer(bench, candidates, calibration)
     return CauseSearch(explorer, progress or (lambda text: None)).run(len({c.key for c in candidates}))
 
 
 @dataclass
 class AngleExplorer:
-    """Fits to trials of angles."""
+    """Fits to trials of angles; by ``calibration`` what an unknown must explain."""
 
     bench: Workbench
     every: Sequence[ShapedEffect]
-    plan: SearchPlan = PLAN
+    calibration: Calibration
+    plan: SearchPlan = field(init=False)
     _begun: set[frozenset[Key]] = field(default_factory=set)  # sets of causes fitted from the unchanged leg
+
+    def __post_init__(self) -> None:
+        self.plan = replace(PLAN, per_parameter=self.calibration.per_parameter)
 
     @cached_property
     def candidates(self) -> list[ShapedEffect]:
@@ -247,14 +253,18 @@ class AngleExplorer:
         return [*refine(bench, best[:REFINED_FURTHER]), *best[REFINED_FURTHER:]]
 
     def _rank(self, found: Sequence[EvaluatedHypothesis]) -> Callable[[EvaluatedHypothesis], float]:
-        """Cost with the unknowns charged, by how far the best of the ``found`` fits is from the noise."""
+        """Cost with the unknowns charged, at the price of ``found``."""
+        price = self._price(found)
+        return lambda fit: priced(fit, price)
+
+    def _price(self, found: Sequence[EvaluatedHypothesis]) -> float:
+        """What an unknown must take off the cost, by how far the best of the ``found`` fits is from the noise."""
         floors = min((self.ratio(fit) for fit in found), default=1.0)
-        return lambda fit: priced(fit, price_of_unknown(floors, self.bench.total))
+        return price_of_unknown(floors, self.bench.total, self.calibration)
 
     def _worth_their_unknowns(self, refined: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """Fits with their own derivatives, each in the shape that the odds prefer."""
-        floors = min((self.ratio(fit) for fit in refined), default=1.0)
-        return worth_their_unknowns(self.bench, refined, self.candidates, floors)
+        return worth_their_unknowns(self.bench, refined, self.candidates, self._price(refined))
 
     def ratio(self, fit: EvaluatedHypothesis) -> float:
         """RMS of a fit over the noise floor."""

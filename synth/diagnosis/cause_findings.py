@@ -239,13 +239,13 @@ def _unseen(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[S, ...]:
 def causes_of(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[Cause, ...]:
     """The causes of a hypothesis with their parameters and intervals.
 
-    The interval is the larger of two: from the curvature of the cost, and from the spread of the estimates
-    when one fold of trials after the other is left out.
+    The interval is the larger of two: from the derivatives and the size of the residuals, and from the spread of the
+    estimates when one fold of trials after the other is left out.
     """
     fit = item.fit
     if not fit.hypothesis:
         return ()
-    deviation = np.sqrt(np.diag(plant.normal(fit).covariance))
+    deviation = np.sqrt(np.diag(plant.covariance(fit)))
     if item.unseen is not None and len(item.unseen.spread) == len(deviation):
         deviation = np.maximum(deviation, item.unseen.spread)
     made, first = [], plant.n_tolerance

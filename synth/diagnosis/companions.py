@@ -19,7 +19,7 @@ from synth.diagnosis.angle_search import ratio
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
-from synth.diagnosis.odds import CALIBRATED, adds_little, far_share, in_order_of_odds
+from synth.diagnosis.odds import Calibration, adds_little, far_share, in_order_of_odds
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.search import best_of_each
 from synth.diagnosis.unseen import by_trial
@@ -34,7 +34,9 @@ MOST_CAUSES = 3  # of a hypothesis, with its small causes
 Small = tuple[ShapedEffect, Array]  # a small cause and its unknowns
 
 
-def with_companions(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) -> Hypotheses[EvaluatedHypothesis]:
+def with_companions(
+    bench: Workbench, found: Hypotheses[EvaluatedHypothesis], calibration: Calibration
+) -> Hypotheses[EvaluatedHypothesis]:
     """The hypotheses, with the leading ones also fitted beside the same small causes.
 
     ``found`` : with errors by trial. Unchanged near the noise, where nothing small is left, or if there is no small
@@ -43,19 +45,18 @@ def with_companions(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) ->
     known = [found.none, *found.singles, *found.several]
     if far_share(known) == 0.0:
         return found
-    paid = paying(known, CALIBRATED.pays)
-    small = _small(bench, found, paid)
+    small = _small(found, paying(known, calibration), calibration)
     if not small:
         return found
     tried = {frozenset(item.keys) for item in known}
-    fits = [fit for leader in _leaders(found) for fit in _beside(bench, leader.fit, small, tried)]
+    fits = [fit for leader in _leaders(found, calibration) for fit in _beside(bench, leader.fit, small, tried)]
     made = [_assessed(bench, fit) for fit in best_of_each(refine(bench, fits))]
     several = tuple(sorted([*found.several, *made], key=lambda item: item.cost))
     return replace(found, several=several, small=tuple(cause.key for cause, _ in small))
 
 
 def _small(
-    bench: Workbench, found: Hypotheses[EvaluatedHypothesis], paid: Sequence[Assessed[EvaluatedHypothesis]]
+    found: Hypotheses[EvaluatedHypothesis], paid: Sequence[Assessed[EvaluatedHypothesis]], calibration: Calibration
 ) -> list[Small]:
     """The causes that the sets which the odds prefer have beside a hypothesis that pays, without paying.
 
@@ -63,7 +64,7 @@ def _small(
     beside each other: of dry friction and one that falls with speed at a joint the better one.
     """
     pays, chosen, main = {frozenset(item.keys) for item in paid}, dict[Key, Small](), frozenset[Key]()
-    for item in in_order_of_odds([found.none, *found.singles, *found.several]):
+    for item in in_order_of_odds([found.none, *found.singles, *found.several], calibration):
         keys = frozenset(item.keys)
         within = [each for each in paid if each.keys and set(each.keys) < keys]
         largest = min(within, key=lambda each: each.cost, default=None)
@@ -79,9 +80,10 @@ def _small(
     return list(chosen.values())[:COMPANIONS]
 
 
-def _leaders(found: Hypotheses[EvaluatedHypothesis]) -> list[Assessed[EvaluatedHypothesis]]:
+def _leaders(found: Hypotheses[EvaluatedHypothesis], calibration: Calibration) -> list[Assessed[EvaluatedHypothesis]]:
     """The hypotheses with the largest weights, and the single causes of the lowest cost."""
-    weighed = [item for item, weight in judge(found).weighed if item.keys and weight > LEAST_WEIGHT][:LEADERS]
+    judged = judge(found, calibration)
+    weighed = [item for item, weight in judged.weighed if item.keys and weight > LEAST_WEIGHT][:LEADERS]
     cheapest = [item for item in found.singles[:CHEAPEST] if all(item is not other for other in weighed)]
     return [*weighed, *cheapest]
 

@@ -115,5 +115,9 @@ class EvaluatedHypothesis:
             rows = columns.T[places]
             changes += np.sum((rows if part is None else part.project(rows)) ** 2, axis=1)
         squares = sum(float(residual @ residual) for residual in self.residuals)
-        curvature = np.where(np.isfinite(changes), changes, np.inf) / squares
-        return np.column_stack([values, curvature])
+        return shaped(values, changes, squares)
+
+
+def shaped(values: Array, changes: Array, squares: float) -> Array:
+    """(n, 2) as ``FittedHypothesis.shapes``: values (n,), squared changes (n,) of all residuals, residuals' squares."""
+    return np.column_stack([values, np.where(np.isfinite(changes), changes, np.inf) / squares])

@@ -26,12 +26,13 @@ LEAST_GAIN = 0.5  # of the cost, in units of log-likelihood, as for the fits
 
 
 def moved_within(
-    bench: Workbench, fit: EvaluatedHypothesis, trials: Sequence[AngleTrial], information: Array
+    bench: Workbench, fit: EvaluatedHypothesis, trials: Sequence[AngleTrial], covariance: Array
 ) -> EvaluatedHypothesis:
     """The hypothesis at the unknowns that follow the held-out ``trials`` best, within its uncertainty.
 
-    ``information`` (p, p) : of the trials learnt from and the priors, on its unknowns; it stands for those trials.
+    ``covariance`` (p, p) : of the errors of its unknowns; it stands for the trials learnt from and the priors.
     """
+    information = np.asarray(np.linalg.inv(covariance))
     total = float(sum(bench.independent(trial).sum() for trial in trials))
     low, high = bench.bounds(fit.hypothesis)
     moved = [*bench.predictor.open_tolerances, *range(bench.n_tolerance, len(fit.unknowns))]
@@ -55,10 +56,20 @@ def moved_within(
         with np.errstate(invalid="ignore", over="ignore"):  # a diverging motion is not finite, which ends the search
             found = bench.in_parallel(normal, len(trials))
             squares = sum(square for _, _, square in found)
-            weight = 2.0 / (1.0 + squares / total)
+            against, weight = _of_unknown_size(squares, total)
             matrix = information + weight * sum(part for part, _, _ in found)
             gradient = information @ changed + weight * sum(part for _, part, _ in found)
-            cost = total * float(np.log1p(squares / total)) + 0.5 * float(changed @ information @ changed)
+            cost = against + 0.5 * float(changed @ information @ changed)
         return LocalProblem(here, cost, matrix, gradient)
 
     return gauss_newton(assess, np.zeros(len(fit.unknowns)), rounds=ROUNDS, least_gain=LEAST_GAIN)[0]
+
+
+def _of_unknown_size(squares: float, total: float) -> tuple[float, float]:
+    """What is against ``total`` errors with this sum of squares, and the weight of half the squares in it.
+
+    Their negative log-likelihood at the most likely variance, which is the noise's or more: both sides of a move then
+    count as they are, as the search's cost does only near the noise (``Workbench.cost``).
+    """
+    variance = max(squares / total, 1.0)
+    return 0.5 * (total * float(np.log(variance)) + squares / variance), 1.0 / variance

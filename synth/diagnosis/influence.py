@@ -13,13 +13,16 @@ from typing import TypeVar
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.angle_search import ratio
-from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
+from synth.diagnosis.effect_shape import shape_places
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis, shaped
+from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, TrialErrors
+from synth.diagnosis.lanes import Hypothesis
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.settled import LEFT
 from synth.diagnosis.unseen import by_trial
-from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge
+from synth.diagnosis.verdict import Calibration, Judged, judge
 from synth.diagnosis.workbench import Workbench
 from synth.remarks import decisive
 
@@ -31,6 +34,25 @@ MOST_REFITTED = 6  # refits without a recording; the closed form alone rarely ch
 SURE = 0.8  # weight that the other explanation needs without the recording
 ODD = 1 / 3  # of the misfit, below which it must fall without one recording for that one to be named as odd
 ODD_FROM = 3.0  # noise floors of misfit, from which an odd recording is looked for: below, white noise scatters as much
+
+
+@dataclass(frozen=True)
+class SteppedHypothesis:
+    """A hypothesis after one step of its linearisation, in which derivatives do not change.
+
+    ``start`` : at its end, not evaluated. ``shapes`` (n, 2) as ``FittedHypothesis``, of the recordings that count.
+    """
+
+    start: EvaluatedHypothesis
+    shapes: Array
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """Its causes."""
+        return self.start.hypothesis
+
+
+Stepped = Assessed[SteppedHypothesis]
 
 
 @dataclass(frozen=True)
@@ -86,7 +108,7 @@ def hangs_on(
     bench: Workbench,
     found: Hypotheses[EvaluatedHypothesis],
     judged: Judged[EvaluatedHypothesis],
-    calibration: Calibration = CALIBRATED,
+    calibration: Calibration,
     free: TrialErrors | None = None,
     motion: float = np.inf,
 ) -> Hangs:
@@ -110,11 +132,11 @@ def hangs_on(
     turned, against = [], 0
     for _, i in sorted(doubtful[:MOST_REFITTED], key=lambda item: item[1]):
         near, freely = [made[i] for made in steps.values()], free.without(i) if free is not None else None
-        again = _again(found, dict(zip(steps, _refitted(bench, near, i), strict=True)), calibration, freely, motion)
-        said = _said(again)
-        if said and _differs(judged, again):
+        anew = _again(found, dict(zip(steps, _refitted(bench, near, i), strict=True)), calibration, freely, motion)
+        said = _said(anew)
+        if said and _differs(judged, anew):
             turned.append((bench.trials[i].recording.name, said))
-            against += not _shares_a_cause(judged, again)
+            against += not _shares_a_cause(judged, anew)
     left = sorted(i for _, i in doubtful[MOST_REFITTED:])
     best = judged.accepted if judged.verdict in ("effect", "tie") else found.none
     odd = _odd(bench, best, steps[id(best)]) if id(best) in steps else ()
@@ -125,7 +147,7 @@ def hangs_on(
 def _odd(
     bench: Workbench,
     best: Assessed[EvaluatedHypothesis],
-    without: Sequence[Assessed[EvaluatedHypothesis]],
+    without: Sequence[Stepped],
 ) -> tuple[tuple[str, float, float], ...]:
     """The recording without which the misfit of the others falls below ``ODD`` of what it was, by a new fit."""
     least = min(range(len(without)), key=lambda i: without[i].ratio)
@@ -137,7 +159,7 @@ def _odd(
     return ((bench.trials[least].recording.name, again.ratio, best.ratio),)
 
 
-def _weight(judged: Judged[EvaluatedHypothesis], again: Judged[EvaluatedHypothesis]) -> float:
+def _weight(judged: Judged[EvaluatedHypothesis], again: Judged[F]) -> float:
     """The probability of the common verdict without one recording."""
     if judged.verdict == "unknown":
         return again.unknown
@@ -150,11 +172,11 @@ def _weight(judged: Judged[EvaluatedHypothesis], again: Judged[EvaluatedHypothes
 
 def _again(
     found: Hypotheses[EvaluatedHypothesis],
-    here: dict[int, Assessed[EvaluatedHypothesis]],
+    here: dict[int, Assessed[F]],
     calibration: Calibration,
     free: TrialErrors | None,
     motion: float,
-) -> Judged[EvaluatedHypothesis]:
+) -> Judged[F]:
     """Odds of the given hypotheses under the keys of those they stand for."""
     singles = tuple(here[id(item)] for item in found.singles if id(item) in here)
     several = tuple(here[id(item)] for item in found.several if id(item) in here)
@@ -170,16 +192,14 @@ def _with_small(
     return [item for item in found.several if any(keys < {*item.keys} <= {*keys, *found.small} for keys in main)]
 
 
-def _refitted(
-    bench: Workbench, found: Sequence[Assessed[EvaluatedHypothesis]], out: int
-) -> list[Assessed[EvaluatedHypothesis]]:
+def _refitted(bench: Workbench, found: Sequence[Stepped], out: int) -> list[Assessed[EvaluatedHypothesis]]:
     """Hypotheses fitted to all trials but one."""
 
     def but(values: Sequence[T]) -> tuple[T, ...]:
         return (*values[:out], *values[out + 1 :])
 
     rest = replace(bench, trials=but(bench.trials))
-    fits = rest.evaluate([item.fit.start_at(states=but(item.fit.states)) for item in found])
+    fits = rest.evaluate([item.fit.start.start_at(states=but(item.fit.start.states)) for item in found])
     fits = refine(rest, fits, FRAMES, LEFT)
     return [
         Assessed(fit, fit.cost, ratio(rest, fit), item.unseen, by_trial(rest, fit.residuals) if item.seen else None)
@@ -187,10 +207,12 @@ def _refitted(
     ]
 
 
-def _without_each(bench: Workbench, found: Assessed[EvaluatedHypothesis]) -> list[Assessed[EvaluatedHypothesis]]:
+def _without_each(bench: Workbench, found: Assessed[EvaluatedHypothesis]) -> list[Stepped]:
     """A hypothesis refitted to all trials but one, for each trial."""
     fit = found.fit
     normal = bench.normal(fit)
+    changes = np.array([np.diag(matrix) for matrix, _ in normal.parts]) / normal.weight
+    places = [fit.n_tolerance + place for place in shape_places(fit.hypothesis)]
     low, high = bench.bounds(fit.hypothesis)
     made = []
     for out, trial in enumerate(bench.trials):
@@ -200,11 +222,13 @@ def _without_each(bench: Workbench, found: Assessed[EvaluatedHypothesis]) -> lis
         unknowns = fit.unknowns + step
         cost = rest * float(np.log1p(squares / rest)) + 0.5 * float(unknowns @ unknowns)
         left, seen = (each.without(out) if each is not None else None for each in (found.unseen, found.seen))
-        made.append(Assessed(replace(fit, unknowns=unknowns), cost, float(np.sqrt(squares / rest)), left, seen))
+        shapes = shaped(unknowns[places], np.delete(changes, out, axis=0).sum(axis=0)[places], squares)
+        stepped = SteppedHypothesis(fit.start_at(unknowns=unknowns), shapes)
+        made.append(Assessed(stepped, cost, float(np.sqrt(squares / rest)), left, seen))
     return made
 
 
-def _said(judged: Judged[EvaluatedHypothesis]) -> str:
+def _said(judged: Judged[F]) -> str:
     """The verdict, if it is sufficiently certain."""
     if judged.verdict == "unknown":
         return "the missing effect would be unknown" if judged.unknown > SURE else ""
@@ -214,13 +238,13 @@ def _said(judged: Judged[EvaluatedHypothesis]) -> str:
     return f"it would be {names}" if judged.weighed[0][1] > SURE and judged.unknown < 1.0 - SURE else ""
 
 
-def _shares_a_cause(judged: Judged[EvaluatedHypothesis], again: Judged[EvaluatedHypothesis]) -> bool:
+def _shares_a_cause(judged: Judged[EvaluatedHypothesis], again: Judged[F]) -> bool:
     """Whether a verdict without one recording still names some of the causes, if not all of them."""
     known = {key for item in (judged.accepted, *judged.tied) for key in item.keys}
     return again.verdict in ("effect", "tie") and not known.isdisjoint(again.accepted.keys)
 
 
-def _differs(judged: Judged[EvaluatedHypothesis], again: Judged[EvaluatedHypothesis]) -> bool:
+def _differs(judged: Judged[EvaluatedHypothesis], again: Judged[F]) -> bool:
     if again.verdict in ("none", "unknown") or judged.verdict in ("none", "unknown"):
         return again.verdict != judged.verdict
     known = [judged.accepted.keys, *(rival.keys for rival in judged.tied)]

@@ -65,7 +65,7 @@ def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], wh
     if not menu:
         return None
     kept, weights = rivals_of(rivals, plant.most_rivals)
-    covariances = [plant.normal(fit).covariance for fit in kept]
+    covariances = [plant.covariance(fit) for fit in kept]
     remainder = min(plant.remainder(fit) for fit in kept)
 
     def told(item: MenuItem[T]) -> _Told:

@@ -116,7 +116,7 @@ def _far(floors: float) -> float:
     return float(np.clip(np.log(max(floors, 1e-9) / AT_FLOOR) / np.log(FAR / AT_FLOOR), 0.0, 1.0))
 
 
-def price_of_unknown(floors: float, total: float, calibration: Calibration = CALIBRATED) -> float:
+def price_of_unknown(floors: float, total: float, calibration: Calibration) -> float:
     """What an unknown must take off a fit's cost for the odds to gain by it.
 
     ``floors`` : RMS of the best fit over the noise. Far from the noise ``MOST_TOGETHER`` errors count, each by half
@@ -152,22 +152,22 @@ def weigh(
     return np.asarray(AS_RECORDED * draws[:, 0] + (1.0 - AS_RECORDED) * draws[:, 1:].mean(axis=1))
 
 
-def in_order_of_odds(hypotheses: Sequence[Assessed[F]]) -> list[Assessed[F]]:
+def in_order_of_odds(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> list[Assessed[F]]:
     """By the weights that ``weigh`` gives sets of equally many causes, the trials as recorded; the largest first.
 
     For a choice before the errors on unseen trials are known: the distance from the noise is that of the fits.
     ``hypotheses`` : with their errors by trial.
     """
-    against = against_each(hypotheses, _far(min(h.ratio for h in hypotheses)))
+    against = against_each(hypotheses, _far(min(h.ratio for h in hypotheses)), calibration)
     return [hypotheses[i] for i in np.argsort(against, kind="stable")]
 
 
-def against_each(hypotheses: Sequence[Assessed[F]], share: float) -> Array:
+def against_each(hypotheses: Sequence[Assessed[F]], share: float, calibration: Calibration) -> Array:
     """(n,) what is against each hypothesis at this ``share`` of the way from the noise, the trials as recorded.
 
     Before the prior for the number of causes.
     """
-    against = _before_draws(hypotheses, share, CALIBRATED)
+    against = _before_draws(hypotheses, share, calibration)
     return against + share * _drawn(hypotheses)[:, 0] if share > 0.0 else against
 
 

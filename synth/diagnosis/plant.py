@@ -115,6 +115,10 @@ class Plant(ABC, Generic[F, T, S]):
     def normal(self, fit: F) -> ReducedNormal:
         """Normal equations at a fit."""
 
+    def covariance(self, fit: F) -> Array:
+        """(p, p) covariance of the errors of a fit's unknowns, of residuals as large as those that it leaves."""
+        return self.normal(fit).covariance(self.remainder(fit) ** 2)
+
     @abstractmethod
     def bounds(self, fit: F) -> tuple[Array, Array]:
         """Bounds of the unknowns."""
@@ -201,9 +205,9 @@ class Plant(ABC, Generic[F, T, S]):
         """Explanations that a further trial should separate, with their weights."""
         return open_explanations(judged)
 
+    @abstractmethod
     def remainder(self, fit: F) -> float:
         """RMS of what a fit leaves in the existing trials, over their noise; at least 1."""
-        return 1.0
 
     def variations(self, best: Sequence[MenuItem[T]], number: int) -> Sequence[MenuItem[T]]:
         """Further trials for the menu in round ``number``, similar to the ``best`` so far; none if it is complete."""

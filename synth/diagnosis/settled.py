@@ -16,7 +16,7 @@ from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Hypotheses
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.unseen import by_trial, unseen
-from synth.diagnosis.verdict import judge
+from synth.diagnosis.verdict import Calibration, judge
 from synth.diagnosis.workbench import Workbench
 
 LEFT = 0.01  # log-likelihood, largest fall that may be left: (1/7)^2 / 2
@@ -26,13 +26,16 @@ MOST, LEAST_WEIGHT = 6, 0.005
 
 
 def with_settled(
-    bench: Workbench, found: Hypotheses[EvaluatedHypothesis], done: Sequence[EvaluatedHypothesis] = ()
+    bench: Workbench,
+    found: Hypotheses[EvaluatedHypothesis],
+    calibration: Calibration,
+    done: Sequence[EvaluatedHypothesis] = (),
 ) -> tuple[Hypotheses[EvaluatedHypothesis], list[EvaluatedHypothesis]]:
     """The hypotheses, the leading ones and the nominal leg's at their optimum; and the fits that are.
 
     ``done`` : fits that are already. Leading are those that the odds prefer, and what the verdict names.
     """
-    judged = judge(found)
+    judged = judge(found, calibration)
     weighed = [item for item, weight in judged.weighed[:MOST] if weight >= LEAST_WEIGHT]
     chosen = {id(item): item for item in (found.none, judged.accepted, *judged.tied, *weighed)}
     still = {key: item for key, item in chosen.items() if all(item.fit is not fit for fit in done)}

@@ -13,19 +13,17 @@ from collections.abc import Sequence
 
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.odds import price_of_unknown
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.workbench import Workbench
 
 
 def worth_their_unknowns(
-    bench: Workbench, fits: Sequence[EvaluatedHypothesis], candidates: Sequence[ShapedEffect], floors: float
+    bench: Workbench, fits: Sequence[EvaluatedHypothesis], candidates: Sequence[ShapedEffect], price: float
 ) -> list[EvaluatedHypothesis]:
     """Each of these fits, or that of a simpler shape of its causes if the odds prefer it; in the same order.
 
-    ``fits`` : with their own derivatives. ``floors`` : RMS of the best of them over the noise, which sets the price.
+    ``fits`` : with their own derivatives. ``price`` : what an unknown must take off the cost, ``price_of_unknown``.
     """
-    price = price_of_unknown(floors, bench.total)
     starts = [_simpler(fit, candidates) for fit in fits]
     ends = iter(refine(bench, bench.evaluate([start for own in starts for start in own])))
     return [

@@ -21,7 +21,7 @@ from synth.diagnosis.evaluated_hypothesis import DAMPING, EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
 from synth.diagnosis.lanes import Kept
 from synth.diagnosis.left_out_fold import FitWithoutFold, bounded, judged_without_fold, normal_without_fold
-from synth.diagnosis.odds import in_order_of_odds
+from synth.diagnosis.odds import Calibration, in_order_of_odds
 from synth.diagnosis.prediction_error import BLOCKS
 from synth.diagnosis.score import from_state
 from synth.diagnosis.workbench import RULE, HypothesisFits, Workbench
@@ -112,7 +112,9 @@ def by_trial(bench: Workbench, residuals: Sequence[Array]) -> TrialErrors:
     return TrialErrors(*(np.array(column) for column in zip(*each, strict=True)))
 
 
-def with_unseen(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) -> Hypotheses[EvaluatedHypothesis]:
+def with_unseen(
+    bench: Workbench, found: Hypotheses[EvaluatedHypothesis], calibration: Calibration
+) -> Hypotheses[EvaluatedHypothesis]:
     """The hypotheses with their errors by trial, of the leading ones also those of unseen trials.
 
     Leading are single causes of the lowest cost, and of each size the sets that the odds prefer. Unchanged if there is
@@ -125,7 +127,7 @@ def with_unseen(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) -> Hyp
         return replace(item, seen=by_trial(bench, item.fit.residuals))
 
     none, singles, several = seen(found.none), [*map(seen, found.singles)], [*map(seen, found.several)]
-    preferred = in_order_of_odds([none, *singles, *several])
+    preferred = in_order_of_odds([none, *singles, *several], calibration)
     sizes = {len(item.keys) for item in several}
     leading = [item for size in sizes for item in [s for s in preferred if len(s.keys) == size][:SEVERAL]]
     items = [none, *singles[:SINGLES], *leading]

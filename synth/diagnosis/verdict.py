@@ -80,10 +80,10 @@ class Judged(Generic[F]):
         return max([self.counts, *(p for _, p in self.singles[:1])])
 
 
-def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]:
+def paying(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> list[Assessed[F]]:
     """Those hypotheses of several causes that clearly improve on the best of fewer causes.
 
-    One further cause must remove ``share`` of the squared error above the noise, and ``LEAST_SHARE`` of the whole
+    One further cause must remove ``pays`` of the squared error above the noise, and ``LEAST_SHARE`` of the whole
     gap: near the noise of the fitted trials, far from it on unseen ones if available. A fold is often the only trial of
     its kind: a servo's current limit and its motor constant, found at the noise in three logs, missed the one log that
     reached the limit by 30 noise floors when it was out. Far from the noise a cause with more unknown numbers is not
@@ -95,7 +95,9 @@ def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]
     none, far = next((h for h in hypotheses if not h.keys), None), far_share(hypotheses)
     gap = none.above if none is not None else 0.0
     sizes = unknowns_and_states(hypotheses) if far > 0.0 else [0] * len(hypotheses)
-    likely = _likelier_than_none(hypotheses) if far > 0.0 and none is not None else [True] * len(hypotheses)
+    likely = (
+        _likelier_than_none(hypotheses, calibration) if far > 0.0 and none is not None else [True] * len(hypotheses)
+    )
     kept = []
     for hypothesis, size in zip(hypotheses, sizes, strict=True):
         simpler = [h for h, own, may in zip(hypotheses, sizes, likely, strict=True) if own <= size and may]
@@ -113,15 +115,15 @@ def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]
                 continue
             unseen = taken(hypothesis, none) - max(taken(h, none) for h in known)
             takes = (1.0 - far) * takes + far * unseen
-        if left**2 <= (1.0 - share) * before**2 and takes >= LEAST_SHARE:
+        if left**2 <= (1.0 - calibration.pays) * before**2 and takes >= LEAST_SHARE:
             kept.append(hypothesis)
     paid = [hypothesis for hypothesis in kept if len(hypothesis.keys) > 1]
     return [h for h in hypotheses if any(h is k for k in kept) or any(_is_rival(h, k) for k in paid)]
 
 
-def _likelier_than_none(hypotheses: Sequence[Assessed[F]]) -> list[bool]:
+def _likelier_than_none(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> list[bool]:
     """Of each hypothesis whether it has better odds than none, its numbers charged, before all priors."""
-    against = against_each(hypotheses, far_share(hypotheses))
+    against = against_each(hypotheses, far_share(hypotheses), calibration)
     of_none = next(value for h, value in zip(hypotheses, against, strict=True) if not h.keys)
     return [not h.keys or bool(value < of_none) for h, value in zip(hypotheses, against, strict=True)]
 
@@ -134,7 +136,7 @@ def _is_rival(hypothesis: Assessed[F], other: Assessed[F]) -> bool:
 
 def judge(
     found: Hypotheses[F],
-    calibration: Calibration = CALIBRATED,
+    calibration: Calibration,
     singles: int = 0,
     free: TrialErrors | None = None,
     motion: float = np.inf,
@@ -148,7 +150,7 @@ def judge(
     sets that contain it: each of two may have all that the doubt of several leaves.
     """
     fitted = [found.none, *found.singles, *found.several]
-    hypotheses = paying(fitted, calibration.pays)
+    hypotheses = paying(fitted, calibration)
     weights = _worth(hypotheses, weigh_beside(hypotheses, fitted, found.small, calibration, singles))
     heaviest = _heaviest(hypotheses, weights)
     best = hypotheses[heaviest]

@@ -82,11 +82,12 @@ class Workbench:
         return in_parallel(work, count, self.cores)
 
     def cost(self, squares: float, unknowns: Array) -> float:
-        """Cost of a whitened sum of squares and unknowns, in units of log-likelihood.
+        """Cost of a whitened sum of squares and unknowns, by which the search orders hypotheses.
 
-        ``N log(1 + squares / N) + |x|^2 / 2``: near the noise floor least squares, far above it the log-likelihood of
-        residuals of unknown size. Residuals that no tolerance can reduce then do not push a hypothesis out of its
-        tolerances.
+        ``N log(1 + squares / N) + |x|^2 / 2``, a multivariate t with ``N`` degrees of freedom (Lange, Little & Taylor,
+        J. Am. Stat. Assoc. 84 (1989) 881): least squares at the noise; far above it twice the ``N/2 log(squares)`` of
+        residuals of unknown size. The odds are tuned with that; what is reported has ``ReducedNormal.covariance``.
+        Residuals that no tolerance can reduce do not push a hypothesis out of its tolerances.
         """
         return self.total * float(np.log1p(squares / self.total)) + 0.5 * float(unknowns @ unknowns)
 

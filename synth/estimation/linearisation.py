@@ -106,9 +106,8 @@ class Linearisation:
 
 @dataclass(frozen=True)
 class LinearisedNormal(ReducedNormal):
-    """Reduced normal equations with each trial's projected sum of ``squares``; ``weight`` of squares in the cost."""
+    """Reduced normal equations with each trial's projected sum of ``squares``."""
 
-    weight: float
     squares: tuple[float, ...]
 
     @cached_property

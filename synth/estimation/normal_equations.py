@@ -244,12 +244,13 @@ class ArrowNormal(NormalEquations):
 class ReducedNormal(NormalEquations):
     """``matrix`` (p, p) and ``gradient`` (p,) with the trials' own unknowns eliminated; damped afterwards.
 
-    ``parts`` : each trial's contribution to both.
+    ``parts`` : each trial's contribution to both; ``weight`` of half its squares in the cost, against the priors.
     """
 
     matrix: Array
     gradient: Array
     parts: tuple[tuple[Array, Array], ...]
+    weight: float
 
     @classmethod
     def of(cls, information: Sequence[TrialNormal], prior: Array, prior_gradient: Array) -> ReducedNormal:
@@ -262,17 +263,25 @@ class ReducedNormal(NormalEquations):
         )
         matrix = sum((part for part, _ in parts), prior.copy())
         gradient = sum((part for _, part in parts), prior_gradient.copy())
-        return cls(groups, matrix, gradient, parts)
+        return cls(groups, matrix, gradient, parts, 1.0)
 
     @property
     def scale(self) -> DampingScale:
         """The diagonals: of the reduced matrix, and of the trials' own."""
         return DampingScale(np.diag(self.matrix), tuple(group.diagonal for group in self.groups))
 
-    @property
-    def covariance(self) -> Array:
-        """(p, p) covariance of the common unknowns: the inverse information of trials and priors."""
-        return np.asarray(np.linalg.inv(self.matrix))
+    def covariance(self, variance: float) -> Array:
+        """(p, p) covariance of the errors of the common unknowns at the cost's least, of residuals of this variance.
+
+        The inverse information where the cost weighs squares by the inverse of their variance. Where it weighs them
+        otherwise, ``H^-1 V H^-1`` with the cost's curvature ``H`` and the covariance ``V`` of its gradient (Huber, 5th
+        Berkeley Symp. Math. Stat. Prob. 1 (1967) 221). Priors hold as stated.
+        """
+        trials = sum((part for part, _ in self.parts), np.zeros_like(self.matrix))
+        spread = self.weight * variance * trials + (self.matrix - trials)
+        inverse = np.linalg.inv(self.matrix)
+        found = inverse @ spread @ inverse
+        return np.asarray(0.5 * (found + found.T))
 
     def damped(self, damping: float, scale: DampingScale) -> tuple[Array, Array]:
         """The reduced matrix with its damping."""

@@ -153,6 +153,9 @@ class PlainMotion:
     def find(self, effect: str, joint: int, form: Form, strength: float, near: float = 0.04) -> PlantedCause:
         """The size whose gap is ``strength`` noise floors, within the relative tolerance ``near``.
 
+        Where the largest size leaves less, the case gets the next better sensor, unless its setup keeps its own:
+        ``setup`` and ``floor`` are then that sensor's, and causes found before have other strengths.
+
         Bracketed false position on the logarithms of size and gap. The gap is not a power of the size: the tolerances
         may explain a small effect completely, and the gap rises steeply once they are used up.
 

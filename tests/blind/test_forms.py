@@ -20,6 +20,7 @@ from blind.cases import Case
 from blind.legs import Wish
 from blind.writing import write_case
 from synth.diagnosis.angle_search import AngleExplorer
+from synth.diagnosis.odds import CALIBRATED
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.files.gap_project import read_gap_project
@@ -62,7 +63,9 @@ def left(case: Case, cause: PlantedCause, folder: Path) -> tuple[float, float]:
     project = read_gap_project(folder / "case" / "gap.yaml")
     scene, _ = scene_of(project.leg, project.trials, project.tolerance, 0)
     every = candidates(project.leg, scene.given, scales(project.leg, scene.given))
-    explorer = AngleExplorer(scene.bench, [candidate for candidate in every if candidate.effect.name == cause.effect])
+    explorer = AngleExplorer(
+        scene.bench, [candidate for candidate in every if candidate.effect.name == cause.effect], CALIBRATED
+    )
     return explorer.ratio(explorer.none()), explorer.ratio(min(explorer.singles(), key=lambda fit: fit.cost))
 
 

@@ -19,7 +19,7 @@ from synth.diagnosis.angle_search import search
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Hypotheses
-from synth.diagnosis.odds import far_share
+from synth.diagnosis.odds import Calibration, far_share
 from synth.diagnosis.plants.swinging_chain import chain_diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.verdict import CALIBRATED
@@ -33,7 +33,10 @@ def searched_once(monkeypatch: pytest.MonkeyPatch) -> None:
     made: dict[object, Hypotheses[EvaluatedHypothesis]] = {}
 
     def once(
-        bench: Workbench, candidates: Sequence[ShapedEffect], progress: Callable[[str], None] | None = None
+        bench: Workbench,
+        candidates: Sequence[ShapedEffect],
+        calibration: Calibration,
+        progress: Callable[[str], None] | None = None,
     ) -> Hypotheses[EvaluatedHypothesis]:
         key = (
             tuple(trial.measured.tobytes() for trial in bench.trials),
@@ -42,7 +45,7 @@ def searched_once(monkeypatch: pytest.MonkeyPatch) -> None:
             tuple((candidate.key, repr(candidate.shape)) for candidate in candidates),
         )
         if key not in made:
-            made[key] = search(bench, candidates, progress)
+            made[key] = search(bench, candidates, calibration, progress)
         return made[key]
 
     for module in (tune, chain_diagnosis):

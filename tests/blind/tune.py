@@ -41,8 +41,8 @@ def search_case(case: Path) -> Searched:
     """The search of the case in this folder."""
     project = read_gap_project(case / "gap.yaml")
     scene, _ = scene_of(project.leg, project.trials, project.tolerance, project.seed)
-    found = search(scene.bench, candidates(project.leg, scene.given, scales(project.leg, scene.given)))
-    found, _ = with_settled(scene.bench, found)
+    found = search(scene.bench, candidates(project.leg, scene.given, scales(project.leg, scene.given)), CALIBRATED)
+    found, _ = with_settled(scene.bench, found, CALIBRATED)
     return Searched(found, {project.leg.joint_names[item.joint]: item.step for item in scene.coarse})
 
 

@@ -13,6 +13,7 @@ from synth.arrays import Array
 from synth.diagnosis.angle_search import as_designed, search
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
+from synth.diagnosis.odds import CALIBRATED
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, compatible, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE, diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
@@ -56,14 +57,14 @@ def test_three_causes_are_tried_and_leave_only_noise() -> None:
         "knee": {"encoder_offset": {"offset": 0.08}, "quadratic_damping": {"coefficient": 0.008}},
     }
     bench, found = bench_of(with_effects(off(TWO, 4), three))
-    best = min(search(bench, found).several, key=lambda assessed: assessed.cost)
+    best = min(search(bench, found, CALIBRATED).several, key=lambda assessed: assessed.cost)
     assert len(best.keys) == 3
     assert best.ratio < 1.1
 
 
 def test_no_second_cause_is_searched_when_one_leaves_only_noise() -> None:
     bench, found = bench_of(with_effects(off(TWO, 4), {"hip": FRICTION_AND_OFFSET["hip"]}))
-    assert search(bench, found).several == ()
+    assert search(bench, found, CALIBRATED).several == ()
 
 
 def test_incompatible_causes_are_not_combined() -> None:

@@ -119,7 +119,7 @@ def test_each_leading_hypothesis_is_fitted_beside_the_same_small_cause() -> None
 
     singles = sorted((fitted(each) for each in (SOFT, SCALE)), key=lambda item: item.cost)
     found = Hypotheses(fitted(), tuple(singles), (fitted(SOFT, SHIFT),))
-    beside = with_companions(bench, found)
+    beside = with_companions(bench, found, CALIBRATED)
     assert beside.small == (SHIFT.key,)
     by_keys = {frozenset(item.keys): item for item in beside.several}
     assert frozenset((SCALE.key, SHIFT.key)) in by_keys

@@ -10,6 +10,7 @@ from diagnosis.simulated_releases import TWO
 from peers.mujoco_leg import simulate
 from synth.arrays import Array
 from synth.diagnosis.angle_search import search
+from synth.diagnosis.odds import CALIBRATED
 from synth.diagnosis.plants.swinging_chain.chain_candidates import scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.plants.swinging_chain.free_torque import FreeTorque, free_torques
@@ -36,7 +37,7 @@ def found(law: Law | None) -> tuple[FreeTorque, ...]:
         angles = TWO.to_measured(rotation) + NOISE * generator.standard_normal(rotation.shape)
         trials.append(Trial(f"{number}.csv", TIME, angles))
     scene, _ = scene_of(TWO, trials, Tolerance(), 0)
-    base = search(scene.bench, [], lambda _: None).none.fit
+    base = search(scene.bench, [], CALIBRATED).none.fit
     return free_torques(TWO, scene.tolerances.leg(TWO, base.unknowns), scene.bench, base, scales(TWO, scene.given))
 
 

@@ -10,16 +10,19 @@ import pytest
 
 from diagnosis.simulated_releases import TWO, off, recorded, with_effects
 from synth.diagnosis import influence
+from synth.diagnosis.angle_search import as_designed, ratio
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.diagnosis_result import Verdict
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.hypotheses import Assessed
+from synth.diagnosis.hypotheses import Assessed, Hypotheses
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
-from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
-from synth.diagnosis.verdict import Judged
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose, scene_of
+from synth.diagnosis.restarts import refine
+from synth.diagnosis.verdict import CALIBRATED, Judged, judge
 from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
+from synth.swing.leg_model import Leg
 
 TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
 FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
@@ -42,24 +45,43 @@ def test_consistent_recordings_give_no_influence_warning() -> None:
     assert not [text for text in result.warnings if "depends on" in text or "contradicts the others" in text]
 
 
-def test_only_the_most_influential_recordings_are_refitted_without(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where each recording seems to turn the verdict, a fit without each would take hours of two hundred."""
-    refits: list[int] = []
-
-    def refitted(bench: Workbench, found: Sequence[Assessed], out: int) -> list[Assessed]:
-        refits.append(out)
-        return list(found)
-
-    monkeypatch.setattr(influence, "_refitted", refitted)
-    monkeypatch.setattr(influence, "_differs", lambda judged, again: True)
-    built = with_effects(off(TWO, 4), FRICTION)
-    trials = [trial for seed in range(3) for trial in recorded(built, seed=seed)]
-    assert len(trials) > 2 * influence.MOST_REFITTED - 1
+def assessed_of(built: Leg, seeds: Sequence[int], effect: str) -> tuple[Workbench, Hypotheses[EvaluatedHypothesis]]:
+    """The nominal leg and one cause at the hip, fitted to the trials of these seeds of noise."""
+    trials = [trial for seed in seeds for trial in recorded(built, seed=seed, held_out=0)]
     named = [replace(trial, name=f"{k}.csv") for k, trial in enumerate(trials)]
-    result = diagnose(TWO, named, Tolerance())
-    assert len(refits) == influence.MOST_REFITTED
-    (open_,) = [text for text in result.warnings if "may also depend on" in text]
-    assert all(f"{out}.csv" not in open_.replace(",", " ").split() for out in refits)
+    scene, _ = scene_of(TWO, named, Tolerance(), 0)
+    cause = next(each for each in FOUND if each.key == (effect, "hip"))
+    designed = as_designed(scene.bench)
+    start = designed.beside([cause], [cause.starts()[0]])
+    fits = refine(scene.bench, scene.bench.evaluate([designed, start]))
+    none, single = (Assessed(fit, fit.cost, ratio(scene.bench, fit)) for fit in fits)
+    return scene.bench, Hypotheses(none, (single,), ())
+
+
+def test_only_some_recordings_are_refitted_without() -> None:
+    """Where each recording seems to turn the verdict, a fit without each would take hours of two hundred."""
+    bench, found = assessed_of(with_effects(off(TWO, 4), FRICTION), (0, 1), "coulomb_friction")
+    assert len(bench.trials) == influence.MOST_REFITTED + 2
+    other = replace(judge(found, CALIBRATED), verdict="unknown")  # what no recording's absence leaves
+    hangs = influence.hangs_on(bench, found, other, CALIBRATED)
+    assert len(hangs.turned) == influence.MOST_REFITTED
+    assert all("coulomb_friction (hip)" in verdict for _, verdict in hangs.turned)
+    assert sorted([*dict(hangs.turned), *hangs.open]) == [f"{k}.csv" for k in range(len(bench.trials))]
+
+
+def test_one_step_without_a_recording_determines_a_shape_as_a_fit_without_it() -> None:
+    """One of four slipped: without it the residuals are small, and the shape is determined far better."""
+    built = with_effects(off(TWO, 4), {"hip": {"quadratic_damping": {"coefficient": 0.05}}})
+    bench, found = assessed_of(built, (2,), "quadratic_damping")
+    slipped = replace(bench.trials[1], measured=bench.trials[1].measured + np.array([0.0, 0.12]))
+    bench = replace(bench, trials=(bench.trials[0], slipped, *bench.trials[2:]))
+    (fit,) = refine(bench, bench.evaluate([found.singles[0].fit.start_at()]))
+    single = Assessed(fit, fit.cost, ratio(bench, fit))
+    stepped = influence._without_each(bench, single)[1]
+    (refitted,) = influence._refitted(bench, [stepped], 1)
+    assert stepped.fit.shapes[:, 1] == pytest.approx(refitted.fit.shapes[:, 1], rel=0.5)
+    assert stepped.fit.shapes[:, 1] > 5.0 * fit.shapes[:, 1]
+    assert not stepped.fit.start.residuals  # nothing that was computed elsewhere
 
 
 def test_a_verdict_that_hangs_on_a_recording_is_less_sure() -> None:

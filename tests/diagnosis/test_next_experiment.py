@@ -30,8 +30,8 @@ class Menu:
         rest: dict[str, Any] = {"keys": {}, "release": {}, "ramp": None, "command": None}
         return [SimpleNamespace(what=name, trial=name, **rest) for name in self.sizes]
 
-    def normal(self, fit: float) -> Any:
-        return SimpleNamespace(covariance=np.eye(1))
+    def covariance(self, fit: float) -> Any:
+        return np.eye(1)
 
     def forecast(self, fit: float, trial: str, covariance: np.ndarray) -> TrialForecast:
         mean = np.array([self.sizes[trial] * fit, 0.0, 0.0])

@@ -15,6 +15,7 @@ import pytest
 from synth.arrays import Array
 from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.odds import CALIBRATED
 from synth.diagnosis.plants.swinging_chain.chain_candidates import scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose, scene_of
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
@@ -148,7 +149,7 @@ def test_both_halves_of_the_pendulums_small_swings_lack_a_torque_at_the_lower_jo
     project = pendulum_project(tmp_path)
     trials = [replace(trial, held_out=False) for trial in project.trials[half::2]]
     scene, _ = scene_of(project.leg, trials, project.tolerance, 0)
-    base = search(scene.bench, [], lambda _: None).none.fit
+    base = search(scene.bench, [], CALIBRATED).none.fit
     nominal = scene.tolerances.leg(project.leg, base.unknowns)
     first = free_torques(project.leg, nominal, scene.bench, base, scales(project.leg, scene.given))[0]
     assert (first.joint, first.over) == ("lower", "deflection")
@@ -163,7 +164,7 @@ def test_each_half_of_the_ankles_releases_is_predicted_by_its_own_refits(half: i
     project = leg_project(tmp_path, "ankle")
     trials = [replace(trial, held_out=False) for trial in project.trials[half::2]]
     scene, _ = scene_of(project.leg, trials, project.tolerance, 0)
-    base = search(scene.bench, [], lambda _: None).none.fit
+    base = search(scene.bench, [], CALIBRATED).none.fit
     nominal = scene.tolerances.leg(project.leg, base.unknowns)
     (first,) = free_torques(project.leg, nominal, scene.bench, base, scales(project.leg, scene.given))
     assert first.joint == "ankle"

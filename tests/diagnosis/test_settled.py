@@ -11,6 +11,7 @@ from diagnosis.simulated_releases import TWO, off, recorded
 from synth.diagnosis.angle_search import as_designed, ratio
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessed, Hypotheses
+from synth.diagnosis.odds import CALIBRATED
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.restarts import refine
@@ -38,7 +39,7 @@ def two_fits() -> tuple[Workbench, EvaluatedHypothesis, list[EvaluatedHypothesis
 def test_fits_from_either_side_end_at_one_point() -> None:
     bench, _, fits = two_fits()
     ends = settled(bench, fits)
-    deviation = float(np.sqrt(np.diag(bench.normal(ends[0]).covariance))[-1])
+    deviation = float(np.sqrt(np.diag(bench.normal(ends[0]).covariance(1.0)))[-1])
     apart, left = (abs(float(a.unknowns[-1] - b.unknowns[-1])) for a, b in (fits, ends))
     assert apart > 0.3 * deviation  # a valley: the search stops on its way
     assert left < 0.1 * deviation
@@ -62,12 +63,12 @@ def test_the_hypotheses_in_the_answer_are_settled_once() -> None:
         return Assessed(fit, fit.cost, ratio(bench, fit))
 
     found = Hypotheses(assessed(designed), (assessed(replace(first, cost=first.cost)),), ())
-    made, done = with_settled(bench, found)
+    made, done = with_settled(bench, found, CALIBRATED)
     assert made.none.cost < designed.cost - LEFT
     for item in (made.none, *made.singles):
         assert item.cost == item.fit.cost
         assert item.ratio == pytest.approx(ratio(bench, item.fit))
         assert any(item.fit is fit for fit in done)
-    again, still = with_settled(bench, made, done)
+    again, still = with_settled(bench, made, CALIBRATED, done)
     assert again.none is made.none
     assert len(still) == len(done)

@@ -112,7 +112,7 @@ def test_far_above_the_noise_odds_come_from_the_errors_by_trial() -> None:
     better = assessed(held_out_error(100, 100, 100), DRAG, cost=400.0)
     weights = weigh([none, worse, better], CALIBRATED)
     assert weights[2] / weights[1] == pytest.approx((110 / 100) ** 20, rel=1e-3)
-    judged = judge(Hypotheses(none, (worse, better), ()))
+    judged = judge(Hypotheses(none, (worse, better), ()), CALIBRATED)
     assert judged.accepted.keys == (("quadratic_damping", "knee"),)
 
 
@@ -148,7 +148,7 @@ def test_an_explanation_that_predicts_no_trial_left_out_of_its_fit_is_not_accept
     none = with_fitted(assessed(held_out_error(200, 200, 200), cost=900.0), 200.0)
     for left, verdict in ((60.0, "effect"), (199.0, "unknown")):
         found = with_fitted(assessed(held_out_error(left, left, left), FRICTION), 50.0)
-        assert judge(Hypotheses(none, (found,), ())).verdict == verdict
+        assert judge(Hypotheses(none, (found,), ()), CALIBRATED).verdict == verdict
 
 
 def test_fitted_trials_decide_between_causes_where_they_are_known() -> None:
@@ -167,7 +167,7 @@ def test_a_cause_must_remove_most_of_the_gap_or_an_unknown_one_is_more_probable(
     verdicts = []
     for left in (1000 * (1.0 - CALIBRATED.most), 200.0, 700.0):
         found = with_fitted(assessed(held_out_error(*[left] * 4), FRICTION), left)
-        verdicts.append(judge(Hypotheses(none, (found,), ()), motion=5000.0))
+        verdicts.append(judge(Hypotheses(none, (found,), ()), CALIBRATED, motion=5000.0))
     expected = 1.0 - (1.0 - 0.5 * CALIBRATED.most_unknown) * (1.0 - 1.0 / 10.0)
     assert verdicts[0].unknown == pytest.approx(expected, abs=0.01)
     assert [judged.verdict for judged in verdicts[1:]] == ["effect", "unknown"]
@@ -178,7 +178,7 @@ def test_a_gap_that_nothing_explains_is_unknown_if_it_exceeds_a_models_accuracy(
     """Five per cent of the motion, a quarter of a per cent, and where no motion is known."""
     none = with_fitted(assessed(held_out_error(*[500] * 4)), 500.0)
     little = with_fitted(assessed(held_out_error(*[490] * 4), FRICTION), 490.0)
-    assert judge(Hypotheses(none, (little,), ()), motion=motion).verdict == verdict
+    assert judge(Hypotheses(none, (little,), ()), CALIBRATED, motion=motion).verdict == verdict
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(0.1, "unknown"), (2.0, "none")])
@@ -190,7 +190,7 @@ def test_a_stated_accuracy_decides_which_gap_may_be_a_models_own_error(share: fl
     none = with_fitted(assessed(held_out_error(*[500] * 4)), 500.0)
     little = with_fitted(assessed(held_out_error(*[490] * 4), FRICTION), 490.0)
     motion = stated.motion_trusted(CALIBRATED.accuracy)
-    assert judge(Hypotheses(none, (little,), ()), motion=motion).verdict == verdict
+    assert judge(Hypotheses(none, (little,), ()), CALIBRATED, motion=motion).verdict == verdict
     assert scene.motion_trusted(CALIBRATED.accuracy) == scene.motion
 
 
@@ -198,10 +198,10 @@ def test_pairs_that_differ_in_their_small_cause_give_the_common_cause() -> None:
     none = with_fitted(assessed(held_out_error(*[1000] * 4)), 1000.0)
     alone = with_fitted(assessed(held_out_error(*[250] * 4), FRICTION), 250.0)
     pairs = tuple(with_fitted(assessed(held_out_error(*[100] * 4), FRICTION, item), 100.0) for item in (OFFSET, SCALE))
-    judged = judge(Hypotheses(none, (alone,), pairs), motion=5000.0)
+    judged = judge(Hypotheses(none, (alone,), pairs), CALIBRATED, motion=5000.0)
     assert (judged.verdict, judged.accepted.keys, judged.tied) == ("effect", alone.keys, ())
     weak = with_fitted(assessed(held_out_error(*[600] * 4), FRICTION), 600.0)
-    assert judge(Hypotheses(none, (weak,), pairs), motion=5000.0).verdict == "tie"
+    assert judge(Hypotheses(none, (weak,), pairs), CALIBRATED, motion=5000.0).verdict == "tie"
 
 
 def test_a_difference_due_to_one_trial_is_not_certain() -> None:
@@ -218,10 +218,11 @@ def test_the_verdict_is_none_when_causes_help_less_than_trials_differ() -> None:
     """However far above the noise: a remainder of 250 to 900 floors, of which the best cause takes 15 %."""
     none = assessed(held_out_error(300, 1000, 500, 700))
     little = assessed(held_out_error(255, 850, 425, 595), FRICTION)
-    judged = judge(Hypotheses(none, (little,), ()))
+    judged = judge(Hypotheses(none, (little,), ()), CALIBRATED)
     assert judged.verdict == "none"
     steady = judge(
-        Hypotheses(assessed(held_out_error(*[600] * 4)), (assessed(held_out_error(*[150] * 4), FRICTION),), ())
+        Hypotheses(assessed(held_out_error(*[600] * 4)), (assessed(held_out_error(*[150] * 4), FRICTION),), ()),
+        CALIBRATED,
     )
     assert steady.verdict == "effect"
 
@@ -230,19 +231,19 @@ def test_the_verdict_is_unknown_when_only_a_free_torque_helps() -> None:
     none = assessed(held_out_error(*[500] * 4))
     some = assessed(held_out_error(*[430] * 4), FRICTION)
     found = Hypotheses(none, (some,), ())
-    assert judge(found, free=held_out_error(*[100] * 4)).verdict == "unknown"
-    assert judge(found, free=held_out_error(*[100] * 4)).accepted.keys == (("coulomb_friction", "hip"),)
-    assert judge(Hypotheses(none, (), ()), free=held_out_error(*[480] * 4)).verdict == "none"
-    assert judge(Hypotheses(none, (), ()), free=held_out_error(*[100] * 4)).verdict == "unknown"
+    assert judge(found, CALIBRATED, free=held_out_error(*[100] * 4)).verdict == "unknown"
+    assert judge(found, CALIBRATED, free=held_out_error(*[100] * 4)).accepted.keys == (("coulomb_friction", "hip"),)
+    assert judge(Hypotheses(none, (), ()), CALIBRATED, free=held_out_error(*[480] * 4)).verdict == "none"
+    assert judge(Hypotheses(none, (), ()), CALIBRATED, free=held_out_error(*[100] * 4)).verdict == "unknown"
 
 
 def test_an_additional_cause_must_remove_a_tenth_on_left_out_trials() -> None:
     none, single = assessed(held_out_error(*[100] * 3)), assessed(held_out_error(*[50] * 3), FRICTION)
     tenth = replace(assessed(held_out_error(*[39] * 3), FRICTION, OFFSET), ratio=20.0)
     less = replace(tenth, unseen=held_out_error(*[41] * 3))
-    assert paying([none, single, tenth], 0.4) == [none, single, tenth]
-    assert paying([none, single, less], 0.4) == [none, single]
-    assert paying([none, single, replace(tenth, unseen=None)], 0.4) == [none, single]
+    assert paying([none, single, tenth], CALIBRATED) == [none, single, tenth]
+    assert paying([none, single, less], CALIBRATED) == [none, single]
+    assert paying([none, single, replace(tenth, unseen=None)], CALIBRATED) == [none, single]
 
 
 def test_a_cause_with_initial_states_of_its_own_is_not_simpler_than_two_without() -> None:
@@ -253,8 +254,8 @@ def test_a_cause_with_initial_states_of_its_own_is_not_simpler_than_two_without(
         single = assessed(held_out_error(*[5.0 * floors] * 3), FRICTION)
         follows = assessed(held_out_error(*[floors] * 3), flexible)
         pair = assessed(held_out_error(*[floors] * 3), FRICTION, OFFSET)
-        assert (pair in paying([none, single, follows, pair], CALIBRATED.pays)) is pays
-        assert pair in paying([none, single, pair], CALIBRATED.pays)
+        assert (pair in paying([none, single, follows, pair], CALIBRATED)) is pays
+        assert pair in paying([none, single, pair], CALIBRATED)
 
 
 def test_at_the_noise_an_additional_cause_pays_by_the_fitted_trials() -> None:
@@ -262,8 +263,8 @@ def test_at_the_noise_an_additional_cause_pays_by_the_fitted_trials() -> None:
     none = replace(assessed(held_out_error(14, 1.4, 1.4)), ratio=9.0)
     single = replace(assessed(held_out_error(3, 1, 0.9), FRICTION), ratio=2.0)
     pair = replace(assessed(held_out_error(30, 0.9, 0.9), FRICTION, OFFSET), ratio=1.0)
-    assert paying([none, single, pair], 0.4) == [none, single, pair]
-    assert paying([none, single, replace(pair, ratio=1.9)], 0.4) == [none, single]
+    assert paying([none, single, pair], CALIBRATED) == [none, single, pair]
+    assert paying([none, single, replace(pair, ratio=1.9)], CALIBRATED) == [none, single]
 
 
 def test_one_outlying_trial_does_not_decide_the_share_removed() -> None:
@@ -273,9 +274,9 @@ def test_one_outlying_trial_does_not_decide_the_share_removed() -> None:
 
 def test_a_gap_below_the_requested_accuracy_gives_none() -> None:
     none, single = assessed(held_out_error(*[100] * 3)), assessed(held_out_error(*[10] * 3), FRICTION)
-    judged = of_no_account(judge(Hypotheses(none, (single,), ())), none)
+    judged = of_no_account(judge(Hypotheses(none, (single,), ()), CALIBRATED), none)
     assert (judged.verdict, judged.accepted, judged.none) == ("none", none, 1.0)
-    counted = of_no_account(with_counts(judge(Hypotheses(none, (single,), ())), coarse=True), none)
+    counted = of_no_account(with_counts(judge(Hypotheses(none, (single,), ()), CALIBRATED), coarse=True), none)
     assert (counted.counts, counted.none, counted.probability) == (0.0, 1.0, 0.0)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array
+from synth.estimation.intervals import NORMAL90
 from synth.estimation.levenberg_marquardt import (
     CONVERGED,
     DIVERGED,
@@ -188,7 +189,7 @@ def test_a_reduced_step_and_covariance_are_those_of_the_dense_system() -> None:
         (step,) = normal.steps(np.zeros(4), np.zeros(1), normal.scale, bounds, StepLimits(follow=follow))
         expected = -np.linalg.solve(dense, side)
         np.testing.assert_allclose(np.concatenate([step.common, *step.own]), expected, rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(normal.covariance, np.linalg.inv(dense)[:4, :4], rtol=1e-9)
+    np.testing.assert_allclose(normal.covariance(1.0), np.linalg.inv(dense)[:4, :4], rtol=1e-9)
 
 
 def test_a_fit_without_a_trial_is_that_of_the_others() -> None:
@@ -228,3 +229,17 @@ def test_own_unknowns_follow_a_damped_common_step(damping: float) -> None:
     after = residual + slopes @ np.concatenate([step.common, step.own[0]])
     assert abs(step.common[0]) > 0.0
     assert float(after @ after) < float(residual @ residual)
+
+
+@pytest.mark.parametrize("size", [1.0, 3.0, 20.0])
+def test_intervals_of_residuals_larger_than_their_weight_hold_their_level(size: float) -> None:
+    """Estimates by weight 1 of one trial with an unknown of its own, one common unknown hardly determined."""
+    rng, count = np.random.default_rng(4), 4000
+    common, own = rng.standard_normal((60, 2)) * [0.5, 0.05], rng.standard_normal((60, 1))
+    truth, noise = rng.standard_normal((count, 2)), size * rng.standard_normal((count, 60))
+    trial = TrialNormal(common.T @ common, common.T @ own, own.T @ own, np.zeros(2), np.zeros(1))
+    normal = ReducedNormal.of([trial], np.eye(2), np.zeros(2))
+    free = common - own @ np.linalg.lstsq(own, common, rcond=None)[0]
+    estimates = np.linalg.solve(normal.matrix, free.T @ (truth @ common.T + noise).T).T
+    reach = NORMAL90 * np.sqrt(np.diag(normal.covariance(size**2)))
+    np.testing.assert_allclose(np.mean(np.abs(estimates - truth) <= reach, axis=0), 0.9, atol=0.02)

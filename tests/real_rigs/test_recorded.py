@@ -15,6 +15,7 @@ from real_rigs.__main__ import half_of, row
 from real_rigs.planted import FAULTS, diagnosed, is_right
 from real_rigs.recorded import RIGS, absent
 from synth.diagnosis.angle_search import AngleExplorer
+from synth.diagnosis.odds import CALIBRATED
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.score import from_state
@@ -72,7 +73,9 @@ def test_left_out_pieces_of_a_swung_up_pendulum_err_from_their_best_states(tmp_p
     scene, _ = scene_of(project.leg, project.trials, project.tolerance, 0)
     bench = scene.bench
     every = candidates(project.leg, scene.given, scales(project.leg, scene.given))
-    (friction,) = AngleExplorer(bench, [each for each in every if each.key == ("coulomb_friction", "hinge")]).singles()
+    (friction,) = AngleExplorer(
+        bench, [each for each in every if each.key == ("coulomb_friction", "hinge")], CALIBRATED
+    ).singles()
     (found,) = unseen(bench, [friction])
     for index, trial in enumerate(bench.trials):
         fit = replace(friction, unknowns=found.refitted[index], frame=None)

@@ -39,6 +39,8 @@ class JumpFit:
 
     ``residuals`` (M,) per trial, ``slopes`` (M, n_unknown + 2) per trial; ``cost`` half the sum of squares, with
     priors.
+
+    What was computed holds at this point only: elsewhere, or with other causes, it starts by ``start_at``.
     """
 
     hypothesis: tuple[JumpCandidate, ...]
@@ -48,9 +50,17 @@ class JumpFit:
     slopes: tuple[Array, ...] = ()
     cost: float = np.inf
 
+    def start_at(self, *, unknowns: Array | None = None, own: Array | None = None) -> JumpFit:
+        """A start elsewhere, not evaluated: what is not given stays, and nothing that was computed here."""
+        return JumpFit(
+            self.hypothesis,
+            self.unknowns if unknowns is None else unknowns,
+            self.own if own is None else own,
+        )
+
     def at(self, unknowns: Array) -> JumpFit:
         """The hypothesis with other unknowns, for predictions."""
-        return replace(self, unknowns=unknowns)
+        return self.start_at(unknowns=unknowns)
 
     @property
     def keys(self) -> tuple[tuple[str, str], ...]:
@@ -94,6 +104,12 @@ class JumpBench:
         cost = 0.5 * sum(float(r @ r) for r in residuals)
         cost += 0.5 * float(fit.unknowns @ fit.unknowns) + 0.5 * float(np.sum(fit.own**2))
         return replace(fit, residuals=residuals, slopes=tuple(s / self.softness for _, s in found), cost=cost)
+
+    def remainder(self, fit: JumpFit) -> float:
+        """RMS of an evaluated fit's residuals over the samples' uncertainty; at least 1."""
+        squares = sum(float(residual @ residual) for residual in fit.residuals)
+        counted = sum(jump.weight * len(residual) for jump, residual in zip(self.trials, fit.residuals, strict=True))
+        return max(float(np.sqrt(squares / counted)), 1.0)
 
     def slopes(self, jump: Jump, fit: JumpFit, own: Array) -> tuple[Array, Array]:
         """(M,) residual and (M, n_unknown + 2) derivatives."""
@@ -175,6 +191,7 @@ class JumpBench:
             left = [r + s @ d for r, s, d in zip(here, base.slopes, moves, strict=True)]
             costs[k] = 0.5 * sum(float(r @ r) for r in left) + 0.5 * float(points[:, k] @ points[:, k])
             costs[k] += 0.5 * float(np.sum((base.unknowns + step.common) ** 2))
+            costs[k] += 0.5 * float(np.sum((base.own + np.array(step.own)) ** 2))
         return costs
 
     def solve_softly(self, fit: JumpFit, best: float = np.inf) -> JumpFit:
@@ -185,24 +202,23 @@ class JumpBench:
         ``best`` : as for ``solve``.
         """
         if any(candidate.effect.leaning for candidate in fit.hypothesis):
-            return self.solve(replace(fit, residuals=()), best=best)  # starts from the design's best fit
+            return self.solve(fit, best=best)  # starts from the design's best fit
         quick = [i for i, trial in enumerate(self.trials) if not trial.leaning] or list(range(len(self.trials)))
         trials = tuple(self.trials[i] for i in quick)
-        current = replace(fit, own=fit.own[quick])
+        current = fit.start_at(own=fit.own[quick])
         for softness in SOFTENING:
             bench = replace(self, softness=softness, trials=trials)
-            current = bench.solve(replace(current, residuals=()), SOFT_ROUNDS)
+            current = bench.solve(current, SOFT_ROUNDS)
         own = fit.own.copy()
         own[quick] = current.own
-        return self.solve(replace(current, own=own, residuals=()), best=best)
+        return self.solve(current.start_at(own=own), best=best)
 
     def solve(self, fit: JumpFit, rounds: int = ROUNDS, best: float = np.inf) -> JumpFit:
-        """Iterate until the cost no longer decreases.
+        """Iterate from a fit's point, whatever was computed there, until the cost no longer decreases.
 
         ``best`` : cost of another hypothesis; a fit far above it need not converge fully.
         """
-        start = fit if fit.residuals else self.evaluate(fit)
-        (end,) = minimise(_Hypothesis(self, best), [Iterate(start)], RULE, rounds)
+        (end,) = minimise(_Hypothesis(self, best), [Iterate(self.evaluate(fit))], RULE, rounds)
         return end.point
 
 
@@ -233,7 +249,7 @@ class _Hypothesis(LeastSquares[JumpFit]):
     def moved(self, point: JumpFit, step: ParameterStep) -> JumpFit:
         """After a step, not evaluated."""
         own = point.own + np.array(step.own)
-        return replace(point, unknowns=point.unknowns + step.common, own=own, cost=np.inf)
+        return point.start_at(unknowns=point.unknowns + step.common, own=own)
 
     def least_gain(self, cost: float) -> float:
         """A share of the cost, larger far above the best: such a fit need not converge fully."""

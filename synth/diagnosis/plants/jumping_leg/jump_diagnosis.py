@@ -84,6 +84,10 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         """Normal equations at a fit."""
         return self.bench.normal(fit)
 
+    def remainder(self, fit: JumpFit) -> float:
+        """RMS of the whitened residuals, in whose unit the uncertainty of a sample is 1."""
+        return self.bench.remainder(fit)
+
     def bounds(self, fit: JumpFit) -> tuple[Array, Array]:
         """Bounds of the unknowns."""
         return self.bench.bounds(fit.hypothesis)

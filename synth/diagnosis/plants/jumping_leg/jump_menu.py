@@ -125,7 +125,7 @@ def forecast(bench: JumpBench, fit: JumpFit, trial: Jump, covariance: Array) -> 
         spread = np.linalg.cholesky(fresh)
         unknowns = fit.unknowns.copy()
         unknowns[first : first + width] = 0.0
-        fit = replace(fit, unknowns=unknowns)
+        fit = fit.at(unknowns)
     mean, slopes = bench.slopes(trial, fit, np.zeros(N_OWN))
     count = len(fit.unknowns)
     if not np.all(np.isfinite(mean)):

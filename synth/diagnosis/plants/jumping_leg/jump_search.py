@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -91,7 +91,7 @@ def as_designed(bench: JumpBench) -> JumpFit:
     """The unchanged nominal leg with each trial's own unknowns estimated; with derivatives."""
     fit = JumpFit((), np.zeros(bench.n_tolerance), np.zeros((len(bench.trials), 2)))
     own = np.array([found.own for found in score(bench, fit, bench.trials)])
-    return bench.evaluate(replace(fit, own=own))
+    return bench.evaluate(fit.start_at(own=own))
 
 
 def _starts(bench: JumpBench, candidate: JumpCandidate, base: JumpFit) -> list[JumpFit]:

@@ -116,7 +116,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         self.own_motion = scene.motion
         self.most_rivals = MOST_RIVALS if has_servo(scene.leg, scene.given) else RIVALS
         self.independent = EFFECTIVE * len(scene.leg.joints)
-        self._free: tuple[FreeTorque, ...] | None = None
+        self._free: dict[int, tuple[EvaluatedHypothesis, tuple[FreeTorque, ...]]] = {}  # a fit keeps its identity
         names = scene.leg.joint_names
         self.direct_causes = tuple(
             Cause("encoder_quantisation", names[item.joint], {"step": Estimate(item.step, "deg")})
@@ -125,12 +125,12 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def search(self, say: Callable[[str], None]) -> Hypotheses[EvaluatedHypothesis]:
         """Every effect at every place where it could be visible, alone and with others."""
-        leg, given = self.scene.leg, self.scene.given
-        found, done = with_settled(self.bench, search(self.bench, candidates(leg, given, scales(leg, given)), say))
+        leg, given, bench, odds = self.scene.leg, self.scene.given, self.bench, self.calibration
+        found, done = with_settled(bench, search(bench, candidates(leg, given, scales(leg, given)), odds, say), odds)
         say("trials left out")
-        found = with_unseen(self.bench, found)
+        found = with_unseen(bench, found, odds)
         say("small causes beside the leading ones")
-        return with_settled(self.bench, with_companions(self.bench, found), done)[0]
+        return with_settled(bench, with_companions(bench, found, odds), odds, done)[0]
 
     def designed(self) -> EvaluatedHypothesis:
         """The unchanged nominal leg."""
@@ -150,7 +150,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def within_uncertainty(self, fit: EvaluatedHypothesis) -> tuple[Array, ...]:
         """Predictions of the held-out trials, which the hypothesis follows as far as the other trials let it."""
-        moved = moved_within(self.bench, fit, self._begun(self.scored), self.normal(fit).matrix)
+        moved = moved_within(self.bench, fit, self._begun(self.scored), self.covariance(fit))
         return self.predict(moved, self.scored)
 
     def _begun(self, trials: Sequence[AngleTrial]) -> list[AngleTrial]:
@@ -249,12 +249,12 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return in_words(cause, plain, self.scene.leg, self.scene.tolerances)
 
     def free_torques(self, nominal: EvaluatedHypothesis) -> tuple[FreeTorque, ...]:
-        """Free-form torques with the nominal leg's best fit, computed once."""
-        if self._free is None:
+        """Free-form torques with the nominal leg's best fit, computed once for each."""
+        if id(nominal) not in self._free:
             leg, sizes = self.scene.leg, scales(self.scene.leg, self.scene.given)
             at_best = self.scene.tolerances.leg(leg, nominal.unknowns)
-            self._free = free_torques(leg, at_best, self.bench, nominal, sizes)
-        return self._free
+            self._free[id(nominal)] = nominal, free_torques(leg, at_best, self.bench, nominal, sizes)
+        return self._free[id(nominal)][1]
 
     def lacking(self, findings: Findings[EvaluatedHypothesis, Array]) -> bool:
         """Whether the library leaves something that a torque of free shape may describe."""

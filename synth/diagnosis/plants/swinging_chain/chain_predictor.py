@@ -159,7 +159,7 @@ class Predictor:
             for trial, begin, end in zip(trials, first[:-1], first[1:], strict=True):
                 for j in sorted({candidate.joint for candidate, _, _ in common.readings}):
                     turning = out[begin:end, legs.n + own[j]]
-                    found[begin:end, j] = self._as_read(common.readings, j, trial, found[begin:end, j], turning)
+                    found[begin:end, j] = self._as_read(common.readings, j, trial.time, found[begin:end, j], turning)
         return found
 
     def _common(self, trial: AngleTrial, blocks: Sequence[Block], between: Places, kept: Kept) -> _Common:
@@ -197,8 +197,9 @@ class Predictor:
         for j in trial.recording.conditions.locked:
             read = trial.recording.rotation[0, j]
             held = np.full(state.shape[1], read)
+            still, time = np.zeros((2, len(held))), np.array([0.0, 1.0])  # s, any two: a held joint is read alike
             for _ in range(3 if any(candidate.joint == j for candidate, _, _ in readings) else 0):
-                held += read - self._as_read(readings, j, trial, np.tile(held, (2, 1)), np.zeros((2, len(held))))[0]
+                held += read - self._as_read(readings, j, time, np.tile(held, (2, 1)), still)[0]
             state[j], state[n + j] = held, 0.0
 
     @cached_property
@@ -233,14 +234,13 @@ class Predictor:
         self,
         readings: Sequence[_Placed],
         joint: int,
-        trial: AngleTrial,
+        time: Array,
         rotation: Array,
         rate: Array,
     ) -> Array:
-        """One joint's rotation (m, n_lane) as read by its encoder."""
+        """One joint's rotation (m, n_lane) at ``time`` (m,) s as read by its encoder."""
         reading = rotation.copy()
         hinge = self.leg.joints[joint]
-        time = trial.time if len(rotation) == len(trial.time) else np.array([0.0, 1.0])
         for candidate, values, lanes in readings:
             if candidate.joint == joint:
                 read = candidate.effect.function()

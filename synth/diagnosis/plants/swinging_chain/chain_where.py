@@ -14,10 +14,11 @@ from synth.diagnosis.diagnosis_result import PHASES, THIRDS, Where, shares
 from synth.diagnosis.plants.swinging_chain.leg_torques import acting_torques, joint_torques
 from synth.motion.smoothing import Smoothed, odd_points, smooth
 from synth.swing.leg_model import Leg
-from synth.swing.mechanics import coefficients, momentum_and_force
+from synth.swing.mechanics import coefficients, momentum_and_force, outboard_inertia
 
 WINDOW = 8 / 3  # of the smoothing's width, width of the test functions that replace the second derivative
 SWING_END = 0.2  # of the release's envelope
+LEAST_SQUARE = 1e-12  # rad^2, rad^2/s^2: of a joint that is locked in all trials, whose missing torque is not known
 Phases = NDArray[np.int64]
 
 
@@ -180,14 +181,31 @@ def _thirds(leg: Leg, trial: AngleTrial) -> dict[str, NDArray[np.int64]]:
 def _torque_shares(
     leg: Leg, trials: Sequence[AngleTrial], missing: Sequence[MissingTorque], noise: Array
 ) -> dict[str, float]:
-    """Share of each joint in the missing torque, each in units of its spring's deflection under it."""
+    """Share of each joint in the missing torque, each as the deflection that it causes."""
     energy = np.zeros(len(leg.joints))
     for trial, found in zip(trials, missing, strict=True):
         floor = _torque_noise(leg, trial, noise)
         square = np.nan_to_num(found.torque) ** 2 - floor**2
         energy += np.nansum(np.where(np.isfinite(found.torque), square, 0.0), axis=0)
-    stiffness = np.array([joint.spring.rate if joint.spring else 1.0 for joint in leg.joints])
-    return shares(leg.joint_names, np.maximum(energy, 0.0) / np.maximum(stiffness, 1e-12) ** 2)
+    return shares(leg.joint_names, np.maximum(energy, 0.0) / _stiffness(leg, trials) ** 2)
+
+
+def _stiffness(leg: Leg, trials: Sequence[AngleTrial]) -> Array:
+    """(n,) N m/rad that holds each joint: of its spring, and of gravity on the links that hang straight from it.
+
+    Where neither holds a joint, its motion tells: outboard inertia times the mean square of the rate over that of the
+    deflection.
+    """
+    held = leg.spring_rate + np.cumsum(coefficients(leg).gravity[::-1])[::-1]
+    if np.all(held > 0.0):
+        return np.asarray(held)
+    swung = [trial.recording.smoothed for trial in trials]
+    of_rate = sum((np.sum(each.rate**2, axis=0) for each in swung), np.zeros(len(leg.joints)))
+    of_angle = sum(
+        (np.sum((each.angle - each.angle.mean(axis=0)) ** 2, axis=0) for each in swung), np.zeros_like(of_rate)
+    )
+    moved = outboard_inertia(leg) * np.maximum(of_rate, LEAST_SQUARE) / np.maximum(of_angle, LEAST_SQUARE)
+    return np.asarray(np.where(held > 0.0, held, moved))
 
 
 def _torque_noise(leg: Leg, trial: AngleTrial, noise: Array) -> Array:

@@ -1,0 +1,72 @@
+"""Fits to jumps: what was computed holds at its point only, and predictions count all priors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hopper.recorded import DESIGN, PART, Effects, jumped, write
+from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench, JumpFit
+from synth.diagnosis.plants.jumping_leg.jump_candidates import candidates
+from synth.diagnosis.plants.jumping_leg.jump_diagnosis import JumpingLeg
+from synth.files.hopper_gap_project import read_hopper_gap_project
+from synth.parts.catalogs import Catalogue
+
+NOTHING: Effects = {}
+
+
+@pytest.fixture(scope="module")
+def leg(tmp_path_factory: pytest.TempPathFactory) -> JumpingLeg:
+    """One jump as designed."""
+    folder = tmp_path_factory.mktemp("jump")
+    write(folder / "jumps/0.csv", jumped(0.12, 150, NOTHING, seed=0))
+    (folder / "hopper.yaml").write_text(DESIGN)
+    head = f'kind: gap\nleg: hopper.yaml\nmotor: "{PART.format(150)}"\nlength: 120 mm\n'
+    (folder / "gap.yaml").write_text(f"{head}trials:\n  - {{file: jumps/0.csv}}\n")
+    return JumpingLeg(read_hopper_gap_project(folder / "gap.yaml"), Catalogue.load())
+
+
+def at_start(bench: JumpBench) -> JumpFit:
+    """The design with own unknowns off their priors' centres."""
+    return bench.evaluate(JumpFit((), np.zeros(bench.n_tolerance), np.array([[1.5, -1.0]])))
+
+
+def test_a_fit_elsewhere_has_nothing_that_was_computed_here(leg: JumpingLeg) -> None:
+    fit = at_start(leg.bench)
+    moved = fit.at(fit.unknowns + 0.1)
+    assert (moved.residuals, moved.slopes, moved.cost) == ((), (), np.inf)
+    assert moved.own is fit.own
+
+
+def test_a_fit_is_solved_from_its_point_whatever_it_carries(leg: JumpingLeg) -> None:
+    bench = leg.bench
+    fit = at_start(bench)
+    foreign = JumpFit(fit.hypothesis, fit.unknowns, fit.own, tuple(100.0 * r for r in fit.residuals), fit.slopes, 1e9)
+    one, other = (bench.solve(each, rounds=2) for each in (fit, foreign))
+    np.testing.assert_array_equal(one.unknowns, other.unknowns)
+
+
+def test_a_prospect_counts_the_priors_of_a_trials_own_unknowns(leg: JumpingLeg) -> None:
+    """A jump whose clock begins three deviations late, and a cause without strength: no step lowers the cost."""
+    (jump,), late = leg.bench.trials, 3.0 * leg.bench.predictor.tolerances.tolerance.start
+    bench = replace(leg.bench, trials=(replace(jump, time=jump.time + late),))
+    fit = bench.solve(at_start(bench), rounds=60)
+    damping = next(each for each in candidates(bench.trials) if each.key[0] == "joint_damping")
+    nothing = np.array(damping.starts()[0]) * 1e-9
+    (left,) = bench.prospects((damping,), nothing[:, None], fit)
+    assert 0.5 * float(np.sum(fit.own**2)) > 2.0
+    assert left == pytest.approx(fit.cost, abs=0.5)
+
+
+def test_intervals_of_jumps_are_as_wide_as_what_is_left(leg: JumpingLeg) -> None:
+    """Residuals three times as large: three times as far off, but for what the priors know."""
+    fit = at_start(leg.bench)
+    size = leg.remainder(fit)
+    larger = JumpFit(fit.hypothesis, fit.unknowns, fit.own, tuple(3.0 * r for r in fit.residuals), fit.slopes)
+    assert leg.remainder(larger) == pytest.approx(3.0 * size)
+    known = leg.normal(fit).parts[0][0]
+    free = np.linalg.eigh(known)[1][:, -1]  # the direction that the trial determines best
+    near, far = (float(np.sqrt(free @ leg.covariance(each) @ free)) for each in (fit, larger))
+    assert far / near == pytest.approx(3.0, rel=0.05)
