@@ -334,7 +334,7 @@ def part_records(leg: BuiltLeg, index: int) -> list[dict[str, Any]]:
             "in_link": {"size": part.size},
         }  # fmt: skip
         if part.printed:
-            item["volume"] = _value(float(part.solid.Volume()), "mm^3")
+            item["volume"] = _value(part.moments().volume, "mm^3")
         if mass is not None:
             moments = part.moments()
             item["com"] = [_value(place, "mm") for place in about_z(moments.centre, turn)]
