@@ -69,7 +69,7 @@ def _volume(part: BuiltPart) -> float:
     tube.
     """
     if part.exact_volume is None or part.family == "spring":
-        return float(part.solid.Volume())
+        return part.moments().volume
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 

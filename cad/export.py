@@ -180,7 +180,9 @@ def write_assembly(leg: BuiltLeg, only: int | None, folder: Path) -> list[Export
         turn, shift = (place.turn, (place.x, place.y, 0.0)) if only is None else (0.0, (0.0, 0.0, 0.0))
         angle = joint.dimensions.free_angle
         for part in (*joint.parts, *([link] if only is None else [])):
-            solid = joint.solid_at(part, angle).rotate((0, 0, 0), (0, 0, 1), turn).translate(shift)
+            solid = joint.solid_at(part, angle)
+            if only is None:
+                solid = solid.rotate((0, 0, 0), (0, 0, 1), turn).translate(shift)
             assembly.add(solid, name=part.name, color=cq.Color(*part.colour))
             meshes.append(joint.mesh_at(part, angle).turned(turn, shift))
     write_step(assembly, folder / f"{stem}.step")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from synth.cad.parts import BuiltPart
 from synth.cad.results import CheckResult, at_least, at_most
 from synth.cad.screw_places import ENGAGED
 from synth.cad.standard_part import StandardPart
-from synth.cad.travel import OVERLAP_LIMIT, Bodies, manifold
+from synth.cad.travel import OVERLAP_LIMIT, Bodies, gathered, manifold, turned
 
 PIN_TURNED = 10.0  # deg, rotation of the tongue's pin in the test whether it drives the shaft
 MOST_AXIAL = 1.0  # mm, end of the search for axial play
@@ -62,18 +61,32 @@ def _keyed_least(dimensions: JointDimensions, suffix: str, pin: BuiltPart) -> fl
 
 def check_axial_play(bodies: Bodies) -> list[CheckResult]:
     """Axial travel of the shaft with its parts before a thrust washer meets an ear, from the solids."""
-    joint = bodies.joint
-    turn = joint.turn("lower", joint.dimensions.rest_angle)
-    lower = bodies.halves["lower"].rotate((0.0, 0.0, turn))
+    turn = bodies.joint.turn("lower", bodies.joint.dimensions.rest_angle)
+    found = [_axial_travel(bodies, way, turn) for way in (-1.0, 1.0)]
+    text = f"the shaft shifts by {found[0]:.3f} and {found[1]:.3f} mm along the hinge; collars are clamped to set it"
+    return [at_most("axial play", bodies.joint.part("shaft").name, sum(found), AXIAL_LIMIT, "mm", text)]
+
+
+def _axial_travel(bodies: Bodies, way: float, turn: float) -> float:
+    """Shift (mm) of the lower half along the hinge, ``way`` 1 or -1, before it meets the upper one.
+
+    The shaft and its rings are small and stop first. Where the rest of the half is free at that place, it has been
+    free before, and the place is that of the whole half.
+    """
+    rings = [part.mesh for part in bodies.parts["lower"] if part.name not in bodies.names["lower"]]
+    place = last_free(_beyond(bodies, gathered(rings), way, turn), MOST_AXIAL, AXIAL_STEP)
+    rest = turned(bodies.moving["lower"], turn).translate((0.0, 0.0, way * place))
+    if (bodies.halves["upper"] ^ rest).is_empty():
+        return place
+    return last_free(_beyond(bodies, bodies.halves["lower"], way, turn), MOST_AXIAL, AXIAL_STEP)
+
+
+def _beyond(bodies: Bodies, body: Any, way: float, turn: float) -> Callable[[float], float]:
+    """By the shift (mm) of a body of the lower half: common volume with the upper one over what is rounding, mm^3."""
+    lower = turned(body, turn)
     upper = NearBody(bodies.halves["upper"]).near(lower, MOST_AXIAL)
     lower = NearBody(lower).near(upper, MOST_AXIAL)
-
-    def beyond(way: float, shift: float) -> float:
-        return float((upper ^ lower.translate((0.0, 0.0, way * shift))).volume()) - OVERLAP_LIMIT
-
-    found = [last_free(partial(beyond, way), MOST_AXIAL, AXIAL_STEP) for way in (-1.0, 1.0)]
-    text = f"the shaft shifts by {found[0]:.3f} and {found[1]:.3f} mm along the hinge; collars are clamped to set it"
-    return [at_most("axial play", joint.part("shaft").name, sum(found), AXIAL_LIMIT, "mm", text)]
+    return lambda shift: float((upper ^ lower.translate((0.0, 0.0, way * shift))).volume()) - OVERLAP_LIMIT
 
 
 def last_free(beyond: Callable[[float], float], end: float, step: float) -> float:

@@ -6,8 +6,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from synth.cad import damper_bracket, encoder_seat, hinge, spring_seat, standard_part, torsion_spring
 from synth.cad.arm_layout import ArmLayout
 from synth.cad.bought import bought_parts
@@ -224,16 +222,6 @@ def spring_placement(dimensions: JointDimensions, layout: JointLayout) -> tuple[
 def spring_mesh_at(dimensions: JointDimensions, layout: JointLayout, angle: float, sides: int | None = None) -> Mesh:
     """The spring's mesh in the joint's frame at the measured ``angle``, deg; ``sides`` of its section."""
     points = loaded_line(dimensions, layout, angle)
-    vertices, faces = torsion_spring.tube_mesh(points, dimensions.spring.wire_diameter, sides or torsion_spring.SIDES)
-    return Mesh(vertices, faces).scaled((layout.flips[0], 1, layout.flips[1]))
-
-
-def free_mesh_at(dimensions: JointDimensions, layout: JointLayout, angle: float, sides: int | None = None) -> Mesh:
-    """Like :func:`spring_mesh_at`, without the ends in the seats and the clearance's length before them."""
-    points = loaded_line(dimensions, layout, angle)[1:-1]
-    for end, inner in ((0, 1), (-1, -2)):
-        way = points[inner] - points[end]
-        points[end] += way * min(0.5, dimensions.clearance / float(np.linalg.norm(way)))
     vertices, faces = torsion_spring.tube_mesh(points, dimensions.spring.wire_diameter, sides or torsion_spring.SIDES)
     return Mesh(vertices, faces).scaled((layout.flips[0], 1, layout.flips[1]))
 

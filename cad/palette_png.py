@@ -26,12 +26,13 @@ def palette_of(pixels: Pixels) -> tuple[Pixels, Pixels]:
     height, width, _ = pixels.shape
     level = ((np.arange(256) + STEP // 2) // STEP).astype(np.int32)  # of each of a byte's values
     count = int(level[-1]) + 1
-    red, green, blue = (level[pixels[..., channel].ravel()] for channel in range(3))
-    code = (red * count + green) * count + blue
+    code = (level * count**2)[pixels[..., 0].ravel()]
+    code += (level * count)[pixels[..., 1].ravel()]
+    code += level[pixels[..., 2].ravel()]
     every = np.bincount(code, minlength=count**3)  # counted, because sorting half a million pixels takes ten times it
     codes = np.flatnonzero(every)
     counts = every[codes]
-    place = np.empty(count**3, dtype=np.int64)
+    place = np.empty(count**3, dtype=np.int32)
     place[codes] = np.arange(len(codes))
     inverse = place[code]
     levels = np.stack([codes // count**2, codes // count % count, codes % count], axis=1)
@@ -41,8 +42,8 @@ def palette_of(pixels: Pixels) -> tuple[Pixels, Pixels]:
     # The square of the distance but for the colour's own; in 64-bit floats these integers are exact.
     exact = palette.astype(np.float64)
     distance = (exact**2).sum(axis=1) - 2.0 * (colours.astype(np.float64) @ exact.T)
-    index = distance.argmin(axis=1)[inverse]
-    return palette.astype(np.uint8), index.reshape(height, width).astype(np.uint8)
+    index = distance.argmin(axis=1).astype(np.uint8)[inverse]
+    return palette.astype(np.uint8), index.reshape(height, width)
 
 
 def write_png(pixels: Pixels, path: Path) -> None:

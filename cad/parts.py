@@ -96,6 +96,19 @@ class Mesh:
             )
         )
 
+    @cached_property
+    def triangles(self) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+        """Corners (m, 3, 3) mm, unit normals (m, 3) and areas (m,) mm^2 of triangles with an area, and their mask."""
+        corners = self.vertices[self.faces]
+        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        length = np.linalg.norm(cross, axis=1)
+        kept = length > 1e-12
+        return corners[kept], cross[kept] / length[kept, None], length[kept] / 2, kept
+
+    def __reduce__(self) -> tuple[type[Mesh], tuple[Array, Faces]]:
+        """To send it to another process: without what has been computed from it."""
+        return Mesh, (self.vertices, self.faces)
+
     @property
     def volume(self) -> float:
         """Signed volume, mm^3, by the divergence theorem."""

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from synth.cad.joint import BuiltJoint
-from synth.cad.parts import Array, BuiltPart
+from synth.cad.parts import Array, BuiltPart, Group
 from synth.cad.results import CheckResult, at_most
 from synth.cad.spring_solid import measured_arms
 from synth.cad.torsion_spring import SIDES, STEPS_PER_TURN
@@ -102,7 +102,8 @@ def find_play(bodies: Bodies, spring: BuiltPart) -> Play | None:
     points, ways = wire_points(joint, spring)
     wire = dimensions.spring.wire_diameter
     rows, limits = [], []
-    for group, moves in (("upper", 0.0), ("lower", 1.0)):
+    groups: tuple[tuple[Group, float], ...] = (("upper", 0.0), ("lower", 1.0))
+    for group, moves in groups:
         turn = joint.turn("lower", dimensions.free_angle) if group == "lower" else 0.0
         touching, normals, gaps = _limits(points, ways, bodies.halves[group], turn, wire)
         if len(gaps) and gaps.min() < -SUNK:

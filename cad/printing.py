@@ -21,6 +21,7 @@ from synth.cad.travel import CHORDS, manifold
 Array = NDArray[np.float64]
 SAMPLES = 1000  # points on a part's surface at which its thickness is measured
 PERCENTILE = 1.0  # of those; the smallest value is at an edge that two faces share
+FIRST = 15.0  # mm, of the first ray, which most walls end; a ray through the whole part takes four times as long
 OPPOSED = 0.7  # cosine between the faces of a wall; a ray that leaves through an oblique face measures a corner
 BASE_LAYER = 0.3  # mm above the bed; faces below this height lie on the bed
 FLAT = 0.9999  # cosine between bed and a face on it: 0.8 deg, so that of a round only its lowest facet counts
@@ -58,22 +59,13 @@ class PrintPlan:
         return self.contact < LEAST_CONTACT * self.size[0] * self.size[1]
 
 
-def _triangles(mesh: Mesh) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Corners (m, 3, 3) mm, unit normals (m, 3) and areas (m,) mm^2 of the non-degenerate triangles, and their mask."""
-    corners = mesh.vertices[mesh.faces]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(cross, axis=1)
-    kept = length > 1e-12
-    return corners[kept], cross[kept] / length[kept, None], length[kept] / 2, kept
-
-
 def wall_thickness(mesh: Mesh, samples: int = SAMPLES, seed: int = 0) -> tuple[Array, Array]:
     """Points (n, 3) distributed over the surface by area, and the thickness (n,) mm there, inwards to the opposite
     face.
 
     Rays that leave through a face that is not nearly opposite are left out: they measure a corner, not a wall.
     """
-    corners, normals, areas, _ = _triangles(mesh)
+    corners, normals, areas, _ = mesh.triangles
     random = np.random.default_rng(seed)
     chosen = random.choice(len(areas), samples, p=areas / areas.sum())
     first, second = np.sqrt(random.random(samples)), random.random(samples)
@@ -82,7 +74,9 @@ def wall_thickness(mesh: Mesh, samples: int = SAMPLES, seed: int = 0) -> tuple[A
     far = 2 * float(np.ptp(mesh.vertices, axis=0).sum())
     solid, places, found = manifold(mesh), [], []
     for point, normal in zip(points, normals[chosen], strict=True):
-        hits: list[Any] = solid.ray_cast(point - 1e-4 * normal, point - far * normal)
+        hits: list[Any] = solid.ray_cast(point - 1e-4 * normal, point - min(FIRST, far) * normal)
+        if not hits:
+            hits = solid.ray_cast(point - 1e-4 * normal, point - far * normal)
         if hits and float(np.dot(hits[0].normal, normal)) < -OPPOSED:
             places.append(point)
             found.append(float(np.linalg.norm(np.array(hits[0].position) - point)))
@@ -97,22 +91,25 @@ def thin_points(mesh: Mesh, thinnest: float) -> Array:
 
 def hanging_faces(mesh: Mesh, up: Axis, angle: float) -> NDArray[np.int64]:
     """Indices of the faces that overhang by more than ``angle`` deg from the vertical, except those on the bed."""
-    corners, normals, _, kept = _triangles(mesh)
-    height = corners @ np.array(up)
-    leaning = normals @ np.array(up) < -math.sin(math.radians(angle))
-    hanging = leaning & (height.max(axis=1) > height.min() + BASE_LAYER)
-    return np.asarray(np.flatnonzero(kept)[hanging], dtype=np.int64)
+    return np.asarray(np.flatnonzero(mesh.triangles[3])[_hanging(mesh, up, angle)], dtype=np.int64)
 
 
 def overhang(mesh: Mesh, up: Axis, angle: float) -> float:
     """Area (mm^2) that needs support; see :func:`hanging_faces`."""
-    hanging = Mesh(mesh.vertices, mesh.faces[hanging_faces(mesh, up, angle)])
-    return float(_triangles(hanging)[2].sum())
+    return float(mesh.triangles[2][_hanging(mesh, up, angle)].sum())
+
+
+def _hanging(mesh: Mesh, up: Axis, angle: float) -> NDArray[np.bool_]:
+    """Which of the mesh's ``triangles`` hang over."""
+    corners, normals, _, _ = mesh.triangles
+    height = corners @ np.array(up)
+    leaning = normals @ np.array(up) < -math.sin(math.radians(angle))
+    return np.asarray(leaning & (height.max(axis=1) > height.min() + BASE_LAYER))
 
 
 def contact(mesh: Mesh, up: Axis) -> float:
     """Area (mm^2) of the flat faces that lie on the bed."""
-    corners, normals, areas, _ = _triangles(mesh)
+    corners, normals, areas, _ = mesh.triangles
     height = corners @ np.array(up)
     lying = (normals @ np.array(up) < -FLAT) & (height.max(axis=1) <= height.min() + BASE_LAYER)
     return float(areas[lying].sum())
@@ -142,7 +139,7 @@ def plan_part(joint: BuiltJoint, part: BuiltPart, printing: PrintDimensions) -> 
 
 
 def _best_way_up(joint: BuiltJoint, part: BuiltPart, printing: PrintDimensions) -> PrintPlan:
-    surface = float(_triangles(part.mesh)[2].sum())
+    surface = float(part.mesh.triangles[2].sum())
     plans = []
     for name, up in WAYS_UP.items():
         size, fits = on_bed(part.mesh, up, printing.bed)

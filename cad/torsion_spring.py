@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -147,10 +148,11 @@ def tube_mesh(points: Array, diameter: float, sides: int = SIDES) -> tuple[Array
         np.cos(around)[None, :, None] * radial[:, None, :] + np.sin(around)[None, :, None] * binormal[:, None, :]
     )
     vertices = np.vstack([(points[:, None, :] + ring).reshape(-1, 3), points[:1], points[-1:]])
-    return vertices, _tube_faces(len(points), sides)
+    return vertices, tube_faces(len(points), sides)
 
 
-def _tube_faces(rings: int, sides: int) -> NDArray[np.int64]:
+@lru_cache(maxsize=64)  # the springs of a leg's poses have a handful of sizes
+def tube_faces(rings: int, sides: int) -> NDArray[np.int64]:
     """Faces (m, 3) of a tube of ``rings`` rings of ``sides`` points whose two end centres are the last two vertices."""
     here = np.arange(sides)
     after = (here + 1) % sides

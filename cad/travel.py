@@ -13,12 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from synth.cad.joint import BuiltJoint, free_mesh_at, spring_seats
+from synth.cad.free_wire import FreeWire, free_wire
+from synth.cad.joint import BuiltJoint, spring_seats
 from synth.cad.near_body import NearBody
-from synth.cad.parts import BuiltPart, Mesh
+from synth.cad.parts import BuiltPart, Group, Mesh
 from synth.cad.results import CheckResult, at_least, at_most
+from synth.cad.turning_rings import body_of, meeting_place, rings_of
 
 OVERLAP_LIMIT = 0.05  # mm^3, rounding; the chords of two coaxial bores 0.1 mm apart do not overlap
+TOUCHING = 1e-9  # mm^3, rounding of the common volume of parts that touch: up to 2e-13 in the built-in example
 CONTACT_SHARE = 0.01  # of a clamped arm's volume: overlap of its mesh with its seat by chords of a 20-sided wire
 STEP = 1.0  # deg, between poses of the halves
 SPRING_STEP = 2.0  # deg, between poses of the spring, whose arms sweep less than half a wire in that
@@ -27,7 +30,6 @@ STOP_ACCURACY = 0.3  # deg, tolerance of a stop's contact angle on the solids; p
 GAP_STEP = 5.0  # deg, between poses at which the smallest gap is measured
 RUNNING = 0.5  # mm, between print and a shaft that runs in ball bearings: more than any print's error
 CHORDS = 0.02  # mm, error of the gap between the meshes of round parts 0.4 mm apart
-ROUNDED = 1e-3  # mm, least distance of bounding boxes that count as separate: bodies are in single precision
 COARSE = 10  # sides of the spring's mesh between the ends of the travel
 
 # Families that turn with the shaft, round about the hinge axis but for flats, pins and a set screw.
@@ -45,11 +47,11 @@ def turned(solid: Any, angle: float) -> Any:
     return solid.rotate((0.0, 0.0, angle))
 
 
-def united(solids: Sequence[Any]) -> Any:
-    """Several solids as one body."""
-    import manifold3d
-
-    return manifold3d.Manifold.batch_boolean(list(solids), manifold3d.OpType.Add)
+def gathered(meshes: Sequence[Mesh]) -> Any:
+    """Closed meshes as one manifold3d solid, without being united: they may touch."""
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
+    return manifold(Mesh(np.vstack([mesh.vertices for mesh in meshes]), np.vstack(faces)))
 
 
 def is_round(part: BuiltPart) -> bool:
@@ -58,22 +60,29 @@ def is_round(part: BuiltPart) -> bool:
 
 
 class Bodies:
-    """A joint's two halves as bodies that turn against each other; the spring, which changes shape, separately."""
+    """A joint's two halves as bodies that turn against each other; the spring, which changes shape, separately.
+
+    Parts of a half touch each other in many faces, so to unite them takes longer than all tests. They are gathered in
+    one body instead; what would lie in two of them counts twice in a volume.
+    """
 
     def __init__(self, joint: BuiltJoint, link: BuiltPart | None = None) -> None:
         self.joint = joint
         parts = [part for part in (*joint.parts, *([link] if link else [])) if part.group != "spring"]
-        self.parts = {group: [part for part in parts if part.group == group] for group in ("upper", "lower")}
+        groups: tuple[Group, ...] = ("upper", "lower")
+        self.parts = {group: [part for part in parts if part.group == group] for group in groups}
         self.solids = {part.name: manifold(part.mesh) for part in parts}
-        moving = self._moving()
-        self.moving = {group: united([self.solids[name] for name in names]) for group, names in moving.items()}
-        self.halves = {
-            group: united([self.moving[group], *(self.solids[p.name] for p in found if p.name not in moving[group])])
-            for group, found in self.parts.items()
+        self.names = self._moving()  # of the parts that can collide, by half
+        moving = {
+            group: [part.mesh for part in self.parts[group] if part.name in self.names[group]] for group in groups
         }
+        self.moving = {group: gathered(meshes) for group, meshes in moving.items()}
+        place = meeting_place(moving["upper"], moving["lower"])
+        self.meeting = {group: body ^ place for group, body in self.moving.items()}  # all that can meet the other half
+        self.halves = {group: gathered([part.mesh for part in found]) for group, found in self.parts.items()}
         self.near = {group: NearBody(half) for group, half in self.halves.items()}
 
-    def _moving(self) -> dict[str, list[str]]:
+    def _moving(self) -> dict[Group, list[str]]:
         """Each half's parts, by name, without those that cannot collide: round ones, those beside the other half."""
         lower = [part for part in self.parts["lower"] if not is_round(part)]
         low, high = (end([end(p.mesh.vertices[:, 2]) for p in lower]) for end in (min, max))
@@ -85,11 +94,15 @@ class Bodies:
     def overlap(self, angle: float) -> float:
         """Common volume (mm^3) of both halves at a measured joint angle, deg, without round parts."""
         turn = self.joint.turn("lower", angle)
-        return float((self.moving["upper"] ^ turned(self.moving["lower"], turn)).volume())
+        return float((self.meeting["upper"] ^ turned(self.meeting["lower"], turn)).volume())
 
     def round_overlap(self) -> float:
         """Common volume (mm^3) of the upper half with the shaft, and what is keyed on it, turned in eight ways."""
-        return max(self._most_turned(self.solids[part.name]) for part in self.parts["lower"] if is_round(part))
+        found = [part for part in self.parts["lower"] if is_round(part)]
+        held = body_of([ring for part in found for ring in rings_of(part.mesh)])
+        if (self.halves["upper"] ^ held).is_empty():
+            return 0.0
+        return max(self._most_turned(self.solids[part.name]) for part in found)
 
     def _most_turned(self, body: Any) -> float:
         """Largest common volume (mm^3) of the upper half with a round body, turned in steps of an eighth."""
@@ -117,19 +130,26 @@ class Bodies:
 
     def coils(self, angle: float, sides: int | None = None) -> list[Any]:
         """Each loaded spring at an angle, outside its seats."""
-        seats = spring_seats(self.joint.dimensions, self.joint.layout)
-        return [manifold(free_mesh_at(*seat, angle, sides)) for seat in seats]
+        return [manifold(wire.whole()) for wire in self.wires(angle, sides)]
 
-    def spring_overlaps(self, angle: float, sides: int | None = None) -> dict[str, float]:
-        """Common volume (mm^3) of a loaded spring outside its seats with each half at an angle."""
-        found: dict[str, float] = {}
-        coils = self.coils(angle, sides)
-        for group in self.parts:
-            turn = self.joint.turn("lower", angle) if group == "lower" else 0.0
-            # The springs are turned into the half's frame: one body is moved instead of two.
-            bodies = [turned(coil, -turn) for coil in coils]
-            found[group] = max(float((body ^ self.near[group].near(body)).volume()) for body in bodies)
-        return found
+    def wires(self, angle: float, sides: int | None = None) -> list[FreeWire]:
+        """Each loaded spring at an angle, outside its seats, as a tube."""
+        seats = spring_seats(self.joint.dimensions, self.joint.layout)
+        return [free_wire(*seat, angle, sides) for seat in seats]
+
+    def clear_of_coils(self, wires: Sequence[FreeWire]) -> list[str]:
+        """The halves that a spring's coil meets at none of its poses: nothing of them is in the ring that holds it."""
+        ring = wires[0].coil_ring()
+        for wire in wires[1:]:
+            ring = ring.with_other(wire.coil_ring())
+        held = body_of([ring])
+        return [group for group, near in self.near.items() if (near.near(held) ^ held).is_empty()]
+
+    def wire_overlap(self, body: Any, angle: float, group: Group) -> float:
+        """Common volume (mm^3) of a spring or its arms with a half at an angle."""
+        # The wire is turned into the half's frame: one small body is moved.
+        moved = turned(body, -self.joint.turn(group, angle))
+        return float((moved ^ self.near[group].near(moved)).volume())
 
     def seat_overlap(self) -> tuple[float, str]:
         """Common volume (mm^3) of the unloaded spring with the halves, and with which: its clamped arms touch there."""
@@ -138,8 +158,8 @@ class Bodies:
         for spring in self.joint.springs:
             whole = manifold(self.joint.mesh_at(spring, angle))
             for group in self.parts:
-                turn = self.joint.turn("lower", angle) if group == "lower" else 0.0
-                found.append((float((turned(whole, -turn) ^ self.halves[group]).volume()), group))
+                moved = turned(whole, -self.joint.turn(group, angle))
+                found.append((float((moved ^ self.halves[group]).volume()), group))
         return max(found)
 
 
@@ -212,37 +232,65 @@ def check_within(bodies: Bodies) -> list[CheckResult]:
     """Parts that move together overlap nowhere."""
     results = []
     for group, members in bodies.parts.items():
-        worst, pair = 0.0, ("none", "none")
+        worst, most = 0.0, ""
         for index, first in enumerate(members):
-            for second in members[index + 1 :]:
-                if _apart(first.mesh, second.mesh):
-                    continue
-                volume = float((bodies.solids[first.name] ^ bodies.solids[second.name]).volume())
+            near = [part for part in members[index + 1 :] if not _apart(first.mesh, part.mesh)]
+            for second, volume in _overlapping(bodies, first, near):
                 if volume > worst:
-                    worst, pair = volume, (first.name, second.name)
-        text = f"parts of the {group} half in each other; most: {pair[0]} in {pair[1]}"
+                    worst, most = volume, f"; most: {first.name} in {second.name}"
+        text = f"parts of the {group} half in each other{most}"
         results.append(at_most("overlap within", members[0].name, worst, OVERLAP_LIMIT, "mm^3", text))
     return results
 
 
+def _overlapping(bodies: Bodies, first: BuiltPart, near: Sequence[BuiltPart]) -> list[tuple[BuiltPart, float]]:
+    """Those of some parts that overlap a ``first``, with the common volume, mm^3.
+
+    The parts are tested together, and one by one only if any of them overlaps.
+    """
+    own = bodies.solids[first.name]
+    if not near or (len(near) > 1 and float((own ^ gathered([part.mesh for part in near])).volume()) < TOUCHING):
+        return []
+    found = [(part, float((own ^ bodies.solids[part.name]).volume())) for part in near]
+    return [(part, volume) for part, volume in found if volume >= TOUCHING]
+
+
 def _apart(one: Mesh, other: Mesh) -> bool:
-    """Whether the bounding boxes of two meshes are separate, so that the meshes cannot overlap."""
-    return bool(np.any(one.box[0] > other.box[1] + ROUNDED) or np.any(other.box[0] > one.box[1] + ROUNDED))
+    """Whether the bounding boxes of two meshes have so little in common that the meshes do not overlap."""
+    common = np.minimum(one.box[1], other.box[1]) - np.maximum(one.box[0], other.box[0])
+    return bool(np.any(common <= 0.0) or np.prod(common) < TOUCHING)
+
+
+def spring_overlaps(bodies: Bodies) -> dict[Group, tuple[float, float]]:
+    """Largest common volume (mm^3) of a loaded spring with each half over the travel, and the angle, deg.
+
+    The first of several angles. Where a coil is clear of a half at all angles, only its arms are tested at each.
+    """
+    dimensions = bodies.joint.dimensions
+    ends = (*dimensions.stop_angles, dimensions.rest_angle)
+    angles = poses(*dimensions.stop_angles, SPRING_STEP, dimensions.rest_angle)
+    worst: dict[Group, tuple[float, float]] = {}
+    found = [bodies.wires(angle, None if angle in ends else COARSE) for angle in angles]
+    clear = [bodies.clear_of_coils(wires) for wires in zip(*found, strict=True)]
+    for angle, wires in zip(angles, found, strict=True):
+        for group in bodies.parts:
+            volumes = [
+                bodies.wire_overlap(manifold(wire.arms() if group in free else wire.whole()), angle, group)
+                for wire, free in zip(wires, clear, strict=True)
+            ]
+            if max(volumes) > worst.get(group, (-1.0, 0.0))[0]:
+                worst[group] = (max(volumes), angle)
+    return worst
 
 
 def check_spring_room(bodies: Bodies) -> list[CheckResult]:
     """The loaded spring overlaps nothing at any second degree; unloaded, its arms touch their seats."""
     dimensions = bodies.joint.dimensions
     low, high = dimensions.stop_angles
-    worst: dict[str, tuple[float, float]] = {}
-    for angle in poses(low, high, SPRING_STEP, dimensions.rest_angle):
-        exact = angle in (low, high, dimensions.rest_angle)
-        for group, volume in bodies.spring_overlaps(angle, None if exact else COARSE).items():
-            if volume > worst.get(group, (-1.0, 0.0))[0]:
-                worst[group] = (volume, angle)
+    worst = spring_overlaps(bodies)
     name, results = bodies.joint.part("spring").name, []
-    for group, (volume, angle) in worst.items():
-        text = f"with the {group} half, over {low:g} to {high:g} deg, most at {angle:.4g}"
+    for half, (volume, angle) in worst.items():
+        text = f"with the {half} half, over {low:g} to {high:g} deg, most at {angle:.4g}"
         results.append(at_most("overlap", name, volume, OVERLAP_LIMIT, "mm^3", text, angle=angle))
     seat, wire = bodies.joint.layout.seat, dimensions.spring.wire_diameter
     volume, group = bodies.seat_overlap()
@@ -250,8 +298,8 @@ def check_spring_room(bodies: Bodies) -> list[CheckResult]:
     text = f"of a clamped arm in its seat in the {group} half, unloaded: they touch without overlap"
     results.append(at_most("seated", name, volume, limit, "mm^3", text))
     ends = (low, dimensions.rest_angle, high)
-    (gap, half), angle = min((bodies.spring_gap(end, 2 * dimensions.clearance), end) for end in ends)
-    text = f"least gap to the {half} half at both stops and at rest, at {angle:.4g}; half the clearance is required"
+    (gap, nearest), angle = min((bodies.spring_gap(end, 2 * dimensions.clearance), end) for end in ends)
+    text = f"least gap to the {nearest} half at both stops and at rest, at {angle:.4g}; half the clearance is required"
     limit = dimensions.clearance / 2 - CHORDS
     return [*results, at_least("spring gap", name, gap, limit, "mm", text, angle=angle)]
 
@@ -266,15 +314,14 @@ def check_gaps(bodies: Bodies) -> list[CheckResult]:
     upper, lower = bodies.moving["upper"], bodies.moving["lower"]
     search = 2 * dimensions.clearance
     low, high = dimensions.range
-    gaps = [
-        (float(upper.min_gap(turned(lower, joint.turn("lower", angle)), search)), angle)
-        for angle in poses(low, high, GAP_STEP)
-    ]
-    gap, angle = min(gaps)
+    gap, angle = search, low
+    for pose in poses(low, high, GAP_STEP):  # a search that ends at the least gap so far takes less time
+        found = float(upper.min_gap(turned(lower, joint.turn("lower", pose)), gap))
+        gap, angle = min((gap, angle), (found, pose))
     if gap < dimensions.clearance - CHORDS:  # chords of large round faces reduce the mesh's gap: measure the solids
         gap = float(joint.part("upper").solid.distance(joint.solid_at(joint.part("lower"), angle)))
-    printed = united([bodies.solids[part.name] for part in bodies.parts["upper"] if part.printed])
-    fit = float(printed.min_gap(bodies.solids[shaft], search))
+    printed = NearBody(gathered([part.mesh for part in bodies.parts["upper"] if part.printed]))
+    fit = float(printed.near(bodies.solids[shaft], search).min_gap(bodies.solids[shaft], search))
     text = f"least gap to the upper half over {low:g} to {high:g} deg, at {angle:.4g}"
     least = min(dimensions.clearance, RUNNING) - CHORDS
     return [

@@ -160,7 +160,7 @@ def _drawn(
     failures: dict[str, CheckResult] = {}
     try:
         if leg.passed:
-            files, missing = written_leg(solids.dimensions, folder / "parts", pictures=pictures)
+            files, missing = written_leg(solids.dimensions, leg.built, folder / "parts", pictures=pictures)
             notes += missing
             whole = not missing
         elif pictures:

@@ -6,8 +6,9 @@ works on. The results do not depend on the number of processes.
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from synth.cad.joint import BuiltJoint
     from synth.design.part_masses import PartMass
 
+Packed = tuple[bytes, bytes]  # a joint and its link, to send them to any process
+Built = Sequence[Packed]
 Known = tuple[Mapping[str, float], Mapping[str, int]]  # weighed masses (kg) by part, numbers of dampers by joint
 
 
@@ -81,12 +84,14 @@ class CheckedLeg:
     """All checks of a leg in their order; ``record``: the entries ``print``, ``parts``, ``joints`` and ``assembly``.
 
     ``orders`` : by name, what each part that is bought by a standard or cut is ordered by, ``StandardPart.as_json``.
+    ``built`` : each joint with its link, for ``written_leg``.
     """
 
     checks: tuple[CheckResult, ...]
     record: dict[str, Any]
     orders: dict[str, Any]
     masses: list[dict[str, Any]]
+    built: Built
 
     @property
     def passed(self) -> bool:
@@ -135,10 +140,12 @@ def checked_leg(dimensions: LegDimensions, weighed: Mapping[str, float], pieces:
     """
     _laid_out(dimensions)
     places, names = _places(dimensions), [joint.name for joint in dimensions.joints]
-    calls = [SideCall(_of_motion, (dimensions, k), place) for k, place in places]
-    calls += [SideCall(_of_parts, (dimensions, k, (weighed, pieces)), place) for k, place in places]
-    # A link is built alone; its check needs the joint that follows.
-    calls += [SideCall(_of_link, (dimensions, k - 1), place) for k, place in places[1:]]
+    homes = _homes(dimensions)
+    built: Built = carried_out([SideCall(_packed, (dimensions, k), home) for k, home in homes])
+    calls = [SideCall(_of_motion, built[k], place) for k, place in places]
+    calls += [SideCall(_of_parts, (dimensions, k, (weighed, pieces)), home) for k, home in homes]
+    # A link's check needs the joint that follows.
+    calls += [SideCall(_of_link, (dimensions, k - 1, built[k - 1][1]), home) for k, home in homes[1:]]
     found, count = carried_out(calls), len(names)
     moving, parts, links = found[:count], found[count : 2 * count], found[2 * count :]
     checks = [
@@ -152,16 +159,41 @@ def checked_leg(dimensions: LegDimensions, weighed: Mapping[str, float], pieces:
     }
     masses = [mass for part in parts for mass in part.masses]
     orders = {name: order for part in parts for name, order in part.orders.items()}
-    return CheckedLeg((*checks, *(check for link in links for check in link)), record, orders, masses)
+    return CheckedLeg((*checks, *(check for link in links for check in link)), record, orders, masses, built)
 
 
-def _of_motion(dimensions: LegDimensions, index: int) -> tuple[list[CheckResult], dict[str, Any]]:
-    """Checks of a joint's moving parts, and its entry in the record."""
-    from synth.cad.checks import check_interference
+def _homes(dimensions: LegDimensions) -> list[tuple[int, int | None]]:
+    """Each joint with the process that builds it, and has its solids."""
+    number = process_count()
+    return [(k, k % number if number else None) for k in range(len(dimensions.joints))]
+
+
+def _packed(dimensions: LegDimensions, index: int) -> Packed:
+    """A joint and its link.
+
+    In a copy the last bits of directions differ, so copies are used where any process may be, and nowhere else.
+    """
     from synth.cad.leg_joints import built_leg
 
     leg = built_leg(dimensions)
-    return check_interference(leg.joints[index], leg.links[index]), _joint_json(leg.joints[index])
+    return pickle.dumps(leg.joints[index]), pickle.dumps(leg.links[index])
+
+
+def _copied(dimensions: LegDimensions, built: Built) -> BuiltLeg:
+    """The leg of copies."""
+    from synth.cad.leg_joints import BuiltWhenUsed, build_leg
+
+    joints = BuiltWhenUsed(len(built), lambda index: pickle.loads(built[index][0]))
+    links = BuiltWhenUsed(len(built), lambda index: pickle.loads(built[index][1]))
+    return replace(build_leg(dimensions), joints=joints, links=links)
+
+
+def _of_motion(packed_joint: bytes, packed_link: bytes) -> tuple[list[CheckResult], dict[str, Any]]:
+    """Checks of a joint's moving parts, and its entry in the record."""
+    from synth.cad.checks import check_interference
+
+    joint = pickle.loads(packed_joint)
+    return check_interference(joint, pickle.loads(packed_link)), _joint_json(joint)
 
 
 def _of_parts(dimensions: LegDimensions, index: int, known: Known) -> _Parts:
@@ -193,22 +225,29 @@ def _of_parts(dimensions: LegDimensions, index: int, known: Known) -> _Parts:
     )  # fmt: skip
 
 
-def _of_link(dimensions: LegDimensions, index: int) -> list[CheckResult]:
+def _of_link(dimensions: LegDimensions, index: int, packed_link: bytes) -> list[CheckResult]:
     from synth.cad.checks import check_link
-    from synth.cad.leg_joints import built_leg
+    from synth.cad.leg_joints import BuiltWhenUsed, built_leg
 
-    return check_link(built_leg(dimensions), index)
+    leg = built_leg(dimensions)
+    links = BuiltWhenUsed(len(leg.links), lambda _: pickle.loads(packed_link))
+    return check_link(replace(leg, links=links), index)
 
 
-def written_leg(dimensions: LegDimensions, folder: Path, *, pictures: bool) -> tuple[list[ExportedFile], list[str]]:
-    """Write a leg that has passed its checks; the files, and a sentence if its pictures could not be drawn."""
+def written_leg(
+    dimensions: LegDimensions, built: Built, folder: Path, *, pictures: bool
+) -> tuple[list[ExportedFile], list[str]]:
+    """Write a leg that has passed its checks; the files, and a sentence if its pictures could not be drawn.
+
+    ``built`` : of its ``CheckedLeg``.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    places = _places(dimensions)
-    calls = [SideCall(_write_whole, (dimensions, folder, pictures))]
-    calls += [SideCall(_write_joint, (dimensions, k, folder), place) for k, place in places]
-    calls += [SideCall(_draw_joint, (dimensions, k, folder), place) for k, place in places] if pictures else []
+    homes = _homes(dimensions)
+    calls = [SideCall(_write_whole, (dimensions, built, folder, pictures))]
+    calls += [SideCall(_write_joint, (dimensions, k, folder), home) for k, home in homes]
+    calls += [SideCall(_draw_joint, (dimensions, k, folder), home) for k, home in homes if pictures]
     (whole, picture), *found = carried_out(calls)
-    joints, drawn = found[: len(places)], [*found[len(places) :], *([picture] if pictures else [])]
+    joints, drawn = found[: len(homes)], [*found[len(homes) :], *([picture] if pictures else [])]
     files = [file for parts, _ in joints for file in parts]
     files += [file for _, assembled in joints for file in assembled]
     missing = [each for each in drawn if isinstance(each, str)]
@@ -239,15 +278,15 @@ def _draw_joint(dimensions: LegDimensions, index: int, folder: Path) -> list[Exp
 
 def _write_whole(
     dimensions: LegDimensions,
+    built: Built,
     folder: Path,
     pictures: bool,  # noqa: FBT001 - a SideCall hands its arguments on in order
 ) -> tuple[list[ExportedFile], list[ExportedFile] | str]:
     """The files of the whole leg, and its picture or why there is none."""
     from synth import cad
     from synth.cad.export import draw_whole, write_whole
-    from synth.cad.leg_joints import built_leg
 
-    leg = built_leg(dimensions)
+    leg = _copied(dimensions, built)
     written = write_whole(leg, folder)
     try:
         return written, draw_whole(leg, folder) if pictures else []
@@ -295,7 +334,7 @@ def part_records(leg: BuiltLeg, index: int) -> list[dict[str, Any]]:
             "in_link": {"size": part.size},
         }  # fmt: skip
         if part.printed:
-            item["volume"] = _value(float(part.solid.Volume()), "mm^3")
+            item["volume"] = _value(part.moments().volume, "mm^3")
         if mass is not None:
             moments = part.moments()
             item["com"] = [_value(place, "mm") for place in about_z(moments.centre, turn)]
