@@ -19,13 +19,14 @@ from synth.cli import main
 from synth.diagnosis.check import run
 from synth.diagnosis.check.check_result import Check
 from synth.diagnosis.check.clocks import clock_findings, sampling
-from synth.diagnosis.check.coverage import coverage_findings
+from synth.diagnosis.check.coverage import coverage, coverage_findings
 from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.check.separability import Showing
 from synth.drives.servo import Servo, ServoSignals
 from synth.files.gap_project import GapProject, Tolerance
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
+from synth.swing.chain import Conditions, simulate
 from synth.swing.leg_model import Damper, Leg, Spring
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "gap"
@@ -114,6 +115,23 @@ def test_a_servo_s_commands_are_no_free_motion(slow: bool) -> None:
     free = [replace(recording, signals=None) for recording in made]
     assert bool(clock_findings(leg, free, [sampling(leg, recording) for recording in free])) == slow
     assert len(coverage_findings(leg, free, ())) == 1
+
+
+@pytest.mark.parametrize("own_leg", [False, True])
+@pytest.mark.parametrize("at", [None, 0.02])
+def test_the_bearing_carries_the_tip_where_it_is(at: float | None, own_leg: bool) -> None:
+    """The force by second differences of the points of mass in the simulated swing; the tip was at the link's end."""
+    leg = HANGING.with_joints(knee={"link": replace(HANGING.joints[0].link, mass=0.7)}) if own_leg else HANGING
+    link, time = leg.joints[0].link, np.arange(1201) * 1e-3
+    conditions = Conditions(tip_mass=0.4, tip_at=at)
+    angle = simulate(leg, leg.rest + 1.2, [0.0], time, conditions)
+    made = Trial("a.csv", time, leg.to_measured(angle), tip_mass=0.4, tip_at=at, leg=leg if own_leg else None)
+    (one,) = coverage(HANGING, recordings(HANGING, [made], ()))
+    force = np.zeros((2, len(time) - 2))
+    for mass, reach in ((link.mass, link.com), (0.4, link.length if at is None else at)):
+        place = reach * np.stack([np.sin(angle[:, 0]), -np.cos(angle[:, 0])])
+        force += mass * (np.diff(place, 2) / 1e-6 + np.array([[0.0], [leg.gravity]]))
+    assert one.load == pytest.approx(np.percentile(np.hypot(*force), [5.0, 95.0]), rel=0.01)
 
 
 def test_base_tilt_and_encoder_offset_are_inseparable_without_a_spring() -> None:
