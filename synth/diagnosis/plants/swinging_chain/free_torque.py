@@ -24,7 +24,7 @@ from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, Over
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, missing_torque
 from synth.diagnosis.plants.swinging_chain.torque_hats import Hats
 from synth.diagnosis.sifting import few_trials
-from synth.diagnosis.unseen import cells, folds, unseen
+from synth.diagnosis.unseen import cells, folds, jackknife, unseen
 from synth.diagnosis.workbench import RULE, Workbench
 from synth.estimation.intervals import NORMAL90
 from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, minimise
@@ -225,10 +225,8 @@ def described(found: Sequence[FreeTorque]) -> str:
 def _result(leg: Leg, problem: _TorqueFits, left: TrialErrors, each: Array, before: TrialErrors) -> FreeTorque:
     """From the heights (n_fold, k), each without one fold, to a curve in the measured angle's sense."""
     hats = problem.hats
-    sign, count = leg.joints[hats.joint].sign, len(each)
-    middle = each.mean(axis=0)
-    deviation = np.sqrt((count - 1) / count * np.sum((each - middle) ** 2, axis=0))  # jackknife (Efron 1982)
-    torque, spread = sign * middle * hats.torque, NORMAL90 * deviation * hats.torque
+    sign = leg.joints[hats.joint].sign
+    torque, spread = sign * each.mean(axis=0) * hats.torque, NORMAL90 * jackknife(each) * hats.torque
     if hats.over == "speed":
         place, direction = sign * hats.nodes, np.zeros(len(hats.nodes))
     else:
