@@ -152,7 +152,7 @@ def _sized(bench: Workbench, at: EvaluatedHypothesis, starts: Sequence[Evaluated
 
 
 def _signals(bench: Workbench, at: EvaluatedHypothesis, fits: Sequence[EvaluatedHypothesis]) -> tuple[Array, Array]:
-    """(n_fit,) signal of each before subtracting the tolerances' part; nan if the motion diverged."""
+    """Signal (n_fit,) of each after subtracting the tolerances' part, and before; nan if the motion diverged."""
     ground = ScreeningFrame.of(bench, at)
     inner = np.linalg.cholesky(np.eye(len(ground.matrix)) + ground.matrix)
     squares, across = np.zeros(len(fits)), np.zeros((len(ground.matrix), len(fits)))
