@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from dataclasses import replace
 from types import SimpleNamespace
@@ -10,11 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from diagnosis.simulated_releases import TWO
 from synth.arrays import Array
-from synth.diagnosis import poor_trials, prediction_error, remainder
-from synth.diagnosis.plants.jumping_leg import jump_diagnosis
+from synth.diagnosis import poor_trials
 from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench
 from synth.diagnosis.plants.jumping_leg.jump_diagnosis import JumpingLeg
+from synth.diagnosis.plants.swinging_chain.free_torque import free_torques
 from synth.diagnosis.prediction_error import (
     BLOCKS,
     LEAST_GAP,
@@ -29,6 +31,13 @@ from synth.diagnosis.search_limits import LARGEST_TOLERANCE
 from synth.diagnosis.workbench import Workbench
 
 SAMPLES = 50.0  # in each block of each trial
+
+
+class Sought(Exception):
+    """A predictor is asked for: a search begins."""
+
+    def coarser(self, tolerance: float) -> None:
+        raise self
 
 
 def misses(before: float, after: float, floor: float, trials: int = 3) -> PredictionErrors:
@@ -170,12 +179,15 @@ def test_labels_do_not_depend_on_the_order_of_causes() -> None:
 
 
 def test_shrink_and_remainder_agree_on_the_least_gap_that_has_a_share() -> None:
-    """One number decides for both: where the shrink is 0, the remainder is no multiple of the gap."""
+    """Where the shrink is 0, the remainder is no multiple of the gap, and no free torque is sought."""
     for times, has_share in ((1.02, True), (0.98, False)):
         found = misses(math.sqrt(1.0 + times * LEAST_GAP), math.sqrt(1.0 + 4.0 * LEAST_GAP), 1.0)
         assert (found.shrink().value < 0.0) == has_share
         assert (Remainder.of(found, "after", {}, {}).share > 1.0) == has_share
-    assert remainder.LEAST_GAP is prediction_error.LEAST_GAP
+        base: Any = SimpleNamespace(residuals=(np.sqrt([100.0 * (1.0 + times * LEAST_GAP)]),))
+        bench: Any = SimpleNamespace(trials=(None, None), total=100.0, predictor=Sought())
+        with pytest.raises(Sought) if has_share else contextlib.nullcontext():
+            assert free_torques(TWO, TWO, bench, base, None) == ()  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("times", "poor"), [(0.99, False), (1.01, True)])
@@ -184,7 +196,6 @@ def test_swings_and_jumps_are_predicted_no_better_from_the_same_error_on(times: 
     jumps: Any = SimpleNamespace(scored=(SimpleNamespace(name="a.csv"),))
     assert bool(poor_trials.no_better(["a.csv"], errors, None)) == poor
     assert bool(JumpingLeg.worse(jumps, errors, None)) == poor
-    assert poor_trials.NO_BETTER is jump_diagnosis.NO_BETTER
 
 
 def test_swings_and_jumps_have_the_same_bounds_of_tolerances() -> None:

@@ -21,6 +21,7 @@ from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.intervals import Estimate
+from synth.units import shown_unit
 
 RIVALS = 4  # most similar causes listed for each cause
 # Sine of the angle below which two causes count as inseparable unless seven times larger than the smallest visible
@@ -200,8 +201,8 @@ def sized(candidate: ShapedEffect, unknowns: Array, factor: float) -> dict[str, 
 
 
 def _shown(unit: str) -> str:
-    """The unit for display."""
-    return {"rad": "deg", "1": "%", "s": "ms"}.get(unit, unit)
+    """The unit of a smallest size: of shares and delays, which are small here, a smaller one than in other results."""
+    return {"1": "%", "s": "ms"}.get(unit, shown_unit(unit))
 
 
 def _clusters(

@@ -23,6 +23,7 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import NaturalSizes
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, Over
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, missing_torque
 from synth.diagnosis.plants.swinging_chain.torque_hats import Hats
+from synth.diagnosis.prediction_error import LEAST_GAP
 from synth.diagnosis.sifting import few_trials
 from synth.diagnosis.unseen import cells, folds, jackknife, unseen
 from synth.diagnosis.workbench import RULE, Workbench
@@ -38,7 +39,6 @@ SHAPES: tuple[Over, ...] = ("deflection", "speed")
 # choosing it by the error on left-out trials would bias that error.
 SIZE = 0.1
 TELLING = 0.2  # least share of the error on unseen trials for a free torque to be mentioned
-LEAST_GAP = 0.05  # of the noise's squares, as for the shrink: a smaller gap counts as none
 FRAMES = 3  # times that derivatives are renewed along the resulting motion
 RANKED = 2  # joints that continue: those with the best fit on a few trials after the first step
 STEPS = 2  # iterations with the same derivatives
@@ -235,5 +235,5 @@ def _result(leg: Leg, problem: _TorqueFits, left: TrialErrors, each: Array, befo
     order = np.lexsort((place, direction))
     return FreeTorque(
         leg.joint_names[hats.joint], hats.over, place[order], direction[order], torque[order],
-        (torque - spread)[order], (torque + spread)[order], left.taken_of(before), left,
+        (torque - spread)[order], (torque + spread)[order], left.taken_in_all(before), left,
     )  # fmt: skip
