@@ -233,6 +233,11 @@ def quantity(value: float, unit: str, interval90: Sequence[float] | None = None)
     return shown
 
 
+def shown_unit(unit: str) -> str:
+    """The unit in which results write a parameter of this SI unit."""
+    return {"rad": "deg", "rad/s": "deg/s", "H": "mH"}.get(unit, unit)
+
+
 def write(value: float, unit: str) -> str:
     """Write an SI value as a quantity in ``unit`` that ``parse`` reads back within 1e-14 relative."""
     if not math.isfinite(value):

@@ -33,7 +33,8 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     groups = []
     for group in sequence(result.content, "not_told_apart"):
         members = [name_of(cause) for cause in sequence(group, "causes")]
-        groups.append({"names": members, "remedy": group.get("remedy"), "times": _times(group.get("sine"))})
+        times = {"times": _times(group.get("sine")), "then": _times(group.get("sine_with_trial"))}
+        groups.append({"names": members, "remedy": group.get("remedy")} | times)
     return {"groups": groups, "figure": grid_figure("Similarity of the causes", rows, heads, cells, CELL)}
 
 

@@ -98,10 +98,15 @@ def _size(visible: Json | None) -> str:
 
 
 def _clusters(clusters: Sequence[Json]) -> list[str]:
+    from synth.diagnosis.check.separability import LEAST_SINE  # imported here, like the check
+
     lines = []
     for cluster in clusters[:MOST_CLUSTERS]:
         names = ", ".join(f"{c['effect'].replace('_', ' ')} ({c['joint']})" for c in cluster["causes"])
-        remedy = f" -> {cluster['remedy']}" if cluster["remedy"] else " -> no usual kind of trial separates them"
+        sine = cluster["sine_with_trial"]
+        then = f"{1.0 / sine:.2g}" if sine > LEAST_SINE else f"more than {1.0 / LEAST_SINE:.2g}"
+        helps = f" -> {cluster['remedy']} (then from {then} times the smallest size)"
+        remedy = helps if cluster["remedy"] else " -> no usual kind of trial separates them"
         lines.append(f"- {names}{remedy}")
     if len(clusters) > MOST_CLUSTERS:
         lines.append(f"and {len(clusters) - MOST_CLUSTERS} more groups")

@@ -15,9 +15,7 @@ from typing import Any
 
 from synth.swing.effects import Effect, effect_named
 from synth.swing.leg_model import Leg
-from synth.units import quantity
-
-SHOWN = {"rad": "deg", "rad/s": "deg/s"}  # units for display
+from synth.units import quantity, shown_unit
 
 
 @dataclass(frozen=True)
@@ -42,7 +40,7 @@ class TargetEffect:
         return {
             "effect": self.effect.name,
             "joint": self.joint or "base",
-            "parameters": {n: quantity(v, SHOWN.get(unit[n], unit[n])) for n, v in self.parameters.items()},
+            "parameters": {n: quantity(v, shown_unit(unit[n])) for n, v in self.parameters.items()},
             "carried_over": self.stays,
             "why": self.why,
         }

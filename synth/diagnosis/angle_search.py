@@ -366,7 +366,7 @@ def further(
 def _beside(
     bench: Workbench, here: EvaluatedHypothesis, candidates: Sequence[ShapedEffect]
 ) -> list[tuple[float, EvaluatedHypothesis]]:
-    """The best start of each further cause beside a fit: predicted cost reduction, and the start.
+    """The best start of each further cause beside a fit: its predicted cost, and the start.
 
     First by secants, one or two lanes per start; then the most promising at the strengths that the secants predict.
     """
@@ -378,8 +378,8 @@ def _beside(
                 start = here.beside([candidate], [point], here.frame)
                 secants = [secant for secant in SECANTS if not overshoots(start, first, secant)]
                 starts += [strengthened(start, first, secant) for secant in secants]
-    gains = zip(leverage(bench, starts, here), starts, strict=True)
-    order = sorted(((left, best, start) for (left, best), start in gains), key=lambda item: item[0])
+    predicted = zip(leverage(bench, starts, here), starts, strict=True)
+    order = sorted(((left, best, start) for (left, best), start in predicted), key=lambda item: item[0])
     chosen: dict[tuple[str, str], list[EvaluatedHypothesis]] = {}
     for left, best, start in order:
         key = start.keys[-1]

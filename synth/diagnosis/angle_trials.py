@@ -43,6 +43,11 @@ class AngleTrial:
         """The recording that it is a piece of, or itself."""
         return self.part_of or self
 
+    @property
+    def kind(self) -> object:
+        """What was done to the leg: joints locked, tip, tilt, another leg; equal for trials of one kind."""
+        return self.recording.conditions, id(self.recording.leg)
+
     @cached_property
     def free(self) -> list[int]:
         """Joints that are not locked."""
@@ -177,17 +182,26 @@ def angle_trial(recording: Recording, *, held_out: bool) -> AngleTrial:
     return AngleTrial(recording, thin.time, thin.rotation, thin.counts, held_out)
 
 
-def spread(trials: Sequence[AngleTrial], most: int) -> tuple[list[AngleTrial], list[AngleTrial]]:
-    """At most ``most`` of the trials, and the rest: one of each kind, then evenly over the others in their order.
+def first_of_kinds(trials: Sequence[AngleTrial], order: Sequence[int]) -> list[int]:
+    """Index of the first trial of each kind in an ``order`` of indices, in that order."""
+    kinds: dict[object, int] = {}
+    for index in order:
+        kinds.setdefault(trials[index].kind, index)
+    return list(kinds.values())
 
-    A kind is what was done to the leg (joints locked, tip, tilt, another leg).
-    """
+
+def largest_of_kinds(trials: Sequence[AngleTrial]) -> list[int]:
+    """Indices of all trials: one of each kind first, then the others, both from the largest motion to the least."""
+    order = sorted(range(len(trials)), key=lambda i: -float(np.ptp(trials[i].measured, axis=0).max()))
+    first = first_of_kinds(trials, order)
+    return [*first, *[i for i in order if i not in set(first)]]
+
+
+def spread(trials: Sequence[AngleTrial], most: int) -> tuple[list[AngleTrial], list[AngleTrial]]:
+    """At most ``most`` of the trials, and the rest: one of each kind, then evenly over the others in their order."""
     if len(trials) <= most:
         return list(trials), []
-    kinds: dict[object, int] = {}
-    for index, trial in enumerate(trials):
-        kinds.setdefault((trial.recording.conditions, id(trial.recording.leg)), index)
-    first = sorted(kinds.values())[:most]
+    first = first_of_kinds(trials, range(len(trials)))[:most]
     others = [index for index in range(len(trials)) if index not in set(first)]
     even = np.arange(most - len(first)) * len(others) // max(most - len(first), 1)
     taken = {*first, *(others[place] for place in even)}

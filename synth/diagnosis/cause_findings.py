@@ -22,6 +22,7 @@ from synth.diagnosis.sentences import PartedErrors, sentence, what_is_open
 from synth.diagnosis.verdict import Judged, doubted, doubted_further, judge, of_no_account
 from synth.estimation.intervals import NORMAL90, Estimate
 from synth.threads import one_thread_of_linear_algebra
+from synth.units import shown_unit
 
 RANKED = 8  # listed single causes; each costs a prediction of every scored trial
 SHOWN_ALONE = 4  # single causes whose predictions are stored for the page, the most probable first
@@ -35,7 +36,6 @@ ON = {  # in words, where one recording is all there is
     "pieces_in_turn": "each piece of the recording, predicted by the others,",
 }
 DIRECT = "direct causes"  # label of the errors with these alone
-SHOWN = {"rad": "deg", "rad/s": "deg/s", "H": "mH"}  # display units
 
 
 @dataclass(frozen=True)
@@ -282,7 +282,7 @@ def _cause(candidate: ShapedEffect, x: Array, deviation: Array) -> Cause:
     unit = {parameter.name: parameter.unit for parameter in candidate.effect.parameters}
     found = {}
     for name, value in values.items():
-        written = SHOWN.get(unit[name], unit[name])
+        written = shown_unit(unit[name])
         free = name in candidate.shape.free
         found[name] = Estimate(value, written, min(reach[name]), max(reach[name])) if free else Estimate(value, written)
     effect, place = candidate.key

@@ -83,8 +83,8 @@ class TrialErrors:
         """RMS above the noise, in floors, by quadratic subtraction."""
         return float(np.sqrt(max(self.ratio**2 - 1.0, 0.0)))
 
-    def taken_of(self, before: TrialErrors) -> float:
-        """Share by which another's RMS above the noise is reduced; 0 if that is zero."""
+    def taken_in_all(self, before: TrialErrors) -> float:
+        """Share by which another's RMS above the noise over all trials is reduced; 0 if that is zero."""
         return 1.0 - self.above / before.above if before.above > 0.0 else 0.0
 
     @property

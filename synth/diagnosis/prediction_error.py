@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.diagnosis.hypotheses import Key
-from synth.estimation.intervals import NORMAL90, Estimate, student95
+from synth.estimation.intervals import NORMAL90, Estimate, student, student95
 
 PLAIN = ("as_designed", "before")  # labels of the nominal leg, of which no cause is known
 BLOCKS = 4  # blocks of time per trial
@@ -18,6 +18,7 @@ RESAMPLES = 500  # a 5 % quantile then rests on 25 of them
 LEAST_GAP = 0.05  # of the squared noise floor; a smaller gap has no meaningful share
 NO_BETTER = 1.1  # ratio of the squared errors with and without the explanation: 5 % worse in RMS
 DOUBLED = -1.0  # shrink of an error that doubles: how much worse an explanation might be tells nothing
+TINY = 1e-9  # of the squared errors: beyond rounding, and no prediction's error
 Picks = NDArray[np.int64]
 
 
@@ -90,13 +91,21 @@ class PredictionErrors:
         return Estimate(value, "1", min(max(1.0 - left.high, DOUBLED), value), 1.0 - left.low)
 
     def chance_below(self, share: float, least: float) -> float:
-        """Probability that the explanation shrinks the gap by less than ``share``, over trials and blocks of time.
+        """Probability that the explanation shrinks the gap by less than ``share``.
 
+        By Student's distribution of ``log(left / allowed)``, squared errors with the explanation over those at which
+        the shrink is ``share``, with its jackknife deviation over whole trials as in ``_estimate`` (over blocks of time
+        of a single one). Where the true shrink is ``share`` it is below 5 % in 7 to 10 % of simulated sets of 2 to 10
+        trials, and above 95 % in 2 to 3 %; over blocks as if each were a trial it was in 26 to 40 % and 17 to 23 %.
         0 if the gap is less than ``least`` noise floors: too small to tell.
         """
         if _rms(self.squares["before"], self.counts, None) < least * self._floor("before", None):
             return 0.0
-        return float(np.mean(self._shrink("after", self._picks()) < share))
+        read = self.noise if self.noise_as_read is None else self.noise_as_read
+        left, allowed = self.squares["after"], read + (1.0 - share) ** 2 * (self.squares["before"] - self.noise)
+        if len(left) > 1:
+            left, allowed = left.sum(axis=1), allowed.sum(axis=1)
+        return _chance_above(left.ravel(), allowed.ravel())
 
     def _shrink(self, label: str, pick: Picks | None) -> Array:
         floor = self._floor("before", pick) ** 2
@@ -105,16 +114,9 @@ class PredictionErrors:
         some = before > LEAST_GAP * floor
         return np.where(some, 1.0 - np.sqrt(np.maximum(after, 0.0) / np.where(some, before, 1.0)), 0.0)
 
-    def _picks(self) -> Picks:
-        """(RESAMPLES, n_cell) cells of each resample: blocks of time as if each were a trial."""
-        cells = self.counts.size
-        return np.random.default_rng(self.seed).integers(0, cells, (RESAMPLES, cells))
-
     def _whole_trials(self) -> Picks:
         """(RESAMPLES, n_cell) cells of each resample of whole trials; of the blocks of a single trial."""
-        number, blocks = self.counts.shape
-        if number == 1:
-            return self._picks()
+        number, blocks = self.counts.shape if len(self.counts) > 1 else (self.counts.size, 1)
         trials = np.random.default_rng(self.seed).integers(0, number, (RESAMPLES, number))
         return np.asarray((trials[:, :, None] * blocks + np.arange(blocks)).reshape(RESAMPLES, -1))
 
@@ -142,6 +144,17 @@ def _rms(squares: Array, counts: Array, pick: Picks | None) -> Array:
     if pick is not None:
         total, number = total[pick], number[pick]
     return np.asarray(np.sqrt(total.sum(axis=-1) / np.maximum(number.sum(axis=-1), 1.0)))
+
+
+def _chance_above(left: Array, allowed: Array) -> float:
+    """Probability that the sum of errors (n,) is above an allowed one, see ``PredictionErrors.chance_below``."""
+    count = len(left)
+    sums = np.array([np.append(each.sum(), each.sum() - each) for each in (left, allowed)])  # all, and without each
+    whole, *without = np.subtract(*np.log(np.maximum(sums, TINY * sums[1, 0])))
+    spread = float(np.sqrt(count - 1.0) * np.std(without))  # of the jackknife
+    if spread <= TINY:  # all alike, or only one
+        return float(whole > 0.0)
+    return student(float(whole) / spread, count - 1)
 
 
 def label(keys: Sequence[Key]) -> str:

@@ -1,4 +1,4 @@
-"""The error of a hypothesis on trials that were left out; only each trial's initial state is estimated."""
+"""Predictions of trials, fitted or left out, by a fixed hypothesis; only each trial's initial state is estimated."""
 
 from __future__ import annotations
 

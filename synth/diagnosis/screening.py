@@ -89,7 +89,7 @@ def prospects(bench: Workbench, fits: Sequence[EvaluatedHypothesis], at: Evaluat
 def leverage(
     bench: Workbench, fits: Sequence[EvaluatedHypothesis], at: EvaluatedHypothesis
 ) -> list[tuple[float, float]]:
-    """Predicted cost reduction of each fit's last cause at the best multiple of its strength, and that multiple.
+    """Predicted cost of each fit with its last cause at the best multiple of its strength, and that multiple.
 
     By the secant: the change at the given strength, extrapolated in proportion to the strength.
     """

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.diagnosis.angle_trials import largest_of_kinds
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.workbench import Workbench
-from synth.swing.chain import Conditions
 
 SIFTED, SIFTED_SAMPLES = 4, 300  # trials used in the first screening, and samples of each
 SIFTING_TOLERANCE = 1e-5  # relative tolerance of the integrator while candidates are only ranked
@@ -17,12 +17,7 @@ SIFTING_TOLERANCE = 1e-5  # relative tolerance of the integrator while candidate
 
 def few_trials(bench: Workbench) -> list[int]:
     """Trials for the first screening: one of each kind, then those with the largest motion."""
-    order = sorted(range(len(bench.trials)), key=lambda i: -float(np.ptp(bench.trials[i].measured, axis=0).max()))
-    kinds: dict[Conditions, int] = {}
-    for i in order:
-        kinds.setdefault(bench.trials[i].recording.conditions, i)
-    first = sorted(kinds.values(), key=order.index)
-    chosen = [*first, *[i for i in order if i not in first]]
+    chosen = largest_of_kinds(bench.trials)
     taken = np.cumsum([bench.trials[i].share for i in chosen])  # of pieces as many as make so many recordings
     return sorted(chosen[: int(np.searchsorted(taken, SIFTED - 1e-9)) + 1])
 

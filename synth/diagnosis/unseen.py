@@ -50,8 +50,7 @@ def folds(bench: Workbench) -> list[tuple[int, ...]]:
     together = list(groups.values()) if len(groups) > 1 else [[index] for index in range(len(bench.trials))]
     kinds: dict[object, list[list[int]]] = {}
     for group in together:
-        recording = bench.trials[group[0]].recording
-        kinds.setdefault((recording.conditions, id(recording.leg)), []).append(group)
+        kinds.setdefault(bench.trials[group[0]].kind, []).append(group)
     dealt = [group for kind in kinds.values() for group in kind]
     count = min(len(dealt), MOST_FOLDS)
     return [tuple(sorted(index for group in dealt[k::count] for index in group)) for k in range(count)]

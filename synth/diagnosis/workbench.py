@@ -26,7 +26,7 @@ from synth.estimation.normal_equations import ParameterStep, StepLimits
 from synth.threads import in_parallel, thread_count
 
 STEP = 1e-3  # of a whitened unknown, rad
-RATE_STEP = 30.0  # s^-1, ratio of the steps of a rate and an angle, suited to limbs of a few hertz
+RATE_STEP = 30.0  # ratio of the steps of a rate, per time unit of the trial, and an angle
 DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping, tried in parallel: lanes are cheaper than a failed step
 TASKS = 8  # least number of calls a core beyond the first: cores then wait little for the last one
 SOLVED = 0.5  # log-likelihood, fall of the cost below which a step is a fit's last: one standard deviation
@@ -41,10 +41,10 @@ T = TypeVar("T")
 class Workbench:
     """The trials of a diagnosis and the weights of their residuals.
 
-    ``sigma`` (n,) rad: divisor of the residuals. It exceeds the noise, because samples are many and
+    ``noise`` (n,) rad of the readings; the residuals' divisor, ``sigma``, exceeds it, because samples are many and
     form errors of a cause are not white noise; ``effective`` is the number of samples per trial and joint that
     count as independent; ``step`` : of a whitened unknown and in rad, of the derivatives; rates use ``RATE_STEP`` times
-    as much in rad/s.
+    as much per time unit of the trial.
     """
 
     predictor: LanePredictor

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import atan, cos, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,20 @@ def student95(degrees: int) -> float:
         return STUDENT95[degrees - 1]
     z, share = NORMAL90, 1.0 / degrees
     return z + (z**3 + z) / 4.0 * share + (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / 96.0 * share**2
+
+
+def student(value: float, degrees: int) -> float:
+    """Probability that Student's t of these ``degrees`` of freedom is below a value (Abramowitz & Stegun, 26.7.3-4)."""
+    angle = atan(value / sqrt(degrees))
+    sine, cosine = sin(angle), cos(angle)
+    odd = degrees % 2
+    # Of odd degrees the series is cos + 2/3 cos^3 + 2 4/(3 5) cos^5 ..., of even 1 + 1/2 cos^2 + 1 3/(2 4) cos^4 ...
+    term, total = cosine if odd else 1.0, 0.0
+    for k in range(degrees // 2):
+        total += term
+        term *= cosine**2 * (2 * k + 1 + odd) / (2 * k + 2 + odd)
+    within = 2.0 / pi * (angle + sine * total) if odd else sine * total
+    return 0.5 * (1.0 + within)
 
 
 def spectrum(matrix: Array, scale: Array | float = 1.0) -> tuple[Array, Array]:

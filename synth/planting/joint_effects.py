@@ -47,9 +47,10 @@ def stribeck(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
 def load_friction(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A plain bearing that sticks rigidly, or a gear mesh with bristle friction on the spring's torque."""
     if rng.random() < 0.5:
-        weight = 9.81 * float(setup.true.of("mass")[j:].sum())
+        weight = setup.true.gravity * float(setup.true.of("mass")[j:].sum())
         # A journal's radius: at most a quarter of a link's length.
-        most = min(0.5 * spring_torque(setup, scale, j) / weight, 0.25 * float(setup.true.of("length").mean()))
+        most = 0.25 * float(setup.true.of("length").mean())
+        most = min(0.5 * spring_torque(setup, scale, j) / weight, most) if weight > 0.0 else most
         return law_form(setup, "bearing, sticking", most, lambda s: Law(torque_laws.BEARING, j, (s, 0.0)))
     k, free = sprung(setup, j), float(setup.true.of("free_angle")[j])
     deflection = between(rng, 2e-4, 2e-3)

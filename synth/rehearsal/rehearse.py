@@ -70,7 +70,6 @@ class Rehearsal:
                 kept.save(name, self.identity, {FILE: json.dumps(end.value).encode()})
                 ended[name] = CaseOutcome.from_json(end.value)
                 task = ended[name].task
-                clock.spent += ended[name].seconds
                 self._note(task, ended[name], clock, tell, counted=False)
             self.outcomes += [made[t] if t in made else ended[t.name] for t in tasks]
             if all(outcome.verdict == FAILED for outcome in self.outcomes):
@@ -133,7 +132,6 @@ class _TimeBudget:
     count: int
     done: int = 0
     made: int = 0
-    spent: float = 0.0
     begun: float = field(default_factory=time.monotonic)
 
     def left(self) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.compiling.compiled import keep_code_of
+from synth.diagnosis.check.run import REMAINDER
 from synth.diagnosis.sensor_noise import sensor
 from synth.drives.servo import Servo
 from synth.errors import Problem, UserError
@@ -28,8 +29,7 @@ if TYPE_CHECKING:
 
 keep_code_of(bodies, torque_laws, engine)  # before any of their functions is called
 
-# Share of each joint's motion (RMS) that small causes leave beside a main one; equal to that of ``gap --check``.
-BACKGROUND = 0.01
+BACKGROUND = REMAINDER  # share of each joint's motion (RMS) that small causes leave beside a main one
 LEAST_COUNT = 0.1  # of the noise: a smaller step is the file's last digit
 TYPICAL_SPEED = 0.5  # of the largest speed, at which a measured damper's rate is taken
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ast
 import math
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,6 +20,8 @@ from blind.rig_score import right, scores
 from blind.views import View
 from blind.writing import write_case
 from synth.files.gap_project import read_gap_project
+from synth.planting import joint_effects
+from synth.planting.forms import Scale
 from synth.planting.model import PlantedLeg, PlantedTrial, Truth
 from synth.planting.simulation import release, swing
 from synth.planting.unlisted_effects import UNLISTED_EFFECTS
@@ -30,6 +34,17 @@ def a_joint(damper: float = 0.02) -> PlantedLeg:
     """Inertia 0.01 kg m^2 about the joint, 4 N m/rad: 20 rad/s; without gravity."""
     values = np.array([[0.2], [0.5], [0.1], [5e-3], [4.0], [damper], [0.1]])
     return PlantedLeg(("hinge",), np.zeros(1), np.ones(1), 0.0, values, gravity=0.0)
+
+
+def test_a_planted_bearing_s_radius_follows_the_leg_s_gravity() -> None:
+    """On the moon a journal may be six times as large for the same friction; it was as small as on earth."""
+    most = []
+    for gravity in (9.81, 1.62, 0.0):
+        setup: Any = SimpleNamespace(true=replace(a_joint(), gravity=gravity))
+        scale = Scale(*np.full((5, 1), 0.01), slow=20.0)
+        forms = [joint_effects.load_friction(np.random.default_rng(seed), setup, scale, 0) for seed in range(8)]
+        most.append(next(form.largest for form in forms if form.name == "bearing, sticking"))
+    assert most == pytest.approx([0.5 * 0.04 / (0.5 * 9.81), 0.5 * 0.04 / (0.5 * 1.62), 0.25 * 0.2])
 
 
 def test_a_rotor_adds_to_the_joint_s_inertia() -> None:

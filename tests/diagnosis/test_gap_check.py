@@ -7,27 +7,33 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from diagnosis.simulated_releases import HANGING, NOISE, ONE, TWO, off, recorded, with_effects
+from diagnosis.simulated_releases import HANGING, NOISE, ONE, TIME, TWO, off, recorded, with_effects
 from diagnosis.turning_pendulum import recorded as turned_over
 from synth.cli import main
+from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.check import run
 from synth.diagnosis.check.check_result import Check
 from synth.diagnosis.check.clocks import clock_findings, sampling
-from synth.diagnosis.check.coverage import coverage_findings
+from synth.diagnosis.check.coverage import coverage, coverage_findings
 from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.check.separability import Showing
+from synth.diagnosis.plant import MenuItem
+from synth.diagnosis.plants.swinging_chain.chain_menu import menu
+from synth.diagnosis.workbench import Workbench
 from synth.drives.servo import Servo, ServoSignals
 from synth.files.gap_project import GapProject, Tolerance
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
 from synth.reports.openings.check_opening import size_text
+from synth.swing.chain import Conditions, simulate
 from synth.swing.leg_model import Damper, Leg, Spring
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "gap"
@@ -84,6 +90,7 @@ from synth.files.output import write_json
 sys.path.insert(0, sys.argv[1])
 from diagnosis.simulated_releases import TWO, off, recorded
 from diagnosis.test_gap_check import project
+from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.check import run
 write_json(Path(sys.argv[2]), run.check(project(TWO, recorded(off(TWO, 3), seed=1))).as_json())
 """
@@ -116,6 +123,62 @@ def test_a_servo_s_commands_are_no_free_motion(slow: bool) -> None:
     free = [replace(recording, signals=None) for recording in made]
     assert bool(clock_findings(leg, free, [sampling(leg, recording) for recording in free])) == slow
     assert len(coverage_findings(leg, free, ())) == 1
+
+
+@pytest.mark.parametrize("own_leg", [False, True])
+@pytest.mark.parametrize("at", [None, 0.02])
+def test_the_bearing_carries_the_tip_where_it_is(at: float | None, own_leg: bool) -> None:
+    """The force by second differences of the points of mass in the simulated swing; the tip was at the link's end."""
+    leg = HANGING.with_joints(knee={"link": replace(HANGING.joints[0].link, mass=0.7)}) if own_leg else HANGING
+    link, time = leg.joints[0].link, np.arange(1201) * 1e-3
+    conditions = Conditions(tip_mass=0.4, tip_at=at)
+    angle = simulate(leg, leg.rest + 1.2, [0.0], time, conditions)
+    made = Trial("a.csv", time, leg.to_measured(angle), tip_mass=0.4, tip_at=at, leg=leg if own_leg else None)
+    (one,) = coverage(HANGING, recordings(HANGING, [made], ()))
+    force = np.zeros((2, len(time) - 2))
+    for mass, reach in ((link.mass, link.com), (0.4, link.length if at is None else at)):
+        place = reach * np.stack([np.sin(angle[:, 0]), -np.cos(angle[:, 0])])
+        force += mass * (np.diff(place, 2) / 1e-6 + np.array([[0.0], [leg.gravity]]))
+    assert one.load == pytest.approx(np.percentile(np.hypot(*force), [5.0, 95.0]), rel=0.01)
+
+
+def with_menu(trials: list[Trial], change: Callable[[AngleTrial], AngleTrial], kept: list[Any]) -> Check:
+    """The check with changed trials on its menu, which are ``kept``."""
+
+    def changed(leg: Leg, bench: Workbench, given: Sequence[AngleTrial]) -> list[MenuItem[AngleTrial]]:
+        kept.extend(replace(item, trial=change(item.trial)) for item in menu(leg, bench, given))
+        return kept
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run, "menu", changed)
+        return run.check(project(TWO, trials))
+
+
+def test_a_trial_that_tells_nothing_separates_nothing() -> None:
+    """Readings a million times as noisy. Nine of fourteen pairs counted as better told apart by such a trial."""
+    found = with_menu(recorded(off(TWO, 3), seed=1), lambda t: replace(t, relative=np.full(t.measured.shape, 1e6)), [])
+    assert len(found.clusters) >= 4
+    assert [(one.remedy, one.with_trial) for one in found.clusters] == [("", one.sine) for one in found.clusters]
+
+
+def test_a_named_trial_separates_as_much_once_it_is_recorded() -> None:
+    """A mass at the tip, which tells dry from load-dependent friction; a larger release was named for it.
+
+    Of two late channels a locked one seemed to tell which it is, from a sine of 0.010 to 0.14: the prior of the
+    imagined trial's initial rate was that of a leg at rest, and a late channel alone is another initial rate.
+    """
+    trials, items = recorded(off(TWO, 3), seed=1), list[Any]()
+    clusters = with_menu(trials, lambda t: t, items).clusters
+    (late,) = [one for one in clusters if one.keys[0][0] == "latency"]
+    (rubs,) = [one for one in clusters if ("load_friction", "hip") in one.keys]
+    assert "locked" not in late.remedy
+    assert rubs.remedy == "a mass of 175 g at the tip"
+    state = next(item.trial.measured[0] for item in items if item.what == rubs.remedy)
+    angle = TWO.to_measured(simulate(TWO, state, [0.0, 0.0], TIME, Conditions(tip_mass=0.175)))
+    angle += NOISE * np.random.default_rng(7).standard_normal(angle.shape)
+    found = run.check(project(TWO, [*trials, Trial("extra.csv", TIME, angle, tip_mass=0.175)]))
+    now = min(sine(found, *rubs.keys), sine(found, *rubs.keys[::-1]))
+    assert now == pytest.approx(rubs.with_trial, rel=0.2)
 
 
 def test_base_tilt_and_encoder_offset_are_inseparable_without_a_spring() -> None:

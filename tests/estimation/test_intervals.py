@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.special import stdtr
 
 from synth.errors import UserError
-from synth.estimation.intervals import NULL, covariance_of
+from synth.estimation.intervals import NULL, covariance_of, student
 from synth.fit.draws import DRAWS, draws
 
 
@@ -42,3 +43,9 @@ def test_draws_have_the_covariance_they_are_drawn_from() -> None:
     assert np.abs(found - covariance).max() < 4.0 * np.sqrt(2.0 / DRAWS) * scale.max()
     correlation = found[0, 1] / np.sqrt(found[0, 0] * found[1, 1])
     assert correlation > 0.99
+
+
+@pytest.mark.parametrize("degrees", [1, 2, 3, 4, 9, 10, 200])
+def test_student_s_distribution_is_that_of_scipy(degrees: int) -> None:
+    for value in (-np.inf, -8.0, -0.3, 0.0, 2.0, np.inf):
+        assert student(value, degrees) == pytest.approx(stdtr(degrees, value), abs=1e-12)

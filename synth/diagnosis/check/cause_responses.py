@@ -44,6 +44,11 @@ class Products:
         """The responses with further trials."""
         return Products(self.own + other.own, self.across + other.across, self.tolerances + other.tolerances)
 
+    def of(self, columns: Sequence[int]) -> Products:
+        """Those of some responses and derivatives, in this order."""
+        chosen = list(columns)
+        return Products(self.own[np.ix_(chosen, chosen)], self.across[:, chosen], self.tolerances)
+
     @property
     def gram(self) -> Array:
         """(k, k) inner products in the metric of the part that tolerances cannot reproduce."""
@@ -95,17 +100,30 @@ def responses_of(
         for candidate in candidates
         for start in candidate.starts()
     ]
-    found = _sized(bench, at, starts)
+    return compared(bench, at, placed_in_turn(_sized(bench, at, starts)))
+
+
+def placed_in_turn(responses: Sequence[CauseResponse]) -> list[CauseResponse]:
+    """The responses, their columns numbered in this order: of each itself, then its derivatives."""
+    made, count = [], 0
+    for response in responses:
+        size = 1 + response.candidate.size
+        made.append(replace(response, columns=tuple(range(count, count + size))))
+        count += size
+    return made
+
+
+def compared(
+    bench: Workbench, at: EvaluatedHypothesis, responses: Sequence[CauseResponse]
+) -> tuple[list[CauseResponse], Products]:
+    """The responses evaluated at their size of comparison, in the order of their columns, and the products of these."""
     finer = replace(bench, predictor=bench.predictor.coarser(COMPARISON))
-    base, *fits = finer.evaluate([at, *(response.fit for response in found)])
+    base, *fits = finer.evaluate([at, *(response.fit for response in responses)])
     rows: list[list[Array]] = [[] for _ in bench.trials]
-    placed, count = [], 0
-    for response, fit in zip(found, fits, strict=True):
+    for fit in fits:
         for i, (residual, columns) in enumerate(zip(fit.residuals, fit.columns, strict=True)):
             rows[i] += [residual - base.residuals[i], *columns.T]
-        size = 1 + len(fit.unknowns) - len(at.unknowns)
-        placed.append(replace(response, fit=fit, columns=tuple(range(count, count + size))))
-        count += size
+    placed = [replace(response, fit=fit) for response, fit in zip(responses, fits, strict=True)]
     return placed, products(bench, at, rows)
 
 
@@ -134,7 +152,7 @@ def _sized(bench: Workbench, at: EvaluatedHypothesis, starts: Sequence[Evaluated
 
 
 def _signals(bench: Workbench, at: EvaluatedHypothesis, fits: Sequence[EvaluatedHypothesis]) -> tuple[Array, Array]:
-    """(n_fit,) signal of each before subtracting the tolerances' part; nan if the motion diverged."""
+    """Signal (n_fit,) of each after subtracting the tolerances' part, and before; nan if the motion diverged."""
     ground = ScreeningFrame.of(bench, at)
     inner = np.linalg.cholesky(np.eye(len(ground.matrix)) + ground.matrix)
     squares, across = np.zeros(len(fits)), np.zeros((len(ground.matrix), len(fits)))

@@ -8,12 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from synth.arrays import Array
 from synth.diagnosis.check.finding import Finding
+from synth.diagnosis.plants.swinging_chain.leg_torques import bearing_forces
 from synth.fit.recordings import Recording
-from synth.motion.smoothing import savitzky_golay
 from synth.swing.leg_model import Leg
-from synth.swing.mechanics import absolute
 from synth.units import quantity
 
 # Ratio of greatest to least below which a quantity counts as constant: effects that depend on it and effects that do
@@ -54,7 +52,7 @@ class Coverage:
 
 def coverage(leg: Leg, recordings: Sequence[Recording]) -> tuple[Coverage, ...]:
     """Coverage of each joint that is free in some trial."""
-    loads = [_loads(leg, recording) for recording in recordings]
+    loads = [bearing_forces(r.leg or leg, r.smoothed, r.conditions) for r in recordings]
     made = []
     for j, joint in enumerate(leg.joints):
         free = [(r, load[:, j]) for r, load in zip(recordings, loads, strict=True) if j in r.free]
@@ -79,29 +77,6 @@ def coverage(leg: Leg, recordings: Sequence[Recording]) -> tuple[Coverage, ...]:
             )
         )
     return tuple(made)
-
-
-def _loads(leg: Leg, recording: Recording) -> Array:
-    """(n_time, n) N, force through each joint's bearing: weight and inertia of the links outboard."""
-    leg, smoothed = recording.leg or leg, recording.smoothed
-    step = float(smoothed.time[1] - smoothed.time[0])
-    phi = absolute(smoothed.angle, leg.tilt + recording.conditions.tilt)
-    along = np.stack([np.sin(phi), -np.cos(phi)], axis=2)  # (t, n, 2), x right and z up
-    length = np.array([joint.link.length for joint in leg.joints])
-    com = np.array([joint.link.com for joint in leg.joints])
-    mass = np.array([joint.link.mass for joint in leg.joints])
-    ends = np.cumsum(along * length[:, None], axis=1)
-    middles = ends - along * (length - com)[:, None]
-    points = np.concatenate([middles, ends[:, -1:]], axis=1)
-    masses = np.append(mass, recording.conditions.tip_mass)
-    flat = points.reshape(len(points), -1)
-    width = min(max(5, round(smoothed.width / step) // 2 * 2 + 1), len(flat) // 2 * 2 - 1)
-    speed = savitzky_golay(flat, width, 3, step)[1]
-    acceleration = savitzky_golay(speed, width, 3, step)[1].reshape(points.shape)
-    force = masses[:, None] * (acceleration + np.array([0.0, leg.gravity]))
-    outboard = np.cumsum(force[:, ::-1], axis=1)[:, ::-1][:, : len(mass)]
-    outboard[:, -1] = force[:, -2:].sum(axis=1)
-    return np.asarray(np.linalg.norm(outboard, axis=2))
 
 
 def coverage_findings(leg: Leg, recordings: Sequence[Recording], made: Sequence[Coverage]) -> list[Finding]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.diagnosis.angle_search import as_designed
-from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.angle_trials import AngleTrial, largest_of_kinds
 from synth.diagnosis.check.against_nominal import column_findings
 from synth.diagnosis.check.cause_responses import responses_of
 from synth.diagnosis.check.channels import Channel, channel_findings, channels
@@ -27,7 +27,6 @@ from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.diagnosis.sensor_noise import sensor
 from synth.diagnosis.workbench import Workbench
 from synth.fit.recordings import recordings as as_recordings
-from synth.swing.chain import Conditions
 
 if TYPE_CHECKING:
     from synth.files.gap_project import GapProject
@@ -101,16 +100,6 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
 def _bench(bench: Workbench, given: Sequence[AngleTrial], read: Sequence[Channel]) -> Workbench:
     """Fewer samples, a coarser integration, and noise that includes a good rig's remainder."""
     noise = np.hypot(bench.noise, REMAINDER * np.array([channel.motion for channel in read]))
-    kept = _kinds([trial.thinner(SAMPLES) for trial in given])
-    return replace(bench, predictor=bench.predictor.coarser(INTEGRATION), trials=tuple(kept), noise=noise)
-
-
-def _kinds(trials: Sequence[AngleTrial]) -> list[AngleTrial]:
-    """At most ``MOST``: one of each kind first, then those with the largest motion; in the order given."""
-    order = sorted(range(len(trials)), key=lambda i: -float(np.ptp(trials[i].measured, axis=0).max()))
-    kinds: dict[Conditions, int] = {}
-    for i in order:
-        kinds.setdefault(trials[i].recording.conditions, i)
-    first = sorted(kinds.values(), key=order.index)
-    kept = [*first, *[i for i in order if i not in first]][:MOST]
-    return [trials[i] for i in sorted(kept)]
+    thin = [trial.thinner(SAMPLES) for trial in given]
+    kept = tuple(thin[i] for i in sorted(largest_of_kinds(thin)[:MOST]))
+    return replace(bench, predictor=bench.predictor.coarser(INTEGRATION), trials=kept, noise=noise)

@@ -6,7 +6,7 @@ for every answer of small size.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,19 +14,21 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.check.cause_responses import COMPARISON, CauseResponse, Products, has_size, products
+from synth.diagnosis.check.cause_responses import CauseResponse, Products, compared, has_size, placed_in_turn
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.intervals import Estimate
+from synth.units import shown_unit
 
 RIVALS = 4  # most similar causes listed for each cause
 # Sine of the angle below which two causes count as inseparable unless seven times larger than the smallest visible
 # size:
 # such sizes are rare, and forms of one cause differ by as much among themselves.
 ALIKE = 0.15
+BETTER = 1.5  # times as well told apart with a trial, or it is not worth naming: a choice
 LEAST_SINE = 0.02  # smaller differences are within the accuracy of integrator and linearisation
 
 
@@ -73,9 +75,10 @@ class Showing:
 
 @dataclass(frozen=True)
 class InseparableCauses:
-    """Inseparable causes, and the trial of a menu that separates most of them, if any.
+    """Inseparable causes, and the trial of a menu that separates them most, if any helps.
 
-    ``sine`` of the smallest angle now; ``with_trial`` : with that trial added.
+    ``sine`` of the smallest angle now; ``with_trial`` : with that trial added. Of three causes a trial may separate one
+    from the others, which leaves the smallest angle as it is.
     """
 
     keys: tuple[Key, ...]
@@ -141,7 +144,10 @@ def separability(
     sines = np.zeros((len(order), len(order)))
     for pair in (pair for each in pairs.values() for pair in each):
         sines[order[pair.true.key], order[pair.other.key]] = pair.sine
-    return Separability(showings, _clusters(bench, at, alike, menu), sines)
+    both = {(pair.true.key, pair.other.key) for pair in alike}
+    mutual = [pair for pair in alike if (pair.other.key, pair.true.key) in both]
+    clusters = _clusters(mutual, _with_each(bench, at, by_key, made, mutual, menu), menu)
+    return Separability(showings, clusters, sines)
 
 
 def _plainest(responses: Sequence[CauseResponse]) -> CauseResponse:
@@ -217,16 +223,17 @@ def sized(candidate: ShapedEffect, unknowns: Array, factor: float) -> dict[str, 
 
 
 def _shown(unit: str) -> str:
-    """The unit for display."""
-    return {"rad": "deg", "1": "%", "s": "ms"}.get(unit, unit)
+    """The unit of a smallest size: of shares and delays, which are small here, a smaller one than in other results."""
+    return {"1": "%", "s": "ms"}.get(unit, shown_unit(unit))
 
 
 def _clusters(
-    bench: Workbench, at: EvaluatedHypothesis, pairs: Sequence[_Pair], menu: Sequence[MenuItem[AngleTrial]]
+    kept: Sequence[_Pair], sines: Sequence[Array], menu: Sequence[MenuItem[AngleTrial]]
 ) -> tuple[InseparableCauses, ...]:
-    """Groups of causes linked by mutual inseparability, with the trial that separates them most."""
-    both = {(pair.true.key, pair.other.key) for pair in pairs}
-    kept = [pair for pair in pairs if (pair.other.key, pair.true.key) in both]
+    """Groups of causes linked by mutual inseparability, with the trial that separates them most.
+
+    ``kept`` : mutual pairs; ``sines`` (n_pair,) of each with each trial of the menu.
+    """
     group: dict[Key, int] = {}
     for pair in kept:
         first, second = group.get(pair.true.key), group.get(pair.other.key)
@@ -236,56 +243,78 @@ def _clusters(
                 group[key] = name
         group[pair.true.key] = group[pair.other.key] = name
     linked = [[pair for pair in kept if group[pair.true.key] == name] for name in dict.fromkeys(group.values())]
-    sines = _with_each(bench, at, kept, menu)
+    now = np.array([pair.sine for pair in kept])
     made = []
     for members in linked:
         places = [kept.index(pair) for pair in members]
-        least = min(pair.sine for pair in members)
-        told = [float(np.mean(np.minimum(sines[m][places], ALIKE))) for m in range(len(menu))]
+        least, told = float(now[places].min()), [_told(members, sine[places]) for sine in sines]
         best = int(np.argmax(told)) if told else -1
-        after = float(sines[best][places].min()) if told else least
-        # Half more, or the trial is not worth naming.
-        better = bool(told) and told[best] > 1.5 * float(np.mean([pair.sine for pair in members]))
+        better = bool(told) and told[best] > BETTER * _told(members, now[places])
         keys = tuple(dict.fromkeys(key for pair in members for key in (pair.true.key, pair.other.key)))
-        made.append(InseparableCauses(keys, least, menu[best].what if better else "", after if better else least))
+        after = float(sines[best][places].min()) if better else least
+        made.append(InseparableCauses(keys, least, menu[best].what if better else "", after))
     return tuple(sorted(made, key=lambda cluster: cluster.sine))
 
 
+def _told(pairs: Sequence[_Pair], sines: Array) -> float:
+    """How well causes are told apart: mean over pairs of the smaller sine, of either taken for the other.
+
+    ``sines`` (n_pair,), which count between ``LEAST_SINE`` and ``BETTER`` times ``ALIKE``.
+    """
+    smaller: dict[frozenset[Key], float] = {}
+    for pair, sine in zip(pairs, np.clip(sines, LEAST_SINE, BETTER * ALIKE), strict=True):
+        both = frozenset((pair.true.key, pair.other.key))
+        smaller[both] = min(float(sine), smaller.get(both, np.inf))
+    return float(np.mean([*smaller.values()]))
+
+
 def _with_each(
-    bench: Workbench, at: EvaluatedHypothesis, pairs: Sequence[_Pair], menu: Sequence[MenuItem[AngleTrial]]
+    bench: Workbench,
+    at: EvaluatedHypothesis,
+    by_key: Mapping[Key, Sequence[CauseResponse]],
+    made: Products,
+    pairs: Sequence[_Pair],
+    menu: Sequence[MenuItem[AngleTrial]],
 ) -> list[Array]:
-    """(n_pair,) sines per trial of the menu, with that trial added; each cause at its size of comparison."""
-    fits: dict[int, EvaluatedHypothesis] = {}
-    for pair in pairs:
-        for response in (pair.true, pair.other):
-            fits.setdefault(id(response), response.fit)
-    if not fits or not menu:
+    """(n_pair,) sines per trial of the menu, with that trial added; by ``_nearest``, like those without it."""
+    keys = dict.fromkeys(pair.true.key for pair in pairs)  # of both of each pair: they are mutual
+    kept = [response for key in keys for response in by_key[key]]
+    if not kept:
         return [np.zeros(0) for _ in menu]
-    order = list(fits)
-    here = _products(bench, at, list(fits.values()))
+    here, placed = made.of([column for response in kept for column in response.columns]), placed_in_turn(kept)
+    forms = {key: [response for response in placed if response.key == key] for key in keys}
+    plain = {key: _plainest(forms[key]) for key in keys}
     found = []
     for item in menu:
-        there = replace(bench, trials=(item.trial,))
-        state = np.concatenate([item.trial.measured[0], np.zeros(item.trial.measured.shape[1])])
-        begun = there.evaluate([EvaluatedHypothesis((), at.unknowns, (state,))])[0]
-        if not np.isfinite(begun.cost):
-            found.append(np.array([pair.sine for pair in pairs]))
-            continue
-        begun = replace(begun, frame=there.frame(begun))
-        moved = [EvaluatedHypothesis(fit.hypothesis, fit.unknowns, (state,)) for fit in fits.values()]
-        gram = (here + _products(there, begun, moved)).gram
-        found.append(np.array([_sine(gram, order.index(id(p.true)), order.index(id(p.other))) for p in pairs]))
+        both = _with_trial(bench, at, placed, here, item.trial)
+        gram = here.gram if both is None else both.gram
+        found.append(np.array([_nearest(gram, plain[p.true.key], forms[p.other.key]).sine for p in pairs]))
     return found
 
 
-def _products(bench: Workbench, at: EvaluatedHypothesis, fits: Sequence[EvaluatedHypothesis]) -> Products:
-    finer = replace(bench, predictor=bench.predictor.coarser(COMPARISON))
-    rows = []
-    for base, *moved in finer.residuals([at, *fits]):
-        rows.append([residual - base for residual in moved])
-    return products(bench, at, rows)
+def _with_trial(
+    bench: Workbench, at: EvaluatedHypothesis, responses: Sequence[CauseResponse], here: Products, trial: AngleTrial
+) -> Products | None:
+    """The products of all trials and a further one; None if the designed leg's motion diverges in it."""
+    state = np.concatenate([trial.measured[0], np.zeros(trial.measured.shape[1])])
+    there = replace(bench, trials=(_moving(bench, at, trial, state),))
+    begun = there.evaluate([at.start_at(states=(state,))])[0]
+    if not np.isfinite(begun.cost):
+        return None
+    begun = replace(begun, frame=there.frame(begun))
+    moved = [replace(each, fit=each.fit.start_at(states=(state,))) for each in responses]
+    return here + compared(there, begun, moved)[1]
 
 
-def _sine(gram: Array, first: int, second: int) -> float:
-    cosine = gram[first, second] ** 2 / max(gram[first, first] * gram[second, second], 1e-300)
-    return float(np.sqrt(np.clip(1.0 - cosine, 0.0, 1.0)))
+def _moving(bench: Workbench, at: EvaluatedHypothesis, trial: AngleTrial, state: Array) -> AngleTrial:
+    """An imagined trial with the motion of the designed leg from its initial state, as a recording would have it.
+
+    The prior of its initial rate is as wide as its fastest motion. At rest, of two late channels one that is locked
+    seemed to tell which it was: the other's delay is another initial rate.
+    """
+    recording = trial.recording
+    angle, _ = bench.slopes(trial, at, state, ())
+    if not np.isfinite(angle).all():
+        return trial
+    rate = np.gradient(angle, trial.time, axis=0)
+    return replace(trial, recording=replace(recording, smoothed=replace(recording.smoothed, angle=angle, rate=rate)))

@@ -16,7 +16,7 @@ from synth.diagnosis.plants.jumping_leg.jump_score import score
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
 
 LADDER = (0.1, 1.0, 4.0, 12.0, 30.0, -1.0, -4.0)  # factors on a start's strengths
-SHAPES_LADDER = (1.0, 0.5, 2.0)  # factors on log-normal ones
+SHAPES_LADDER = (0.0, -1.0, 1.0)  # added to log-normal ones, in deviations of their priors
 TRIED = 2  # rungs of a shape that are fitted
 NEAR = 1.5  # the second only if its predicted cost is at most this multiple of the first's
 PAIRED = 5  # single causes that the anchors are paired with
@@ -101,8 +101,8 @@ def _starts(bench: JumpBench, candidate: JumpCandidate, base: JumpFit) -> list[J
     shapes = np.array([log[candidate.effect.index(name)] for name in candidate.shape.free])
     rungs: list[Array] = []
     for start in candidate.starts():
-        for factor in SHAPES_LADDER if shapes.all() else LADDER:
-            point = np.clip(start + np.log2(factor) if shapes.all() else start * factor, low, high)
+        for rung in SHAPES_LADDER if shapes.all() else LADDER:
+            point = np.clip(start + rung if shapes.all() else start * rung, low, high)
             if not any(np.array_equal(point, known) for known in rungs):
                 rungs.append(point)
     left = bench.prospects((candidate,), np.array(rungs).T, base)

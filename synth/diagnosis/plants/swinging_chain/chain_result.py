@@ -57,9 +57,9 @@ class FreeTorque:
 
     ``over`` : its independent variable. ``place`` (k,) centres of its hat functions, rad from the free angle or rad/s,
     in the measured angle's sense; ``direction`` (k,) of motion, +1 or -1, 0 over speed; ``torque`` (k,) N m in that
-    sense, ``low`` and ``high`` its 90 % interval by leaving out one trial after the other (jackknife). ``taken`` :
-    share of the error's RMS above the noise that it removes on left-out trials; ``unseen`` : the error that remains
-    there.
+    sense, ``low`` and ``high`` its 90 % interval by leaving out one fold of the trials after the other (jackknife).
+    ``taken`` : share of the error's RMS above the noise that it removes on left-out trials; ``unseen`` : the error that
+    remains there.
     """
 
     joint: str

@@ -158,7 +158,7 @@ class CommandMenu:
         return made
 
     def over(self, trial: AngleTrial, command: Array) -> float:
-        """Largest speed or torque of the designed leg's motion, over its limit; 1 if it cannot be simulated."""
+        """Largest speed or torque of the designed leg's motion, over its limit; infinite if it cannot be simulated."""
         n, p = len(self.leg.joints), self.bench.n_tolerance
         block = Block((), np.zeros((p, 1)), np.concatenate([command[0], np.zeros(n)])[None, :, None])
         motion = self.bench.predictor.predict([trial], [block])[0][:, :, 0]

@@ -86,7 +86,7 @@ def _sines(seed: int) -> Shape:
 
 
 def _then(first: Shape, second: Shape) -> Shape:
-    """One in the first half, the other in the second, each at twice the speed if it fills the length."""
+    """One in the first half, the other from its own start in the second."""
 
     def shape(time: Array, crossing: float) -> Array:
         half = 0.5 * _length(time)

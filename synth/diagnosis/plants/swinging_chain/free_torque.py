@@ -23,8 +23,9 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import NaturalSizes
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, Over
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, missing_torque
 from synth.diagnosis.plants.swinging_chain.torque_hats import Hats
+from synth.diagnosis.prediction_error import LEAST_GAP
 from synth.diagnosis.sifting import few_trials
-from synth.diagnosis.unseen import cells, folds, unseen
+from synth.diagnosis.unseen import cells, folds, jackknife, unseen
 from synth.diagnosis.workbench import RULE, Workbench
 from synth.estimation.intervals import NORMAL90
 from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, minimise
@@ -38,7 +39,6 @@ SHAPES: tuple[Over, ...] = ("deflection", "speed")
 # choosing it by the error on left-out trials would bias that error.
 SIZE = 0.1
 TELLING = 0.2  # least share of the error on unseen trials for a free torque to be mentioned
-LEAST_GAP = 0.05  # of the noise's squares, as for the shrink: a smaller gap counts as none
 FRAMES = 3  # times that derivatives are renewed along the resulting motion
 RANKED = 2  # joints that continue: those with the best fit on a few trials after the first step
 STEPS = 2  # iterations with the same derivatives
@@ -225,10 +225,8 @@ def described(found: Sequence[FreeTorque]) -> str:
 def _result(leg: Leg, problem: _TorqueFits, left: TrialErrors, each: Array, before: TrialErrors) -> FreeTorque:
     """From the heights (n_fold, k), each without one fold, to a curve in the measured angle's sense."""
     hats = problem.hats
-    sign, count = leg.joints[hats.joint].sign, len(each)
-    middle = each.mean(axis=0)
-    deviation = np.sqrt((count - 1) / count * np.sum((each - middle) ** 2, axis=0))  # jackknife (Efron 1982)
-    torque, spread = sign * middle * hats.torque, NORMAL90 * deviation * hats.torque
+    sign = leg.joints[hats.joint].sign
+    torque, spread = sign * each.mean(axis=0) * hats.torque, NORMAL90 * jackknife(each) * hats.torque
     if hats.over == "speed":
         place, direction = sign * hats.nodes, np.zeros(len(hats.nodes))
     else:
@@ -237,5 +235,5 @@ def _result(leg: Leg, problem: _TorqueFits, left: TrialErrors, each: Array, befo
     order = np.lexsort((place, direction))
     return FreeTorque(
         leg.joint_names[hats.joint], hats.over, place[order], direction[order], torque[order],
-        (torque - spread)[order], (torque + spread)[order], left.taken_of(before), left,
+        (torque - spread)[order], (torque + spread)[order], left.taken_in_all(before), left,
     )  # fmt: skip

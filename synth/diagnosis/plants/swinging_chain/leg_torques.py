@@ -10,7 +10,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.drives.servo import OF_THE_LAW, Servo, ServoSignals
 from synth.fit.recordings import Recording
-from synth.motion.smoothing import Smoothed
+from synth.motion.smoothing import Smoothed, odd_points, savitzky_golay
 from synth.swing.chain import Conditions
 from synth.swing.damper_curves import torque_at
 from synth.swing.effects import Effect, effect_named
@@ -125,9 +125,16 @@ def _warmth(joint: Joint, time: Array, inputs: Sequence[Array], law: Sequence[fl
 
 
 def bearing_forces(leg: Leg, smoothed: Smoothed, conditions: Conditions) -> Array:
-    """(n_time, n) N in each hinge: weight and inertial force of all that is outboard (Newton's law), tip included."""
+    """(n_time, n) N in each hinge: weight and inertial force of all that is outboard (Newton's law), tip included.
+
+    The rate is smoothed once more before its derivative is taken, by polynomials as wide as its own: differences from
+    sample to sample made the greatest force of a swing twice as large with 0.3 deg of noise at 1 kHz.
+    """
     phi, omega = absolute(smoothed.angle, leg.tilt + conditions.tilt), np.cumsum(smoothed.rate, axis=1)
-    turning = np.gradient(omega, smoothed.time, axis=0)
+    step = float(smoothed.time[1] - smoothed.time[0])
+    points = min(odd_points(smoothed.width, step), len(phi) // 2 * 2 - 1)
+    even, _, _ = savitzky_golay(omega, points, 3, step)
+    turning = savitzky_golay(even, points, 3, step)[1]
     sine, cosine = np.sin(phi), np.cos(phi)
     # Of a point at distance 1 on each link, against the hinge: horizontal and upward acceleration.
     there = np.stack([turning * cosine - omega**2 * sine, turning * sine + omega**2 * cosine])
