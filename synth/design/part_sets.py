@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from synth.design.choose_dampers import DamperChoiceMade, DamperOption
-from synth.design.choose_springs import SpringChoiceMade, SpringOption, SpringSource, spring_options
+from synth.design.choose_springs import SpringChoiceMade, SpringOption, SpringSource, spring_options, with_lasting
 from synth.design.forecast import Forecast
 from synth.design.judged_sets import SAMPLES_CHOSEN, SAMPLES_SHOWN, Judge, Pair, Pairs, acting
 from synth.design.part_lanes import PartLanes
@@ -141,6 +141,8 @@ def choose_sets(
     if not swaps:
         return _as_found(sets[:1], found, judge, joints, dampers, cut)
     best, table = without_better_swap(judge, sets[0].pairs, joints)
+    springs = (with_lasting(p.spring, s.catalogue) for p, s in zip(best, sources, strict=True))
+    best = tuple(replace(p, spring=spring) for p, spring in zip(best, springs, strict=True))
     chosen = PartSet(
         best,
         float(judge.errors([best])[0]),
@@ -195,7 +197,7 @@ def unjudged_set(
     pairs, reasons, warnings = [], [], []
     for joint, source, damper in zip(fitted.joints, sources, dampers.chosen, strict=True):
         assert joint.spring is not None
-        options, left_out, words = spring_options(source, joint.spring.rate)
+        options, left_out, words = spring_options(source, joint.spring.rate, lasting=False)
         pairs.append(Pair(options[0], damper))
         reasons.append(left_out)
         warnings.append(tuple(words))
@@ -261,7 +263,7 @@ def _add_springs(known: list[SpringOption], source: SpringSource, rate: float) -
     with suppress(UserError):
         known += [
             option
-            for option in spring_options(source, rate)[0]
+            for option in spring_options(source, rate, lasting=False)[0]
             if (not wound if option.row is None else (option.part, option.count) not in bought)
         ]
 

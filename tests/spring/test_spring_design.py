@@ -18,10 +18,9 @@ from synth.spring import fatigue, space, spring_search, stress
 from synth.spring.codes import OPENING
 from synth.spring.design import design_spring
 from synth.spring.evaluate import check_spring, travel_limit
-from synth.spring.preferred_springs import suits
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import FEWEST_COILS, SpringDesign
-from synth.spring.spring_search import NEARLY_AS_LIGHT, SpringSearch, candidates, distinct_wires, lasts, ranked
+from synth.spring.spring_search import NEARLY_AS_LIGHT, SpringSearch, candidates, distinct_wires, lasts, ranked, suits
 from synth.spring.spring_task import SpringLimits, SpringTask
 
 KNEE_LIMITS = SpringLimits(max_outer_diameter=0.03175, max_body_length=0.03175)
@@ -377,9 +376,9 @@ def test_springs_whose_load_is_not_computed_would_not_come_first(catalogue, rate
     suiting = [one for one in candidates(wish, material) if one.feasible and suits(one, wish.limits)]
     expected = distinct_wires(ranked(suiting, objective))
     assert len(expected) > 4
-    assert SpringSearch(wish, material, suits).best_of_wires(4) == expected[:4]
+    assert SpringSearch(wish, material).best_of_wires(4) == expected[:4]
     held = expected[-1].wire_diameter
-    assert SpringSearch(wish, material, suits, held).best_of_wires(1) == [
+    assert SpringSearch(wish, material, held).best_of_wires(1) == [
         ranked([one for one in suiting if one.wire_diameter == held], objective)[0]
     ]
 
