@@ -134,13 +134,13 @@ def choose_sets(
     joints = [_joint_parts(source, j, fitted, dampers) for j, source in enumerate(sources)]
     lanes = PartLanes(wanted, fitted, [acting(each.pairs) for each in joints])
     pairs, cut = _cut(lanes, [list(each.pairs) for each in joints])
-    lanes = PartLanes(wanted, fitted, [acting(each) for each in pairs])
+    lanes = lanes.of([acting(each) for each in pairs])
     found = best_sets(lanes, [0] * len(pairs), FINALISTS, seed=seed)
     judge = Judge(wanted, fitted, parts, seed, barred)
     sets = _judged(judge, [tuple(o[k] for o, k in zip(pairs, row, strict=True)) for row in found.index])
     if not swaps:
-        return _as_found(sets[:1], found, judge, joints, dampers, cut)
-    best, table = without_better_swap(judge, sets[0].pairs, joints)
+        return _as_found((_as_measured(judge, *sets[0]),), found, judge, joints, dampers, cut)
+    best, table = without_better_swap(judge, sets[0][0], joints)
     springs = (with_lasting(p.spring, s.catalogue) for p, s in zip(best, sources, strict=True))
     best = tuple(replace(p, spring=spring) for p, spring in zip(best, springs, strict=True))
     chosen = PartSet(
@@ -149,17 +149,17 @@ def choose_sets(
         judge.as_they_come(best, SAMPLES_CHOSEN, shares=True),
         judge.ready(best, SAMPLES_CHOSEN, shares=True),
     )
-    others = [item for item in sets if item.labels != chosen.labels][: SHOWN - 1]
-    sets = (chosen, *(replace(item, forecast=judge.as_they_come(item.pairs)) for item in others))
+    others = [item for item in (_as_measured(judge, *each) for each in sets) if item.labels != chosen.labels]
+    shown = (chosen, *(replace(item, forecast=judge.as_they_come(item.pairs)) for item in others[: SHOWN - 1]))
     leg = judge.built(best)
     return SetsMade(
-        sets,
+        shown,
         found,
         leg,
         _springs_made(chosen, table, joints, leg),
         _dampers_made(chosen, table, dampers, leg),
         cut,
-        tuple(judge.built(item.pairs) for item in sets),
+        tuple(judge.built(item.pairs) for item in shown),
     )
 
 
@@ -283,8 +283,14 @@ def _cut(lanes: PartLanes, pairs: list[list[Pair]]) -> tuple[list[list[Pair]], t
     return kept, tuple(len(a) - len(b) for a, b in zip(pairs, kept, strict=True))
 
 
-def _judged(judge: Judge, sets: Sequence[Pairs]) -> tuple[PartSet, ...]:
-    """The finalists evaluated with tolerances, lowest expected error first; the first ones with more samples."""
+def _as_measured(judge: Judge, pairs: Pairs, error: float) -> PartSet:
+    """A set with its nominal error (rad) and the forecast with measured free angles."""
+    ready = judge.ready(pairs, SAMPLES_SHOWN)
+    return PartSet(pairs, error, ready, ready)
+
+
+def _judged(judge: Judge, sets: Sequence[Pairs]) -> list[tuple[Pairs, float]]:
+    """The finalists, lowest expected error first, and their nominal errors (rad); the first ones with more samples."""
     sets = [pairs for pairs in sets if judge.allows(pairs)]
     if not sets:
         raise CannotBeHad("the fit to the motion failed with each of the best sets of dampers")
@@ -293,9 +299,8 @@ def _judged(judge: Judge, sets: Sequence[Pairs]) -> tuple[PartSet, ...]:
     if len(sets) > SHOWN:
         rough = {k: judge.expected(sets[k], SAMPLES_FINAL) for k in shown}
         shown = sorted(shown, key=lambda k: (rough[k], k))[:SHOWN]
-    fine = {k: judge.ready(sets[k], SAMPLES_SHOWN) for k in shown}
-    order = sorted(fine, key=lambda k: (fine[k].expected, k))
-    return tuple(PartSet(sets[k], float(errors[k]), fine[k], fine[k]) for k in order)
+    fine = {k: judge.expected(sets[k], SAMPLES_SHOWN) for k in shown}
+    return [(sets[k], float(errors[k])) for k in sorted(fine, key=lambda k: (fine[k], k))]
 
 
 def _springs_made(chosen: PartSet, table: Swaps, joints: Sequence[JointParts], leg: Leg) -> SpringChoiceMade:
