@@ -8,9 +8,10 @@ set with the lowest expected error is chosen. No listed exchange of a single par
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -73,6 +74,9 @@ class PartSet:
         }
 
 
+Beside = tuple[tuple[PartSet, ...], tuple[Leg, ...]]
+
+
 @dataclass(frozen=True)
 class SetsMade:
     """The chosen set, the next best sets, the result of the search, and the substitutes for each part.
@@ -87,6 +91,14 @@ class SetsMade:
     dampers: DamperChoiceMade
     cut: tuple[int, ...]  # number of pairs per joint that were left out, those with the largest errors on their own
     legs: tuple[Leg, ...]  # with each of ``sets``
+    beside: Callable[[], Beside] | None = None  # finds what ``shown`` adds to the chosen set
+
+    def shown(self) -> SetsMade:
+        """With the next best sets and all forecasts, which a step to the next round does not need."""
+        if self.beside is None:
+            return self
+        sets, legs = self.beside()
+        return replace(self, sets=sets, legs=legs, beside=None)
 
     @property
     def chosen(self) -> PartSet:
@@ -110,7 +122,7 @@ def choose_sets(
     seed: int = 0,
     swaps: bool = True,
 ) -> SetsMade:
-    """Choose springs and dampers together.
+    """Choose springs and dampers together; ``SetsMade.shown`` of the result adds the next best sets.
 
     Parameters
     ----------
@@ -143,24 +155,27 @@ def choose_sets(
     best, table = without_better_swap(judge, sets[0][0], joints)
     springs = (with_lasting(p.spring, s.catalogue) for p, s in zip(best, sources, strict=True))
     best = tuple(replace(p, spring=spring) for p, spring in zip(best, springs, strict=True))
-    chosen = PartSet(
-        best,
-        float(judge.errors([best])[0]),
-        judge.as_they_come(best, SAMPLES_CHOSEN, shares=True),
-        judge.ready(best, SAMPLES_CHOSEN, shares=True),
-    )
-    others = [item for item in (_as_measured(judge, *each) for each in sets) if item.labels != chosen.labels]
-    shown = (chosen, *(replace(item, forecast=judge.as_they_come(item.pairs)) for item in others[: SHOWN - 1]))
-    leg = judge.built(best)
+    ready = judge.ready(best, SAMPLES_CHOSEN)
+    chosen, leg = PartSet(best, float(judge.errors([best])[0]), ready, ready), judge.built(best)
     return SetsMade(
-        shown,
+        (chosen,),
         found,
         leg,
         _springs_made(chosen, table, joints, leg),
         _dampers_made(chosen, table, dampers, leg),
         cut,
-        tuple(judge.built(item.pairs) for item in shown),
+        (leg,),
+        partial(_beside, judge, chosen, sets),
     )
+
+
+def _beside(judge: Judge, chosen: PartSet, sets: Sequence[tuple[Pairs, float]]) -> Beside:
+    """The chosen set and the next best ones, with every forecast that is shown of them, and the leg with each."""
+    forecasts = (each(chosen.pairs, SAMPLES_CHOSEN, shares=True) for each in (judge.as_they_come, judge.ready))
+    own = PartSet(chosen.pairs, chosen.error, *forecasts)
+    others = [item for item in (_as_measured(judge, *each) for each in sets) if item.labels != own.labels]
+    shown = (own, *(replace(item, forecast=judge.as_they_come(item.pairs)) for item in others[: SHOWN - 1]))
+    return shown, tuple(judge.built(item.pairs) for item in shown)
 
 
 def _as_found(
