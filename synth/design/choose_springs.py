@@ -26,6 +26,7 @@ from synth.spring.design import SpringResult, design_spring
 from synth.spring.loose_test import LooseTest
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
+from synth.spring.spring_search import lasts
 from synth.spring.spring_task import SpringLimits
 from synth.swing.leg_model import Leg
 from synth.units import quantity
@@ -195,8 +196,12 @@ class SpringSource:
         return WantedTravel(self.choice.travel, min(self.travel.opening, self.choice.travel), self.travel.below)
 
 
-def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption], Mapping[str, int], list[str]]:
+def spring_options(
+    source: SpringSource, rate: float, *, lasting: bool = True
+) -> tuple[list[SpringOption], Mapping[str, int], list[str]]:
     """The springs that a joint may have (bought, or one to wind), the excluded rows by reason, and warnings.
+
+    ``lasting`` as in ``spring_to_wind``.
 
     Bought springs that yield or pass their vendor's limits in the joint's travel are excluded, unless one is named by
     its part number, or no other spring can be had: their ``passed`` is then not empty.
@@ -207,7 +212,7 @@ def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption
     """
     joint, choice, catalogue = source.joint, source.choice, source.catalogue
     if choice.make:
-        option, warnings = spring_to_wind(source, rate)
+        option, warnings = spring_to_wind(source, rate, lasting=lasting)
         return [option], {}, warnings
     found = spring_candidates(catalogue, choice, rate, source.parts)
     rows = [(row, 1) for row in found.rows]
@@ -229,7 +234,7 @@ def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption
     of_these = f"; with this rate, {counted(borne.left_out)}" if borne.left_out else ""
     text = f"{joint}: no bought spring meets the constraints ({found.nearest}{of_these}); one to wind is designed"
     try:
-        option, more = spring_to_wind(source, rate)
+        option, more = spring_to_wind(source, rate, lasting=lasting)
     except CannotBeHad:
         if borne.passing:
             return borne.passing, reasons, []
@@ -298,7 +303,7 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
     ]
     if source.choice.make is not False and all(option.row is not None for option in taken):
         with suppress(UserError):  # no spring can be wound either
-            others.append(replace(spring_to_wind(source, rate)[0], compared=True))
+            others.append(replace(spring_to_wind(source, rate, lasting=False)[0], compared=True))
     return others
 
 
@@ -325,8 +330,10 @@ def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: floa
     )
 
 
-def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, list[str]]:
+def spring_to_wind(source: SpringSource, rate: float, *, lasting: bool = True) -> tuple[SpringOption, list[str]]:
     """The spring to wind for a rate (N m/rad), or the nearest that can be made, and warnings.
+
+    ``lasting``: whether to look for the nearest springs that last, if it does not; ``with_lasting`` adds them.
 
     Raises
     ------
@@ -361,7 +368,7 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
     if (first := result.best or (result.nearest[0].design if result.nearest else None)) is not None:
         size = (first.wire_diameter, first.mean_diameter, first.body_coils)
         leg = leg_that_bends_as_much(*size, wish.opening_travel, cad)
-        result = design_spring(replace(wish, leg_lengths=(leg, leg)), catalogue)
+        result = design_spring(replace(wish, leg_lengths=(leg, leg)), catalogue, 0, lasting=lasting)
     if result.best is not None:
         design, warnings = result.best, [about(joint, text) for text in (*result.notes, *result.best.warnings)]
         warnings += [f"{joint}: to last {DESIGN_LIFE:.0f} full turns: {item.text}" for item in result.lasting[:1]]
@@ -379,3 +386,11 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
     total = design.rate * design.count
     closes = 1 if travel.turned_round else -1
     return SpringOption(total, design.included_angle, design=design, result=result, closes=closes, asked=rate), warnings
+
+
+def with_lasting(option: SpringOption, catalogue: Catalogue) -> SpringOption:
+    """The spring with the nearest ones that last, if it is to be wound, does not last, and they are not known yet."""
+    result = option.result
+    if result is None or result.best is None or result.lasting or lasts(result.best, result.wish.limits):
+        return option
+    return replace(option, result=design_spring(result.wish, catalogue, 0))

@@ -164,6 +164,7 @@ class Forecaster:
     ) -> None:
         self.lanes, self.asked, self.within, self.seed, self.in_hand = lanes, asked, within, seed, in_hand
         self._known: dict[bytes, Array] = {}  # errors by the content of the lanes
+        self._levels: dict[tuple[object, ...], tuple[Array, Array]] = {}  # see ``_curves``
 
     def forecast(self, parts: SetParts, n_sample: int, *, shares: bool = False) -> Forecast:
         """The error of one set over ``n_sample`` draws."""
@@ -220,16 +221,25 @@ class Forecaster:
 
     def _laws(self, damper: DamperOption, exponents: tuple[float, float], draw: Array) -> Array:
         """(2 CURVE_POINTS, n_lane) curve rows with the assumed law's exponent drawn between its limits."""
-        low, high = exponents
-        levels = np.linspace(low, high, EXPONENTS)
-        curves = np.stack([column(1.0, 0.0, damper.with_exponent(float(n)))[3:] for n in levels], axis=1)
-        assert curves.shape[0] == ROWS - 3
+        (low, high), (levels, curves) = exponents, self._curves(damper, exponents)
         # A draw of 0 is the nominal law, although its exponent is not in the middle of the limits.
         middle = CONCAVE_EXPONENT + draw * np.where(draw < 0.0, CONCAVE_EXPONENT - low, high - CONCAVE_EXPONENT)
         nearest = np.argmin(np.abs(levels[:, None] - middle[None, :]), axis=0)
         found = curves[:, nearest]
         nominal = column(1.0, 0.0, damper.damper)[3:]
         return np.asarray(np.where(draw == 0.0, nominal[:, None], found))
+
+    def _curves(self, damper: DamperOption, exponents: tuple[float, float]) -> tuple[Array, Array]:
+        """(EXPONENTS,) exponents between the limits, and the rows (2 CURVE_POINTS, EXPONENTS) of their curves."""
+        row = damper.row
+        assert row is not None
+        key = (row, damper.law, damper.arrangement, exponents)
+        if key not in self._levels:
+            levels = np.linspace(*exponents, EXPONENTS)
+            curves = [column(1.0, 0.0, damper.with_exponent(float(n)))[3:] for n in levels]
+            assert len(curves[0]) == ROWS - 3
+            self._levels[key] = levels, np.stack(curves, axis=1)
+        return self._levels[key]
 
     def _shares(self, parts: SetParts, nominal: float) -> tuple[Share, ...]:
         """Each cause alone at its two outer Gauss points; shares of the growth of the mean squared error."""

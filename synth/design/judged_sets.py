@@ -73,7 +73,7 @@ class Judge:
         self.wanted, self.leg, self.barred = wanted, leg, barred
         none: list[list[Acting]] = [[] for _ in leg.joints]
         self._lanes = PartLanes(wanted, leg, none)
-        few = PartLanes(wanted, leg, none, RELEASES)
+        few = self._lanes if len(wanted.releases) <= RELEASES else PartLanes(wanted, leg, none, RELEASES)
         asked = parts.tolerance
         self._as_they_come = Forecaster(few, asked, parts.within, seed, in_hand)
         self._ready = Forecaster(few, free_angles_measured(asked), parts.within, seed, in_hand)
@@ -87,7 +87,7 @@ class Judge:
         if not sets:
             return np.zeros(0)
         joints = [[each[j] for each in sets] for j in range(len(self.leg.joints))]
-        lanes = PartLanes(self.wanted, self.leg, [acting(pairs) for pairs in joints])
+        lanes = self._lanes.of([acting(pairs) for pairs in joints])
         return lanes.errors(np.repeat(np.arange(len(sets))[:, None], len(joints), axis=1))
 
     def ready(self, pairs: Pairs, n_sample: int = SAMPLES_SHOWN, *, shares: bool = False) -> Forecast:

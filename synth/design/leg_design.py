@@ -39,7 +39,7 @@ from synth.parts.catalogs import Catalogue
 from synth.remarks import decisive, joint_of, kind_of, like, noted
 from synth.swing.leg_model import Leg
 
-Effort = Literal["first", "found", "full"]
+Effort = Literal["first", "found", "chosen", "full"]
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,8 @@ def design_for(
     """The design for the links of ``target``: those of the project, or the same with the joints' parts on them.
 
     ``effort``: ``first``, each joint's best single damper and spring without evaluating sets, for a first drawing;
-    ``found``, the best set without substitutes for its parts, for a round that is followed by another; ``full``.
+    ``found``, the best set without substitutes for its parts, for a round that is followed by another; ``chosen``, what
+    ``shown`` makes whole once the round is known to be the last; ``full``.
     ``held`` and ``drawn`` as in ``ChoiceTask``.
 
     Raises
@@ -179,8 +180,8 @@ def design_for(
         dampers = choose_dampers(
             wanted, project.joints, catalogue, known.measured, turned, leg=real, parts=project.parts
         )
-    full = effort == "full"
-    task = ChoiceTask(project, catalogue, into, motion, options, fitted, wanted, held or {}, full, drawn)
+    swaps = effort in ("chosen", "full")
+    task = ChoiceTask(project, catalogue, into, motion, options, fitted, wanted, held or {}, swaps, drawn)
     sets, refit = (first_choice if effort == "first" else choose_in_rounds)(task, dampers, stage)
     dampers, springs = sets.dampers, sets.springs
     with stage("moving the built leg"):
@@ -188,7 +189,6 @@ def design_for(
         motions = tuple(found[:, :, 0] for found in wanted.simulate([built]))
         errors = wanted.errors([built])[0]
     held_out = tuple(trial for trial in fitted.trials if trial.held_out)
-    robustness = choice_robustness(wanted, fitted, sets.legs) if full else None
     design = LegDesign(
         project=project,
         source=known.source,
@@ -205,13 +205,21 @@ def design_for(
         errors=errors,
         warnings=(),
         sets=sets,
-        robustness=robustness,
+        robustness=None,
         target_effects=into.effects,
     )
+    return shown(design, motion) if effort == "full" else design
+
+
+def shown(design: LegDesign, motion: SourceMotion) -> LegDesign:
+    """The design with what only its report needs: the next best sets, forecasts, robustness and warnings."""
+    sets = design.sets.shown()
+    robustness = choice_robustness(design.wanted, design.target, sets.legs)
+    design = replace(design, sets=sets, robustness=robustness)
     warnings = _warnings(design, motion)
     if robustness is not None and robustness.warning is not None:
         warnings.append((None, robustness.warning))
-    return replace(design, warnings=(*warnings, *notes(into.effects)))
+    return replace(design, warnings=(*warnings, *notes(design.target_effects)))
 
 
 def _real(leg: Leg, target: TargetLeg) -> Leg:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from synth.design.choice_rounds import Stage
 from synth.design.drawn_springs import draw_up, simulated_again
-from synth.design.leg_design import Effort, Known, LegDesign, MassRounds, design_for, known_beforehand
+from synth.design.leg_design import Effort, Known, LegDesign, MassRounds, design_for, known_beforehand, shown
 from synth.design.link_masses import BuiltLink, built_links, link_warnings, same_links, with_links
 from synth.design.part_masses import PartMass, unknown_parts
 from synth.design.solid_work import joint_masses
@@ -69,7 +69,7 @@ def _rounds(
     target, labels = start
     held: dict[str, float] = {}
     for count in range(1, MOST_ROUNDS + 1):
-        effort: Effort = "full" if count > 1 else "found"
+        effort: Effort = "chosen" if count > 1 else "found"
         design = design_for(project, catalogue, known, target, stage, effort=effort, held=held, drawn=True)
         with stage("weighing the joints' parts"):
             carrying = scales.on_links(draw_up(design, catalogue))
@@ -77,7 +77,7 @@ def _rounds(
         if settled:
             break
         target, labels, held = carrying, design.sets.chosen.labels, _wires(design)
-    rounds = MassRounds(count, settled)
+    rounds, design = MassRounds(count, settled), shown(design, known.motion)
     design = replace(design, project=project, rounds=rounds, warnings=(*design.warnings, *_said(rounds)))
     return scales.settled(design, catalogue)
 

@@ -7,6 +7,7 @@ joint. Constructing a leg object for each of a million sets would cost more than
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -66,6 +67,15 @@ class PartLanes:
         self.wanted, self.leg, self.acting = wanted, leg, tuple(tuple(each) for each in acting)
         every = 1 if releases is None else max(1, -(-len(wanted.releases) // releases))
         self.releases, self.motions = wanted.releases[::every], wanted.motions[::every]
+
+    def of(self, acting: Sequence[Sequence[Acting]]) -> PartLanes:
+        """The same leg and releases with other candidates; what does not depend on these is not computed again."""
+        known = (self.holding, self._still, self._counts)  # kept by the copy
+        assert all(len(each) for each in known)
+        other = copy(self)
+        other.__dict__.pop("columns", None)
+        other.acting = tuple(tuple(each) for each in acting)
+        return other
 
     @property
     def counts(self) -> tuple[int, ...]:

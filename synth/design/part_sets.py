@@ -8,15 +8,16 @@ set with the lowest expected error is chosen. No listed exchange of a single par
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
 
 from synth.design.choose_dampers import DamperChoiceMade, DamperOption
-from synth.design.choose_springs import SpringChoiceMade, SpringOption, SpringSource, spring_options
+from synth.design.choose_springs import SpringChoiceMade, SpringOption, SpringSource, spring_options, with_lasting
 from synth.design.forecast import Forecast
 from synth.design.judged_sets import SAMPLES_CHOSEN, SAMPLES_SHOWN, Judge, Pair, Pairs, acting
 from synth.design.part_lanes import PartLanes
@@ -73,6 +74,9 @@ class PartSet:
         }
 
 
+Beside = tuple[tuple[PartSet, ...], tuple[Leg, ...]]
+
+
 @dataclass(frozen=True)
 class SetsMade:
     """The chosen set, the next best sets, the result of the search, and the substitutes for each part.
@@ -87,6 +91,14 @@ class SetsMade:
     dampers: DamperChoiceMade
     cut: tuple[int, ...]  # number of pairs per joint that were left out, those with the largest errors on their own
     legs: tuple[Leg, ...]  # with each of ``sets``
+    beside: Callable[[], Beside] | None = None  # finds what ``shown`` adds to the chosen set
+
+    def shown(self) -> SetsMade:
+        """With the next best sets and all forecasts, which a step to the next round does not need."""
+        if self.beside is None:
+            return self
+        sets, legs = self.beside()
+        return replace(self, sets=sets, legs=legs, beside=None)
 
     @property
     def chosen(self) -> PartSet:
@@ -110,7 +122,7 @@ def choose_sets(
     seed: int = 0,
     swaps: bool = True,
 ) -> SetsMade:
-    """Choose springs and dampers together.
+    """Choose springs and dampers together; ``SetsMade.shown`` of the result adds the next best sets.
 
     Parameters
     ----------
@@ -134,31 +146,36 @@ def choose_sets(
     joints = [_joint_parts(source, j, fitted, dampers) for j, source in enumerate(sources)]
     lanes = PartLanes(wanted, fitted, [acting(each.pairs) for each in joints])
     pairs, cut = _cut(lanes, [list(each.pairs) for each in joints])
-    lanes = PartLanes(wanted, fitted, [acting(each) for each in pairs])
+    lanes = lanes.of([acting(each) for each in pairs])
     found = best_sets(lanes, [0] * len(pairs), FINALISTS, seed=seed)
     judge = Judge(wanted, fitted, parts, seed, barred)
     sets = _judged(judge, [tuple(o[k] for o, k in zip(pairs, row, strict=True)) for row in found.index])
     if not swaps:
-        return _as_found(sets[:1], found, judge, joints, dampers, cut)
-    best, table = without_better_swap(judge, sets[0].pairs, joints)
-    chosen = PartSet(
-        best,
-        float(judge.errors([best])[0]),
-        judge.as_they_come(best, SAMPLES_CHOSEN, shares=True),
-        judge.ready(best, SAMPLES_CHOSEN, shares=True),
-    )
-    others = [item for item in sets if item.labels != chosen.labels][: SHOWN - 1]
-    sets = (chosen, *(replace(item, forecast=judge.as_they_come(item.pairs)) for item in others))
-    leg = judge.built(best)
+        return _as_found((_as_measured(judge, *sets[0]),), found, judge, joints, dampers, cut)
+    best, table = without_better_swap(judge, sets[0][0], joints)
+    springs = (with_lasting(p.spring, s.catalogue) for p, s in zip(best, sources, strict=True))
+    best = tuple(replace(p, spring=spring) for p, spring in zip(best, springs, strict=True))
+    ready = judge.ready(best, SAMPLES_CHOSEN)
+    chosen, leg = PartSet(best, float(judge.errors([best])[0]), ready, ready), judge.built(best)
     return SetsMade(
-        sets,
+        (chosen,),
         found,
         leg,
         _springs_made(chosen, table, joints, leg),
         _dampers_made(chosen, table, dampers, leg),
         cut,
-        tuple(judge.built(item.pairs) for item in sets),
+        (leg,),
+        partial(_beside, judge, chosen, sets),
     )
+
+
+def _beside(judge: Judge, chosen: PartSet, sets: Sequence[tuple[Pairs, float]]) -> Beside:
+    """The chosen set and the next best ones, with every forecast that is shown of them, and the leg with each."""
+    forecasts = (each(chosen.pairs, SAMPLES_CHOSEN, shares=True) for each in (judge.as_they_come, judge.ready))
+    own = PartSet(chosen.pairs, chosen.error, *forecasts)
+    others = [item for item in (_as_measured(judge, *each) for each in sets) if item.labels != own.labels]
+    shown = (own, *(replace(item, forecast=judge.as_they_come(item.pairs)) for item in others[: SHOWN - 1]))
+    return shown, tuple(judge.built(item.pairs) for item in shown)
 
 
 def _as_found(
@@ -195,7 +212,7 @@ def unjudged_set(
     pairs, reasons, warnings = [], [], []
     for joint, source, damper in zip(fitted.joints, sources, dampers.chosen, strict=True):
         assert joint.spring is not None
-        options, left_out, words = spring_options(source, joint.spring.rate)
+        options, left_out, words = spring_options(source, joint.spring.rate, lasting=False)
         pairs.append(Pair(options[0], damper))
         reasons.append(left_out)
         warnings.append(tuple(words))
@@ -261,7 +278,7 @@ def _add_springs(known: list[SpringOption], source: SpringSource, rate: float) -
     with suppress(UserError):
         known += [
             option
-            for option in spring_options(source, rate)[0]
+            for option in spring_options(source, rate, lasting=False)[0]
             if (not wound if option.row is None else (option.part, option.count) not in bought)
         ]
 
@@ -281,8 +298,14 @@ def _cut(lanes: PartLanes, pairs: list[list[Pair]]) -> tuple[list[list[Pair]], t
     return kept, tuple(len(a) - len(b) for a, b in zip(pairs, kept, strict=True))
 
 
-def _judged(judge: Judge, sets: Sequence[Pairs]) -> tuple[PartSet, ...]:
-    """The finalists evaluated with tolerances, lowest expected error first; the first ones with more samples."""
+def _as_measured(judge: Judge, pairs: Pairs, error: float) -> PartSet:
+    """A set with its nominal error (rad) and the forecast with measured free angles."""
+    ready = judge.ready(pairs, SAMPLES_SHOWN)
+    return PartSet(pairs, error, ready, ready)
+
+
+def _judged(judge: Judge, sets: Sequence[Pairs]) -> list[tuple[Pairs, float]]:
+    """The finalists, lowest expected error first, and their nominal errors (rad); the first ones with more samples."""
     sets = [pairs for pairs in sets if judge.allows(pairs)]
     if not sets:
         raise CannotBeHad("the fit to the motion failed with each of the best sets of dampers")
@@ -291,9 +314,8 @@ def _judged(judge: Judge, sets: Sequence[Pairs]) -> tuple[PartSet, ...]:
     if len(sets) > SHOWN:
         rough = {k: judge.expected(sets[k], SAMPLES_FINAL) for k in shown}
         shown = sorted(shown, key=lambda k: (rough[k], k))[:SHOWN]
-    fine = {k: judge.ready(sets[k], SAMPLES_SHOWN) for k in shown}
-    order = sorted(fine, key=lambda k: (fine[k].expected, k))
-    return tuple(PartSet(sets[k], float(errors[k]), fine[k], fine[k]) for k in order)
+    fine = {k: judge.expected(sets[k], SAMPLES_SHOWN) for k in shown}
+    return [(sets[k], float(errors[k])) for k in sorted(fine, key=lambda k: (fine[k], k))]
 
 
 def _springs_made(chosen: PartSet, table: Swaps, joints: Sequence[JointParts], leg: Leg) -> SpringChoiceMade:

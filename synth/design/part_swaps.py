@@ -72,10 +72,13 @@ def without_better_swap(judge: Judge, chosen: Pairs, joints: Sequence[JointParts
         chosen = _wound_to_suit(judge, chosen, joints)
         table = swaps(judge, chosen, joints)
         allowed = sorted(
-            (swap.expected, j, _changed(chosen, j, swap.pair))
-            for j in range(len(joints))
-            for swap in (*table.springs[j], *table.dampers[j])
-            if swap.allowed and judge.allows(_changed(chosen, j, swap.pair))
+            (
+                (swap.expected, j, _changed(chosen, j, swap.pair))
+                for j in range(len(joints))
+                for swap in (*table.springs[j], *table.dampers[j])
+                if swap.allowed and judge.allows(_changed(chosen, j, swap.pair))
+            ),
+            key=lambda item: item[:2],
         )
         better = _better(judge, allowed, table.chosen - WORTH, joints)
         if better is None:
@@ -187,7 +190,7 @@ def _wound_to_suit(judge: Judge, chosen: Pairs, joints: Sequence[JointParts], he
 def _wound(source: SpringSource, rate: float) -> SpringOption | None:
     """A spring to wind for exactly these requirements; None if only a different one can be made."""
     try:
-        option, _ = spring_to_wind(source, rate)
+        option, _ = spring_to_wind(source, rate, lasting=False)
     except UserError:
         return None
     made_as_asked = option.result is not None and option.result.best is not None

@@ -11,7 +11,7 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import RATE_FORMULA
 from synth.parts.wire import WireMaterial
 from synth.spring.nearest_springs import NearestSpring, limits_in_the_way, nearest_lasting, nearest_springs
-from synth.spring.preferred_springs import preferred, suits
+from synth.spring.preferred_springs import preferred
 from synth.spring.spring_requirements import SpringRequirements, require_possible
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
 from synth.spring.spring_search import (
@@ -23,6 +23,7 @@ from synth.spring.spring_search import (
     feasible_candidates,
     lasts,
     ranked,
+    suits,
 )
 from synth.units import quantity
 
@@ -97,7 +98,7 @@ def design_spring(
     material = catalogue.find_material(wish.material)
     wish.calibration.require_for(material.name, wish.rate_form)
     if wish.objective != "life":
-        search = SpringSearch(wish, material, suits)
+        search = SpringSearch(wish, material)
         if wires := search.best_of_wires(n_alternative + 1):
             held = _of_held_wire(wish, material, search.lightest() if wish.objective == "mass" else wires[0])
             best, *others = wires if held is None else [held]
@@ -120,7 +121,7 @@ def _of_held_wire(wish: SpringRequirements, material: WireMaterial, least: Sprin
     """The spring of ``wish.held_wire``, if it suits and is not much heavier, or larger, than the ``least``."""
     if wish.held_wire is None or least is None:
         return None
-    for held in SpringSearch(wish, material, suits, wish.held_wire).best_of_wires(1):
+    for held in SpringSearch(wish, material, wish.held_wire).best_of_wires(1):
         size, smallest = (each.mass if wish.objective == "mass" else each.volume for each in (held, least))
         return held if size <= HELD * smallest else None
     return None

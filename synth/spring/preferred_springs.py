@@ -7,13 +7,7 @@ from collections.abc import Callable, Iterable
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign
 from synth.spring.spring_search import describe, lasts, worst_excess
-from synth.spring.spring_task import SpringLimits
 from synth.spring.unit_text import UnitText, joined
-
-
-def suits(design: SpringDesign, limits: SpringLimits) -> bool:
-    """Whether a spring meets every preference."""
-    return design.body_coils >= FEWEST_COILS and lasts(design, limits)
 
 
 def preferred(

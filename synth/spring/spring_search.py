@@ -9,7 +9,7 @@ exhaustive: some thousand candidates.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -17,10 +17,12 @@ from synth.files.spring_words import Objective
 from synth.parts.coil_angle import coil_fraction
 from synth.parts.coil_rate import coil_product, mean_diameter_for
 from synth.parts.wire import WireMaterial
-from synth.spring.evaluate import Room, check_spring, room_of, surely_broken
+from synth.spring import evaluate
+from synth.spring.evaluate import check_spring, kept_spring
+from synth.spring.sizes_alone import Room, least_mass, may_bear, room_of, surely_broken
 from synth.spring.space import cylinder
 from synth.spring.spring_requirements import SpringRequirements
-from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
+from synth.spring.spring_result import FEWEST_COILS, SpringDesign
 from synth.spring.spring_task import SpringLimits
 from synth.spring.unit_text import Measured, UnitText
 
@@ -48,33 +50,39 @@ def _feasible(
     material: WireMaterial, sizes: tuple[float, float, float], wish: SpringRequirements
 ) -> SpringDesign | None:
     """The spring of these sizes, if it keeps all limits."""
-    if surely_broken(material, sizes, wish.task):
-        return None
-    design = check_spring(material, *sizes, wish.task)
-    return design if design.feasible else None
+    return None if surely_broken(material, sizes, wish.task) else kept_spring(material, sizes, wish.task)
+
+
+def suits(design: SpringDesign, limits: SpringLimits) -> bool:
+    """Whether a spring meets every preference."""
+    return design.body_coils >= FEWEST_COILS and lasts(design, limits)
 
 
 class SpringSearch:
     """The springs that keep all limits and ``suits``, best first; not for the objective ``life``, which ranks by load.
 
     Mass and size need no load, so the candidates are ranked first, and their loads computed only until each wire has
-    its spring: a third of the time. ``only``: a wire diameter, m, to which the search is restricted.
+    its spring: a third of the time. Wires that break for certain, or that are heavier than what is sought, are not
+    looked at. ``only``: a wire diameter, m, to which the search is restricted.
     """
 
-    def __init__(
-        self,
-        wish: SpringRequirements,
-        material: WireMaterial,
-        suits: Callable[[SpringDesign, SpringLimits], bool],
-        only: float | None = None,
-    ) -> None:
-        self._wish, self._material, self._suits = wish, material, suits
-        self._sized = [_Sized(sizes, room_of(material, sizes, wish.task)) for sizes in _sizes(wish, material, only)]
-        self._known: dict[_Sized, SpringDesign | None] = {}
+    def __init__(self, wish: SpringRequirements, material: WireMaterial, only: float | None = None) -> None:
+        self._wish, self._material, self._task = wish, material, wish.task
+        self._wires = [each for each in _wires(wish, material, only) if may_bear(wish.rate, self._task, material, each)]
+        self._least = {wire: least_mass(wish.rate, self._task, material, wire) for wire in self._wires}
+        self._of_wire: dict[float, list[_Sized]] = {}
+        self._known: dict[tuple[float, float, float], SpringDesign | None] = {}
 
     def lightest(self) -> SpringDesign | None:
         """The spring of the least mass; None if there is no spring."""
-        return next(filter(None, map(self._found, sorted(self._sized, key=lambda one: one.mass))), None)
+        bounds, below = sorted({*self._least.values(), math.inf}), 0.0
+        for bound in bounds:
+            window = [one for one in self._sized(bound) if below <= one.mass < bound]
+            found = next(filter(None, map(self._found, sorted(window, key=lambda one: one.mass))), None)
+            if found is not None:
+                return found
+            below = bound
+        return None
 
     def best_of_wires(self, most: int) -> list[SpringDesign]:
         """The first ``most`` of ``distinct_wires(ranked(...))`` of the springs."""
@@ -82,7 +90,16 @@ class SpringSearch:
         kept: list[SpringDesign] = []
         if lightest is None:
             return kept
-        for one in _in_order(self._sized, self._wish.objective, lightest.mass):
+        by_size = self._wish.objective == "space"
+        for bound in (math.inf,) if by_size else (NEARLY_AS_LIGHT * lightest.mass, math.inf):
+            kept = self._first(most, [one for one in self._sized(bound) if one.mass <= bound], lightest.mass)
+            if len(kept) == most:
+                break
+        return kept
+
+    def _first(self, most: int, sized: list[_Sized], lightest: float) -> list[SpringDesign]:
+        kept: list[SpringDesign] = []
+        for one in _in_order(sized, self._wish.objective, lightest):
             if all(_other_wire(one.sizes[0], design.wire_diameter) for design in kept):
                 design = self._found(one)
                 kept += [design] if design is not None else []
@@ -90,11 +107,24 @@ class SpringSearch:
                     break
         return kept
 
+    def _sized(self, most: float) -> list[_Sized]:
+        """The candidates of all wires of which a spring of ``most`` kg or less may be wound."""
+        found: list[_Sized] = []
+        for wire in self._wires:
+            if self._least[wire] <= most:
+                if wire not in self._of_wire:
+                    self._of_wire[wire] = [
+                        _Sized(sizes, room_of(self._material, sizes, self._task))
+                        for sizes in _sizes_of(wire, self._wish, self._material)
+                        if sizes[2] >= FEWEST_COILS and not surely_broken(self._material, sizes, self._task)
+                    ]
+                found += self._of_wire[wire]
+        return found
+
     def _found(self, one: _Sized) -> SpringDesign | None:
-        if one not in self._known:
-            design = _feasible(self._material, one.sizes, self._wish)
-            self._known[one] = design if design is not None and self._suits(design, self._wish.limits) else None
-        return self._known[one]
+        if one.sizes not in self._known:
+            self._known[one.sizes] = kept_spring(self._material, one.sizes, self._task, lasting=True)
+        return self._known[one.sizes]
 
 
 @dataclass(frozen=True)
@@ -134,24 +164,34 @@ def _sizes(
     ``only``: a wire diameter, m, to which the search is restricted. All candidates keep the limits on spring index and
     coils, because the formulas do not hold outside them, and have an allowed wire.
     """
-    limits = wish.limits
-    fraction = coil_fraction(wish.included_angle, wish.convention)
+    for wire in _wires(wish, material, only):
+        yield from _sizes_of(wire, wish, material)
+
+
+def _wires(wish: SpringRequirements, material: WireMaterial, only: float | None) -> Iterator[float]:
+    """The allowed stock diameters, m."""
     for row in material.stock(wish.system):
         assert row.diameter is not None
         wire = row.diameter
         if only is not None and not math.isclose(wire, only, rel_tol=SAME_WIRE):
             continue
-        if not wish.wire_range[0] * (1.0 - SAME_WIRE) <= wire <= wish.wire_range[1] * (1.0 + SAME_WIRE):
+        if wish.wire_range[0] * (1.0 - SAME_WIRE) <= wire <= wish.wire_range[1] * (1.0 + SAME_WIRE):
+            yield wire
+
+
+def _sizes_of(wire: float, wish: SpringRequirements, material: WireMaterial) -> Iterator[tuple[float, float, float]]:
+    """As ``_sizes``, of one wire (diameter, m)."""
+    limits = wish.limits
+    fraction = coil_fraction(wish.included_angle, wish.convention)
+    modulus = material.properties(wire).elastic_modulus * wish.calibration.rate
+    product = coil_product(modulus, wire, wish.rate, wish.rate_form)
+    for whole in _whole_coils(mean_diameter_for(product, 1.0, wish.leg_lengths) / wire, limits):
+        coils = whole + fraction
+        if not limits.min_coils <= coils <= limits.max_coils:
             continue
-        modulus = material.properties(wire).elastic_modulus * wish.calibration.rate
-        product = coil_product(modulus, wire, wish.rate, wish.rate_form)
-        for whole in _whole_coils(mean_diameter_for(product, 1.0, wish.leg_lengths) / wire, limits):
-            coils = whole + fraction
-            if not limits.min_coils <= coils <= limits.max_coils:
-                continue
-            mean = mean_diameter_for(product, coils, wish.leg_lengths)
-            if limits.index_range[0] <= mean / wire <= limits.index_range[1]:
-                yield wire, mean, coils
+        mean = mean_diameter_for(product, coils, wish.leg_lengths)
+        if limits.index_range[0] <= mean / wire <= limits.index_range[1]:
+            yield wire, mean, coils
 
 
 def _whole_coils(product: float, limits: SpringLimits) -> range:
@@ -163,8 +203,7 @@ def _whole_coils(product: float, limits: SpringLimits) -> range:
 
 def lasts(design: SpringDesign, limits: SpringLimits) -> bool:
     """Whether the spring lasts the required number of full-travel cycles, or ``DESIGN_LIFE`` if none is required."""
-    cycles = DESIGN_LIFE if limits.cycles is None else limits.cycles
-    return design.life is not None and design.life.factor(cycles) >= limits.fatigue_safety
+    return evaluate.lasts(design.life, limits)
 
 
 def ranked(designs: list[SpringDesign], objective: Objective) -> list[SpringDesign]:

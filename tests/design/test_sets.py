@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import synth.design.part_swaps as part_swaps
 from synth.design.choose_dampers import choose_dampers
 from synth.design.choose_springs import SpringSource, spring_to_wind, travels
 from synth.design.clamped_arms import softening
-from synth.design.judged_sets import Pair
+from synth.design.judged_sets import Judge, Pair
 from synth.design.part_sets import SetsMade, choose_sets
-from synth.design.part_swaps import JointParts, _instead
+from synth.design.part_swaps import JointParts, Swap, Swaps, _instead, without_better_swap
 from synth.errors import UserError
 from synth.files.project_options import (
     CadOptions,
@@ -88,7 +89,7 @@ def choose(
         SpringSource(name, spring, travel, catalogue, CadOptions(), parts)
         for name, travel in zip(LEG.joint_names, travels(LEG, response.motions), strict=True)
     ]
-    return choose_sets(response, LEG, dampers, sources, parts)
+    return choose_sets(response, LEG, dampers, sources, parts).shown()
 
 
 @pytest.fixture(scope="module")
@@ -236,3 +237,39 @@ def test_a_vendor_without_dampers_does_not_exclude_dampers(catalogue: Catalogue)
     assert found.dampers.chosen[1].row is not None
     assert found.dampers.chosen[1].row.vendor == "Gamma"
     assert springs(found) == ["H18", "K2", "A05"]
+
+
+def test_a_step_to_the_next_round_computes_no_forecast_that_nobody_sees(
+    catalogue: Catalogue, made: SetsMade, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A round that another one followed had all forecasts of its report."""
+
+    def shows(*_: object, **__: object) -> None:
+        raise AssertionError("a forecast that only the report shows")
+
+    with monkeypatch.context() as strict:
+        strict.setattr(SetsMade, "shown", lambda self: self)
+        strict.setattr(Judge, "as_they_come", shows)
+        step = choose(catalogue)
+    assert step.sets[0].pairs == made.chosen.pairs
+    assert step.shown().sets == made.sets
+
+
+class _Tied:
+    """Stands for ``Judge``: every set is allowed and as good as every other."""
+
+    def allows(self, pairs: object) -> bool:
+        return True
+
+    def expected(self, pairs: object) -> float:
+        return 1.0
+
+
+def test_exchanges_of_equal_error_are_in_order(made: SetsMade, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two exchanges at one joint with the same expected error stopped the command with a traceback."""
+    swap = Swap(made.chosen.pairs[0], 2.0, 2.0)
+    none: tuple[tuple[Swap, ...], ...] = ((), (), ())
+    table = Swaps(((swap, swap), (), ()), none, 1.0)
+    monkeypatch.setattr(part_swaps, "swaps", lambda *_: table)
+    monkeypatch.setattr(part_swaps, "_wound_to_suit", lambda judge, chosen, joints, held=None: chosen)
+    assert without_better_swap(_Tied(), made.chosen.pairs, [None] * 3) == (made.chosen.pairs, table)  # type: ignore[arg-type, list-item]

@@ -12,7 +12,8 @@ from synth.cad.flexed_wire import effective_length, flexed
 from synth.parts.catalogs import Catalogue
 from synth.spring.codes import OPENING
 from synth.spring.design import design_spring
-from synth.spring.evaluate import check_spring, surely_broken, travel_limit
+from synth.spring.evaluate import check_spring, travel_limit
+from synth.spring.sizes_alone import surely_broken
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import SpringDesign
 from synth.spring.spring_task import SpringLimits, SpringTask

@@ -17,11 +17,11 @@ from synth.parts.coil_rate import active_coils, coil_product, mean_diameter_for,
 from synth.spring import fatigue, space, spring_search, stress
 from synth.spring.codes import OPENING
 from synth.spring.design import design_spring
-from synth.spring.evaluate import check_spring, travel_limit
-from synth.spring.preferred_springs import suits
+from synth.spring.evaluate import check_spring, kept_spring, travel_limit
+from synth.spring.sizes_alone import least_mass, may_bear, surely_broken
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import FEWEST_COILS, SpringDesign
-from synth.spring.spring_search import NEARLY_AS_LIGHT, SpringSearch, candidates, distinct_wires, lasts, ranked
+from synth.spring.spring_search import NEARLY_AS_LIGHT, SpringSearch, candidates, distinct_wires, lasts, ranked, suits
 from synth.spring.spring_task import SpringLimits, SpringTask
 
 KNEE_LIMITS = SpringLimits(max_outer_diameter=0.03175, max_body_length=0.03175)
@@ -377,11 +377,35 @@ def test_springs_whose_load_is_not_computed_would_not_come_first(catalogue, rate
     suiting = [one for one in candidates(wish, material) if one.feasible and suits(one, wish.limits)]
     expected = distinct_wires(ranked(suiting, objective))
     assert len(expected) > 4
-    assert SpringSearch(wish, material, suits).best_of_wires(4) == expected[:4]
+    assert SpringSearch(wish, material).best_of_wires(4) == expected[:4]
     held = expected[-1].wire_diameter
-    assert SpringSearch(wish, material, suits, held).best_of_wires(1) == [
+    assert SpringSearch(wish, material, held).best_of_wires(1) == [
         ranked([one for one in suiting if one.wire_diameter == held], objective)[0]
     ]
+
+
+@pytest.mark.parametrize("opening", [0.0, 25.0])
+@pytest.mark.parametrize("rate", [0.3, 2.0, 15.0])
+def test_what_a_search_leaves_out_breaks_a_limit(catalogue, rate, opening):
+    """Bounds by wire and by sizes, and the load without the rest, against the whole check of every candidate."""
+    limits = SpringLimits(arbor_diameter=0.008, max_outer_diameter=0.05, max_body_length=0.06)
+    wish = SpringRequirements(rate, math.radians(30.0), math.radians(opening), limits=limits)
+    task, material = wish.task, catalogue.find_material(wish.material)
+    counts = {"bears": 0, "broken": 0, "kept": 0}
+    for design in candidates(wish, material):
+        sizes = (design.wire_diameter, design.mean_diameter, design.body_coils)
+        assert design.mass >= least_mass(rate, task, material, design.wire_diameter)
+        bears, broken = may_bear(rate, task, material, sizes[0]), surely_broken(material, sizes, task)
+        assert bears or broken
+        assert not (broken and design.feasible)
+        kept = kept_spring(material, sizes, task)
+        assert kept == (design if design.feasible else None)
+        lasting = kept_spring(material, sizes, task, lasting=True)
+        assert lasting == (design if design.feasible and lasts(design, limits) else None)
+        counts["bears"] += bears
+        counts["broken"] += broken
+        counts["kept"] += kept is not None
+    assert all(counts.values())
 
 
 @pytest.mark.parametrize("objective", ["mass", "space", "life"])
