@@ -29,7 +29,7 @@ from synth.diagnosis.workbench import Workbench
 COMPANIONS = 2  # small causes beside each leading hypothesis: as many as the search ever adds to a single cause
 LEADERS, LEAST_WEIGHT = 6, 0.02  # hypotheses compared, and their least weight: a rival below it has odds below 50
 CHEAPEST = 2  # single causes of the lowest cost that are compared in any case, though a trial may speak against them
-FACTORS = (1.0, 0.3)  # on a small cause's unknowns, starts beside another hypothesis
+FACTORS = (1.0, 0.3)  # on a small cause's strengths, starts beside another hypothesis
 MOST_CAUSES = 3  # of a hypothesis, with its small causes
 Small = tuple[ShapedEffect, Array]  # a small cause and its unknowns
 
@@ -105,7 +105,8 @@ def _beside(
 
 
 def _start(bench: Workbench, fit: EvaluatedHypothesis, small: Sequence[Small], factor: float) -> EvaluatedHypothesis:
-    return bench.awake(fit.beside([cause for cause, _ in small], [factor * point for _, point in small]))
+    points = [cause.strengthened(point, factor) for cause, point in small]
+    return bench.awake(fit.beside([cause for cause, _ in small], points))
 
 
 def _assessed(bench: Workbench, fit: EvaluatedHypothesis) -> Assessed[EvaluatedHypothesis]:

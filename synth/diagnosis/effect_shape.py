@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, pairwise
+from math import log
 
 import numpy as np
 
@@ -76,9 +77,13 @@ class ShapedEffect(ABC):
         return found
 
     def strengthened(self, unknowns: Array, factor: float) -> Array:
-        """Whitened unknowns (size,) with the strengths multiplied; not kept within bounds."""
-        strengths = np.array([name in self.effect.strengths for name in self.shape.free])
-        return np.asarray(np.where(strengths, self.absent + (unknowns - self.absent) * factor, unknowns))
+        """Whitened unknowns (size,) with the strengths multiplied by a positive factor; not kept within bounds."""
+        made = np.array(unknowns, dtype=float)
+        for k, (name, prior) in enumerate(zip(self.shape.free, self.priors, strict=True)):
+            if name in self.effect.strengths:
+                absent = self.absent[k]
+                made[k] = made[k] + log(factor) / prior.width if prior.log else absent + (made[k] - absent) * factor
+        return made
 
     def starts(self) -> list[Array]:
         """Whitened starting points (size,)."""

@@ -86,6 +86,13 @@ class EvaluatedHypothesis:
         unknowns = np.concatenate([self.unknowns, *points])
         return self.start_at(hypothesis=(*self.hypothesis, *causes), unknowns=unknowns, frame=frame)
 
+    def strengthened(self, factor: float) -> Array:
+        """(n,) unknowns with every cause's strengths multiplied by a positive factor."""
+        unknowns = self.unknowns.copy()
+        for cause, place in zip(self.hypothesis, self.slices, strict=True):
+            unknowns[place] = cause.strengthened(unknowns[place], factor)
+        return unknowns
+
     @property
     def n_tolerance(self) -> int:
         """Number of tolerance unknowns, the first of all."""

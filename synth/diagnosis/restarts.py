@@ -26,7 +26,7 @@ PROBED = 2  # best causes that are fitted again from the designed leg
 APART = 0.05  # of the best cause's gain: ends that differ by more are different minima, not unfinished steps
 LEAST_APART = 3.0  # in log-likelihood, a factor of 20
 DONORS = 4  # best causes whose tolerances and initial states the others start from
-STRENGTHS = (0.7, 1.4)  # factors on a cause's unknowns from which it is fitted again
+STRENGTHS = (0.7, 1.4)  # factors on the strengths of causes from which it is fitted again
 KEPT = 2  # starts of each cause that continue after the first steps
 BETWEEN = (0.6, 0.7, 0.8, 0.9, 1.1, 1.25, 1.4, 1.7)  # factors on the best rungs' strengths: a minimum may be narrow
 TRIED = 16  # causes that continue from the best fits' tolerances; half of them after the first steps
@@ -140,7 +140,7 @@ def exchanged(
     current = list(refined)
     for _ in range(ROUNDS):
         best = {fit.keys: fit.cost for fit in current}
-        begun = refine(bench, bench.evaluate(_starts(bench, current, designed)), frames=1)
+        begun = refine(bench, bench.evaluate(_starts(current, designed)), frames=1)
         current = best_of_each([*current, *refine(bench, _best_starts(begun, KEPT))])
         if all(best[fit.keys] - fit.cost <= LEAST_APART for fit in current):
             break
@@ -158,17 +158,14 @@ def _best_starts(fits: Sequence[EvaluatedHypothesis], most: int) -> list[Evaluat
     return kept
 
 
-def _starts(
-    bench: Workbench, fits: Sequence[EvaluatedHypothesis], designed: EvaluatedHypothesis
-) -> list[EvaluatedHypothesis]:
+def _starts(fits: Sequence[EvaluatedHypothesis], designed: EvaluatedHypothesis) -> list[EvaluatedHypothesis]:
     """Each cause from the others' tolerances, with their initial states or its own, and at other strengths."""
     made = []
     for fit in fits:
         for donor in (*fits[:DONORS], designed):
             if donor is not fit:
                 made += [_from(fit, donor, states) for states in _states(fit, donor)]
-        common = np.arange(len(fit.unknowns)) < bench.n_tolerance
-        made += [fit.start_at(unknowns=np.where(common, fit.unknowns, factor * fit.unknowns)) for factor in STRENGTHS]
+        made += [fit.start_at(unknowns=fit.strengthened(factor)) for factor in STRENGTHS]
     return made
 
 

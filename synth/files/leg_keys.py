@@ -16,6 +16,7 @@ from synth.files.validate import FileModel, Quantity, Title, refusal
 from synth.files.yaml_lines import Document
 
 TURNS = radians(720.0)  # no joint's angle lies beyond two turns
+MANY_TURNS = radians(36_000.0)  # but one that turns on, whose recordings count a hundred turns
 COM_LIMIT = 5.0  # link lengths; a counterweight may lie outside the link, but not farther
 GYRATION_LIMIT = 5.0  # link lengths, of a link's radius of gyration about its centre of mass: a rod has 0.29
 
@@ -62,7 +63,10 @@ class JointKeys(FileModel):
     zero: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)]
     sign: Annotated[int, Field(examples=["+1"])]
     range: (
-        Annotated[list[Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)]], Field(min_length=2, max_length=2)]
+        Annotated[
+            list[Annotated[float, Quantity("rad", least=-MANY_TURNS, most=MANY_TURNS)]],
+            Field(min_length=2, max_length=2),
+        ]
         | None
     ) = None
     link: Annotated[LinkKeys, Field(examples=["{length: 200 mm, mass: 740 g, com: 91 mm, inertia: 3.5e-3 kg*m^2}"])]

@@ -112,7 +112,7 @@ tild: 5 deg
     [
         ("    range: [150 deg, 60 deg]\n", "joints.hip.range", "smaller angle"),
         ("    range: [150 deg]\n", "joints.hip.range", "2 are needed"),
-        ("    range: [60 deg, 1500 deg]\n", "joints.hip.range[2]", "at most 720 deg"),
+        ("    range: [60 deg, 50000 deg]\n", "joints.hip.range[2]", "at most 36000 deg"),
         ("    spring: {rate: 5 N*m/rad, free_angle: 800 deg}\n", "joints.hip.spring.free_angle", "at most 720 deg"),
         ("    spring: {rate: -5 N*m/rad, free_angle: 80 deg}\n", "joints.hip.spring.rate", "at least 0"),
         ("    spring: {free_angle: 80 deg}\n", "joints.hip.spring", "rate"),
