@@ -150,4 +150,4 @@ def _without_pins(
 ) -> Solution:
     """The same point with the information of the problem without fixed rates, for correct intervals."""
     here = solve(model, recordings, FitStart(solution.values, solution.locals), weights, max_iterations=0)
-    return replace(solution, information=here.information, cost=here.cost)
+    return replace(here, iterations=solution.iterations, reason=solution.reason, damping=solution.damping)
