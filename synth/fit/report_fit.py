@@ -138,7 +138,7 @@ def result_of(
         families=alike,
         drawn=DrawnLegs.of(unknowns, drawn),
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
-        sources=sources_of(unknowns, spreads[mode], links[mode]),
+        sources=sources_of(unknowns, offsets[mode], links[mode], fitted.error),
     )
 
 
