@@ -159,6 +159,14 @@ def test_noise_that_no_draws_reproduce_is_reported() -> None:
         )
 
 
+def test_coarse_counts_are_refused_with_the_reason() -> None:
+    """Counts of 0.35 deg, noise of 0.1 deg: the refits took them for plain samples, and none of 200 converged."""
+    sensitivities, bootstrap = both_fits(releases(LEG, 1, Rig(0.1, 1024, 1.0, 200.0), 2))
+    assert bootstrap.intervals == {"by": "sensitivities"}
+    assert any("are coarser than the noise" in text for text in bootstrap.warnings)
+    assert np.array_equal(widths(bootstrap), widths(sensitivities))
+
+
 def test_the_same_seed_gives_the_same_intervals() -> None:
     trials = releases(LEG, 1, Rig(noise=0.2, rate=200.0), 2)
     first, again = (fitted(LEG, trials, intervals="bootstrap", seed=4) for _ in range(2))
