@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fit.simulated_legs import Rig, fitted, releases, robot
+from synth.estimation.intervals import NORMAL90
 from synth.files.trial_list import Trial
 from synth.fit.fit_result import FitResult
 from synth.fit.residual_draws import resampled
@@ -98,6 +99,30 @@ def test_a_linear_fit_to_slow_noise_is_as_uncertain_as_its_draws_say() -> None:
         drawn = np.concatenate([one.of(np.arange(200))[:, 0] for one in made])
         found.append((inverse @ drawn)[0].std())
     assert np.mean(found) == pytest.approx(true, rel=0.15)
+
+
+def test_intervals_of_a_linear_fit_hold_the_truth_where_samples_are_lost() -> None:
+    """Slow noise, every trial's mean, a third of the samples lost: 90 %, of 120 intervals within 2.5 deviations; it was 67 %."""
+    m, trials, held = 150, 4, []
+    for seed in range(30):
+        generator = np.random.default_rng(seed)
+        noise = generator.normal(size=(trials, m))
+        noise[:, 1:] *= np.sqrt(1.0 - 0.8**2)
+        for i in range(1, m):
+            noise[:, i] += 0.8 * noise[:, i - 1]
+        known = generator.random((trials, m)) > 0.33
+
+        def left_over(drawn: Sequence[np.ndarray], known: np.ndarray = known) -> list[np.ndarray]:
+            return [each - each[good].mean(axis=0) for each, good in zip(drawn, known, strict=True)]
+
+        means = [own[good].mean() for own, good in zip(noise, known, strict=True)]
+        residuals = [
+            np.where(good, own - mean, np.nan)[:, None] for own, good, mean in zip(noise, known, means, strict=True)
+        ]
+        made = resampled(generator, residuals, [0.01] * trials, np.ones((trials, 1)), left_over, 100)
+        refits = [draw.of(np.arange(100))[good, 0].mean(axis=0) for draw, good in zip(made, known, strict=True)]
+        held += [abs(mean) < NORMAL90 * each.std() for mean, each in zip(means, refits, strict=True)]
+    assert 0.83 < np.mean(held) < 0.97
 
 
 def test_draws_of_a_joint_that_was_lost_most_of_the_time_are_as_large_as_its_residuals() -> None:
