@@ -53,7 +53,7 @@ class FitOptions:
     seed
         of everything random.
     intervals
-        ``sensitivities``: from the Jacobian at the optimum; ``bootstrap``: 200 refits to resampled blocks of residuals,
+        ``sensitivities``: from the Jacobian at the optimum; ``bootstrap``: 200 refits to resampled residuals,
         which also shows skewed intervals.
     """
 
