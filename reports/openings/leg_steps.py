@@ -20,6 +20,12 @@ def slipping_dampers(document: Json) -> list[str]:
     return [name for name, joint in mapping(document, "joints").items() if mapping(joint, "damper").get("slips")]
 
 
+def left_out(document: Json) -> list[str]:
+    """What stated ranges leave out, ``wanted motion of the knee``."""
+    ranges = {name: mapping(joint, "range") for name, joint in mapping(document, "joints").items()}
+    return [f"{what} of the {name}" for name, found in ranges.items() for what in sequence(found, "outside")]
+
+
 def measured_joints(document: Json) -> list[str]:
     """The joints whose spring's free angle is measured."""
     return [str(name) for name in sequence(document, "response", "free_angles_measured")]
@@ -41,6 +47,8 @@ def steps(document: Json, without: list[str], failed: list[Mapping[str, Any]], s
             "rates go with the links' inertia. That run gives the parts to print, too."
         ]
     found, turns, measuring = _dampers_first(document, slipping), _seat_turns(document), _measuring(document)
+    if left_out(document):
+        found.insert(0, _wider(document))
     beyond = _beyond_seat(document)
     if beyond:
         return [*found, *beyond]
@@ -50,6 +58,23 @@ def steps(document: Json, without: list[str], failed: list[Mapping[str, Any]], s
     what = "the other parts" if found else "the parts"
     assemble = "; assemble the joints with their seats at 0 and the dampers off" if measuring else ""
     return [*found, f"Order {what} in `bom.csv`, print the plates `parts/leg_print_*.3mf`{assemble}.", *measuring]
+
+
+def _wider(document: Json) -> str:
+    """The decision on ranges that are narrower than the wanted motion, or that leave out the rest pose."""
+    found = []
+    for name, joint in mapping(document, "joints").items():
+        known = mapping(joint, "range")
+        if not sequence(known, "outside"):
+            continue
+        low, high = (with_decimals(value_of(end) or 0.0, 1) for end in sequence(known, "stated"))
+        least, most = (with_decimals(value_of(end) or 0.0, 1) for end in sequence(known, "wanted"))
+        rest = with_decimals(value_of(known.get("rest")) or 0.0, 1)
+        found.append(f"{name} (stated {low} to {high}°, wanted {least} to {most}°, rest {rest}°)")
+    return (
+        f"Widen the range of {listed(found)} in the target's leg file, or want another motion, and run again; built as "
+        "it is, the leg stops at the end of its range."
+    )
 
 
 def _dampers_first(document: Json, slipping: list[str]) -> list[str]:

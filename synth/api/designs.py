@@ -223,11 +223,12 @@ def drawing(project: LegProject, *, solids: bool = True) -> AbstractContextManag
 
 def _made(project: LegProject, catalogue: Catalogue, *, solids: bool, stage: Stage) -> LegDesign:
     from synth import cad
+    from synth.design.held_to_ranges import held_to_ranges
     from synth.design.mass_loop import design_with_masses
     from synth.design.solid_files import not_drawable
 
     try:
-        return (design_with_masses if solids else design_leg)(project, catalogue, stage)
+        return held_to_ranges((design_with_masses if solids else design_leg)(project, catalogue, stage))
     except cad.DimensionError as error:
         raise not_drawable(error, project) from None
 

@@ -79,7 +79,7 @@ def _joint(
         name=joint.name,
         spring=replace(_spring(design, j, notes), free_arm=arm),
         free_angle=degrees(joint.spring.free_angle),
-        rest_angle=rest,
+        rest_angle=min(max(rest, travel[0]), travel[1]),  # a stated range may leave it out: it then leans on a stop
         range=travel,
         stops=stops,
         yields=yields,
@@ -192,11 +192,14 @@ def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions,
 
 
 def _range(design: LegDesign, j: int, rest: float) -> tuple[float, float]:
-    """The leg file's range, else the range of the wanted and the built leg's motion with a margin; deg."""
+    """The leg file's range as it stands, else that of the wanted and the built leg's motion with a margin; deg.
+
+    What a stated range leaves out is told by ``stated_range``.
+    """
     joint = design.project.target.joints[j]  # the built leg's range is that of an earlier drawing's stops
     if joint.range is not None:
         low, high = (degrees(angle) for angle in joint.range)
-        return min(low, rest), max(high, rest)
+        return low, high
     motions = [*design.wanted.motions, *design.built_motions]
     angles = np.degrees(np.concatenate([design.built.to_measured(motion)[:, j] for motion in motions]))
     return floor(min(angles.min(), rest) - MARGIN), ceil(max(angles.max(), rest) + MARGIN)

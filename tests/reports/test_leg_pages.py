@@ -48,6 +48,21 @@ def test_the_steps_of_a_leg_are_in_an_order_that_can_be_done(leg_folder: LegFold
     assert text.index("Get the dampers first and measure what turns them") < text.index("Order the other parts")
 
 
+def test_a_stated_range_that_leaves_the_wanted_motion_out_is_the_verdict(leg_folder: LegFolder) -> None:
+    """A leg that cannot take its wanted poses was said to be ready, with the response of one that can."""
+    folder, design = leg_folder()
+    design = _buildable(design)
+    deg = [[{"value": value, "unit": "deg"} for value in ends] for ends in ((105, 160), (103.5, 161.5), (83.3, 150.6))]
+    known = dict(zip(("stated", "stops", "wanted"), deg, strict=True))
+    design["joints"]["knee"]["range"] = {**known, "rest": {"value": 121.1, "unit": "deg"}, "outside": []}
+    assert "The leg can be built" in _opening(folder, design)
+    design["joints"]["knee"]["range"]["outside"] = ["wanted motion"]
+    text = _opening(folder, design)
+    assert "Not ready to build: the ranges that the target states leave out the wanted motion of the knee" in text
+    step = "Widen the range of knee (stated 105.0 to 160.0°, wanted 83.3 to 150.6°, rest 121.1°)"
+    assert text.index(step) < text.index("Order the other parts")
+
+
 def test_measured_free_angles_are_not_asked_for_again(leg_folder: LegFolder) -> None:
     folder, design = leg_folder()
     design = _buildable(design)

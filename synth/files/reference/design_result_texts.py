@@ -80,6 +80,13 @@ _JOINT = {
     "play": "Free play with the spring unloaded.",
     "seat.NAME": "Adjustment of the seat to the delivered spring.",
     "stops[]": "The two angles of the stops.",
+    "range.stated[]": "The range that the target states.",
+    "range.stops[]": "The angles of the stops that end it.",
+    "range.wanted[]": "Least and largest angle of the wanted motion.",
+    "range.built[]": "The same of the built leg's, were there no stops.",
+    "range.rest": "The built leg's rest pose, were there no stops.",
+    "range.outside": "What lies outside the stated range: `wanted motion`, `rest pose`. Where these pass the stops, "
+    "responses and forecasts have the contacts, and releases start at the stop.",
 }
 
 _DRAWN = ("arms.NAME", "friction.NAME", "play", "seat.NAME", "stops[]")
