@@ -128,10 +128,39 @@ def _measuring(document: Json) -> list[str]:
     if not left or chance is None or measured is None or measured - chance <= GAIN:
         return []
     within = brief(mapping(response, "forecast").get("within"))
-    entry = f"`measured: {{spring: {{{left[0]}: {{free_angle: … deg}}}}}}`"
     return [
-        f"In each assembled joint ({listed(left)}), lying on its side, damper off and seat at 0, read the angle at "
-        f"which it comes to rest, to a degree; it is not the loose spring's angle. Write it as {entry} and run again: "
+        f"{_finding(document, left)} Run again: "
         f"the page then says how far to turn the seats, and the chance of staying within {within} changes from "
         f"{share_text(chance)} to {share_text(measured)}. Then set the seats and put the dampers on."
     ]
+
+
+def _finding(document: Json, left: list[str]) -> str:
+    """How to find the free angles of the joints ``left``: at rest, or from torques where a stop is in the way."""
+    joints, said = mapping(document, "joints"), []
+    far = [name for name in left if _beyond_stop(mapping(joints, name))]
+    near = [name for name in left if name not in far]
+    side = "lying on its side, damper off and seat at 0"
+    if near:
+        entry = f"`measured: {{spring: {{{near[0]}: {{free_angle: … deg}}}}}}`"
+        said.append(
+            f"In each assembled joint ({listed(near)}), {side}, read the angle at which it comes to rest, to a degree; "
+            "it is not the loose spring's angle. On a stop it tells nothing: see the joint's order of assembly. Write "
+            f"it as {entry}."
+        )
+    if far:
+        entry = f"`measured: {{spring: {{{far[0]}: {{free_angle: … deg, free_angle_by: torque}}}}}}`"
+        said.append(
+            f"The free angle of {listed(far)} lies beyond a stop, on which the joint would rest. In the assembled "
+            f"joint, {side}, turn the link off the stop with a spring scale, square to it at a known distance from the "
+            "hinge, to two angles A and B some 15° apart; with the torques M and N there the free angle is "
+            f"A − M (B − A)/(N − M). Write it as {entry}."
+        )
+    return " ".join(said)
+
+
+def _beyond_stop(joint: Json) -> bool:
+    """Whether the joint's stops keep it from its free angle; False where nothing is drawn."""
+    free, stops = value_of(mapping(joint, "spring").get("free_angle")), [value_of(s) for s in sequence(joint, "stops")]
+    known = [stop for stop in stops if stop is not None]
+    return free is not None and len(known) == 2 and not known[0] < free < known[1]

@@ -95,6 +95,8 @@ def _joint(
         springs=2 if _count(design, j, notes) == 2 else 1,
         closes=design.springs.chosen[j].closes,
     )
+    if not dimensions.rests_free:
+        notes.append(_out_of_reach(dimensions))
     turned = replace(dimensions, upper_arm_angle=cad.clear_upper_arm_angle(dimensions))
     if turned.upper_arm_angle != 0.0:
         offset = remainder(turned.arm_offset, 360.0)
@@ -102,6 +104,16 @@ def _joint(
         where = f"at {turned.upper_arm_angle:+.0f} deg from that line, and the lower arm at {offset:+.1f} deg"
         notes.append(noted(text + where))
     return turned
+
+
+def _out_of_reach(dimensions: JointDimensions) -> str:
+    low, high = dimensions.stop_angles
+    stop = low if dimensions.free_angle <= low else high
+    return (
+        f"{dimensions.name}: its spring is unloaded at {dimensions.free_angle:.1f} deg, beyond the stop at {stop:.1f} "
+        "deg. The joint without a load rests on that stop, so its free angle is to be found from torques. Files of the "
+        f"joint's parts show it at {dimensions.filed_angle:.1f} deg, and the assembly's STEP leaves its spring out"
+    )
 
 
 def _yields(design: LegDesign, j: int) -> tuple[float, float] | None:

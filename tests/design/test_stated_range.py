@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
 
+from synth.api.designs import Design
 from synth.api.designs import design as design_of
+from synth.design.drawn_springs import seats_set
+from synth.design.free_angle_reach import out_of_reach, refuse_stops
 from synth.design.held_to_ranges import held_to_ranges
 from synth.design.leg_design import LegDesign
+from synth.errors import UserError
 from synth.files.joint_curves import stops_at_range, without_held
+from synth.files.project_options import MeasuredSpring
 from synth.model_checks.designed_leg import designed_leg_checks
 from synth.remarks import severity_of
 
@@ -97,8 +104,6 @@ def test_the_built_leg_and_its_forecasts_stop_at_the_stops(wide: LegDesign, lean
 def test_the_exported_model_stops_where_the_prediction_does(tmp_path: Path) -> None:
     """MuJoCo moves the leg within 0.3 deg; the files name no stop as missing, because their limits are the stops."""
     pytest.importorskip("mujoco")
-    from synth.api.designs import Design
-
     made = designed(tmp_path, 150, 215, solids=False)
     knee = made.built.joints[0]
     assert stops_at_range(knee)
@@ -112,3 +117,31 @@ def test_the_exported_model_stops_where_the_prediction_does(tmp_path: Path) -> N
     known = json.loads((folder / "design.json").read_text())["joints"]["knee"]["range"]
     assert known["outside"] == ["wanted motion"]
     assert [math.floor(end["value"]) for end in known["wanted"]] == [140, 209]
+
+
+def test_a_free_angle_read_on_a_stop_is_refused(leaning: LegDesign, tmp_path: Path) -> None:
+    """The joint lies on its stop at 173.5 deg before its spring is unloaded, at 169; the seat was turned by that."""
+    assert leaning.drawn is not None
+    assert out_of_reach(leaning) == ["knee"]
+    assert any("its spring is unloaded at 169.1 deg, beyond the stop at 173.5" in note for note in leaning.drawn.notes)
+
+    def measured(angle: float, by: Literal["rest", "torque"]) -> LegDesign:
+        known = {"knee": MeasuredSpring(free_angle=math.radians(angle), free_angle_by=by)}
+        return replace(leaning, project=replace(leaning.project, measured_springs=known))
+
+    with pytest.raises(UserError) as refused:
+        Design(measured(173.2, "rest")).write_with(tmp_path)
+    (problem,) = refused.value.problems
+    assert problem.key == "measured.spring.knee.free_angle"
+    assert "173.2 deg is where the knee rests on its stop" in problem.text
+    assert "free_angle_by: torque" in problem.text
+    assert list(tmp_path.iterdir()) == []
+    refuse_stops(measured(173.2, "torque"))
+    refuse_stops(measured(180.0, "rest"))
+    beyond = measured(166.0, "rest")
+    refuse_stops(beyond)
+    (told,) = [text for _, text in seats_set(beyond)[0].warnings if "cannot have come to rest" in text]
+    assert "its stop is at 173.5 deg" in told
+    by_torque, settings = seats_set(measured(166.0, "torque"))
+    assert not any("cannot have come to rest" in text for _, text in by_torque.warnings)
+    assert math.degrees(settings["knee"].turn) == pytest.approx(169.07 - 166.0, abs=0.1)

@@ -63,6 +63,20 @@ def test_a_stated_range_that_leaves_the_wanted_motion_out_is_the_verdict(leg_fol
     assert text.index(step) < text.index("Order the other parts")
 
 
+def test_a_free_angle_beyond_a_stop_is_not_to_be_read_at_rest(leg_folder: LegFolder) -> None:
+    """The joint would rest on its stop: its reading, entered, turned the seat of a right spring."""
+    folder, design = leg_folder()
+    design = _buildable(design)
+    for name, joint in design["joints"].items():
+        free = joint["spring"]["free_angle"]["value"]
+        low = free + 7.7 if name == "knee" else free - 20.0
+        joint["stops"] = [{"value": angle, "unit": "deg"} for angle in (low, free + 40.0)]
+    text = _opening(folder, design)
+    assert "In each assembled joint (hip and ankle)" in text
+    assert "The free angle of knee lies beyond a stop" in text
+    assert "measured: {spring: {knee: {free_angle: … deg, free_angle_by: torque}}}" in text
+
+
 def test_measured_free_angles_are_not_asked_for_again(leg_folder: LegFolder) -> None:
     folder, design = leg_folder()
     design = _buildable(design)

@@ -163,8 +163,9 @@ DESIGN = {
     "solids.checks[].angle": "Joint angle at which it applies.",
     "solids.parts": "Parts; empty if none is drawn.",
     "solids.parts[].NAME": "Of the part: name, joint, body that it moves with, material, size, volume, mass, inertia. "
-    "The size is that of its STL and STEP, whose frame is the joint's at the free angle: hinge axis z, parent link "
-    "along +y. The inertia is about the centre of mass and the hinge's direction.",
+    "The size is that of its STL and STEP, whose frame is the joint's at the free angle, or at the end of its travel "
+    "if that lies beyond a stop: hinge axis z, parent link along +y. The inertia is about the centre of mass and the "
+    "hinge's direction.",
     "solids.parts[].NAME[]": "Of the part: place of its centre of mass, in its STL's and STEP's frame.",
     "solids.parts[].in_link.size": "Its size in the frame of the half that it moves with, whose link is along y.",
     "solids.parts[].in_link.com[]": "Its centre of mass there: the parent link is at +y, the joint's own at -y.",
