@@ -211,6 +211,7 @@ def _sum(one: float | None, other: float | None) -> float | None:
 def _inserts(parts: Sequence[Mapping[str, Any]], orders: Mapping[str, StandardPart | CutPart]) -> list[BomLine]:
     """A heat-set insert for every drawn screw that has no nut."""
     from synth.cad.hardware import inserts
+    from synth.cad.insert_bodies import insert_mass
     from synth.cad.standard_part import StandardPart
 
     found = []
@@ -221,9 +222,8 @@ def _inserts(parts: Sequence[Mapping[str, Any]], orders: Mapping[str, StandardPa
         assert order.thread is not None
         insert = inserts()[order.thread]
         item = f"heat-set insert {order.size} x {insert.length:g}, brass; hole as in catalogs/heat_set_inserts.csv"
-        found.append(
-            BomLine(str(part["joint"]), item, size=order.size, length=f"{insert.length:g}", vendor=insert.maker)
-        )
+        found.append(BomLine(str(part["joint"]), item, size=order.size, length=f"{insert.length:g}",
+                             vendor=insert.maker, mass=insert_mass(insert)))  # fmt: skip
     return merged(found)
 
 

@@ -145,7 +145,8 @@ def test_every_line_has_its_ordering_data(rows_of) -> None:
         ("ISO 7089", "3", "", "buy"), ("", "8", "79.2", "cut"), ("", "2 mm", "600", "wind"),
     } <= found  # fmt: skip
     inserts = [row for row in rows if row["item"].startswith("heat-set insert")]
-    assert [(row["size"], row["quantity"]) for row in inserts] == [("M3", "1")]  # the screw with a nut needs none
+    # The screw with a nut needs none.
+    assert [(row["size"], row["quantity"], row["mass [g]"]) for row in inserts] == [("M3", "1", "0.34")]
     assert {row["vendor"] for row in rows} <= {"any", "", "ruthex"}
     assert not any("ruthex" in row["item"] for row in rows)  # a vendor stands in the vendor's column only
     time = next(row for row in rows if row["how"] == "print")
