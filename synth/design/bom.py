@@ -90,7 +90,7 @@ def write_bom(
     lines += merged(line for part in drawn for line in _lines(part, orders.get(part["part"])))
     lines += _inserts(drawn, orders)
     if drawn:
-        lines += _mount(design)
+        lines += _mount(design) + _magnets(design)
     order = {name: index for index, name in enumerate(design.built.joint_names)}
     lines.sort(key=lambda line: order[line.joint])
     rows = [line.cells() for line in lines]
@@ -233,3 +233,14 @@ def _mount(design: LegDesign) -> list[BomLine]:
         return []
     item = "M4 screw for the mount; its length depends on the thickness of your body"
     return [BomLine(design.built.joints[0].name, item, size="M4", vendor="any", quantity=4)]
+
+
+def _magnets(design: LegDesign) -> list[BomLine]:
+    """The magnet in the shaft's end below each angle sensor, of its pocket's size."""
+    found = []
+    for joint in () if design.drawn is None else design.drawn.dimensions.joints:
+        if joint.encoder is not None:
+            wide, deep = joint.encoder.magnet_diameter, joint.encoder.magnet_depth
+            item = f"magnet of the angle sensor, {wide:g} x {deep:g} mm, magnetised across its diameter; glued in"
+            found.append(BomLine(joint.name, item, size=f"{wide:g} mm", length=f"{deep:g}", vendor="any"))
+    return found
