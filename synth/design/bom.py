@@ -162,7 +162,7 @@ def _lines(part: Mapping[str, Any], order: StandardPart | CutPart | None) -> lis
     mass = None if part["mass"] is None else float(part["mass"]["value"])
     if isinstance(order, StandardPart):
         return _standard_lines(joint, order, mass, name)
-    x, y, z = sorted(part["in_link"]["size"], reverse=True)
+    x, y, z = part["box"]
     what = name.removeprefix(f"{joint.replace(' ', '_')}_").replace("_", " ")
     of_material = f", {part['material']}" if part["material"] else ""
     if isinstance(order, CutPart):

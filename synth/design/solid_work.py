@@ -279,7 +279,8 @@ def part_records(leg: BuiltLeg, index: int) -> list[dict[str, Any]]:
 
     ``size`` and ``com`` are in the frame of the part's STL and STEP: the joint's, hinge axis z, its parent link along
     +y, at the files' angle. ``in_link`` has them in the frame of the half that the part moves with, whose link lies
-    along y: towards the parent (+y) for the upper half, away from it (-y) for the lower one. ``inertia`` is about the
+    along y: towards the parent (+y) for the upper half, away from it (-y) for the lower one. ``box`` is the part's own
+    size, however it points. ``inertia`` is about the
     com, for the axis parallel to the hinge, the same in both.
     """
     from synth.cad.moments import about_z
@@ -292,7 +293,7 @@ def part_records(leg: BuiltLeg, index: int) -> list[dict[str, Any]]:
             "part": part.name, "joint": joint.dimensions.name, "family": part.family, "made": str(part.made),
             "moves_with": part.group, "material": part.material,
             "mass": None if mass is None else _value(mass, "g"), "size": joint.filed_mesh(part).size,
-            "in_link": {"size": part.size},
+            "in_link": {"size": part.size}, "box": part.mesh.own_size,
         }  # fmt: skip
         if part.printed:
             item["volume"] = _value(float(part.solid.Volume()), "mm^3")

@@ -39,7 +39,7 @@ Order = StandardPart | CutPart
 def part(name: str, family: str, mass: float | None, made: str = "print") -> dict[str, object]:
     size, weight = [30.0, 4.0, 4.0], None if mass is None else {"value": mass, "unit": "g"}
     return {"part": f"hip_{name}", "joint": "hip", "family": family, "made": made, "material": "", "mass": weight,
-            "in_link": {"size": size}}  # fmt: skip
+            "box": size}  # fmt: skip
 
 
 @pytest.fixture

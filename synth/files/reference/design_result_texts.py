@@ -168,6 +168,7 @@ DESIGN = {
     "hinge's direction.",
     "solids.parts[].NAME[]": "Of the part: place of its centre of mass, in its STL's and STEP's frame.",
     "solids.parts[].in_link.size": "Its size in the frame of the half that it moves with, whose link is along y.",
+    "solids.parts[].box": "Its own size, however it points: of the smallest box round it with an edge along the hinge.",
     "solids.parts[].in_link.com[]": "Its centre of mass there: the parent link is at +y, the joint's own at -y.",
     "solids.print": "How parts are printed; empty if none is drawn.",
     "solids.print[].part": "The part.",
