@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from synth.cad.dimensions import JointDimensions
-from synth.cad.joint import free_mesh_at, spring_seats
+from synth.cad.free_wire import free_wire
+from synth.cad.joint import spring_seats
 from synth.cad.layout import JointLayout
 from synth.cad.results import CheckResult, at_most
 from synth.cad.travel import COARSE, OVERLAP_LIMIT, Bodies, manifold, turned
@@ -35,7 +36,7 @@ def seat_overlap_at(bodies: Bodies, angle: float, turn: float) -> float:
     joint = bodies.joint
     found = []
     for seat in spring_seats(joint.dimensions, joint.layout):
-        coil = manifold(free_mesh_at(*with_seat_turned(*seat, turn), angle, COARSE))
+        coil = manifold(free_wire(*with_seat_turned(*seat, turn), angle, COARSE).whole())
         body = turned(coil, -joint.turn("lower", angle))
         found.append(float((body ^ bodies.near["lower"].near(body)).volume()))
     return max(found)
