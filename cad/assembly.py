@@ -12,6 +12,12 @@ FEELER = 0.05  # mm, feeler gauge under a collar: half of the allowed axial play
 SPREAD = 0.75  # of the joint's width: distance between the parts of successive steps in the exploded view
 BELOW = 1.5  # of the joint's width: distance by which parts from between the ears are drawn below them
 
+BY_TORQUES = (
+    "turn the link off the stop with a spring scale, square to it at a known distance from the hinge, to two angles A "
+    "and B some 15 deg apart; with the torques M and N there (scale times distance, the mean of going there from "
+    "either side) the free angle is A - M (B - A)/(N - M)"
+)
+
 APART = ("shaft",)  # families drawn away from the largest part of their step: numbered too
 
 
@@ -61,9 +67,7 @@ def assembly(joint: BuiltJoint) -> tuple[AssemblyStep, ...]:
          ("pin",), 0.0, 1.0),
         (f"slip thrust washer and collar on at ear B; clamp both collars with a feeler of {feeler} under one, that of "
          "ear A through the hole in the bracket", ("collar_b", "thrust_washer_b"), 1.8, 0.0),
-        ("turn the seat to 0 on its scale and tighten its screws through the slots of the ear; with the damper still "
-         "off, lay the joint on its side and read the angle at which it comes to rest, from both sides: their mean is "
-         "its free angle. Turn the seat to the setting that the design gives for it", ("seat_screw",), 1.3, 0.0),
+        (_seat_step(joint), ("seat_screw",), 1.3, 0.0),
         ("put the damper on, now that the seat is set, and screw it to the bracket" + _at_damper(joint),
          ("damper", "damper_screw", "damper_output_pin", "damper_set_screw"), -2.2, 0.0),
     ]  # fmt: skip
@@ -92,6 +96,27 @@ def _named(name: str, prefix: str, ending: str) -> bool:
         return False
     number = rest.removeprefix(f"{ending}_").replace("_", "")
     return number.isdigit() or number in ("a", "b") or ending == "encoder"
+
+
+def _seat_step(joint: BuiltJoint) -> str:
+    """The seat to 0, and the free angle: where the joint comes to rest, or by torques where a stop keeps it from it."""
+    dimensions = joint.dimensions
+    low, high = dimensions.stop_angles
+    stop = low if dimensions.free_angle <= low else high
+    if dimensions.rests_free:
+        against = ""
+        find = (
+            "read the angle at which it comes to rest, from both sides: their mean is its free angle. If it rests on a "
+            f"stop, its free angle lies beyond: {BY_TORQUES}"
+        )
+    else:
+        against = ", against the spring,"
+        find = f"find its free angle, beyond the stop at {stop:.1f} deg, on which it would rest: {BY_TORQUES}"
+    return (
+        f"turn the seat{against} to 0 on its scale and tighten its screws through the slots of the ear; with the "
+        f"damper still off, lay the joint on its side and {find}. Turn the seat to the setting that the design gives "
+        "for it"
+    )
 
 
 def _borne(joint: BuiltJoint) -> str:
@@ -131,11 +156,10 @@ def _at_damper(joint: BuiltJoint) -> str:
 
 
 def exploded(joint: BuiltJoint) -> list[tuple[BuiltPart, Mesh, int]]:
-    """Every part of the exploded view with the number of its step; the joint at its free angle, upper link up."""
+    """Every part of the exploded view with the number of its step; the joint at its files' angle, upper link up."""
     upper = joint.part("upper").mesh.vertices
     width = float(upper[:, 2].max() - upper[:, 2].min())
     flip = joint.layout.flips[1]
-    angle = joint.dimensions.free_angle
     parts = {part.name: part for part in joint.parts}
     found = []
     steps = assembly(joint)
@@ -147,7 +171,7 @@ def exploded(joint: BuiltJoint) -> list[tuple[BuiltPart, Mesh, int]]:
             if "lower_socket" in name:
                 below = lower  # in the lower half's socket, not where that was: behind the upper half
             shift = (0.0, -BELOW * width * below, SPREAD * width * along * flip)
-            found.append((part, joint.mesh_at(part, angle).turned(0.0, shift), number))
+            found.append((part, joint.filed_mesh(part).turned(0.0, shift), number))
     return found
 
 

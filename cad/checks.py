@@ -19,6 +19,7 @@ from synth.cad.parts import BuiltPart
 from synth.cad.play import check_play
 from synth.cad.printing import check_printing
 from synth.cad.results import CheckResult, GateError, at_least, at_most, require
+from synth.cad.seat_room import check_seat_room
 from synth.cad.spring_solid import measured_arms, measured_stiff_length
 from synth.cad.travel import OVERLAP_LIMIT, Bodies, check_gaps, check_spring_room, check_travel, check_within, manifold
 
@@ -130,6 +131,7 @@ def check_interference(joint: BuiltJoint, link: BuiltPart | None = None) -> list
         *check_within(bodies),
         *check_travel(bodies),
         *check_spring_room(bodies),
+        *check_seat_room(bodies),
         *check_gaps(bodies),
         *check_play(bodies),
         *check_axial_play(bodies),

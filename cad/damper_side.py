@@ -93,6 +93,8 @@ def damper_side(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]
         work += f"; end milled to a {_words(end.form)} of {end.size:g} mm over {end.length:.1f} mm"
     elif dimensions.damper.adapter is None and dimensions.damper.bore.slips:
         work += "; its end is still to be made to drive the damper, whose hub is unknown"
+    if encoder is not None:
+        work += f"; other end bored {encoder.magnet_diameter:g} mm, {encoder.magnet_depth:g} mm deep for the magnet"
     solid = arm_shaft.build_shaft(shape)
     made = CutPart("ground rod, h6", f"{dimensions.shaft_diameter:g}", length, work)
     return [Drawn("shaft", "shaft", "lower", solid, arm_shaft.shaft_volume(shape), False, made), *found]

@@ -191,6 +191,17 @@ class JointDimensions:
         return self.stops if self.stops is not None else (self.range[0] - STOP_MARGIN, self.range[1] + STOP_MARGIN)
 
     @property
+    def rests_free(self) -> bool:
+        """Whether the free angle lies between the stops, so that the joint without a load comes to rest there."""
+        return self.stop_angles[0] < self.free_angle < self.stop_angles[1]
+
+    @property
+    def filed_angle(self) -> float:
+        """The measured angle (deg) of the files: the free angle, or the end of the travel next to it."""
+        low, high = self.range
+        return self.free_angle if self.rests_free else min(max(self.free_angle, low), high)
+
+    @property
     def spring_torque(self) -> float:
         """Largest torque of all springs together from stop to stop, N*m; 0 if the rate is unknown."""
         turned = max(abs(angle - self.free_angle) for angle in self.stop_angles)

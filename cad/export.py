@@ -49,8 +49,10 @@ def export_leg(
     """Write every part, every joint and the leg, after all checks have passed.
 
     Parts are written in their positions at the joint's free angle, in the joint's frame (mm, hinge axis on z, upper
-    link along +y). Assemblies have every joint at its free angle, with the springs unloaded. GLB and pictures of the
-    leg are in the rest pose, with bent springs. ``checks``: the results of the checks, if the caller has them.
+    link along +y). Assemblies have every joint at its free angle, with the springs unloaded. A joint whose free angle
+    lies beyond a stop is at the end of its travel instead: its spring is bent in the assembly's STL, and not in the
+    STEP, which has no bent wire. GLB and pictures of the leg are in the rest pose, with bent springs. ``checks``: the
+    results of the checks, if the caller has them.
 
     Raises
     ------
@@ -74,10 +76,10 @@ def export_leg(
 def write_parts(leg: BuiltLeg, index: int, folder: Path) -> list[ExportedFile]:
     """STEP and STL of each part of one joint and of its link."""
     joint, link, written = leg.joints[index], leg.links[index], []
-    angle = joint.dimensions.free_angle
+    angle = joint.dimensions.filed_angle
     for part in (*joint.parts, link):
         write_step(_assembly_of_part(part, joint.solid_at(part, angle)), folder / f"{part.name}.step")
-        write_stl([joint.mesh_at(part, angle)], folder / f"{part.name}.stl")
+        write_stl([joint.filed_mesh(part)], folder / f"{part.name}.stl")
         written += [ExportedFile(f"{part.name}.{kind}", kind, part.name) for kind in PART_FILES]
     return written
 
@@ -174,16 +176,17 @@ def write_assembly(leg: BuiltLeg, only: int | None, folder: Path) -> list[Export
     stem = f"{name}_assembly"
     assembly = cq.Assembly(name=stem)
     meshes: list[Mesh] = []
-    places = leg.placements(free=True)
+    places = leg.placements(filed=True)
     for index in range(len(leg.joints)) if only is None else [only]:
         joint, link, place = leg.joints[index], leg.links[index], places[index]
         turn, shift = (place.turn, (place.x, place.y, 0.0)) if only is None else (0.0, (0.0, 0.0, 0.0))
-        angle = joint.dimensions.free_angle
+        angle, unloaded = joint.dimensions.filed_angle, joint.dimensions.rests_free
         for part in (*joint.parts, *([link] if only is None else [])):
-            solid = joint.solid_at(part, angle)
-            if only is None:
-                solid = solid.rotate((0, 0, 0), (0, 0, 1), turn).translate(shift)
-            assembly.add(solid, name=part.name, color=cq.Color(*part.colour))
+            if unloaded or part.group != "spring":
+                solid = joint.solid_at(part, angle)
+                if only is None:
+                    solid = solid.rotate((0, 0, 0), (0, 0, 1), turn).translate(shift)
+                assembly.add(solid, name=part.name, color=cq.Color(*part.colour))
             meshes.append(joint.mesh_at(part, angle).turned(turn, shift))
     write_step(assembly, folder / f"{stem}.step")
     write_stl(meshes, folder / f"{stem}.stl")

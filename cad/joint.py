@@ -56,6 +56,10 @@ class BuiltJoint:
             return spring_mesh_at(*self.seat(part), angle)
         return part.mesh.turned(self.turn(part.group, angle))
 
+    def filed_mesh(self, part: BuiltPart) -> Mesh:
+        """A part's mesh as in its file: the spring unloaded, all others at the files' angle."""
+        return part.mesh if part.group == "spring" else self.mesh_at(part, self.dimensions.filed_angle)
+
     def solid_at(self, part: BuiltPart, angle: float) -> Any:
         """A part's solid at the measured joint ``angle`` (deg); the spring's unloaded, at the free angle."""
         return part.solid.rotate((0, 0, 0), (0, 0, 1), self.turn(part.group, angle))

@@ -95,6 +95,15 @@ def moments(solid: Any) -> Moments:
     return solid.moments() if is_faceted(solid) else exact_moments(solid)
 
 
+def heights(solid: Any) -> tuple[float, float]:
+    """Least and largest z of a solid of either kind, mm."""
+    if is_faceted(solid):
+        box = solid.body.bounding_box()
+        return float(box[2]), float(box[5])
+    box = solid.BoundingBox()
+    return float(box.zmin), float(box.zmax)
+
+
 def is_faceted(solid: Any) -> bool:
     """Whether a solid is one of facets."""
     from synth.cad.facets import Facets

@@ -222,7 +222,8 @@ def _notch(dimensions: JointDimensions, upper: ArmLayout, space: SpringSpace) ->
     """Sector (deg, in the lower half's frame) of the pocket's wall swept by the upper arm between the stops.
 
     If the free angle lies beyond a stop, the sector reaches to it: the spring is put in unloaded, and its upper arm is
-    turned with the seat plate before that is screwed on.
+    turned with the seat plate before that is screwed on. Either end is farther by the seat's travel: the seat turns the
+    arm by as much as the spring's own free angle is off.
 
     At the radius r an edge of the arm, w off its axis, lies ``asin((D/2 -+ w)/r)`` behind the arm's direction.
     The coil's own quarter turn before the tangent point belongs to the sweep as well.
@@ -232,7 +233,7 @@ def _notch(dimensions: JointDimensions, upper: ArmLayout, space: SpringSpace) ->
     ahead = -math.degrees(math.asin(max(-1.0, edge)))
     # In the lower half's frame at q = 0 the upper half stands turned back by the joint's rotation.
     turned = [upper.direction - dimensions.opening(angle) for angle in (*dimensions.ends, dimensions.free_angle)]
-    return min(turned) - 90.0, max(turned) + ahead
+    return min(turned) - 90.0 - dimensions.seat_travel, max(turned) + ahead + dimensions.seat_travel
 
 
 def _seat_plate(

@@ -72,13 +72,13 @@ class BuiltLeg:
         """Every part, joint by joint, each joint's link tube last."""
         return tuple(part for joint, link in zip(self.joints, self.links, strict=True) for part in (*joint.parts, link))
 
-    def placements(self, *, free: bool = False) -> tuple[Placement, ...]:
-        """The position of each joint with every joint at its rest (or free) angle; the first is at the origin."""
+    def placements(self, *, filed: bool = False) -> tuple[Placement, ...]:
+        """The position of each joint with every joint at its rest (or files') angle; the first is at the origin."""
         x = y = 0.0
         turn, result = self.dimensions.tilt, []
         for joint in self.dimensions.joints:
             result.append(Placement(x, y, turn))
-            turn += joint.rotation(joint.free_angle if free else joint.rest_angle)
+            turn += joint.rotation(joint.filed_angle if filed else joint.rest_angle)
             x += joint.link_length * math.sin(math.radians(turn))
             y -= joint.link_length * math.cos(math.radians(turn))
         return tuple(result)

@@ -66,6 +66,25 @@ class Mesh:
         x, y, z = (round(float(extent), 2) for extent in np.ptp(self.vertices, axis=0))
         return x, y, z
 
+    @property
+    def own_size(self) -> tuple[float, float, float]:
+        """Sides of the smallest box round it with an edge along z, largest first, mm, to a hundredth.
+
+        It is the same wherever the part points in its joint. An edge of the smallest rectangle lies on an edge of the
+        outline's hull (Freeman and Shapira, Comm. ACM 18 (1975) 409).
+        """
+        from scipy.spatial import ConvexHull
+
+        flat = self.vertices[:, :2]
+        corners = flat[ConvexHull(flat).vertices]
+        edges = np.roll(corners, -1, axis=0) - corners
+        along = edges / np.linalg.norm(edges, axis=1, keepdims=True)
+        across = np.column_stack([-along[:, 1], along[:, 0]])
+        sides = np.stack([np.ptp(corners @ way.T, axis=0) for way in (along, across)])
+        length, width = sides[:, np.argmin(np.prod(sides, axis=0))]
+        x, y, z = sorted((round(float(side), 2) for side in (length, width, np.ptp(self.vertices[:, 2]))), reverse=True)
+        return x, y, z
+
     def turned(self, angle: float, shift: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
         """Rotated by ``angle`` deg about z, then shifted by mm; a mesh that stays where it is, is the same object."""
         if angle == 0.0 and not any(shift):

@@ -9,7 +9,7 @@ from typing import Any
 from markupsafe import Markup
 
 from synth.reports.opening import Cell, Figures, Opening, listed
-from synth.reports.openings.leg_steps import measured_joints, slipping_dampers, steps
+from synth.reports.openings.leg_steps import left_out, measured_joints, slipping_dampers, steps
 from synth.reports.quantities import brief, interval_text, percent, share_text, text
 from synth.reports.reading import Json, Result, png_uri, value_of
 from synth.reports.section import mapping, sequence
@@ -32,7 +32,7 @@ def leg_opening(result: Result) -> Opening:
         figure,
         caption,
         _figures(document),
-        False if without or failed or slipping else good,
+        False if without or failed or slipping or left_out(document) else good,
     )
 
 
@@ -62,6 +62,8 @@ def _verdict(document: Json, without: list[str], failed: list[Mapping[str, Any]]
     elif slipping:
         many = "s" if len(slipping) > 1 else ""
         start = f"Not ready to build: as drawn, the damper{many} of {listed(slipping)} would slip on the shaft{many}"
+    elif left_out(document):
+        start = f"Not ready to build: the ranges that the target states leave out the {listed(left_out(document))}"
     elif mapping(document, "solids").get("drawn"):
         start = "The leg can be built"
     elif mapping(document, "joints"):

@@ -20,6 +20,12 @@ def slipping_dampers(document: Json) -> list[str]:
     return [name for name, joint in mapping(document, "joints").items() if mapping(joint, "damper").get("slips")]
 
 
+def left_out(document: Json) -> list[str]:
+    """What stated ranges leave out, ``wanted motion of the knee``."""
+    ranges = {name: mapping(joint, "range") for name, joint in mapping(document, "joints").items()}
+    return [f"{what} of the {name}" for name, found in ranges.items() for what in sequence(found, "outside")]
+
+
 def measured_joints(document: Json) -> list[str]:
     """The joints whose spring's free angle is measured."""
     return [str(name) for name in sequence(document, "response", "free_angles_measured")]
@@ -41,6 +47,8 @@ def steps(document: Json, without: list[str], failed: list[Mapping[str, Any]], s
             "rates go with the links' inertia. That run gives the parts to print, too."
         ]
     found, turns, measuring = _dampers_first(document, slipping), _seat_turns(document), _measuring(document)
+    if left_out(document):
+        found.insert(0, _wider(document))
     beyond = _beyond_seat(document)
     if beyond:
         return [*found, *beyond]
@@ -50,6 +58,23 @@ def steps(document: Json, without: list[str], failed: list[Mapping[str, Any]], s
     what = "the other parts" if found else "the parts"
     assemble = "; assemble the joints with their seats at 0 and the dampers off" if measuring else ""
     return [*found, f"Order {what} in `bom.csv`, print the plates `parts/leg_print_*.3mf`{assemble}.", *measuring]
+
+
+def _wider(document: Json) -> str:
+    """The decision on ranges that are narrower than the wanted motion, or that leave out the rest pose."""
+    found = []
+    for name, joint in mapping(document, "joints").items():
+        known = mapping(joint, "range")
+        if not sequence(known, "outside"):
+            continue
+        low, high = (with_decimals(value_of(end) or 0.0, 1) for end in sequence(known, "stated"))
+        least, most = (with_decimals(value_of(end) or 0.0, 1) for end in sequence(known, "wanted"))
+        rest = with_decimals(value_of(known.get("rest")) or 0.0, 1)
+        found.append(f"{name} (stated {low} to {high}°, wanted {least} to {most}°, rest {rest}°)")
+    return (
+        f"Widen the range of {listed(found)} in the target's leg file, or want another motion, and run again; built as "
+        "it is, the leg stops at the end of its range."
+    )
 
 
 def _dampers_first(document: Json, slipping: list[str]) -> list[str]:
@@ -103,10 +128,39 @@ def _measuring(document: Json) -> list[str]:
     if not left or chance is None or measured is None or measured - chance <= GAIN:
         return []
     within = brief(mapping(response, "forecast").get("within"))
-    entry = f"`measured: {{spring: {{{left[0]}: {{free_angle: … deg}}}}}}`"
     return [
-        f"In each assembled joint ({listed(left)}), lying on its side, damper off and seat at 0, read the angle at "
-        f"which it comes to rest, to a degree; it is not the loose spring's angle. Write it as {entry} and run again: "
+        f"{_finding(document, left)} Run again: "
         f"the page then says how far to turn the seats, and the chance of staying within {within} changes from "
         f"{share_text(chance)} to {share_text(measured)}. Then set the seats and put the dampers on."
     ]
+
+
+def _finding(document: Json, left: list[str]) -> str:
+    """How to find the free angles of the joints ``left``: at rest, or from torques where a stop is in the way."""
+    joints, said = mapping(document, "joints"), []
+    far = [name for name in left if _beyond_stop(mapping(joints, name))]
+    near = [name for name in left if name not in far]
+    side = "lying on its side, damper off and seat at 0"
+    if near:
+        entry = f"`measured: {{spring: {{{near[0]}: {{free_angle: … deg}}}}}}`"
+        said.append(
+            f"In each assembled joint ({listed(near)}), {side}, read the angle at which it comes to rest, to a degree; "
+            "it is not the loose spring's angle. On a stop it tells nothing: see the joint's order of assembly. Write "
+            f"it as {entry}."
+        )
+    if far:
+        entry = f"`measured: {{spring: {{{far[0]}: {{free_angle: … deg, free_angle_by: torque}}}}}}`"
+        said.append(
+            f"The free angle of {listed(far)} lies beyond a stop, on which the joint would rest. In the assembled "
+            f"joint, {side}, turn the link off the stop with a spring scale, square to it at a known distance from the "
+            "hinge, to two angles A and B some 15° apart; with the torques M and N there the free angle is "
+            f"A − M (B − A)/(N − M). Write it as {entry}."
+        )
+    return " ".join(said)
+
+
+def _beyond_stop(joint: Json) -> bool:
+    """Whether the joint's stops keep it from its free angle; False where nothing is drawn."""
+    free, stops = value_of(mapping(joint, "spring").get("free_angle")), [value_of(s) for s in sequence(joint, "stops")]
+    known = [stop for stop in stops if stop is not None]
+    return free is not None and len(known) == 2 and not known[0] < free < known[1]

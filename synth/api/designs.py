@@ -98,9 +98,11 @@ class Design(Report):
     def write_compared(self, folder: Path) -> tuple[str, str]:
         """Without solids and what drawing them changes, and without the report."""
         from synth.design.drawn_springs import seats_set
+        from synth.design.free_angle_reach import refuse_stops
         from synth.design.write_design import design_json, write_files
         from synth.files.output import write_json
 
+        refuse_stops(self.design)
         design, _ = seats_set(self.design)
         write_files(design, folder)
         write_json(folder / "design.json", design_json(design, [], folder, {}))
@@ -122,6 +124,7 @@ class Design(Report):
         from synth.design.bearing_friction import bearing_friction, with_friction, with_friction_notes
         from synth.design.bom import write_bom
         from synth.design.drawn_springs import as_drawn, seats_set
+        from synth.design.free_angle_reach import refuse_stops
         from synth.design.mass_loop import weighed
         from synth.design.robot_files import write_robots
         from synth.design.solid_files import (
@@ -134,6 +137,7 @@ class Design(Report):
         )
         from synth.design.write_design import write_files
 
+        refuse_stops(self.design)
         design, drawn = self.design, DrawnSolids(dict(NOT_DRAWN))
         extra = drawn.extra
         if not self.solids:
@@ -223,11 +227,12 @@ def drawing(project: LegProject, *, solids: bool = True) -> AbstractContextManag
 
 def _made(project: LegProject, catalogue: Catalogue, *, solids: bool, stage: Stage) -> LegDesign:
     from synth import cad
+    from synth.design.held_to_ranges import held_to_ranges
     from synth.design.mass_loop import design_with_masses
     from synth.design.solid_files import not_drawable
 
     try:
-        return (design_with_masses if solids else design_leg)(project, catalogue, stage)
+        return held_to_ranges((design_with_masses if solids else design_leg)(project, catalogue, stage))
     except cad.DimensionError as error:
         raise not_drawable(error, project) from None
 

@@ -90,7 +90,7 @@ def write_bom(
     lines += merged(line for part in drawn for line in _lines(part, orders.get(part["part"])))
     lines += _inserts(drawn, orders)
     if drawn:
-        lines += _mount(design)
+        lines += _mount(design) + _magnets(design)
     order = {name: index for index, name in enumerate(design.built.joint_names)}
     lines.sort(key=lambda line: order[line.joint])
     rows = [line.cells() for line in lines]
@@ -162,7 +162,7 @@ def _lines(part: Mapping[str, Any], order: StandardPart | CutPart | None) -> lis
     mass = None if part["mass"] is None else float(part["mass"]["value"])
     if isinstance(order, StandardPart):
         return _standard_lines(joint, order, mass, name)
-    x, y, z = sorted(part["in_link"]["size"], reverse=True)
+    x, y, z = part["box"]
     what = name.removeprefix(f"{joint.replace(' ', '_')}_").replace("_", " ")
     of_material = f", {part['material']}" if part["material"] else ""
     if isinstance(order, CutPart):
@@ -211,6 +211,7 @@ def _sum(one: float | None, other: float | None) -> float | None:
 def _inserts(parts: Sequence[Mapping[str, Any]], orders: Mapping[str, StandardPart | CutPart]) -> list[BomLine]:
     """A heat-set insert for every drawn screw that has no nut."""
     from synth.cad.hardware import inserts
+    from synth.cad.insert_bodies import insert_mass
     from synth.cad.standard_part import StandardPart
 
     found = []
@@ -221,9 +222,8 @@ def _inserts(parts: Sequence[Mapping[str, Any]], orders: Mapping[str, StandardPa
         assert order.thread is not None
         insert = inserts()[order.thread]
         item = f"heat-set insert {order.size} x {insert.length:g}, brass; hole as in catalogs/heat_set_inserts.csv"
-        found.append(
-            BomLine(str(part["joint"]), item, size=order.size, length=f"{insert.length:g}", vendor=insert.maker)
-        )
+        found.append(BomLine(str(part["joint"]), item, size=order.size, length=f"{insert.length:g}",
+                             vendor=insert.maker, mass=insert_mass(insert)))  # fmt: skip
     return merged(found)
 
 
@@ -233,3 +233,14 @@ def _mount(design: LegDesign) -> list[BomLine]:
         return []
     item = "M4 screw for the mount; its length depends on the thickness of your body"
     return [BomLine(design.built.joints[0].name, item, size="M4", vendor="any", quantity=4)]
+
+
+def _magnets(design: LegDesign) -> list[BomLine]:
+    """The magnet in the shaft's end below each angle sensor, of its pocket's size."""
+    found = []
+    for joint in () if design.drawn is None else design.drawn.dimensions.joints:
+        if joint.encoder is not None:
+            wide, deep = joint.encoder.magnet_diameter, joint.encoder.magnet_depth
+            item = f"magnet of the angle sensor, {wide:g} x {deep:g} mm, magnetised across its diameter; glued in"
+            found.append(BomLine(joint.name, item, size=f"{wide:g} mm", length=f"{deep:g}", vendor="any"))
+    return found

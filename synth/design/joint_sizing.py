@@ -79,7 +79,7 @@ def _joint(
         name=joint.name,
         spring=replace(_spring(design, j, notes), free_arm=arm),
         free_angle=degrees(joint.spring.free_angle),
-        rest_angle=rest,
+        rest_angle=min(max(rest, travel[0]), travel[1]),  # a stated range may leave it out: it then leans on a stop
         range=travel,
         stops=stops,
         yields=yields,
@@ -95,6 +95,8 @@ def _joint(
         springs=2 if _count(design, j, notes) == 2 else 1,
         closes=design.springs.chosen[j].closes,
     )
+    if not dimensions.rests_free:
+        notes.append(_out_of_reach(dimensions))
     turned = replace(dimensions, upper_arm_angle=cad.clear_upper_arm_angle(dimensions))
     if turned.upper_arm_angle != 0.0:
         offset = remainder(turned.arm_offset, 360.0)
@@ -102,6 +104,16 @@ def _joint(
         where = f"at {turned.upper_arm_angle:+.0f} deg from that line, and the lower arm at {offset:+.1f} deg"
         notes.append(noted(text + where))
     return turned
+
+
+def _out_of_reach(dimensions: JointDimensions) -> str:
+    low, high = dimensions.stop_angles
+    stop = low if dimensions.free_angle <= low else high
+    return (
+        f"{dimensions.name}: its spring is unloaded at {dimensions.free_angle:.1f} deg, beyond the stop at {stop:.1f} "
+        "deg. The joint without a load rests on that stop, so its free angle is to be found from torques. Files of the "
+        f"joint's parts show it at {dimensions.filed_angle:.1f} deg, and the assembly's STEP leaves its spring out"
+    )
 
 
 def _yields(design: LegDesign, j: int) -> tuple[float, float] | None:
@@ -192,11 +204,14 @@ def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions,
 
 
 def _range(design: LegDesign, j: int, rest: float) -> tuple[float, float]:
-    """The leg file's range, else the range of the wanted and the built leg's motion with a margin; deg."""
+    """The leg file's range as it stands, else that of the wanted and the built leg's motion with a margin; deg.
+
+    What a stated range leaves out is told by ``stated_range``.
+    """
     joint = design.project.target.joints[j]  # the built leg's range is that of an earlier drawing's stops
     if joint.range is not None:
         low, high = (degrees(angle) for angle in joint.range)
-        return min(low, rest), max(high, rest)
+        return low, high
     motions = [*design.wanted.motions, *design.built_motions]
     angles = np.degrees(np.concatenate([design.built.to_measured(motion)[:, j] for motion in motions]))
     return floor(min(angles.min(), rest) - MARGIN), ceil(max(angles.max(), rest) + MARGIN)

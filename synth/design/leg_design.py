@@ -28,6 +28,7 @@ from synth.design.part_sets import SetsMade
 from synth.design.response import WantedResponse
 from synth.design.spring_warnings import spring_warnings
 from synth.design.stages import SourceMotion, damper_laws, fit_options, read_motion, releases, with_held_out
+from synth.design.stated_range import StatedRange
 from synth.design.target_effects import TargetEffect, TargetLeg, notes, target_of, with_effects
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw
@@ -87,6 +88,7 @@ class LegDesign:
     drawn: Solids | None = None  # the joints as drawn; None: nothing is drawn
     links: tuple[BuiltLink, ...] = ()  # with the drawn and bought parts on them; empty: nothing is drawn
     rounds: MassRounds | None = None
+    ranges: tuple[StatedRange, ...] = ()  # that the target states
 
     def arm_offset(self, joint: int) -> float:
         """Offset of the lower half's arm, rad, as drawn: free angle less the spring's and the upper arm's angle.

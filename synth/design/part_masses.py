@@ -1,6 +1,7 @@
 """Mass, centre of mass and inertia of each part of the drawn joints.
 
-Printed, wound and cut parts: from their solids and densities. Of bought dampers and encoders only the envelopes are
+Printed, wound and cut parts: from their solids and densities. Heat-set inserts, which are not drawn, from their table,
+all of one half together. Of bought dampers and encoders only the envelopes are
 known, so their masses come from the project (``cad: masses``) or are assumed and marked as such.
 """
 
@@ -10,11 +11,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from synth.swing.rigid_body import RigidBody, Tensor
+from synth.swing.rigid_body import RigidBody, Tensor, combined_body
 from synth.units import quantity
 
 if TYPE_CHECKING:
     from synth.cad import BuiltLeg
+    from synth.cad.joint import BuiltJoint
+    from synth.cad.moments import Moments
 
 ENCODER = 0.014  # kg: AMT103, CUI Devices' data sheet of the AMT10 series (2019), "Mechanical: weight"
 # kg/m^3 of a damper's envelope, our assumption: plastic and oil about 1 to 1.4, small shares of zinc 6.6 and steel 7.85
@@ -25,6 +28,9 @@ ASSUMED = {
 }
 WEIGHED = "the project file"
 SOLID = "its solid"
+TABLE = "its table in the catalogue"
+BRASS = "tubes of brass by the table of heat-set inserts"
+INSERTS = "inserts"  # end of the names, and the family
 
 
 @dataclass(frozen=True)
@@ -66,7 +72,7 @@ def masses_of(
         name = joint.dimensions.name
         for part in (*joint.parts, link):
             moments = part.moments()
-            mass, basis = part.mass(density), SOLID
+            mass, basis = part.mass(density), SOLID if part.bought_mass is None else TABLE
             kilograms = None if mass is None else mass * 1e-3
             if kilograms is None:
                 kilograms = ENCODER if part.family == "encoder" else DAMPER_DENSITY * moments.volume * 1e-9
@@ -75,12 +81,33 @@ def masses_of(
                 kilograms, basis = weighed[part.name], WEIGHED
             if part.family == "damper":
                 kilograms *= pieces.get(name, 1)
-            scale = kilograms / moments.volume * 1e-6  # of mm^5 to kg m^2
-            xx, yy, zz, xy, xz, yz = (scale * value for value in moments.tensor)
-            x, y, z = (1e-3 * place for place in moments.centre)
-            body = RigidBody(kilograms, (x, y, z), (xx, yy, zz, xy, xz, yz))
+            body = _body(kilograms, moments)
             found.append(PartMass(part.name, name, part.family, part.group, body, basis))
+        found += _inserts(joint, weighed)
     return tuple(found)
+
+
+def _body(kilograms: float, moments: Moments) -> RigidBody:
+    scale = kilograms / moments.volume * 1e-6  # of mm^5 to kg m^2
+    xx, yy, zz, xy, xz, yz = (scale * value for value in moments.tensor)
+    x, y, z = (1e-3 * place for place in moments.centre)
+    return RigidBody(kilograms, (x, y, z), (xx, yy, zz, xy, xz, yz))
+
+
+def _inserts(joint: BuiltJoint, weighed: Mapping[str, float]) -> list[PartMass]:
+    """The heat-set inserts of either half as one part, which is not drawn."""
+    from synth.cad.insert_bodies import insert_bodies
+    from synth.cad.parts import file_name
+
+    name, found = joint.dimensions.name, []
+    bodies = insert_bodies(joint)
+    for group in dict.fromkeys(item.group for item in bodies):
+        body = combined_body(_body(item.mass * 1e-3, item.moments) for item in bodies if item.group == group)
+        part, basis = f"{file_name(name)}_{group}_{INSERTS}", BRASS
+        if part in weighed:
+            body, basis = body.share(weighed[part] / body.mass), WEIGHED
+        found.append(PartMass(part, name, INSERTS, group, body, basis))
+    return found
 
 
 def unknown_parts(weighed: Mapping[str, float], masses: Sequence[PartMass]) -> list[str]:

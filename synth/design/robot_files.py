@@ -41,8 +41,8 @@ def _links(design: LegDesign, masses: Sequence[PartMass], folder: Path) -> tuple
         return tuple(RobotLink() for _ in design.built.joints)
     found = []
     for index, (drawn, built) in enumerate(zip(design.drawn.dimensions.joints, design.links, strict=True)):
-        # The files have the lower half's parts at the free angle; in a link's frame they are at angle 0.
-        turn = -radians(drawn.rotation(drawn.free_angle))
+        # The files have the lower half's parts at their own angle; in a link's frame they are at angle 0.
+        turn = -radians(drawn.rotation(drawn.filed_angle))
         shown = _shown(masses, drawn.name, ("lower",), turn, (0.0, 0.0, 0.0), folder)
         if index + 1 < len(design.built.joints):
             end = (0.0, -built.assumed.length, 0.0)

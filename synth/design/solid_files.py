@@ -9,6 +9,7 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from synth.design.free_angle_reach import BY_TORQUES, WRITE_IT, out_of_reach
 from synth.design.measured_forecast import measured_free_angles
 from synth.errors import Problem, UserError
 from synth.files.output import write_json
@@ -205,6 +206,9 @@ def with_settings(extra: dict[str, Any], design: LegDesign, settings: Mapping[st
         notes.append(f"{name}: turn the seat to {degrees(setting.turn):+.1f} deg on its scale for the measured spring")
     if solids["drawn"] and len(measured_free_angles(design)) < len(joints):
         notes.append(HOW_TO_MEASURE)
+        far = [name for name in out_of_reach(design) if name not in measured_free_angles(design)]
+        if far:
+            notes.append(f"the free angle of {', '.join(far)} lies beyond a stop: there, {BY_TORQUES}; {WRITE_IT}")
     if joints and not settings and solids["drawn"]:
         notes += _how_to_test(design)
     return {**extra, "solids": {**solids, "joints": joints, "notes": notes}}
@@ -231,8 +235,8 @@ def _how_to_test(design: LegDesign) -> list[str]:
 HOW_TO_MEASURE = (
     "the tolerance of a spring's free angle, commonly 10 deg, is the largest of all. Assemble each joint with its seat "
     "at 0 and without the damper, lay it on its side so that no weight turns it, and read the joint's angle at which "
-    "it comes to rest (the mean of both sides); the angle between the loose spring's arms is another. Write it as "
-    "measured: {spring: {JOINT: {free_angle: 98 deg}}}; the report then "
+    "it comes to rest (the mean of both sides), not on a stop; the angle between the loose spring's arms is another. "
+    "Write it as measured: {spring: {JOINT: {free_angle: 98 deg}}}; the report then "
     "gives the setting of the seat. + on the scale (the end with the pit) increases the free angle. The marks are "
     "5 deg apart on the ear and 4 deg apart on the seat plate: the scale is a vernier that reads to one degree"
 )

@@ -206,7 +206,7 @@ def _of_parts(dimensions: LegDimensions, index: int, known: Known) -> _Parts:
 
     leg, printing = built_leg(dimensions), dimensions.printing
     joint = leg.joints[index]
-    turns = {part.name: joint.turn(part.group, joint.dimensions.free_angle) for part in joint.parts}
+    turns = {part.name: joint.turn(part.group, joint.dimensions.filed_angle) for part in joint.parts}
     return _Parts(
         alone=check_parts(joint, leg.links[index]),
         printing=check_printing(joint, printing),
@@ -317,21 +317,22 @@ def part_records(leg: BuiltLeg, index: int) -> list[dict[str, Any]]:
     """Every part of a joint with its method of manufacture, mass, centre of mass and inertia.
 
     ``size`` and ``com`` are in the frame of the part's STL and STEP: the joint's, hinge axis z, its parent link along
-    +y, at the free angle. ``in_link`` has them in the frame of the half that the part moves with, whose link lies
-    along y: towards the parent (+y) for the upper half, away from it (-y) for the lower one. ``inertia`` is about the
+    +y, at the files' angle. ``in_link`` has them in the frame of the half that the part moves with, whose link lies
+    along y: towards the parent (+y) for the upper half, away from it (-y) for the lower one. ``box`` is the part's own
+    size, however it points. ``inertia`` is about the
     com, for the axis parallel to the hinge, the same in both.
     """
     from synth.cad.moments import about_z
 
     joint, density, found = leg.joints[index], leg.dimensions.printing.density, []
-    angle = joint.dimensions.free_angle
+    angle = joint.dimensions.filed_angle
     for part in (*joint.parts, leg.links[index]):
         mass, turn = part.mass(density), joint.turn(part.group, angle)
         item: dict[str, Any] = {
             "part": part.name, "joint": joint.dimensions.name, "family": part.family, "made": str(part.made),
             "moves_with": part.group, "material": part.material,
-            "mass": None if mass is None else _value(mass, "g"), "size": joint.mesh_at(part, angle).size,
-            "in_link": {"size": part.size},
+            "mass": None if mass is None else _value(mass, "g"), "size": joint.filed_mesh(part).size,
+            "in_link": {"size": part.size}, "box": part.mesh.own_size,
         }  # fmt: skip
         if part.printed:
             item["volume"] = _value(part.moments().volume, "mm^3")

@@ -158,7 +158,7 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
     built = design.built.joints[j].spring
     assert built is not None
     assert wanted.damper_rate is not None
-    written = {
+    written: dict[str, Any] = {
         "wanted": {
             "spring_rate": wanted.spring_rate.as_json(),
             "damper_rate": wanted.damper_rate.as_json(),
@@ -184,7 +184,8 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
         "left_out": {"springs": dict(design.springs.left_out[j]), "dampers": dict(design.dampers.left_out[j])},
         "warnings": [str(text) for joint, text in design.warnings if joint == name],
     }
-    return written
+    stated = next((item for item in design.ranges if item.joint == name), None)
+    return written if stated is None else {**written, "range": stated.as_json()}
 
 
 def _damper(option: DamperOption, joint: str) -> dict[str, Any]:

@@ -25,7 +25,14 @@ def chi_squared_above(freedom: int, value: float) -> float:
 
 
 def chi_squared_exceeded(freedom: int, probability: float) -> float:
-    """The value that is exceeded with this ``probability``, between 0 and 1."""
+    """The value that is exceeded with this ``probability``, between 0 and 1.
+
+    Raises
+    ------
+    ValueError : fewer than one degree, or a probability that no value has.
+    """
+    if freedom < 1 or not 0.0 < probability < 1.0:
+        raise ValueError(f"chi-squared of {freedom} degrees at {probability}: at least 1 degree, and between 0 and 1")
     low, high = 0.0, float(freedom)
     while chi_squared_above(freedom, high) > probability:
         low, high = high, 2.0 * high

@@ -44,11 +44,6 @@ class Considered:
             for coupling, cross, own in zip(couplings, information.cross, information.own, strict=True)
         ]
 
-    def shares(self, covariance: Array) -> Array:
-        """(p, c) share of each estimate's variance from each parameter; ``covariance`` (p, p) without them."""
-        total = np.diag(covariance) + np.sum(self.sensitivity**2, axis=1)
-        return np.asarray(self.sensitivity**2 / np.maximum(total, 1e-300)[:, None])
-
 
 def consider(information: Information, couplings: Sequence[Coupling], beside: Array | None = None) -> Considered:
     """Sensitivity of the common unknowns to considered parameters.

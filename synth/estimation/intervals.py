@@ -37,7 +37,14 @@ class Estimate:
 
 
 def student95(degrees: int) -> float:
-    """95 % point of Student's t; beyond a table by its expansion in ``1 / degrees`` (Abramowitz & Stegun, 26.7.5)."""
+    """95 % point of Student's t; beyond a table by its expansion in ``1 / degrees`` (Abramowitz & Stegun, 26.7.5).
+
+    Raises
+    ------
+    ValueError : fewer than one degree.
+    """
+    if degrees < 1:
+        raise ValueError(f"Student's t of {degrees} degrees: at least 1")
     if degrees <= len(STUDENT95):
         return STUDENT95[degrees - 1]
     z, share = NORMAL90, 1.0 / degrees

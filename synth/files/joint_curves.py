@@ -8,6 +8,7 @@ SDF's and URDF's joints know one linear rate.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf, isclose
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from synth.swing.leg_model import Joint
 IN_DAMPING = ("shear_thinning_damping", "quadratic_damping")  # effects that are included in the damper's curve
 LEAST = 1e-9  # of the largest torque, below which a term is dropped
 ROUNDED = 1e-3  # of the largest torque: more than twice what rounding to four digits leaves (test_mjcf_dampers.py)
+SAME_ANGLE = 1e-9  # rad: what a leg file's digits leave
 
 
 @dataclass(frozen=True)
@@ -130,5 +132,15 @@ def linear_damping(joint: Joint, fastest: float) -> tuple[float, float]:
 
 
 def without_held(joint: Joint, names: tuple[str, ...]) -> list[str]:
-    """The joint's effects that are not in ``names``, sorted."""
-    return sorted(set(joint.effects) - set(names))
+    """The joint's effects that are not in ``names``, sorted; a stop at the ends of its range is that range."""
+    held = {*names, "joint_stop"} if stops_at_range(joint) else {*names}
+    return sorted(set(joint.effects) - held)
+
+
+def stops_at_range(joint: Joint) -> bool:
+    """Whether the joint's stops are at both ends of its range, which every format states as limits."""
+    stop = joint.effects.get("joint_stop")
+    if stop is None or joint.range is None:
+        return False
+    ends = (stop.get("lower", -inf), stop.get("upper", inf))
+    return all(isclose(a, b, abs_tol=SAME_ANGLE) for a, b in zip(ends, joint.range, strict=True))

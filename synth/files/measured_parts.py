@@ -64,6 +64,9 @@ def read_measured_springs(reader: ProjectReader, target: Leg | None) -> dict[str
         if stray and measured.rate is None:
             reader.refuse(f'"{stray[0]}" says how "rate" was measured, which is not given', (*place, name))
             continue
+        if "free_angle_by" in item and measured.free_angle is None:
+            reader.refuse('"free_angle_by" says how "free_angle" was found, which is not given', (*place, name))
+            continue
         if measured.rate_held == "joint" and measured.rate_distance is not None:
             text = '"rate_distance" belongs to a loose spring; leave it out, or write rate_held: loose'
             reader.refuse(text, (*place, name, "rate_distance"))

@@ -20,7 +20,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.files.drive_terms import IN_SERVO, DriveTerms, drive_terms, lightened
-from synth.files.joint_curves import IN_DAMPING, DampingTerms, without_held
+from synth.files.joint_curves import IN_DAMPING, DampingTerms, stops_at_range, without_held
 from synth.files.joint_springs import IN_SPRING
 from synth.files.mjcf_backlash import add_arm, add_limit, arm_name, arm_weight, play_of
 from synth.files.mjcf_laws import JointLaws, joint_laws
@@ -33,6 +33,7 @@ from synth.swing.mechanics import coefficients, mass_matrix
 
 IMPEDANCE = 1e-4  # the smallest value MuJoCo accepts (mjMINIMP): the friction's share of the other acceleration
 SHARP = {"solreffriction": "0.002 1", "solimpfriction": "0.99 0.99 1"}  # dry friction almost as stiff as ours
+HARD = {"solreflimit": "0.002 1.8", "solimplimit": "0.99 0.99 1"}  # a stop that hardly rebounds, as ours of a design
 LARGEST_STEP = 5e-4  # s: MuJoCo then follows the chain within 0.1 deg (tests/files/test_mjcf.py)
 STABLE = 1.0  # step times the fastest damping rate; Runge-Kutta is stable to 2.8
 # MuJoCo takes a positive third biasprm for a damping ratio where gain and stiffness are equal (dampratio of a position
@@ -221,6 +222,7 @@ def _body(
     notes += [f"{NOT_IN_MODEL}, of the drive: {text}" for text in (drive.lost if drive is not None else ())]
     if joint.ends is not None:
         attributes["range"] = f"{joint.ends[0]:.10g} {joint.ends[1]:.10g}"
+        attributes |= HARD if stops_at_range(joint) else {}
     body = SubElement(parent, "body", name=joint.name, pos=f"0 0 {-height:.10g}")
     for note in notes:
         body.append(Comment(f" {note} "))

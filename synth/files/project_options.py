@@ -53,7 +53,7 @@ class FitOptions:
     seed
         of everything random.
     intervals
-        ``sensitivities``: from the Jacobian at the optimum; ``bootstrap``: 200 refits to resampled blocks of residuals,
+        ``sensitivities``: from the Jacobian at the optimum; ``bootstrap``: 200 refits to resampled residuals,
         which also shows skewed intervals.
     """
 
@@ -213,13 +213,15 @@ class MeasuredSpring:
     """Measurements of the available spring; None: not measured.
 
     ``free_angle``: measured angle at which the assembled joint rests under this spring alone, its seat at zero on
-    its scale (link or joint level, so that no weight acts; damper removed). ``rate``: of all springs of
-    the joint together. ``rate_held``: how they were held for it: ``loose``, on an arbor with a pin pressing square on
-    each arm ``rate_distance`` m from the coil (None: at the distance that the design states), or in the ``joint``,
-    which clamps both arms.
+    its scale (link or joint level, so that no weight acts; damper removed). ``free_angle_by``: whether it was read
+    there (``rest``), or found from torques (``torque``), as where a stop keeps the joint from resting free. ``rate``:
+    of all springs of the joint together. ``rate_held``: how they were held for it: ``loose``, on an arbor with a pin
+    pressing square on each arm ``rate_distance`` m from the coil (None: at the distance that the design states), or in
+    the ``joint``, which clamps both arms.
     """
 
     free_angle: Angle | None = None
+    free_angle_by: Literal["rest", "torque"] = "rest"
     rate: Rate | None = None
     rate_held: Literal["loose", "joint"] = "loose"
     rate_distance: Annotated[float | None, Quantity("m", least=0, most=1), Field(examples=["25 mm"])] = None

@@ -82,8 +82,10 @@ def bootstrap(
 
     Raises
     ------
-    ArithmeticError : fewer than half of the refits converge; only the sensitivities' intervals are available.
+    ArithmeticError : a joint's counts are coarser than its noise, no resampled noise is like the residuals, or fewer
+        than half of the refits converge; only the sensitivities' intervals are available.
     """
+    _refuse_coarse(model, stage)
     generator = np.random.default_rng([seed, REFITS])
     solution = stage.solution
     problem = _Problem(model, recordings, stage, generator)
@@ -94,6 +96,18 @@ def bootstrap(
     if settled.sum() < REFITS / 2:
         raise ArithmeticError(f"only {int(settled.sum())} of {REFITS} refits converge")
     return Bootstrap(values[:, settled].T, REFITS, tuple(draw.block for draw in drawn), np.sqrt(np.diag(covariance)))
+
+
+def _refuse_coarse(model: TrajectoryModel, stage: Stage) -> None:
+    """Residuals of counts that are coarser than the noise are errors of rounding, which belong to one motion.
+
+    A refit to them would need noise before rounding, rounded again, and the likelihood of its counts.
+    """
+    names = [name for name, item in zip(model.leg.joint_names, stage.weights.rounding, strict=False) if item]
+    if names:
+        raise ArithmeticError(
+            f"the counts of {', '.join(names)} are coarser than the noise, and their residuals cannot be resampled"
+        )
 
 
 class _Problem:

@@ -20,7 +20,7 @@ class LegFitOptions:
     over the joint's amplitude in each trial) or equal (one noise for all). ``curves``: joint name -> known torque-speed
     curve. ``prior``: standard deviations of the leg file's own values. ``near``: an earlier fit of the same recordings,
     the start of this one, whose free angles and spread are kept. ``static``: poses in which the leg was held still by
-    known torques. ``intervals``: from sensitivities, or by bootstrap over blocks of residuals. ``tolerance``:
+    known torques. ``intervals``: from sensitivities, or by bootstrap with resampled residuals. ``tolerance``:
     uncertainty of the leg file's links, included in the intervals; None: the links are known exactly. ``release``:
     ``free``: a driven beginning is detected and cut (``free_motion_start``); ``recorded``: all samples are free motion.
     ``laws``: ``auto``: dry friction or quadratic damping is added where it explains what springs and linear dampers do

@@ -13,7 +13,7 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.estimation.consider import Considered, Coupling, consider
-from synth.fit.least_squares import Stage, information_at, sample_weights
+from synth.fit.least_squares import Stage, refreshed, sample_weights
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
 from synth.threads import shared_out
@@ -55,11 +55,12 @@ def followed(
     asked : recording -> (m,) the samples whose remaining change is wanted.
     beside : (p, c) change of the gradient by measurements other than trials.
     """
+    stage = refreshed(model, recordings, stage, 0.0)
     solution, weights, n_common = stage.solution, stage.weights, len(stage.solution.values)
-    lanes = shared_out(lambda t: model.sensitivity(recordings[t], solution.values, solution.locals[t]), len(recordings))
-    # Not the solution's own, which may be that of the point before: along a ridge its least eigenvalue, and with it
-    # the change of the estimates, was off by a factor of 200.
-    information = information_at(model, recordings, stage, lanes)
+    information = solution.information
+    lanes = solution.lanes or shared_out(
+        lambda t: model.sensitivity(recordings[t], solution.values, solution.locals[t]), len(recordings)
+    )
 
     def one(t: int) -> _ChangedTrial:
         recording, found, moved = recordings[t], lanes[t], change(t)

@@ -93,7 +93,8 @@ def later(recordings: Sequence[Recording], start: float) -> list[Recording] | No
     for recording in recordings:
         first = int(np.searchsorted(recording.time, start))
         left = recording.time[-1] - start
-        if len(recording.time) - first < LEAST_SAMPLES or left < LEAST_SHARE * recording.time[-1]:
+        # 1e-9: the comparison fit starts where just this share is left.
+        if len(recording.time) - first < LEAST_SAMPLES or left < (LEAST_SHARE - 1e-9) * recording.time[-1]:
             return None
         cut.append(recording.later(first))
     return cut
@@ -120,21 +121,24 @@ class Drift:
     """The first samples and the later ones fit different legs, whatever the start: another law, or a longer torque.
 
     ``probability`` as of ``LateFreeMotion``; ``moved`` (p,) change of the unknowns from all samples to the later ones,
-    less what noise explains. ``longest`` : s, the last start that was tried.
+    less what noise explains. ``longest`` : s, the last start that was tried; None if the recordings are too short.
     """
 
     probability: float
     moved: Array
-    longest: float
+    longest: float | None
 
     @property
     def error(self) -> ModelError:
         """The whole change as one standard deviation, of all unknowns together."""
+        either = "the leg has another law (synth gap), or a torque acts"
+        why = f"The recordings are too short to try a later start: {either} at first"
+        if self.longest is not None:
+            why = f"No later start mends it, so {either} for longer than {_ms(self.longest)}"
         return ModelError(
             self.moved[:, None],
             f"release: the first samples and the later ones do not fit one leg: p = {self.probability:.1g} for free "
-            "motion of springs and linear dampers. No later start mends it, so the leg has another law (synth gap), or "
-            f"a torque acts for longer than {_ms(self.longest)}. All samples are fitted; the intervals include the "
+            f"motion of springs and linear dampers. {why}. All samples are fitted; the intervals include the "
             "difference of the rates",
         )
 
@@ -167,14 +171,16 @@ def unseen(
     first = test.agreement(recordings, solution, 0.0)
     if first >= SIGNIFICANCE:
         return None
+    tried = None
     for start in sorted({max(cut * unit, least) for cut in CUTS}):
         some = later(recordings, start)
         if some is None or start >= begin:
             break
+        tried = start
         if test.agreement(some, replace(solution, locals=tuple(_locals(some, solution))), start) >= SIGNIFICANCE:
             longer = start + FADES * unit
             return LateFreeMotion(start if later(recordings, longer) is None else longer, first)
-    return Drift(first, _moved(model, solution, known.solution), CUTS[-1] * unit)
+    return Drift(first, _moved(model, solution, known.solution), tried)
 
 
 def _moved(model: TrajectoryModel, all_: Solution, later_: Solution) -> Array:

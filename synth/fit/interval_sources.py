@@ -1,4 +1,4 @@
-"""Sources of an interval: the trials' noise, and each parameter of the leg file."""
+"""Sources of an interval: the trials, the error of the leg's law, and each parameter of the leg file."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ import numpy as np
 from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90
 from synth.fit.link_errors import WORDS, LinkErrors
+from synth.fit.model_error import ModelError
 from synth.fit.unknowns import SpringsAndDampers
 from synth.units import quantity
 
 TRIALS = "trials"
+LAW = "the leg's law"
 WORTH_A_WORD = 0.5  # share of the variance from which a parameter of the leg file is named
 NAMED = 3  # most parameters in a sentence
 
@@ -23,8 +25,9 @@ NAMED = 3  # most parameters in a sentence
 class IntervalSource:
     """One estimate's variance by source.
 
-    ``shares`` : source -> share, summing to 1: ``trials``, or a parameter of the leg file such as ``mass of the knee's
-    link``. ``half`` : the 90 % half-width, relative for a rate, in rad for a free angle.
+    ``shares`` : source -> share, summing to 1: ``trials`` (their noise, and a ridge that they leave open), ``the leg's
+    law`` where it is not known, or a parameter of the leg file such as ``mass of the knee's link``. ``half`` : half of
+    the reported 90 % interval, relative for a rate (of a symmetric one in the logarithm), in rad for a free angle.
     """
 
     joint: str
@@ -35,7 +38,7 @@ class IntervalSource:
     @property
     def of_links(self) -> float:
         """The share due to the leg file's parameters."""
-        return 1.0 - self.shares[TRIALS]
+        return 1.0 - self.shares[TRIALS] - self.shares.get(LAW, 0.0)
 
     @property
     def sentence(self) -> str | None:
@@ -43,7 +46,7 @@ class IntervalSource:
         if self.of_links < WORTH_A_WORD:
             return None
         wide = f"{np.degrees(self.half):.2g} deg" if self.quantity == "free_angle" else f"{100 * self.half:.2g} %"
-        ranked = sorted(((s, n) for n, s in self.shares.items() if n != TRIALS), reverse=True)
+        ranked = sorted(((s, n) for n, s in self.shares.items() if n not in (TRIALS, LAW)), reverse=True)
         largest: list[tuple[float, str]] = []
         for item in ranked[:NAMED]:
             largest.append(item)
@@ -70,20 +73,33 @@ class IntervalSource:
         }
 
 
-def sources_of(unknowns: SpringsAndDampers, covariance: Array, links: LinkErrors | None) -> tuple[IntervalSource, ...]:
-    """Of every estimate; empty if the links are known exactly. ``covariance`` (p, p) of the trials alone."""
+def sources_of(
+    unknowns: SpringsAndDampers,
+    offsets: tuple[Array, Array],
+    links: LinkErrors | None,
+    error: ModelError | None = None,
+) -> tuple[IntervalSource, ...]:
+    """Of every estimate; empty if the links are known exactly.
+
+    ``offsets`` (p,) each, the ends of the reported intervals relative to the estimates: what the links and the law do
+    not explain of them is the trials'.
+    """
     if links is None:
         return ()
-    shares = links.considered.shares(covariance)
-    total = np.sqrt(np.diag(covariance) + np.diag(links.covariance))
+    half90 = 0.5 * (offsets[1] - offsets[0])
+    variance = np.maximum((half90 / NORMAL90) ** 2, 1e-300)
+    shares = links.considered.sensitivity**2 / variance[:, None]
+    law = np.zeros(len(variance)) if error is None else np.diag(error.covariance) / variance
     names = [f"{WORDS[what]} of the {joint}'s link" for joint, what in links.names]
     found = []
     for joint, kind, place in _places(unknowns):
-        half = float(NORMAL90 * total[place])
+        half = float(half90[place])
         if kind != "free_angle":
             half = float(np.expm1(min(half, 20.0)))  # e^20: open in any case, but finite
-        by_name = dict(zip(names, shares[place].tolist(), strict=True))
-        found.append(IntervalSource(joint, kind, half, {TRIALS: 1.0 - sum(by_name.values()), **by_name}))
+        others = dict(zip(names, shares[place].tolist(), strict=True))
+        if error is not None:
+            others[LAW] = float(law[place])
+        found.append(IntervalSource(joint, kind, half, {TRIALS: max(0.0, 1.0 - sum(others.values())), **others}))
     return tuple(found)
 
 

@@ -13,7 +13,7 @@ from synth.fit.recordings import Recording, relative_amplitudes
 from synth.fit.rounding import Rounding, encoder_counts, rounding_of
 from synth.fit.starts import drawn_starts, first_locals, quick_costs
 from synth.fit.trajectories import Local, TrajectoryModel
-from synth.fit.uncertainty import clipped_rms, correlation_times, residuals
+from synth.fit.uncertainty import clipped_rms, correlation_of, residuals
 from synth.threads import shared_out
 
 NOISE_ROUNDS = 5  # most rounds of noise and fit; ``SAME_NOISE`` ends them earlier
@@ -90,7 +90,7 @@ def _noise(
         if item is not None:
             for each in whitened:
                 each[:, j] = item.surprise(each[:, j], HUBER)
-    times = correlation_times(recordings, [r.rotation + t for r, t in zip(recordings, whitened, strict=True)])
+    times = correlation_of(whitened)
     found = clipped_rms(recordings, predictions) * np.sqrt(times)
     found = np.where(np.isfinite(found), found, 1.0) + 1e-7
     if weight == "equal":

@@ -16,7 +16,7 @@ from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import sought_by
 from synth.fit.fit_result import FitResult, JointFit, TrialFit, Variant
 from synth.fit.interval_sources import sources_of
-from synth.fit.least_squares import Solution, Stage
+from synth.fit.least_squares import Solution, Stage, refreshed
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.model_error import ModelError
 from synth.fit.odd_trials import odd_trials
@@ -87,9 +87,9 @@ def result_of(
     ``scatter`` (n,) rad, the readings' noise. ``options.intervals``: of the chosen treatment's estimates, from
     ``sensitivities`` or ``bootstrap``; all include the uncertainty of the links, ``options.tolerance``.
     """
+    fitted, widths = _refreshed(model, recordings, fitted), link_widths(model.leg, options.tolerance)
     treatments, mode = fitted.treatments, fitted.mode
     unknowns, leg, names = sought_by(model), model.leg, model.leg.joint_names
-    widths = link_widths(leg, options.tolerance)
     solutions = {name: each.stage.solution for name, each in treatments.items()}
     spreads, chosen = {name: covariance(model, solution) for name, solution in solutions.items()}, solutions[mode]
     refits, lost = _refits(model, recordings, fitted.stage, spreads[mode], options)
@@ -138,8 +138,16 @@ def result_of(
         families=alike,
         drawn=DrawnLegs.of(unknowns, drawn),
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
-        sources=sources_of(unknowns, spreads[mode], links[mode]),
+        sources=sources_of(unknowns, offsets[mode], links[mode], fitted.error),
     )
+
+
+def _refreshed(model: TrajectoryModel, recordings: Sequence[Recording], fitted: FittedTreatments) -> FittedTreatments:
+    """Every treatment with its predictions and information at its own estimates."""
+    treatments = {
+        name: replace(each, stage=refreshed(model, recordings, each.stage)) for name, each in fitted.treatments.items()
+    }
+    return replace(fitted, treatments=treatments)
 
 
 def _named(names: Sequence[str], values: Array) -> dict[str, float]:

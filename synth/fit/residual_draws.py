@@ -14,25 +14,33 @@ Measured: one joint, three trials, exact links, noise of 0.3 deg of the first or
 interval of the free angle holds the truth in 80 % (120 samples a trial, correlation 0.9 from one to the next), 86 %
 (0.7), 87 % (white) and 90 % (300 samples, 0.9); with blocks of the residuals themselves 62, 75, 84 and 78 %. Six
 independent samples a trial tell too little of how far they are correlated.
+
+Lost samples are drawn from the autoregression given those that are there, and it is estimated again from the series so
+filled, a few times over (stochastic EM: Celeux & Diebolt, Computational Statistics Quarterly 2 (1985) 73). What a refit
+leaves is compared at the samples that count alone. Noise of the first order, four trials of 400 samples, 12 data sets,
+an ideal refit: the deviation of a trial's mean is 1.01 of the true one (correlation 0.7) and 1.02 (0.9) with a fifth of
+the samples lost, 0.98 and 0.99 with half of them. A joint's drawn samples are not correlated with the other joints'.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
+from synth.estimation.autoregression import Autoregression, best_order, nearest_possible, pair_products
 from synth.estimation.correlation import correlation_factors
 from synth.motion.noise import MAD_TO_SD
 
 ORDER = 60  # most coefficients of an autoregression; what is left of the correlation is in the blocks
 ROUNDS = 3  # corrections of the autocorrelation, a choice: each leaves about the share that the fit absorbs of the last
 ALIKE = 0.2  # of a log sample step, between recordings whose residuals are put together
-STEADY = 0.999  # largest reflection coefficient: longer correlations than a thousand samples are not seen in a trial
+FILLINGS = 10  # of lost samples and autoregression in turn, a choice; with half of them lost 5 end up to 5 % short
+PAIRS = 10  # fewest products from which a mean product is taken where samples are lost
+UNLIKE = 0.2  # of the residuals' variance, by which the last draws' may be off after a refit
 CHECKED = 100  # draws from which the correlation after a refit is known, to some 3 % for two dozen independent samples
 LEAST, ENOUGH = 10, 10_000_000  # fewer such draws of long trials, which tell as much: so many samples in all
 CUT = 6.0  # robust standard deviations at which residuals are truncated for the autocorrelation, as in ``clipped_rms``
@@ -83,28 +91,41 @@ def resampled(
     residuals : (m, n) rad of each trial, nan where no sample counts.
     steps : s, usual sample step of each trial.
     noise : (n_trial, n) rad, the fit's divisors of the residuals.
+
+    Raises
+    ------
+    ArithmeticError : no autoregression is found of whose draws a refit leaves as much as the fit did of the noise.
     """
-    pools = _alike(steps)
-    counted = [np.isfinite(left) for left in residuals]
-    scaled = [np.where(good, left / own, 0.0) for left, good, own in zip(residuals, counted, noise, strict=True)]
-    seen = [_lags([scaled[t] for t in pool], [counted[t] for t in pool], _most(residuals, pool)) for pool in pools]
-    orders = [[_order(each[:, j], sum(len(residuals[t]) for t in pool)) for j in range(each.shape[1])]
-              for pool, each in zip(pools, seen, strict=True)]  # fmt: skip
-    lags = [each.copy() for each in seen]
-    found: list[Draw] = []
+    scaled = [left / own for left, own in zip(residuals, noise, strict=True)]
+    pools = [_AlikeTrials.of(generator, trials, [scaled[t] for t in trials]) for trials in _alike(steps)]
+    lags = [pool.wanted.copy() for pool in pools]
+    some = np.arange(min(draws, CHECKED, max(LEAST, ENOUGH // sum(left.size for left in residuals))))
     for turn in range(ROUNDS + 1):
         made: dict[int, Draw] = {}
-        for pool, each, most in zip(pools, lags, orders, strict=True):
-            made |= _draws(generator, [residuals[t] for t in pool], noise[pool], each, most, pool, draws)
+        for pool, each in zip(pools, lags, strict=True):
+            made |= pool.draws(generator, each, noise, draws)
         found = [made[t] for t in range(len(residuals))]
-        if turn == ROUNDS:
-            break
-        some = np.arange(min(draws, CHECKED, max(LEAST, ENOUGH // sum(left.size for left in residuals))))
-        left = left_over([draw.of(some) for draw in found])
-        for pool, each, wanted in zip(pools, lags, seen, strict=True):
-            own = [np.where(counted[t][:, :, None], left[t] / noise[t][:, None], 0.0) for t in pool]
-            each += wanted - _lags(own, [counted[t] for t in pool], len(each) - 1).mean(axis=2)
+        drawn = [draw.of(some) for draw in found]
+        left = left_over(drawn)
+        for pool, each in zip(pools, lags, strict=True):
+            before, after = ([values[t] / noise[t][:, None] for t in pool.trials] for values in (drawn, left))
+            seen = pool.after_refit(before, after)
+            if turn == ROUNDS:
+                _check(seen[0], pool.wanted[0])
+            each += pool.wanted - seen
     return found
+
+
+def _check(seen: Array, wanted: Array) -> None:
+    """Variances (n,) of what a refit leaves of the last draws, and of the residuals."""
+    known = wanted > 0.0
+    off = seen[known] / wanted[known]
+    if np.any(np.abs(off - 1.0) > UNLIKE):
+        worst = off[np.argmax(np.abs(off - 1.0))]
+        raise ArithmeticError(
+            f"no noise is found of which the fit would leave residuals like these: of the resampled it leaves "
+            f"{worst:.2g} times their variance"
+        )
 
 
 def _alike(steps: Sequence[float]) -> list[list[int]]:
@@ -118,21 +139,92 @@ def _alike(steps: Sequence[float]) -> list[list[int]]:
     return pools
 
 
-def _most(residuals: Sequence[Array], pool: Sequence[int]) -> int:
-    """The most coefficients: a quarter of the shortest trial."""
-    return min(ORDER, min(len(residuals[t]) for t in pool) // 4)
+@dataclass(frozen=True)
+class _AlikeTrials:
+    """``trials`` of one sample step, and their residuals in units of the noise.
+
+    ``filled`` (m, n) a trial, lost samples drawn, 0 for a joint without any; ``counted`` (m, n) those that are no such
+    draws, ``present`` (m, n) all of a joint that has some. ``wanted`` (most + 1, n) mean products of residuals so many
+    samples apart, and ``orders`` (n,) of the autoregressions.
+    """
+
+    trials: Sequence[int]
+    filled: Sequence[Array]
+    counted: Sequence[Mask]
+    present: Sequence[Mask]
+    wanted: Array
+    orders: Sequence[int]
+
+    @classmethod
+    def of(cls, generator: np.random.Generator, trials: Sequence[int], scaled: Sequence[Array]) -> _AlikeTrials:
+        """Of residuals (m, n) in units of the noise, nan where no sample counts."""
+        counted = [np.isfinite(left) for left in scaled]
+        filled = [np.where(good, left, 0.0) for left, good in zip(scaled, counted, strict=True)]
+        present = [np.broadcast_to(good.any(axis=0), good.shape) for good in counted]
+        most = min(ORDER, min(map(len, scaled)) // 4)  # coefficients: at most a quarter of the shortest trial
+        lags, orders = _lags(filled, counted, most), []
+        for j in range(lags.shape[1]):
+            number = sum(int(good[:, j].sum()) for good in counted)
+            lost = any(not good[:, j].all() for good in counted if good[:, j].any())
+            if lost and most > 0 and lags[0, j] > 0.0:
+                lags[:, j] = nearest_possible(lags[:, j])
+            for _ in range(FILLINGS if lost and lags[0, j] > 0.0 else 0):
+                law = Autoregression.of(lags[:, j], best_order(lags[:, j], number))
+                for series, good in zip(filled, counted, strict=True):
+                    if good[:, j].any():
+                        series[:, j] = law.filled(series[:, j], good[:, j], generator)
+                lags[:, j] = _lags([each[:, [j]] for each in filled], [each[:, [j]] for each in present], most)[:, 0]
+            orders.append(best_order(lags[:, j], number) if lags[0, j] > 0.0 else 0)
+        return cls(trials, filled, counted, present, lags, orders)
+
+    def after_refit(self, drawn: Sequence[Array], left: Sequence[Array]) -> Array:
+        """(most + 1, n) mean products of what a refit leaves of draws (m, n, c), as of all samples.
+
+        At lost samples it leaves what its estimates miss there, which no residual shows. So what it takes at the others
+        is subtracted from the draws' products.
+        """
+        most = len(self.wanted) - 1
+        found = _lags(left, self.counted, most)
+        if any(np.any(good != all_) for good, all_ in zip(self.counted, self.present, strict=True)):
+            found += _lags(drawn, self.present, most) - _lags(drawn, self.counted, most)
+        return np.asarray(found.mean(axis=2))
+
+    def draws(self, generator: np.random.Generator, lags: Array, noise: Array, draws: int) -> dict[int, Draw]:
+        """Trial -> its draws, coloured as these mean products (most + 1, n) say; ``noise`` (n_trial, n) rad."""
+        laws = [Autoregression.of(lags[:, j], most) if lags[0, j] > 0.0 else None for j, most in enumerate(self.orders)]
+        colour = np.zeros((max(self.orders), len(laws)))
+        for j, law in enumerate(laws):
+            if law is not None:
+                colour[: self.orders[j], j] = law.coefficients
+        white = [_whitened(each, colour) for each in self.filled]
+        number = sum(len(each) * good[0] for each, good in zip(white, self.present, strict=True))
+        size = np.sqrt(sum((each**2).sum(axis=0) for each in white) / np.maximum(number, 1))
+        wanted = np.sqrt([0.0 if law is None else law.variance for law in laws])
+        scale = np.where(size > 0.0, wanted / np.where(size > 0.0, size, 1.0), 0.0)
+        longest = float(correlation_factors(white).max())
+        if longest <= 1.0 + 4.0 * np.sqrt(2.0 / sum(map(len, white))):
+            longest = 0.0  # white but for chance: two deviations of a pair of autocorrelations, which counts twice
+        made = {}
+        for t, filled, each in zip(self.trials, self.filled, white, strict=True):
+            m = len(filled)
+            block = int(np.clip(np.ceil(longest * m ** (1 / 3)), 1, max(1, m // 3)))  # grows with m^(1/3): Künsch 1989
+            starts = generator.integers(0, len(each), (-(-2 * m // block), draws))
+            made[t] = Draw(each * scale * noise[t], colour, block, m, starts)
+        return made
 
 
-def _lags(values: Sequence[Array], counted: Sequence[NDArray[np.bool_]], most: int) -> Array:
-    """(most + 1, n, ...) mean products of values (m, n, ...) so many samples apart, by their number of samples."""
-    count = np.maximum(sum(good.sum(axis=0) for good in counted), 1)
-    total = np.zeros((most + 1, *values[0].shape[1:]))
-    for value, good in zip(values, counted, strict=True):
-        size = np.array([_usual(value[own, j]) for j, own in enumerate(good.T)])
-        held = np.clip(value, -size, size)
-        for lag in range(most + 1):
-            total[lag] += (held[lag:] * held[: len(held) - lag]).sum(axis=0)
-    return np.asarray(total / count.reshape(-1, *[1] * (total.ndim - 2)))
+def _lags(values: Sequence[Array], known: Sequence[Mask], most: int) -> Array:
+    """(most + 1, n, ...) mean products of truncated values (m, n, ...) so many samples apart, of known (m, n)."""
+    columns = []
+    for j in range(values[0].shape[1]):
+        goods = [np.ascontiguousarray(good[:, j]) for good in known]
+        held = []
+        for value, good in zip(values, goods, strict=True):
+            size = _usual(value[good, j])
+            mask = good.reshape(-1, *[1] * (value.ndim - 2))
+            held.append(np.where(mask, np.clip(value[:, j], -size, size), 0.0))
+        columns.append(pair_products(held, goods, most, PAIRS))
+    return np.stack(columns, axis=1)
 
 
 def _usual(value: Array) -> Array:
@@ -140,74 +232,10 @@ def _usual(value: Array) -> Array:
     return CUT * MAD_TO_SD * np.asarray(np.median(np.abs(value), axis=0) if len(value) else np.zeros(value.shape[1:]))
 
 
-def _draws(
-    generator: np.random.Generator,
-    residuals: Sequence[Array],
-    noise: Array,
-    lags: Array,
-    orders: Sequence[int],
-    pool: Sequence[int],
-    draws: int,
-) -> dict[int, Draw]:
-    """Trial -> its draws, from trials of one sample step."""
-    fitted = [_autoregression(lags[:, j], most) for j, most in enumerate(orders)]
-    colour = np.zeros((max(len(own) for own, _ in fitted), len(fitted)))
-    for j, (own, _) in enumerate(fitted):
-        colour[: len(own), j] = own
-    white = [_whitened(left, colour) / own for left, own in zip(residuals, noise, strict=True)]
-    size = np.sqrt(sum((each**2).sum(axis=0) for each in white) / sum(len(each) for each in white))
-    wanted = np.sqrt([variance for _, variance in fitted])
-    scale = np.where(size > 0.0, wanted / np.where(size > 0.0, size, 1.0), 0.0)
-    longest = float(correlation_factors(white).max())
-    if longest <= 1.0 + 4.0 * np.sqrt(2.0 / sum(len(each) for each in white)):
-        longest = 0.0  # white but for chance: two deviations of a pair of autocorrelations, which counts twice
-    made = {}
-    for t, left, own, each in zip(pool, residuals, noise, white, strict=True):
-        m = len(left)
-        block = int(np.clip(np.ceil(longest * m ** (1 / 3)), 1, max(1, m // 3)))  # grows with m^(1/3): Künsch 1989
-        starts = generator.integers(0, len(each), (-(-2 * m // block), draws))
-        made[t] = Draw(each * scale * own, colour, block, m, starts)
-    return made
-
-
-def _whitened(left: Array, colour: Array) -> Array:
-    """(m - p, n) rad, what the last p samples do not predict, about its mean; zero for a joint without samples."""
-    filled = np.zeros_like(left)
-    for j in range(left.shape[1]):
-        known = np.flatnonzero(np.isfinite(left[:, j]))
-        if len(known):
-            filled[:, j] = np.interp(np.arange(len(left)), known, left[known, j])
+def _whitened(filled: Array, colour: Array) -> Array:
+    """(m - p, n), what the last p samples do not predict, about its mean."""
     p = len(colour)
     white = filled[p:].copy()
     for lag, own in enumerate(colour, 1):
         white -= own * filled[p - lag : len(filled) - lag]
     return np.asarray(white - white.mean(axis=0), dtype=np.float64)
-
-
-def _recursion(lags: Array) -> Iterator[tuple[Array, float]]:
-    """Coefficients (p,) of order 0, 1 ... and the variance that each leaves, by Levinson's recursion.
-
-    ``lags`` (most + 1,) mean products of samples so far apart.
-    """
-    own, variance = np.zeros(0), float(lags[0])
-    yield own, variance
-    for order in range(1, len(lags)):
-        reflection = float(lags[order] - own @ lags[order - 1 : 0 : -1]) / variance
-        reflection = float(np.clip(reflection, -STEADY, STEADY))
-        own = np.append(own - reflection * own[::-1], reflection)
-        variance *= 1.0 - reflection**2
-        yield own, variance
-
-
-def _order(lags: Array, samples: int) -> int:
-    """The order of least Akaike criterion."""
-    if lags[0] <= 0.0:
-        return 0
-    return int(np.argmin([samples * np.log(left) + 2.0 * p for p, (_, left) in enumerate(_recursion(lags))]))
-
-
-def _autoregression(lags: Array, order: int) -> tuple[Array, float]:
-    """The coefficients (order,) and the variance that they leave."""
-    if lags[0] <= 0.0:
-        return np.zeros(0), 0.0
-    return next(islice(_recursion(lags), order, None))

@@ -21,7 +21,7 @@ from synth.fit.least_squares import FitStart, Solution, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.search_box import NEAR
 from synth.fit.trajectories import TrajectoryModel
-from synth.fit.uncertainty import LOOSE, covariance, root_mean_square
+from synth.fit.uncertainty import covariance, is_ridge, root_mean_square
 from synth.fit.unknowns import SpringsAndDampers
 from synth.remarks import at_joint
 from synth.swing.mechanics import outboard_inertia
@@ -123,14 +123,8 @@ def loose_joints(model: TrajectoryModel, solution: Solution) -> list[int]:
     unknowns = sought_by(model)
     cov = covariance(model, solution, with_prior=False)
     both = [(j, unknowns.rate_at(j), unknowns.damper_at(j)) for j in unknowns.rates if j in unknowns.dampers]
-    found = [(float(cov[k, k]), j) for j, k, place in both if _is_ridge(cov, k, place)]
+    found = [(float(cov[k, k]), j) for j, k, place in both if is_ridge(cov, k, place)]
     return [j for _, j in sorted(found, reverse=True)]
-
-
-def _is_ridge(cov: Array, k: int, place: int) -> bool:
-    ratio = np.sqrt(max(0.0, cov[k, k] + cov[place, place] - 2 * cov[k, place]))
-    # The quotient b/k at least 2.5 times as well known as k: a ridge, not two poorly known rates.
-    return bool(np.sqrt(cov[k, k]) > LOOSE and ratio < 0.4 * np.sqrt(cov[k, k]))
 
 
 def static_cost(unknowns: SpringsAndDampers, values: Array) -> float:
@@ -156,4 +150,4 @@ def _without_pins(
 ) -> Solution:
     """The same point with the information of the problem without fixed rates, for correct intervals."""
     here = solve(model, recordings, FitStart(solution.values, solution.locals), weights, max_iterations=0)
-    return replace(solution, information=here.information, cost=here.cost)
+    return replace(here, iterations=solution.iterations, reason=solution.reason, damping=solution.damping)

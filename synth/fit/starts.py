@@ -14,6 +14,7 @@ from synth.fit.free_angle import WIDE
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import FIT_STEPS, Local, TrajectoryModel
 from synth.fit.weak_form import WeakForm
+from synth.motion.rest import last_tenths
 from synth.motion.smoothing import initial_state
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, outboard_inertia, static_torque
@@ -22,7 +23,6 @@ from synth.threads import shared_out
 # In the recordings' unit of time, as all of the following.
 WINDOWS = (0.1, 0.2, 0.05)  # s, weak-form windows that are tried
 NATURAL_STARTS = ((3.0, 20.0), (6.0, 100.0), (1.0, 2.0), (4.0, 5.0))  # Hz of k/I, 1/s of b/I
-END_SHARE = 10  # one of so many samples, at a trial's end, gives its rest pose
 # Tolerance of the integration, 1e-4 rad being far below the differences between candidates, and samples a trial at
 # which these are compared: a motion of some periods needs tens.
 RANKING, RANKED = 1e-4, 125
@@ -53,13 +53,8 @@ def starts(recordings: Sequence[Recording]) -> tuple[Start, ...]:
     found = []
     for recording in recordings:
         rotation, rate = initial_state(recording.smoothed)
-        found.append(Start(rotation, rate, _end(recording)))
+        found.append(Start(rotation, rate, last_tenths(recording.smoothed.angle)))
     return tuple(found)
-
-
-def _end(recording: Recording) -> Array:
-    angle = recording.smoothed.angle
-    return np.asarray(angle[-max(2, len(angle) // END_SHARE) :].mean(axis=0))
 
 
 def first_locals(recordings: Sequence[Recording]) -> list[Local]:
@@ -111,7 +106,7 @@ def weak_form_start(model: TrajectoryModel, recordings: Sequence[Recording], opt
     leg, inertia, unknowns = model.leg, outboard_inertia(model.leg), sought_by(model)
     curves = [options.curves.get(name) for name in leg.joint_names]
     known = np.array([curve is not None for curve in curves])
-    poses = _end_poses(leg, recordings, [_end(recording) for recording in recordings])
+    poses = _end_poses(leg, recordings, [last_tenths(recording.smoothed.angle) for recording in recordings])
     lowest, highest = unknowns.box.rests(len(leg.joints), np.pi)
     weak, tried, unit = WeakForm(leg, recordings, curves), [], recordings[0].unit
     for window in WINDOWS:
@@ -135,7 +130,7 @@ def drawn_starts(model: TrajectoryModel, recordings: Sequence[Recording], seed: 
     """Unknowns (p,) in the range of limbs, ``DRAWN`` of them, random in natural units."""
     random = np.random.default_rng(seed)
     n, inertia, unknowns = len(model.leg.joints), outboard_inertia(model.leg), sought_by(model)
-    rest = np.mean([_end(recording) for recording in recordings], axis=0)
+    rest = np.mean([last_tenths(recording.smoothed.angle) for recording in recordings], axis=0)
     slow, fast = (float(np.log(frequency)) for frequency in DRAWN_FREQUENCY)
     light, heavy = (float(np.log(decay)) for decay in DRAWN_DECAY)
     drawn, unit = [], recordings[0].unit

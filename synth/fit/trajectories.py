@@ -96,7 +96,8 @@ class _Plan:
 class Sensitivity:
     """One trial's perturbed lanes ``out`` (m, n, n_lane) rad, the input of residuals and normal equations.
 
-    ``shift`` (m, n) rad moves all lanes, after a step that was not simulated.
+    ``shift`` (m, n) rad moves all lanes, after a step that was not simulated: the prediction is then linear in it, and
+    the differences are those of the point before.
     """
 
     out: Array

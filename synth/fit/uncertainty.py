@@ -20,6 +20,7 @@ from synth.swing.leg_model import Leg
 from synth.swing.mechanics import outboard_inertia
 
 LOOSE = 0.12  # standard deviation of a log rate from which a rate counts as undetermined (+-20 % at 90 %)
+TOLD_APART = 0.4  # deviation of b/k over that of the rates, below which they are a ridge: 2.5 times as well known
 MASS_SCALE = "mass scale"  # kind of the remark that a common factor on masses and rates is not determined
 
 
@@ -77,11 +78,12 @@ def sample_scatter(recordings: Sequence[Recording]) -> Array:
 
 def correlation_times(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
     """(n,) factor >= 1 by which correlation reduces the information, see ``correlation_factors``."""
-    residuals = []
-    for recording, prediction in zip(recordings, predictions, strict=True):
-        off = prediction - recording.rotation
-        residuals.append(np.where(recording.counts & np.isfinite(off), off, 0.0))
-    return correlation_factors(residuals)
+    return correlation_of([residuals(r, p) for r, p in zip(recordings, predictions, strict=True)])
+
+
+def correlation_of(left: Sequence[Array]) -> Array:
+    """As ``correlation_times``, of residuals (m, n) of each trial, nan where no sample counts."""
+    return correlation_factors([np.where(np.isfinite(each), each, 0.0) for each in left])
 
 
 def covariance(model: TrajectoryModel, solution: Solution, *, with_prior: bool = True) -> Array:
@@ -103,6 +105,20 @@ def shift_variances(model: TrajectoryModel, recordings: Sequence[Recording], sol
     return np.array(shifts)
 
 
+def is_ridge(cov: Array, spring: int, damper: int) -> bool:
+    """Whether the trials tell the quotient of two rates far better than the rates: a ridge, not two poorly known rates.
+
+    ``cov`` (p, p) of the logarithms without priors; ``spring`` and ``damper`` are places in it.
+    """
+    largest = float(np.sqrt(max(cov[spring, spring], cov[damper, damper])))
+    return largest > LOOSE and _deviation_of_quotient(cov, spring, damper) < TOLD_APART * largest
+
+
+def _deviation_of_quotient(cov: Array, first: int, other: int) -> float:
+    """Standard deviation of the difference of two logarithms."""
+    return float(np.sqrt(max(0.0, cov[first, first] + cov[other, other] - 2 * cov[first, other])))
+
+
 def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> list[Remark]:
     """Sentences on what the trials leave open, each with the measurement that would determine it."""
     leg, sentences = unknowns.leg, []
@@ -120,10 +136,9 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
                 sentences.append(at_joint(joints[j], text))
             continue
         other = unknowns.damper_at(j)
-        ratio = np.sqrt(max(0.0, cov[position, position] + cov[other, other] - 2 * cov[position, other]))
+        ratio = _deviation_of_quotient(cov, position, other)
         seconds = float(np.exp(values[other] - values[position]))
-        # 0.4 as in ``ridge``: b/k at least 2.5 times as well known as the rates.
-        if (loose_k or deviation[other] > LOOSE) and ratio < 0.4 * max(deviation[position], deviation[other]):
+        if is_ridge(cov, position, other):
             text = (
                 f"not separable: spring rate and damper rate. The trials give b/k = {seconds:.3g} s to "
                 f"{_percent(ratio)}, but k only to {_percent(deviation[position])} and b to "

@@ -35,9 +35,14 @@ class Rest:
     turns: Array
 
 
+def last_tenths(angle: Array) -> Array:
+    """(...) mean of the last tenth of curves (n, ...), their rest if they have come to rest."""
+    return np.asarray(angle[-max(2, len(angle) // TAIL) :].mean(axis=0))
+
+
 def last_tenth(angle: Array) -> float:
-    """Mean of the last tenth of a curve (n,), its rest if it has come to rest."""
-    return float(np.mean(angle[-max(2, len(angle) // TAIL) :]))
+    """As ``last_tenths`` of one curve (n,)."""
+    return float(last_tenths(angle))
 
 
 def rest_of(time: Array, angle: Array, noise: float, equilibrium: float | None = None) -> Rest:

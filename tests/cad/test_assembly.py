@@ -20,6 +20,7 @@ from synth.cad import (
 from synth.cad.assembly import assembly, exploded, numbers_at
 from synth.cad.joint import build_joint
 from synth.cad.parts import Mesh
+from synth.cad.travel import Bodies
 
 KNEE = JointDimensions("knee", SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0), 110.0, 110.0, range=(80.0, 140.0))
 
@@ -96,3 +97,26 @@ def test_a_number_is_seen_before_parts_that_stand_in_front(tmp_path):
         camera.draw([(near, (0.2, 0.4, 0.8)), (far, (0.8, 0.4, 0.2))], tmp_path / name, (0.0, 0.0, 1.0), labels=labels)
     camera.close()
     assert (tmp_path / "with").read_bytes() != (tmp_path / "without").read_bytes()
+
+
+def test_a_joint_whose_free_angle_is_beyond_a_stop_says_how_to_find_it_and_is_filed_within_its_travel():
+    """Its halves overlapped by 3450 mm^3 in the files, and an angle was to be read at which it cannot rest."""
+    joint = build_joint(cleared(replace(KNEE, free_angle=20.0, rest_angle=100.0, range=(60.0, 140.0))))
+    dimensions, bodies = joint.dimensions, Bodies(joint)
+    assert not dimensions.rests_free
+    assert dimensions.filed_angle == 60.0
+    assert bodies.overlap(dimensions.free_angle) > 1000.0
+    halves = [joint.filed_mesh(joint.part(half)).manifold for half in ("upper", "lower")]
+    assert float((halves[0] ^ halves[1]).volume()) == pytest.approx(0.0, abs=0.05)
+    (spring,) = joint.springs
+    assert joint.filed_mesh(spring) is spring.mesh  # as it is wound, not bent
+    step = next(step.text for step in assembly(joint) if "free angle" in step.text)
+    assert "beyond the stop at 57.0 deg" in step
+    assert "A - M (B - A)/(N - M)" in step
+    assert "read the angle at which it comes to rest" not in step
+
+
+def test_files_are_at_the_free_angle_where_the_stops_allow_it():
+    """Between the travel's end and the stop too; beyond, at the end of the travel next to it."""
+    for free, filed in ((58.0, 58.0), (100.0, 100.0), (57.0, 60.0), (20.0, 60.0), (150.0, 140.0)):
+        assert replace(KNEE, free_angle=free, rest_angle=100.0, range=(60.0, 140.0)).filed_angle == filed

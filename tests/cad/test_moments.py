@@ -175,3 +175,16 @@ def test_a_part_s_record_is_that_of_its_file(leg: BuiltLeg) -> None:
         assert item["in_link"]["size"] == pytest.approx(straight.extents, abs=0.01)
         turned += abs(item["com"][1]["value"] - item["in_link"]["com"][1]["value"]) > 1.0
     assert turned >= 2  # the lower half and its link at least
+
+
+def test_a_part_s_own_size_does_not_depend_on_where_it_points(leg: BuiltLeg) -> None:
+    """Identical caps had two sizes in the order list, 26.0 x 20.0 and 30.6 x 26.5 mm, as one of them stands oblique."""
+    for joint in leg.joints:
+        upper, lower = (joint.part(f"{half}_cap") for half in ("upper", "lower"))
+        assert upper.mesh.own_size == pytest.approx(lower.mesh.own_size, abs=0.011)
+        seat = joint.layout.seat
+        box = sorted((2 * seat.half_width, seat.length - joint.layout.upper.relief), reverse=True)
+        assert upper.mesh.own_size[:2] == pytest.approx(box, abs=0.011)
+        assert upper.mesh.turned(33.0).own_size == pytest.approx(upper.mesh.own_size, abs=0.011)
+    shaft = leg.joints[0].part("shaft").mesh
+    assert shaft.own_size == pytest.approx(sorted(shaft.size, reverse=True), abs=0.05)

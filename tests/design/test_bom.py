@@ -12,6 +12,9 @@ from typing import Any
 
 import pytest
 
+from synth.cad import EncoderDimensions, JointDimensions, SpringDimensions
+from synth.cad.damper_side import damper_side
+from synth.cad.layout import place
 from synth.cad.standard_part import CutPart, StandardPart, made_from, screw
 from synth.design import bom
 from synth.design.bom import BomLine, write_bom
@@ -28,6 +31,7 @@ def test_plain_text_is_not_escaped(cell: str) -> None:
     assert defused(cell) == cell
 
 
+KNEE = JointDimensions("knee", SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0), 110.0, 110.0, range=(80.0, 140.0))
 SCREW = screw("ISO 7380-1", 3.0, 10.0)
 Order = StandardPart | CutPart
 
@@ -35,7 +39,7 @@ Order = StandardPart | CutPart
 def part(name: str, family: str, mass: float | None, made: str = "print") -> dict[str, object]:
     size, weight = [30.0, 4.0, 4.0], None if mass is None else {"value": mass, "unit": "g"}
     return {"part": f"hip_{name}", "joint": "hip", "family": family, "made": made, "material": "", "mass": weight,
-            "in_link": {"size": size}}  # fmt: skip
+            "box": size}  # fmt: skip
 
 
 @pytest.fixture
@@ -47,14 +51,18 @@ def rows_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         parts: Sequence[Mapping[str, Any]],
         orders: Mapping[str, Order] = {},
         mount: bool = False,
+        drawn: Sequence[object] = (),
     ) -> list[dict[str, str]]:
         monkeypatch.setattr(bom, "bought_or_wound", lambda design: bought)
         design: Any = SimpleNamespace(
             built=SimpleNamespace(joint_names=("hip",), joints=(SimpleNamespace(name="hip"),)),
             project=SimpleNamespace(cad=SimpleNamespace(mount=mount)),
+            drawn=SimpleNamespace(dimensions=SimpleNamespace(joints=drawn)),
         )
-        drawn = write_bom(design, parts, {f"hip_{name}": order for name, order in orders.items()}, tmp_path / "bom.csv")
-        assert set(drawn) == {part["part"] for part in parts if bought or part["family"] not in bom.LISTED}
+        written = write_bom(
+            design, parts, {f"hip_{name}": order for name, order in orders.items()}, tmp_path / "bom.csv"
+        )
+        assert set(written) == {part["part"] for part in parts if bought or part["family"] not in bom.LISTED}
         with (tmp_path / "bom.csv").open(newline="") as stream:
             return list(csv.DictReader(stream))
 
@@ -145,11 +153,26 @@ def test_every_line_has_its_ordering_data(rows_of) -> None:
         ("ISO 7089", "3", "", "buy"), ("", "8", "79.2", "cut"), ("", "2 mm", "600", "wind"),
     } <= found  # fmt: skip
     inserts = [row for row in rows if row["item"].startswith("heat-set insert")]
-    assert [(row["size"], row["quantity"]) for row in inserts] == [("M3", "1")]  # the screw with a nut needs none
+    # The screw with a nut needs none.
+    assert [(row["size"], row["quantity"], row["mass [g]"]) for row in inserts] == [("M3", "1", "0.34")]
     assert {row["vendor"] for row in rows} <= {"any", "", "ruthex"}
     assert not any("ruthex" in row["item"] for row in rows)  # a vendor stands in the vendor's column only
     time = next(row for row in rows if row["how"] == "print")
     assert float(time["print time [h]"]) == pytest.approx(3 + 4 / 60, abs=0.05)
+
+
+def test_an_angle_sensor_s_magnet_is_ordered(rows_of) -> None:
+    """Its pocket was in the shaft, and no line named it; the order of the shaft did not say that it is bored."""
+    joint = replace(KNEE, name="hip", encoder=EncoderDimensions(magnet_diameter=6.0, magnet_depth=2.0))
+    rows = rows_of([], [part("upper", "upper", 46.2)], drawn=[joint])
+    (magnet,) = [row for row in rows if row["item"].startswith("magnet")]
+    assert (magnet["joint"], magnet["size"], magnet["length [mm]"], magnet["vendor"]) == ("hip", "6 mm", "2", "any")
+    assert "across its diameter" in magnet["item"]
+    assert not any("magnet" in row["item"] for row in rows_of([], [part("upper", "upper", 46.2)], drawn=[KNEE]))
+    for drawn, bored in ((joint, True), (KNEE, False)):
+        shaft = damper_side(drawn, place(drawn))[0]
+        assert isinstance(shaft.made, CutPart)
+        assert ("other end bored 6 mm, 2 mm deep for the magnet" in shaft.made.work) == bored
 
 
 def test_a_drawn_part_s_line_in_words() -> None:

@@ -25,6 +25,13 @@ def test_quantiles_are_those_of_scipy(freedom: int, probability: float) -> None:
     assert chi_squared_above(freedom, found) == pytest.approx(probability, rel=1e-9)
 
 
+@pytest.mark.parametrize(("freedom", "probability"), [(0, 0.05), (3, 0.0), (3, 1.0), (3, math.nan)])
+def test_quantiles_that_do_not_exist_are_refused(freedom: int, probability: float) -> None:
+    """Of no degrees the search for one never ended."""
+    with pytest.raises(ValueError, match="at least 1 degree, and between 0 and 1"):
+        chi_squared_exceeded(freedom, probability)
+
+
 def test_closed_forms() -> None:
     assert chi_squared_above(2, 3.0) == pytest.approx(math.exp(-1.5), rel=1e-14)
     assert chi_squared_above(1, 4.0) == pytest.approx(math.erfc(math.sqrt(2.0)), rel=1e-14)  # two standard deviations

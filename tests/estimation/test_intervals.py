@@ -7,7 +7,7 @@ import pytest
 from scipy.special import stdtr
 
 from synth.errors import UserError
-from synth.estimation.intervals import NULL, covariance_of, student
+from synth.estimation.intervals import NULL, covariance_of, student, student95
 from synth.fit.draws import DRAWS, draws
 
 
@@ -32,6 +32,13 @@ def test_a_matrix_that_is_not_finite_is_reported(bad: float) -> None:
         covariance_of(matrix)
     with pytest.raises(UserError, match="the simulated motion diverges"):
         draws(np.zeros(3), matrix, None, None, 0)
+
+
+def test_students_distribution_has_at_least_one_degree() -> None:
+    """Of none it was that of four."""
+    assert student95(1) == pytest.approx(6.314)
+    with pytest.raises(ValueError, match="at least 1"):
+        student95(0)
 
 
 def test_draws_have_the_covariance_they_are_drawn_from() -> None:

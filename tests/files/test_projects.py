@@ -342,6 +342,7 @@ def test_mistakes_in_measured_dampers_are_reported(folder: Path, cad: str, words
     ("spring", "words"),
     [
         ("{rate: 3 N*m/rad, rate_held: joint, rate_distance: 20 mm}", "belongs to a loose spring"),
+        ("{rate: 3 N*m/rad, free_angle_by: torque}", 'says how "free_angle" was found, which is not given'),
         ("{free_angle: 98 deg, rate_held: joint}", 'how "rate" was measured'),
         ("{rate: 3 N*m/rad, rate_held: vice}", "vice"),
         ("{rate_held: joint}", 'needs "free_angle", "rate" or both'),

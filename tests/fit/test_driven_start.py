@@ -12,13 +12,18 @@ from fit.simulated_legs import Rig, bare, recorded, releases, robot
 from robustness.random_legs import TOLERANCE_OF_LINKS, random_case, with_law
 from synth.estimation.intervals import Estimate
 from synth.files.trial_list import read_trials
+from synth.fit import free_motion_start
 from synth.fit.early_misfit import LaterScatter
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
+from synth.fit.fit_problem import model_of
 from synth.fit.fit_result import FitResult
-from synth.fit.free_motion_start import Seen, later, look, same_leg
+from synth.fit.free_motion_start import Drift, Seen, later, look, same_leg, unseen
+from synth.fit.least_squares import FitStart
 from synth.fit.recordings import recordings
+from synth.fit.refinement import refine
 from synth.fit.ridge import SOFTEST
+from synth.fit.starts import first_locals, weak_form_start
 from synth.validation.thesis_data import SEVEN, read_lab_data
 
 LAB = Path(__file__).resolve().parents[3] / "shared" / "aarl"
@@ -110,6 +115,23 @@ def test_a_free_leg_along_whose_ridge_the_estimates_differ_is_kept_whole() -> No
     """Covariances alone said p = 2e-13: they do not reach along the ridge of leg 900661's later samples."""
     case = random_case(900661, replace(random_case(900661).recorder, driven=0.0))
     assert fit_leg(case.bare, recordings(case.bare, case.trials), FREE).cut == 0.0
+
+
+@pytest.mark.parametrize(("least", "said"), [(0.0, "a torque acts for longer than 100 ms"), (0.15, "too short to try")])
+def test_a_short_recording_names_the_last_start_that_was_tried(
+    monkeypatch: pytest.MonkeyPatch, least: float, said: str
+) -> None:
+    """Of 0.22 s, 0.13 s are left for the comparison; the sentence said 200 ms for any recording."""
+    leg = robot()
+    made = recorded(leg, releases(leg, 1, Rig(duration=0.22), 2))
+    model = model_of(bare(leg), recordings=made)
+    start = FitStart(weak_form_start(model, made, FREE).values, first_locals(made))
+    stage = refine(model, made, start, FREE.weight, np.zeros(3), rounds=1)
+    monkeypatch.setattr(free_motion_start._Later, "agreement", lambda *_: 0.0)
+    found = unseen(model, made, stage, FREE, least)
+    assert isinstance(found, Drift)
+    assert found.longest == (None if least else 0.1)
+    assert said in found.error.sentence
 
 
 def test_early_samples_off_by_more_than_later_scatter_are_told_from_noise() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,11 +27,13 @@ from fit.simulated_legs import (
     robot,
 )
 from synth.files.trial_list import Trial
+from synth.fit import ridge
 from synth.fit.estimate import fit_leg
+from synth.fit.fit_problem import model_of, sought_by
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import heterogeneity, spread_of_known
-from synth.fit.ridge import RIDGE
-from synth.fit.uncertainty import MASS_SCALE, mass_scale_sentence, root_mean_square
+from synth.fit.ridge import RIDGE, loose_joints
+from synth.fit.uncertainty import MASS_SCALE, mass_scale_sentence, not_separable, root_mean_square
 from synth.fit.unseen_score import score
 from synth.remarks import joint_of, kind_of
 from synth.swing.chain import Conditions
@@ -223,6 +226,19 @@ def test_an_overdamped_joint_is_reported_as_b_over_k_only() -> None:
 
 def friction_at_the_ankle(rotation: np.ndarray, rate: np.ndarray) -> np.ndarray:
     return np.array([0.0, 0.0, -0.05 * rate[2] / np.hypot(rate[2], 0.02)])
+
+
+def test_a_joint_that_is_not_separable_is_on_a_ridge(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rates known to 0.115 and 0.13 and their quotient to 0.016: the sentence and the move follow one rule."""
+    model = model_of(bare(LEG), recordings=recorded(LEG, TRIALS[:1]))
+    unknowns = sought_by(model)
+    k, b = unknowns.rate_at(1), unknowns.damper_at(1)
+    cov = 1e-6 * np.eye(len(unknowns.names))
+    cov[np.ix_([k, b], [k, b])] = [[0.115**2, 0.115 * 0.13 * 0.9995], [0.115 * 0.13 * 0.9995, 0.13**2]]
+    values = np.zeros(len(cov))
+    assert any("not separable" in text for text in not_separable(unknowns, cov, values))
+    monkeypatch.setattr(ridge, "covariance", lambda *_, **__: cov)
+    assert loose_joints(model, SimpleNamespace()) == [1]  # type: ignore[arg-type]
 
 
 def test_the_softest_point_of_a_ridge_is_taken_only_with_model_error() -> None:

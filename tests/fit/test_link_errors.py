@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fit.simulated_legs import Rig, bare, recorded, release, releases, robot
+from synth.estimation.intervals import NORMAL90
 from synth.files.static_points_file import StaticPoint
 from synth.files.tolerance import Tolerance
 from synth.fit import report_fit
@@ -18,6 +19,7 @@ from synth.fit.fit_problem import model_of
 from synth.fit.fit_result import FitResult
 from synth.fit.least_squares import FitStart, Stage, Weights, solve
 from synth.fit.link_errors import LinkErrors, link_errors
+from synth.fit.model_error import ModelError
 from synth.fit.recordings import recordings
 from synth.fit.starts import first_locals
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
@@ -172,3 +174,25 @@ def test_draws_spread_as_the_intervals_do() -> None:
         drawn = np.log([one.spring_rate[j] for one in result.drawn])
         half = 0.5 * np.log(joint.spring_rate.high / joint.spring_rate.low)
         assert 1.645 * drawn.std() == pytest.approx(half, rel=0.3)  # 64 draws: 9 %
+
+
+@pytest.mark.parametrize("intervals", ["sensitivities", "bootstrap"])
+def test_shares_of_an_interval_tell_the_laws_error_from_the_trials(intervals: str) -> None:
+    """The half-width is that of the reported interval, and a law's error of 3 % in every rate is named beside noise."""
+    leg = robot()
+    made = recorded(leg, releases(leg, 1, Rig(0.3, 0, rate=120.0), 2))
+    error = ModelError(np.full((9, 1), 0.03), "another law")
+    options = LegFitOptions(free_angle="common", tolerance=Tolerance(), intervals=intervals)
+    result = fit_leg(bare(leg), made, options, error=error)
+    for source in result.sources:
+        joint = result.joints[source.joint]
+        estimate = {"spring_rate": joint.spring_rate, "damper_rate": joint.damper_rate}.get(source.quantity)
+        assert sum(source.shares.values()) == pytest.approx(1.0)
+        if estimate is None:
+            continue
+        assert estimate.low is not None
+        assert estimate.high is not None
+        half = 0.5 * np.log(estimate.high / estimate.low)
+        assert source.half == pytest.approx(np.expm1(half))
+        assert source.shares["the leg's law"] == pytest.approx((0.03 * NORMAL90 / half) ** 2)
+        assert 0.0 < source.shares["trials"] < 1.0 - source.shares["the leg's law"]

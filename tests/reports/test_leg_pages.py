@@ -48,6 +48,35 @@ def test_the_steps_of_a_leg_are_in_an_order_that_can_be_done(leg_folder: LegFold
     assert text.index("Get the dampers first and measure what turns them") < text.index("Order the other parts")
 
 
+def test_a_stated_range_that_leaves_the_wanted_motion_out_is_the_verdict(leg_folder: LegFolder) -> None:
+    """A leg that cannot take its wanted poses was said to be ready, with the response of one that can."""
+    folder, design = leg_folder()
+    design = _buildable(design)
+    deg = [[{"value": value, "unit": "deg"} for value in ends] for ends in ((105, 160), (103.5, 161.5), (83.3, 150.6))]
+    known = dict(zip(("stated", "stops", "wanted"), deg, strict=True))
+    design["joints"]["knee"]["range"] = {**known, "rest": {"value": 121.1, "unit": "deg"}, "outside": []}
+    assert "The leg can be built" in _opening(folder, design)
+    design["joints"]["knee"]["range"]["outside"] = ["wanted motion"]
+    text = _opening(folder, design)
+    assert "Not ready to build: the ranges that the target states leave out the wanted motion of the knee" in text
+    step = "Widen the range of knee (stated 105.0 to 160.0°, wanted 83.3 to 150.6°, rest 121.1°)"
+    assert text.index(step) < text.index("Order the other parts")
+
+
+def test_a_free_angle_beyond_a_stop_is_not_to_be_read_at_rest(leg_folder: LegFolder) -> None:
+    """The joint would rest on its stop: its reading, entered, turned the seat of a right spring."""
+    folder, design = leg_folder()
+    design = _buildable(design)
+    for name, joint in design["joints"].items():
+        free = joint["spring"]["free_angle"]["value"]
+        low = free + 7.7 if name == "knee" else free - 20.0
+        joint["stops"] = [{"value": angle, "unit": "deg"} for angle in (low, free + 40.0)]
+    text = _opening(folder, design)
+    assert "In each assembled joint (hip and ankle)" in text
+    assert "The free angle of knee lies beyond a stop" in text
+    assert "measured: {spring: {knee: {free_angle: … deg, free_angle_by: torque}}}" in text
+
+
 def test_measured_free_angles_are_not_asked_for_again(leg_folder: LegFolder) -> None:
     folder, design = leg_folder()
     design = _buildable(design)

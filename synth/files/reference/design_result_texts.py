@@ -80,6 +80,13 @@ _JOINT = {
     "play": "Free play with the spring unloaded.",
     "seat.NAME": "Adjustment of the seat to the delivered spring.",
     "stops[]": "The two angles of the stops.",
+    "range.stated[]": "The range that the target states.",
+    "range.stops[]": "The angles of the stops that end it.",
+    "range.wanted[]": "Least and largest angle of the wanted motion.",
+    "range.built[]": "The same of the built leg's, were there no stops.",
+    "range.rest": "The built leg's rest pose, were there no stops.",
+    "range.outside": "What lies outside the stated range: `wanted motion`, `rest pose`. Where these pass the stops, "
+    "responses and forecasts have the contacts, and releases start at the stop.",
 }
 
 _DRAWN = ("arms.NAME", "friction.NAME", "play", "seat.NAME", "stops[]")
@@ -156,10 +163,12 @@ DESIGN = {
     "solids.checks[].angle": "Joint angle at which it applies.",
     "solids.parts": "Parts; empty if none is drawn.",
     "solids.parts[].NAME": "Of the part: name, joint, body that it moves with, material, size, volume, mass, inertia. "
-    "The size is that of its STL and STEP, whose frame is the joint's at the free angle: hinge axis z, parent link "
-    "along +y. The inertia is about the centre of mass and the hinge's direction.",
+    "The size is that of its STL and STEP, whose frame is the joint's at the free angle, or at the end of its travel "
+    "if that lies beyond a stop: hinge axis z, parent link along +y. The inertia is about the centre of mass and the "
+    "hinge's direction.",
     "solids.parts[].NAME[]": "Of the part: place of its centre of mass, in its STL's and STEP's frame.",
     "solids.parts[].in_link.size": "Its size in the frame of the half that it moves with, whose link is along y.",
+    "solids.parts[].box": "Its own size, however it points: of the smallest box round it with an edge along the hinge.",
     "solids.parts[].in_link.com[]": "Its centre of mass there: the parent link is at +y, the joint's own at -y.",
     "solids.print": "How parts are printed; empty if none is drawn.",
     "solids.print[].part": "The part.",

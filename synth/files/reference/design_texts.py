@@ -101,6 +101,8 @@ KEYS: dict[str, str] = {
     "cad.masses": "Part -> its weighed mass, instead of the drawing's.",
     "measured.spring": "By joint.",
     "measured_spring.free_angle": "Measured angle at which the joint rests under this spring alone.",
+    "measured_spring.free_angle_by": "rest: read where the joint comes to rest, off its stops. torque: found from "
+    "torques at two angles, as where the joint would rest on a stop.",
     "measured_spring.rate": "Rate of all springs of the joint together, in the test that the next two name; "
     "it is converted into the rate in the joint.",
     "measured_spring.rate_held": "loose: on an arbor, a pin pressing square on each arm. joint: in the joint, which "

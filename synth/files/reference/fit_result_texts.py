@@ -37,8 +37,10 @@ FIT = {
     "intervals.by": "Method of the intervals.",
     "interval_sources[].joint": "The joint.",
     "interval_sources[].quantity": "The estimate.",
-    "interval_sources[].half_width90": "Its half width.",
-    "interval_sources[].shares.NAME": "Share of its variance due to a source; they sum to 1.",
+    "interval_sources[].half_width90": "Half of its interval, relative for a rate.",
+    "interval_sources[].shares.NAME": (
+        "Share of its variance due to a source (`trials`, `the leg's law`, or a value of the leg file); they sum to 1."
+    ),
     "interval_sources[].text": "The result in words.",
     "tolerance.NAME.NAME": "Standard deviation of a link's parameter.",
     "fitted_from": "Time after each recording's first sample from which samples were fitted.",

@@ -1,0 +1,63 @@
+"""Free angles that a joint's stops keep it from: a reading there is the stop's, so it is found from torques instead."""
+
+from __future__ import annotations
+
+from math import degrees, radians
+
+from synth.design.forecast import MEASURED_ANGLE
+from synth.design.leg_design import LegDesign
+from synth.errors import Problem, UserError
+from synth.remarks import decisive
+
+BY_TORQUES = (
+    "turn the link off the stop with a spring scale, square to it at a known distance from the hinge, to two angles A "
+    "and B some 15 deg apart; with the torques M and N there (scale times distance, the mean of going there from "
+    "either side) the free angle is A - M (B - A)/(N - M)"
+)
+WRITE_IT = "write it with free_angle_by: torque"
+
+
+def out_of_reach(design: LegDesign) -> list[str]:
+    """Joints of the drawing that rest on a stop before their spring is unloaded."""
+    joints = () if design.drawn is None else design.drawn.dimensions.joints
+    return [joint.name for joint in joints if not joint.rests_free]
+
+
+def refuse_stops(design: LegDesign) -> None:
+    """Raise UserError for measured free angles at which the drawn joint rests on its stop."""
+    problems = []
+    for name, angle, stops in _read(design):
+        near = [stop for stop in stops if abs(angle - stop) <= MEASURED_ANGLE]
+        if near:
+            text = (
+                f"{degrees(angle):.4g} deg is where the {name} rests on its stop, at {degrees(near[0]):.4g} deg: its "
+                f"free angle lies beyond. Find it from torques: {BY_TORQUES}. Then {WRITE_IT}"
+            )
+            problems.append(Problem(text, str(design.project.path), key=f"measured.spring.{name}.free_angle"))
+    if problems:
+        raise UserError(problems)
+
+
+def beyond_stops(design: LegDesign) -> list[tuple[str, str]]:
+    """Joint and warning for each measured free angle at which the joint cannot have come to rest."""
+    found = []
+    for name, angle, (low, high) in _read(design):
+        if not low < angle < high:
+            stop = low if angle <= low else high
+            text = (
+                f"{name}: the joint cannot have come to rest at its measured free angle of {degrees(angle):.4g} deg: "
+                f"its stop is at {degrees(stop):.4g} deg"
+            )
+            found.append((name, decisive(text, f"If it was found from torques, {WRITE_IT}; else measure it again.")))
+    return found
+
+
+def _read(design: LegDesign) -> list[tuple[str, float, tuple[float, float]]]:
+    """Joint, free angle as read at rest, and drawn stops, rad, of each measured spring."""
+    known, found = design.project.measured_springs, []
+    for joint in () if design.drawn is None else design.drawn.dimensions.joints:
+        measured = known.get(joint.name)
+        if measured is not None and measured.free_angle is not None and measured.free_angle_by == "rest":
+            low, high = joint.stop_angles
+            found.append((joint.name, measured.free_angle, (radians(low), radians(high))))
+    return found
