@@ -59,11 +59,8 @@ def _verdict(document: Json, without: list[str], failed: list[Mapping[str, Any]]
     elif failed:
         count = len(sequence(document, "solids", "checks"))
         start = f"Not ready to build: {len(failed)} of {count} checks of the joints failed, so no part is exported"
-    elif slipping:
-        many = "s" if len(slipping) > 1 else ""
-        start = f"Not ready to build: as drawn, the damper{many} of {listed(slipping)} would slip on the shaft{many}"
-    elif left_out(document):
-        start = f"Not ready to build: the ranges that the target states leave out the {listed(left_out(document))}"
+    elif slipping or left_out(document):
+        start = f"Not ready to build: {'; '.join(_undecided(document, slipping))}"
     elif mapping(document, "solids").get("drawn"):
         start = "The leg can be built"
     elif mapping(document, "joints"):
@@ -71,6 +68,17 @@ def _verdict(document: Json, without: list[str], failed: list[Mapping[str, Any]]
     else:
         return "This design names no joint."
     return f"{start}; {near}." if near else f"{start}."
+
+
+def _undecided(document: Json, slipping: list[str]) -> list[str]:
+    """What keeps a leg of checked joints from being built as it is."""
+    found = []
+    if slipping:
+        many = "s" if len(slipping) > 1 else ""
+        found.append(f"as drawn, the damper{many} of {listed(slipping)} would slip on the shaft{many}")
+    if left_out(document):
+        found.append(f"the ranges that the target states leave out the {listed(left_out(document))}")
+    return found
 
 
 def _trust(document: Json) -> str:

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from synth.design.choose_springs import SpringOption
-from synth.design.free_angle_reach import beyond_stops
 from synth.design.joint_sizing import dimensions_of
 from synth.design.leg_design import LegDesign, Solids
 from synth.design.measured_forecast import with_measured_forecast
@@ -319,4 +318,4 @@ def _with_seat_warnings(design: LegDesign, settings: Mapping[str, SeatSetting]) 
         for name, setting in settings.items()
         if abs(setting.left) > LEAST_LEFT
     ]
-    return replace(design, warnings=(*beyond_stops(design), *warnings, *design.warnings))
+    return replace(design, warnings=(*warnings, *design.warnings))

@@ -7,7 +7,6 @@ from math import degrees, radians
 from synth.design.forecast import MEASURED_ANGLE
 from synth.design.leg_design import LegDesign
 from synth.errors import Problem, UserError
-from synth.remarks import decisive
 
 BY_TORQUES = (
     "turn the link off the stop with a spring scale, square to it at a known distance from the hinge, to two angles A "
@@ -24,32 +23,20 @@ def out_of_reach(design: LegDesign) -> list[str]:
 
 
 def refuse_stops(design: LegDesign) -> None:
-    """Raise UserError for measured free angles at which the drawn joint rests on its stop."""
+    """Raise UserError for free angles that were read where the drawn joint rests on a stop, or cannot rest at all."""
     problems = []
-    for name, angle, stops in _read(design):
-        near = [stop for stop in stops if abs(angle - stop) <= MEASURED_ANGLE]
-        if near:
-            text = (
-                f"{degrees(angle):.4g} deg is where the {name} rests on its stop, at {degrees(near[0]):.4g} deg: its "
-                f"free angle lies beyond. Find it from torques: {BY_TORQUES}. Then {WRITE_IT}"
-            )
-            problems.append(Problem(text, str(design.project.path), key=f"measured.spring.{name}.free_angle"))
+    for name, angle, (low, high) in _read(design):
+        if low + MEASURED_ANGLE < angle < high - MEASURED_ANGLE:
+            continue
+        stop = min((low, high), key=lambda end: abs(angle - end))
+        if abs(angle - stop) <= MEASURED_ANGLE:
+            why = f"where the {name} rests on its stop, at {degrees(stop):.4g} deg: its free angle lies beyond"
+        else:
+            why = f"beyond the stop of the {name} at {degrees(stop):.4g} deg, where it cannot have come to rest"
+        text = f"{degrees(angle):.4g} deg is {why}. Find the free angle from torques: {BY_TORQUES}. Then {WRITE_IT}"
+        problems.append(Problem(text, str(design.project.path), key=f"measured.spring.{name}.free_angle"))
     if problems:
         raise UserError(problems)
-
-
-def beyond_stops(design: LegDesign) -> list[tuple[str, str]]:
-    """Joint and warning for each measured free angle at which the joint cannot have come to rest."""
-    found = []
-    for name, angle, (low, high) in _read(design):
-        if not low < angle < high:
-            stop = low if angle <= low else high
-            text = (
-                f"{name}: the joint cannot have come to rest at its measured free angle of {degrees(angle):.4g} deg: "
-                f"its stop is at {degrees(stop):.4g} deg"
-            )
-            found.append((name, decisive(text, f"If it was found from torques, {WRITE_IT}; else measure it again.")))
-    return found
 
 
 def _read(design: LegDesign) -> list[tuple[str, float, tuple[float, float]]]:

@@ -25,11 +25,10 @@ from synth.swing.leg_model import Joint, Leg
 from synth.swing.mechanics import rest_pose
 
 EFFECT = joint_stop.EFFECT.name
-# Of the spring's own rate: a joint that leans on its stop is a hundredth of its spring's deflection beyond it.
-STIFFER = 100.0
+STIFFER = 200.0  # of the spring's own rate: a joint leans a 200th of its spring's deflection into its stop
 # s/rad: at most its inverse in rad/s comes back of an impact (Hunt & Crossley). With it and STIFFER a joint that meets
-# its stop at 7 rad/s stays within 0.25 deg of MuJoCo with mjcf.HARD, whose limits hardly rebound either.
-DAMPING = 4.0
+# its stop at 7 rad/s stays within 0.2 deg of MuJoCo with mjcf.HARD, whose limits hardly rebound either.
+DAMPING = 2.5
 
 
 def stated_ranges(design: LegDesign) -> tuple[StatedRange, ...]:
@@ -66,10 +65,11 @@ def held_to_ranges(design: LegDesign) -> LegDesign:
     joints = tuple(
         _stopped(joint, acting[joint.name]) if joint.name in acting else joint for joint in design.built.joints
     )
-    releases = tuple(_possible(release, design.built, acting) for release in design.wanted.releases)
+    built = replace(design.built, joints=joints)
+    releases = tuple(_possible(release, built, acting) for release in design.wanted.releases)
     design = replace(
         design,
-        built=replace(design.built, joints=joints),
+        built=built,
         wanted=replace(design.wanted, releases=releases),  # with the wanted motions as they are
     )
     return _judged_again(simulated_again(design))
@@ -85,12 +85,13 @@ def _stopped(joint: Joint, stops: tuple[float, float]) -> Joint:
 
 
 def _possible(release: WantedRelease, leg: Leg, stops: dict[str, tuple[float, float]]) -> WantedRelease:
-    """The release from the nearest pose between the stops."""
+    """The release from the nearest pose between the stops, with no rate into them."""
     measured = leg.to_measured(release.rotation)
     for j, name in enumerate(leg.joint_names):
         if name in stops:
             measured[j] = np.clip(measured[j], *stops[name])
-    return replace(release, rotation=leg.to_rotation(measured))
+    rotation = leg.to_rotation(measured)
+    return replace(release, rotation=rotation, rate=leg.rates_off_stops(rotation, release.rate))
 
 
 def _judged_again(design: LegDesign) -> LegDesign:

@@ -33,7 +33,7 @@ from synth.swing.mechanics import coefficients, mass_matrix
 
 IMPEDANCE = 1e-4  # the smallest value MuJoCo accepts (mjMINIMP): the friction's share of the other acceleration
 SHARP = {"solreffriction": "0.002 1", "solimpfriction": "0.99 0.99 1"}  # dry friction almost as stiff as ours
-HARD = {"solreflimit": "0.002 1.8", "solimplimit": "0.99 0.99 1"}  # a stop that hardly rebounds, as ours of a design
+HARD = {"solreflimit": "0.002 1.6", "solimplimit": "0.99 0.99 1"}  # a stop that hardly rebounds, as ours of a design
 LARGEST_STEP = 5e-4  # s: MuJoCo then follows the chain within 0.1 deg (tests/files/test_mjcf.py)
 STABLE = 1.0  # step times the fastest damping rate; Runge-Kutta is stable to 2.8
 # MuJoCo takes a positive third biasprm for a damping ratio where gain and stiffness are equal (dampratio of a position

@@ -86,7 +86,9 @@ def predicted(folder: Path, design: dict[str, Any], leg: Leg) -> list[Predicted]
         angles = np.stack([columns[f"{name} built"] for name in leg.joint_names], axis=1)
         rates = [trial["initial_rate"][name] for name in leg.joint_names]
         rate = np.radians([rate["value"] for rate in rates]) * leg.sign
-        found.append(Predicted(stem, columns["time"], leg.to_rotation(angles), rate))
+        rotation = leg.to_rotation(angles)
+        rate = leg.rates_off_stops(rotation[0], rate)  # as the design is released from a stop
+        found.append(Predicted(stem, columns["time"], rotation, rate))
     return found
 
 

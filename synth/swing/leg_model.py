@@ -19,6 +19,7 @@ from synth.drives.servo import Servo, TorqueDrive
 # Of the link's own inertia about its joint, the most that a winding's lag takes: more would leave the first order, in
 # which a torque of a little earlier is an inertia.
 MOST_LAGGED = 0.5
+AT_STOP = 1e-6  # rad, from the end of a range: what a table's digits leave
 
 
 @dataclass(frozen=True)
@@ -181,6 +182,18 @@ class Leg:
         for j, joint in enumerate(self.joints):
             if joint.ends is not None:
                 found[j] = np.clip(found[j], *joint.ends)
+        return found
+
+    def rates_off_stops(self, rotation: Array, rate: Array) -> Array:
+        """(n,) rad/s, without rates that lead a joint with stops (``joint_stop``) out of a range at whose end it is."""
+        found = np.array(rate, dtype=float)
+        for j, joint in enumerate(self.joints):
+            if joint.ends is not None and "joint_stop" in joint.effects:
+                low, high = joint.ends
+                if rotation[j] <= low + AT_STOP:
+                    found[j] = max(found[j], 0.0)
+                elif rotation[j] >= high - AT_STOP:
+                    found[j] = min(found[j], 0.0)
         return found
 
     def with_joints(self, **changes: Mapping[str, object]) -> Leg:

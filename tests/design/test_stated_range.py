@@ -138,10 +138,15 @@ def test_a_free_angle_read_on_a_stop_is_refused(leaning: LegDesign, tmp_path: Pa
     assert list(tmp_path.iterdir()) == []
     refuse_stops(measured(173.2, "torque"))
     refuse_stops(measured(180.0, "rest"))
-    beyond = measured(166.0, "rest")
-    refuse_stops(beyond)
-    (told,) = [text for _, text in seats_set(beyond)[0].warnings if "cannot have come to rest" in text]
-    assert "its stop is at 173.5 deg" in told
-    by_torque, settings = seats_set(measured(166.0, "torque"))
-    assert not any("cannot have come to rest" in text for _, text in by_torque.warnings)
+    with pytest.raises(UserError, match=r"166 deg is beyond the stop of the knee at 173\.5 deg"):
+        refuse_stops(measured(166.0, "rest"))
+    _, settings = seats_set(measured(166.0, "torque"))
     assert math.degrees(settings["knee"].turn) == pytest.approx(169.07 - 166.0, abs=0.1)
+
+
+def test_a_release_from_a_stop_has_no_rate_into_it(leaning: LegDesign) -> None:
+    knee = leaning.built
+    low, high = knee.joints[0].ends or (0.0, 0.0)
+    for rotation, rate, left in ((low, -1.0, 0.0), (low, 1.0, 1.0), (high, 1.0, 0.0), (0.5 * (low + high), -1.0, -1.0)):
+        assert knee.rates_off_stops(np.array([rotation]), np.array([rate])) == pytest.approx([left])
+    assert leaning.wanted.releases[0].rate[0] <= 0.0  # from the upper stop

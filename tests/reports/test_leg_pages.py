@@ -59,6 +59,9 @@ def test_a_stated_range_that_leaves_the_wanted_motion_out_is_the_verdict(leg_fol
     design["joints"]["knee"]["range"]["outside"] = ["wanted motion"]
     text = _opening(folder, design)
     assert "Not ready to build: the ranges that the target states leave out the wanted motion of the knee" in text
+    design["joints"]["hip"]["damper"]["slips"] = True
+    text = _opening(folder, design)
+    assert "the damper of hip would slip on the shaft; the ranges that the target states leave out" in text
     step = "Widen the range of knee (stated 105.0 to 160.0°, wanted 83.3 to 150.6°, rest 121.1°)"
     assert text.index(step) < text.index("Order the other parts")
 
