@@ -35,7 +35,8 @@ def plates(
 ) -> list[list[tuple[BuiltPart, Mesh]]]:
     """Parts placed on beds of the printer's size, each in its best orientation, the deepest first, in rows.
 
-    A part that is larger than the bed (which a check reports) has a plate of its own.
+    Rows run along the bed's longer side. A part that is larger than the bed (which a check reports) has a plate of its
+    own.
     """
     wide, deep = max(bed[:2]), min(bed[:2])
     laid_out = []
@@ -43,7 +44,7 @@ def plates(
         mesh = laid(part.mesh, plan.up)
         x, y = mesh.vertices.max(axis=0)[:2].tolist()
         if y > x:
-            mesh = Mesh(mesh.vertices @ np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), mesh.faces)
+            mesh = _quarter_turned(mesh)
             mesh = Mesh(mesh.vertices - mesh.vertices.min(axis=0), mesh.faces)
         laid_out.append((part, mesh))
     laid_out.sort(key=lambda item: (-float(item[1].vertices[:, 1].max()), item[0].name))
@@ -58,7 +59,19 @@ def plates(
             x = y = row = 0.0
         found[-1].append((part, Mesh(mesh.vertices + np.array([x, y, 0.0]), mesh.faces)))
         x, row = x + size[0] + SPACE, max(row, float(size[1]))
-    return found
+    return [_along_y(plate) for plate in found] if bed[1] > bed[0] else found
+
+
+def _quarter_turned(mesh: Mesh) -> Mesh:
+    """The mesh turned by a quarter about z: x becomes y."""
+    return Mesh(mesh.vertices @ np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), mesh.faces)
+
+
+def _along_y(plate: Sequence[tuple[BuiltPart, Mesh]]) -> list[tuple[BuiltPart, Mesh]]:
+    """A plate whose rows run along x, turned as a whole so that they run along y, at x, y >= 0."""
+    deep = max((float(mesh.vertices[:, 1].max()) for _, mesh in plate), default=0.0)
+    turned = [(part, _quarter_turned(mesh)) for part, mesh in plate]
+    return [(part, Mesh(mesh.vertices + np.array([deep, 0.0, 0.0]), mesh.faces)) for part, mesh in turned]
 
 
 def write_3mf(parts: Iterable[tuple[BuiltPart, Mesh]], path: Path, title: str) -> None:

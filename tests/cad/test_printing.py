@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -110,19 +111,20 @@ def test_a_part_is_laid_in_its_print_orientation(up):
     assert np.allclose(turned.vertices[:, 2], old - old.min())
 
 
-def test_plates_hold_every_printed_part_without_overlap(leg):
-    """Found on a leg of three joints: one file held all rows, whatever the bed's depth."""
-    import numpy as np
-
+@pytest.mark.parametrize("across", [False, True], ids=["wide", "deep"])
+def test_plates_hold_every_printed_part_without_overlap(leg, across):
+    """Found on a leg of three joints: one file held all rows, whatever the bed's depth; a deep bed was a wide one."""
     from synth.cad.print_file import plates
     from synth.cad.printing import plan_part
 
     printing = leg.dimensions.printing
+    if across:
+        printing = replace(printing, bed=(printing.bed[1], printing.bed[0], printing.bed[2]))
     plans = [(part, plan_part(joint, part, printing)) for joint in leg.joints for part in joint.parts if part.printed]
     found = plates(plans, printing.bed)
     assert sorted(part.name for plate in found for part, _ in plate) == sorted(part.name for part, _ in plans)
     assert len(found) > 1
-    wide, deep = sorted(printing.bed[:2], reverse=True)
+    wide, deep = printing.bed[:2]
     for plate in found:
         boxes = [(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)) for _, mesh in plate]
         for low, high in boxes:
