@@ -23,6 +23,15 @@ ROTOR_GRIP = 0.8  # of the body's length: engagement of the shaft in the rotor
 
 
 @dataclass(frozen=True)
+class Access:
+    """A hole in the sleeve for the key or pin of what is inside: height, radius (mm) and direction (deg)."""
+
+    height: float
+    radius: float
+    turn: float
+
+
+@dataclass(frozen=True)
 class Sleeve:
     """Dimensions of the bracket: radii, height, inserts' holes (radius, depths from ear and open end); mm.
 
@@ -35,7 +44,7 @@ class Sleeve:
     height: float
     hole: float
     depths: tuple[float, float]
-    access: tuple[tuple[float, float], ...] = ()  # heights and radii of holes for keys and pins of what is inside
+    access: tuple[Access, ...] = ()
 
     @property
     def boss(self) -> float:
@@ -49,6 +58,14 @@ class Sleeve:
         return apart > 2 * self.boss and circle + self.boss > self.bore + self.wall > circle - self.boss
 
 
+def key_turn(bolt_count: int) -> float:
+    """Direction (deg) of the hole for a collar's key: between two screws, away from the upper link.
+
+    A mount's flange, or a wide tube, would leave no room there for the key.
+    """
+    return ACCESS_TURN + 360.0 / bolt_count * (bolt_count // 2)
+
+
 def _cylinder(radius: float, bottom: float, top: float, at: Point = (0.0, 0.0)) -> Any:
     return kernel.cylinder(radius, top - bottom, (at[0], at[1], bottom))
 
@@ -57,7 +74,7 @@ def build_bracket(sleeve: Sleeve, screws: Sequence[Point]) -> Any:
     """The bracket as one cadquery Solid."""
     above, below = sleeve.depths
     cuts = [_cylinder(sleeve.bore, -sleeve.height - 1.0, 1.0)]
-    cuts += [cross_hole(height, wide, sleeve.radius + 1.0, ACCESS_TURN, 0.0) for height, wide in sleeve.access]
+    cuts += [cross_hole(hole.height, hole.radius, sleeve.radius + 1.0, hole.turn, 0.0) for hole in sleeve.access]
     for at in screws:
         cuts.append(_cylinder(sleeve.hole, -above, 1.0, at))
         cuts.append(_cylinder(sleeve.hole, -sleeve.height - 1.0, -sleeve.height + below, at))
@@ -72,7 +89,7 @@ def bracket_volume(sleeve: Sleeve, screws: Sequence[Point]) -> float:
     """Volume of :func:`build_bracket`, mm^3, in closed form."""
     holes = len(screws) * math.pi * sleeve.hole**2 * sum(sleeve.depths)
     outer = sleeve.bore + sleeve.wall if sleeve.thin(screws) else sleeve.radius
-    holes += sum(cross_volume(outer, sleeve.bore, wide) / 2 for _, wide in sleeve.access)
+    holes += sum(cross_volume(outer, sleeve.bore, hole.radius) / 2 for hole in sleeve.access)
     bore = math.pi * sleeve.bore**2
     if not sleeve.thin(screws):
         return (math.pi * sleeve.radius**2 - bore) * sleeve.height - holes

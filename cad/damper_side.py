@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from synth.cad import arm_shaft, damper_adapter, damper_bracket, standard_part
 from synth.cad.arm_shaft import Form, ShaftShape
 from synth.cad.damper_adapter import PIN_TURN, SET_SCREW_LENGTH, Hub
-from synth.cad.damper_bracket import Sleeve
+from synth.cad.damper_bracket import ACCESS_TURN, Access, Sleeve
 from synth.cad.dimensions import JointDimensions
 from synth.cad.fitting_problems import adapter_pins, adapter_radius, damper_opening, has_insert, longest_pin
 from synth.cad.hardware import Pin, insert_of
@@ -38,10 +38,10 @@ def sleeve_of(dimensions: JointDimensions, layout: JointLayout) -> Sleeve:
     depths = bracket_depths(dimensions, layout)
     collar, adapter = dimensions.hardware.collar, dimensions.damper.adapter
     at = -AXIAL_GAP - dimensions.hardware.washer.thickness - collar.width / 2
-    access = [(at, min(ACCESS, collar.width / 2 - 0.5))]
+    access = [Access(at, min(ACCESS, collar.width / 2 - 0.5), damper_bracket.key_turn(dimensions.damper.bolt_count))]
     if adapter is not None:
         low = damper_adapter.pin_heights(adapter)[1] + _adapter_top(dimensions, layout) + layout.gap_a + layout.ear
-        access.append((low, ACCESS))
+        access.append(Access(low, ACCESS, ACCESS_TURN))
     return Sleeve(
         layout.bracket_radius, layout.bracket_bore, dimensions.wall, layout.bracket_height, hole, depths, tuple(access)
     )

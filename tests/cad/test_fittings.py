@@ -27,7 +27,10 @@ from synth.cad import (
 from synth.cad.arm_shaft import flat_distance
 from synth.cad.checked_layout import lay_out
 from synth.cad.checks import check_axial_play, check_keyed, check_part, check_screws
+from synth.cad.damper_bracket import key_turn
 from synth.cad.joint import build_joint
+from synth.cad.layout import damper_screws
+from synth.cad.outline import unit
 from synth.cad.strength import stresses
 from synth.cad.travel import Bodies, check_travel, check_within, manifold
 
@@ -146,6 +149,36 @@ def test_encoder_faces_the_magnet_at_its_air_gap(hip):
     assert sensor[0] - shaft[1] == pytest.approx(max(encoder.air_gap, 1.2))
     collar = heights(joint.part("collar_b"))
     assert shaft[1] == pytest.approx(collar[1])
+
+
+def free_ways(joint):
+    """Directions (deg) from which a straight key of 2 mm and 60 mm reaches collar A, at one of the stops."""
+    import manifold3d
+
+    low, high = heights(joint.part("collar_a"))
+    key = manifold3d.Manifold.cylinder(60.0, 1.0, 1.0, 24).rotate((0.0, 90.0, 0.0))
+    key = key.translate((joint.dimensions.hardware.radius + 0.3, 0.0, (low + high) / 2))
+    found = set()
+    for angle in joint.dimensions.stop_angles:
+        bodies = [joint.mesh_at(part, angle).manifold for part in joint.parts if part.group != "spring"]
+        ways = {turn: key.rotate((0.0, 0.0, turn)) for turn in range(0, 360, 15)}
+        found |= {turn for turn, rod in ways.items() if all((rod ^ body).volume() < 0.01 for body in bodies)}
+    return found
+
+
+def test_a_straight_key_reaches_the_set_screw_of_the_collar_in_the_sleeve(hip):
+    """A mount's flange stood 28 mm behind the hole, less than a key's long arm; so did a tube wider than the joint."""
+    assert free_ways(hip.joints[0])
+    wide = replace(HIP, encoder=None, mount=None, link_width=50.0, range=(90.0, 140.0))
+    assert free_ways(build_joint(cleared(wide)))
+
+
+@pytest.mark.parametrize("count", range(2, 13))
+def test_the_hole_for_the_collar_s_key_is_between_two_screws_away_from_the_upper_link(count):
+    x, y = unit(key_turn(count))
+    assert y <= -0.5
+    beside = [x * at[0] + y * at[1] for at in damper_screws(replace(HIP.damper, bolt_count=count, bolt_circle=2.0))]
+    assert max(beside) == pytest.approx(np.cos(np.pi / count))
 
 
 def test_mount_screws_clear_the_ears(hip):
