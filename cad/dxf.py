@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from synth.cad.encoder_seat import seat_bore, seat_step
+from synth.cad.encoder_seat import collar_room, floor_bore, seat_bore, seat_step
 from synth.cad.joint import BuiltJoint
 from synth.cad.layout import seat_screws
 from synth.cad.outline import Point
@@ -64,13 +64,15 @@ def flat_brackets(joint: BuiltJoint) -> tuple[FlatBracket, ...]:
     ]  # fmt: skip
     if d.encoder is not None:
         small = tuple((at, d.encoder.bolt_diameter / 2) for at in seat_screws(d.encoder, layout.upper.direction))
-        recess = d.encoder.body_diameter / 2 + d.fit
+        room = collar_room(d)
+        layers = [("base", seat_bore(d), room)]
+        if room < seat_step(d):  # the sensor lies on a floor above the collar
+            layers.append(("floor", floor_bore(d), seat_step(d) - room))
+        layers.append(("ring", d.encoder.body_diameter / 2 + d.fit, d.encoder.body_depth))
         found += [
-            FlatBracket(f"{name}_encoder_seat_base", layout.seat_radius, ((middle, seat_bore(d)), *small),
-                        seat_step(d)),
-            FlatBracket(f"{name}_encoder_seat_ring", layout.seat_radius, ((middle, recess), *small),
-                        d.encoder.body_depth),
-        ]  # fmt: skip
+            FlatBracket(f"{name}_encoder_seat_{layer}", layout.seat_radius, ((middle, hole), *small), thick)
+            for layer, hole, thick in layers
+        ]
     if d.mount is not None:
         bolts = tuple((at, d.mount.bolt_diameter / 2) for at in mount_screws(d, layout))
         found.append(FlatBracket(f"{name}_mount", flange_size(d, layout), bolts, d.mount.thickness))

@@ -41,6 +41,18 @@ def seat_bore(dimensions: JointDimensions) -> float:
     return dimensions.hardware.radius + dimensions.clearance
 
 
+def collar_room(dimensions: JointDimensions) -> float:
+    """Height (mm) of the space around collar and thrust washer: the whole step, or up to the floor above the collar."""
+    if beyond_collar(dimensions) > 0.0:
+        return AXIAL_GAP + dimensions.hardware.stack + dimensions.clearance
+    return seat_step(dimensions)
+
+
+def floor_bore(dimensions: JointDimensions) -> float:
+    """Radius (mm) of the shaft's hole in the floor above the collar."""
+    return dimensions.shaft_diameter / 2 + dimensions.clearance
+
+
 def _sunk(dimensions: JointDimensions, layout: JointLayout) -> tuple[float, float]:
     """Depth (mm) of the countersinks of the screws' heads, and their radius."""
     place = encoder_screws(dimensions, layout, seat_height(dimensions))[0]
@@ -58,11 +70,11 @@ def build_seat(dimensions: JointDimensions, layout: JointLayout) -> Any:
     assert encoder is not None
     step, top = seat_step(dimensions), seat_height(dimensions)
     cuts = [_cylinder(encoder.body_diameter / 2 + dimensions.fit, step, top + 1.0)]
-    floor = beyond_collar(dimensions) > 0.0
-    room = AXIAL_GAP + dimensions.hardware.stack + dimensions.clearance if floor else step + 0.5
-    cuts.append(_cylinder(seat_bore(dimensions), -1.0, room))
+    room = collar_room(dimensions)
+    floor = room < step
+    cuts.append(_cylinder(seat_bore(dimensions), -1.0, room if floor else step + 0.5))
     if floor:
-        cuts.append(_cylinder(dimensions.shaft_diameter / 2 + dimensions.clearance, room - 0.5, step + 0.5))
+        cuts.append(_cylinder(floor_bore(dimensions), room - 0.5, step + 0.5))
     depth, wide = _sunk(dimensions, layout)
     for place in encoder_screws(dimensions, layout, top):
         cuts.append(_cylinder(encoder.bolt_diameter / 2, -1.0, top + 1.0, place.at))
@@ -80,12 +92,8 @@ def seat_volume(dimensions: JointDimensions, layout: JointLayout) -> float | Non
         return None
     area = layout.seat_radius**2 - encoder.bolt_count * (encoder.bolt_diameter / 2) ** 2
     ring = (area - (encoder.body_diameter / 2 + dimensions.fit) ** 2) * encoder.body_depth
-    step = seat_step(dimensions)
-    room = step
-    if beyond_collar(dimensions) > 0.0:
-        room = AXIAL_GAP + dimensions.hardware.stack + dimensions.clearance
-    below = area * step - seat_bore(dimensions) ** 2 * room
-    below -= (dimensions.shaft_diameter / 2 + dimensions.clearance) ** 2 * (step - room)
+    step, room = seat_step(dimensions), collar_room(dimensions)
+    below = area * step - seat_bore(dimensions) ** 2 * room - floor_bore(dimensions) ** 2 * (step - room)
     return math.pi * (ring + below)
 
 
