@@ -19,7 +19,7 @@ STOCK: dict[str, tuple[float, ...]] = {  # mm, as screws and ground shafts are s
     "seat_screw": tuple(screw.size for screw in screws()),
     "shaft_diameter": shaft_sizes(),
 }
-SIZED = ("seat_screw", "seat_length", "cap", "plate", "floor", "adapter.output_grip")
+SIZED = ("seat_screw", "seat_length", "cap", "floor", "adapter.output_grip")
 # The three ways in which a part may lie on the bed.
 WORST_LAYERS = (ALL_AROUND[0], ALL_AROUND[1], (0.0, 0.0, 1.0))
 
@@ -57,7 +57,6 @@ def _cost(now: JointDimensions, tried: JointDimensions, printing: PrintDimension
     added = sum(
         weight * (after - before)
         for weight, before, after in (
-            (2.0, now.plate, tried.plate),
             (1.0, now.floor_thickness, tried.floor_thickness),
             (0.5, now.cap, tried.cap),
             (1.0, seat_size(now).length, seat_size(tried).length),

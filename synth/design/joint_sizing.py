@@ -31,8 +31,9 @@ YIELD_SPARE = 2.0  # deg, from a stop to the spring's yield: an impact bends the
 def dimensions_of(design: LegDesign, arms: Sequence[float | None] | None = None) -> Solids:
     """Dimensions of the built leg's joints, drawn in the rest pose.
 
-    Plates, seats and, if the project does not state it, the shaft grow until they bear the joint's torque. ``arms``:
-    the springs' free arm lengths, mm; None, for one or for all: as short as the joint allows.
+    Seats with their caps and screws, the floor, the grip of a damper's adapter and, if the project does not state it,
+    the shaft grow until they bear the joint's torque. ``arms``: the springs' free arm lengths, mm; None, for one or for
+    all: as short as the joint allows.
 
     Raises
     ------
@@ -175,18 +176,7 @@ def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions,
     left_open = {default.key for default in design.project.defaults}
     may = set(cad.SIZED) | ({"shaft_diameter"} if "cad.shaft_diameter" in left_open else set())
     grown = cad.sized(asked, printing, may)
-    changed = [
-        f"{name.replace('_', ' ')} {after:g} mm" + (f" instead of {before:g}" if before is not None else "")
-        for name, before, after in (
-            ("seat_screw", asked.seat_screw, grown.seat_screw),
-            ("seat_length", asked.seat_length, grown.seat_length),
-            ("cap", asked.cap, grown.cap),
-            ("plate", asked.plate, grown.plate),
-            ("floor", asked.floor_thickness, grown.floor_thickness),
-            ("shaft_diameter", asked.shaft_diameter, grown.shaft_diameter),
-        )
-        if after != before
-    ]
+    changed = _grown(asked, grown)
     if changed:
         loads = f"{asked.spring_torque:.3g} N*m and the damper's {asked.loads.damper_torque:.3g} N*m"
         notes.append(noted(f"{asked.name}: to bear the spring's {loads}: {', '.join(changed)}"))
@@ -201,6 +191,25 @@ def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions,
     except cad.DimensionError as error:
         notes.append(f"{asked.name}: the encoder seat is not drawn: {error.problems[0]}")
         return grown
+
+
+def _grown(asked: JointDimensions, grown: JointDimensions) -> list[str]:
+    """Each dimension that sizing changed, with its new value, for the note."""
+    before_grip, after_grip = (
+        None if joint.damper.adapter is None else joint.damper.adapter.output_grip for joint in (asked, grown)
+    )
+    return [
+        f"{name.replace('_', ' ')} {after:g} mm" + (f" instead of {before:g}" if before is not None else "")
+        for name, before, after in (
+            ("seat_screw", asked.seat_screw, grown.seat_screw),
+            ("seat_length", asked.seat_length, grown.seat_length),
+            ("cap", asked.cap, grown.cap),
+            ("floor", asked.floor_thickness, grown.floor_thickness),
+            ("damper's shaft in the adapter", before_grip, after_grip),
+            ("shaft_diameter", asked.shaft_diameter, grown.shaft_diameter),
+        )
+        if after != before
+    ]
 
 
 def _range(design: LegDesign, j: int, rest: float) -> tuple[float, float]:

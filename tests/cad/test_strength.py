@@ -9,7 +9,16 @@ import numpy as np
 import pytest
 
 from cad_joints import cleared
-from synth.cad import JointDimensions, LoadDimensions, PrintDimensions, SpringDimensions, sized
+from synth.cad import (
+    SIZED,
+    AdapterDimensions,
+    DamperDimensions,
+    JointDimensions,
+    LoadDimensions,
+    PrintDimensions,
+    SpringDimensions,
+    sized,
+)
 from synth.cad.arm_layout import seat_size
 from synth.cad.checked_layout import lay_out
 from synth.cad.hardware import Pin, insert_of
@@ -115,3 +124,10 @@ def test_a_joint_grows_just_enough_for_its_load():
     assert sized(light, PRINTING) == light  # bears its load as it is
     thinner = replace(grown, seat_length=seat_size(grown).length - 1.0)
     assert max(overload(s, PRINTING) for s in stresses(thinner, lay_out(thinner), PRINTING)) > 1.0
+
+
+def test_each_dimension_that_may_grow_relieves_a_stress():
+    """``plate`` was listed, and said to grow with the torque; no stress named it, so it never did."""
+    keyed = cleared(replace(LOADED, damper=DamperDimensions(adapter=AdapterDimensions())))
+    helped = {name for stress in stresses(keyed, lay_out(keyed), PRINTING) for name in stress.helped_by}
+    assert set(SIZED) <= helped
