@@ -166,6 +166,13 @@ def bracket_bore(dimensions: JointDimensions) -> float:
     return max(dimensions.damper.outer_diameter / 2, dimensions.hardware.radius) + dimensions.clearance
 
 
+def bracket_radius(dimensions: JointDimensions) -> float:
+    """Radius (mm) of the sleeve's outside, round its screws and their inserts."""
+    damper = dimensions.damper
+    hole = max(damper.bolt_diameter, insert_of(fixing_screw(damper.bolt_diameter).size).hole)
+    return damper.bolt_circle / 2 + hole / 2 + dimensions.wall
+
+
 def seat_screws(encoder: EncoderDimensions, direction: float) -> list[Point]:
     """Screw axes (mm) on the encoder's circle; ``direction`` deg: the upper arm's."""
     return _on_circle(encoder.bolt_circle, encoder.bolt_count, direction + 90.0)
@@ -249,8 +256,9 @@ def _seat_plate(
     if dimensions.springs == 2:  # there the heads are sunk, and their grooves end beside the marks
         radius = max(radius, (screw.washer / 2 + SUNK_ASIDE) / math.sin(between))
         circle, beside = dimensions.damper.bolt_circle / 2, beside_damper(dimensions, screw)
-        if abs(circle - radius) < beside:
-            radius = circle + beside
+        # They are put in when the damper's sleeve is on: inside it, which is open below, or outside.
+        if abs(circle - radius) < beside or radius + aside > bracket_bore(dimensions):
+            radius = max(radius, circle + beside, bracket_radius(dimensions) + aside)
     ear, thick = ear_of(dimensions) + screw.washer_thickness, max(dimensions.plate, insert.length)
     length = screw.length_at_least(ear + 1.5 * screw.size)
     thick, sunk = max(thick, length - ear), length
@@ -297,11 +305,10 @@ def place(dimensions: JointDimensions) -> JointLayout:
     plate = _seat_plate(dimensions, seat, upper, heights.half_width + clear, seat_radius(dimensions))
     damper = dimensions.damper
     adapter = damper.adapter.length + clear if damper.adapter is not None else 0.0
-    hole = insert_of(fixing_screw(damper.bolt_diameter).size).hole
-    bracket_radius = damper.bolt_circle / 2 + max(damper.bolt_diameter, hole) / 2 + wall
+    bracket = bracket_radius(dimensions)
     turning = max(upper.reach, lower.reach, space.tongue_radius, plate.radius + insert_of(seat.screw).hole / 2 + RIM)
     # The bracket must not reach the upper socket, and all rotating parts must clear the web.
-    web_radius = max(turning + 2 * clear, bracket_radius + clear - 2 * wall, ear_radius(plate, dimensions) - 2 * wall)
+    web_radius = max(turning + 2 * clear, bracket + clear - 2 * wall, ear_radius(plate, dimensions) - 2 * wall)
     # The bracket's screws are put in from between the ears: their heads lie beside the web.
     heads = fixing_screw(damper.bolt_diameter).head_diameter / 2 + clear
     web_radius = max(web_radius, max(y for _, y in damper_screws(damper)) + heads)
@@ -321,8 +328,8 @@ def place(dimensions: JointDimensions) -> JointLayout:
         floor_top=heights.floor_top,
         floor_bottom=heights.floor_bottom,
         web_radius=web_radius,
-        socket_radius=max(web_radius, bracket_radius + clear),
-        bracket_radius=bracket_radius,
+        socket_radius=max(web_radius, bracket + clear),
+        bracket_radius=bracket,
         bracket_height=dimensions.hardware.stack + 2 * clear + damper.body_length + adapter,
         bracket_bore=bracket_bore(dimensions),
         seat_radius=seat_radius(dimensions),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from manifold3d import Manifold
 
 from cad_joints import cleared
 from synth.cad import (
@@ -17,6 +18,8 @@ from synth.cad import (
 )
 from synth.cad.checked_layout import lay_out
 from synth.cad.checks import check_joint
+from synth.cad.damper_bracket import build_bracket
+from synth.cad.damper_side import sleeve_of
 from synth.cad.hardware import screw_of
 from synth.cad.hinge import build_lower
 from synth.cad.joint import BuiltJoint, assemble, build_joint
@@ -103,6 +106,21 @@ def test_the_second_seats_slots_clear_the_damper_screws() -> None:
         apart = abs(layout.plate.radius - circle / 2)
         assert apart >= screw.washer / 2 + crowded.damper.bolt_diameter / 2 + crowded.wall / 2
     assert assemble(replace(crowded, springs=1), lay_out(replace(crowded, springs=1))).layout.mirrored is False
+
+
+@pytest.mark.parametrize("damper", [(24.0, 60.0), (30.0, 52.0), (40.0, 52.0), (80.0, 92.0)])
+def test_the_second_seats_screws_are_put_in_beside_the_damper_s_sleeve(damper: tuple[float, float]) -> None:
+    """They lay 1 mm under the sleeve of a damper much narrower than its screws' circle."""
+    narrow = cleared(replace(PAIR, damper=DamperDimensions(damper[0], 12.0, damper[1])))
+    layout = lay_out(narrow)
+    bracket = manifold(
+        mesh_of(build_bracket(sleeve_of(narrow, layout), layout.screws))
+    )  # on the ear at z = 0, downwards
+    washer = Manifold.cylinder(layout.bracket_height, screw_of(layout.seat.screw).washer / 2, circular_segments=48)
+    turns = (-narrow.seat_travel, 0.0, narrow.seat_travel)
+    for x, y in layout.plate.screws:
+        way = washer.translate((x, y, -layout.bracket_height))
+        assert [(way.rotate((0.0, 0.0, turn)) ^ bracket).volume() for turn in turns] == [0.0, 0.0, 0.0]
 
 
 @pytest.mark.parametrize("springs", [0, 3, 1.5])
