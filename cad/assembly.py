@@ -141,9 +141,9 @@ def _on_shaft(joint: BuiltJoint) -> str:
 def _at_damper(joint: BuiltJoint) -> str:
     names = [part.name for part in joint.parts]
     if any(name.endswith("damper_set_screw") for name in names):
-        return "; tighten the set screw on its shaft's flat through the hole in the bracket"
+        return "; turn the link until the set screw on its shaft's flat faces the hole in the bracket, and tighten it"
     if any(name.endswith("damper_output_pin") for name in names):
-        return "; drill its shaft and push the pin in through the hole in the bracket"
+        return "; drill its shaft, turn the link until the pin's hole faces that in the bracket, and push the pin in"
     damper = joint.dimensions.damper
     if damper.adapter is not None or damper.bore.form != "round":
         return ""

@@ -85,8 +85,10 @@ def build_bracket(sleeve: Sleeve, screws: Sequence[Point]) -> Any:
     return body.cut(*cuts)
 
 
-def bracket_volume(sleeve: Sleeve, screws: Sequence[Point]) -> float:
-    """Volume of :func:`build_bracket`, mm^3, in closed form."""
+def bracket_volume(sleeve: Sleeve, screws: Sequence[Point]) -> float | None:
+    """Volume of :func:`build_bracket`, mm^3, in closed form; None if a hole for keys and pins meets a boss."""
+    if sleeve.thin(screws) and not all(_beside(hole, at, sleeve.boss) for hole in sleeve.access for at in screws):
+        return None
     holes = len(screws) * math.pi * sleeve.hole**2 * sum(sleeve.depths)
     outer = sleeve.bore + sleeve.wall if sleeve.thin(screws) else sleeve.radius
     holes += sum(cross_volume(outer, sleeve.bore, hole.radius) / 2 for hole in sleeve.access)
@@ -96,6 +98,12 @@ def bracket_volume(sleeve: Sleeve, screws: Sequence[Point]) -> float:
     wide, boss = sleeve.bore + sleeve.wall, sleeve.boss
     beside = math.pi * boss**2 - _lens(wide, boss, math.hypot(*screws[0]))
     return (math.pi * wide**2 - bore + len(screws) * beside) * sleeve.height - holes
+
+
+def _beside(hole: Access, at: Point, boss: float) -> bool:
+    """Whether a hole from the axis outwards passes a boss of radius ``boss`` (mm) at a screw."""
+    x, y = math.cos(math.radians(hole.turn)), math.sin(math.radians(hole.turn))
+    return x * at[0] + y * at[1] < 0.0 or abs(x * at[1] - y * at[0]) >= boss + hole.radius
 
 
 def _lens(first: float, second: float, apart: float) -> float:

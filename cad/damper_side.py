@@ -41,10 +41,29 @@ def sleeve_of(dimensions: JointDimensions, layout: JointLayout) -> Sleeve:
     access = [Access(at, min(ACCESS, collar.width / 2 - 0.5), damper_bracket.key_turn(dimensions.damper.bolt_count))]
     if adapter is not None:
         low = damper_adapter.pin_heights(adapter)[1] + _adapter_top(dimensions, layout) + layout.gap_a + layout.ear
-        access.append(Access(low, ACCESS, ACCESS_TURN))
+        access.append(Access(low, ACCESS, _fastening_turn(dimensions)))
     return Sleeve(
         layout.bracket_radius, layout.bracket_bore, dimensions.wall, layout.bracket_height, hole, depths, tuple(access)
     )
+
+
+def _fastening_turn(dimensions: JointDimensions) -> float:
+    """Direction (deg) of the hole for the adapter's set screw or output pin, which turns with the lower half.
+
+    One to which the travel brings it: of those farthest from the damper's screws the nearest to the unloaded joint's.
+    """
+    adapter = dimensions.damper.adapter
+    drawn = (PIN_TURN, PIN_TURN + 180.0) if adapter is not None and adapter.form == "round" else (0.0,)
+    low, high = sorted(dimensions.opening(angle) for angle in dimensions.stop_angles)
+    free, apart = dimensions.opening(dimensions.free_angle), 360.0 / dimensions.damper.bolt_count
+    places = [(start, turn) for start in drawn for turn in range(math.ceil(low), math.floor(high) + 1)]
+
+    def rank(place: tuple[float, int]) -> tuple[float, float]:
+        from_middle = (place[0] + place[1] - ACCESS_TURN) % apart
+        return -min(from_middle, apart - from_middle), -abs(place[1] - free)
+
+    start, turn = max(places, key=rank)
+    return start + turn
 
 
 def _adapter_top(dimensions: JointDimensions, layout: JointLayout) -> float:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from manifold3d import Manifold
 
 from cad_joints import cleared
 from synth.cad import (
@@ -27,10 +29,12 @@ from synth.cad import (
 from synth.cad.arm_shaft import flat_distance
 from synth.cad.checked_layout import lay_out
 from synth.cad.checks import check_axial_play, check_keyed, check_part, check_screws
-from synth.cad.damper_bracket import key_turn
-from synth.cad.joint import build_joint
+from synth.cad.damper_bracket import bracket_volume, build_bracket, key_turn
+from synth.cad.damper_side import damper_side, sleeve_of
+from synth.cad.joint import build_joint, orient
 from synth.cad.layout import damper_screws
 from synth.cad.outline import unit
+from synth.cad.parts import mesh_of
 from synth.cad.strength import stresses
 from synth.cad.travel import Bodies, check_travel, check_within, manifold
 
@@ -153,10 +157,8 @@ def test_encoder_faces_the_magnet_at_its_air_gap(hip):
 
 def free_ways(joint):
     """Directions (deg) from which a straight key of 2 mm and 60 mm reaches collar A, at one of the stops."""
-    import manifold3d
-
     low, high = heights(joint.part("collar_a"))
-    key = manifold3d.Manifold.cylinder(60.0, 1.0, 1.0, 24).rotate((0.0, 90.0, 0.0))
+    key = Manifold.cylinder(60.0, 1.0, 1.0, 24).rotate((0.0, 90.0, 0.0))
     key = key.translate((joint.dimensions.hardware.radius + 0.3, 0.0, (low + high) / 2))
     found = set()
     for angle in joint.dimensions.stop_angles:
@@ -171,6 +173,42 @@ def test_a_straight_key_reaches_the_set_screw_of_the_collar_in_the_sleeve(hip):
     assert free_ways(hip.joints[0])
     wide = replace(HIP, encoder=None, mount=None, link_width=50.0, range=(90.0, 140.0))
     assert free_ways(build_joint(cleared(wide)))
+
+
+@pytest.mark.parametrize(
+    ("form", "fastened", "change"),
+    [
+        ("d", "damper_set_screw", {}),
+        ("round", "damper_output_pin", {}),
+        ("hex", "damper_set_screw", {"closes": 1, "sign": -1}),
+        ("d", "damper_set_screw", {"free_angle": 135.0, "rest_angle": 135.0, "range": (127.0, 143.0)}),
+    ],
+    ids=["set screw", "pin", "mirrored", "at a boss"],
+)
+def test_the_travel_brings_the_adapter_s_fastening_to_its_hole_in_the_sleeve(form, fastened, change):
+    """Set screw and pin turn with the lower half: at none of its angles did they face the hole."""
+    damper = replace(HIP.damper, adapter=AdapterDimensions(6.0, 12.0, 16.0, form=form))
+    dimensions = cleared(replace(HIP, damper=damper, mount=None, encoder=None, **change))
+    layout = lay_out(dimensions)
+    sleeve = sleeve_of(dimensions, layout)
+    flips = layout.flips
+    bracket = orient(build_bracket(sleeve, layout.screws).translate((0, 0, -layout.gap_a - layout.ear)), flips)
+    exact = bracket_volume(sleeve, layout.screws)
+    assert exact is None or bracket.Volume() == pytest.approx(exact, rel=1e-4)
+    (part,) = (orient(each.solid, flips) for each in damper_side(dimensions, layout) if each.suffix == fastened)
+    middle = part.Center()
+    along = np.array([1.0, 0.0]) if form != "round" else np.array([0.0, 1.0])
+    rod = Manifold.cylinder(80.0, 1.0, 1.0, 24).rotate((0.0, 90.0, 0.0)).translate((0.0, 0.0, middle.z))
+    start = math.degrees(math.atan2(along[1], flips[0] * along[0]))
+    body = mesh_of(bracket).manifold
+    low, high = dimensions.stop_angles
+    free = [
+        angle
+        for angle in np.arange(low, high, 0.5)
+        for end in ((0.0, 180.0) if form == "round" else (0.0,))
+        if (rod.rotate((0.0, 0.0, start + end + dimensions.rotation(angle))) ^ body).volume() < 0.01
+    ]
+    assert free
 
 
 @pytest.mark.parametrize("count", range(2, 13))
