@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.estimation.intervals import spectrum
+from synth.fit.diverged_fit import divergence_refused
 from synth.fit.least_squares import HUBER, Stage, start_precision
 from synth.fit.recordings import Recording
 from synth.fit.residual_draws import Draw, Places, resampled
@@ -133,7 +134,8 @@ class _Problem:
         self.pulls = [generator.normal(size=(len(p), REFITS)) * np.sqrt(p)[:, None] for p in self.precision]
         beside = model.unknowns.measured(self.solution.values)
         self.beside = np.zeros_like(self.schur) if beside is None else beside[2]
-        values, vectors = spectrum(self.beside)
+        with divergence_refused():
+            values, vectors = spectrum(self.beside)
         self.pulls[0] += vectors @ (
             np.sqrt(np.maximum(values, 0.0))[:, None] * generator.normal(size=(len(values), REFITS))
         )

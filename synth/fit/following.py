@@ -13,6 +13,7 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.estimation.consider import Considered, Coupling, consider
+from synth.fit.diverged_fit import divergence_refused
 from synth.fit.least_squares import Stage, refreshed, sample_weights
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
@@ -72,7 +73,8 @@ def followed(
 
     trials = shared_out(one, len(recordings))
     couplings = [trial.coupling for trial in trials]
-    considered = consider(information, couplings, beside)
+    with divergence_refused():
+        considered = consider(information, couplings, beside)
     own = tuple(considered.own(information, couplings))
     left = (
         trial.moved + trial.slopes @ np.concatenate([considered.sensitivity, mine])

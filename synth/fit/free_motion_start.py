@@ -24,6 +24,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.estimation.chi_squared import chi_squared_above
 from synth.estimation.intervals import spectrum
+from synth.fit.diverged_fit import divergence_refused
 from synth.fit.early_misfit import LaterScatter
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
@@ -264,7 +265,8 @@ def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array, a
     """
     root = np.linalg.cholesky(later_cov + 1e-15 * np.eye(len(values)) * np.trace(later_cov))
     whitened = np.linalg.solve(root, np.linalg.solve(root, cov).T)
-    share, vector = spectrum(0.5 * (whitened + whitened.T))
+    with divergence_refused():
+        share, vector = spectrum(0.5 * (whitened + whitened.T))
     off = vector.T @ np.linalg.solve(root, later_values - values)
     tells = 1.0 - share > UNTOLD
     if not tells.any():

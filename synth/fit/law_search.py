@@ -15,6 +15,7 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.errors import UserError
 from synth.estimation.intervals import spectrum
+from synth.fit.diverged_fit import divergence_refused
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
 from synth.fit.following import followed
@@ -270,7 +271,8 @@ class LawSearch:
         covariance = np.asarray(np.linalg.pinv(normal) * here.square / self._independent(here))
         if not np.any(here.size[used] > SURE * np.sqrt(np.diag(covariance))):
             return None
-        variance, direction = spectrum(covariance)
+        with divergence_refused():
+            variance, direction = spectrum(covariance)
         by_links = self._by_links(here, columns, normal)
         deviation = np.zeros(len(here.size))
         deviation[used] = np.sqrt(np.diag(covariance) + np.sum(by_links**2, axis=1))

@@ -9,6 +9,7 @@ import numpy as np
 from synth.arrays import Array, finite_median
 from synth.estimation.correlation import correlation_factors
 from synth.estimation.intervals import NORMAL90, covariance_of
+from synth.fit.diverged_fit import divergence_refused
 from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
 from synth.fit.rounding import encoder_counts
@@ -86,8 +87,14 @@ def correlation_of(left: Sequence[Array]) -> Array:
     return correlation_factors([np.where(np.isfinite(each), each, 0.0) for each in left])
 
 
+@divergence_refused()
 def covariance(model: TrajectoryModel, solution: Solution, *, with_prior: bool = True) -> Array:
-    """Covariance (p, p) of the common unknowns; null directions get a very large variance instead of an error."""
+    """Covariance (p, p) of the common unknowns; null directions get a very large variance instead of an error.
+
+    Raises
+    ------
+    UserError : the simulation diverges at the solution.
+    """
     schur = solution.information.schur()
     if not with_prior:
         schur = schur - np.diag(model.unknowns.prior[1])

@@ -19,9 +19,9 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.estimation.intervals import NORMAL90, covariance_of
+from synth.estimation.intervals import NORMAL90, NotFiniteError, covariance_of
 from synth.files.hopper_recordings import HopperRecording
-from synth.hopper.fit_motor_response import ResponseRun, fit_response, inductance_of
+from synth.hopper.fit_motor_response import ResponseFit, ResponsePoint, ResponseRun, fit_response, inductance_of
 from synth.hopper.motor_response import CONSTANTS
 from synth.hopper.odd_recording import refuse_odd
 from synth.hopper.quiet_voltage import pieces, quiet_voltage
@@ -73,7 +73,7 @@ def identify_motor(runs: tuple[HopperRecording, ...], ratio: float) -> MotorEsti
     Raises
     ------
     UserError : the runs do not determine the constants (a single steady speed, or no run-up), or some or all
-        are not of a motor.
+        are not of a motor, or its simulation diverges near them.
     """
     rows = [np.concatenate([_weighted(run, ratio, width) for width in (SHORT, LONG)]) for run in runs]
     if sum(map(len, rows)) < 12:
@@ -94,7 +94,7 @@ def _by_response(runs: Sequence[HopperRecording], ratio: float, near: MotorEstim
         responses += [ResponseRun(run["time"][k], voltage[k], measured[k]) for k in pieces(voltage)]
     fit, best = fit_response(responses, np.array([getattr(near, name).value for name in CONSTANTS]))
     values = fit.constants(best.unknowns[:, None])[:, 0]
-    deviations = np.sqrt(np.diag(covariance_of(fit.normal(best).matrix)))
+    deviations = standard_deviations(fit, best)
     found: dict[str, IdentifiedConstant] = {}
     for name, value, deviation, unit in zip(CONSTANTS, values.tolist(), deviations.tolist(), fit.unit, strict=True):
         if name in ("friction", "viscous"):
@@ -109,6 +109,15 @@ def _by_response(runs: Sequence[HopperRecording], ratio: float, near: MotorEstim
     found["inductance"] = IdentifiedConstant(value, (high - low) / (2.0 * NORMAL90), (low, high))
     text = f"inductance: the runs show only that it is below {1e3 * high:.3g} mH; record more samples a second"
     return MotorEstimate(**found, windows=near.windows, not_determined=() if low > 0.0 else (text,))
+
+
+def standard_deviations(fit: ResponseFit, best: ResponsePoint) -> Array:
+    """(6,) standard deviations of the unknowns."""
+    try:
+        return np.asarray(np.sqrt(np.diag(covariance_of(fit.normal(best).matrix))))
+    except NotFiniteError as error:
+        text = "the simulated current and speed diverge near the constants that fit best, so their uncertainty is"
+        raise UserError(Problem(f"{text} unknown. Check the runs' units and signs, and the gear ratio")) from error
 
 
 def _weighted(run: HopperRecording, ratio: float, width: float) -> Array:
