@@ -28,8 +28,8 @@ SUSPECT = 1.15  # times the samples' scatter, a joint's residuals from which a l
 # ends where that hides the rest.
 ROUNDS = 3
 QUIETER = 0.7  # of the noise, above which there is no further round
-# Share of the error that the weak form's law leaves, above which it is none: 0.15 at most where it was friction, 0.9
-# and more where it was a hand.
+# Share of the error that the weak form's law leaves, above which it is none. The right law leaves little; a hand's
+# torque is none of speed, and remains. A choice between the two (``make laws``).
 HOPEFUL = 0.5
 SAMPLES = 400  # of a trial that are used
 TRIALS = 6

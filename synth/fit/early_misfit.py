@@ -19,10 +19,9 @@ from synth.fit.recordings import Recording
 from synth.fit.uncertainty import clipped_rms, correlation_times, sample_scatter
 
 BLOCK = 0.025  # s, in the recordings' unit of time: a sixth of a hand's usual duration
-# Mean square of the blocks, in units of that expected, up to which any probability counts as agreement: link numbers
-# off by the usual tolerance make 1.7 in one of 40 legs without a hand, and more only where the rates differ too (4.5
-# and 10); hands that the rates do not show make 2.8 to 300 in 16 of 17 (legs of ``tests/robustness``, seeds from 900000
-# and from 910000).
+# Mean square of the blocks, in units of that expected, up to which any probability counts as agreement: many samples
+# make a small error of the links' linearised effect improbable too, while a hand's torque moves the leg by several
+# deviations. Between the two it is a choice; ``make laws`` fits legs with a hand and free ones.
 SIZE = 2.5
 EXPLAINED = 2.0  # times the samples' scatter: if later samples lie farther off their own fit, the leg has another law
 

@@ -42,13 +42,12 @@ from synth.swing.leg_model import Leg
 MANY = 0.5  # of the recordings: external torque detected in so many is accepted without a further test
 # Times are in the recordings' unit, 1 s for limbs.
 LATER = 0.3  # s after the start of the comparison fit: external torques usually end within 0.2 s
-# s, tried in order until the rest agrees with later samples. External torques end within 0.2 s (30 of 30 releases of
-# ``../shared/aarl``). The comparison fit's own start, tried last before, always agrees: nine releases of a robot's leg
-# with another law were cut at 0.35 of 0.75 s, and its knee was 8.1 N m/rad for 2.8 from all samples and 2.2 as built.
+# s, tried in order until the rest agrees with later samples. ``LATER`` is not among them: the comparison fit agrees
+# with itself whatever the leg's law is, and a leg with another law would be cut there.
 CUTS = (0.1, 0.15, 0.2)
 SIGNIFICANCE = 1e-4  # of the difference; a wrong model causes a difference too, so only a clear one counts
-# s added to the first cut that agrees: what fades below the significance still biases the fit. Of twelve legs
-# driven for 0.15 s whose hand no recording shows (``make robustness``), one kept a bias of three intervals without it.
+# s added to the first cut that agrees: a torque that has faded below the significance still biases the fit. The size is
+# a choice; ``make laws`` shows the bias that is left of a hand.
 FADES = 0.05
 SHORT = 0.02  # s, below which whole milliseconds are too coarse in a sentence
 LEAST_SHARE = 0.4  # of the shortest recording, that must remain
@@ -245,8 +244,8 @@ class _Later:
     def _likelihood(self, here: Solution) -> float:
         """The probability that the later samples fit the rates ``here`` so much worse than their own.
 
-        Along a ridge covariances hold near the estimate only: an overdamped leg without a hand differed by p = 2e-13,
-        where its later samples fit the rates of all as well as their own.
+        Covariances are those of a linearised model, which along a ridge holds near the estimate only: the rates of all
+        samples may be improbable by them there, and fit the later samples as well as their own.
         """
         later_fit = self.known.solution
         begin = FitStart(here.values, later_fit.locals)

@@ -30,16 +30,16 @@ from synth.fit.uncertainty import clipped_rms, correlation_times
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
-# Of the mean squared error above the samples' scatter, what a law must leave at most to be named. Of 24 random legs
-# that rub, friction leaves under 0.06 in 16; of 24 with quadratic damping, that leaves under 0.07 in 21; on 48 driven
-# by a hand for 0.15 or 0.25 s friction leaves 0.7 and more.
+# Of the mean squared error above the samples' scatter, what a law must leave at most to be named. The right law
+# leaves what the links' errors make; where a hand is the cause, a law of speed takes little of what acts at first only.
+# Between the two it is a choice; ``make laws`` counts the legs on either side.
 LEAVES = 0.2
 HOPELESS = 0.85  # the same, as predicted by the first linear step: no further one is taken
 FIRST = 0.03  # of the torque of springs and gravity, the first step of a law's torque at the joint's RMS speed
 LEAST_STEP = 0.001  # as ``FIRST``, of a coefficient that is nearly zero
 NEXT = 0.03  # of the coefficient, later ones
 # Of the torque of springs and gravity, standard deviation of a law's torque before the trials: while a joint turns one
-# way, friction looks like another free angle, and 130 times the true one fitted.
+# way, friction looks like another free angle, and the trials alone allow any size of it.
 EXPECTED = 0.5
 STEPS = 6
 NEAR_ENOUGH = 0.01  # of the log-likelihood, of the other unknowns' fits

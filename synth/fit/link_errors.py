@@ -28,8 +28,7 @@ from synth.swing.leg_model import Leg
 from synth.swing.tolerances import LINK_QUANTITIES, QUANTITIES, Tolerances
 
 STEP = 1e-4  # of a logarithm; the integration's error at 1e-7 is a thousandth of the change
-# A motion near the fit's limit of steps, as of a stiff leg driven by a hand, needs more with its links moved: two of 78
-# such legs had no sensitivity.
+# Times the fit's limit of steps: a motion near it, as of a stiff leg driven by a hand, may need more with moved links.
 MORE_STEPS = 4
 WORDS = {"length": "length", "mass": "mass", "com": "centre of mass", "inertia": "inertia"}
 

@@ -78,11 +78,10 @@ class Recording:
     def initial_rate(self) -> tuple[Array, Array]:
         """Initial rate (n,) rad/s from the smoothed samples, and its standard deviation (n,).
 
-        The deviation is wide enough not to affect anything that the trajectory determines. It is needed for a joint so
-        damped that its initial rate decays within a sample: without a prior any rate would fit, even a thousand degrees
-        per second. It equals the largest observed rate: a slowly moving joint's smoothed samples do not show the
-        initial rate, and with a third of that value thirty trials' initial rates were biased, k and b by two of their
-        standard deviations; with three times it the lab's overdamped hip fell to a hundredth of its stiffness.
+        The deviation is that of what the samples do not show. The initial rate of a joint so damped that it decays
+        within a sample may be any, and without a prior any would fit. The largest observed rate is the one size of a
+        rate that the recording gives: a smaller deviation would hold the start to the slow motion after the decay, and
+        a larger one would allow rates that no sample shows. The trajectory determines all others far better.
         """
         step = float(np.median(np.diff(self.time)))
         largest = np.abs(self.smoothed.rate).max(axis=0)
@@ -94,8 +93,7 @@ class Recording:
 
         The rate's deviation includes the rate itself. If a joint is so damped that its initial rate decays within a
         sample, the samples show the slow motion that follows and not the rate before it, which may have been zero: a
-        deviation of a third of that biased thirty trials' initial rates, k and b by two of their standard
-        deviations.
+        smaller deviation would bias the start of every trial the same way, and k and b with it.
         """
         # Rounding to counts is detected from a joint's smallest difference over a series only; here the
         # scatter suffices.

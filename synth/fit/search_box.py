@@ -19,8 +19,8 @@ from synth.swing.mechanics import coefficients, outboard_inertia
 # Greatest damper rate over inertia, times the pace. A joint of the time constant of four paces would then come to its
 # creeping within a thousandth of it, which no recording shows.
 DAMPED = 1000.0
-# The same, times the interval of the samples: what decays by exp(30) from one to the next is not in them. So strong a
-# damper only shortens the steps: without this the thirty releases of rats took four times as long to fit.
+# The same, times the interval of the samples: what decays by exp(30) from one to the next is not in them. A stronger
+# damper fits them no better, and only shortens the integrator's steps.
 UNSEEN = 30.0
 # The same, times the recording's length and the square of the joint's frequency under gravity alone: a strong damper's
 # rate shows in how gravity moves it, however little its inertia does.

@@ -38,7 +38,7 @@ FARTHEST = 0.25  # relative deviation above which the request is refused
 COUNTED = 0.05  # of the amplitude: smaller swings are coupled from other joints
 ABSENT = 2.0  # logarithm for a characteristic that the motion does not show: a factor of e^2
 SIZES = (0.2, -0.3, 0.4, -0.15, 0.6)  # of the first simplex in logarithms; restarted until the request is met
-EVALUATIONS = 150  # simulations per unknown of one simplex; 140 were needed
+EVALUATIONS = 150  # simulations per unknown of one simplex, a choice: ``DONE`` ends it earlier
 DONE = 0.01  # largest relative deviation of a characteristic for the search to end
 
 

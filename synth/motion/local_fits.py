@@ -14,8 +14,9 @@ from synth.arrays import Array, Mask
 from synth.motion.smoothing import Smoothed, odd_points
 
 UNIFORM = 0.02  # of the step, by which samples may be off the grid
-# Times the rate's noise with all samples, from which a grid point is a gap. Of 25 free releases with 30 % lost samples
-# and two holes 1 looks driven (7 by bridges), of those with a hand for 0.25 s 15; with 5.0 it is 3 and 17.
+# Times the rate's noise with all samples, from which a grid point is a gap: a cubic that its own samples do not
+# determine makes a torque of their noise, and a gap hides a hand that acts in it. Between the two it is a choice;
+# ``tests/motion/test_release.py`` reads free and driven releases with gaps.
 NOISIER = 3.0
 
 

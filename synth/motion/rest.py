@@ -10,9 +10,8 @@ from synth.arrays import Array
 
 TAIL = 10  # a recording's last tenth
 LEAST_SWING = 0.02  # of the range: smaller turns are no swings
-# Peak-to-peak motion over the last half cycle, of the whole range, above which a joint still moves. In 29 of 30
-# releases of a rat's limb it is less (or less than the noise); in 12 tests of a robot's hip, which end early, the
-# ankle's is 4 to 20 %.
+# Peak-to-peak motion over the last half cycle, of the whole range, above which a joint still moves: turns that count
+# as swings remain, about which the mean of the last samples is not yet the rest.
 STILL = LEAST_SWING
 CLOSE = 0.1  # of the last swing: two estimates of rest that differ by more belong to no single decaying oscillation
 # Of the first swing, that a motion which starts at rest covers in the first tenth of a half cycle: 2.4 % for a cosine.
