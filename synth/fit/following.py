@@ -14,14 +14,14 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.estimation.consider import Considered, Coupling, consider
 from synth.fit.diverged_fit import divergence_refused
-from synth.fit.least_squares import Stage, refreshed, sample_weights
+from synth.fit.least_squares import Stage, resimulated, sample_weights
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
 from synth.threads import shared_out
 
 
 @dataclass(frozen=True)
-class Followed:
+class FollowedChanges:
     """``considered`` : of the common unknowns (p, c). A trial each: ``own`` (l, c) change of its own unknowns, and
     ``left`` (k, n, c) rad of the prediction of its samples asked for, all unknowns following.
     """
@@ -40,14 +40,14 @@ class _ChangedTrial:
     slopes: Array
 
 
-def followed(
+def follow_changes(
     model: TrajectoryModel,
     recordings: Sequence[Recording],
     stage: Stage,
     change: Callable[[int], Array],
     asked: Callable[[Recording], Mask],
     beside: Array | None = None,
-) -> Followed:
+) -> FollowedChanges:
     """The estimates of ``stage`` after each of c changes of the model.
 
     Parameters
@@ -56,7 +56,7 @@ def followed(
     asked : recording -> (m,) the samples whose remaining change is wanted.
     beside : (p, c) change of the gradient by measurements other than trials.
     """
-    stage = refreshed(model, recordings, stage, 0.0)
+    stage = resimulated(model, recordings, stage, 0.0)
     solution, weights, n_common = stage.solution, stage.weights, len(stage.solution.values)
     information = solution.information
     lanes = solution.lanes or shared_out(
@@ -80,7 +80,7 @@ def followed(
         trial.moved + trial.slopes @ np.concatenate([considered.sensitivity, mine])
         for trial, mine in zip(trials, own, strict=True)
     )
-    return Followed(considered, own, tuple(left))
+    return FollowedChanges(considered, own, tuple(left))
 
 
 def _flat(slopes: Array, root: Array) -> Array:
