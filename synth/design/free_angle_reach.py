@@ -26,7 +26,7 @@ def out_of_reach(design: LegDesign) -> list[str]:
 def refuse_stops(design: LegDesign) -> None:
     """Raise UserError for measured free angles at which the drawn joint rests on its stop."""
     problems = []
-    for name, angle, stops in _read(design):
+    for name, angle, stops in _measured_angles(design):
         near = [stop for stop in stops if abs(angle - stop) <= MEASURED_ANGLE]
         if near:
             text = (
@@ -41,7 +41,7 @@ def refuse_stops(design: LegDesign) -> None:
 def beyond_stops(design: LegDesign) -> list[tuple[str, str]]:
     """Joint and warning for each measured free angle at which the joint cannot have come to rest."""
     found = []
-    for name, angle, (low, high) in _read(design):
+    for name, angle, (low, high) in _measured_angles(design):
         if not low < angle < high:
             stop = low if angle <= low else high
             text = (
@@ -52,7 +52,7 @@ def beyond_stops(design: LegDesign) -> list[tuple[str, str]]:
     return found
 
 
-def _read(design: LegDesign) -> list[tuple[str, float, tuple[float, float]]]:
+def _measured_angles(design: LegDesign) -> list[tuple[str, float, tuple[float, float]]]:
     """Joint, free angle as read at rest, and drawn stops, rad, of each measured spring."""
     known, found = design.project.measured_springs, []
     for joint in () if design.drawn is None else design.drawn.dimensions.joints:

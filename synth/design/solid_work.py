@@ -141,7 +141,7 @@ def checked_leg(dimensions: LegDimensions, weighed: Mapping[str, float], pieces:
     _laid_out(dimensions)
     places, names = _places(dimensions), [joint.name for joint in dimensions.joints]
     homes = _homes(dimensions)
-    built: Built = carried_out([SideCall(_packed, (dimensions, k), home) for k, home in homes])
+    built: Built = carried_out([SideCall(_pack_joint, (dimensions, k), home) for k, home in homes])
     calls = [SideCall(_of_motion, built[k], place) for k, place in places]
     calls += [SideCall(_of_parts, (dimensions, k, (weighed, pieces)), home) for k, home in homes]
     # A link's check needs the joint that follows.
@@ -168,7 +168,7 @@ def _homes(dimensions: LegDimensions) -> list[tuple[int, int | None]]:
     return [(k, k % number if number else None) for k in range(len(dimensions.joints))]
 
 
-def _packed(dimensions: LegDimensions, index: int) -> Packed:
+def _pack_joint(dimensions: LegDimensions, index: int) -> Packed:
     """A joint and its link.
 
     In a copy the last bits of directions differ, so copies are used where any process may be, and nowhere else.
@@ -179,7 +179,7 @@ def _packed(dimensions: LegDimensions, index: int) -> Packed:
     return pickle.dumps(leg.joints[index]), pickle.dumps(leg.links[index])
 
 
-def _copied(dimensions: LegDimensions, built: Built) -> BuiltLeg:
+def _leg_of_copies(dimensions: LegDimensions, built: Built) -> BuiltLeg:
     """The leg of copies."""
     from synth.cad.leg_joints import BuiltWhenUsed, build_leg
 
@@ -286,7 +286,7 @@ def _write_whole(
     from synth import cad
     from synth.cad.export import draw_whole, write_whole
 
-    leg = _copied(dimensions, built)
+    leg = _leg_of_copies(dimensions, built)
     written = write_whole(leg, folder)
     try:
         return written, draw_whole(leg, folder) if pictures else []

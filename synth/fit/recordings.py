@@ -14,12 +14,12 @@ from synth.drives.servo import Servo, ServoSignals
 from synth.errors import Problem, UserError
 from synth.motion.first_state import FirstState, first_state
 from synth.motion.smoothing import Smoothed, lost_samples, smooth
-from synth.motion.thinning import thinned
+from synth.motion.thinning import thin_recording
 from synth.motion.time_step import stepped_unit
 from synth.motion.velocity import unlike, with_velocities
 from synth.remarks import noted
 from synth.swing.chain import Conditions
-from synth.swing.known_torque import averaged, with_least_spacing
+from synth.swing.known_torque import average_torques, with_least_spacing
 from synth.swing.leg_model import Leg
 from synth.swing.time_unit import time_unit
 
@@ -69,7 +69,7 @@ class Recording:
             return None
         force = np.zeros_like(self.smoothed.angle)
         if self.known_torque is not None:
-            force += averaged(self.known_torque, self.smoothed.time)
+            force += average_torques(self.known_torque, self.smoothed.time)
         if self.signals is not None:
             force += _servo_torque(leg, self.signals, self.smoothed)
         return force
@@ -205,7 +205,7 @@ def _read_recording(leg: Leg, trial: Trial) -> Recording:
         raise UserError(Problem(text, file=trial.name))
     rotation = leg.to_rotation(trial.angles[read])
     found = lost_samples(rotation)
-    n_lost, thin = int(found.sum()), thinned(time, rotation, found)
+    n_lost, thin = int(found.sum()), thin_recording(time, rotation, found)
     time, rotation, lost = thin.time - thin.time[0], thin.angle, thin.lost
     few = [name for j, name in enumerate(names) if (~lost[:, j]).sum() < LEAST_SAMPLES]
     if few:

@@ -33,8 +33,9 @@ UNITS = {
     "rotor_inertia": "kg*m^2",
 }  # fmt: skip
 POSITIVE = ("resistance", "back_emf", "rotor_inertia")
-UNKNOWN = 1.0  # standard deviation of a logarithm, above which a constant is known within less than a factor of 5
-SURE = 3.0  # standard deviations below 0 from which a constant counts as negative
+# Standard deviation of a logarithm, above which a constant is known within less than a factor of 5
+UNKNOWN_DEVIATION = 1.0
+SURE_DEVIATIONS = 3.0  # standard deviations below 0 from which a constant counts as negative
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def identify_motor(runs: tuple[HopperRecording, ...], ratio: float) -> MotorEsti
     UserError : the runs do not determine the constants (a single steady speed, or no run-up), or some or all
         are not of a motor, or its simulation diverges near them.
     """
-    rows = [np.concatenate([_weighted(run, ratio, width) for width in (SHORT, LONG)]) for run in runs]
+    rows = [np.concatenate([_weighted_windows(run, ratio, width) for width in (SHORT, LONG)]) for run in runs]
     if sum(map(len, rows)) < 12:
         raise UserError(Problem("the runs are too short: at least a second of run-up and steady running is needed"))
     _refuse_odd_run([run.name for run in runs], rows)
@@ -100,7 +101,7 @@ def _by_response(runs: Sequence[HopperRecording], ratio: float, near: MotorEstim
         if name in ("friction", "viscous"):
             found[name] = IdentifiedConstant(value, deviation * float(unit))
         elif name != "inductance":
-            if deviation > UNKNOWN:
+            if deviation > UNKNOWN_DEVIATION:
                 text = f"the runs do not determine the {name.replace('_', ' ')}: record run-ups from rest"
                 raise UserError(Problem(f"{text} at several voltages"))
             ends = value * np.exp(NORMAL90 * deviation * np.array([-1.0, 1.0]))
@@ -120,7 +121,7 @@ def standard_deviations(fit: ResponseFit, best: ResponsePoint) -> Array:
         raise UserError(Problem(f"{text} unknown. Check the runs' units and signs, and the gear ratio")) from error
 
 
-def _weighted(run: HopperRecording, ratio: float, width: float) -> Array:
+def _weighted_windows(run: HopperRecording, ratio: float, width: float) -> Array:
     """Rows of ``_windows``, weighted: a bump's noise grows with the root of its width."""
     return np.asarray(_windows(run, ratio, width) * width**-0.5)
 
@@ -136,12 +137,12 @@ def _refuse_odd_run(names: Sequence[str], rows: Sequence[Array]) -> None:
             found = _estimate(np.concatenate(others))
         except UserError:
             return None
-        return _missed(found, rows[index]), max(_missed(found, part) for part in others)
+        return _unexplained_share(found, rows[index]), max(_unexplained_share(found, part) for part in others)
 
     refuse_odd(names, missed, "voltage or torque")
 
 
-def _missed(found: MotorEstimate, rows: Array) -> float:
+def _unexplained_share(found: MotorEstimate, rows: Array) -> float:
     """Share of the voltage, or of the torque, that a motor's equations leave (root mean square), the larger one."""
     electric = np.array([found.resistance.value, found.back_emf.value, found.inductance.value])
     mechanic = np.array([found.friction.value, found.viscous.value, found.rotor_inertia.value])
@@ -158,7 +159,7 @@ def _refuse_no_motor(names: Sequence[str], found: MotorEstimate, keys: Sequence[
     wrong = {}
     for key in keys:
         estimate: IdentifiedConstant = getattr(found, key)
-        if estimate.value <= 0.0 if key in POSITIVE else estimate.value < -SURE * estimate.deviation:
+        if estimate.value <= 0.0 if key in POSITIVE else estimate.value < -SURE_DEVIATIONS * estimate.deviation:
             wrong[key] = UNITS[key]
     if wrong:
         messages = ", ".join(f"{key.replace('_', ' ')} {getattr(found, key).value:.3g} {u}" for key, u in wrong.items())
