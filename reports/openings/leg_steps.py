@@ -147,16 +147,16 @@ def _free_angle_step(document: Json, left: list[str]) -> str:
         entry = f"`measured: {{spring: {{{near[0]}: {{free_angle: … deg}}}}}}`"
         said.append(
             f"In each assembled joint ({joined_names(near)}), {side}, read the angle at which it comes to rest, to a "
-            "degree; it is not the loose spring's angle. On a stop it tells nothing: see the joint's order of assembly. "
-            f"Write it as {entry}."
+            "degree; it is not the loose spring's angle. On a stop it tells nothing: see the joint's order of "
+            f"assembly. Write it as {entry}."
         )
     if far:
         entry = f"`measured: {{spring: {{{far[0]}: {{free_angle: … deg, free_angle_by: torque}}}}}}`"
         said.append(
             f"The free angle of {joined_names(far)} lies beyond a stop, on which the joint would rest. In the "
             f"assembled joint, {side}, turn the link off the stop with a spring scale, square to it at a known "
-            "distance from the hinge, to two angles A and B some 15° apart; with the torques M and N there the free angle "
-            f"is A − M (B − A)/(N − M). Write it as {entry}."
+            "distance from the hinge, to two angles A and B some 15° apart; with the torques M and N there the free "
+            f"angle is A − M (B − A)/(N − M). Write it as {entry}."
         )
     return " ".join(said)
 
