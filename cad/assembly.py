@@ -77,7 +77,7 @@ def assembly(joint: BuiltJoint) -> tuple[AssemblyStep, ...]:
     steps = []
     # Longer endings first: a bracket's screw is no bracket.
     wanted = {ending for _, endings, _, _ in planned for ending in endings}
-    owner = {name: max((e for e in wanted if _named(name, prefix, e)), key=len, default="") for name in left}
+    owner = {name: max((e for e in wanted if _is_named(name, prefix, e)), key=len, default="") for name in left}
     for text, endings, along, below in planned:
         steps.append(AssemblyStep(text, tuple(n for n, ending in owner.items() if ending in endings), along, below))
     steps.append(AssemblyStep("push the tubes into their sockets and put the screws through, with their nuts",
@@ -87,7 +87,7 @@ def assembly(joint: BuiltJoint) -> tuple[AssemblyStep, ...]:
     return (upper, *steps)
 
 
-def _named(name: str, prefix: str, ending: str) -> bool:
+def _is_named(name: str, prefix: str, ending: str) -> bool:
     """Whether a part matches an ``ending``: itself, numbered, or of the second spring."""
     rest = name.removeprefix(prefix)
     if rest == ending:
@@ -155,7 +155,7 @@ def _at_damper(joint: BuiltJoint) -> str:
     return f"; tighten its hub's set screw on the flat of the shaft's end{borne}"
 
 
-def exploded(joint: BuiltJoint) -> list[tuple[BuiltPart, Mesh, int]]:
+def exploded_view(joint: BuiltJoint) -> list[tuple[BuiltPart, Mesh, int]]:
     """Every part of the exploded view with the number of its step; the joint at its files' angle, upper link up."""
     upper = joint.part("upper").mesh.vertices
     width = float(upper[:, 2].max() - upper[:, 2].min())
@@ -167,7 +167,7 @@ def exploded(joint: BuiltJoint) -> list[tuple[BuiltPart, Mesh, int]]:
     for number, step in enumerate(steps, start=1):
         for name in step.parts:
             part = parts[name]
-            along, below = _apart(part, name, step)
+            along, below = _shifts(part, name, step)
             if "lower_socket" in name:
                 below = lower  # in the lower half's socket, not where that was: behind the upper half
             shift = (0.0, -BELOW * width * below, SPREAD * width * along * flip)
@@ -175,7 +175,7 @@ def exploded(joint: BuiltJoint) -> list[tuple[BuiltPart, Mesh, int]]:
     return found
 
 
-def _apart(part: BuiltPart, name: str, step: AssemblyStep) -> tuple[float, float]:
+def _shifts(part: BuiltPart, name: str, step: AssemblyStep) -> tuple[float, float]:
     """Shifts of a part in joint widths: its step's, increased for a part that would be hidden in another."""
     along, below = step.along, step.below
     if part.family == "bearing":

@@ -14,13 +14,13 @@ from synth.cad.encoder_seat import seat_height
 from synth.cad.hardware import SOLID
 from synth.cad.hinge import cross_screw, cylinder, pocket_depth, socket_screw_at
 from synth.cad.layout import JointLayout
-from synth.cad.parts import DENSITIES, Drawn, Group
+from synth.cad.parts import DENSITIES, DrawnPart, Group
 from synth.cad.screw_places import Place, SocketScrew, bracket_screws, damper_screws, encoder_screws
 from synth.cad.shaft_line import lay_shaft
 from synth.cad.standard_part import StandardPart
 
 
-def bought_parts(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
+def bought_parts(dimensions: JointDimensions, layout: JointLayout) -> list[DrawnPart]:
     """All standard parts except the seats' screws and the parts of the damper's shaft."""
     line = lay_shaft(dimensions, layout, shaft_end(dimensions, layout).bottom)
     return [
@@ -34,7 +34,7 @@ def bought_parts(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn
     ]
 
 
-def _bearings(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
+def _bearings(dimensions: JointDimensions, layout: JointLayout) -> list[DrawnPart]:
     bearing, deep = dimensions.hardware.bearing, pocket_depth(dimensions)
     bore = loose(bearing.bore)
     volume = arm_shaft.ring_volume(bearing.outer_diameter, bore, bearing.width)
@@ -45,11 +45,11 @@ def _bearings(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
     found = []
     for which, bottom in (("a", -layout.gap_a - deep), ("b", layout.gap_b + deep - bearing.width)):
         solid = arm_shaft.build_ring(bearing.outer_diameter, bore, bottom, bottom + bearing.width)
-        found.append(Drawn(f"bearing_{which}", "bearing", "upper", solid, volume, False, made, mass))
+        found.append(DrawnPart(f"bearing_{which}", "bearing", "upper", solid, volume, False, made, mass))
     return found
 
 
-def _on_the_shaft(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
+def _on_the_shaft(dimensions: JointDimensions, layout: JointLayout) -> list[DrawnPart]:
     """Thrust washers and collars."""
     washer, collar = dimensions.hardware.washer, dimensions.hardware.collar
     line = lay_shaft(dimensions, layout, shaft_end(dimensions, layout).bottom)
@@ -66,15 +66,15 @@ def _on_the_shaft(dimensions: JointDimensions, layout: JointLayout) -> list[Draw
         ):
             solid = arm_shaft.build_ring(outer, bore, bottom, bottom + height)
             volume = arm_shaft.ring_volume(outer, bore, height)
-            found.append(Drawn(f"{suffix}_{which}", family, "lower", solid, volume, False, made))
+            found.append(DrawnPart(f"{suffix}_{which}", family, "lower", solid, volume, False, made))
     return found
 
 
-def _encoder(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
+def _encoder(dimensions: JointDimensions, layout: JointLayout) -> list[DrawnPart]:
     return _fixings("encoder_screw", encoder_screws(dimensions, layout, seat_height(dimensions)))
 
 
-def _fixings(suffix: str, places: Sequence[Place]) -> list[Drawn]:
+def _fixings(suffix: str, places: Sequence[Place]) -> list[DrawnPart]:
     """Screws of the upper half that end in inserts."""
     found = []
     for index, place in enumerate(places, start=1):
@@ -82,11 +82,11 @@ def _fixings(suffix: str, places: Sequence[Place]) -> list[Drawn]:
         solid = spring_seat.build_screw(screw, place.length, place.face, place.way, place.at)
         made = standard_part.screw(screw.standard, screw.size, place.length)
         volume = spring_seat.screw_volume(screw, place.length)
-        found.append(Drawn(f"{suffix}_{index}", "screw", "upper", solid, volume, False, made))
+        found.append(DrawnPart(f"{suffix}_{index}", "screw", "upper", solid, volume, False, made))
     return found
 
 
-def _socket_screws(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
+def _socket_screws(dimensions: JointDimensions, layout: JointLayout) -> list[DrawnPart]:
     """The screw and nut through each tube and its socket."""
     ends: list[tuple[Group, float, int]] = [("lower", layout.lower_bottom, -1)]
     if dimensions.mount is None:
@@ -98,10 +98,10 @@ def _socket_screws(dimensions: JointDimensions, layout: JointLayout) -> list[Dra
         body = spring_seat.build_screw(screw, through.length, through.flat, 1, at)
         made = standard_part.screw(screw.standard, screw.size, through.length, has_nut=True)
         volume = spring_seat.screw_volume(screw, through.length)
-        found.append(Drawn(f"{group}_socket_screw", "screw", group, body, volume, False, made))
+        found.append(DrawnPart(f"{group}_socket_screw", "screw", group, body, volume, False, made))
         nut = _nut(through, at)
         bought = StandardPart("nut", through.nut.standard, f"M{through.nut.size:g}", " hexagon nut, steel")
-        found.append(Drawn(f"{group}_socket_nut", "nut", group, nut, _nut_volume(through), False, bought))
+        found.append(DrawnPart(f"{group}_socket_nut", "nut", group, nut, _nut_volume(through), False, bought))
     return found
 
 

@@ -49,7 +49,7 @@ def _laid_out(dimensions: JointDimensions) -> tuple[JointLayout | None, tuple[Di
     layout = place(dimensions)
     found = list(layout.space.problems)
     if not found:
-        found += _meeting(dimensions, layout) + _swept(dimensions, layout) + fitting_problems(dimensions, layout)
+        found += _meeting_stops(dimensions, layout) + _swept(dimensions, layout) + fitting_problems(dimensions, layout)
     return (None if found else layout), tuple(found)
 
 
@@ -81,7 +81,7 @@ def clear_upper_arm_angle(dimensions: JointDimensions) -> float:
     raise DimensionError(problems)
 
 
-def _meeting(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
+def _meeting_stops(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
     """Stops before which the links would collide, or at which their gap is smaller than the clearance."""
     half = layout.socket_outer + dimensions.clearance
     most = 180.0 - 2 * math.degrees(math.atan2(half, layout.web_radius))

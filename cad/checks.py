@@ -18,7 +18,7 @@ from synth.cad.leg_joints import BuiltLeg
 from synth.cad.parts import BuiltPart
 from synth.cad.play import check_play
 from synth.cad.printing import check_printing
-from synth.cad.results import CheckResult, GateError, at_least, at_most, require
+from synth.cad.results import CheckResult, GateError, check_at_least, check_at_most, require
 from synth.cad.seat_room import check_seat_room
 from synth.cad.spring_solid import measured_arms, measured_stiff_length
 from synth.cad.travel import OVERLAP_LIMIT, Bodies, check_gaps, check_spring_room, check_travel, check_within, manifold
@@ -43,7 +43,9 @@ def check_part(part: BuiltPart) -> list[CheckResult]:
     if part.exact_volume is not None:
         limit = SPRING_VOLUME_LIMIT if part.family == "spring" else SOLID_VOLUME_LIMIT
         error = abs(volume / part.exact_volume - 1.0)
-        results.append(at_most("volume", part.name, error, limit, "", f"solid against {part.exact_volume:.2f} mm^3"))
+        results.append(
+            check_at_most("volume", part.name, error, limit, "", f"solid against {part.exact_volume:.2f} mm^3")
+        )
     mesh = trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, process=False)
     # manifold3d turns a mesh that it cannot use into an empty body, which would pass every overlap check.
     usable = not manifold(part.mesh).is_empty()
@@ -55,11 +57,13 @@ def check_part(part: BuiltPart) -> list[CheckResult]:
         )
     )
     error = abs(part.mesh.volume / volume - 1.0) if volume else math.inf
-    results.append(at_most("mesh volume", part.name, error, MESH_VOLUME_LIMIT, "", "mesh against solid, sign included"))
+    results.append(
+        check_at_most("mesh volume", part.name, error, MESH_VOLUME_LIMIT, "", "mesh against solid, sign included")
+    )
     box = part.solid.BoundingBox()
     low, high = part.mesh.vertices.min(axis=0), part.mesh.vertices.max(axis=0)
     off = np.abs(np.array([box.xmin, box.ymin, box.zmin, box.xmax, box.ymax, box.zmax]) - np.concatenate([low, high]))
-    results.append(at_most("bounding box", part.name, float(off.max()), 0.3, "mm", "solid against mesh"))
+    results.append(check_at_most("bounding box", part.name, float(off.max()), 0.3, "mm", "solid against mesh"))
     return results
 
 
@@ -83,7 +87,7 @@ def check_pitch(joint: BuiltJoint) -> CheckResult:
     """Neighbouring coils must not intersect: ``pitch cos(helix angle) >= d``; no kernel check detects it."""
     spring = joint.dimensions.spring
     angle = math.atan(spring.drawn_pitch / (math.pi * spring.mean_diameter))
-    return at_least(
+    return check_at_least(
         "pitch",
         joint.part("spring").name,
         spring.drawn_pitch * math.cos(angle),
@@ -109,7 +113,7 @@ def _check_arms(joint: BuiltJoint, spring: BuiltPart, which: str) -> list[CheckR
     lower, upper = arms if low_is_lower else arms[::-1]
     between = (lower.seen_angle() - upper.seen_angle()) * dimensions.opening_sign % 360.0
     error = abs((between - dimensions.spring.included_angle + 180.0) % 360.0 - 180.0)
-    results = [at_most("included angle", spring.name, error, ANGLE_TOLERANCE, "deg", "between the drawn arms")]
+    results = [check_at_most("included angle", spring.name, error, ANGLE_TOLERANCE, "deg", "between the drawn arms")]
     turn = joint.turn("lower", dimensions.free_angle)
     frees = (
         upper.start_of(joint.part(f"upper_cap{which}").solid, 0.0),
@@ -120,7 +124,7 @@ def _check_arms(joint: BuiltJoint, spring: BuiltPart, which: str) -> list[CheckR
     if wanted is None:
         wanted = effective_length(dimensions.spring.radius, dimensions.spring.drawn_coils, joint.layout.free_arm)
     text = f"rate of the drawn spring with arms free over {frees[0]:.3f} and {frees[1]:.3f} mm, over the designed one"
-    results.append(at_most("levers", spring.name, abs(wanted / found - 1.0), LEVERS_LIMIT, "", text))
+    results.append(check_at_most("levers", spring.name, abs(wanted / found - 1.0), LEVERS_LIMIT, "", text))
     return results
 
 
@@ -166,8 +170,8 @@ def check_link(leg: BuiltLeg, index: int) -> list[CheckResult]:
     volume = float((manifold(tube) ^ manifold(upper.mesh)).volume())
     gap = abs(float(tube.vertices[:, 1].min()) - following.layout.upper_bottom)
     return [
-        at_most("overlap", link.name, volume, OVERLAP_LIMIT, "mm^3", f"with {upper.name}"),
-        at_most("seat", link.name, gap, 1e-6, "mm", f"tube's end to the bottom of {upper.name}'s socket"),
+        check_at_most("overlap", link.name, volume, OVERLAP_LIMIT, "mm^3", f"with {upper.name}"),
+        check_at_most("seat", link.name, gap, 1e-6, "mm", f"tube's end to the bottom of {upper.name}'s socket"),
     ]
 
 

@@ -13,7 +13,7 @@ from synth.cad.dimensions import JointDimensions
 from synth.cad.fitting_problems import adapter_pins, adapter_radius, damper_opening, has_insert, longest_pin
 from synth.cad.hardware import Pin, insert_of
 from synth.cad.layout import JointLayout, fixing_screw
-from synth.cad.parts import Drawn
+from synth.cad.parts import DrawnPart
 from synth.cad.screw_places import SET_SCREW, bracket_depths
 from synth.cad.shaft_line import AXIAL_GAP, lay_shaft
 from synth.cad.standard_part import CutPart, StandardPart
@@ -88,11 +88,11 @@ def shaft_end(dimensions: JointDimensions, layout: JointLayout) -> ShaftEnd:
     return ShaftEnd(bottom, form, size, grip, wide)
 
 
-def damper_side(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
+def damper_side(dimensions: JointDimensions, layout: JointLayout) -> list[DrawnPart]:
     """The shaft, and the adapter or insert with its pins and set screw."""
     end = shaft_end(dimensions, layout)
     line = lay_shaft(dimensions, layout, end.bottom)
-    found: list[Drawn] = []
+    found: list[DrawnPart] = []
     holes = [(line.pin_height, line.pin.size, line.pin_angle)]
     hub = _hub(dimensions, layout)
     if hub is not None:
@@ -116,7 +116,7 @@ def damper_side(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]
         work += f"; other end bored {encoder.magnet_diameter:g} mm, {encoder.magnet_depth:g} mm deep for the magnet"
     solid = arm_shaft.build_shaft(shape)
     made = CutPart("ground rod, h6", f"{dimensions.shaft_diameter:g}", length, work)
-    return [Drawn("shaft", "shaft", "lower", solid, arm_shaft.shaft_volume(shape), False, made), *found]
+    return [DrawnPart("shaft", "shaft", "lower", solid, arm_shaft.shaft_volume(shape), False, made), *found]
 
 
 def _words(form: Form) -> str:
@@ -143,7 +143,7 @@ def _hub(dimensions: JointDimensions, layout: JointLayout) -> Hub | None:
     return Hub(damper.bore.size / 2, shaft, fit, pin, -damper_bracket.ROTOR_GRIP * damper.body_length / 2)
 
 
-def _on_the_end(dimensions: JointDimensions, hub: Hub, top: float) -> list[Drawn]:
+def _on_the_end(dimensions: JointDimensions, hub: Hub, top: float) -> list[DrawnPart]:
     """Adapter or insert, its pin, and the fastening of the damper's own shaft."""
     adapter, bore = dimensions.damper.adapter, dimensions.damper.bore
     shift = (0, 0, top)
@@ -152,12 +152,12 @@ def _on_the_end(dimensions: JointDimensions, hub: Hub, top: float) -> list[Drawn
         assert bore.size is not None
         length = damper_bracket.ROTOR_GRIP * dimensions.damper.body_length
         solid = damper_adapter.build_insert(bore.form, bore.size, length, hub).translate(shift)
-        found = [Drawn("damper_insert", "damper_insert", "lower", solid, None, True, "print")]
+        found = [DrawnPart("damper_insert", "damper_insert", "lower", solid, None, True, "print")]
     else:
         output = adapter_pins(dimensions)[1] if adapter.form == "round" else None
         solid = damper_adapter.build_adapter(adapter, hub, output).translate(shift)
         exact = damper_adapter.adapter_volume(adapter, hub, output)
-        found = [Drawn("damper_adapter", "damper_adapter", "lower", solid, exact, True, "print")]
+        found = [DrawnPart("damper_adapter", "damper_adapter", "lower", solid, exact, True, "print")]
         low, flat = damper_adapter.set_screw_place(adapter)
         if output is not None:
             pins.append(("damper_output_pin", output, top + low))
@@ -165,16 +165,16 @@ def _on_the_end(dimensions: JointDimensions, hub: Hub, top: float) -> list[Drawn
             body = arm_shaft.cross_hole(top + low, SET_SCREW / 2, flat + SET_SCREW_LENGTH, 0.0, flat)
             volume = math.pi * SET_SCREW**2 / 4 * SET_SCREW_LENGTH
             made = standard_part.screw("ISO 4026", SET_SCREW, SET_SCREW_LENGTH, kind="set screw")
-            found.append(Drawn("damper_set_screw", "screw", "lower", body, volume, False, made))
+            found.append(DrawnPart("damper_set_screw", "screw", "lower", body, volume, False, made))
     return found + [_pin(suffix, pin, height) for suffix, pin, height in pins]
 
 
-def _pin(suffix: str, pin: Pin, height: float) -> Drawn:
+def _pin(suffix: str, pin: Pin, height: float) -> DrawnPart:
     return pin_part(suffix, pin, height, PIN_TURN)
 
 
-def pin_part(suffix: str, pin: Pin, height: float, turn: float) -> Drawn:
+def pin_part(suffix: str, pin: Pin, height: float, turn: float) -> DrawnPart:
     """A dowel pin as it is bought."""
     solid = arm_shaft.build_pin(pin.size, pin.length, height, turn)
     made = StandardPart("pin", pin.standard, f"{pin.size:g}", " dowel pin, steel", pin.length)
-    return Drawn(suffix, "pin", "lower", solid, math.pi / 4 * pin.size**2 * pin.length, False, made)
+    return DrawnPart(suffix, "pin", "lower", solid, math.pi / 4 * pin.size**2 * pin.length, False, made)

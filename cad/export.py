@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from synth.cad.assembly import exploded, numbers_at
+from synth.cad.assembly import exploded_view, numbers_at
 from synth.cad.checks import check_leg
 from synth.cad.dxf import flat_brackets, write_flat
 from synth.cad.joint import BuiltJoint
@@ -147,7 +147,7 @@ def draw_joint(leg: BuiltLeg, index: int, folder: Path, given: Camera | None = N
         together = _joint_items(joint)
         draw(name, name, [item for _, item in together])
         draw(f"{name}_inside", name, [item for part, item in together if not part.startswith(BEFORE_SPRING)])
-        apart = exploded(joint)
+        apart = exploded_view(joint)
         camera.draw([(mesh, part.colour) for part, mesh, _ in apart], folder / f"{name}_exploded.png",
                     view=(0.85, 0.25, 0.45 * flip), labels=numbers_at(apart), closed=True)  # fmt: skip
     written.append(ExportedFile(f"{name}_exploded.png", "png", name))

@@ -16,7 +16,7 @@ import numpy as np
 from synth.cad.moments import Moments, Vector
 
 SAGITTA = 0.02  # mm, of a chord under its arc: masses of the built-in example's parts are then within 1e-5 (test)
-LEAST = 32  # chords to a whole circle
+LEAST_CHORDS = 32  # chords to a whole circle
 
 
 class Facets:
@@ -68,7 +68,7 @@ def _batch(bodies: Sequence[Facets], operation: str) -> Any:
 def _chords(radius: float, sweep: float) -> int:
     """Number of chords of an arc of ``sweep`` rad."""
     step = 2 * math.acos(1.0 - min(SAGITTA / radius, 0.5))
-    return max(2, math.ceil(sweep / min(step, 2 * math.pi / LEAST)))
+    return max(2, math.ceil(sweep / min(step, 2 * math.pi / LEAST_CHORDS)))
 
 
 @lru_cache(maxsize=256)
@@ -94,7 +94,7 @@ def arc_points(x: float, y: float, radius: float, start: float, end: float) -> l
     return [(x + r * math.cos(turn), y + r * math.sin(turn)) for r, turn in zip(reach, turns, strict=True)]
 
 
-def extruded(points: Sequence[tuple[float, float]], bottom: float, top: float) -> Facets:
+def extrude_polygon(points: Sequence[tuple[float, float]], bottom: float, top: float) -> Facets:
     """A flat polygon, counter-clockwise, between two heights."""
     import manifold3d
 
@@ -106,7 +106,7 @@ def cylinder(radius: float, height: float, base: Vector, direction: Vector, angl
     """A cylinder, or the sector of one from the x axis on; see ``kernel.cylinder``."""
     sector = angle < 360.0
     points = [(0.0, 0.0), *arc_points(0.0, 0.0, radius, 0.0, math.radians(angle))] if sector else circle_points(radius)
-    return Facets(extruded(points, 0.0, height).body.transform(_frame(base, direction)))
+    return Facets(extrude_polygon(points, 0.0, height).body.transform(_frame(base, direction)))
 
 
 def prism(corners: Sequence[Vector], way: Vector) -> Facets:
@@ -121,10 +121,10 @@ def prism(corners: Sequence[Vector], way: Vector) -> Facets:
     across = np.cross(normal / np.linalg.norm(normal), aside)
     flat = [(float(x), float(y)) for x, y in (points - points[0]) @ np.column_stack([aside, across])]
     matrix = np.column_stack([aside, across, along, points[0]])
-    return Facets(extruded(flat, 0.0, 1.0).body.transform(matrix))
+    return Facets(extrude_polygon(flat, 0.0, 1.0).body.transform(matrix))
 
 
-def meshed(vertices: Any, faces: Any) -> Facets:
+def solid_of_mesh(vertices: Any, faces: Any) -> Facets:
     """A closed mesh, its faces outward, as a solid.
 
     Raises

@@ -60,7 +60,7 @@ def failure_items(joint: BuiltJoint, check: CheckResult, printing: PrintDimensio
     """The drawing of a failed check."""
     part = next(part for part in joint.parts if part.name == check.part)
     if check.angle is not None:
-        return _meeting(joint, check.angle)
+        return _show_meeting(joint, check.angle)
     if check.name == "print: wall":
         marks = _marks(thin_points(part.mesh, printing.thinnest))
         return [(part.mesh, part.colour, GLASS), *([(marks, RED, 1.0)] if len(marks.faces) else [])]
@@ -72,14 +72,14 @@ def failure_items(joint: BuiltJoint, check: CheckResult, printing: PrintDimensio
     return [*others, (joint.mesh_at(part, angle), RED, 1.0)]
 
 
-def _meeting(joint: BuiltJoint, angle: float) -> list[Item]:
+def _show_meeting(joint: BuiltJoint, angle: float) -> list[Item]:
     """The joint at an angle, and in red the common volume of two of its parts."""
     placed = [(part, joint.mesh_at(part, angle)) for part in joint.parts]
     items: list[Item] = [(mesh, part.colour, GLASS) for part, mesh in placed]
     solids = {part.name: manifold(mesh) for part, mesh in placed}
     for index, (first, _) in enumerate(placed):
         for second, _ in placed[index + 1 :]:
-            if _fixed(first, second):
+            if _is_fixed(first, second):
                 continue
             shared = solids[first.name] ^ solids[second.name]
             if shared.volume() > OVERLAP_LIMIT:
@@ -89,7 +89,7 @@ def _meeting(joint: BuiltJoint, angle: float) -> list[Item]:
     return items
 
 
-def _fixed(first: BuiltPart, second: BuiltPart) -> bool:
+def _is_fixed(first: BuiltPart, second: BuiltPart) -> bool:
     return first.group == second.group
 
 

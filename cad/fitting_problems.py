@@ -14,9 +14,8 @@ from synth.cad.outlines import mount_across
 from synth.cad.screw_places import SET_SCREW, bracket_depths, socket_screw
 from synth.cad.shaft_line import lay_shaft, pin_spare, tongue_pin
 
-ROUNDED = (
-    0.9  # of a square's or hexagon's diagonal that the rod it is milled from may have: a twentieth off each corner
-)
+# of a square's or hexagon's diagonal that the rod it is milled from may have: a twentieth off each corner
+ROUNDED = 0.9
 
 BESIDE = 1.2  # mm of print between an insert's hole and what is beside it: three lines
 BODY_WALL = 0.5  # mm, least wall of a bought damper's body: sheet metal
@@ -77,7 +76,7 @@ def fitting_problems(dimensions: JointDimensions, layout: JointLayout) -> list[D
     return [
         *_seat(dimensions, layout),
         *_fit(dimensions),
-        *_pinned(dimensions, layout),
+        *_pin_problems(dimensions, layout),
         *_socket(dimensions, layout),
         *_bracket(dimensions, layout),
         *_bore(dimensions),
@@ -107,7 +106,7 @@ def _fit(dimensions: JointDimensions) -> list[DimensionProblem]:
     return [DimensionProblem(f"{dimensions.name}.fit", dimensions.fit, allowed, "the shaft would tilt in its bore")]
 
 
-def _pinned(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
+def _pin_problems(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
     """A tongue too small for its pin, or without a place for the pin's hole."""
     name, text = f"{dimensions.name}.shaft_diameter", "a thinner shaft, or a coil with more space around it"
     if tongue_pin(dimensions, layout.space.tongue_radius) is None:

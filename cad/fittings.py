@@ -72,7 +72,7 @@ class EncoderDimensions:
 
     def problems(self, prefix: str = "") -> list[DimensionProblem]:
         """Every reason why this encoder cannot be mounted."""
-        return _screwed(self, self.body_diameter, "the encoder's body", prefix)
+        return _screw_problems(self, self.body_diameter, "the encoder's body", prefix)
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ class DamperDimensions:
 
     def problems(self, prefix: str = "") -> list[DimensionProblem]:
         """Every reason why this damper cannot be mounted."""
-        found = _screwed(self, self.outer_diameter, "the damper's body", prefix)
+        found = _screw_problems(self, self.outer_diameter, "the damper's body", prefix)
         found += self.bore.problems(prefix + "bore.")
         return found + (self.adapter.problems(prefix + "adapter.") if self.adapter is not None else [])
 
@@ -177,7 +177,9 @@ def _form_problems(form: str, name: str) -> list[DimensionProblem]:
     return [DimensionProblem(name, form, ", ".join(FORMS), "the section by which a damper is driven")]
 
 
-def _screwed(part: EncoderDimensions | DamperDimensions, body: float, what: str, prefix: str) -> list[DimensionProblem]:
+def _screw_problems(
+    part: EncoderDimensions | DamperDimensions, body: float, what: str, prefix: str
+) -> list[DimensionProblem]:
     """Why screws on a circle cannot hold a round body of diameter ``body`` (mm); other ranges first."""
     found = range_problems(part, prefix)
     if found:

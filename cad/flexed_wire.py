@@ -67,7 +67,7 @@ def effective_length(radius: float, coils: float, arm: float) -> float:
     return length - taken
 
 
-def flexed(radius: float, coils: float, arm: float, closing: float) -> FlexedWire | None:
+def flex_wire(radius: float, coils: float, arm: float, closing: float) -> FlexedWire | None:
     """The wire when the joint closes its arms by ``closing`` deg (negative: opens); None if there is no solution."""
     turn = 2 * math.pi * coils
     n_coil = max(16, math.ceil(STEPS_A_TURN * coils))
@@ -81,7 +81,7 @@ def flexed(radius: float, coils: float, arm: float, closing: float) -> FlexedWir
     unloaded = _points(steps, free, radius, arm)
     load, points = np.zeros(3), unloaded
     for angle in _way(math.radians(closing)):
-        found = _solved(steps, free, unloaded, points, load, angle)
+        found = _solve_turn(steps, free, unloaded, points, load, angle)
         if found is None:
             return None
         points, load = found
@@ -109,7 +109,7 @@ def _points(steps: Array, curvature: Array, radius: float, arm: float) -> Array:
     return points
 
 
-def _solved(
+def _solve_turn(
     steps: Array, free: Array, unloaded: Array, points: Array, load: Array, angle: float
 ) -> tuple[Array, Array] | None:
     """Points and load (3,) for which the far end has turned by ``angle`` rad about the axis; None without a solution.
@@ -120,11 +120,11 @@ def _solved(
     c, s = math.cos(angle), math.sin(angle)
     x, y = unloaded[-1]
     wanted = np.array([angle, c * x - s * y, s * x + c * y])
-    found = _together(steps, free, unloaded, points, load, wanted)
+    found = _solve_together(steps, free, unloaded, points, load, wanted)
     return found if found is not None else _in_turn(steps, free, unloaded, points, load, wanted)
 
 
-def _together(
+def _solve_together(
     steps: Array, free: Array, unloaded: Array, points: Array, load: Array, wanted: Array
 ) -> tuple[Array, Array] | None:
     radius, arm = float(unloaded[0, 0]), -float(unloaded[0, 1])

@@ -18,7 +18,7 @@ PIN_SHARE = 0.34  # of a shaft's diameter: largest cross pin; a quarter to a thi
 SOLID = 0.65  # steel fraction of a ball bearing's envelope, if its mass is unknown: 0.61 (688) to 0.67 (6000)
 
 
-def _at_least(lengths: Sequence[float], wanted: float) -> float | None:
+def _shortest_length(lengths: Sequence[float], wanted: float) -> float | None:
     return next((length for length in lengths if length >= wanted - ROUNDING), None)
 
 
@@ -43,7 +43,7 @@ class Screw:
         DimensionError
             where none is sold that long.
         """
-        found = _at_least(self.lengths, wanted)
+        found = _shortest_length(self.lengths, wanted)
         if found is None:
             text = f"at most {self.lengths[-1]:g} mm with M{self.size:g}"
             raise DimensionError(DimensionProblem("screw length", wanted, text, f"{self.standard} ends there"))
@@ -142,7 +142,7 @@ def table(family: str) -> list[dict[str, str]]:
         return [{key.split(" [")[0]: value for key, value in row.items()} for row in csv.DictReader(file)]
 
 
-def _known(cell: str) -> float | None:
+def _number_of_cell(cell: str) -> float | None:
     return float(cell) if cell else None
 
 
@@ -204,7 +204,7 @@ def bearings() -> tuple[Bearing, ...]:
     found = [
         Bearing(
             row["standard"], row["designation"], row["sold_as"], float(row["bore"]), float(row["outer_diameter"]),
-            float(row["width"]), _known(row["static_load"]), _known(row["mass"]),
+            float(row["width"]), _number_of_cell(row["static_load"]), _number_of_cell(row["mass"]),
         )
         for row in table("ball_bearings")
     ]  # fmt: skip
@@ -270,7 +270,7 @@ def pin_size(shaft: float) -> float:
 def pin_at_least(size: float, length: float) -> Pin | None:
     """The shortest dowel pin of a ``size`` that is at least ``length`` mm long; None if none is sold."""
     standard, lengths = _pins()[size]
-    found = _at_least(lengths, length)
+    found = _shortest_length(lengths, length)
     return None if found is None else Pin(standard, size, found)
 
 
@@ -294,7 +294,7 @@ def long_screw(least: float, grip: float) -> tuple[Screw, float] | None:
         if screw.size < least - ROUNDING:
             continue
         nut = nuts()[screw.size]
-        length = _at_least(screw.lengths, grip + nut.height + 0.3 * screw.size)
+        length = _shortest_length(screw.lengths, grip + nut.height + 0.3 * screw.size)
         if length is not None:
             return screw, length
     return None

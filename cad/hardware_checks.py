@@ -13,10 +13,10 @@ from synth.cad.hardware import insert_of
 from synth.cad.joint import BuiltJoint
 from synth.cad.near_body import NearBody
 from synth.cad.parts import BuiltPart
-from synth.cad.results import CheckResult, at_least, at_most
+from synth.cad.results import CheckResult, check_at_least, check_at_most
 from synth.cad.screw_places import ENGAGED
 from synth.cad.standard_part import StandardPart
-from synth.cad.travel import OVERLAP_LIMIT, Bodies, gathered, manifold, turned
+from synth.cad.travel import OVERLAP_LIMIT, Bodies, gather_meshes, manifold, turn_solid
 
 PIN_TURNED = 10.0  # deg, rotation of the tongue's pin in the test whether it drives the shaft
 MOST_AXIAL = 1.0  # mm, end of the search for axial play
@@ -36,7 +36,7 @@ def check_keyed(joint: BuiltJoint) -> list[CheckResult]:
     for suffix in ("lower", "shaft"):
         shared = float((turned_pin ^ manifold(joint.part(suffix).mesh)).volume())
         text = f"overlap of the pin with {joint.part(suffix).name} when turned by {PIN_TURNED:g} deg"
-        results.append(at_least("keyed", pin.name, shared, _keyed_least(dimensions, suffix, pin), "mm^3", text))
+        results.append(check_at_least("keyed", pin.name, shared, _half_overlap(dimensions, suffix, pin), "mm^3", text))
     shaft = manifold(joint.part("shaft").mesh).rotate((0.0, 0.0, 90.0))
     free = max(
         float((shaft ^ manifold(part.mesh)).volume())
@@ -44,10 +44,10 @@ def check_keyed(joint: BuiltJoint) -> list[CheckResult]:
         if part.group == "upper" and part.family != "damper"
     )
     text = "overlap with the upper half when turned by a quarter"
-    return [*results, at_most("free", joint.part("shaft").name, free, OVERLAP_LIMIT, "mm^3", text)]
+    return [*results, check_at_most("free", joint.part("shaft").name, free, OVERLAP_LIMIT, "mm^3", text)]
 
 
-def _keyed_least(dimensions: JointDimensions, suffix: str, pin: BuiltPart) -> float:
+def _half_overlap(dimensions: JointDimensions, suffix: str, pin: BuiltPart) -> float:
     """Half of the overlap of a pin turned in its hole with its neighbour, mm^3.
 
     At the radius r the pin is displaced by r sin(turn); the swept area per length is that times its diameter.
@@ -64,7 +64,7 @@ def check_axial_play(bodies: Bodies) -> list[CheckResult]:
     turn = bodies.joint.turn("lower", bodies.joint.dimensions.rest_angle)
     found = [_axial_travel(bodies, way, turn) for way in (-1.0, 1.0)]
     text = f"the shaft shifts by {found[0]:.3f} and {found[1]:.3f} mm along the hinge; collars are clamped to set it"
-    return [at_most("axial play", bodies.joint.part("shaft").name, sum(found), AXIAL_LIMIT, "mm", text)]
+    return [check_at_most("axial play", bodies.joint.part("shaft").name, sum(found), AXIAL_LIMIT, "mm", text)]
 
 
 def _axial_travel(bodies: Bodies, way: float, turn: float) -> float:
@@ -74,8 +74,8 @@ def _axial_travel(bodies: Bodies, way: float, turn: float) -> float:
     free before, and the place is that of the whole half.
     """
     rings = [part.mesh for part in bodies.parts["lower"] if part.name not in bodies.names["lower"]]
-    place = last_free(_beyond(bodies, gathered(rings), way, turn), MOST_AXIAL, AXIAL_STEP)
-    rest = turned(bodies.moving["lower"], turn).translate((0.0, 0.0, way * place))
+    place = last_free(_beyond(bodies, gather_meshes(rings), way, turn), MOST_AXIAL, AXIAL_STEP)
+    rest = turn_solid(bodies.moving["lower"], turn).translate((0.0, 0.0, way * place))
     if (bodies.halves["upper"] ^ rest).is_empty():
         return place
     return last_free(_beyond(bodies, bodies.halves["lower"], way, turn), MOST_AXIAL, AXIAL_STEP)
@@ -83,7 +83,7 @@ def _axial_travel(bodies: Bodies, way: float, turn: float) -> float:
 
 def _beyond(bodies: Bodies, body: Any, way: float, turn: float) -> Callable[[float], float]:
     """By the shift (mm) of a body of the lower half: common volume with the upper one over what is rounding, mm^3."""
-    lower = turned(body, turn)
+    lower = turn_solid(body, turn)
     upper = NearBody(bodies.halves["upper"]).near(lower, MOST_AXIAL)
     lower = NearBody(lower).near(upper, MOST_AXIAL)
     return lambda shift: float((upper ^ lower.translate((0.0, 0.0, way * shift))).volume()) - OVERLAP_LIMIT
@@ -127,8 +127,8 @@ def check_screws(joint: BuiltJoint) -> list[CheckResult]:
         engaged, spare = _engagement(joint, part, nominal)
         text = f"in print beside its insert; its end {spare:+.2f} mm inside the far face"
         least = ENGAGED * nominal - ROUNDED
-        results.append(at_least("screw engagement", part.name, engaged, least, "mm", text))
-        results.append(at_least("screw ends inside", part.name, spare, -ROUNDED, "mm", text))
+        results.append(check_at_least("screw engagement", part.name, engaged, least, "mm", text))
+        results.append(check_at_least("screw ends inside", part.name, spare, -ROUNDED, "mm", text))
     return results
 
 

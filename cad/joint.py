@@ -15,7 +15,7 @@ from synth.cad.dimensions import JointDimensions
 from synth.cad.hardware import screw_of
 from synth.cad.layout import JointLayout, sunk_depth
 from synth.cad.outline import Point
-from synth.cad.parts import BuiltPart, Drawn, Group, Mesh, file_name, mesh_of
+from synth.cad.parts import BuiltPart, DrawnPart, Group, Mesh, file_name, mesh_of
 from synth.cad.pose import loaded_line
 
 
@@ -80,16 +80,16 @@ def assemble(dimensions: JointDimensions, layout: JointLayout) -> BuiltJoint:
     """Build the parts of a joint with a given layout."""
     name = file_name(dimensions.name)
     parts = [
-        _printed(name, "upper", "upper", dimensions, layout),
-        _printed(name, "lower", "lower", dimensions, layout),
-        _printed(name, "damper_bracket", "upper", dimensions, layout),
+        _printed_part(name, "upper", "upper", dimensions, layout),
+        _printed_part(name, "lower", "lower", dimensions, layout),
+        _printed_part(name, "damper_bracket", "upper", dimensions, layout),
         _damper(name, dimensions, layout),
         *_encoder(name, dimensions, layout),
         *_seats(name, dimensions, layout),
         *_springs(name, dimensions, layout),
     ]
     for drawn in (*damper_side(dimensions, layout), *bought_parts(dimensions, layout)):
-        parts.append(_finished(name, drawn, layout))
+        parts.append(_finished_part(name, drawn, layout))
     return BuiltJoint(dimensions, layout, tuple(parts))
 
 
@@ -102,7 +102,7 @@ def orient(shape: Any, flips: tuple[int, int]) -> Any:
     return shape.mirror("XY") if flips == (1, -1) else shape
 
 
-def _printed(joint: str, family: str, group: Group, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
+def _printed_part(joint: str, family: str, group: Group, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
     exact: float | None = None
     if family == "upper":
         solid, exact = hinge.build_upper(dimensions, layout), hinge.upper_volume(dimensions, layout)
@@ -112,10 +112,10 @@ def _printed(joint: str, family: str, group: Group, dimensions: JointDimensions,
         sleeve = sleeve_of(dimensions, layout)
         solid = damper_bracket.build_bracket(sleeve, layout.screws).translate((0, 0, -layout.gap_a - layout.ear))
         exact = damper_bracket.bracket_volume(sleeve, layout.screws)
-    return _finished(joint, Drawn(family, family, group, solid, exact, True, "print"), layout)
+    return _finished_part(joint, DrawnPart(family, family, group, solid, exact, True, "print"), layout)
 
 
-def _finished(joint: str, drawn: Drawn, layout: JointLayout) -> BuiltPart:
+def _finished_part(joint: str, drawn: DrawnPart, layout: JointLayout) -> BuiltPart:
     """The part mirrored to its joint, its name beginning with the joint's."""
     flips = layout.flips
     mesh = mesh_of(drawn.solid, (flips[0], 1, flips[1]))
@@ -131,7 +131,7 @@ def _damper(joint: str, dimensions: JointDimensions, layout: JointLayout) -> Bui
     made = "buy (envelope only)"
     if damper.unknown:
         made += "; not known, drawn by assumption: " + ", ".join(damper.unknown)
-    return _finished(joint, Drawn("damper", "damper", "upper", solid, exact, False, made), layout)
+    return _finished_part(joint, DrawnPart("damper", "damper", "upper", solid, exact, False, made), layout)
 
 
 def _encoder(joint: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
@@ -145,10 +145,10 @@ def _encoder(joint: str, dimensions: JointDimensions, layout: JointLayout) -> li
     exact, envelope = encoder_seat.seat_volume(dimensions, layout), encoder_seat.encoder_volume(encoder)
     bought = "buy (envelope only)"
     drawn = (
-        Drawn("encoder_seat", "encoder_seat", "upper", seat, exact, True, "print"),
-        Drawn("encoder", "encoder", "upper", body, envelope, False, bought),
+        DrawnPart("encoder_seat", "encoder_seat", "upper", seat, exact, True, "print"),
+        DrawnPart("encoder", "encoder", "upper", body, envelope, False, bought),
     )
-    return [_finished(joint, each, layout) for each in drawn]
+    return [_finished_part(joint, each, layout) for each in drawn]
 
 
 def _seats(joint: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
@@ -157,17 +157,17 @@ def _seats(joint: str, dimensions: JointDimensions, layout: JointLayout) -> list
     if layout.mirrored:
         below = replace(layout, flips=(layout.flips[0], -layout.flips[1]))
         drawn += [(below, each) for each in _seat_parts("_2", dimensions, below)]
-    return [_finished(joint, each, placed) for placed, each in drawn]
+    return [_finished_part(joint, each, placed) for placed, each in drawn]
 
 
-def _seat_parts(which: str, dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
+def _seat_parts(which: str, dimensions: JointDimensions, layout: JointLayout) -> list[DrawnPart]:
     plate, seat = layout.plate, layout.seat
     solid = spring_seat.build_plate(dimensions, layout)
-    parts = [Drawn(f"seat{which}", "seat", "upper", solid, None, True, "print")]
+    parts = [DrawnPart(f"seat{which}", "seat", "upper", solid, None, True, "print")]
     arms: list[tuple[Group, ArmLayout, int]] = [("upper", layout.upper, -1), ("lower", layout.lower, 1)]
     for group, arm, way in arms:
         cap, exact = spring_seat.build_cap(dimensions, arm, way), spring_seat.cap_volume(dimensions, arm)
-        parts.append(Drawn(f"{group}_cap{which}", "cap", group, cap, exact, True, "print"))
+        parts.append(DrawnPart(f"{group}_cap{which}", "cap", group, cap, exact, True, "print"))
         face = spring_seat.cap_face(arm, way)
         for index, at in enumerate(arm.screws, start=1):
             suffix = f"{group}_screw{which}_{index}"
@@ -191,12 +191,12 @@ def _screw(
     at: Point,
     *,
     washer: bool = False,
-) -> Drawn:
+) -> DrawnPart:
     screw = screw_of(layout.seat.screw)
     solid = spring_seat.build_screw(screw, length, face, way, at, washer=washer)
     exact = spring_seat.screw_volume(screw, length, washer=washer)
     made = standard_part.screw(screw.standard, screw.size, length, washer="ISO 7089" if washer else "")
-    return Drawn(suffix, "screw", group, solid, exact, False, made)
+    return DrawnPart(suffix, "screw", group, solid, exact, False, made)
 
 
 def spring_seats(dimensions: JointDimensions, layout: JointLayout) -> list[tuple[JointDimensions, JointLayout]]:

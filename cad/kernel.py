@@ -54,7 +54,7 @@ def block(size: Vector, corner: Vector) -> Any:
 
         x, y, z = corner
         points = [(x, y), (x + size[0], y), (x + size[0], y + size[1]), (x, y + size[1])]
-        return facets.extruded(points, z, z + size[2])
+        return facets.extrude_polygon(points, z, z + size[2])
     import cadquery as cq
 
     return cq.Solid.makeBox(*size, cq.Vector(*corner))

@@ -21,7 +21,7 @@ from synth.cad.parts import BuiltPart, Mesh, file_name, mesh_of
 from synth.cad.standard_part import CutPart
 
 T = TypeVar("T")
-KEPT = 8  # cached joints: those of the last one or two legs, whose masses are computed before they are drawn
+JOINTS_KEPT = 8  # cached joints: those of the last one or two legs, whose masses are computed before they are drawn
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ def built_leg(dimensions: LegDimensions) -> BuiltLeg:
     return build_leg(dimensions)
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=JOINTS_KEPT)
 def _joint(dimensions: JointDimensions) -> BuiltJoint:
     return assemble(dimensions, lay_out(dimensions))
 

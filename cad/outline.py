@@ -121,7 +121,7 @@ class Hull:
             from synth.cad import facets
 
             points = [at for disc, *sweep in self.arcs for at in facets.arc_points(disc.x, disc.y, disc.radius, *sweep)]
-            return facets.extruded(points, bottom, top)
+            return facets.extrude_polygon(points, bottom, top)
         import cadquery as cq
 
         edges, last = [], _on(self.arcs[-1][0], self.arcs[-1][2])

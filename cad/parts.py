@@ -200,7 +200,7 @@ class BuiltPart:
 
 
 @dataclass(frozen=True)
-class Drawn:
+class DrawnPart:
     """A part in the canonical frame, before it is mirrored to its joint."""
 
     suffix: str  # of its name, behind the joint's
@@ -222,13 +222,13 @@ def _mesh_of(solid: Any) -> Mesh:
     """Mesh of a solid; of one that ``kernel.placed`` has shifted, that of the solid in its first place, shifted."""
     place = solid.wrapped.Location()
     if place.IsIdentity():
-        return _ordered(*_merged(solid))
-    vertices, faces = _merged_once(type(solid)(solid.wrapped.Located(type(place)())))
+        return _sorted_mesh(*_merged_mesh(solid))
+    vertices, faces = _merged_mesh_once(type(solid)(solid.wrapped.Located(type(place)())))
     shift = place.Transformation().TranslationPart()
-    return _ordered(vertices + np.array([shift.X(), shift.Y(), shift.Z()]), faces)
+    return _sorted_mesh(vertices + np.array([shift.X(), shift.Y(), shift.Z()]), faces)
 
 
-def _merged(solid: Any) -> tuple[Array, Faces]:
+def _merged_mesh(solid: Any) -> tuple[Array, Faces]:
     """Mesh of a solid whose faces share the points of their edges, so that merging them closes it."""
     import trimesh
 
@@ -236,10 +236,10 @@ def _merged(solid: Any) -> tuple[Array, Faces]:
     return np.asarray(merged.vertices, dtype=np.float64), np.asarray(merged.faces, dtype=np.int64)
 
 
-_merged_once = lru_cache(maxsize=256)(_merged)
+_merged_mesh_once = lru_cache(maxsize=256)(_merged_mesh)
 
 
-def _ordered(vertices: Array, faces: Faces) -> Mesh:
+def _sorted_mesh(vertices: Array, faces: Faces) -> Mesh:
     """The same mesh with points and triangles sorted, because the kernel's order may change between calls.
 
     So do the last bits of its points, which must not decide between those of an edge that is straight along an axis.

@@ -17,18 +17,18 @@ import numpy as np
 
 from synth.cad.joint import BuiltJoint
 from synth.cad.parts import Array, BuiltPart, Group
-from synth.cad.results import CheckResult, at_most
+from synth.cad.results import CheckResult, check_at_most
 from synth.cad.spring_solid import measured_arms
 from synth.cad.torsion_spring import SIDES, STEPS_PER_TURN
-from synth.cad.travel import Bodies, turned
+from synth.cad.travel import Bodies, turn_solid
 
 PLAY_LIMIT = 0.3  # deg, to either side: allowed angle error of a leg's response
-MOST = 10.0  # deg, end of the search; the small-angle approximation has an error of 1 % there
+MOST_PLAY = 10.0  # deg, end of the search; the small-angle approximation has an error of 1 % there
 SPACING = 1.0  # mm, between points on an arm
 AROUND = 16  # rays round the wire: 22.5 deg apart
 COIL_POINTS = 24  # a turn: every second ring of the mesh
 FACING = 0.9  # cosine between a ray and a face's normal; an oblique face would touch the wire at another point
-NEAR = 4.0  # wire diameters, beyond which a face is ignored: more than the displacement of an arm at MOST
+NEAR_FACES = 4.0  # wire diameters, beyond which a face is ignored: more than the displacement of an arm at MOST
 SUNK = 0.03  # mm, overlap by the chords of meshes; a deeper overlap is reported by other checks
 
 
@@ -64,8 +64,8 @@ def wire_points(joint: BuiltJoint, spring: BuiltPart) -> tuple[Array, Array]:
 
 def _limits(points: Array, ways: Array, body: Any, turn: float, wire: float) -> tuple[Array, Array, Array]:
     """Faces around the wire: possible contact points (m, 3), their normals towards it (m, 3) and gaps (m,) mm."""
-    solid = turned(body, turn)
-    radius, far = wire / 2, NEAR * wire
+    solid = turn_solid(body, turn)
+    radius, far = wire / 2, NEAR_FACES * wire
     touching, normals, gaps = [], [], []
     around = [(math.cos(angle), math.sin(angle)) for angle in 2 * math.pi * np.arange(AROUND) / AROUND]
     for point, way in zip(points, ways, strict=True):
@@ -113,7 +113,7 @@ def find_play(bodies: Bodies, spring: BuiltPart) -> Play | None:
         rows.append(np.column_stack([row, -moves * row[:, 5]]))
         limits.append(np.maximum(gaps, 0.0))
     found = []
-    most = math.radians(MOST)
+    most = math.radians(MOST_PLAY)
     for way in (1.0, -1.0):
         cost = np.array([0.0] * 6 + [-way])
         bounds = [(-wire, wire)] * 3 + [(-most, most)] * 4
@@ -147,7 +147,7 @@ def check_play(bodies: Bodies) -> list[CheckResult]:
     """With the unloaded spring the hinge has at most the allowed backlash in either direction."""
     found, name = joint_play(bodies), bodies.joint.part("spring").name
     if found is None:
-        return [at_most("play", name, math.inf, PLAY_LIMIT, "deg", "spring and parts overlap")]
+        return [check_at_most("play", name, math.inf, PLAY_LIMIT, "deg", "spring and parts overlap")]
     worst = max(-found.low, found.high)
     text = f"the hinge turns freely from {found.low:+.3f} to {found.high:+.3f} deg about the free angle"
-    return [at_most("play", name, worst, PLAY_LIMIT, "deg", text, angle=bodies.joint.dimensions.free_angle)]
+    return [check_at_most("play", name, worst, PLAY_LIMIT, "deg", text, angle=bodies.joint.dimensions.free_angle)]

@@ -9,14 +9,14 @@ import numpy as np
 
 from synth.cad.arm_layout import OVERHANG
 from synth.cad.dimensions import JointDimensions
-from synth.cad.flexed_wire import FlexedWire, flexed
+from synth.cad.flexed_wire import FlexedWire, flex_wire
 from synth.cad.layout import JointLayout
 from synth.cad.parts import Array
 
 
 @lru_cache(maxsize=512)
-def _flexed(radius: float, coils: float, arm: float, closing: float) -> FlexedWire | None:
-    return flexed(radius, coils, arm, closing)
+def _flexed_wire(radius: float, coils: float, arm: float, closing: float) -> FlexedWire | None:
+    return flex_wire(radius, coils, arm, closing)
 
 
 def loaded_wire(dimensions: JointDimensions, layout: JointLayout, angle: float) -> FlexedWire:
@@ -29,7 +29,7 @@ def loaded_wire(dimensions: JointDimensions, layout: JointLayout, angle: float) 
     """
     spring = dimensions.spring
     closing = round(dimensions.closing(angle), 6)
-    wire = _flexed(spring.radius, spring.drawn_coils, round(layout.free_arm, 6), closing)
+    wire = _flexed_wire(spring.radius, spring.drawn_coils, round(layout.free_arm, 6), closing)
     if wire is None:
         raise ValueError(f"no shape of the spring at {angle:g} deg")
     return wire

@@ -14,7 +14,7 @@ from synth.cad.fittings import PrintDimensions
 from synth.cad.joint import BuiltJoint
 from synth.cad.leg_joints import BuiltLeg
 from synth.cad.parts import BuiltPart, Mesh
-from synth.cad.results import CheckResult, at_least, at_most
+from synth.cad.results import CheckResult, check_at_least, check_at_most
 from synth.cad.strength import Axis, check_strength
 from synth.cad.travel import CHORDS, manifold
 
@@ -27,7 +27,7 @@ BASE_LAYER = 0.3  # mm above the bed; faces below this height lie on the bed
 FLAT = 0.9999  # cosine between bed and a face on it: 0.8 deg, so that of a round only its lowest facet counts
 LEAST_CONTACT = 0.05  # of the footprint; a part that stands on less needs a brim or a raft
 # Overhangs that count as the same, relative and mm^2 (a support tower of 7 x 7 mm): there the contact decides as well.
-ALIKE = (1.25, 50.0)
+ALIKE_OVERHANGS = (1.25, 50.0)
 MOST_SUPPORT = 0.3  # of the surface; above this the part should be designed differently
 # Directions in which a part may be printed: the axis that points up.
 WAYS_UP: dict[str, Axis] = {
@@ -91,15 +91,15 @@ def thin_points(mesh: Mesh, thinnest: float) -> Array:
 
 def hanging_faces(mesh: Mesh, up: Axis, angle: float) -> NDArray[np.int64]:
     """Indices of the faces that overhang by more than ``angle`` deg from the vertical, except those on the bed."""
-    return np.asarray(np.flatnonzero(mesh.triangles[3])[_hanging(mesh, up, angle)], dtype=np.int64)
+    return np.asarray(np.flatnonzero(mesh.triangles[3])[_hanging_triangles(mesh, up, angle)], dtype=np.int64)
 
 
 def overhang(mesh: Mesh, up: Axis, angle: float) -> float:
     """Area (mm^2) that needs support; see :func:`hanging_faces`."""
-    return float(mesh.triangles[2][_hanging(mesh, up, angle)].sum())
+    return float(mesh.triangles[2][_hanging_triangles(mesh, up, angle)].sum())
 
 
-def _hanging(mesh: Mesh, up: Axis, angle: float) -> NDArray[np.bool_]:
+def _hanging_triangles(mesh: Mesh, up: Axis, angle: float) -> NDArray[np.bool_]:
     """Which of the mesh's ``triangles`` hang over."""
     corners, normals, _, _ = mesh.triangles
     height = corners @ np.array(up)
@@ -154,7 +154,7 @@ def best_of(plans: Sequence[PrintPlan]) -> PrintPlan:
     """The best of a part's orientations, as ``plan_part`` ranks them."""
     first = min((not plan.fits, not plan.strong) for plan in plans)
     able = [plan for plan in plans if (not plan.fits, not plan.strong) == first]
-    most = ALIKE[0] * min(plan.overhang for plan in able) + ALIKE[1]
+    most = ALIKE_OVERHANGS[0] * min(plan.overhang for plan in able) + ALIKE_OVERHANGS[1]
     alike = [plan for plan in able if plan.overhang <= most]
     return min(alike, key=lambda plan: (round(plan.overhang - plan.contact), round(plan.size[2], 3)))
 
@@ -177,13 +177,13 @@ def check_printing(joint: BuiltJoint, printing: PrintDimensions) -> list[CheckRe
         part = next(part for part in joint.parts if part.name == plan.part)
         wall = float(np.percentile(wall_thickness(part.mesh)[1], PERCENTILE))
         text = f"{PERCENTILE:g} % of the surface is thinner; increase wall"
-        results.append(at_least("print: wall", part.name, wall, printing.thinnest - CHORDS, "mm", text))
+        results.append(check_at_least("print: wall", part.name, wall, printing.thinnest - CHORDS, "mm", text))
         long, wide, high = plan.size
         room = " x ".join(f"{size:g}" for size in printing.bed)
         text = f"{long:.1f} x {wide:.1f} x {high:.1f} mm with {plan.up} up, bed {room} mm"
         text += "; use a smaller spring or plate, or a larger printing.bed"
         results.append(CheckResult("print: bed", part.name, plan.fits, max(plan.size), max(printing.bed), "mm", text))
         text = f"of the surface ({plan.overhang:.0f} mm^2) needs support with {plan.up} up"
-        results.append(at_most("print: support", part.name, plan.share, MOST_SUPPORT, "", text))
+        results.append(check_at_most("print: support", part.name, plan.share, MOST_SUPPORT, "", text))
     layers = {plan.part: WAYS_UP[plan.up] for plan in plans}
     return results + check_strength(joint.dimensions, joint.layout, printing, layers)

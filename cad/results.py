@@ -38,23 +38,23 @@ class GateError(RuntimeError):
         super().__init__("\n".join(str(result) for result in results if not result.passed))
 
 
-def _settled(value: float) -> float:
+def _without_residue(value: float) -> float:
     """The value without a negative zero or rounding residue, which differ between runs."""
     return 0.0 if abs(value) < ROUNDING else float(value)
 
 
-def at_most(
+def check_at_most(
     name: str, part: str, value: float, limit: float, unit: str, text: str, *, angle: float | None = None
 ) -> CheckResult:
     """A check that passes if ``value`` does not exceed ``limit``."""
-    return CheckResult(name, part, bool(value <= limit), _settled(value), float(limit), unit, text, angle)
+    return CheckResult(name, part, bool(value <= limit), _without_residue(value), float(limit), unit, text, angle)
 
 
-def at_least(
+def check_at_least(
     name: str, part: str, value: float, limit: float, unit: str, text: str, *, angle: float | None = None
 ) -> CheckResult:
     """A check that passes if ``value`` is at least ``limit``."""
-    return CheckResult(name, part, bool(value >= limit), _settled(value), float(limit), unit, text, angle)
+    return CheckResult(name, part, bool(value >= limit), _without_residue(value), float(limit), unit, text, angle)
 
 
 def require(results: tuple[CheckResult, ...]) -> None:

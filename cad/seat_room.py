@@ -12,8 +12,8 @@ from synth.cad.dimensions import JointDimensions
 from synth.cad.free_wire import free_wire
 from synth.cad.joint import spring_seats
 from synth.cad.layout import JointLayout
-from synth.cad.results import CheckResult, at_most
-from synth.cad.travel import COARSE, OVERLAP_LIMIT, Bodies, manifold, turned
+from synth.cad.results import CheckResult, check_at_most
+from synth.cad.travel import COARSE, OVERLAP_LIMIT, Bodies, manifold, turn_solid
 
 
 def with_seat_turned(
@@ -37,7 +37,7 @@ def seat_overlap_at(bodies: Bodies, angle: float, turn: float) -> float:
     found = []
     for seat in spring_seats(joint.dimensions, joint.layout):
         coil = manifold(free_wire(*with_seat_turned(*seat, turn), angle, COARSE).whole())
-        body = turned(coil, -joint.turn("lower", angle))
+        body = turn_solid(coil, -joint.turn("lower", angle))
         found.append(float((body ^ bodies.near["lower"].near(body)).volume()))
     return max(found)
 
@@ -53,4 +53,4 @@ def check_seat_room(bodies: Bodies) -> list[CheckResult]:
     places = [(turn, angle) for turn in (-travel, travel) for angle in angles]
     volume, turn, angle = max((seat_overlap_at(bodies, angle, turn), turn, angle) for turn, angle in places)
     text = f"with the lower half, its seat at {-travel:g} and {travel:+g} deg, most at {turn:+g} and a joint angle of"
-    return [at_most("overlap", name, volume, OVERLAP_LIMIT, "mm^3", f"{text} {angle:.4g}", angle=angle)]
+    return [check_at_most("overlap", name, volume, OVERLAP_LIMIT, "mm^3", f"{text} {angle:.4g}", angle=angle)]

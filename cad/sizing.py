@@ -84,7 +84,7 @@ def _larger(dimensions: JointDimensions, name: str) -> JointDimensions | None:
         grown = replace(adapter, **{key: getattr(adapter, key) + 1.0})
         tried = replace(dimensions, damper=replace(dimensions.damper, adapter=grown))
     else:
-        now = _now(dimensions, name)
+        now = _drawn_value(dimensions, name)
         larger = [size for size in STOCK.get(name, (now + 1.0,)) if size > now]
         if not larger:
             return None
@@ -96,7 +96,7 @@ def _larger(dimensions: JointDimensions, name: str) -> JointDimensions | None:
         return None
 
 
-def _now(dimensions: JointDimensions, name: str) -> float:
+def _drawn_value(dimensions: JointDimensions, name: str) -> float:
     """A dimension as drawn, including derived ones that are left open."""
     seat = seat_size(dimensions)
     drawn = {"floor": floor_of(dimensions, seat), "seat_screw": seat.screw, "seat_length": seat.length}

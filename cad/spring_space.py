@@ -10,7 +10,7 @@ import numpy as np
 
 from synth.cad.arm_layout import seat_size
 from synth.cad.dimensions import JointDimensions
-from synth.cad.flexed_wire import flexed
+from synth.cad.flexed_wire import flex_wire
 from synth.cad.limits import DimensionProblem
 
 SMALLEST_ARBOR_WALL = 1.2  # mm, two printed lines; a thinner arbor is left out
@@ -50,7 +50,7 @@ def _extent(radius: float, coils: float, arm: float, closing: float, opening: fl
     for angle in (closing, -opening):
         if angle == 0.0:
             continue
-        wire = flexed(radius, coils, arm, angle)
+        wire = flex_wire(radius, coils, arm, angle)
         if wire is None:
             return None
         radii = np.hypot(*wire.points[wire.first : wire.last + 1].T)

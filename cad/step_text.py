@@ -34,7 +34,7 @@ def normalised_step(text: str) -> str:
         if the colours are not written in this kernel's form; otherwise the file could be wrong.
     """
     text = re.sub(r"(FILE_NAME\(\s*'[^']*'\s*,\s*)'[^']*'", rf"\g<1>'{TIMESTAMP}'", text, count=1)
-    return _ordered_colours(_numbered_links(_encoded(_without_rounding(text))))
+    return _ordered_colours(_numbered_links(_encode_text(_without_rounding(text))))
 
 
 def _without_rounding(text: str) -> str:
@@ -55,7 +55,7 @@ def _without_rounding(text: str) -> str:
     return head + mark + data.replace("-0.,", "0.,").replace("-0.)", "0.)")
 
 
-def _encoded(text: str) -> str:
+def _encode_text(text: str) -> str:
     """Non-ASCII characters in the UTF-16 form of ISO 10303-21; the kernel treats each UTF-8 byte as a character."""
 
     def encode(match: re.Match[str]) -> str:

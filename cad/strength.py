@@ -41,7 +41,7 @@ from synth.cad.layout import JointLayout
 from synth.cad.outline import unit
 from synth.cad.parts import file_name
 from synth.cad.pose import loaded_wire
-from synth.cad.results import CheckResult, at_most
+from synth.cad.results import CheckResult, check_at_most
 from synth.cad.shaft_line import tongue_pin
 
 Axis = tuple[float, float, float]
@@ -147,7 +147,7 @@ def pin_stresses(torque: float, pin: Pin, shaft: float, hub: float) -> tuple[flo
     return shear, torque * 1e3 / (pin.size * held * (shaft + held))
 
 
-def _pinned(
+def _pin_stresses(
     where: str, part: str, torque: float, pin: Pin, shaft: float, hub: float, printed: float, helped: tuple[str, ...]
 ) -> list[Stress]:
     shear, pressure = pin_stresses(torque, pin, shaft, hub)
@@ -165,28 +165,52 @@ def _damper(dimensions: JointDimensions, layout: JointLayout, printed: float) ->
     assert pin is not None
     twisted = 16 * torque * 1e3 / (math.pi * (0.9 * shaft) ** 3)
     found = [Stress("shaft, torsion", "shaft", twisted, SHEAR * SHAFT_YIELD, (), ("shaft_diameter",))]
-    found += _pinned("shaft in the lower half", "lower", torque, pin, shaft, 2 * layout.space.tongue_radius, printed,
-                     ("shaft_diameter",))  # fmt: skip
+    found += _pin_stresses(
+        "shaft in the lower half",
+        "lower",
+        torque,
+        pin,
+        shaft,
+        2 * layout.space.tongue_radius,
+        printed,
+        ("shaft_diameter",),
+    )
     if damper.adapter is not None:
         adapter, pins = damper.adapter, adapter_pins(dimensions)
         outputs = [(shaft, pins[0]), *([(adapter.output_diameter, pins[1])] if len(pins) > 1 else [])]
         for (diameter, held), whose in zip(outputs, ("shaft", "damper"), strict=False):
             assert held is not None
-            found += _pinned(f"{whose} in the adapter", "damper_adapter", torque, held, diameter, held.length, printed,
-                             ("wall", "shaft_diameter"))  # fmt: skip
+            found += _pin_stresses(
+                f"{whose} in the adapter",
+                "damper_adapter",
+                torque,
+                held,
+                diameter,
+                held.length,
+                printed,
+                ("wall", "shaft_diameter"),
+            )
         if adapter.form != "round":
             pressure = key_pressure(torque, adapter.form, adapter.output_diameter, adapter.output_grip)
             found.append(Stress("damper's key in the adapter", "damper_adapter", pressure, bore, ALL_AROUND,
                                 ("adapter.output_grip",)))  # fmt: skip
     elif not has_insert(dimensions):
-        found += _milled(dimensions)
+        found += _milled_stresses(dimensions)
     else:
         size = damper.bore.size
         assert size is not None
         held = longest_pin(dimensions.hardware.pin, shaft, size - 2 * dimensions.fit)
         assert held is not None
-        found += _pinned("shaft in the damper's insert", "damper_insert", torque, held, shaft, held.length, printed,
-                         ("shaft_diameter",))  # fmt: skip
+        found += _pin_stresses(
+            "shaft in the damper's insert",
+            "damper_insert",
+            torque,
+            held,
+            shaft,
+            held.length,
+            printed,
+            ("shaft_diameter",),
+        )
         if damper.bore.form != "round":
             grip = ROTOR_GRIP * damper.body_length
             pressure = key_pressure(torque, damper.bore.form, size, grip)
@@ -195,7 +219,7 @@ def _damper(dimensions: JointDimensions, layout: JointLayout, printed: float) ->
     return found
 
 
-def _milled(dimensions: JointDimensions) -> list[Stress]:
+def _milled_stresses(dimensions: JointDimensions) -> list[Stress]:
     """The shaft's milled end in the damper: torsion of the circle within its flats, pressure on them."""
     torque, bore = dimensions.loads.damper_torque, dimensions.damper.bore
     if bore.form == "round":
@@ -230,10 +254,10 @@ def stresses(dimensions: JointDimensions, layout: JointLayout, printing: PrintDi
     if dimensions.loads.damper_torque > 0.0:
         found += _damper(dimensions, layout, printed)
     flip_x, flip_z = layout.flips
-    return tuple(_flipped(stress, flip_x, flip_z) for stress in found)
+    return tuple(_flip_stress(stress, flip_x, flip_z) for stress in found)
 
 
-def _flipped(stress: Stress, flip_x: int, flip_z: int) -> Stress:
+def _flip_stress(stress: Stress, flip_x: int, flip_z: int) -> Stress:
     directions = tuple((flip_x * x, y, flip_z * z) for x, y, z in stress.directions)
     return Stress(stress.name, stress.part, stress.value, stress.strength, directions, stress.helped_by)
 
@@ -249,11 +273,11 @@ def check_strength(
         text = f"static load of {bearing.designation}, half of the force that keeps the coil on the axis on each"
         text += "; a larger shaft_diameter allows a larger bearing"
         limit = bearing.static_load / printing.safety
-        results.append(at_most("strength: bearing", f"{joint}_bearing_a", load, limit, "N", text))
+        results.append(check_at_most("strength: bearing", f"{joint}_bearing_a", load, limit, "N", text))
     for stress in stresses(dimensions, layout, printing):
         name = f"{joint}_{stress.part}"
         allowed = stress.allowed(printing, layers.get(name))
         helped = " or ".join(stress.helped_by)
         text = f"a larger {helped} reduces it; safety {printing.safety:g} is in the limit"
-        results.append(at_most(f"strength: {stress.name}", name, stress.value, allowed, "MPa", text))
+        results.append(check_at_most(f"strength: {stress.name}", name, stress.value, allowed, "MPa", text))
     return results

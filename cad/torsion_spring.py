@@ -89,7 +89,7 @@ def build_spring(spring: SpringDimensions, arm_length: float) -> Any:
         step = math.tau / FINE_STEPS
         wide = 1.0 / math.sqrt(1.0 - 2.0 / 3.0 * math.sin(step / 2) ** 2)
         line = centre_line(replace(spring, mean_diameter=wide * spring.mean_diameter), arm_length, FINE_STEPS)
-        return facets.meshed(*tube_mesh(line, spring.wire_diameter, FINE_SIDES))
+        return facets.solid_of_mesh(*tube_mesh(line, spring.wire_diameter, FINE_SIDES))
     import cadquery as cq
 
     free, start, finish, far = (cq.Vector(*corner) for corner in _ends(spring, arm_length))

@@ -17,7 +17,7 @@ from synth.cad.free_wire import FreeWire, free_wire
 from synth.cad.joint import BuiltJoint, spring_seats
 from synth.cad.near_body import NearBody
 from synth.cad.parts import BuiltPart, Group, Mesh
-from synth.cad.results import CheckResult, at_least, at_most
+from synth.cad.results import CheckResult, check_at_least, check_at_most
 from synth.cad.turning_rings import body_of, meeting_place, rings_of
 
 OVERLAP_LIMIT = 0.05  # mm^3, rounding; the chords of two coaxial bores 0.1 mm apart do not overlap
@@ -42,12 +42,12 @@ def manifold(mesh: Mesh) -> Any:
     return mesh.manifold
 
 
-def turned(solid: Any, angle: float) -> Any:
+def turn_solid(solid: Any, angle: float) -> Any:
     """A manifold3d solid turned by ``angle`` deg about the hinge axis."""
     return solid.rotate((0.0, 0.0, angle))
 
 
-def gathered(meshes: Sequence[Mesh]) -> Any:
+def gather_meshes(meshes: Sequence[Mesh]) -> Any:
     """Closed meshes as one manifold3d solid, without being united: they may touch."""
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
@@ -76,10 +76,10 @@ class Bodies:
         moving = {
             group: [part.mesh for part in self.parts[group] if part.name in self.names[group]] for group in groups
         }
-        self.moving = {group: gathered(meshes) for group, meshes in moving.items()}
+        self.moving = {group: gather_meshes(meshes) for group, meshes in moving.items()}
         place = meeting_place(moving["upper"], moving["lower"])
         self.meeting = {group: body ^ place for group, body in self.moving.items()}  # all that can meet the other half
-        self.halves = {group: gathered([part.mesh for part in found]) for group, found in self.parts.items()}
+        self.halves = {group: gather_meshes([part.mesh for part in found]) for group, found in self.parts.items()}
         self.near = {group: NearBody(half) for group, half in self.halves.items()}
 
     def _moving(self) -> dict[Group, list[str]]:
@@ -94,7 +94,7 @@ class Bodies:
     def overlap(self, angle: float) -> float:
         """Common volume (mm^3) of both halves at a measured joint angle, deg, without round parts."""
         turn = self.joint.turn("lower", angle)
-        return float((self.meeting["upper"] ^ turned(self.meeting["lower"], turn)).volume())
+        return float((self.meeting["upper"] ^ turn_solid(self.meeting["lower"], turn)).volume())
 
     def round_overlap(self) -> float:
         """Common volume (mm^3) of the upper half with the shaft, and what is keyed on it, turned in eight ways."""
@@ -107,14 +107,14 @@ class Bodies:
     def _most_turned(self, body: Any) -> float:
         """Largest common volume (mm^3) of the upper half with a round body, turned in steps of an eighth."""
         near = NearBody(self.halves["upper"])  # its own: what is near a washer is little
-        bodies = [turned(body, 45.0 * step) for step in range(8)]
+        bodies = [turn_solid(body, 45.0 * step) for step in range(8)]
         return max(float((near.near(each) ^ each).volume()) for each in bodies)
 
     def pair(self, angle: float) -> tuple[str, str, float]:
         """The two parts that overlap most at an angle, and their common volume, mm^3."""
         turn = self.joint.turn("lower", angle)
         found = [
-            (float((self.solids[a.name] ^ turned(self.solids[b.name], turn)).volume()), a.name, b.name)
+            (float((self.solids[a.name] ^ turn_solid(self.solids[b.name], turn)).volume()), a.name, b.name)
             for a in self.parts["upper"]
             for b in self.parts["lower"]
             if not is_round(b)
@@ -125,7 +125,7 @@ class Bodies:
     def spring_gap(self, angle: float, search: float) -> tuple[float, str]:
         """Least gap (mm, at most ``search``) of the loaded spring outside its seats to either half, and to which."""
         turns = {"upper": 0.0, "lower": self.joint.turn("lower", angle)}
-        bodies = [(turned(coil, -turns[group]), group) for coil in self.coils(angle) for group in self.parts]
+        bodies = [(turn_solid(coil, -turns[group]), group) for coil in self.coils(angle) for group in self.parts]
         return min((float(body.min_gap(self.near[group].near(body, search), search)), group) for body, group in bodies)
 
     def coils(self, angle: float, sides: int | None = None) -> list[Any]:
@@ -148,7 +148,7 @@ class Bodies:
     def wire_overlap(self, body: Any, angle: float, group: Group) -> float:
         """Common volume (mm^3) of a spring or its arms with a half at an angle."""
         # The wire is turned into the half's frame: one small body is moved.
-        moved = turned(body, -self.joint.turn(group, angle))
+        moved = turn_solid(body, -self.joint.turn(group, angle))
         return float((moved ^ self.near[group].near(moved)).volume())
 
     def seat_overlap(self) -> tuple[float, str]:
@@ -158,7 +158,7 @@ class Bodies:
         for spring in self.joint.springs:
             whole = manifold(self.joint.mesh_at(spring, angle))
             for group in self.parts:
-                moved = turned(whole, -self.joint.turn(group, angle))
+                moved = turn_solid(whole, -self.joint.turn(group, angle))
                 found.append((float((moved ^ self.halves[group]).volume()), group))
         return max(found)
 
@@ -215,15 +215,15 @@ def check_travel(bodies: Bodies) -> list[CheckResult]:
         off = math.inf if found is None or parts not in meant else abs(found - stop)
         at = "nowhere" if found is None else f"at {found:.5g} deg"
         text = f"{what} stop at {stop:.5g} deg, travel to {end:.5g}: {parts} meet {at}"
-        results.append(at_most("stops", name, off, STOP_ACCURACY, "deg", text, angle=end))
+        results.append(check_at_most("stops", name, off, STOP_ACCURACY, "deg", text, angle=end))
     limits = dimensions.yields
     if limits is not None:
         spare = min(dimensions.stop_angles[0] - limits[0], limits[1] - dimensions.stop_angles[1])
         text = f"from the stops to where the spring yields ({limits[0]:.4g} and {limits[1]:.4g} deg)"
-        results.append(at_least("stops before yield", name, spare, STOP_ACCURACY, "deg", text))
+        results.append(check_at_least("stops before yield", name, spare, STOP_ACCURACY, "deg", text))
     return [
         *results,
-        at_most("overlap", bodies.joint.part("shaft").name, bodies.round_overlap(), OVERLAP_LIMIT, "mm^3",
+        check_at_most("overlap", bodies.joint.part("shaft").name, bodies.round_overlap(), OVERLAP_LIMIT, "mm^3",
                 "shaft and what is keyed on it with the upper half, turned in eight ways"),
     ]  # fmt: skip
 
@@ -234,28 +234,28 @@ def check_within(bodies: Bodies) -> list[CheckResult]:
     for group, members in bodies.parts.items():
         worst, most = 0.0, ""
         for index, first in enumerate(members):
-            near = [part for part in members[index + 1 :] if not _apart(first.mesh, part.mesh)]
-            for second, volume in _overlapping(bodies, first, near):
+            near = [part for part in members[index + 1 :] if not _boxes_apart(first.mesh, part.mesh)]
+            for second, volume in _overlapping_parts(bodies, first, near):
                 if volume > worst:
                     worst, most = volume, f"; most: {first.name} in {second.name}"
         text = f"parts of the {group} half in each other{most}"
-        results.append(at_most("overlap within", members[0].name, worst, OVERLAP_LIMIT, "mm^3", text))
+        results.append(check_at_most("overlap within", members[0].name, worst, OVERLAP_LIMIT, "mm^3", text))
     return results
 
 
-def _overlapping(bodies: Bodies, first: BuiltPart, near: Sequence[BuiltPart]) -> list[tuple[BuiltPart, float]]:
+def _overlapping_parts(bodies: Bodies, first: BuiltPart, near: Sequence[BuiltPart]) -> list[tuple[BuiltPart, float]]:
     """Those of some parts that overlap a ``first``, with the common volume, mm^3.
 
     The parts are tested together, and one by one only if any of them overlaps.
     """
     own = bodies.solids[first.name]
-    if not near or (len(near) > 1 and float((own ^ gathered([part.mesh for part in near])).volume()) < TOUCHING):
+    if not near or (len(near) > 1 and float((own ^ gather_meshes([part.mesh for part in near])).volume()) < TOUCHING):
         return []
     found = [(part, float((own ^ bodies.solids[part.name]).volume())) for part in near]
     return [(part, volume) for part, volume in found if volume >= TOUCHING]
 
 
-def _apart(one: Mesh, other: Mesh) -> bool:
+def _boxes_apart(one: Mesh, other: Mesh) -> bool:
     """Whether the bounding boxes of two meshes have so little in common that the meshes do not overlap."""
     common = np.minimum(one.box[1], other.box[1]) - np.maximum(one.box[0], other.box[0])
     return bool(np.any(common <= 0.0) or np.prod(common) < TOUCHING)
@@ -291,17 +291,17 @@ def check_spring_room(bodies: Bodies) -> list[CheckResult]:
     name, results = bodies.joint.part("spring").name, []
     for half, (volume, angle) in worst.items():
         text = f"with the {half} half, over {low:g} to {high:g} deg, most at {angle:.4g}"
-        results.append(at_most("overlap", name, volume, OVERLAP_LIMIT, "mm^3", text, angle=angle))
+        results.append(check_at_most("overlap", name, volume, OVERLAP_LIMIT, "mm^3", text, angle=angle))
     seat, wire = bodies.joint.layout.seat, dimensions.spring.wire_diameter
     volume, group = bodies.seat_overlap()
     limit = CONTACT_SHARE * math.pi / 4 * wire**2 * seat.length + OVERLAP_LIMIT
     text = f"of a clamped arm in its seat in the {group} half, unloaded: they touch without overlap"
-    results.append(at_most("seated", name, volume, limit, "mm^3", text))
+    results.append(check_at_most("seated", name, volume, limit, "mm^3", text))
     ends = (low, dimensions.rest_angle, high)
     (gap, nearest), angle = min((bodies.spring_gap(end, 2 * dimensions.clearance), end) for end in ends)
     text = f"least gap to the {nearest} half at both stops and at rest, at {angle:.4g}; half the clearance is required"
     limit = dimensions.clearance / 2 - CHORDS
-    return [*results, at_least("spring gap", name, gap, limit, "mm", text, angle=angle)]
+    return [*results, check_at_least("spring gap", name, gap, limit, "mm", text, angle=angle)]
 
 
 def check_gaps(bodies: Bodies) -> list[CheckResult]:
@@ -316,15 +316,15 @@ def check_gaps(bodies: Bodies) -> list[CheckResult]:
     low, high = dimensions.range
     gap, angle = search, low
     for pose in poses(low, high, GAP_STEP):  # a search that ends at the least gap so far takes less time
-        found = float(upper.min_gap(turned(lower, joint.turn("lower", pose)), gap))
+        found = float(upper.min_gap(turn_solid(lower, joint.turn("lower", pose)), gap))
         gap, angle = min((gap, angle), (found, pose))
     if gap < dimensions.clearance - CHORDS:  # chords of large round faces reduce the mesh's gap: measure the solids
         gap = float(joint.part("upper").solid.distance(joint.solid_at(joint.part("lower"), angle)))
-    printed = NearBody(gathered([part.mesh for part in bodies.parts["upper"] if part.printed]))
+    printed = NearBody(gather_meshes([part.mesh for part in bodies.parts["upper"] if part.printed]))
     fit = float(printed.near(bodies.solids[shaft], search).min_gap(bodies.solids[shaft], search))
     text = f"least gap to the upper half over {low:g} to {high:g} deg, at {angle:.4g}"
     least = min(dimensions.clearance, RUNNING) - CHORDS
     return [
-        at_least("gap", joint.part("lower").name, gap, dimensions.clearance - CHORDS, "mm", text, angle=angle),
-        at_least("running gap", shaft, fit, least, "mm", "shaft to print round it"),
+        check_at_least("gap", joint.part("lower").name, gap, dimensions.clearance - CHORDS, "mm", text, angle=angle),
+        check_at_least("running gap", shaft, fit, least, "mm", "shaft to print round it"),
     ]

@@ -41,7 +41,7 @@ def checks_opening(result: Result) -> Opening:
     nearest = sorted(checks, key=_share, reverse=True)[:MOST_ROWS]
     rows = [
         [Cell(str(check.get("name")), str(check.get("where"))), Cell(_long(check.get("expected"))),
-         Cell(_long(check.get("found"))), Cell(_off(check), f"limit {_off(check, 'limit')}")]
+         Cell(_long(check.get("found"))), Cell(_difference_text(check), f"limit {_difference_text(check, 'limit')}")]
         for check in nearest
     ]  # fmt: skip
     steps = (
@@ -74,16 +74,16 @@ def _long(item: object) -> str:
     return with_unit(number(value, 7), item)
 
 
-def _off(check: Json, key: str = "off") -> str:
+def _difference_text(check: Json, key: str = "off") -> str:
     item = check.get(key)
     return text({**mapping(item), "value": float(f"{mapping(item).get('value'):.2g}")}) if mapping(item) else "–"
 
 
-def _all(result: Result) -> dict[str, Any] | AbsentResult:
+def _all_checks(result: Result) -> dict[str, Any] | AbsentResult:
     """Every check."""
     rows = [
         {"name": check.get("name"), "where": check.get("where"), "expected": _long(check.get("expected")),
-         "found": _long(check.get("found")), "off": _off(check), "limit": _off(check, "limit"),
+         "found": _long(check.get("found")), "off": _difference_text(check), "limit": _difference_text(check, "limit"),
          "passed": bool(check.get("passed")), "source": check.get("source")}
         for check in _checks(result.content)
     ]  # fmt: skip
@@ -92,4 +92,4 @@ def _all(result: Result) -> dict[str, Any] | AbsentResult:
     return {"rows": rows, "left_out": sequence(result.content, "left_out"), "inputs": mapping(result.content, "inputs")}
 
 
-SECTIONS: tuple[ReportSection, ...] = (ReportSection("model-checks", "Every check", _all),)
+SECTIONS: tuple[ReportSection, ...] = (ReportSection("model-checks", "Every check", _all_checks),)

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from synth.reports.figures.axes import Axes, AxisScale, padded
+from synth.reports.figures.axes import Axes, AxisScale, with_margin
 from synth.reports.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, RECORDED, SKY, VERMILION, Line
-from synth.reports.figures.svg import Svg, thinned
+from synth.reports.figures.svg import Svg, thin_curve
 
 WIDTH, HEIGHT = 460.0, 250.0  # view box; a notebook's cell is some 700 pixels wide
 MOST_ROWS = 30
@@ -53,15 +53,15 @@ def _figure(panel: Mapping[str, Any]) -> str:
     svg = Svg(WIDTH, HEIGHT, panel["title"])
     xs = [value for x, _ in panel["curves"].values() for value in x]
     ys = [value for _, y in panel["curves"].values() for value in y]
-    x_low, x_high = padded(xs, share=0.0)
-    y_low, y_high = padded(ys)
+    x_low, x_high = with_margin(xs, share=0.0)
+    y_low, y_high = with_margin(ys)
     axes = Axes(AxisScale(x_low, x_high, 52.0, WIDTH - 10.0), AxisScale(y_low, y_high, HEIGHT - 76.0, 22.0))
     axes.frame(svg)
     text = f'font-size="11" fill="{GREY}"'
     svg.text((4.0, 13.0), panel["y_label"], text)
     svg.text((WIDTH - 10.0, HEIGHT - 48.0), panel["x_label"], f'text-anchor="end" {text}')
     curves, dots = panel["curves"], panel["dots"]
-    drawn = {name: axes.points(thinned(x, y, MOST_POINTS // 2)) for name, (x, y) in curves.items()}
+    drawn = {name: axes.points(thin_curve(x, y, MOST_POINTS // 2)) for name, (x, y) in curves.items()}
     for name in (name for name in curves if name in dots):
         svg.dots(drawn[name], RECORDED.width, RECORDED.colour)
     entries = [("points: " + ", ".join(name for name in curves if name in dots), GREY)] if dots else []

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from markupsafe import Markup, escape
 
 from synth.reports.quantities import interval_text, prose, text
-from synth.reports.severity import Group, Warned, counted, foremost
+from synth.reports.severity import Group, ShownWarning, count_by_level, foremost
 
 NOTHING = Markup("")
 MOST_FOREMOST_LETTERS = 260  # of a warning above the fold; the fold holds the whole
@@ -67,14 +67,14 @@ class OpeningWarnings:
     """The warnings in the opening."""
 
     foremost: list[Group]
-    counted: list[tuple[str, str, list[Warned]]]
+    counted: list[tuple[str, str, list[ShownWarning]]]
     total: int
 
 
-def opening_warnings(warnings: Sequence[Warned]) -> OpeningWarnings:
+def opening_warnings(warnings: Sequence[ShownWarning]) -> OpeningWarnings:
     """At most three that could change a decision, and all of them by level."""
     groups = foremost(warnings)
-    return OpeningWarnings(groups, counted(warnings), len(warnings))
+    return OpeningWarnings(groups, count_by_level(warnings), len(warnings))
 
 
 def estimate(quantity: object) -> Cell:
@@ -82,7 +82,7 @@ def estimate(quantity: object) -> Cell:
     return Cell(text(quantity), interval_text(quantity))
 
 
-def marked(words: str) -> Markup:
+def as_markup(words: str) -> Markup:
     """The text as markup, with the parts between backticks as code."""
     pieces = str(words).split("`")
     if len(pieces) % 2 == 0:  # an unpaired backtick
@@ -92,14 +92,14 @@ def marked(words: str) -> Markup:
     )
 
 
-def listed(names: Sequence[str], conjunction: str = "and") -> str:
+def joined_names(names: Sequence[str], conjunction: str = "and") -> str:
     """``hip, knee and ankle``."""
     if len(names) < 2:
         return "".join(names)
     return f"{', '.join(names[:-1])} {conjunction} {names[-1]}"
 
 
-def shortly(words: str, most: int = MOST_FOREMOST_LETTERS) -> str:
+def cut_short(words: str, most: int = MOST_FOREMOST_LETTERS) -> str:
     """A text cut after a sentence, or after a clause or a word with an ellipsis."""
     if len(words) <= most:
         return words

@@ -13,7 +13,7 @@ from jinja2 import BytecodeCache, Environment, PackageLoader
 from markupsafe import Markup
 
 from synth.reports import quantities, stick_figure
-from synth.reports.opening import Opening, marked, opening_warnings, shortly
+from synth.reports.opening import Opening, as_markup, cut_short, opening_warnings
 from synth.reports.openings.check_opening import check_opening
 from synth.reports.openings.fit_opening import fit_opening
 from synth.reports.openings.gap_opening import gap_opening
@@ -228,8 +228,8 @@ def environment(compiled: BytecodeCache | None = None) -> Environment:
         "percent": quantities.whole_percent,
         "probability": quantities.share_text,
         "percent_interval": quantities.percent_interval,
-        "shortly": shortly,
-        "marked": marked,
+        "shortly": cut_short,
+        "marked": as_markup,
     }
     environment.filters.update(filters)
     return environment

@@ -22,23 +22,23 @@ _IN_PROSE = (
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 # Factors to SI of the units that figures convert to a common axis.
-_FACTORS = {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30, "Hz": math.tau}
-_FACTORS |= {"N*m": 1.0, "mN*m": 1e-3, "N*m*s/rad": 1.0, "N*m*s/deg": 180 / math.pi, "N*m/rpm": 30 / math.pi}
-_FACTORS |= {"rad": 1.0, "deg": math.pi / 180, "mm": 1e-3, "m": 1.0, "in": 0.0254, "N*m/rad": 1.0, "1": 1.0}
-_FACTORS |= {"in*lbf": 0.112984829, "in*lbf/rad": 0.112984829}  # 0.0254 m times 4.4482216 N
-_FACTORS |= {"N*m*s^2/rad^2": 1.0, "1/rad": 1.0}
-_FACTORS |= {"N*m/deg": 180 / math.pi, "N*mm/rad": 1e-3, "percent": 0.01, "s": 1.0, "ms": 1e-3}
+_SI_OF_UNIT = {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30, "Hz": math.tau}
+_SI_OF_UNIT |= {"N*m": 1.0, "mN*m": 1e-3, "N*m*s/rad": 1.0, "N*m*s/deg": 180 / math.pi, "N*m/rpm": 30 / math.pi}
+_SI_OF_UNIT |= {"rad": 1.0, "deg": math.pi / 180, "mm": 1e-3, "m": 1.0, "in": 0.0254, "N*m/rad": 1.0, "1": 1.0}
+_SI_OF_UNIT |= {"in*lbf": 0.112984829, "in*lbf/rad": 0.112984829}  # 0.0254 m times 4.4482216 N
+_SI_OF_UNIT |= {"N*m*s^2/rad^2": 1.0, "1/rad": 1.0}
+_SI_OF_UNIT |= {"N*m/deg": 180 / math.pi, "N*mm/rad": 1e-3, "percent": 0.01, "s": 1.0, "ms": 1e-3}
 
 
 def in_si(quantity: object) -> float | None:
     """A quantity in SI and radians; None if it has no value or a unit that figures do not use."""
-    value, factor = value_of(quantity), _FACTORS.get(unit_of(quantity))
+    value, factor = value_of(quantity), _SI_OF_UNIT.get(unit_of(quantity))
     return None if value is None or factor is None else value * factor
 
 
 def factor(unit: str) -> float | None:
     """Factor from ``unit`` to SI; None for a unit that figures do not use."""
-    return _FACTORS.get(unit)
+    return _SI_OF_UNIT.get(unit)
 
 
 def unit_text(unit: str) -> str:
@@ -57,7 +57,7 @@ def prose(words: str) -> str:
 
 def number(value: float | None, digits: int = DIGITS, *, bare: bool = True) -> str:
     """A number with ``digits`` significant digits, ``bare`` without trailing zeros; a dash for None."""
-    shorten = _bare if bare else str
+    shorten = _without_zeros if bare else str
     if value is None or not math.isfinite(value):
         return "–"
     if value == 0.0:
@@ -210,7 +210,7 @@ def percent_interval(quantity: object) -> str:
     return "" if interval is None else " to ".join(whole_percent(end) for end in interval)
 
 
-def _bare(written: str) -> str:
+def _without_zeros(written: str) -> str:
     """Without trailing zeros of the decimals, which would suggest a higher accuracy."""
     return written.rstrip("0").rstrip(".") if "." in written else written
 

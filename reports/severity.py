@@ -7,7 +7,7 @@ The result states it for each warning under ``severity`` (``decide``, ``check`` 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 MOST_SHOWN = 3  # warnings above the fold
@@ -21,7 +21,7 @@ _FIGURES = re.compile(r"[^\s,;:]*\d[^\s,;:]*")  # numbers and part numbers, in w
 
 
 @dataclass(frozen=True)
-class Warned:
+class ShownWarning:
     """A warning as the page shows it."""
 
     joint: str
@@ -46,21 +46,18 @@ class Group:
     more: int  # further ones of the same kind
 
 
-def judged(joint: str, text: str, key: str, stated: object = None) -> Warned:
+def warning_of(joint: str, text: str, key: str, stated: object = None) -> ShownWarning:
     """The warning with its level; ``stated`` is the result's own entry, a mapping with ``severity`` and ``remedy``."""
     level = stated.get("severity") if isinstance(stated, Mapping) else None
     remedy = stated.get("remedy") if isinstance(stated, Mapping) else None
-    return Warned(joint, text, key, level if level in LEVELS else "check", remedy if isinstance(remedy, str) else "")
+    return ShownWarning(
+        joint, text, key, level if level in LEVELS else "check", remedy if isinstance(remedy, str) else ""
+    )
 
 
-def ordered(warnings: Iterable[Warned]) -> list[Warned]:
-    """Those that could change a decision first; within a level in the order of the result."""
-    return sorted(warnings, key=lambda w: LEVELS.index(w.level))
-
-
-def foremost(warnings: Sequence[Warned]) -> list[Group]:
+def foremost(warnings: Sequence[ShownWarning]) -> list[Group]:
     """At most three groups of those that could change a decision."""
-    groups: dict[str, list[Warned]] = {}
+    groups: dict[str, list[ShownWarning]] = {}
     for warned in warnings:
         if warned.level == "decide":
             groups.setdefault(warned.kind, []).append(warned)
@@ -78,9 +75,9 @@ def foremost(warnings: Sequence[Warned]) -> list[Group]:
 ONE = {"check": "limits the trust in a number"}
 
 
-def counted(warnings: Sequence[Warned]) -> list[tuple[str, str, list[Warned]]]:
+def count_by_level(warnings: Sequence[ShownWarning]) -> list[tuple[str, str, list[ShownWarning]]]:
     """(level, its words, its warnings) of each level that has any."""
-    rows: Mapping[str, list[Warned]] = {level: [w for w in warnings if w.level == level] for level in LEVELS}
+    rows: Mapping[str, list[ShownWarning]] = {level: [w for w in warnings if w.level == level] for level in LEVELS}
     return [
         (level, ONE.get(level, WORDS[level]) if len(found) == 1 else WORDS[level], found)
         for level, found in rows.items()

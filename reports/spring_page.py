@@ -16,7 +16,7 @@ from synth.reports.section import mapping, sequence
 from synth.reports.sections.spring_sheet import drawing_of, groups_of
 from synth.reports.sections.warnings import text_of
 from synth.reports.sections.winding_plan import sheet_content
-from synth.reports.severity import judged
+from synth.reports.severity import warning_of
 
 
 def write_winding_sheet(folder: Path, shown_in: Json | None = None) -> Path:
@@ -34,8 +34,8 @@ def write_winding_sheet(folder: Path, shown_in: Json | None = None) -> Path:
     shown = sheet_content(content, drawing_of("the spring to wind", make), groups_of(make))
     warned = sequence(make, "remarks") or sequence(make, "warnings")
     warnings = opening_warnings([
-        *(judged("", str(text), "violations", {"severity": "decide"}) for text in sequence(make, "violations")),
-        *(judged("", text_of(item), "warnings", item) for item in warned),
+        *(warning_of("", str(text), "violations", {"severity": "decide"}) for text in sequence(make, "violations")),
+        *(warning_of("", text_of(item), "warnings", item) for item in warned),
     ])  # fmt: skip
     scripts = [script("page.js")]
     page = (

@@ -21,7 +21,7 @@ from synth.reports.reading import Json, Result, ResultTable, value_of
 from synth.reports.scripts import data_block
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
-MOST = 12  # trials that are drawn
+MOST_TRIALS = 12  # trials that are drawn
 SIZE = 430.0  # of a drawing, view box units
 MARGIN = 46.0  # px
 ROOM = 120.0  # px, width of a joint's label: a dozen letters of 12 px and the direction
@@ -96,9 +96,13 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         item: dict[str, Any] = {"file": file, "source": trial.get("source"), "notes": sequence(trial, "notes")}
         item |= {"form": trial.get("source_format"), "samples": trial.get("samples"), "rate": trial.get("rate")}
         item["total"] = trial.get("samples_in_source")
-        if motion is not None and motion.seen and len(shown) < MOST:
-            item["stick"] = moving(PurePosixPath(file).stem, stick, stick_figure(file, stick, motion, _tracked(trial)),
-                                   _placing(_every(stick, motion, _tracked(trial))))  # fmt: skip
+        if motion is not None and motion.seen and len(shown) < MOST_TRIALS:
+            item["stick"] = moving_drawing(
+                PurePosixPath(file).stem,
+                stick,
+                stick_figure(file, stick, motion, _tracked_points(trial)),
+                _conversion(_all_points(stick, motion, _tracked_points(trial))),
+            )
             item["angles"] = trial_figure(f"{file}: measured angles", panels[file], limits, PurePosixPath(file).stem)
         shown.append(item)
     lines = [(START, "first pose"), (END, "last pose"), (GHOST, "between"), (TIP, "path of the tip")]
@@ -125,9 +129,9 @@ def stick_figure(
     start, end, tip = lines
     poses = [stick.pose(motion.angles[k]) for k in motion.seen]
     svg = Svg(SIZE, SIZE, f"{title}: the leg as a stick figure")
-    place = _placing(_every(stick, motion, tracked))
+    place = _conversion(_all_points(stick, motion, tracked))
     _frame(svg)
-    for pose in _between(poses):
+    for pose in _even_poses(poses):
         svg.polyline(map(place, pose), GHOST.style)
     svg.polyline((place(pose[-1]) for pose in poses), tip.style)
     for pose, line in ((poses[-1], end), (poses[0], start)):
@@ -158,7 +162,7 @@ def _words_left(x: float, beside: Sequence[float]) -> bool:
     return left if room > ROOM else x > SIZE / 2
 
 
-def moving(trial: str, stick: Stick, drawing: Markup, place: Callable[[Point], Point]) -> Markup:
+def moving_drawing(trial: str, stick: Stick, drawing: Markup, place: Callable[[Point], Point]) -> Markup:
     """The drawing with the data for the page's script, which moves the leg with the cursor of the trial's plots."""
     origin, right = place((0.0, 0.0)), place((1.0, 0.0))
     numbers = {
@@ -175,13 +179,13 @@ def moving(trial: str, stick: Stick, drawing: Markup, place: Callable[[Point], P
     )
 
 
-def _every(stick: Stick, motion: FigureMotion, tracked: Sequence[Sequence[Point]]) -> list[Point]:
+def _all_points(stick: Stick, motion: FigureMotion, tracked: Sequence[Sequence[Point]]) -> list[Point]:
     """All points that the drawing must contain, mm."""
     poses = [stick.pose(motion.angles[k]) for k in motion.seen]
     return [point for pose in (*poses, *tracked) for point in pose]
 
 
-def following(result: Result, trial: str, table: ResultTable, kind: str) -> Markup:
+def figure_of_trial(result: Result, trial: str, table: ResultTable, kind: str) -> Markup:
     """The leg of ``page.json`` in a trial's motion, which follows the cursor of the trial's plots; empty without it."""
     path = result.path("page.json")
     if path is None:
@@ -202,7 +206,7 @@ def following(result: Result, trial: str, table: ResultTable, kind: str) -> Mark
     drawing = stick_figure(f"{trial}, {kind}", stick, motion, lines=lines)
     key = legend([(START_BESIDE, "first pose"), (END_BESIDE, "last pose"), (GHOST, "between"), (TIP_BESIDE, "tip")])
     return Markup('<div class="stick-small">{}{}<p class="small soft">{}</p></div>').format(
-        moving(trial, stick, drawing, _placing(_every(stick, motion, ()))),
+        moving_drawing(trial, stick, drawing, _conversion(_all_points(stick, motion, ()))),
         key,
         f"The leg's poses in this trial, {kind}: the start and the end of the motion, not two models.",
     )
@@ -229,7 +233,7 @@ def _motion(result: Result, stick: Stick, file: str) -> FigureMotion | None:
     columns = [_in_degrees(table, joint.name) for joint in stick.joints]
     angles = list(zip(*columns, strict=True))
     told = {
-        joint.name: _held(_in_degrees(table, f"{joint.name} command"))
+        joint.name: _hold_values(_in_degrees(table, f"{joint.name} command"))
         for joint in stick.joints
         if f"{joint.name} command" in table.columns
     }
@@ -242,7 +246,7 @@ def _motion(result: Result, stick: Stick, file: str) -> FigureMotion | None:
     )
 
 
-def _held(values: Sequence[float]) -> list[float]:
+def _hold_values(values: Sequence[float]) -> list[float]:
     """Each value until the next one, nan before the first."""
     found, last = [], math.nan
     for value in values:
@@ -255,13 +259,13 @@ def _in_degrees(table: ResultTable, joint: str) -> list[float]:
     return [value * _DEGREES[table.units[joint]] for value in table.columns[joint]]
 
 
-def _tracked(trial: Mapping[str, Any]) -> list[list[Point]]:
+def _tracked_points(trial: Mapping[str, Any]) -> list[list[Point]]:
     """The tracked points' places in mm, of some frames."""
     frames = [mapping(frame).get("places") for frame in sequence(trial, "points")]
     return [[(1e3 * x, 1e3 * z) for x, z in frame] for frame in frames if isinstance(frame, list)]
 
 
-def _between(poses: Sequence[Sequence[Point]]) -> list[Sequence[Point]]:
+def _even_poses(poses: Sequence[Sequence[Point]]) -> list[Sequence[Point]]:
     """Poses evenly spaced along the tip's path, so that fast and slow parts of a swing have the same density."""
     steps = [math.dist(a[-1], b[-1]) for a, b in pairwise(poses)]
     way = list(accumulate(steps, initial=0.0))
@@ -271,7 +275,7 @@ def _between(poses: Sequence[Sequence[Point]]) -> list[Sequence[Point]]:
     return [poses[bisect_left(way, each)] for each in wanted]
 
 
-def _placing(points: Sequence[Point]) -> Callable[[Point], Point]:
+def _conversion(points: Sequence[Point]) -> Callable[[Point], Point]:
     """The conversion from millimetres to drawing coordinates, with one scale for both axes."""
     low = [min(point[axis] for point in points) for axis in (0, 1)]
     high = [max(point[axis] for point in points) for axis in (0, 1)]

@@ -100,6 +100,16 @@ class SideProcess:
             self._answers.close()
 
 
+def packed(value: object) -> bytes:
+    """A value as the pipes carry it: a process that only passes it on does not read it."""
+    return pickle.dumps(value)
+
+
+def unpacked(content: bytes) -> Any:
+    """The value of ``packed``, of this process or one of its side processes, never of a file."""
+    return pickle.loads(content)
+
+
 def _send(stream: IO[bytes], text: bytes) -> None:
     """A message, after its length: of one that is cut off no part is taken for the whole."""
     stream.write(len(text).to_bytes(_LENGTH, "little") + text)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.design.part_lanes import Acting
+from synth.design.part_lanes import ActingElements
 from synth.design.response import WantedRelease, WantedResponse
 from synth.parts.damper_law import power_law_curve
 from synth.swing.chain import Conditions
@@ -30,7 +30,7 @@ def wanted() -> WantedResponse:
     return WantedResponse.of(LEG, releases)
 
 
-def grid(n_damper: int, n_spring: int, spread: float = 2.5, seed: int = 0) -> list[list[Acting]]:
+def grid(n_damper: int, n_spring: int, spread: float = 2.5, seed: int = 0) -> list[list[ActingElements]]:
     """Concave dampers and springs about those of the leg, each joint in an order of its own."""
     generator = np.random.default_rng(seed)
     options = []
@@ -42,6 +42,6 @@ def grid(n_damper: int, n_spring: int, spread: float = 2.5, seed: int = 0) -> li
         for factor in np.geomspace(1.0 / spread, spread, n_damper) * generator.uniform(0.93, 1.07, n_damper):
             damper = Damper(curve=power_law_curve(joint.damper.rate * float(factor) * 2.0, 5.0, 0.7))
             for part in np.geomspace(0.6, 1.7, n_spring) * generator.uniform(0.95, 1.05, n_spring):
-                found.append(Acting(joint.spring.rate * float(part), damper))
+                found.append(ActingElements(joint.spring.rate * float(part), damper))
         options.append([found[k] for k in generator.permutation(len(found))])
     return options

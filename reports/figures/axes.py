@@ -110,7 +110,7 @@ def tick_text(tick: float, at: list[float]) -> str:
     return shown.replace("-", "−")
 
 
-def padded(values: Iterable[float], share: float = 0.06, least: float = 0.0) -> tuple[float, float]:
+def with_margin(values: Iterable[float], share: float = 0.06, least: float = 0.0) -> tuple[float, float]:
     """Least and greatest finite value with a margin; at least ``least`` apart."""
     finite = [value for value in values if math.isfinite(value)]
     low, high = (min(finite), max(finite)) if finite else (0.0, 1.0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from synth.reports.figures.axes import Axes, AxisScale, padded
+from synth.reports.figures.axes import Axes, AxisScale, with_margin
 from synth.reports.figures.palette import AFTER, BEFORE, BLACK, GREY, Line
 from synth.reports.figures.svg import Svg
 
@@ -31,7 +31,8 @@ def across_figure(title: str, axis: str, trends: Sequence[Trend]) -> Markup:
     places = [x for trend in trends for x in trend.x]
     values = [error for trend in trends for error in trend.errors]
     axes = Axes(
-        AxisScale(*padded(places), LEFT, WIDTH - RIGHT), AxisScale(*padded([*values, 0.0]), HEIGHT - BOTTOM, TOP)
+        AxisScale(*with_margin(places), LEFT, WIDTH - RIGHT),
+        AxisScale(*with_margin([*values, 0.0]), HEIGHT - BOTTOM, TOP),
     )
     axes.frame(svg)
     zero = axes.y(0.0)

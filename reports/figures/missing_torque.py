@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from synth.reports.figures.axes import Axes, AxisScale, padded
+from synth.reports.figures.axes import Axes, AxisScale, with_margin
 from synth.reports.figures.palette import BLACK, BLUE, GREEN, GREY, VERMILION, Line
-from synth.reports.figures.svg import Point, Svg, shortened
+from synth.reports.figures.svg import Point, Svg, shorten
 
 WIDTH, HEIGHT = 960.0, 236.0  # px
 LEFT, RIGHT, TOP, BOTTOM = 56.0, 14.0, 24.0, 40.0  # px
@@ -53,7 +53,7 @@ def quantile(ordered: Sequence[float], share: float) -> float:
     return ordered[below] + (place - below) * (ordered[above] - ordered[below])
 
 
-def binned(points: Sequence[Point], bins: int = BINS) -> list[Bin]:
+def bins_of(points: Sequence[Point], bins: int = BINS) -> list[Bin]:
     """Bins at least as wide as the range over ``bins``, each with at least ``LEAST_IN_BIN`` samples."""
     ordered = sorted(points)
     if len(ordered) < LEAST_IN_BIN or not ordered[-1][0] > ordered[0][0]:
@@ -79,8 +79,8 @@ def missing_torque_figure(title: str, clouds: Sequence[Cloud]) -> Markup:
     """One joint's panels side by side, on one torque axis."""
     torques = sorted(y for cloud in clouds for _, y in cloud.points)
     ends = (quantile(torques, OUTER), quantile(torques, 1 - OUTER), 0.0) if torques else (0.0,)
-    bins = [binned(_within(cloud.points)) for cloud in clouds]
-    vertical = padded([*ends, *(one.median for each in bins for one in each)], 0.1)
+    bins = [bins_of(_without_outermost(cloud.points)) for cloud in clouds]
+    vertical = with_margin([*ends, *(one.median for each in bins for one in each)], 0.1)
     svg = Svg(WIDTH, HEIGHT, title)
     width = WIDTH / len(clouds)
     for index, (cloud, each) in enumerate(zip(clouds, bins, strict=True)):
@@ -94,14 +94,14 @@ def _ends(points: Sequence[Point]) -> tuple[float, float, float]:
     return (quantile(xs, OUTER / 4), quantile(xs, 1 - OUTER / 4), 0.0) if xs else (-1.0, 1.0, 0.0)
 
 
-def _within(points: Sequence[Point]) -> list[Point]:
+def _without_outermost(points: Sequence[Point]) -> list[Point]:
     """The samples without the outermost ones, whose bins would extend beyond the axes."""
     low, high, _ = _ends(points)
     return [point for point in points if low <= point[0] <= high]
 
 
 def _draw(svg: Svg, cloud: Cloud, bins: Sequence[Bin], vertical: Point, left: float, width: float) -> None:
-    span = padded(_ends(cloud.points), 0.04)
+    span = with_margin(_ends(cloud.points), 0.04)
     axes = Axes(
         AxisScale(*span, left + LEFT, left + width - RIGHT),
         AxisScale(*vertical, HEIGHT - BOTTOM, TOP),
@@ -123,7 +123,7 @@ def _draw(svg: Svg, cloud: Cloud, bins: Sequence[Bin], vertical: Point, left: fl
     svg.text(((axes.x.start + axes.x.end) / 2, HEIGHT - 8), cloud.abscissa, words)
     middle = (axes.y.start + axes.y.end) / 2
     svg.text((left + 12, middle), "torque [N·m]", f'{words} transform="rotate(-90 {left + 12:.0f} {middle:.0f})"')
-    heading = f"{shortened(cloud.joint, 40)}: missing torque"
+    heading = f"{shorten(cloud.joint, 40)}: missing torque"
     svg.text((left + LEFT, 14), heading, f'font-size="11.5" fill="{BLACK}" font-weight="600"')
 
 

@@ -74,11 +74,11 @@ def arms_of(spring: DrawnSpring) -> tuple[Arm, Arm]:
         root = (radius * math.cos(angle), radius * math.sin(angle))
         reach = 0.0 if spring.arms == "axial" else length
         end = (root[0] + reach * direction[0], root[1] + reach * direction[1])
-        found.append(Arm(root, end, direction) if spring.hand == "right" else _mirrored(root, end, direction))
+        found.append(Arm(root, end, direction) if spring.hand == "right" else _arm_mirrored(root, end, direction))
     return found[0], found[1]
 
 
-def _mirrored(root: Point, end: Point, direction: Point) -> Arm:
+def _arm_mirrored(root: Point, end: Point, direction: Point) -> Arm:
     """The arm in a coil of the other hand."""
     return Arm((root[0], -root[1]), (end[0], -end[1]), (direction[0], -direction[1]))
 
@@ -146,11 +146,11 @@ def _included_angle(svg: Svg, spring: DrawnSpring, centre: Point, scale: float) 
             _head(svg, end, (-direction[1] * sense, -direction[0] * sense), BLUE)
     words = f"{number(math.degrees(spring.included_angle), 4)}°"
     if spring.travel and spring.included_angle > 1e-6:
-        _closing(svg, spring, centre, arc - 13.0)
+        _draw_load(svg, spring, centre, arc - 13.0)
     svg.text((centre[0] + arc + 7, centre[1] + 4), words, f'font-size="13" font-weight="600" fill="{BLUE}"')
 
 
-def _closing(svg: Svg, spring: DrawnSpring, centre: Point, radius: float) -> None:
+def _draw_load(svg: Svg, spring: DrawnSpring, centre: Point, radius: float) -> None:
     """The load's direction on the near arm: the winding direction, which closes tangent arms and opens radial ones."""
     assert spring.travel is not None
     sense = 1.0 if spring.hand == "right" else -1.0
@@ -187,7 +187,7 @@ def _from_side(svg: Svg, spring: DrawnSpring, arms: tuple[Arm, Arm], start: Poin
     svg.line((left - 14, middle), (left + length + 14, middle), CHAIN)
     base = middle + radius + wire / 2
     low = max(base, *(middle - arm.end[1] * scale for arm in arms)) + 22
-    _between(svg, (left, base), (left + length, base), low, f"body {spring.length_text(spring.body_length)}")
+    _draw_dimension(svg, (left, base), (left + length, base), low, f"body {spring.length_text(spring.body_length)}")
     tip = min(middle - y * scale for arm in arms for y in (arm.root[1], arm.end[1])) - wire / 2
     svg.text((left, tip - 7), f"wire Ø {spring.length_text(spring.wire)}", LABEL)
     _upright(svg, (left + length, middle - radius - wire / 2), (left + length, base), left + length + 26,
@@ -220,7 +220,7 @@ def _leg_length(svg: Svg, root: Point, end: Point, wire: float, words: str, *, u
     svg.text(middle, words, f'{LABEL} text-anchor="{anchor}"')
 
 
-def _between(svg: Svg, left: Point, right: Point, height: float, words: str) -> None:
+def _draw_dimension(svg: Svg, left: Point, right: Point, height: float, words: str) -> None:
     """A horizontal dimension below two points."""
     for point in (left, right):
         svg.line((point[0], point[1] + 3), (point[0], height + 4), THIN)

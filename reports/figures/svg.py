@@ -92,7 +92,7 @@ class Svg:
 
     def text(self, place: Point, words: str, style: str = "", most: int | None = None) -> None:
         """Text; longer than ``most`` characters it is cut, with the whole text as tooltip."""
-        shown = words if most is None else shortened(words, most)
+        shown = words if most is None else shorten(words, most)
         tip = "" if shown == words else f"<title>{escape(words)}</title>"
         position = f'x="{coordinate(place[0])}" y="{coordinate(place[1])}"'
         self._parts.append(f"<text {position} {style}>{escape(shown)}{tip}</text>")
@@ -103,7 +103,7 @@ class Svg:
         return Markup("".join(self._parts) + "</svg>")
 
 
-def shortened(words: str, most: int) -> str:
+def shorten(words: str, most: int) -> str:
     """Text of at most ``most`` characters, with an ellipsis at the end if it is cut."""
     return words if len(words) <= most else words[: max(1, most - 1)] + "…"
 
@@ -121,7 +121,7 @@ def polyline_path(points: Iterable[Point]) -> str:
     return "".join(f"M{piece[0]}L{' '.join(piece[1:] or piece)}" for piece in pieces if piece)
 
 
-def thinned(times: Sequence[float], values: Sequence[float], buckets: int) -> list[Point]:
+def thin_curve(times: Sequence[float], values: Sequence[float], buckets: int) -> list[Point]:
     """At most two points per bucket of equal count, the lowest and the highest, so that spikes remain visible."""
     n = len(times)
     if n <= 2 * buckets:

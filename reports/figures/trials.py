@@ -9,9 +9,9 @@ from typing import Any
 
 from markupsafe import Markup
 
-from synth.reports.figures.axes import Axes, AxisScale, padded
+from synth.reports.figures.axes import Axes, AxisScale, with_margin
 from synth.reports.figures.palette import BLACK, GREY, Line
-from synth.reports.figures.svg import Point, Svg, shortened, thinned
+from synth.reports.figures.svg import Point, Svg, shorten, thin_curve
 from synth.reports.quantities import unit_text
 from synth.reports.scripts import data_block
 
@@ -62,7 +62,7 @@ def shared_limits(panels: Sequence[TrialPanel]) -> AxisRanges:
     for joint in dict.fromkeys(panel.joint for panel in panels):
         values = [v for p in panels if p.joint == joint for curve in p.curves if not curve.hidden for v in curve.values]
         least = math.radians(LEAST_RANGE) if any(p.unit == "rad" for p in panels if p.joint == joint) else LEAST_RANGE
-        angle[joint] = padded(values, least=least)
+        angle[joint] = with_margin(values, least=least)
     return AxisRanges(time, angle)
 
 
@@ -89,14 +89,14 @@ def _drawing(title: str, panel: TrialPanel, limits: AxisRanges) -> Markup:
     most = max(8, int((WIDTH - 110) / 6.2))
     svg.text(
         (4, 13),
-        f"{shortened(panel.joint, most - len(unit) - len(panel.what) - 4)} {panel.what} [{unit}]",
+        f"{shorten(panel.joint, most - len(unit) - len(panel.what) - 4)} {panel.what} [{unit}]",
         f'font-size="11.5" fill="{BLACK}" font-weight="600"',
     )
     svg.text((axes.x.end, 13), panel.remark, f'font-size="11" fill="{BLACK}" text-anchor="end"')
     middle = (axes.x.start + axes.x.end) / 2
     svg.text((middle, HEIGHT - 7), "time [s]", f'font-size="10" fill="{GREY}" text-anchor="middle"')
     for curve in panel.curves:
-        points = axes.points(thinned(panel.times, curve.values, BUCKETS))
+        points = axes.points(thin_curve(panel.times, curve.values, BUCKETS))
         with svg.named(curve.name, hidden=curve.hidden):
             if curve.line.dots:
                 svg.dots(points, curve.line.width, curve.line.colour)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from markupsafe import Markup
 
-from synth.reports.opening import Cell, Figures, Opening, listed
+from synth.reports.opening import Cell, Figures, Opening, joined_names
 from synth.reports.quantities import brief, interval_text, text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import mapping, sequence
@@ -45,16 +45,15 @@ def _verdict(document: Json) -> str:
     known = [(value_of(mapping(side, "off_reference").get("overall")), side) for side in _sides(document)]
     ranked = sorted(((value, side) for value, side in known if value is not None), key=lambda item: item[0])
     if not ranked:
-        return (
-            f"{listed([str(side.get('name')) for side in _sides(document)])} share no start: only figures are compared."
-        )
+        names = joined_names([str(side.get("name")) for side in _sides(document)])
+        return f"{names} share no start: only figures are compared."
     words = [f"{side.get('name')} {brief(mapping(side, 'off_reference').get('overall'))}" for _, side in ranked]
     if len(words) == 1:
         return (
             f"From the same start {ranked[0][1].get('name')} moves {words[0].rsplit(' ', 1)[1]} (RMS) from {reference}."
         )
     nearest, _, away = words[0].rpartition(" ")
-    return f"{nearest} comes nearest to {reference}, {away} off (RMS); {listed(words[1:])}."
+    return f"{nearest} comes nearest to {reference}, {away} off (RMS); {joined_names(words[1:])}."
 
 
 def _family_verdict(family: list[Json]) -> str:

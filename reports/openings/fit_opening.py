@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from markupsafe import Markup
 
-from synth.reports.opening import Cell, Figures, Opening, estimate, listed
+from synth.reports.opening import Cell, Figures, Opening, estimate, joined_names
 from synth.reports.quantities import brief, interval_of, whole_percent
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import mapping, sequence
@@ -14,7 +14,7 @@ from synth.reports.sections import motion
 
 EXPLAINED = 1.5  # times the scatter of the samples: largest residual of a model that explains them
 LAWS = {"torque": "Dry friction", "coefficient": "Quadratic damping"}  # by the key of their size
-SURE = 0.25  # half an interval over its value, above which a rate is called uncertain
+CERTAIN_SHARE = 0.25  # half an interval over its value, above which a rate is called uncertain
 
 
 def fit_opening(result: Result) -> Opening:
@@ -22,17 +22,17 @@ def fit_opening(result: Result) -> Opening:
     document = result.content
     joints = mapping(document, "joints")
     trials = [trial for trial in sequence(document, "trials") if isinstance(trial, Mapping)]
-    lacking, unsure = _lacking(document), _unsure(joints)
+    lacking, unsure = _unexplained_joints(document), _unsure(joints)
     figure = motion.worst_figure(result)
-    what = f"Springs, dampers and free angles of {listed(list(joints))}" if joints else "Nothing"
+    what = f"Springs, dampers and free angles of {joined_names(list(joints))}" if joints else "Nothing"
     held = sum(bool(trial.get("held_out")) for trial in trials)
     used = len(trials) - held
     count = f"{used} trial{'s' if used != 1 else ''}" + (f" ({held} held out)" if held else "")
     if lacking:
-        verdict = f"{what} from {count}, but the model does not explain the motion of the {listed(lacking)}."
+        verdict = f"{what} from {count}, but the model does not explain the motion of the {joined_names(lacking)}."
     else:
         law = _law(document)
-        beside = f"with {law[0].lower()} at the {listed(list(law[1]))} " if law else ""
+        beside = f"with {law[0].lower()} at the {joined_names(list(law[1]))} " if law else ""
         verdict = f"{what} from {count}; {beside}the model explains the motion."
     return Opening(
         verdict,
@@ -56,7 +56,7 @@ def _law(document: Json) -> tuple[str, Json] | None:
     return None
 
 
-def _lacking(document: Json) -> list[str]:
+def _unexplained_joints(document: Json) -> list[str]:
     """Joints whose residual exceeds the samples' scatter."""
     left, noise = mapping(document, "rms"), mapping(document, "noise")
     found = []
@@ -79,7 +79,7 @@ def _unsure(joints: Json) -> list[tuple[float, str]]:
             low, high = ends
             assert low is not None
             assert high is not None
-            if (share := (high - low) / 2 / abs(value)) > SURE:
+            if (share := (high - low) / 2 / abs(value)) > CERTAIN_SHARE:
                 found.append((share, f"{name}'s {words}"))
     return sorted(found, reverse=True)
 

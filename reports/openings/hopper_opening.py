@@ -34,7 +34,7 @@ def study_opening(result: Result) -> Opening:
     how = str(mapping(document, "settings").get("choose") or "").replace("_", " ")
     verdict = (
         f"{best.get('motor')} with upper links of {_millimetres(best.get('leg_length'))}: {_RISES[key]} "
-        f"{_centimetres(best.get(key))}{_between(best.get(key))}, the best {how} of {_number(counts)}."
+        f"{_centimetres(best.get(key))}{_interval_text(best.get(key))}, the best {how} of {_number(counts)}."
     )
     figure, caption = _picture(result)
     good = False if limit else None if _after_takeoff(best) else True
@@ -78,7 +78,7 @@ def _centimetres(quantity: object) -> str:
     return "–" if value is None else f"{1e2 * value:.3g}\u00a0cm"
 
 
-def _between(quantity: object) -> str:
+def _interval_text(quantity: object) -> str:
     ends = mapping(quantity).get("interval90")
     if not isinstance(ends, list) or None in ends:
         return ""
@@ -142,7 +142,7 @@ def _figures(document: Json) -> Figures:
         [Cell("Gear ratio"), Cell(f"{best.get('gear_ratio')}:1")],
         [Cell("Upper link"), Cell(_millimetres(best.get("leg_length")))],
         *(
-            [Cell(name), Cell(_centimetres(best.get(key)), _between(best.get(key)).strip(" ()"))]
+            [Cell(name), Cell(_centimetres(best.get(key)), _interval_text(best.get(key)).strip(" ()"))]
             for name, key in (("Clearance", "clearance"), ("Total height", "total_height"))
         ),
         [Cell("Relative height"), Cell(brief(best.get("relative_height")), interval_text(best.get("relative_height")))],

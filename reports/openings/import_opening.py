@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from markupsafe import Markup
 
 from synth.reports import stick_figure
-from synth.reports.opening import Cell, Figures, Opening, listed
+from synth.reports.opening import Cell, Figures, Opening, joined_names
 from synth.reports.quantities import text
 from synth.reports.reading import Result
 from synth.reports.section import AbsentResult, mapping, sequence
@@ -34,7 +34,7 @@ def import_opening(result: Result) -> Opening:
     ]
     many = f"The first 8 of {len(trials)} trials." if len(trials) > 8 else ""
     return Opening(
-        f"{len(trials)} trial{'s' if len(trials) != 1 else ''} of a leg with {listed(joints) or 'no joint'}: "
+        f"{len(trials)} trial{'s' if len(trials) != 1 else ''} of a leg with {joined_names(joints) or 'no joint'}: "
         f"{kept} of {total} samples kept.",
         f"{notes} note{'s' if notes != 1 else ''} on what was changed or left out, with each trial below."
         if notes

@@ -8,7 +8,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from synth.reports.opening import Cell, Figures, Opening, listed
+from synth.reports.opening import Cell, Figures, Opening, joined_names
 from synth.reports.openings.leg_steps import left_out, measured_joints, slipping_dampers, steps
 from synth.reports.quantities import brief, interval_text, percent, share_text, text
 from synth.reports.reading import Json, Result, png_uri, value_of
@@ -21,7 +21,7 @@ CERTAIN, UNLIKELY = 0.9, 0.5  # chances from which a leg counts as certain, or a
 def leg_opening(result: Result) -> Opening:
     """Verdict, the leg's picture, and a row of figures a joint."""
     document = result.content
-    without, failed, slipping = _without_part(document), _failed(document), slipping_dampers(document)
+    without, failed, slipping = _without_part(document), _failed_checks(document), slipping_dampers(document)
     chance = value_of(mapping(document, "response", "forecast").get("chance"))
     good = None if chance is None else (True if chance >= CERTAIN else False if chance < UNLIKELY else None)
     figure, caption = _picture(result)
@@ -46,7 +46,7 @@ def _without_part(document: Json) -> list[str]:
     return found
 
 
-def _failed(document: Json) -> list[Mapping[str, Any]]:
+def _failed_checks(document: Json) -> list[Mapping[str, Any]]:
     checks = sequence(document, "solids", "checks")
     return [check for check in checks if isinstance(check, Mapping) and not check.get("passed")]
 
@@ -55,7 +55,7 @@ def _verdict(document: Json, without: list[str], failed: list[Mapping[str, Any]]
     rms = mapping(document, "response", "wanted_to_built").get("rms")
     near = f"with nominal parts the leg's motion is {brief(rms)} (RMS) from the wanted one" if rms else ""
     if without:
-        start = f"Not ready to build: {listed(without)}"
+        start = f"Not ready to build: {joined_names(without)}"
     elif failed:
         count = len(sequence(document, "solids", "checks"))
         start = f"Not ready to build: {len(failed)} of {count} checks of the joints failed, so no part is exported"
@@ -75,9 +75,9 @@ def _undecided(document: Json, slipping: list[str]) -> list[str]:
     found = []
     if slipping:
         many = "s" if len(slipping) > 1 else ""
-        found.append(f"as drawn, the damper{many} of {listed(slipping)} would slip on the shaft{many}")
+        found.append(f"as drawn, the damper{many} of {joined_names(slipping)} would slip on the shaft{many}")
     if left_out(document):
-        found.append(f"the ranges that the target states leave out the {listed(left_out(document))}")
+        found.append(f"the ranges that the target states leave out the {joined_names(left_out(document))}")
     return found
 
 
@@ -88,7 +88,7 @@ def _trust(document: Json) -> str:
     chance, within = forecast.get("chance"), forecast.get("within")
     expected = f"{brief(forecast.get('expected'))}, 90 %: {interval_text(forecast.get('expected'))}°"
     known = [name for name in mapping(document, "joints") if name in measured_joints(document)]
-    start = f"With the free angle measured at {listed(known)}, and other parts" if known else "With parts"
+    start = f"With the free angle measured at {joined_names(known)}, and other parts" if known else "With parts"
     return (
         f"{start} within their tolerances, {share_text(chance)} of such legs stay within the allowed "
         f"{brief(within)} (expected {expected})."

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from synth.reports.opening import listed
+from synth.reports.opening import joined_names
 from synth.reports.quantities import brief, share_text, with_decimals
 from synth.reports.reading import Json, value_of
 from synth.reports.section import mapping, sequence
@@ -46,7 +46,7 @@ def steps(document: Json, without: list[str], failed: list[Mapping[str, Any]], s
             "Run without `--no-cad` before you order: only then do the links carry their joints' parts, and spring "
             "rates go with the links' inertia. That run gives the parts to print, too."
         ]
-    found, turns, measuring = _dampers_first(document, slipping), _seat_turns(document), _measuring(document)
+    found, turns, measuring = _dampers_first(document, slipping), _seat_turns(document), _measurement_step(document)
     if left_out(document):
         found.insert(0, _wider(document))
     beyond = _beyond_seat(document)
@@ -54,7 +54,7 @@ def steps(document: Json, without: list[str], failed: list[Mapping[str, Any]], s
         return [*found, *beyond]
     if turns:
         last = "" if measuring else ", tighten them, and put the dampers on"
-        return [*found, f"Turn the seats on their scales: {listed(turns)}{last}.", *measuring]
+        return [*found, f"Turn the seats on their scales: {joined_names(turns)}{last}.", *measuring]
     what = "the other parts" if found else "the parts"
     assemble = "; assemble the joints with their seats at 0 and the dampers off" if measuring else ""
     return [*found, f"Order {what} in `bom.csv`, print the plates `parts/leg_print_*.3mf`{assemble}.", *measuring]
@@ -72,8 +72,8 @@ def _wider(document: Json) -> str:
         rest = with_decimals(value_of(known.get("rest")) or 0.0, 1)
         found.append(f"{name} (stated {low} to {high}°, wanted {least} to {most}°, rest {rest}°)")
     return (
-        f"Widen the range of {listed(found)} in the target's leg file, or want another motion, and run again; built as "
-        "it is, the leg stops at the end of its range."
+        f"Widen the range of {joined_names(found)} in the target's leg file, or want another motion, and run again; "
+        "built as it is, the leg stops at the end of its range."
     )
 
 
@@ -85,9 +85,11 @@ def _dampers_first(document: Json, slipping: list[str]) -> list[str]:
         return []
     place = f"`cad: {{dampers: {{{(slipping or assumed)[0]}: …}}}}`"
     if not slipping:
-        what = f"Get the dampers first and measure them: sizes of those of {listed(assumed)} are assumed as drawn."
+        what = (
+            f"Get the dampers first and measure them: sizes of those of {joined_names(assumed)} are assumed as drawn."
+        )
     else:
-        what = f"Get the dampers first and measure what turns them with the shaft, for {listed(slipping)}."
+        what = f"Get the dampers first and measure what turns them with the shaft, for {joined_names(slipping)}."
         what += " Their other sizes are assumed, too." if assumed else ""
     return [f"{what} Write it under {place} and run again, before anything is made."]
 
@@ -112,14 +114,14 @@ def _beyond_seat(document: Json) -> list[str]:
     far = [(name, off) for name, off in left.items() if off is not None and abs(off) > LEAST_LEFT]
     if not far:
         return []
-    shown = listed([f"{name} by {with_decimals(abs(off), 1)}°" for name, off in far])
+    shown = joined_names([f"{name} by {with_decimals(abs(off), 1)}°" for name, off in far])
     return [
         f"The measured free angle is beyond the seat's travel at {shown}. Check that it is the angle of the assembled "
         "joint, not of the loose spring; else wind or choose another spring."
     ]
 
 
-def _measuring(document: Json) -> list[str]:
+def _measurement_step(document: Json) -> list[str]:
     """The measurement of the free angles that are not known, if it raises the chance."""
     response, known = mapping(document, "response"), measured_joints(document)
     left = [name for name in mapping(document, "joints") if name not in known]
@@ -129,13 +131,13 @@ def _measuring(document: Json) -> list[str]:
         return []
     within = brief(mapping(response, "forecast").get("within"))
     return [
-        f"{_finding(document, left)} Run again: "
+        f"{_free_angle_step(document, left)} Run again: "
         f"the page then says how far to turn the seats, and the chance of staying within {within} changes from "
         f"{share_text(chance)} to {share_text(measured)}. Then set the seats and put the dampers on."
     ]
 
 
-def _finding(document: Json, left: list[str]) -> str:
+def _free_angle_step(document: Json, left: list[str]) -> str:
     """How to find the free angles of the joints ``left``: at rest, or from torques where a stop is in the way."""
     joints, said = mapping(document, "joints"), []
     far = [name for name in left if _beyond_stop(mapping(joints, name))]
@@ -144,17 +146,17 @@ def _finding(document: Json, left: list[str]) -> str:
     if near:
         entry = f"`measured: {{spring: {{{near[0]}: {{free_angle: … deg}}}}}}`"
         said.append(
-            f"In each assembled joint ({listed(near)}), {side}, read the angle at which it comes to rest, to a degree; "
-            "it is not the loose spring's angle. On a stop it tells nothing: see the joint's order of assembly. Write "
-            f"it as {entry}."
+            f"In each assembled joint ({joined_names(near)}), {side}, read the angle at which it comes to rest, to a "
+            "degree; it is not the loose spring's angle. On a stop it tells nothing: see the joint's order of "
+            f"assembly. Write it as {entry}."
         )
     if far:
         entry = f"`measured: {{spring: {{{far[0]}: {{free_angle: … deg, free_angle_by: torque}}}}}}`"
         said.append(
-            f"The free angle of {listed(far)} lies beyond a stop, on which the joint would rest. In the assembled "
-            f"joint, {side}, turn the link off the stop with a spring scale, square to it at a known distance from the "
-            "hinge, to two angles A and B some 15° apart; with the torques M and N there the free angle is "
-            f"A − M (B − A)/(N − M). Write it as {entry}."
+            f"The free angle of {joined_names(far)} lies beyond a stop, on which the joint would rest. In the "
+            f"assembled joint, {side}, turn the link off the stop with a spring scale, square to it at a known "
+            "distance from the hinge, to two angles A and B some 15° apart; with the torques M and N there the free "
+            f"angle is A − M (B − A)/(N − M). Write it as {entry}."
         )
     return " ".join(said)
 

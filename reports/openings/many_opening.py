@@ -8,7 +8,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from synth.reports.opening import Cell, Figures, Opening, listed
+from synth.reports.opening import Cell, Figures, Opening, joined_names
 from synth.reports.quantities import text
 from synth.reports.reading import Result
 from synth.reports.section import AbsentResult, mapping, sequence
@@ -33,14 +33,14 @@ def gaps_opening(result: Result) -> Opening:
     figure, caption = Markup(""), ""
     if not isinstance(found, AbsentResult):
         figure, caption = found["figure"], found["title"]
-    rows = [[Cell(name), Cell(str(len(where)), listed(where[:3]))] for name, where in many_gaps.causes(result).items()][
-        :MOST_ROWS
-    ]
+    rows = [
+        [Cell(name), Cell(str(len(where)), joined_names(where[:3]))] for name, where in many_gaps.causes(result).items()
+    ][:MOST_ROWS]
     unsure = [str(leg["name"]) for leg in legs if leg.get("verdict") in ("tie", "unknown")]
-    steps = [f"Record the trials proposed in the reports of {_some(unsure)}."] if unsure else []
+    steps = [f"Record the trials proposed in the reports of {_some_names(unsure)}."] if unsure else []
     return Opening(
-        f"{_counted(result)} diagnosed{f': {listed(verdict_counts)}' if verdict_counts else ''}.",
-        _warned(legs),
+        f"{_diagnosed_count(result)} diagnosed{f': {joined_names(verdict_counts)}' if verdict_counts else ''}.",
+        _warned_count(legs),
         [*steps, *_mend(result, "diagnosed")] or ["Open a leg's page below; its `diagnosed.leg.yaml` has the cause."],
         figure,
         caption,
@@ -53,13 +53,17 @@ def legs_opening(result: Result) -> Opening:
     """How many were designed, which are farthest from the wanted motion, and what failed."""
     legs = many_legs.items(result)
     refused = [str(leg["name"]) for leg in legs if sequence(leg, "failed_checks")]
-    steps = [f"The joints of {_some(refused)} fail a check and are not exported: see their reports."] if refused else []
+    steps = (
+        [f"The joints of {_some_names(refused)} fail a check and are not exported: see their reports."]
+        if refused
+        else []
+    )
     worst = sorted(legs, key=lambda leg: -float(mapping(leg, "rms").get("value") or 0.0))[:MOST_ROWS]
     rows = [[Cell(str(leg["name"])), Cell(text(leg.get("rms")))] for leg in worst]
     bad, final = bool(refused or sequence(result.content, "failed")), all(leg.get("drawn") is not False for leg in legs)
     return Opening(
-        f"{_counted(result)} designed.",
-        _warned(legs),
+        f"{_diagnosed_count(result)} designed.",
+        _warned_count(legs),
         [*steps, *_mend(result, "designed")] or [_next_of_legs(legs)],
         figures=Figures(("Farthest from the wanted motion", "RMS"), rows) if rows else None,
         good=False if bad else True if final else None,
@@ -70,27 +74,29 @@ def _next_of_legs(legs: Sequence[Mapping[str, Any]]) -> str:
     bare = [str(leg["name"]) for leg in legs if leg.get("drawn") is False]
     if bare:
         return (
-            f"Run {_some(bare)} without `--no-cad` before you order: only then do the links carry their joints' parts, "
-            "and spring rates go with the links' inertia."
+            f"Run {_some_names(bare)} without `--no-cad` before you order: only then do the links carry their joints' "
+            "parts, and spring rates go with the links' inertia."
         )
     return "Open a leg's page below: its parts to order and to print."
 
 
-def _counted(result: Result) -> str:
+def _diagnosed_count(result: Result) -> str:
     legs, failed = sequence(result.content, "legs"), sequence(result.content, "failed")
     return f"{len(legs)} of {len(legs) + len(failed)} projects were"
 
 
-def _warned(legs: Sequence[Mapping[str, Any]]) -> str:
+def _warned_count(legs: Sequence[Mapping[str, Any]]) -> str:
     warned = sum(bool(of_leg(leg)) for leg in legs)
     return f"{warned} of them have warnings." if warned else "None has a warning." if legs else ""
 
 
 def _mend(result: Result, done: str) -> list[str]:
     failed = [str(mapping(item).get("name")) for item in sequence(result.content, "failed")]
-    return [f"Correct {_some(failed)}, and repeat the command: projects already {done} are kept."] if failed else []
+    return (
+        [f"Correct {_some_names(failed)}, and repeat the command: projects already {done} are kept."] if failed else []
+    )
 
 
-def _some(names: Sequence[str]) -> str:
+def _some_names(names: Sequence[str]) -> str:
     more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-    return f"{', '.join(names[:3]) if more else listed(names)}{more}"
+    return f"{', '.join(names[:3]) if more else joined_names(names)}{more}"

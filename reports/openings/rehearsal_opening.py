@@ -19,14 +19,14 @@ def rehearsal_opening(result: Result) -> Opening:
     document = result.content
     trust = (
         f"{document.get('cases')} cases in simulations of this leg with these trials, this noise and these tolerances, "
-        f"{_beside(document)}, with an independent engine and other functional forms; each diagnosed without access "
-        "to the answer."
+        f"{_planted_beside(document)}, with an independent engine and other functional forms; each diagnosed without "
+        "access to the answer."
     )
     more = "For surer counts plant more: the same command with a larger `--count` goes on from here."
     return Opening(str(document.get("sentence") or ""), trust, [more], figures=_figures(result))
 
 
-def _beside(document: Mapping[str, Any]) -> str:
+def _planted_beside(document: Mapping[str, Any]) -> str:
     """What was planted beside the main causes."""
     share = f"{100.0 * float(document.get('background_share') or 0.0):g} % of the motion"
     small, aim = mapping(document, "small_causes"), brief(document.get("background"))

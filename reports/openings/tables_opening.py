@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from markupsafe import Markup
 
-from synth.reports.opening import Cell, Figures, Opening, listed
+from synth.reports.opening import Cell, Figures, Opening, joined_names
 from synth.reports.quantities import text
 from synth.reports.reading import Result
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
@@ -34,7 +34,7 @@ def fits_opening(result: Result, across: ReportSection) -> Opening:
     return Opening(
         f"{len(legs)} of {total} projects were fitted.",
         f"{warned} of the fits have warnings." if warned else "No fit has a warning." if legs else "",
-        [f"Correct {listed(names)}{more}, and repeat the command: finished fits are kept."] if failed else [NEXT],
+        [f"Correct {joined_names(names)}{more}, and repeat the command: finished fits are kept."] if failed else [NEXT],
         figure,
         caption,
         Figures(("Rate", "Legs", "Median", "Least", "Greatest"), rows) if rows else None,

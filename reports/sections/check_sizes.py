@@ -11,7 +11,7 @@ from synth.reports.reading import Result
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 from synth.reports.sections.check_apart import name_of
 
-MOST = 2  # rivals a row
+MOST_RIVALS = 2  # rivals a row
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -22,7 +22,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     rows = []
     for cause in causes:
         rivals = []
-        for rival in sequence(cause, "looks_like")[:MOST]:
+        for rival in sequence(cause, "looks_like")[:MOST_RIVALS]:
             angle = mapping(rival, "angle").get("value")
             rivals.append({"name": name_of(rival), "angle": number(angle, 2), "from": _from(rival)})
         rows.append({"name": name_of(cause), "size": size_text(cause.get("visible_from")), "rivals": rivals})

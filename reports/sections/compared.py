@@ -17,14 +17,14 @@ from synth.reports.quantities import brief, interval_of, number, text, unit_text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.response_files import Response, read_response
 from synth.reports.section import AbsentResult, FirstFigure, ReportSection, mapping, sequence
-from synth.reports.stick_figure import following
+from synth.reports.stick_figure import figure_of_trial
 
 FOLDER = "responses"
 ROWS = (
     ("spring_rate", "spring rate"), ("damper_rate", "damper rate"), ("damper_law", "damper's law"),
     ("free_angle", "free angle"), ("spring_part", "spring"), ("damper_part", "damper"),
 )  # fmt: skip
-SHOWN = (
+CHARACTERISTICS_SHOWN = (
     ("rise_time", "rise time 10–90 %"), ("damping_ratio", "damping ratio"), ("damped_frequency", "damped frequency"),
     ("overshoot", "overshoot"), ("settling_time", "settling time"),
 )  # fmt: skip
@@ -50,7 +50,7 @@ def lines_of(document: Json) -> dict[str, Line]:
 
 def responses(result: Result) -> dict[str, Any] | AbsentResult:
     """Every start's motions overlaid."""
-    read = _read(result)
+    read = _read_responses(result)
     if not read:
         return AbsentResult(f"there is no file in {FOLDER}")
     lines = lines_of(result.content)
@@ -58,7 +58,7 @@ def responses(result: Result) -> dict[str, Any] | AbsentResult:
     limits = shared_limits([panel for found in panels.values() for panel in found])
     starts = {str(start.get("name")): start for start in sequence(result.content, "starts")}
     return {
-        "legend": legend(_drawn(lines, [panel for found in panels.values() for panel in found])),
+        "legend": legend(_drawn_sides(lines, [panel for found in panels.values() for panel in found])),
         "figures": [
             {
                 "name": name,
@@ -73,20 +73,20 @@ def responses(result: Result) -> dict[str, Any] | AbsentResult:
 
 def telling_figure(result: Result) -> FirstFigure | None:
     """The start from which the sides differ most, with the leg that follows the cursor."""
-    read, lines = _read(result), lines_of(result.content)
+    read, lines = _read_responses(result), lines_of(result.content)
     if not read:
         return None
     reference = str(result.content.get("reference"))
-    name = max(read, key=lambda key: _apart(read[key], reference, lines))
+    name = max(read, key=lambda key: _largest_distance(read[key], reference, lines))
     panels = _panels(result.content, read[name], lines)
     drawn = trial_figure(f"{name}: motions from the same start", panels, shared_limits(panels), f"first-{name}")
-    stick = following(result, f"first-{name}", read[name].table, reference)
+    stick = figure_of_trial(result, f"first-{name}", read[name].table, reference)
     many = f"the start, of {len(read)}, from which the sides differ most" if len(read) > 1 else "the common start"
-    key = legend(_drawn(lines, panels))
+    key = legend(_drawn_sides(lines, panels))
     return FirstFigure(key + drawn, f"{name}: {many}.", stick)
 
 
-def _read(result: Result) -> dict[str, Response]:
+def _read_responses(result: Result) -> dict[str, Response]:
     found = {}
     for file in result.files(FOLDER):
         response = read_response(result, file)
@@ -95,7 +95,7 @@ def _read(result: Result) -> dict[str, Response]:
     return found
 
 
-def _apart(response: Response, reference: str, lines: Mapping[str, Line]) -> float:
+def _largest_distance(response: Response, reference: str, lines: Mapping[str, Line]) -> float:
     """Largest RMS of a side off the reference over all joints."""
     found = [
         value
@@ -120,7 +120,7 @@ def _panels(document: Json, response: Response, lines: Mapping[str, Line]) -> li
     return panels
 
 
-def _drawn(lines: Mapping[str, Line], panels: Sequence[TrialPanel]) -> list[tuple[Line, str]]:
+def _drawn_sides(lines: Mapping[str, Line], panels: Sequence[TrialPanel]) -> list[tuple[Line, str]]:
     """The sides that have a curve; one that shares no start with the others has none."""
     names = {curve.name for panel in panels for curve in panel.curves}
     return [(line, name) for name, line in lines.items() if name in names]
@@ -151,7 +151,7 @@ def parameters(result: Result) -> dict[str, Any] | AbsentResult:
         rows += [(words, [_cell(mapping(side, "alone", joint).get(key)) for side in sides]) for key, words in ALONE]
         rows += [
             (words, [_spread(mapping(side, "characteristics", joint).get(key)) for side in sides])
-            for key, words in SHOWN
+            for key, words in CHARACTERISTICS_SHOWN
         ]
         off = [mapping(side, "off_reference", "rms").get(joint) for side in sides]
         bases = [str(mapping(side, "off_reference").get("basis") or "") for side in sides]

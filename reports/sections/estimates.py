@@ -8,7 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from synth.reports.figures.interval_bars import IntervalRow, interval_figure
-from synth.reports.figures.svg import shortened
+from synth.reports.figures.svg import shorten
 from synth.reports.quantities import in_si, interval_of, percent
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
@@ -166,7 +166,7 @@ def _figure(stage: str, joints: list[str], variants: list[Json], used: Json) -> 
                 scale = value / (value_of(quantity) or 1.0) / reference
                 low, high = interval_of(quantity) or (None, None)
                 treatment = str(variant.get("free_angle")).replace("_", " ")
-                label = f"{shortened(joint, 14)} {symbol}, {treatment}"
+                label = f"{shorten(joint, 14)} {symbol}, {treatment}"
                 ends = (None if low is None else low * scale, None if high is None else high * scale)
                 rows.append(IntervalRow(label, group, value / reference, *ends, first))
                 first = False

@@ -17,7 +17,7 @@ MOST_DRAWN = 40  # legs in a figure; more would be a grey block
 RATES = (("spring_rate", "spring rate"), ("damper_rate", "damper rate"))
 
 
-def _failed(result: Result) -> dict[str, Any] | AbsentResult:
+def _failed_fits(result: Result) -> dict[str, Any] | AbsentResult:
     found = _items(result, "failed")
     return {"failed": found} if found else AbsentResult("none was left out")
 
@@ -100,7 +100,7 @@ def _estimate(leg: Json, joint: str, key: str) -> Json | None:
 
 def failed_section(done: str) -> ReportSection:
     """What could not be ``done``, "fitted"."""
-    return ReportSection("failed", f"Could not be {done}", _failed, "fits-failed")
+    return ReportSection("failed", f"Could not be {done}", _failed_fits, "fits-failed")
 
 
 FAILED = failed_section("fitted")

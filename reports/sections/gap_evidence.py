@@ -11,10 +11,10 @@ from synth.reports.quantities import number, unit_text
 from synth.reports.reading import Result
 from synth.reports.response_files import Response, read_response
 from synth.reports.section import AbsentResult, ReportSection, sequence
-from synth.reports.sections.gap_how_far import switched
+from synth.reports.sections.gap_how_far import switchable_causes
 
 ANGLES = ("deg", "rad")  # units of the channels by which trials are counted; a ground force is shown only
-SAME = 0.02  # relative change of a trial's error below which it is no evidence: a line's width in the plot
+UNCHANGED_ERROR = 0.02  # relative change of a trial's error below which it is no evidence: a line's width in the plot
 
 
 @dataclass
@@ -44,7 +44,7 @@ class _Evidence:
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
     """A row a cause; channels in columns."""
-    causes = switched(result)
+    causes = switchable_causes(result)
     found = {name: _Evidence() for _, name, _ in causes}
     units: dict[str, str] = {}
     for trial in sequence(result.content, "trials"):
@@ -93,11 +93,11 @@ def _row(words: str, evidence: _Evidence, channels: Sequence[str]) -> dict[str, 
     return {
         "cause": words,
         "errors": [_change(evidence.channels.get(channel)) for channel in channels],
-        "better": sum(gain > SAME for gain in gains.values()),
-        "worse": sum(gain < -SAME for gain in gains.values()),
+        "better": sum(gain > UNCHANGED_ERROR for gain in gains.values()),
+        "worse": sum(gain < -UNCHANGED_ERROR for gain in gains.values()),
         "trials": len(gains),
-        "most_for": f"{most}: {_percent(-gains[most])}" if most and gains[most] > SAME else "–",
-        "most_against": f"{least}: {_percent(-gains[least])}" if least and gains[least] < -SAME else "–",
+        "most_for": f"{most}: {_percent(-gains[most])}" if most and gains[most] > UNCHANGED_ERROR else "–",
+        "most_against": f"{least}: {_percent(-gains[least])}" if least and gains[least] < -UNCHANGED_ERROR else "–",
     }
 
 

@@ -18,7 +18,7 @@ from synth.reports.reading import Json, Result, value_of
 from synth.reports.response_files import Response, extremes, read_response
 from synth.reports.section import AbsentResult, FirstFigure, ReportSection, mapping, sequence
 from synth.reports.sections.gap_which import name_of, within_accuracy
-from synth.reports.stick_figure import following
+from synth.reports.stick_figure import figure_of_trial
 
 STEPS = (
     ("as_designed", "as designed", "the unchanged nominal leg"),
@@ -29,7 +29,7 @@ STEPS = (
 )
 _LINES = {"command": COMMAND, "measured": RECORDED, "before": BEFORE, "after": AFTER}
 MAIN = ((RECORDED, "measured"), (BEFORE, "before: nominal at its best"), (AFTER, "after"))
-TOLD = (COMMAND, "command")  # of a servo
+COMMAND_LEGEND = (COMMAND, "command")  # of a servo
 ALONE = (Line(GREEN, 1.5, "8 3"), Line(PURPLE, 1.7, "2 2.5"), Line(ORANGE, 1.7, "8 3 2 3"), Line(SKY, 1.7, "1 3"))
 WIDTH, LABEL = 470.0, 110.0  # px
 
@@ -51,7 +51,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "joints": [{"name": name, **joint, "noise": mapping(result.content, "noise").get(name)}
                    for name, joint in joints.items()],
         "trials": trials,
-        "legend": legend(_main(result, trials), switched(result)),
+        "legend": legend(_main(result, trials), switchable_causes(result)),
         "figures": _figures(result, [trial for trial in trials if str(trial.get("file")) in shown]),
         "total": len(trials),
         "held_out": all(trial.get("held_out") for trial in trials),
@@ -69,7 +69,7 @@ def _main(result: Result, trials: Sequence[Mapping[str, Any]]) -> tuple[tuple[Li
     """Lines and words of the legend; with the command where a servo drives a joint."""
     responses = (read_response(result, str(trial.get("predicted"))) for trial in trials)
     told = any(response is not None and response.joints("command") for response in responses)
-    return (*MAIN, TOLD) if told else MAIN
+    return (*MAIN, COMMAND_LEGEND) if told else MAIN
 
 
 def _remainder(left: Json) -> Json:
@@ -156,8 +156,8 @@ def worst_figure(result: Result) -> FirstFigure | None:
         upper = trial_figure("measured, before and after", [worst], shared_limits([worst]), _name(trial))
         lower = trial_figure("errors before and after", below, shared_limits(below), _name(trial))
         words = f"{trial.get('file')}, {worst.joint}: the largest error; below, what is left."
-        stick = following(result, _name(trial), response.table, "measured")
-        return FirstFigure(legend(_main(result, [trial]), switched(result)) + upper + lower, words, stick)
+        stick = figure_of_trial(result, _name(trial), response.table, "measured")
+        return FirstFigure(legend(_main(result, [trial]), switchable_causes(result)) + upper + lower, words, stick)
     return None
 
 
@@ -180,7 +180,7 @@ def _angles(result: Result, response: Response, trial: Mapping[str, Any]) -> lis
     return panels
 
 
-def switched(result: Result) -> list[tuple[Line, str, str]]:
+def switchable_causes(result: Result) -> list[tuple[Line, str, str]]:
     """Line, curve and words of the single causes that can be switched on beside the scored trials."""
     names: dict[str, None] = {}
     for trial in sequence(result.content, "trials"):
@@ -209,7 +209,7 @@ def _alone(result: Result, trial: Mapping[str, Any], joint: str) -> list[tuple[s
     table = result.table(str(trial.get("alone"))) if trial.get("alone") else None
     if table is None:
         return []
-    found = [(line, name, table.columns.get(f"{joint} with {name}")) for line, name, _ in switched(result)]
+    found = [(line, name, table.columns.get(f"{joint} with {name}")) for line, name, _ in switchable_causes(result)]
     return [(name, line, values) for line, name, values in found if values is not None]
 
 

@@ -11,7 +11,7 @@ from synth.reports.reading import Result, value_of
 from synth.reports.section import ReportSection, mapping, sequence
 
 WIDTH, LABEL = 860.0, 515.0  # px
-MOST = 8  # trials of the menu that are drawn
+MOST_TRIALS = 8  # trials of the menu that are drawn
 
 
 def content(result: Result) -> dict[str, Any]:
@@ -23,7 +23,7 @@ def content(result: Result) -> dict[str, Any]:
     menu = sorted(menu, key=lambda item: -(value_of(item.get("information")) or 0.0))
     if all(item.get("information") != experiment.get("information") for item in menu):
         menu = [{"what": "the trial above", "information": experiment.get("information")}, *menu]
-    left_out, menu = len(menu) - MOST, menu[:MOST]
+    left_out, menu = len(menu) - MOST_TRIALS, menu[:MOST_TRIALS]
     bits = [value_of(item.get("information")) or 0.0 for item in menu]
     bars = [Bar(value, f"{number(value, 2)} bit", strong=index == 0) for index, value in enumerate(bits)]
     labels = [str(item.get("what")) for item in menu]
@@ -39,11 +39,11 @@ def content(result: Result) -> dict[str, Any]:
 
 def entry_text(trial: Mapping[str, Any]) -> str:
     """An entry of ``trials:`` in the project file's form, with a placeholder for the file."""
-    words = [f"{key}: {_written(value)}" for key, value in trial.items() if key != "file"]
+    words = [f"{key}: {_value_text(value)}" for key, value in trial.items() if key != "file"]
     return "- {" + ", ".join([f"file: {trial.get('file', 'trials/next.csv')}", *words]) + "}"
 
 
-def _written(value: object) -> str:
+def _value_text(value: object) -> str:
     if isinstance(value, list):
         return "[" + ", ".join(map(str, value)) + "]"
     if isinstance(value, Mapping) and value_of(value) is not None:

@@ -62,7 +62,7 @@ def _legend(result: Result, joints: list[str]) -> Markup | str:
     """The legend of the laws that the figures of the missing torque hold."""
     columns = ("speed", "deflection")
     drawn = []
-    if any(_named(result, joint, column) for joint in joints for column in columns):
+    if any(_named_torque(result, joint, column) for joint in joints for column in columns):
         drawn.append((NAMED, "law of the named effect"))
     if any(_free(result, joint, column) for joint in joints for column in columns):
         drawn.append((FREE, "free-form torque, a curve for each direction of motion"))
@@ -134,12 +134,12 @@ def _torque(result: Result, joint: str, tables: list[ResultTable], deflection: s
             unit = unit_text(table.units.get(f"{joint} {column}", "")).replace("deg", "°")
             points += [(x, y) for x, y in zip(other, torque, strict=True) if math.isfinite(x) and math.isfinite(y)]
         if points:
-            clouds.append(Cloud(joint, f"{words} [{unit}]", points, _named(result, joint, column),
+            clouds.append(Cloud(joint, f"{words} [{unit}]", points, _named_torque(result, joint, column),
                                 _free(result, joint, column)))  # fmt: skip
     return missing_torque_figure(f"{joint}: torque that the nominal leg lacks", clouds) if clouds else None
 
 
-def _named(result: Result, joint: str, column: str) -> Callable[[float], float] | None:
+def _named_torque(result: Result, joint: str, column: str) -> Callable[[float], float] | None:
     """The sum of the accepted effects' laws at the joint against this column, which is in degrees."""
     laws = []
     for cause in sequence(result.content, "explanation"):

@@ -19,10 +19,10 @@ VERDICTS = {
     "unknown": "no effect in the library explains the trials",
 }
 WITHIN = "the gap is below the required accuracy; causes were not judged"
-SURE = 0.8  # probability of the first cause from which the trials identify it; below, they favour it
+SURE_PROBABILITY = 0.8  # probability of the first cause from which the trials identify it; below, they favour it
 WIDTH, LABEL = 800.0, 236.0  # px
 MOST_BARS = 10  # candidates drawn
-LEAST = 0.005  # a candidate less probable than this is counted among the others
+LEAST_PROBABILITY = 0.005  # a candidate less probable than this is counted among the others
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -50,7 +50,7 @@ def meaning_of(document: Json) -> str:
     if within_accuracy(document):
         return WITHIN
     verdict, first = str(document.get("verdict")), sequence(document, "ranked")[:1]
-    sure = bool(first) and isinstance(first[0], Mapping) and _number(first[0].get("probability")) >= SURE
+    sure = bool(first) and isinstance(first[0], Mapping) and _number(first[0].get("probability")) >= SURE_PROBABILITY
     if verdict != "effect" or sure:
         return VERDICTS.get(verdict, "")
     unknown = share_text(document.get("probability_unknown"))
@@ -85,7 +85,7 @@ def _figure(document: Json, ranked: list[Mapping[str, Any]]) -> Markup:
 
     In the order of the table: of several causes accepted together the one that takes most comes first.
     """
-    shown = [entry for entry in ranked if _number(entry.get("probability")) >= LEAST][:MOST_BARS]
+    shown = [entry for entry in ranked if _number(entry.get("probability")) >= LEAST_PROBABILITY][:MOST_BARS]
     shown = shown or ranked[:3]
     others = sum(_number(entry.get("probability")) for entry in ranked if entry not in shown)
     labels = [name_of(entry) for entry in shown]

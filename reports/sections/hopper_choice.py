@@ -10,7 +10,7 @@ from synth.reports.quantities import percent
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
-MOST = 12  # designs of the front in the table
+MOST_DESIGNS = 12  # designs of the front in the table
 
 
 def shown_height(document: Json) -> str:
@@ -35,7 +35,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         if isinstance(item, Mapping)
     ]
     front = [item for item in sequence(result.content, "pareto") if isinstance(item, Mapping)]
-    step = max(1, -(-len(front) // MOST))
+    step = max(1, -(-len(front) // MOST_DESIGNS))
     return {
         "best": best,
         "constants": mapping(best, "motor_constants"),

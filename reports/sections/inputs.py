@@ -9,7 +9,7 @@ from synth.reports.quantities import text
 from synth.reports.reading import Result, unit_of, value_of
 from synth.reports.section import ReportSection, fit_key, fit_of, mapping, sequence
 
-MOST = 14  # input files shown unfolded
+MOST_FILES = 14  # input files shown unfolded
 
 
 def content(result: Result) -> dict[str, Any]:
@@ -34,7 +34,7 @@ def content(result: Result) -> dict[str, Any]:
     ]
     return {
         "inputs": files,
-        "many": len(files) > MOST,
+        "many": len(files) > MOST_FILES,
         "settings": settings,
         "defaults": [item for item in sequence(document, "defaults") if isinstance(item, Mapping)],
         "versions": mapping(document, "versions"),

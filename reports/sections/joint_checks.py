@@ -49,7 +49,7 @@ def _nearest(checks: list[Mapping[str, Any]]) -> dict[str, Any]:
     return {"part": nearest.get("part"), "value": nearest.get("value"), "limit": nearest.get("limit")}
 
 
-def _up(plan: Mapping[str, Any]) -> str:
+def _upward(plan: Mapping[str, Any]) -> str:
     """The direction that points up, in the part's own file."""
     found = [mapping(item).get("value") for item in sequence(plan, "up_in_file")]
     shown = [float(x) for x in found if isinstance(x, (int, float))]
@@ -64,7 +64,7 @@ def _plan(plan: Mapping[str, Any]) -> dict[str, Any]:
     shown = " × ".join(number(value, 3) for value in size if isinstance(value, (int, float)))
     return {
         "part": plan.get("part"),
-        "up": _up(plan),
+        "up": _upward(plan),
         "support": plan.get("support"),
         "contact": plan.get("contact"),
         "wobbly": plan.get("wobbly"),

@@ -27,13 +27,13 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "span": len(KINDS),
         "offsets": [{"link": n, "across": mapping(k, "built").get("com_across"), "torque": k.get("offset_torque")}
                     for n, k in links.items()],
-        "assumed": _assumed(links),
+        "assumed": _assumed_masses(links),
         "rounds": mapping(result.content, "mass_rounds"),
         "seats": _seats(result),
     }  # fmt: skip
 
 
-def _assumed(links: Mapping[str, Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+def _assumed_masses(links: Mapping[str, Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """Parts without a weighed or computed mass, heaviest first."""
     parts = [
         {"link": name, **part}

@@ -8,7 +8,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from synth.reports.figures.axes import padded
+from synth.reports.figures.axes import with_margin
 from synth.reports.figures.palette import BLUE, Line
 from synth.reports.figures.trials import AxisRanges, Curve, TrialPanel, trial_figure
 from synth.reports.reading import Json, Result, read_lines, value_of
@@ -80,7 +80,7 @@ def jump_curves(result: Result) -> Markup:
         if name in table.columns:
             values = table.columns[name]
             panels.append(TrialPanel(name, unit, times, [Curve(values, Line(BLUE, 1.6), name)], "", ""))
-            limits[name] = padded([*values, 0.0])
+            limits[name] = with_margin([*values, 0.0])
     return trial_figure("the jump", panels, AxisRanges((times[0], times[-1]), limits), "jump")
 
 

@@ -15,7 +15,7 @@ from synth.reports.quantities import brief, number, unit_text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.response_files import MOST_TRIALS, Response, extremes, file_of, read_response
 from synth.reports.section import AbsentResult, FirstFigure, ReportSection, fit_key, fit_of, mapping, sequence
-from synth.reports.stick_figure import following
+from synth.reports.stick_figure import figure_of_trial
 
 FOLDER = "responses/source"
 _LINES = {"measured": RECORDED, "fitted": FITTED}
@@ -69,7 +69,9 @@ def worst_figure(result: Result) -> FirstFigure | None:
             many = f" of {len(trials)}" if len(trials) > 1 else ""
             stem = PurePosixPath(name).stem
             stick = (
-                following(result, stem, response.table, "measured") if "stages" not in result.content else Markup("")
+                figure_of_trial(result, stem, response.table, "measured")
+                if "stages" not in result.content
+                else Markup("")
             )
             return FirstFigure(LEGEND + Markup(found[0]["svg"]), f"{name}: the trial{many} that fits worst.", stick)
     return None

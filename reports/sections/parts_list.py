@@ -9,8 +9,8 @@ from synth.reports.quantities import percent
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
-SHOWN = 8  # alternatives of each part
-OFFERED = 4.0  # largest ratio to the wanted rate; a spring farther off makes another leg
+ALTERNATIVES_SHOWN = 8  # alternatives of each part
+OFFERED_RATE = 4.0  # largest ratio to the wanted rate; a spring farther off makes another leg
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -19,14 +19,18 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     rows = [_joint(name, joint) for name, joint in joints.items() if isinstance(joint, Mapping)]
     if not any(row["spring"] or row["damper"] for row in rows):
         return AbsentResult("design.json names no part")
-    return {"joints": rows, "most": SHOWN, "forecast": bool(mapping(result.content, "response", "forecast"))}
+    return {
+        "joints": rows,
+        "most": ALTERNATIVES_SHOWN,
+        "forecast": bool(mapping(result.content, "response", "forecast")),
+    }
 
 
 def _joint(name: str, joint: Mapping[str, Any]) -> Json:
     spring = mapping(joint, "spring")
     wanted = mapping(joint, "refit").get("spring_rate") or mapping(joint, "wanted").get("spring_rate")
     alternatives = [dict(item) for item in sequence(joint, "spring_alternatives") if isinstance(item, Mapping)]
-    alternatives = [item for item in alternatives if near(item, wanted)]
+    alternatives = [item for item in alternatives if is_near(item, wanted)]
     for item in alternatives:
         item["off"] = percent(value_of(item.get("rate")), value_of(wanted))
     made = mapping(spring, "make")
@@ -46,10 +50,10 @@ def _joint(name: str, joint: Mapping[str, Any]) -> Json:
     }
 
 
-def near(alternative: Mapping[str, Any], wanted: object) -> bool:
+def is_near(alternative: Mapping[str, Any], wanted: object) -> bool:
     """Whether a spring's rate is near enough to the wanted one to be offered in its place."""
     rate, aim = value_of(alternative.get("rate")), value_of(wanted)
-    return rate is None or not aim or aim / OFFERED <= rate <= aim * OFFERED
+    return rate is None or not aim or aim / OFFERED_RATE <= rate <= aim * OFFERED_RATE
 
 
 def _left_out(joint: Mapping[str, Any], kind: str) -> Json | None:

@@ -28,8 +28,8 @@ def content(result: Result) -> dict[str, Any]:
                 "large": f"{cause.get('large_named')} of {cause.get('large')}",
                 "large_tied": cause.get("large_tied") or 0,
                 "tied": f"{cause.get('tied')} of {cause.get('cases')}" if cause.get("tied") else "",
-                "tied_with": _counted(mapping(cause, "tied_with")),
-                "taken": _counted(mapping(cause, "taken_for")),
+                "tied_with": _counts_text(mapping(cause, "tied_with")),
+                "taken": _counts_text(mapping(cause, "taken_for")),
             }
         )
     return {
@@ -39,7 +39,7 @@ def content(result: Result) -> dict[str, Any]:
     }
 
 
-def _counted(found: Mapping[str, Any]) -> str:
+def _counts_text(found: Mapping[str, Any]) -> str:
     return ", ".join(f"{name.replace('_', ' ')} ×{count}" for name, count in found.items())
 
 

@@ -8,12 +8,12 @@ from typing import Any
 from markupsafe import Markup
 
 from synth.reports.figures.bars import Bar, BarColumn, bar_figure
-from synth.reports.opening import listed
+from synth.reports.opening import joined_names
 from synth.reports.quantities import brief, interval_of, share_text, text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
-SHOWN = 6  # causes
+CAUSES_SHOWN = 6  # causes
 WIDTH, LABEL = 760.0, 80.0  # px
 
 
@@ -40,8 +40,8 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "figure": _figure([chosen, *others]),
         "causes": _causes(forecast),
         "measured": measured,
-        "known": listed(known),
-        "to_measure": listed([name for name in joints if name not in known]),
+        "known": joined_names(known),
+        "to_measure": joined_names([name for name in joints if name not in known]),
         "open": mapping(response, "fit_uncertainty"),
         "measured_causes": _causes(measured),
         "search": mapping(response, "search"),
@@ -76,7 +76,7 @@ def _causes(forecast: Json) -> list[Json]:
             **cause,
             "words": str(cause["cause"]) if cause.get("joint") == "all" else f"{cause['joint']}: {cause['cause']}",
         }
-        for cause in causes[:SHOWN]
+        for cause in causes[:CAUSES_SHOWN]
         if "joint" in cause and "cause" in cause
     ]
     return [cause for cause in shown if (value_of(cause.get("share")) or 0.0) >= 0.005]  # rounds to 1 % at least

@@ -13,7 +13,7 @@ from synth.reports.quantities import in_si, text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 from synth.reports.sections.warnings import text_of
-from synth.reports.sections.winding_plan import clamped, in_millimetres, winding_of
+from synth.reports.sections.winding_plan import in_millimetres, is_clamped, winding_of
 
 # Key of ``make`` -> its label and its equation. In the order of the sheet: dimensions, function, strength.
 WIND = (
@@ -103,8 +103,8 @@ def groups_of(make: Json) -> list[Json]:
     """The sheet's rows in three groups; quantities without a label come last, under their key."""
     if not make:
         return []
-    make = {**make, **_nested(make)}
-    held = ", in the joint" if clamped(make) else ""
+    make = {**make, **_flattened_keys(make)}
+    held = ", in the joint" if is_clamped(make) else ""
     known = {key for key, _, _ in (*WIND, *ACT, *LAST)}
     others = tuple(
         (key, key.replace("_", " "), "")
@@ -128,7 +128,7 @@ def groups_of(make: Json) -> list[Json]:
     return groups
 
 
-def _nested(make: Json) -> Json:
+def _flattened_keys(make: Json) -> Json:
     """Nested quantities, flattened to keys of one word."""
     arms, fatigue, mandrel = (mapping(make, key) for key in ("arms", "fatigue", "mandrel"))
     found = {f"arms_{key}": value for key, value in arms.items()}

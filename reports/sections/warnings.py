@@ -6,21 +6,23 @@ from collections.abc import Mapping
 
 from synth.reports.reading import Json, Result
 from synth.reports.section import mapping, sequence
-from synth.reports.severity import Warned, judged
+from synth.reports.severity import ShownWarning, warning_of
 
 _STAGES = {"source": "fit to the source", "target": "fit to the target", "refit": "fit with the chosen dampers"}
 
 
-def warnings_of(result: Result) -> list[Warned]:
+def warnings_of(result: Result) -> list[ShownWarning]:
     """Every warning once: the design's own, the joints', the dampers' and the fits', each with its key."""
     found: dict[tuple[str, str], tuple[str, object]] = {}
     joints = joint_names(result.content)
-    for joint, text, key, entry in _all(result.content):
+    for joint, text, key, entry in _all_warnings(result.content):
         named = joint or next((name for name in joints if text.startswith(f"{name}: ")), "")
-        found.setdefault((_bare(named, text), named), (key, entry))
+        found.setdefault((_without_joint(named, text), named), (key, entry))
     texts = {text for text, joint in found if joint}
     return [
-        judged(joint, text, key, entry) for (text, joint), (key, entry) in found.items() if joint or text not in texts
+        warning_of(joint, text, key, entry)
+        for (text, joint), (key, entry) in found.items()
+        if joint or text not in texts
     ]
 
 
@@ -29,7 +31,7 @@ def joint_names(document: Json) -> list[str]:
     return list(mapping(document, "joints")) or list(mapping(document, "stages", "source", "joints"))
 
 
-def _all(document: Json) -> list[tuple[str, str, str, object]]:
+def _all_warnings(document: Json) -> list[tuple[str, str, str, object]]:
     """(joint or empty, text, key, the entry itself)."""
     rows: list[tuple[str, str, str, object]] = []
     for index, item in enumerate(sequence(document, "remarks") or sequence(document, "warnings")):
@@ -56,6 +58,6 @@ def text_of(item: object) -> str:
     return str(item.get("text")) if isinstance(item, Mapping) else str(item)
 
 
-def _bare(joint: str, text: str) -> str:
+def _without_joint(joint: str, text: str) -> str:
     """The text without its prefix, the joint's name, which the page shows separately."""
     return text.removeprefix(f"{joint}: ") if joint else text

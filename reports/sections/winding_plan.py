@@ -29,7 +29,7 @@ def winding_of(make: Json) -> Json:
         "torques": _torques(make, value_of(plus.get("rate")) or 0.0),
         "test": mapping(make, "test"),
         "pins": _distances(make),
-        "in_joint": make.get("rate") if clamped(make) else None,
+        "in_joint": make.get("rate") if is_clamped(make) else None,
         "closing": closing_words(str(make.get("hand") or "right"), str(make.get("leg_convention") or "tangent")),
         "hand": str(make.get("hand") or "right"),
         "rate_plus": plus.get("rate"),
@@ -65,7 +65,7 @@ def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
         "and correct the mandrel by the coil's error."
     )
     bend = mapping(make, "arms").get("bend_radius")
-    end = "their ends" if clamped(make) else "where the load acts"
+    end = "their ends" if is_clamped(make) else "where the load acts"
     bent = "" if bend is None else f", bent with an inside radius of {text(bend)} or more"
     steps.append(
         f"Leave the arms straight, {make.get('leg_convention') or 'tangent'}{bent}, {legs} from the coil to {end}, "
@@ -75,7 +75,7 @@ def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
     steps.append(f"Relieve stress: {relief}." if relief else f"Relieve stress as the maker of the {wire} specifies.")
     how = f", {mapping(make, 'test').get('held')}, {_distances(make)} from the coil" if mapping(make, "test") else ""
     told = f"Measure the angle between the free arms and the torque below{how}."
-    if clamped(make):
+    if is_clamped(make):
         told += " Wind another if one is outside its tolerance. The joint's free angle is not this angle between the"
         told += " arms: it is measured in the assembled joint, and its seat is set by it."
     else:
@@ -89,7 +89,7 @@ def in_millimetres(make: Json) -> bool:
     return unit_of(make.get("wire_diameter")) != "in"
 
 
-def clamped(make: Json) -> bool:
+def is_clamped(make: Json) -> bool:
     """Whether the spring's rate is that in a joint which clamps its arms, and the test's another."""
     rate, tested = in_si(make.get("rate")), in_si(mapping(make, "test").get("rate"))
     return rate is not None and tested is not None and rate != tested

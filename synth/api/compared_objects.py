@@ -58,12 +58,12 @@ def _source(label: str, given: object, folder: Path) -> Source:
         if not trials or not all(isinstance(trial, Trial) for trial in trials):
             raise UserError(f"{given!r:.80} are no recordings that were read; {ALLOWED}")
         return Source(label or "recorded", folder, "trials", VIEWS["trials"], f"{len(trials)} recordings", True, trials)
-    kind, title = _written(given, folder)
+    kind, title = _write_object(given, folder)
     name = label or written_name(title)[:NAME_LENGTH].strip(" .-") or kind
     return Source(name, folder if kind != "leg" else folder / "leg.yaml", kind, VIEWS[kind], f"{kind} {title}", True)
 
 
-def _written(given: object, folder: Path) -> tuple[str, str]:
+def _write_object(given: object, folder: Path) -> tuple[str, str]:
     """Kind and title of an object, whose files are written."""
     folder.mkdir(parents=True)
     if isinstance(given, Leg):

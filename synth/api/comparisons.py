@@ -100,10 +100,10 @@ def compare(
     """
     with TemporaryDirectory(prefix="synth-compare-") as folder:
         named = sources_of(sources, Path(folder))
-        return compared(open_compared(named, leg=leg), named, reference=reference, stretch=stretch or {})
+        return compare_opened(open_compared(named, leg=leg), named, reference=reference, stretch=stretch or {})
 
 
-def compared(
+def compare_opened(
     sides: Sequence[Side],
     sources: Sequence[Source],
     *,

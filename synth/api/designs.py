@@ -125,7 +125,7 @@ class Design(Report):
         from synth.design.bom import write_bom
         from synth.design.drawn_springs import as_drawn, seats_set
         from synth.design.free_angle_reach import refuse_stops
-        from synth.design.mass_loop import weighed
+        from synth.design.mass_loop import with_drawn_masses
         from synth.design.robot_files import write_robots
         from synth.design.solid_files import (
             NOT_DRAWN,
@@ -145,7 +145,7 @@ class Design(Report):
         else:
             with stage("drawing, checking and writing the joints"), drawing(design.project):
                 drawn = draw_solids(design, folder, cache or StageCache(on=False), pictures=pictures)
-                design, extra = weighed(design, drawn.masses), drawn.extra
+                design, extra = with_drawn_masses(design, drawn.masses), drawn.extra
                 friction = bearing_friction(design)
                 design = as_drawn(with_friction(design, friction), extra["solids"]["joints"])
                 extra = with_friction_notes(extra, friction)
@@ -215,7 +215,7 @@ def design(
     with drawing(project, solids=solids):  # their start overlaps the fits
         if compiling is not None:
             compiling(len(project.target.joints))
-        made = _made(project, catalogue, solids=solids, stage=stage)
+        made = _make_design(project, catalogue, solids=solids, stage=stage)
     cache.keep_value(key, made, remade)
     return Design(made, solids)
 
@@ -225,7 +225,7 @@ def drawing(project: LegProject, *, solids: bool = True) -> AbstractContextManag
     return side_processes(len(project.target.joints), load_kernel) if solids else nullcontext()
 
 
-def _made(project: LegProject, catalogue: Catalogue, *, solids: bool, stage: Stage) -> LegDesign:
+def _make_design(project: LegProject, catalogue: Catalogue, *, solids: bool, stage: Stage) -> LegDesign:
     from synth import cad
     from synth.design.held_to_ranges import held_to_ranges
     from synth.design.mass_loop import design_with_masses

@@ -177,7 +177,7 @@ def fit(
         require_project(what, "fit")
         project = read_fit(what)
         refuse_trials(trials, project.path, "fit")
-    return fitted(checked(_with_settings(project, settings or FitSettings())), stage=stage)
+    return fit_checked(check_project(_with_settings(project, settings or FitSettings())), stage=stage)
 
 
 def _in_code(project: FitProject) -> FitProject:
@@ -202,12 +202,12 @@ def _with_settings(project: FitProject, settings: FitSettings) -> FitProject:
     return changed
 
 
-def checked(project: FitProject) -> Ready:
+def check_project(project: FitProject) -> Ready:
     """Run all checks that need no fit; ``needs_effects`` of the answer says what must be compiled."""
     return ready(project)
 
 
-def fitted(given: Ready, *, stage: Stage = silent) -> Fit:
+def fit_checked(given: Ready, *, stage: Stage = silent) -> Fit:
     """Fit a checked project."""
     with stage("fitting"):
         return Fit(given.project, fit_project(given))

@@ -30,7 +30,7 @@ def gaps() -> FolderTask:
         kind="gap",
         made="gaps",
         done="diagnosed",
-        read=_read,
+        read=_read_project,
         identity=_identity,
         checked=lambda given: len(_project(given).trials),
         files=gap_files,
@@ -45,7 +45,7 @@ def gap_files(given: CheckedGap | JumpTask) -> dict[str, bytes]:
     return files_of((gap(given) if isinstance(given, CheckedGap) else jump_gap(*given)).write)
 
 
-def _read(path: Path) -> CheckedGap | JumpTask:
+def _read_project(path: Path) -> CheckedGap | JumpTask:
     if is_hopper_gap(path):
         project, catalogue, _ = read_jump_gap(path)
         return project, catalogue

@@ -40,14 +40,14 @@ def spring_wish(rate: object, travel: object, wish: Mapping[str, Any]) -> Spring
     """
     problems: list[Problem] = []
     problems += [Problem("is an argument of its own; leave it out of wish", key=key) for key in TWICE if key in wish]
-    wanted = _read({**wish, "rate": rate, "travel": travel}, SpringRequirements, UNITS, "", problems)
+    wanted = _read_fields({**wish, "rate": rate, "travel": travel}, SpringRequirements, UNITS, "", problems)
     limits = wanted.pop("limits", None)
     if isinstance(limits, SpringLimits):
         limits = {item.name: getattr(limits, item.name) for item in fields(limits)}
     if not isinstance(limits, Mapping | None):
         problems.append(Problem(f'{limits!r:.80} is no mapping: write {{"max_outer_diameter": "20 mm"}}', key="limits"))
         limits = None
-    limited = _read(limits or {}, SpringLimits, LIMITS, "limits.", problems)
+    limited = _read_fields(limits or {}, SpringLimits, LIMITS, "limits.", problems)
     for low, high in RISING:
         if (least := limited.get(low)) is not None and (most := limited.get(high)) is not None and least > most:
             problems.append(Problem(f"{least:.6g} is above {high}, {most:.6g}", key=f"limits.{low}"))
@@ -67,7 +67,7 @@ def _of_another_class(wanted: Mapping[str, Any]) -> list[Problem]:
     ]
 
 
-def _read(
+def _read_fields(
     given: Mapping[str, Any], into: type[Any], units: Mapping[str, str], prefix: str, problems: list[Problem]
 ) -> dict[str, Any]:
     """The fields with their numbers in SI; mistakes go to ``problems``."""

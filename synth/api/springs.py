@@ -126,7 +126,7 @@ def to_wind(wish: SpringRequirements, catalogue: Catalogue, shown: ShownUnits = 
     return SpringAnswer(wish, result.best, tuple(others), tuple(result.binding), content, result, shown)
 
 
-def given(
+def given_spring(
     wish: SpringRequirements,
     sizes: tuple[float, float, float],
     catalogue: Catalogue,

@@ -18,7 +18,7 @@ from synth.files.tolerance import links_json
 from synth.fit.copies import without_copies
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
-from synth.fit.free_motion_start import later
+from synth.fit.free_motion_start import recordings_from
 from synth.fit.methods import fit_by, require_method
 from synth.fit.plausibility import doubts
 from synth.fit.recordings import Recording, recordings
@@ -93,7 +93,7 @@ def fit_project(given: Ready) -> FitResult:
     if given.held_out:
         from synth.design.stages import with_held_out  # a local import, because it loads the whole design package
 
-        result = with_held_out(result, later(given.held_out, result.cut) or given.held_out)
+        result = with_held_out(result, recordings_from(given.held_out, result.cut) or given.held_out)
     messages = (*given.messages, *doubts(project.leg, given.fitted, result))
     result = replace(result, warnings=(*messages, *result.warnings))
     inputs = {item.name: item.sha256 for item in project.inputs}

@@ -173,7 +173,7 @@ def hopper_text(content: Json) -> str:
     return table_text([heads, row])
 
 
-def offered(alternative: Json, wanted: float | None) -> bool:
+def is_near_enough(alternative: Json, wanted: float | None) -> bool:
     """Whether the total spring rate of the joint is close enough to the wanted rate to be offered."""
     rate = alternative.get("rate")
     return rate is None or not wanted or wanted / OFFERED <= rate["value"] <= wanted * OFFERED

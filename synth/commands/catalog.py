@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     if arguments.action == "alike":
         if len(arguments.names) != 1:
             raise UserError("synth catalog alike takes one part, such as synth catalog alike 6597K19")
-        _alike(Catalogue.load(extra), arguments.names[0], progress)
+        _substitute_lines(Catalogue.load(extra), arguments.names[0], progress)
         return 0
     if arguments.action == "show":
         if len(arguments.names) != 1:
@@ -141,10 +141,10 @@ def _import(arguments: argparse.Namespace, progress: Progress) -> int:
     return 0
 
 
-def _alike(catalogue: Catalogue, part: str, progress: Progress) -> None:
+def _substitute_lines(catalogue: Catalogue, part: str, progress: Progress) -> None:
     """Substitutes for a spring or damper, one per line."""
     from synth.commands.table_text import table_text
-    from synth.parts.alike import alike
+    from synth.parts.alike import find_substitutes
 
     wanted = part.strip().casefold()
     sold: list[TorsionSpringRow | DamperRow] = [*catalogue.springs, *catalogue.dampers]
@@ -152,7 +152,7 @@ def _alike(catalogue: Catalogue, part: str, progress: Progress) -> None:
     if not rows:
         known = [row.part for row in sold]
         raise UserError(f'no spring or damper "{part}" in the catalogues{near_miss(part, known, 3)}')
-    found = alike(catalogue, rows[0])
+    found = find_substitutes(catalogue, rows[0])
     lines = [["part", "vendor", "distance", "differs"]]
     for item in found:
         lines.append([item.row.part, item.row.vendor, f"{item.distance:.2f}", ", ".join(item.differs) or "in nothing"])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from synth.units import factor
 
 if TYPE_CHECKING:
-    from synth.parts.alike import Alike
+    from synth.parts.alike import Substitute
     from synth.parts.catalog_import import ImportedParts
     from synth.parts.catalogs import Catalogue
     from synth.parts.import_folder import PlacedParts
@@ -53,7 +53,7 @@ def row_json(row: CatalogueRow) -> dict[str, Any]:
     return {**found, "place": row.place}
 
 
-def alike_json(part: str, found: Sequence[Alike]) -> dict[str, Any]:
+def alike_json(part: str, found: Sequence[Substitute]) -> dict[str, Any]:
     """Substitutes, nearest first."""
     rows = [
         {"part": item.row.part, "vendor": item.row.vendor, "distance": item.distance, "differs": list(item.differs)}

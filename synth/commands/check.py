@@ -36,7 +36,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
     with ExitStack() as stack:
         folder = None if arguments.out is None else stack.enter_context(output_folder(arguments.out))
-        found = _checked(arguments.file, progress)
+        found = _check_file(arguments.file, progress)
         document = found.as_json()
         if folder is not None:
             from synth.reports.model_checks import write_checks_report
@@ -60,21 +60,21 @@ def check_text(document: Mapping[str, Any]) -> str:
 
     rows = [["check", "of", "expected", "found", "allowed difference", ""]]
     for check in document["checks"]:
-        numbers = [_shown(check.get(key)) for key in ("expected", "found", "limit")]
+        numbers = [_quantity_text(check.get(key)) for key in ("expected", "found", "limit")]
         rows.append([check["name"], check["where"], *numbers, "holds" if check["passed"] else "FAILS"])
     failed = sum(not check["passed"] for check in document["checks"])
     count = len(document["checks"])
     return f"{table_text(rows)}\n{f'{failed} of {count} checks fail' if failed else f'all {count} checks hold'}"
 
 
-def _shown(item: Mapping[str, Any] | None) -> str:
+def _quantity_text(item: Mapping[str, Any] | None) -> str:
     if item is None:
         return "not found"
     unit = "" if item["unit"] == "1" else f" {item['unit']}"
     return f"{item['value']:.7g}{unit}"
 
 
-def _checked(file: str, progress: Progress) -> ModelChecks:
+def _check_file(file: str, progress: Progress) -> ModelChecks:
     from synth.files.yaml_lines import load
 
     if Path(file).is_dir():

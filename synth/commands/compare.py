@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Open, simulate and compare; write ``compare.json``, ``compare.csv``, ``responses/`` and the page."""
-    from synth.api.comparisons import compared, open_compared
+    from synth.api.comparisons import compare_opened, open_compared
     from synth.commands.answers import tell
     from synth.comparison.side_source import read_source
     from synth.files.leg_file import read_leg
@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         starts = _starts(arguments.start, sides)
     with output_folder(arguments.out) as folder:
         progress.compiling(len(sides[0].leg.joints), effects=any(_needs_effects(side) for side in sides))
-        found = compared(
+        found = compare_opened(
             sides, sources, reference=arguments.reference, stretch=stretch, starts=starts, stage=progress.stage
         )
         with progress.stage("writing"):

@@ -111,7 +111,7 @@ def _zsh(
     commands: Mapping[str, str], options: Mapping[str, Sequence[Option]], words: Mapping[str, tuple[str, ...]]
 ) -> str:
     lines = ["#compdef synth", "_synth() {", "  local -a commands", "  commands=("]
-    lines += [f"    {_quoted(f'{name}:{summary}')}" for name, summary in commands.items()]
+    lines += [f"    {_quote(f'{name}:{summary}')}" for name, summary in commands.items()]
     lines += ["  )", "  if (( CURRENT == 2 )); then", "    _describe command commands", "    return", "  fi"]
     lines += ["  local command=$words[2]", "  shift words", "  (( CURRENT-- ))", "  case $command in"]
     for name in commands:
@@ -125,9 +125,9 @@ def _zsh(
                 if option.choices
                 else ":value:_files"
             )
-            specs += [_quoted(f"{each}[{text}]{value}") for each in option.names]
+            specs += [_quote(f"{each}[{text}]{value}") for each in option.names]
         first = f"1:what:({' '.join(words[name])})" if words[name] else "1:file:_files"
-        lines.append(f"    {name}) _arguments {' '.join([*specs, _quoted(first), _quoted('*:file:_files')])} ;;")
+        lines.append(f"    {name}) _arguments {' '.join([*specs, _quote(first), _quote('*:file:_files')])} ;;")
     return "\n".join([*lines, "  esac", "}", '_synth "$@"'])
 
 
@@ -136,20 +136,20 @@ def _fish(
 ) -> str:
     lines = ["# fish completion of synth"]
     for name, summary in commands.items():
-        lines.append(f"complete -c synth -f -n __fish_use_subcommand -a {name} -d {_quoted(summary)}")
+        lines.append(f"complete -c synth -f -n __fish_use_subcommand -a {name} -d {_quote(summary)}")
         seen = f"-n '__fish_seen_subcommand_from {name}'"
         if words[name]:
-            lines.append(f"complete -c synth {seen} -a {_quoted(' '.join(words[name]))}")
+            lines.append(f"complete -c synth {seen} -a {_quote(' '.join(words[name]))}")
         for option in options[name]:
             names = " ".join(f"-l {each[2:]}" if each.startswith("--") else f"-s {each[1:]}" for each in option.names)
             value = (
-                f" -x -a {_quoted(' '.join(option.choices))}" if option.choices else " -r" if option.takes_value else ""
+                f" -x -a {_quote(' '.join(option.choices))}" if option.choices else " -r" if option.takes_value else ""
             )
-            lines.append(f"complete -c synth {seen} {names}{value} -d {_quoted(option.text)}")
+            lines.append(f"complete -c synth {seen} {names}{value} -d {_quote(option.text)}")
     return "\n".join(lines)
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     """Text in single quotes for any shell."""
     return "'" + text.replace("'", "’") + "'"
 

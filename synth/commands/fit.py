@@ -43,20 +43,20 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     from dataclasses import replace
     from functools import partial
 
-    from synth.api.fitting import checked, fitted, read_fit
+    from synth.api.fitting import check_project, fit_checked, read_fit
     from synth.commands.answers import fit_text, tell
     from synth.files.output import output_folder
     from synth.files.shown_units import shown_for
 
     with progress.stage("reading the project"):
         project = read_fit(arguments.file)
-        given = checked(replace(project, fit=fit_choice(project.fit, arguments)))
+        given = check_project(replace(project, fit=fit_choice(project.fit, arguments)))
     if arguments.dry_run:
         progress.say(_usable(arguments.file, given))
         return 0
     with output_folder(arguments.out) as folder:
         progress.compiling(len(project.leg.joints), effects=given.needs_effects)
-        found = fitted(given, stage=progress.stage)
+        found = fit_checked(given, stage=progress.stage)
         with progress.stage("writing"):
             found.write(folder)
     shown = shown_for(arguments.units, [project.path.parent / item.name for item in project.inputs])

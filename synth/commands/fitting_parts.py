@@ -23,7 +23,7 @@ from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Damper
 
 OTHER_HEADS = ("part", "vendor", "off", "status", "why")  # of those that do not fit
-MOST = 30  # listed rows, of those that fit and of those that do not
+MOST_ROWS = 30  # listed rows, of those that fit and of those that do not
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def _springs(asked: RequestedSpring, wish: PartRequest, catalogue: Catalogue) ->
     heads = ("spring", "vendor", "rate [N*m/rad]", "[lbf*in/deg]", "off", "wire [mm]", "wire [in]", "outside [mm]",
              "outside [in]", "coils", "angle [deg]", "yields at [deg]", "status")  # fmt: skip
     title = "springs" if asked.rate is None else f"springs of {asked.rate:.4g} N*m/rad"
-    return _sorted(title, heads, fitting, others, unusable)
+    return _sorted_lines(title, heads, fitting, others, unusable)
 
 
 def _yield_angle(row: TorsionSpringRow, catalogue: Catalogue) -> str:
@@ -106,11 +106,11 @@ def _yield_angle(row: TorsionSpringRow, catalogue: Catalogue) -> str:
 def _not_fitting(
     label: str, vendor: str, off: float, wanted: float | None, row: CatalogueRow, reasons: list[str]
 ) -> _Line:
-    cells = (vendor, _off(off, wanted), row.state, "; ".join(reasons))
+    cells = (vendor, _deviation_text(off, wanted), row.state, "; ".join(reasons))
     return _Line(label, abs(off), cells, tuple(reasons))
 
 
-def _off(off: float, wanted: float | None) -> str:
+def _deviation_text(off: float, wanted: float | None) -> str:
     return "" if wanted is None else f"{np.expm1(off):+.0%}"
 
 
@@ -120,7 +120,7 @@ def _spring_cells(row: TorsionSpringRow, count: int, off: float, wanted: float |
     sizes = [f"{size * scale:.4g}" if size else "" for size in (wire, outer) for scale in (1e3, 1 / 0.0254)]
     angle = "" if row.included_angle is None else f"{degrees(row.included_angle):.4g}"
     coils = "" if row.body_coils is None else f"{row.body_coils:.4g}"
-    return f"{rate:.4g}", f"{per_degree:.4g}", _off(off, wanted), *sizes, coils, angle
+    return f"{rate:.4g}", f"{per_degree:.4g}", _deviation_text(off, wanted), *sizes, coils, angle
 
 
 def _dampers(asked: RequestedDamper, wish: PartRequest, catalogue: Catalogue) -> FittingParts:
@@ -130,7 +130,7 @@ def _dampers(asked: RequestedDamper, wish: PartRequest, catalogue: Catalogue) ->
         if not row.choosable:
             unusable[row.status] += 1
             continue
-        found = list(_arranged(row, asked, parts))
+        found = list(_arrangements(row, asked, parts))
         if not found:
             reasons = list(damper_reasons(row, asked, 0.0, parts)) or ["it would have to turn beyond its range"]
             torque, offer = _torques(row, Arrangement(), asked)[0]
@@ -141,20 +141,20 @@ def _dampers(asked: RequestedDamper, wish: PartRequest, catalogue: Catalogue) ->
             if reasons:
                 others.append(_not_fitting(label, row.vendor, off, asked.torque, row, reasons))
             else:
-                cells = (row.vendor, f"{torque:.4g}", f"{torque / 0.00706155:.4g}", _off(off, asked.torque))
+                cells = (row.vendor, f"{torque:.4g}", f"{torque / 0.00706155:.4g}", _deviation_text(off, asked.torque))
                 fitting.append(_Line(label, abs(off), (*cells, str(pieces), row.direction, row.status)))
     speed = _speed(asked)
     at = f"at {speed * 30 / pi:.4g} rpm of the joint"
     heads = ("damper", "vendor", f"torque {at} [N*m]", "torque [ozf*in]", "off", "pieces", "direction", "status")
     title = "dampers" if asked.torque is None else f"dampers of {asked.torque:.4g} N*m {at}"
-    return _sorted(title, heads, fitting, others, unusable)
+    return _sorted_lines(title, heads, fitting, others, unusable)
 
 
 def _speed(asked: RequestedDamper) -> float:
     return 1.0 if asked.speed is None else asked.speed
 
 
-def _arranged(
+def _arrangements(
     row: DamperRow, asked: RequestedDamper, parts: PartsOptions
 ) -> Iterator[tuple[str, float, int, list[str]]]:
     """Label, torque (N m) at the joint's speed, number of pieces and reasons against it, for every arrangement."""
@@ -181,7 +181,7 @@ def _torque(damper: Damper, speed: float) -> float:
     return float(torque_at(damper.curve, np.array([speed]))[0])
 
 
-def _sorted(
+def _sorted_lines(
     title: str, heads: tuple[str, ...], fitting: list[_Line], others: list[_Line], unusable: Counter[str]
 ) -> FittingParts:
     near = [tuple(sorted(lines, key=lambda line: line.distance)) for lines in (fitting, others)]
@@ -190,15 +190,17 @@ def _sorted(
 
 def _lines(found: FittingParts) -> Iterator[str]:
     title, heads, fitting, others, unusable = found.title, found.heads, found.fitting, found.others, found.unusable
-    yield f"{title}: {len(fitting)} fit" + (f", the nearest {MOST}:" if len(fitting) > MOST else ":" * bool(fitting))
+    yield f"{title}: {len(fitting)} fit" + (
+        f", the nearest {MOST_ROWS}:" if len(fitting) > MOST_ROWS else ":" * bool(fitting)
+    )
     if fitting:
-        yield table_text([heads, *((line.part, *line.cells) for line in fitting[:MOST])], words_last=True)
-    yield f"{len(others)} do not" + (f", the nearest {MOST}:" if len(others) > MOST else ":" * bool(others))
+        yield table_text([heads, *((line.part, *line.cells) for line in fitting[:MOST_ROWS])], words_last=True)
+    yield f"{len(others)} do not" + (f", the nearest {MOST_ROWS}:" if len(others) > MOST_ROWS else ":" * bool(others))
     if others:
-        rows = [OTHER_HEADS, *((line.part, *line.cells) for line in others[:MOST])]
+        rows = [OTHER_HEADS, *((line.part, *line.cells) for line in others[:MOST_ROWS])]
         yield table_text(rows, numbers_right=False)
-    if len(others) > MOST:
-        reasons = Counter(reason for line in others[MOST:] for reason in line.reasons)
+    if len(others) > MOST_ROWS:
+        reasons = Counter(reason for line in others[MOST_ROWS:] for reason in line.reasons)
         yield from (f"  {count} more: {reason}" for reason, count in reasons.most_common())
     if unusable:
         yield f"{sum(unusable.values())} rows that cannot be chosen:"

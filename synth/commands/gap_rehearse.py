@@ -86,7 +86,7 @@ def _earlier(out: Path, identity: Mapping[str, str]) -> dict[str, CaseOutcome]:
 def rehearsal_text(content: Json) -> str:
     """The answer, the smallest sizes found, the ties and the confusions."""
     parts = [str(content["sentence"]), "", "smallest size found:", _sizes(content["causes"], content["joints"])]
-    tied, wrong = _listed(content["causes"], "tied_with"), _listed(content["causes"], "taken_for")
+    tied, wrong = _most_frequent(content["causes"], "tied_with"), _most_frequent(content["causes"], "taken_for")
     if tied:
         parts += ["", "not distinguished from:", *tied]
     if wrong:
@@ -115,7 +115,7 @@ def _size(cause: Json | None) -> str:
     return f"{size['value']:.2g} {size['unit']}"
 
 
-def _listed(causes: Sequence[Json], key: str) -> list[str]:
+def _most_frequent(causes: Sequence[Json], key: str) -> list[str]:
     pairs = [
         (count, f"{cause['effect'].replace('_', ' ')} ({cause['joint']})", name.replace("_", " "))
         for cause in causes

@@ -139,9 +139,9 @@ def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> N
 def _truth(arguments: argparse.Namespace, progress: Progress) -> None:
     """The models compared with published results, on a page."""
     from synth.files.output import output_folder, write_json
-    from synth.hopper.truth import truth_json
     from synth.parts.catalogs import Catalogue
     from synth.reports.hopper_pages import write_truth_report
+    from synth.validation.published_leg import truth_json
 
     with output_folder(arguments.out) as folder:
         with progress.stage("simulating the published leg and its neighbours with every model"):

@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         if cache.fetch(key, folder):
             progress.say("the input is unchanged: copying the earlier result (--no-cache runs again)")
         else:
-            failure = _made(arguments, project, catalogue, folder, cache, progress)
+            failure = _make_leg(arguments, project, catalogue, folder, cache, progress)
             # A later run of this machine may be able to draw.
             whole = arguments.no_cad or arguments.no_pictures or (folder / "parts" / "leg.png").exists()
             if failure is None and whole:
@@ -99,7 +99,7 @@ def _only_for_folders(arguments: argparse.Namespace) -> None:
         raise UserError([Problem(f"is for a folder of projects; {arguments.file} is one", key=name) for name in given])
 
 
-def _made(
+def _make_leg(
     arguments: argparse.Namespace,
     project: LegProject,
     catalogue: Catalogue,

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, get_args
 
-from synth.commands.answers import offered
+from synth.commands.answers import is_near_enough
 from synth.commands.arguments import near_miss, one_of
 from synth.commands.table_text import table_text
 from synth.errors import Problem, UserError
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from synth.parts.catalogs import Catalogue
     from synth.parts.rows import DamperRow, TorsionSpringRow
 
-SHOWN = 2  # substitutes of each part on the screen
+SUBSTITUTES_SHOWN = 2  # substitutes of each part on the screen
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -100,9 +100,9 @@ def parts_text(design: Mapping[str, Any], shown: ShownUnits = METRIC) -> str:
         spring, damper = joint["spring"], joint["damper"]
         rows.append([name, "spring", _spring_words(spring, shown), spring.get("vendor") or "to wind", "", ""])
         wanted = (joint["refit"].get("spring_rate") or joint["wanted"]["spring_rate"])["value"]
-        rows += _instead([item for item in joint["spring_alternatives"] if offered(item, wanted)])
+        rows += _substitute_lines([item for item in joint["spring_alternatives"] if is_near_enough(item, wanted)])
         rows.append(["", "damper", damper["arrangement"], damper["vendor"] or "", "", ""])
-        rows += _instead(joint["damper_alternatives"])
+        rows += _substitute_lines(joint["damper_alternatives"])
     low, high = forecast["expected"]["interval90"]
     known = response["free_angles_measured"]
     tolerances = f"as measured ({', '.join(known)}), and with part tolerances" if known else "with part tolerances"
@@ -132,7 +132,7 @@ def _spring_words(spring: Mapping[str, Any], shown: ShownUnits) -> str:
     return f"{number}{spring['part']}"
 
 
-def _instead(alternatives: Sequence[Mapping[str, Any]]) -> list[list[str]]:
+def _substitute_lines(alternatives: Sequence[Mapping[str, Any]]) -> list[list[str]]:
     """The substitutes with the least effect on the response, one per line."""
     return [
         [
@@ -143,5 +143,5 @@ def _instead(alternatives: Sequence[Mapping[str, Any]]) -> list[list[str]]:
             f"{item['response_error']['value']:.2f} deg",
             f"{round(item['cost']['value'], 2) + 0.0:+.2f} deg",
         ]
-        for item in alternatives[:SHOWN]
+        for item in alternatives[:SUBSTITUTES_SHOWN]
     ]

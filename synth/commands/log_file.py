@@ -31,7 +31,7 @@ class LogFile:
 
     def __init__(self, path: Path, words: Sequence[str]) -> None:
         self._start = time.perf_counter()
-        self._stream = _opened(path)
+        self._stream = _open_log(path)
         now = datetime.now(UTC).isoformat(timespec="seconds")
         self.line(f"{now} {shlex.join(['synth', *words])}")
         self.line(f"synth {__version__}, Python {platform.python_version()}, {platform.platform()}, in {os.getcwd()}")  # noqa: PTH109
@@ -60,7 +60,7 @@ class LogFile:
         self._stream.close()
 
 
-def _opened(path: Path) -> TextIO:
+def _open_log(path: Path) -> TextIO:
     name = str(path)
     try:
         if path.exists() and path.stat().st_size:

@@ -69,7 +69,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         raise UserError(needed)
     with progress.stage("reading"):
         project = _project(arguments)
-        trials = _read(project, arguments.file)
+        trials = _read_files(project, arguments.file)
     if arguments.dry_run:
         _tell_checked(project, trials, progress)
         progress.say(f"{arguments.file} is valid: {len(trials)} recordings")
@@ -91,7 +91,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     return 0
 
 
-def _read(project: ImportProject, file: str) -> list[ImportedTrial]:
+def _read_files(project: ImportProject, file: str) -> list[ImportedTrial]:
     """The recordings; where a single one's columns are not understood, the message tells where to assign them."""
     from synth.drives.servo import Servo
     from synth.motion.importers.foreign_data import ColumnProblem

@@ -17,8 +17,8 @@ Line = tuple[str, str]
 def row_text(row: CatalogueRow, catalogue: Catalogue) -> str:
     """The row as lines ``name  value``: published values, derived values, status and sources."""
     last = ("status", "as_published", "note", "source")
-    published = [line for line in _published(row) if line[0] not in last]
-    derived = [(f"= {name}", value) for name, value in _derived(row, catalogue)]
+    published = [line for line in _published_lines(row) if line[0] not in last]
+    derived = [(f"= {name}", value) for name, value in _derived_lines(row, catalogue)]
     words = [(name, str(getattr(row, name))) for name in last if getattr(row, name)]
     lines = [("family", row.family), *published, *derived, *words, ("stands in", row.place)]
     width = max(len(name) for name, _ in lines)
@@ -32,7 +32,7 @@ def stock_text(material: str, catalogue: Catalogue) -> str:
     return f"{material}: {len(sizes)} stock sizes of known strength{between}"
 
 
-def _published(row: CatalogueRow) -> Iterator[Line]:
+def _published_lines(row: CatalogueRow) -> Iterator[Line]:
     for item in type(row).columns():
         value = getattr(row, item.name)
         unit, shown = item.metadata["unit"], item.metadata.get("shown", "")
@@ -45,7 +45,7 @@ def _published(row: CatalogueRow) -> Iterator[Line]:
             yield item.name, f"{value / scale:.6g}" + ("" if shown == "1" else f" {shown}")
 
 
-def _derived(row: CatalogueRow, catalogue: Catalogue) -> Iterator[Line]:
+def _derived_lines(row: CatalogueRow, catalogue: Catalogue) -> Iterator[Line]:
     if isinstance(row, TorsionSpringRow):
         yield from _of_spring(row, catalogue)
     elif isinstance(row, DamperRow):

@@ -100,7 +100,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the request, design or check, write, print."""
-    from synth.api.springs import given, to_wind
+    from synth.api.springs import given_spring, to_wind
     from synth.commands.spring_text import check_text, design_text
     from synth.files.output import output_folder
     from synth.files.shown_units import shown_for
@@ -110,14 +110,14 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     catalogue = Catalogue.load([Path(name) for name in arguments.catalog])
     if arguments.action is not None:
         return _calibrate(arguments, catalogue, progress)
-    wish, sizes = _read(arguments)
+    wish, sizes = _read_request(arguments)
     shown = shown_for(arguments.units, texts=_quantities(arguments))
     if sizes is None:
         answer = to_wind(wish, catalogue, shown)
     else:
         angle = None if arguments.included_angle is None else wish.included_angle
         rate = None if arguments.rate is None else wish.rate
-        answer = given(wish, sizes, catalogue, included_angle=angle, stated_rate=rate, shown=shown)
+        answer = given_spring(wish, sizes, catalogue, included_angle=angle, stated_rate=rate, shown=shown)
     written = []
     if arguments.out:
         with output_folder(arguments.out) as folder, progress.stage("drawing and writing the spring"):
@@ -171,7 +171,7 @@ def _calibrate(arguments: argparse.Namespace, catalogue: Catalogue, progress: Pr
     return 0
 
 
-def _read(arguments: argparse.Namespace) -> tuple[SpringRequirements, tuple[float, float, float] | None]:
+def _read_request(arguments: argparse.Namespace) -> tuple[SpringRequirements, tuple[float, float, float] | None]:
     """The request, and wire diameter m, mean diameter m and coils of a spring to check. Raises all mistakes at once."""
     from dataclasses import replace
 

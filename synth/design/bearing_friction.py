@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from math import radians, sin
 from typing import Any
 
-from synth.design.drawn_springs import simulated_again
+from synth.design.drawn_springs import simulate_built_leg
 from synth.design.leg_design import LegDesign
 from synth.units import quantity
 
@@ -91,7 +91,7 @@ def with_friction(design: LegDesign, found: Mapping[str, BearingFriction]) -> Le
         joints.append(joint)
     if tuple(joints) == design.built.joints:
         return design
-    return simulated_again(replace(design, built=replace(design.built, joints=tuple(joints))))
+    return simulate_built_leg(replace(design, built=replace(design.built, joints=tuple(joints))))
 
 
 def with_friction_notes(extra: dict[str, Any], found: Mapping[str, BearingFriction]) -> dict[str, Any]:

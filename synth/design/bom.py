@@ -87,7 +87,7 @@ def write_bom(
     """
     lines = [_with_drawn(line, parts) for line in bought_or_wound(design)]
     drawn = [part for part in parts if part["family"] not in LISTED]
-    lines += merged(line for part in drawn for line in _lines(part, orders.get(part["part"])))
+    lines += merge_lines(line for part in drawn for line in _lines(part, orders.get(part["part"])))
     lines += _inserts(drawn, orders)
     if drawn:
         lines += _mount(design) + _magnets(design)
@@ -189,7 +189,7 @@ def _standard_lines(joint: str, order: StandardPart, mass: float | None, name: s
     return lines
 
 
-def merged(lines: Iterable[BomLine]) -> list[BomLine]:
+def merge_lines(lines: Iterable[BomLine]) -> list[BomLine]:
     """Equal lines combined into one: quantities, masses and times are added."""
     found: dict[tuple[str, str], BomLine] = {}
     for line in lines:
@@ -224,7 +224,7 @@ def _inserts(parts: Sequence[Mapping[str, Any]], orders: Mapping[str, StandardPa
         item = f"heat-set insert {order.size} x {insert.length:g}, brass; hole as in catalogs/heat_set_inserts.csv"
         found.append(BomLine(str(part["joint"]), item, size=order.size, length=f"{insert.length:g}",
                              vendor=insert.maker, mass=insert_mass(insert)))  # fmt: skip
-    return merged(found)
+    return merge_lines(found)
 
 
 def _mount(design: LegDesign) -> list[BomLine]:

@@ -81,14 +81,14 @@ def choose_in_rounds(task: ChoiceTask, dampers: DamperChoiceMade, stage: Stage) 
     while now.labels not in rounds and len(rounds) < MOST_ROUNDS:
         try:
             with stage("fitting springs again with the dampers' curves"):
-                fitted = now, refitted(task, now)
+                fitted = now, refit_links(task, now)
         except UserError as error:
             barred.add(now.labels)
             if fitted is None:
                 now = _next_best(dampers, barred, error)
                 continue
         with stage("choosing springs and dampers together"):
-            last = Round(*fitted, _chosen(task, *fitted, frozenset(barred)))
+            last = Round(*fitted, _choose_sets(task, *fitted, frozenset(barred)))
         rounds[last.dampers.labels] = last
         # Each joint's ranking of single dampers is kept, so that the candidates do not depend on the round.
         now = replace(dampers, chosen=last.sets.dampers.chosen, leg=last.sets.leg)
@@ -105,7 +105,7 @@ def first_choice(task: ChoiceTask, dampers: DamperChoiceMade, stage: Stage) -> t
     UserError : a joint has no part that meets its constraints, or the fit fails with these dampers.
     """
     with stage("choosing parts for a first drawing"):
-        refit = refitted(task, dampers)
+        refit = refit_links(task, dampers)
         leg, sources = _with_dampers(refit.leg, dampers), _sources(task, refit, dampers)
         return unjudged_set(task.wanted, leg, dampers, sources, task.project.parts, seed=task.project.fit.seed), refit
 
@@ -118,7 +118,7 @@ def _next_best(dampers: DamperChoiceMade, barred: set[Labels], error: UserError)
     raise error
 
 
-def _chosen(task: ChoiceTask, dampers: DamperChoiceMade, refit: FitResult, barred: frozenset[Labels]) -> SetsMade:
+def _choose_sets(task: ChoiceTask, dampers: DamperChoiceMade, refit: FitResult, barred: frozenset[Labels]) -> SetsMade:
     project = task.project
     leg, sources = _with_dampers(refit.leg, dampers), _sources(task, refit, dampers)
     return choose_sets(
@@ -126,7 +126,7 @@ def _chosen(task: ChoiceTask, dampers: DamperChoiceMade, refit: FitResult, barre
     )
 
 
-def refitted(task: ChoiceTask, dampers: DamperChoiceMade) -> FitResult:
+def refit_links(task: ChoiceTask, dampers: DamperChoiceMade) -> FitResult:
     """Fit of the robot's links to the motion with the dampers' curves, started from the springs tuned to these dampers.
 
     Raises
@@ -139,7 +139,7 @@ def refitted(task: ChoiceTask, dampers: DamperChoiceMade) -> FitResult:
         for joint, option in zip(leg.joints, dampers.chosen, strict=True)
         if option.damper.curve is not None
     }
-    options = replace(task.options, curves=curves, near=_started(task.target, dampers.leg))
+    options = replace(task.options, curves=curves, near=_start_of_refit(task.target, dampers.leg))
     try:
         again = fit_by(leg, task.motion.fitted_scaled, options, task.project.fit)
     except UserError as error:
@@ -166,7 +166,7 @@ def _sources(task: ChoiceTask, refit: FitResult, dampers: DamperChoiceMade) -> l
     ]
 
 
-def _started(result: FitResult, leg: Leg) -> FitResult:
+def _start_of_refit(result: FitResult, leg: Leg) -> FitResult:
     """The start of the next fit: the trials' shifts of ``result`` with the spring rates and free angles of ``leg``."""
     joints, moved = {}, []
     for joint in leg.joints:

@@ -20,7 +20,7 @@ from synth.remarks import decisive, noted, unlike
 from synth.swing.damper_curves import thinning_error, torque_at
 from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
 
-KEPT = 2  # dampers per joint in the combined choice for all joints
+DAMPERS_KEPT = 2  # dampers per joint in the combined choice for all joints
 ALONE = 16  # dampers per joint that are simulated, nearest torque first
 ALONE_ON_THE_JOINT = Arrangement()
 FAR = 8.0  # ratio to the wanted damper's torque, above or below, beyond which a damper is left out
@@ -136,8 +136,8 @@ def choose_dampers(
         choice = choices[joint.name].damper
         found = damper_candidates(catalogue, choice, travel[j], joint.name, parts)
         options = _options(list(found.rows), measured.get(joint.name), choice.part, law)
-        options = _arranged(options, choice, travel[j], of_family(parts, catalogue.dampers))
-        options, far = _near(options, joint.damper.rate if joint.damper and joint.damper.rate else 0.0)
+        options = _arrangements(options, choice, travel[j], of_family(parts, catalogue.dampers))
+        options, far = _nearest_options(options, joint.damper.rate if joint.damper and joint.damper.rate else 0.0)
         left_out.append({**found.left_out, **far})
         tuned = [wanted.tuned(_with(leg, {j: option}), (j,)) for option in options]
         errors = wanted.overall(tuned)
@@ -146,7 +146,7 @@ def choose_dampers(
             tuple(replace(options[k], error=float(errors[k]), spring=tuned[k].joints[j].spring) for k in order)
         )
     joints = tuple(range(len(leg.joints)))
-    sets = list(product(*(options[:KEPT] for options in ranked)))
+    sets = list(product(*(options[:DAMPERS_KEPT] for options in ranked)))
     legs = [wanted.tuned(_with(leg, dict(enumerate(chosen))), joints) for chosen in sets]
     errors = wanted.overall(legs)
     order = np.argsort(errors, kind="stable")
@@ -177,7 +177,7 @@ def _options(
     return options
 
 
-def _arranged(
+def _arrangements(
     options: list[DamperOption], choice: DamperChoice, travel: float, parts: PartsOptions
 ) -> list[DamperOption]:
     """Each damper in every arrangement that the choice allows and in which it turns far enough (``travel`` rad)."""
@@ -193,7 +193,7 @@ def _arranged(
     return made
 
 
-def _near(options: list[DamperOption], rate: float) -> tuple[list[DamperOption], dict[str, int]]:
+def _nearest_options(options: list[DamperOption], rate: float) -> tuple[list[DamperOption], dict[str, int]]:
     """Options whose torque at 1 rad/s is near that of the wanted rate, nearest first, and the number of others.
 
     No spring can compensate for a damper that is off by a factor of ten, and a damper far too strong for its link is

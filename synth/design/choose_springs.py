@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from synth.cad.dimensions import CLOSE_WOUND_PITCH
-from synth.design.clamped_arms import JointArms, leg_that_bends_as_much, softening
+from synth.design.clamped_arms import JointArms, leg_that_bends_as_much, softening_by_arms
 from synth.design.drawable_springs import STOP_ROOM, arbor_of, reasons_not_drawn
 from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import RATE_FORMS
-from synth.parts.part_candidates import ANY, counted, no_spring, of_family, spring_candidates, spring_reason
+from synth.parts.part_candidates import ANY, count_reasons, no_spring, of_family, spring_candidates, spring_reason
 from synth.parts.rows import TorsionSpringRow
 from synth.remarks import about, decisive, noted
 from synth.spring.bought_spring import PassedLimit, check_bought, passed_limits
@@ -31,7 +31,7 @@ from synth.spring.spring_task import SpringLimits
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
-MOST = 48  # candidate springs per joint and damper, nearest rates first
+MOST_CANDIDATES = 48  # candidate springs per joint and damper, nearest rates first
 NEAREST = 16  # springs per joint that are evaluated beyond the rate tolerance, nearest first
 INCLUDED_ANGLE = radians(120.0)  # default for a spring to wind: that of the thesis' springs
 ARM_LENGTH = 0.025  # m, about as soft as the clamped arms of a spring to wind; start of the first of two searches
@@ -221,17 +221,17 @@ def spring_options(
     for count in range(2, choice.parallel + 1):
         rows += [(row, count) for row in spring_candidates(catalogue, choice, rate, source.parts, count).rows]
     rows.sort(key=lambda item: abs(log((item[0].rate or rate) * item[1] / rate)))
-    borne = _borne(rows, source, rate, MOST)
+    borne = _borne(rows, source, rate, MOST_CANDIDATES)
     reasons = {**found.left_out, **borne.left_out}
     if borne.more:
-        reasons[f"rate further from {rate:.4g} N*m/rad than those of {MOST} others"] = borne.more
+        reasons[f"rate further from {rate:.4g} N*m/rad than those of {MOST_CANDIDATES} others"] = borne.more
     if borne.holding:
         return borne.holding, reasons, []
     if choice.make is False:
         if borne.passing:
             return borne.passing, reasons, []
         raise no_spring(joint, replace(found, left_out=reasons), catalogue.springs)
-    of_these = f"; with this rate, {counted(borne.left_out)}" if borne.left_out else ""
+    of_these = f"; with this rate, {count_reasons(borne.left_out)}" if borne.left_out else ""
     text = f"{joint}: no bought spring meets the constraints ({found.nearest}{of_these}); one to wind is designed"
     try:
         option, more = spring_to_wind(source, rate, lasting=lasting)
@@ -314,7 +314,7 @@ def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: floa
     travel = source.turned
     closes, rate, arm = 1 if travel.turned_round else -1, row.rate, None
     if row.wire_diameter and row.mean_diameter and row.body_coils:
-        rate *= softening(row.wire_diameter, row.mean_diameter, row.body_coils, travel.opening, source.cad)
+        rate *= softening_by_arms(row.wire_diameter, row.mean_diameter, row.body_coils, travel.opening, source.cad)
         arm = JointArms(travel.opening, source.cad)
     check = check_bought(row, source.catalogue, travel.winding, travel.opening, arm=arm, rate=rate)
     yields = None if check is None else check.free_travel

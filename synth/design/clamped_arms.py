@@ -11,7 +11,7 @@ from math import pi, sqrt, tau
 
 from synth.files.project_options import CadOptions
 
-FEWEST = 0.1  # of a spring's coils: the fewest that remain at the largest opening considered
+LEAST_COILS = 0.1  # of a spring's coils: the fewest that remain at the largest opening considered
 
 
 def free_arm(wire: float, mean: float, coils: float, opening: float, cad: CadOptions) -> float:
@@ -19,7 +19,7 @@ def free_arm(wire: float, mean: float, coils: float, opening: float, cad: CadOpt
 
     ``opening`` rad: angle by which the joint opens the spring; the coil loses turns and becomes wider. Lengths in m.
     """
-    widest = mean * coils / max(coils - opening / tau, FEWEST * coils)
+    widest = mean * coils / max(coils - opening / tau, LEAST_COILS * coils)
     wall = widest / 2 + wire / 2 + 2 * cad.clearance + cad.wall
     return sqrt(max(wall**2 - max(0.0, mean / 2 - _half_seat(wire)) ** 2, 0.0))
 
@@ -48,7 +48,7 @@ class JointArms:
         return free_arm(wire, mean, coils, self.opening, self.cad)
 
 
-def softening(wire: float, mean: float, coils: float, opening: float, cad: CadOptions) -> float:
+def softening_by_arms(wire: float, mean: float, coils: float, opening: float, cad: CadOptions) -> float:
     """Rate of the spring with its arms over that of its body alone; arguments as in ``free_arm``."""
     from synth.cad.flexed_wire import effective_length
 
@@ -63,4 +63,4 @@ def leg_that_bends_as_much(wire: float, mean: float, coils: float, opening: floa
     """
     body = pi * mean * coils
     # Two legs of length l: 2 l / (3 pi D) of the body's coils, solved for l.
-    return max(0.0, 1.5 * body * (1.0 / softening(wire, mean, coils, opening, cad) - 1.0))
+    return max(0.0, 1.5 * body * (1.0 / softening_by_arms(wire, mean, coils, opening, cad) - 1.0))

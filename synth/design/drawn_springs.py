@@ -59,7 +59,7 @@ def draw_up(design: LegDesign, catalogue: Catalogue) -> LegDesign:
         # Arms may only grow, so that the iteration of spring and joint does not oscillate.
         arms = found if arms is None else tuple(max(a, b) for a, b in zip(arms, found, strict=True))
         chosen = tuple(
-            _drawn(option, dimensions, arm, catalogue)
+            _with_free_arms(option, dimensions, arm, catalogue)
             for option, dimensions, arm in zip(design.springs.chosen, solids.dimensions.joints, arms, strict=True)
         )
         change = max(_change(before, after) for before, after in zip(design.springs.chosen, chosen, strict=True))
@@ -115,7 +115,9 @@ def _free_arms(solids: Solids) -> tuple[float, ...]:
     return tuple(ceil(10.0 * lay_out(joint).free_arm - 1e-6) / 10.0 for joint in solids.dimensions.joints)
 
 
-def _drawn(option: SpringOption, dimensions: JointDimensions, arm: float, catalogue: Catalogue) -> SpringOption:
+def _with_free_arms(
+    option: SpringOption, dimensions: JointDimensions, arm: float, catalogue: Catalogue
+) -> SpringOption:
     """A spring with free arms of ``arm`` mm."""
     from synth.cad.arm_layout import seat_size
     from synth.cad.flexed_wire import effective_length
@@ -213,10 +215,10 @@ def _with_springs(design: LegDesign, chosen: Sequence[SpringOption]) -> LegDesig
         rest = float(angle + (joint.rest - angle) * joint.spring.rate / rate)
         spring = replace(joint.spring, rate=float(rate), free_angle=joint.zero + joint.sign * rest)
         joints.append(replace(joint, spring=spring))
-    return simulated_again(replace(design, springs=springs, built=replace(design.built, joints=tuple(joints))))
+    return simulate_built_leg(replace(design, springs=springs, built=replace(design.built, joints=tuple(joints))))
 
 
-def simulated_again(design: LegDesign) -> LegDesign:
+def simulate_built_leg(design: LegDesign) -> LegDesign:
     """The design with the motions and errors of its built leg simulated again."""
     motions = tuple(found[:, :, 0] for found in design.wanted.simulate([design.built]))
     return replace(design, built_motions=motions, errors=design.wanted.errors([design.built])[0])
@@ -246,7 +248,7 @@ def as_drawn(design: LegDesign, joints: Mapping[str, Any]) -> LegDesign:
         built.append(joint)
     if tuple(built) == design.built.joints:
         return design
-    return simulated_again(replace(design, built=replace(design.built, joints=tuple(built))))
+    return simulate_built_leg(replace(design, built=replace(design.built, joints=tuple(built))))
 
 
 @dataclass(frozen=True)
@@ -301,7 +303,7 @@ def seats_set(design: LegDesign) -> tuple[LegDesign, dict[str, SeatSetting]]:
         settings[joint.name] = SeatSetting(turn, suits - found - turn, rate, found + turn)
         joints.append(replace(joint, spring=replace(joint.spring, rate=rate, free_angle=found + turn)))
     design = replace(design, built=replace(design.built, joints=tuple(joints)))
-    return with_measured_forecast(simulated_again(_with_seat_warnings(design, settings)), settings), settings
+    return with_measured_forecast(simulate_built_leg(_with_seat_warnings(design, settings)), settings), settings
 
 
 def _with_seat_warnings(design: LegDesign, settings: Mapping[str, SeatSetting]) -> LegDesign:

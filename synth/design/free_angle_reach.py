@@ -25,7 +25,7 @@ def out_of_reach(design: LegDesign) -> list[str]:
 def refuse_stops(design: LegDesign) -> None:
     """Raise UserError for free angles that were read where the drawn joint rests on a stop, or cannot rest at all."""
     problems = []
-    for name, angle, (low, high) in _read(design):
+    for name, angle, (low, high) in _measured_angles(design):
         if low + MEASURED_ANGLE < angle < high - MEASURED_ANGLE:
             continue
         stop = min((low, high), key=lambda end: abs(angle - end))
@@ -39,7 +39,7 @@ def refuse_stops(design: LegDesign) -> None:
         raise UserError(problems)
 
 
-def _read(design: LegDesign) -> list[tuple[str, float, tuple[float, float]]]:
+def _measured_angles(design: LegDesign) -> list[tuple[str, float, tuple[float, float]]]:
     """Joint, free angle as read at rest, and drawn stops, rad, of each measured spring."""
     known, found = design.project.measured_springs, []
     for joint in () if design.drawn is None else design.drawn.dimensions.joints:

@@ -13,7 +13,7 @@ from math import radians
 import numpy as np
 
 from synth.arrays import Array
-from synth.design.drawn_springs import simulated_again
+from synth.design.drawn_springs import simulate_built_leg
 from synth.design.joint_sizing import ASKED_STOP
 from synth.design.judged_sets import Judge
 from synth.design.leg_design import LegDesign
@@ -63,7 +63,7 @@ def held_to_ranges(design: LegDesign) -> LegDesign:
     if not acting:
         return design
     joints = tuple(
-        _stopped(joint, acting[joint.name]) if joint.name in acting else joint for joint in design.built.joints
+        _with_stops(joint, acting[joint.name]) if joint.name in acting else joint for joint in design.built.joints
     )
     built = replace(design.built, joints=joints)
     releases = tuple(_possible(release, built, acting) for release in design.wanted.releases)
@@ -72,10 +72,10 @@ def held_to_ranges(design: LegDesign) -> LegDesign:
         built=built,
         wanted=replace(design.wanted, releases=releases),  # with the wanted motions as they are
     )
-    return _judged_again(simulated_again(design))
+    return _forecast_again(simulate_built_leg(design))
 
 
-def _stopped(joint: Joint, stops: tuple[float, float]) -> Joint:
+def _with_stops(joint: Joint, stops: tuple[float, float]) -> Joint:
     """The joint with contacts at its stops; a stop that the target itself describes is kept."""
     if EFFECT in joint.effects:
         return joint
@@ -94,7 +94,7 @@ def _possible(release: WantedRelease, leg: Leg, stops: dict[str, tuple[float, fl
     return replace(release, rotation=rotation, rate=leg.rates_off_stops(rotation, release.rate))
 
 
-def _judged_again(design: LegDesign) -> LegDesign:
+def _forecast_again(design: LegDesign) -> LegDesign:
     """The design with errors and forecasts of all its sets by its built leg, whose effects they had not."""
     project = design.project
     judge = Judge(design.wanted, design.built, project.parts, project.fit.seed)

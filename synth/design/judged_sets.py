@@ -17,7 +17,7 @@ from synth.arrays import Array
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.forecast import IN_HAND, Forecast, Forecaster, SpringInHand, free_angles_measured
-from synth.design.part_lanes import Acting, PartLanes
+from synth.design.part_lanes import ActingElements, PartLanes
 from synth.design.response import WantedResponse
 from synth.files.project_options import PartsOptions
 from synth.swing.leg_model import Leg, Spring
@@ -37,9 +37,9 @@ class Pair:
 Pairs = tuple[Pair, ...]
 
 
-def acting(pairs: Sequence[Pair]) -> list[Acting]:
+def acting_elements(pairs: Sequence[Pair]) -> list[ActingElements]:
     """The spring rates and dampers of the pairs, as they act at their joint."""
-    return [Acting(pair.spring.rate, pair.damper.damper) for pair in pairs]
+    return [ActingElements(pair.spring.rate, pair.damper.damper) for pair in pairs]
 
 
 class Judge:
@@ -71,7 +71,7 @@ class Judge:
         in_hand: Mapping[int, SpringInHand] = IN_HAND,
     ) -> None:
         self.wanted, self.leg, self.barred = wanted, leg, barred
-        none: list[list[Acting]] = [[] for _ in leg.joints]
+        none: list[list[ActingElements]] = [[] for _ in leg.joints]
         self._lanes = PartLanes(wanted, leg, none)
         few = self._lanes if len(wanted.releases) <= RELEASES else PartLanes(wanted, leg, none, RELEASES)
         asked = parts.tolerance
@@ -87,7 +87,7 @@ class Judge:
         if not sets:
             return np.zeros(0)
         joints = [[each[j] for each in sets] for j in range(len(self.leg.joints))]
-        lanes = self._lanes.of([acting(pairs) for pairs in joints])
+        lanes = self._lanes.of([acting_elements(pairs) for pairs in joints])
         return lanes.errors(np.repeat(np.arange(len(sets))[:, None], len(joints), axis=1))
 
     def ready(self, pairs: Pairs, n_sample: int = SAMPLES_SHOWN, *, shares: bool = False) -> Forecast:

@@ -105,7 +105,7 @@ class LegDesign:
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownResults:
     """Results that do not depend on the robot's links: the animal's fit and motion, and the dampers' laws."""
 
     source: FitResult
@@ -114,7 +114,7 @@ class Known:
     measured: Mapping[str, MeasuredCurve]
 
 
-def known_beforehand(project: LegProject, stage: Stage) -> Known:
+def known_beforehand(project: LegProject, stage: Stage) -> KnownResults:
     """Fit the animal's leg and the measured dampers.
 
     Raises
@@ -133,7 +133,7 @@ def known_beforehand(project: LegProject, stage: Stage) -> Known:
         laws = damper_laws(project)
     tables = {n: (m.part, m.curve) for n, m in project.dampers.items() if m.curve is not None}
     measured = measured_curves(laws, tables, {name: item.part for name, item in project.dampers.items()})
-    return Known(source, motion, laws, measured)
+    return KnownResults(source, motion, laws, measured)
 
 
 def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = None) -> LegDesign:
@@ -150,7 +150,7 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
 def design_for(
     project: LegProject,
     catalogue: Catalogue,
-    known: Known,
+    known: KnownResults,
     target: Leg,
     stage: Stage,
     *,
@@ -162,7 +162,7 @@ def design_for(
 
     ``effort``: ``first``, each joint's best single damper and spring without evaluating sets, for a first drawing;
     ``found``, the best set without substitutes for its parts, for a round that is followed by another; ``chosen``, what
-    ``shown`` makes whole once the round is known to be the last; ``full``.
+    ``with_report_figures`` makes whole once the round is known to be the last; ``full``.
     ``held`` and ``drawn`` as in ``ChoiceTask``.
 
     Raises
@@ -187,7 +187,7 @@ def design_for(
     sets, refit = (first_choice if effort == "first" else choose_in_rounds)(task, dampers, stage)
     dampers, springs = sets.dampers, sets.springs
     with stage("moving the built leg"):
-        built = _named(sets.leg, springs, dampers)
+        built = _with_part_numbers(sets.leg, springs, dampers)
         motions = tuple(found[:, :, 0] for found in wanted.simulate([built]))
         errors = wanted.errors([built])[0]
     held_out = tuple(trial for trial in fitted.trials if trial.held_out)
@@ -210,10 +210,10 @@ def design_for(
         robustness=None,
         target_effects=into.effects,
     )
-    return shown(design, motion) if effort == "full" else design
+    return with_report_figures(design, motion) if effort == "full" else design
 
 
-def shown(design: LegDesign, motion: SourceMotion) -> LegDesign:
+def with_report_figures(design: LegDesign, motion: SourceMotion) -> LegDesign:
     """The design with what only its report needs: the next best sets, forecasts, robustness and warnings."""
     sets = design.sets.shown()
     robustness = choice_robustness(design.wanted, design.target, sets.legs)
@@ -229,7 +229,7 @@ def _real(leg: Leg, target: TargetLeg) -> Leg:
     return with_effects(leg, {joint.name: joint.effects for joint in target.real.joints})
 
 
-def _named(leg: Leg, springs: SpringChoiceMade, dampers: DamperChoiceMade) -> Leg:
+def _with_part_numbers(leg: Leg, springs: SpringChoiceMade, dampers: DamperChoiceMade) -> Leg:
     """The leg with the part numbers of bought parts."""
     joints = []
     for joint, spring, damper in zip(leg.joints, springs.chosen, dampers.chosen, strict=True):

@@ -22,7 +22,7 @@ from synth.units import quantity
 
 WORTH_SAYING = 0.10  # of a link's mass or inertia about its joint: the limit for a warning, from the requirements
 SPRING_SHARE = 0.5  # of a spring, to either half: each end moves with one half, the middle by half the angle
-SAME = 5e-3  # relative: links whose mass and inertia about the joint differ by less move alike
+SAME_LINK = 5e-3  # relative: links whose mass and inertia about the joint differ by less move alike
 
 
 @dataclass(frozen=True)
@@ -120,9 +120,9 @@ def with_links(leg: Leg, links: Sequence[BuiltLink]) -> Leg:
 
 
 def same_links(one: Leg, other: Leg) -> bool:
-    """Whether the links of both legs have the same mass and inertia about the joint, within ``SAME``."""
+    """Whether the links of both legs have the same mass and inertia about the joint, within ``SAME_LINK``."""
     return all(
-        abs(a / b - 1.0) < SAME
+        abs(a / b - 1.0) < SAME_LINK
         for first, second in zip(one.joints, other.joints, strict=True)
         for a, b in (
             (first.link.mass, second.link.mass),
@@ -143,7 +143,7 @@ def link_warnings(links: Sequence[BuiltLink], assumed: Mapping[str, str]) -> lis
     for item in links:
         own, built, drawn = link_body(item.assumed), item.body, item.drawn
         if item.share > WORTH_SAYING:
-            warnings.append((item.joint, Remark(_off(item), "check", STATE)))
+            warnings.append((item.joint, Remark(_difference_words(item), "check", STATE)))
         elif item.assumed.includes == "joint" and drawn.mass < (1.0 - WORTH_SAYING) * own.mass:
             text = (
                 f"{item.joint}: its link is simulated with the target's {own.mass * 1e3:.0f} g, but the drawn tube and "
@@ -162,7 +162,7 @@ def link_warnings(links: Sequence[BuiltLink], assumed: Mapping[str, str]) -> lis
     return warnings
 
 
-def _off(item: BuiltLink) -> str:
+def _difference_words(item: BuiltLink) -> str:
     own, built = link_body(item.assumed), item.body
     figures = (
         f"{built.mass * 1e3:.0f} g instead of {own.mass * 1e3:.0f} g, its centre at {-built.centre[1] * 1e3:.0f} "

@@ -17,8 +17,16 @@ from dataclasses import fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from synth.design.choice_rounds import Stage
-from synth.design.drawn_springs import draw_up, simulated_again
-from synth.design.leg_design import Effort, Known, LegDesign, MassRounds, design_for, known_beforehand, shown
+from synth.design.drawn_springs import draw_up, simulate_built_leg
+from synth.design.leg_design import (
+    Effort,
+    KnownResults,
+    LegDesign,
+    MassRounds,
+    design_for,
+    known_beforehand,
+    with_report_figures,
+)
 from synth.design.link_masses import BuiltLink, built_links, link_warnings, same_links, with_links
 from synth.design.part_masses import PartMass, unknown_parts
 from synth.design.solid_work import joint_masses
@@ -32,7 +40,7 @@ if TYPE_CHECKING:
     from synth.cad import LegDimensions
 
 MOST_ROUNDS = 5  # of choosing; the built-in example and the lab's project take two
-NEAR = 0.03  # mm, deg, N m: masses of joints this close agree to 1e-3, a fifth of the tolerance of convergence
+NEAR_JOINTS = 0.03  # mm, deg, N m: masses of joints this close agree to 1e-3, a fifth of the tolerance of convergence
 MOST_SETTLING = 4  # drawings until free angles and masses agree; two are enough except for the last digit
 
 
@@ -60,7 +68,7 @@ def design_with_masses(project: LegProject, catalogue: Catalogue, stage: Stage) 
 def _rounds(
     project: LegProject,
     catalogue: Catalogue,
-    known: Known,
+    known: KnownResults,
     start: tuple[Leg, tuple[object, ...]],
     scales: JointWeights,
     stage: Stage,
@@ -77,8 +85,8 @@ def _rounds(
         if settled:
             break
         target, labels, held = carrying, design.sets.chosen.labels, _wires(design)
-    rounds, design = MassRounds(count, settled), shown(design, known.motion)
-    design = replace(design, project=project, rounds=rounds, warnings=(*design.warnings, *_said(rounds)))
+    rounds, design = MassRounds(count, settled), with_report_figures(design, known.motion)
+    design = replace(design, project=project, rounds=rounds, warnings=(*design.warnings, *_unsettled_sentences(rounds)))
     return scales.settled(design, catalogue)
 
 
@@ -88,7 +96,7 @@ def _wires(design: LegDesign) -> dict[str, float]:
     return {name: spring.wire_diameter for name, spring in made if spring is not None and spring.count == 1}
 
 
-def _said(rounds: MassRounds) -> list[tuple[str | None, str]]:
+def _unsettled_sentences(rounds: MassRounds) -> list[tuple[str | None, str]]:
     if rounds.settled:
         return []
     return [
@@ -115,7 +123,7 @@ class JointWeights:
     def links(self, design: LegDesign, *, near: bool = False) -> tuple[BuiltLink, ...]:
         """The links of a drawn design.
 
-        ``near``: reuse the last masses if the joints' dimensions differ from the last ones by at most ``NEAR``.
+        ``near``: reuse the last masses if the joints' dimensions differ from the last ones by at most ``NEAR_JOINTS``.
 
         Raises
         ------
@@ -127,7 +135,7 @@ class JointWeights:
             near
             and self._last is not None
             and self._last[1] == pieces
-            and same_but_for(dimensions, self._last[0], NEAR)
+            and same_but_for(dimensions, self._last[0], NEAR_JOINTS)
         ):
             dimensions = self._last[0]
         return links_of(design, self._masses(dimensions, pieces))
@@ -151,7 +159,7 @@ class JointWeights:
             if same_links(leg, design.built):
                 break
             carrying = design.wanted.at_rest_like_wanted(leg)
-            design = draw_up(simulated_again(replace(design, built=carrying)), catalogue)
+            design = draw_up(simulate_built_leg(replace(design, built=carrying)), catalogue)
         return design
 
 
@@ -195,12 +203,12 @@ def links_of(design: LegDesign, masses: Sequence[PartMass]) -> tuple[BuiltLink, 
     return built_links(project.target, masses)
 
 
-def weighed(design: LegDesign, masses: Sequence[PartMass]) -> LegDesign:
+def with_drawn_masses(design: LegDesign, masses: Sequence[PartMass]) -> LegDesign:
     """The design with the masses of its drawn parts on its links, its motion simulated with them, and warnings."""
     links = links_of(design, masses)
     design = replace(design, links=links)
     leg = with_links(design.built, links)
     if leg != design.built:
-        design = simulated_again(replace(design, built=leg))
+        design = simulate_built_leg(replace(design, built=leg))
     assumed = {item.part: item.basis for item in masses if item.assumed}
     return replace(design, warnings=(*design.warnings, *link_warnings(links, assumed)))

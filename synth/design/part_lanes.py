@@ -30,7 +30,7 @@ ROWS = 3 + 2 * CURVE_POINTS  # rate, rest, damper rate, clamp speeds, clamp slop
 
 
 @dataclass(frozen=True)
-class Acting:
+class ActingElements:
     """The elements at a joint: spring rate (N m/rad) and the damper as referred to the joint."""
 
     rate: float
@@ -62,13 +62,13 @@ class PartLanes:
     """
 
     def __init__(
-        self, wanted: WantedResponse, leg: Leg, acting: Sequence[Sequence[Acting]], releases: int | None = None
+        self, wanted: WantedResponse, leg: Leg, acting: Sequence[Sequence[ActingElements]], releases: int | None = None
     ) -> None:
         self.wanted, self.leg, self.acting = wanted, leg, tuple(tuple(each) for each in acting)
         every = 1 if releases is None else max(1, -(-len(wanted.releases) // releases))
         self.releases, self.motions = wanted.releases[::every], wanted.motions[::every]
 
-    def of(self, acting: Sequence[Sequence[Acting]]) -> PartLanes:
+    def of(self, acting: Sequence[Sequence[ActingElements]]) -> PartLanes:
         """The same leg and releases with other candidates; what does not depend on these is not computed again."""
         known = (self.holding, self._still, self._counts)  # kept by the copy
         assert all(len(each) for each in known)

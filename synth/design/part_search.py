@@ -29,7 +29,7 @@ DRAWN = 512  # sets drawn at random, to measure the screening's errors
 MOST_SIMULATED = 6_000  # sets simulated at most: bounds the time, see `bench_parts`
 MOST_BASES = 5  # rounds of screening, each about a better base set
 SCREENED = 8_192  # best screened sets that are kept
-NEAR = 3.0  # times the best error: up to this the screening's errors are evaluated
+NEAR_BEST = 3.0  # times the best error: up to this the screening's errors are evaluated
 SAFETY = 1.3  # factor on the observed errors of the screening
 AT_BEST = 0.05  # multiples of the best error, below it, at which the bound on the screening's error starts
 PREFIXES = 2_048  # combinations of all joints but the last that are screened at a time
@@ -88,14 +88,14 @@ def best_sets(
         number of trajectories up to which every set is simulated.
     """
     if lanes.n_set * len(lanes.releases) <= exhaustive:
-        index = _all(lanes.counts)
+        index = _all_combinations(lanes.counts)
         error = lanes.errors(index)
         order = np.argsort(error, kind="stable")[:keep]
         return FoundSets(index[order], error[order], len(index), len(index), None, True)
     return _Screening(lanes, keep, np.random.default_rng(seed)).run(np.array(start, dtype=np.int64))
 
 
-def _all(counts: Sequence[int]) -> Index:
+def _all_combinations(counts: Sequence[int]) -> Index:
     """(n_set, n) every combination, the last joint's option changing fastest."""
     return np.stack(np.unravel_index(np.arange(int(np.prod(counts))), counts), axis=1).astype(np.int64)
 
@@ -151,7 +151,7 @@ class _Screening:
         true = np.array(list(self.known.values()))
         guess = np.maximum(screen.errors(self.index(numbers)), 1e-12)
         best = float(true.min())
-        near = np.minimum(true, guess) <= NEAR * best
+        near = np.minimum(true, guess) <= NEAR_BEST * best
         short = np.maximum(1.0 - true[near] / guess[near], 0.0)
         slope = SAFETY * float(np.max(short / (guess[near] / best - 1.0 + AT_BEST), initial=0.0))
         return Mistake(best, slope, max(0.0, 1.0 - SAFETY * float(short.max(initial=0.0))))
@@ -163,7 +163,7 @@ class _Screen:
     def __init__(self, lanes: PartLanes, base: Index, every: int) -> None:
         self.counts = lanes.counts
         n = len(self.counts)
-        singles = np.concatenate([_changed(base, j, count) for j, count in enumerate(self.counts)])
+        singles = np.concatenate([_with_each_option(base, j, count) for j, count in enumerate(self.counts)])
         motions = lanes.residuals(np.concatenate([base[None, :], singles]), every)
         zero = motions[:, :1]
         ends = np.cumsum([0, *self.counts])
@@ -213,7 +213,7 @@ class _Screen:
             yield start * self.counts[-1], block
 
 
-def _changed(base: Index, joint: int, count: int) -> Index:
+def _with_each_option(base: Index, joint: int, count: int) -> Index:
     """(count, n) the base with each option of one joint."""
     index = np.repeat(base[None, :], count, axis=0)
     index[:, joint] = np.arange(count)

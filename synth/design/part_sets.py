@@ -19,7 +19,7 @@ import numpy as np
 from synth.design.choose_dampers import DamperChoiceMade, DamperOption
 from synth.design.choose_springs import SpringChoiceMade, SpringOption, SpringSource, spring_options, with_lasting
 from synth.design.forecast import Forecast
-from synth.design.judged_sets import SAMPLES_CHOSEN, SAMPLES_SHOWN, Judge, Pair, Pairs, acting
+from synth.design.judged_sets import SAMPLES_CHOSEN, SAMPLES_SHOWN, Judge, Pair, Pairs, acting_elements
 from synth.design.part_lanes import PartLanes
 from synth.design.part_search import FoundSets, best_sets
 from synth.design.part_swaps import JointParts, Swaps, without_better_swap
@@ -35,7 +35,7 @@ DAMPERS = 8  # candidate dampers per joint, the best single ones first
 PAIRS = 400  # candidate pairs of spring and damper per joint
 MOST_SETS = 4_000_000  # sets screened at most; a million take 4 s of a processor (`make bench`)
 FINALISTS = 16  # sets that are evaluated with tolerances
-SHOWN = 8  # of the finalists, evaluated with more samples and listed on the page: a choice
+SETS_SHOWN = 8  # of the finalists, evaluated with more samples and listed on the page: a choice
 SAMPLES_FINAL = 32  # draws of the tolerances that rank the finalists
 SAME_RATE = 1e-3  # relative: two wanted rates this near give the same springs
 
@@ -74,7 +74,7 @@ class PartSet:
         }
 
 
-Beside = tuple[tuple[PartSet, ...], tuple[Leg, ...]]
+ForecastSets = tuple[tuple[PartSet, ...], tuple[Leg, ...]]
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class SetsMade:
     dampers: DamperChoiceMade
     cut: tuple[int, ...]  # number of pairs per joint that were left out, those with the largest errors on their own
     legs: tuple[Leg, ...]  # with each of ``sets``
-    beside: Callable[[], Beside] | None = None  # finds what ``shown`` adds to the chosen set
+    beside: Callable[[], ForecastSets] | None = None  # finds what ``shown`` adds to the chosen set
 
     def shown(self) -> SetsMade:
         """With the next best sets and all forecasts, which a step to the next round does not need."""
@@ -144,12 +144,12 @@ def choose_sets(
     UserError : a joint requires a bought spring and none meets its constraints, or every set is excluded.
     """
     joints = [_joint_parts(source, j, fitted, dampers) for j, source in enumerate(sources)]
-    lanes = PartLanes(wanted, fitted, [acting(each.pairs) for each in joints])
+    lanes = PartLanes(wanted, fitted, [acting_elements(each.pairs) for each in joints])
     pairs, cut = _cut(lanes, [list(each.pairs) for each in joints])
-    lanes = lanes.of([acting(each) for each in pairs])
+    lanes = lanes.of([acting_elements(each) for each in pairs])
     found = best_sets(lanes, [0] * len(pairs), FINALISTS, seed=seed)
     judge = Judge(wanted, fitted, parts, seed, barred)
-    sets = _judged(judge, [tuple(o[k] for o, k in zip(pairs, row, strict=True)) for row in found.index])
+    sets = _rank_finalists(judge, [tuple(o[k] for o, k in zip(pairs, row, strict=True)) for row in found.index])
     if not swaps:
         return _as_found((_as_measured(judge, *sets[0]),), found, judge, joints, dampers, cut)
     best, table = without_better_swap(judge, sets[0][0], joints)
@@ -165,16 +165,16 @@ def choose_sets(
         _dampers_made(chosen, table, dampers, leg),
         cut,
         (leg,),
-        partial(_beside, judge, chosen, sets),
+        partial(_with_next_best, judge, chosen, sets),
     )
 
 
-def _beside(judge: Judge, chosen: PartSet, sets: Sequence[tuple[Pairs, float]]) -> Beside:
+def _with_next_best(judge: Judge, chosen: PartSet, sets: Sequence[tuple[Pairs, float]]) -> ForecastSets:
     """The chosen set and the next best ones, with every forecast that is shown of them, and the leg with each."""
     forecasts = (each(chosen.pairs, SAMPLES_CHOSEN, shares=True) for each in (judge.as_they_come, judge.ready))
     own = PartSet(chosen.pairs, chosen.error, *forecasts)
     others = [item for item in (_as_measured(judge, *each) for each in sets) if item.labels != own.labels]
-    shown = (own, *(replace(item, forecast=judge.as_they_come(item.pairs)) for item in others[: SHOWN - 1]))
+    shown = (own, *(replace(item, forecast=judge.as_they_come(item.pairs)) for item in others[: SETS_SHOWN - 1]))
     return shown, tuple(judge.built(item.pairs) for item in shown)
 
 
@@ -304,16 +304,16 @@ def _as_measured(judge: Judge, pairs: Pairs, error: float) -> PartSet:
     return PartSet(pairs, error, ready, ready)
 
 
-def _judged(judge: Judge, sets: Sequence[Pairs]) -> list[tuple[Pairs, float]]:
+def _rank_finalists(judge: Judge, sets: Sequence[Pairs]) -> list[tuple[Pairs, float]]:
     """The finalists, lowest expected error first, and their nominal errors (rad); the first ones with more samples."""
     sets = [pairs for pairs in sets if judge.allows(pairs)]
     if not sets:
         raise CannotBeHad("the fit to the motion failed with each of the best sets of dampers")
     errors = judge.errors(sets)
     shown = list(range(len(sets)))
-    if len(sets) > SHOWN:
+    if len(sets) > SETS_SHOWN:
         rough = {k: judge.expected(sets[k], SAMPLES_FINAL) for k in shown}
-        shown = sorted(shown, key=lambda k: (rough[k], k))[:SHOWN]
+        shown = sorted(shown, key=lambda k: (rough[k], k))[:SETS_SHOWN]
     fine = {k: judge.expected(sets[k], SAMPLES_SHOWN) for k in shown}
     return [(sets[k], float(errors[k])) for k in sorted(fine, key=lambda k: (fine[k], k))]
 

@@ -22,7 +22,7 @@ from synth.errors import UserError
 MOST_TUNED = 8  # dampers, best first, to which the other joints' wound springs are tuned: some 0.1 s each
 MOST_SWAPS = 8  # largest number of exchanges, each to a lower expected error
 WORTH = np.radians(0.002)  # least improvement of an exchange; errors of the draws and the integrator are smaller
-FACTORS = (0.7, 0.85, 0.94, 0.98, 1.02, 1.06, 1.18, 1.43)  # on a wound spring's rate; these rates are tried too
+RATE_FACTORS = (0.7, 0.85, 0.94, 0.98, 1.02, 1.06, 1.18, 1.43)  # on a wound spring's rate; these rates are tried too
 SAME_RATE = 0.005  # relative: a spring wound for a rate this near is the same
 
 
@@ -73,10 +73,10 @@ def without_better_swap(judge: Judge, chosen: Pairs, joints: Sequence[JointParts
         table = swaps(judge, chosen, joints)
         allowed = sorted(
             (
-                (swap.expected, j, _changed(chosen, j, swap.pair))
+                (swap.expected, j, _with_pair(chosen, j, swap.pair))
                 for j in range(len(joints))
                 for swap in (*table.springs[j], *table.dampers[j])
-                if swap.allowed and judge.allows(_changed(chosen, j, swap.pair))
+                if swap.allowed and judge.allows(_with_pair(chosen, j, swap.pair))
             ),
             key=lambda item: item[:2],
         )
@@ -111,19 +111,26 @@ def _better(
 def swaps(judge: Judge, chosen: Pairs, joints: Sequence[JointParts]) -> Swaps:
     """Every exchange of one spring or one damper of a set."""
     springs = tuple(
-        _judged(judge, chosen, j, [_suited(judge, chosen, j, pair, p.source) for pair in _instead(chosen[j], p)])
+        _rank_swaps(
+            judge,
+            chosen,
+            j,
+            [_with_tuned_spring(judge, chosen, j, pair, p.source) for pair in _other_springs(chosen[j], p)],
+        )
         for j, p in enumerate(joints)
     )
-    dampers = tuple(_judged(judge, chosen, j, _with_other_dampers(judge, chosen, j, p)) for j, p in enumerate(joints))
+    dampers = tuple(
+        _rank_swaps(judge, chosen, j, _with_other_dampers(judge, chosen, j, p)) for j, p in enumerate(joints)
+    )
     return Swaps(springs, dampers, judge.expected(chosen))
 
 
-def _changed(pairs: Pairs, joint: int, pair: Pair) -> Pairs:
+def _with_pair(pairs: Pairs, joint: int, pair: Pair) -> Pairs:
     return (*pairs[:joint], pair, *pairs[joint + 1 :])
 
 
-def _judged(judge: Judge, chosen: Pairs, joint: int, pairs: Sequence[Pair]) -> tuple[Swap, ...]:
-    sets = [_changed(chosen, joint, pair) for pair in pairs]
+def _rank_swaps(judge: Judge, chosen: Pairs, joint: int, pairs: Sequence[Pair]) -> tuple[Swap, ...]:
+    sets = [_with_pair(chosen, joint, pair) for pair in pairs]
     found = [
         Swap(pair, float(error), judge.expected(one))
         for pair, error, one in zip(pairs, judge.errors(sets), sets, strict=True)
@@ -131,16 +138,16 @@ def _judged(judge: Judge, chosen: Pairs, joint: int, pairs: Sequence[Pair]) -> t
     return tuple(sorted(found, key=lambda swap: swap.expected))
 
 
-def _instead(pair: Pair, parts: JointParts) -> list[Pair]:
+def _other_springs(pair: Pair, parts: JointParts) -> list[Pair]:
     """Other springs for the chosen damper: those that meet its constraints, then others for comparison."""
-    known = [s for s in parts.springs[pair.damper.label] if s is not pair.spring and not _same(s, pair.spring)]
+    known = [s for s in parts.springs[pair.damper.label] if s is not pair.spring and not _same_but_rate(s, pair.spring)]
     # A wound spring is tuned to the set: bought ones are measured by its rate, which suits better than the fitted one.
     rate = pair.spring.asked if pair.spring.row is not None else pair.spring.rate
     others = other_springs(parts.source, rate, [pair.spring, *known])
     return [Pair(spring, pair.damper) for spring in (*known, *others)]
 
 
-def _same(one: SpringOption, other: SpringOption) -> bool:
+def _same_but_rate(one: SpringOption, other: SpringOption) -> bool:
     """Whether two springs to wind differ only in their rate."""
     return one.row is None and other.row is None and one.design is not None
 
@@ -153,18 +160,18 @@ def _with_other_dampers(judge: Judge, chosen: Pairs, joint: int, parts: JointPar
             continue
         options = [Pair(spring, damper) for spring in parts.springs.get(damper.label, ())]
         if options:
-            errors = judge.errors([_changed(chosen, joint, option) for option in options])
-            found.append(_suited(judge, chosen, joint, options[int(np.argmin(errors))], parts.source))
+            errors = judge.errors([_with_pair(chosen, joint, option) for option in options])
+            found.append(_with_tuned_spring(judge, chosen, joint, options[int(np.argmin(errors))], parts.source))
     return found
 
 
-def _suited(judge: Judge, chosen: Pairs, joint: int, pair: Pair, source: SpringSource) -> Pair:
+def _with_tuned_spring(judge: Judge, chosen: Pairs, joint: int, pair: Pair, source: SpringSource) -> Pair:
     """The pair with a spring to wind of the rate tuned to the set with this pair; bought springs are unchanged."""
     spring = pair.spring
     if spring.row is not None:
         return pair
-    rates = [spring.rate, *(spring.rate * factor for factor in FACTORS)]
-    tried = [_changed(chosen, joint, replace(pair, spring=replace(spring, rate=rate))) for rate in rates]
+    rates = [spring.rate, *(spring.rate * factor for factor in RATE_FACTORS)]
+    tried = [_with_pair(chosen, joint, replace(pair, spring=replace(spring, rate=rate))) for rate in rates]
     best = int(np.argmin(judge.errors(tried)))
     wound = _wound(source, rates[best]) if best > 0 else None
     return pair if wound is None else replace(pair, spring=replace(wound, asked=spring.asked, compared=spring.compared))
@@ -179,9 +186,9 @@ def _wound_to_suit(judge: Judge, chosen: Pairs, joints: Sequence[JointParts], he
     for j, parts in enumerate(joints):
         if j == held:
             continue
-        pair = _suited(judge, chosen, j, chosen[j], parts.source)
+        pair = _with_tuned_spring(judge, chosen, j, chosen[j], parts.source)
         if pair is not chosen[j]:
-            other = _changed(chosen, j, pair)
+            other = _with_pair(chosen, j, pair)
             if judge.expected(other) < judge.expected(chosen) - WORTH:
                 chosen = other
     return chosen

@@ -33,7 +33,7 @@ def write_robots(design: LegDesign, masses: Sequence[PartMass], folder: Path) ->
 def _base(design: LegDesign, masses: Sequence[PartMass], folder: Path) -> RobotLink:
     """The base link: the first joint's upper half, which is fixed to the body."""
     first = design.built.joint_names[0]
-    return RobotLink(None, _shown(masses, first, ("upper", "spring"), 0.0, (0.0, 0.0, 0.0), folder))
+    return RobotLink(None, _exported_parts(masses, first, ("upper", "spring"), 0.0, (0.0, 0.0, 0.0), folder))
 
 
 def _links(design: LegDesign, masses: Sequence[PartMass], folder: Path) -> tuple[RobotLink, ...]:
@@ -43,15 +43,15 @@ def _links(design: LegDesign, masses: Sequence[PartMass], folder: Path) -> tuple
     for index, (drawn, built) in enumerate(zip(design.drawn.dimensions.joints, design.links, strict=True)):
         # The files have the lower half's parts at their own angle; in a link's frame they are at angle 0.
         turn = -radians(drawn.rotation(drawn.filed_angle))
-        shown = _shown(masses, drawn.name, ("lower",), turn, (0.0, 0.0, 0.0), folder)
+        shown = _exported_parts(masses, drawn.name, ("lower",), turn, (0.0, 0.0, 0.0), folder)
         if index + 1 < len(design.built.joints):
             end = (0.0, -built.assumed.length, 0.0)
-            shown += _shown(masses, design.built.joint_names[index + 1], ("upper", "spring"), 0.0, end, folder)
+            shown += _exported_parts(masses, design.built.joint_names[index + 1], ("upper", "spring"), 0.0, end, folder)
         found.append(RobotLink(built.body, shown))
     return tuple(found)
 
 
-def _shown(
+def _exported_parts(
     masses: Sequence[PartMass], joint: str, groups: tuple[str, ...], turn: float, shift: Vector, folder: Path
 ) -> tuple[Visual, ...]:
     """Exported parts of a joint; the spring is unloaded and fixed to the upper half."""

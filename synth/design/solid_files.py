@@ -15,7 +15,7 @@ from synth.errors import Problem, UserError
 from synth.files.output import write_json
 from synth.files.stage_cache import StageCache, key_of
 from synth.remarks import decisive
-from synth.spring.loose_test import HELD
+from synth.spring.loose_test import HOW_HELD
 
 if TYPE_CHECKING:
     from synth.cad import CheckResult, ExportedFile
@@ -64,7 +64,7 @@ def draw_solids(design: LegDesign, folder: Path, cache: StageCache, *, pictures:
     key = key_of("solids", solids, pictures, sorted(weighed.items()), sorted(pieces.items()))
     if not cache.fetch(key, folder):
         try:
-            record, whole = _drawn(solids, folder, (weighed, pieces), pictures=pictures)
+            record, whole = _draw_solids(solids, folder, (weighed, pieces), pictures=pictures)
         except cad.DimensionError as error:
             raise not_drawable(error, design.project) from None
         write_json(folder / RECORD, record)
@@ -145,7 +145,7 @@ def _key_of(dimension: str) -> str:
     return f"cad.dampers.{joint}.hub" if joint and rest == "hub" else "cad"
 
 
-def _drawn(
+def _draw_solids(
     solids: Solids, folder: Path, known: tuple[Mapping[str, float], Mapping[str, int]], *, pictures: bool
 ) -> tuple[dict[str, Any], bool]:
     """Build, check and write; the record, and whether it is complete (requested pictures were drawn).
@@ -156,7 +156,7 @@ def _drawn(
     from synth.design.solid_work import checked_leg, failures_of, written_leg
 
     leg = checked_leg(solids.dimensions, *known)
-    notes, whole = [*solids.notes, *_wobbly(leg.record["print"])], True
+    notes, whole = [*solids.notes, *_wobbly_sentence(leg.record["print"])], True
     files: list[ExportedFile] = []
     failures: dict[str, CheckResult] = {}
     try:
@@ -182,7 +182,7 @@ def _drawn(
     return record, whole
 
 
-def _wobbly(plans: Sequence[Mapping[str, Any]]) -> list[str]:
+def _wobbly_sentence(plans: Sequence[Mapping[str, Any]]) -> list[str]:
     """A sentence on the parts that stand on very little of the bed."""
     found = [
         f"{plan['part']} on {plan['contact']['value']:.0f} mm^2 of {plan['size'][0]['value']:.0f} x "
@@ -225,7 +225,7 @@ def _how_to_test(design: LegDesign) -> list[str]:
     if not tests:
         return []
     return [
-        f"a rate can be measured too, {HELD}, at a distance from the coil. To expect of all springs of a joint "
+        f"a rate can be measured too, {HOW_HELD}, at a distance from the coil. To expect of all springs of a joint "
         f"together: {', '.join(tests)}. Write it as measured: {{spring: {{JOINT: {{rate: 1 N*m/rad}}}}}}; it is "
         "converted into the rate in the joint, which clamps both arms. State another distance as rate_distance, and "
         "rate_held: joint for a rate that was measured in the joint"

@@ -6,13 +6,12 @@ works on. The results do not depend on the number of processes.
 
 from __future__ import annotations
 
-import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from synth.side_processes import SideCall, carried_out, process_count
+from synth.side_processes import SideCall, carried_out, packed, process_count, unpacked
 
 if TYPE_CHECKING:
     from synth.cad import BuiltLeg, CheckResult, ExportedFile, LegDimensions
@@ -141,7 +140,7 @@ def checked_leg(dimensions: LegDimensions, weighed: Mapping[str, float], pieces:
     _laid_out(dimensions)
     places, names = _places(dimensions), [joint.name for joint in dimensions.joints]
     homes = _homes(dimensions)
-    built: Built = carried_out([SideCall(_packed, (dimensions, k), home) for k, home in homes])
+    built: Built = carried_out([SideCall(_pack_joint, (dimensions, k), home) for k, home in homes])
     calls = [SideCall(_of_motion, built[k], place) for k, place in places]
     calls += [SideCall(_of_parts, (dimensions, k, (weighed, pieces)), home) for k, home in homes]
     # A link's check needs the joint that follows.
@@ -168,7 +167,7 @@ def _homes(dimensions: LegDimensions) -> list[tuple[int, int | None]]:
     return [(k, k % number if number else None) for k in range(len(dimensions.joints))]
 
 
-def _packed(dimensions: LegDimensions, index: int) -> Packed:
+def _pack_joint(dimensions: LegDimensions, index: int) -> Packed:
     """A joint and its link.
 
     In a copy the last bits of directions differ, so copies are used where any process may be, and nowhere else.
@@ -176,15 +175,15 @@ def _packed(dimensions: LegDimensions, index: int) -> Packed:
     from synth.cad.leg_joints import built_leg
 
     leg = built_leg(dimensions)
-    return pickle.dumps(leg.joints[index]), pickle.dumps(leg.links[index])
+    return packed(leg.joints[index]), packed(leg.links[index])
 
 
-def _copied(dimensions: LegDimensions, built: Built) -> BuiltLeg:
+def _leg_of_copies(dimensions: LegDimensions, built: Built) -> BuiltLeg:
     """The leg of copies."""
     from synth.cad.leg_joints import BuiltWhenUsed, build_leg
 
-    joints = BuiltWhenUsed(len(built), lambda index: pickle.loads(built[index][0]))
-    links = BuiltWhenUsed(len(built), lambda index: pickle.loads(built[index][1]))
+    joints = BuiltWhenUsed(len(built), lambda index: unpacked(built[index][0]))
+    links = BuiltWhenUsed(len(built), lambda index: unpacked(built[index][1]))
     return replace(build_leg(dimensions), joints=joints, links=links)
 
 
@@ -192,8 +191,8 @@ def _of_motion(packed_joint: bytes, packed_link: bytes) -> tuple[list[CheckResul
     """Checks of a joint's moving parts, and its entry in the record."""
     from synth.cad.checks import check_interference
 
-    joint = pickle.loads(packed_joint)
-    return check_interference(joint, pickle.loads(packed_link)), _joint_json(joint)
+    joint = unpacked(packed_joint)
+    return check_interference(joint, unpacked(packed_link)), _joint_json(joint)
 
 
 def _of_parts(dimensions: LegDimensions, index: int, known: Known) -> _Parts:
@@ -230,7 +229,7 @@ def _of_link(dimensions: LegDimensions, index: int, packed_link: bytes) -> list[
     from synth.cad.leg_joints import BuiltWhenUsed, built_leg
 
     leg = built_leg(dimensions)
-    links = BuiltWhenUsed(len(leg.links), lambda _: pickle.loads(packed_link))
+    links = BuiltWhenUsed(len(leg.links), lambda _: unpacked(packed_link))
     return check_link(replace(leg, links=links), index)
 
 
@@ -286,7 +285,7 @@ def _write_whole(
     from synth import cad
     from synth.cad.export import draw_whole, write_whole
 
-    leg = _copied(dimensions, built)
+    leg = _leg_of_copies(dimensions, built)
     written = write_whole(leg, folder)
     try:
         return written, draw_whole(leg, folder) if pictures else []

@@ -28,7 +28,7 @@ def sense_warning(joint: str, travel: WantedTravel) -> list[str]:
     ]
 
 
-def _plain(option: SpringOption) -> SpringOption:
+def _without_remarks(option: SpringOption) -> SpringOption:
     """The option without the remarks on its row."""
     assert option.row is not None
     return replace(option, row=replace(option.row, derived=()))
@@ -37,7 +37,10 @@ def _plain(option: SpringOption) -> SpringOption:
 def spring_warnings(joint: str, option: SpringOption, choice: SpringChoice) -> list[str]:
     """Warnings on a bought spring: limits that the travel passes, or values that must be measured first."""
     if option.row is not None and option.row.derived:
-        return [f"{joint}: {option.part} is {option.row.status}", *spring_warnings(joint, _plain(option), choice)]
+        return [
+            f"{joint}: {option.part} is {option.row.status}",
+            *spring_warnings(joint, _without_remarks(option), choice),
+        ]
     why = "" if choice.part is not None else LAST_RESORT
     warnings = [decisive(f"{joint}: {option.part} {each.text}{why}", BEAR_IT) for each in option.passed]
     check = option.check

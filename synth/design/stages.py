@@ -14,7 +14,7 @@ from synth.fit.copies import without_copies
 from synth.fit.damper_laws import DamperLaw, find_damper_law
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult, TrialFit
-from synth.fit.free_motion_start import later
+from synth.fit.free_motion_start import recordings_from
 from synth.fit.methods import require_method
 from synth.fit.recordings import Recording, recordings
 from synth.fit.still_start import from_release
@@ -40,7 +40,7 @@ class SourceMotion:
         """The recordings from ``start`` s after their first sample, in the animal's time."""
         if start == 0.0:
             return self
-        fitted, held_out = later(self.fitted, start), later(self.held_out, start)
+        fitted, held_out = recordings_from(self.fitted, start), recordings_from(self.held_out, start)
         return replace(
             self, fitted=tuple(fitted or self.fitted), held_out=tuple(held_out or self.held_out), begun_late=True
         )

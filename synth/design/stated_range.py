@@ -9,7 +9,7 @@ from typing import Any
 from synth.remarks import decisive
 from synth.units import quantity
 
-LEAST = radians(0.05)  # beyond a range that counts: half of what is written of an angle
+LEAST_EXCESS = radians(0.05)  # beyond a range that counts: half of what is written of an angle
 WIDEN = "Widen the range in the target's leg file, or want another motion."
 MOTION, REST = "wanted motion", "rest pose"
 
@@ -76,4 +76,4 @@ class StatedRange:
 
 def beyond(ends: tuple[float, float], limits: tuple[float, float]) -> bool:
     """Whether an end lies outside the limits."""
-    return ends[0] < limits[0] - LEAST or ends[1] > limits[1] + LEAST
+    return ends[0] < limits[0] - LEAST_EXCESS or ends[1] > limits[1] + LEAST_EXCESS

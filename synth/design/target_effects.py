@@ -57,8 +57,8 @@ class TargetLeg:
 
 def target_of(leg: Leg) -> TargetLeg:
     """Sort a target's effects into kept and left-out ones; its springs and dampers are not changed."""
-    found = [_judged(name, joint.name, given) for joint in leg.joints for name, given in joint.effects.items()]
-    found += [_judged(name, None, given) for name, given in leg.effects.items()]
+    found = [_target_effect(name, joint.name, given) for joint in leg.joints for name, given in joint.effects.items()]
+    found += [_target_effect(name, None, given) for name, given in leg.effects.items()]
     stay = {
         joint.name: {e.effect.name: e.parameters for e in found if e.joint == joint.name and e.stays}
         for joint in leg.joints
@@ -77,7 +77,7 @@ def notes(effects: Sequence[TargetEffect]) -> list[tuple[str | None, str]]:
     return [(e.joint, f"{e.joint}: {e.sentence}" if e.joint else e.sentence) for e in effects]
 
 
-def _judged(name: str, joint: str | None, parameters: Mapping[str, float]) -> TargetEffect:
+def _target_effect(name: str, joint: str | None, parameters: Mapping[str, float]) -> TargetEffect:
     effect = effect_named(name)
     stays, why = _stays(effect)
     return TargetEffect(effect, joint, dict(parameters), stays, why)

@@ -58,7 +58,7 @@ def limit_sentences(short: str, candidate: ShapedEffect, x: Array, cause: Cause)
     """A warning for each parameter told in the sentence that ends at a limit; ``short`` : the cause in a few words."""
     found = []
     for name, largest in at_limits(candidate, x).items():
-        if name in candidate.effect.told:
+        if name in candidate.effect.stated_by_default:
             end, beyond = ("largest", "larger") if largest else ("smallest", "smaller")
             found.append(
                 f"{short}: {parameters_text(cause, [name])} is the {end} value that the search tries; the true one may "

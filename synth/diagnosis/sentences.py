@@ -77,7 +77,7 @@ def angle(value: Estimate) -> str:
 def stated(cause: Cause, effect: PlantEffect) -> str:
     """Torque 0.06 N·m, fall 0.6, speed 114 deg/s: the first few that carry the effect, see ``PlantEffect.stated``."""
     found = cause.parameters
-    matter = [name for name in effect.stated or effect.told if name in found]
+    matter = [name for name in effect.stated or effect.stated_by_default if name in found]
     matter = [name for name in matter if not _covers(found, *effect.idle.get(name, ("", 0.0)))]
     return parameters_text(cause, matter[:MOST_STATED])
 

@@ -160,7 +160,7 @@ class _Folds(HypothesisFits):
         """Normal equations of the trials that count; the others' states are refitted."""
         return normal_without_fold(self.bench, _folded(point), point.columns)
 
-    def factors(self, point: EvaluatedHypothesis) -> tuple[float, ...]:
+    def damping_factors(self, point: EvaluatedHypothesis) -> tuple[float, ...]:
         """The fit is near its optimum."""
         return FACTORS
 

@@ -20,7 +20,7 @@ from synth.diagnosis.angle_trials import AngleTrial, Whitener, together
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Block, Hypothesis, Kept, LanePredictor
 from synth.diagnosis.search_limits import LARGEST_TOLERANCE
-from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, LeastSquares, minimise
+from synth.estimation.levenberg_marquardt import CONVERGED, Iterate, LeastSquares, Marquardt, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
 from synth.estimation.normal_equations import ParameterStep, StepLimits
 from synth.threads import in_parallel, thread_count
@@ -33,7 +33,7 @@ SOLVED = 0.5  # log-likelihood, fall of the cost below which a step is a fit's l
 LONGEST = 3.0  # largest step of an effect's whitened unknown
 # After a failed step the damping rises above all values tried, by 900 and 10 more; a fit whose damping exceeds 1e5 has
 # found no better point in two such rounds.
-RULE = Factors(least=1e-6, most=1e5, down=30.0, up=9000.0, least_after_failure=0.9)
+RULE = Marquardt(least=1e-6, most=1e5, down=30.0, up=9000.0, least_after_failure=0.9)
 T = TypeVar("T")
 
 
@@ -385,7 +385,7 @@ class HypothesisFits(LeastSquares[EvaluatedHypothesis]):
         p = self.bench.n_tolerance
         return StepLimits(np.r_[np.full(p, np.inf), np.full(len(point.unknowns) - p, LONGEST)], follow=True)
 
-    def factors(self, point: EvaluatedHypothesis) -> tuple[float, ...]:
+    def damping_factors(self, point: EvaluatedHypothesis) -> tuple[float, ...]:
         """Fewer if the cause enters almost linearly, like a shifted reading or a mass."""
         mild = all(candidate.nearly_linear for candidate in point.hypothesis)
         return DAMPINGS[:2] if mild else DAMPINGS

@@ -128,7 +128,7 @@ class ServoSignals:
         """The same with time counted from ``start`` s."""
         return replace(self, time=self.time - start)
 
-    def told(self, time: Array) -> Array:
+    def commands_held(self, time: Array) -> Array:
         """(k, n) rad, the commands at ``time`` (k,) s: the last sample of a held one, between two of another."""
         last = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, None)
         columns = [

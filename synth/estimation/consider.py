@@ -53,6 +53,10 @@ def consider(information: Information, couplings: Sequence[Coupling], beside: Ar
     information : at the estimate, priors included.
     couplings : one per trial, in the order of ``information.own``.
     beside : (p, c) contribution of measurements other than trials to the derivative of the common unknowns.
+
+    Raises
+    ------
+    NotFiniteError : the information is not finite.
     """
     summed = np.zeros((len(information.common), couplings[0].common.shape[1])) if beside is None else beside.copy()
     for coupling, cross, own in zip(couplings, information.cross, information.own, strict=True):

@@ -9,16 +9,15 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.errors import UserError
 from synth.units import quantity
 
 NORMAL90 = 1.6448536269514722  # half-width of a 90 % normal interval in standard deviations: the normal's 95 % point
 STUDENT95 = (6.314, 2.920, 2.353, 2.132)  # 95 % points of Student's t of 1 to 4 degrees (any table of it)
 NULL = 1e-12  # share of the diagonal below which a direction carries no information
-DIVERGED = (
-    "the simulated motion diverges at the fit's last point, so its uncertainty is unknown. Check the leg file's "
-    "units and signs, and leave recordings out one by one: `synth fit` names those that do not fit"
-)
+
+
+class NotFiniteError(ArithmeticError):
+    """A matrix of information or covariance holds infinite or undefined numbers, as where a simulation diverges."""
 
 
 @dataclass(frozen=True)
@@ -70,10 +69,10 @@ def spectrum(matrix: Array, scale: Array | float = 1.0) -> tuple[Array, Array]:
 
     Raises
     ------
-    UserError : the matrix is not finite; ``eigh`` would fail or return arbitrary values.
+    NotFiniteError : the matrix is not finite; ``eigh`` would fail or return arbitrary values.
     """
     if not np.isfinite(matrix).all():
-        raise UserError(DIVERGED)
+        raise NotFiniteError("a matrix of information or covariance is not finite")
     value, vector = np.linalg.eigh(matrix / np.outer(scale, scale))
     return np.asarray(value), np.asarray(vector)
 
@@ -83,7 +82,7 @@ def covariance_of(information: Array) -> Array:
 
     Raises
     ------
-    UserError : it is not finite.
+    NotFiniteError : it is not finite.
     """
     root = np.sqrt(np.maximum(np.diag(information), NULL))
     value, vector = spectrum(information, root)

@@ -63,7 +63,7 @@ class LeastSquares(ABC, Generic[P]):
         """Step limits; none by default."""
         return StepLimits()
 
-    def factors(self, point: P) -> Sequence[float]:
+    def damping_factors(self, point: P) -> Sequence[float]:
         """Factors on the damping that are tried in parallel; the best step is taken."""
         return (1.0,)
 
@@ -84,11 +84,11 @@ class DampingRule(ABC):
     hardly_damped: float = 0.0
 
     @abstractmethod
-    def accepted(self, iterate: Iterate[P], gain: float, predicted: float) -> tuple[float, float]:
+    def after_success(self, iterate: Iterate[P], gain: float, predicted: float) -> tuple[float, float]:
         """Next damping and growth after a step with damping ``iterate.damping`` that lowered the cost by ``gain``."""
 
     @abstractmethod
-    def rejected(self, iterate: Iterate[P]) -> tuple[float, float]:
+    def after_failure(self, iterate: Iterate[P]) -> tuple[float, float]:
         """Next damping and growth after a failed step, or several."""
 
 
@@ -96,19 +96,19 @@ class DampingRule(ABC):
 class Nielsen(DampingRule):
     """Damping from the ratio of actual and predicted gain (Nielsen 1999, IMM-REP-1999-05)."""
 
-    def accepted(self, iterate: Iterate[P], gain: float, predicted: float) -> tuple[float, float]:
+    def after_success(self, iterate: Iterate[P], gain: float, predicted: float) -> tuple[float, float]:
         """Down to a third if the prediction held, up to twice if it did not; equation 2.21 there."""
         ratio = gain / predicted if predicted > 0.0 else 0.0
         factor = max(1 / 3, 1 - (2 * ratio - 1) ** 3)
         return max(iterate.damping * factor, self.least), 2.0
 
-    def rejected(self, iterate: Iterate[P]) -> tuple[float, float]:
+    def after_failure(self, iterate: Iterate[P]) -> tuple[float, float]:
         """Higher by 2, 4, 8 ... with each consecutive failure."""
         return iterate.damping * iterate.growth, 2.0 * iterate.growth
 
 
 @dataclass(frozen=True)
-class Factors(DampingRule):
+class Marquardt(DampingRule):
     """Damping divided by ``down`` after a success and multiplied by ``up`` after a failure (Marquardt 1963).
 
     ``least_after_failure`` : the damping after a failure is at least this.
@@ -118,11 +118,11 @@ class Factors(DampingRule):
     up: float = 10.0
     least_after_failure: float = 0.0
 
-    def accepted(self, iterate: Iterate[P], gain: float, predicted: float) -> tuple[float, float]:
+    def after_success(self, iterate: Iterate[P], gain: float, predicted: float) -> tuple[float, float]:
         """Lower."""
         return max(iterate.damping / self.down, self.least), iterate.growth
 
-    def rejected(self, iterate: Iterate[P]) -> tuple[float, float]:
+    def after_failure(self, iterate: Iterate[P]) -> tuple[float, float]:
         """Higher."""
         return max(self.up * iterate.damping, self.least_after_failure), iterate.growth
 
@@ -167,7 +167,7 @@ def minimise(problem: LeastSquares[P], start: Sequence[Iterate[P]], rule: Dampin
         proposals: list[tuple[int, _Proposal[P]]] = []
         for index, iterate in enumerate(current):
             if not iterate.reason:
-                current[index], proposal = _proposed(problem, replace(iterate, count=iterate.count + 1), rule)
+                current[index], proposal = _propose_steps(problem, replace(iterate, count=iterate.count + 1), rule)
                 proposals.append((index, proposal))
         if not proposals:
             break
@@ -177,17 +177,17 @@ def minimise(problem: LeastSquares[P], start: Sequence[Iterate[P]], rule: Dampin
             points = tried[first : first + len(proposal.points)]
             first += len(points)
             if points:
-                current[index] = _judged(problem, current[index], proposal, points, rule)
+                current[index] = _take_best_step(problem, current[index], proposal, points, rule)
     return [it if it.reason else replace(it, reason=AT_THE_LIMIT) for it in current]
 
 
-def _proposed(problem: LeastSquares[P], iterate: Iterate[P], rule: DampingRule) -> tuple[Iterate[P], _Proposal[P]]:
+def _propose_steps(problem: LeastSquares[P], iterate: Iterate[P], rule: DampingRule) -> tuple[Iterate[P], _Proposal[P]]:
     """The next trial steps; none, and the iterate ends, if they predict next to no gain."""
     point = iterate.point
     normal = problem.normal(point)
     iterate = replace(iterate, scale=normal.scale.remembering(iterate.scale, rule.memory))
     assert iterate.scale is not None
-    dampings = iterate.damping * np.array(problem.factors(point))
+    dampings = iterate.damping * np.array(problem.damping_factors(point))
     steps = normal.steps(point.unknowns, dampings, iterate.scale, problem.bounds(point), problem.limits(point))
     if rule.settled > 0.0 and iterate.damping <= rule.hardly_damped:
         least = rule.settled * problem.least_gain(point.cost)
@@ -196,7 +196,7 @@ def _proposed(problem: LeastSquares[P], iterate: Iterate[P], rule: DampingRule) 
     return iterate, _Proposal([problem.moved(point, step) for step in steps], steps, dampings.tolist(), normal)
 
 
-def _judged(
+def _take_best_step(
     problem: LeastSquares[P], iterate: Iterate[P], proposal: _Proposal[P], tried: Sequence[P], rule: DampingRule
 ) -> Iterate[P]:
     """The iterate after its best step, or unchanged with more damping."""
@@ -207,8 +207,8 @@ def _judged(
         assert proposal.normal is not None
         predicted = proposal.normal.predicted_fall(proposal.steps[best])
         taken = replace(iterate, point=point, damping=proposal.dampings[best])
-        damping, growth = rule.accepted(taken, gain, predicted)
+        damping, growth = rule.after_success(taken, gain, predicted)
         reason = CONVERGED if gain <= problem.least_gain(point.cost) else ""
         return replace(taken, damping=damping, growth=growth, reason=reason)
-    damping, growth = rule.rejected(iterate)
+    damping, growth = rule.after_failure(iterate)
     return replace(iterate, damping=damping, growth=growth, reason=CONVERGED if damping > rule.most else "")

@@ -56,7 +56,7 @@ class Linearisation:
     trials: tuple[TrialLinearisation, ...]
 
     @cached_property
-    def _alike(self) -> list[tuple[list[int], Array, Array]]:
+    def _trials_by_size(self) -> list[tuple[list[int], Array, Array]]:
         """Trials grouped by number of own unknowns: indices, ``r`` (t, l, l) and normal matrices (t, l, l)."""
         indices: dict[int, list[int]] = {}
         for i, trial in enumerate(self.trials):
@@ -96,7 +96,7 @@ class Linearisation:
     def _groups(self, components: Sequence[tuple[Array, Array]]) -> tuple[OwnGroup, ...]:
         """The trials' own unknowns, from components in their span: of residuals (l,), of derivatives (l, p + k)."""
         made = []
-        for indices, r, square in self._alike:
+        for indices, r, square in self._trials_by_size:
             turned = r.transpose(0, 2, 1)
             here = np.array([components[i][0] for i in indices])
             along = np.array([components[i][1] for i in indices])

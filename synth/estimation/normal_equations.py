@@ -26,7 +26,7 @@ from synth.arrays import Array
 LEAST_DAMPING, LEAST_DIAGONAL = 1e-13, 1e-300
 # Most damping of own unknowns that follow a common step: it bounds those that a trial hardly determines, the state of a
 # soft link.
-FOLLOWING = 1e-3
+FOLLOWING_DAMPING = 1e-3
 HELD_ROUNDS = 6  # repetitions of a step because a further unknown reaches its bound
 
 
@@ -77,7 +77,7 @@ class OwnGroup:
         if not follow:
             return np.asarray(-np.linalg.solve(damped, (self.gradient + coupled)[..., None])[..., 0])
         alone = np.linalg.solve(damped, np.broadcast_to(self.gradient, coupled.shape)[..., None])[..., 0]
-        least = (np.minimum(dampings, FOLLOWING)[:, None, None] + LEAST_DAMPING) * scale + LEAST_DIAGONAL
+        least = (np.minimum(dampings, FOLLOWING_DAMPING)[:, None, None] + LEAST_DAMPING) * scale + LEAST_DIAGONAL
         hardly = self.matrix + least[:, :, :, None] * eye
         return np.asarray(-alone - np.linalg.solve(hardly, coupled[..., None])[..., 0])
 
@@ -207,7 +207,9 @@ class ArrowNormal(NormalEquations):
     @classmethod
     def of(cls, information: Information, gradient: Array, own_gradient: Sequence[Array]) -> ArrowNormal:
         """From the matrix and gradients (l,) per trial."""
-        return cls(grouped(information.own, own_gradient, [c.T for c in information.cross]), information, gradient)
+        return cls(
+            stacked_by_size(information.own, own_gradient, [c.T for c in information.cross]), information, gradient
+        )
 
     @property
     def scale(self) -> DampingScale:
@@ -256,7 +258,7 @@ class ReducedNormal(NormalEquations):
     def of(cls, information: Sequence[TrialNormal], prior: Array, prior_gradient: Array) -> ReducedNormal:
         """From each trial's normal equations and the prior's information (p, p) and gradient (p,)."""
         parts = tuple(trial.reduced() for trial in information)
-        groups = grouped(
+        groups = stacked_by_size(
             [trial.own for trial in information],
             [trial.own_gradient for trial in information],
             [trial.cross.T for trial in information],
@@ -314,7 +316,7 @@ class TrialNormal:
         return self.common - self.cross @ both[:, :-1], self.gradient - self.cross @ both[:, -1]
 
 
-def grouped(own: Sequence[Array], gradient: Sequence[Array], cross: Sequence[Array]) -> tuple[OwnGroup, ...]:
+def stacked_by_size(own: Sequence[Array], gradient: Sequence[Array], cross: Sequence[Array]) -> tuple[OwnGroup, ...]:
     """Trials with the same number of own unknowns, stacked; ``cross`` (l, p) per trial."""
     trials: dict[int, list[int]] = {}
     for index, matrix in enumerate(own):

@@ -159,8 +159,8 @@ class PlantEffect:
 
     ``strengths`` : the parameters that switch it off when all are zero. ``shapes`` : the variants that a diagnosis
     tries. ``phrase`` : the words for a place that has it, "has dry friction". ``module`` : the module of its
-    functions. ``stated`` : parameters for a sentence, the most needed first; empty: those ``told``. ``idle`` :
-    parameter -> another one and its value at which the first does not matter.
+    functions. ``stated`` : parameters for a sentence, the most needed first; empty: those ``stated_by_default``.
+    ``idle`` : parameter -> another one and its value at which the first does not matter.
     """
 
     name: str
@@ -181,7 +181,7 @@ class PlantEffect:
         return {p.name: p.off if p.default is None else p.default for p in self.parameters}
 
     @property
-    def told(self) -> list[str]:
+    def stated_by_default(self) -> list[str]:
         """Strengths, and what scales with the motion: what a sentence states, if not ``stated``; a table has all."""
         return [p.name for p in self.parameters if p.natural or p.name in self.strengths]
 

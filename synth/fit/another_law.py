@@ -15,7 +15,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.law_search import LEAVES, LawPoint, LawSearch
+from synth.fit.law_search import LAW_RESIDUE, LawPoint, LawSearch
 from synth.fit.law_start import law_starts
 from synth.fit.least_squares import Stage
 from synth.fit.recordings import Recording
@@ -23,21 +23,21 @@ from synth.fit.speed_laws import LAWS, AnotherLaw, SpeedLaw
 from synth.fit.uncertainty import clipped_rms
 from synth.swing.leg_model import Leg
 
-SUSPECT = 1.15  # times the samples' scatter, a joint's residuals from which a law is looked for
+SUSPECT_RESIDUALS = 1.15  # times the samples' scatter, a joint's residuals from which a law is looked for
 # Of searches from the weak form, each with the noise that the last left: a fit far off takes its error for noise, and
 # ends where that hides the rest.
 ROUNDS = 3
-QUIETER = 0.7  # of the noise, above which there is no further round
-# Share of the error that the weak form's law leaves, above which it is none: 0.15 at most where it was friction, 0.9
-# and more where it was a hand.
-HOPEFUL = 0.5
+QUIETER_NOISE = 0.7  # of the noise, above which there is no further round
+# Share of the error that the weak form's law leaves, above which it is none. The right law leaves little; a hand's
+# torque is none of speed, and remains. A choice between the two (``make laws``).
+HOPEFUL_RESIDUE = 0.5
 SAMPLES = 400  # of a trial that are used
 TRIALS = 6
 
 
-def suspected(recordings: Sequence[Recording], stage: Stage, scatter: Array) -> bool:
+def law_suspected(recordings: Sequence[Recording], stage: Stage, scatter: Array) -> bool:
     """Whether some joint's residuals are larger than the samples' ``scatter`` (n,) rad."""
-    return bool(np.any(clipped_rms(recordings, stage.solution.predictions) > SUSPECT * scatter))
+    return bool(np.any(clipped_rms(recordings, stage.solution.predictions) > SUSPECT_RESIDUALS * scatter))
 
 
 def another_law(
@@ -50,14 +50,14 @@ def another_law(
     """
     if any(joint.effects for joint in leg.joints) or any(recording.leg is not None for recording in recordings):
         return None
-    some, every = searched(recordings), _every(recordings)
+    some, every = searched_recordings(recordings), _stride(recordings)
     weights = replace(stage.weights, noise=stage.weights.noise[::every], centre=None)
     of_some = Stage(replace(stage.solution, locals=stage.solution.locals[::every]), weights)
-    found = [_explaining(law, leg, some, options, of_some, scatter) for law in LAWS]
+    found = [_best_search(law, leg, some, options, of_some, scatter) for law in LAWS]
     return min((each for each in found if each is not None), key=lambda each: (not each.named, each.left), default=None)
 
 
-def _explaining(
+def _best_search(
     law: SpeedLaw, leg: Leg, some: Sequence[Recording], options: LegFitOptions, stage: Stage, scatter: Array
 ) -> AnotherLaw | None:
     """The best end of searches from the fit ``stage`` without the law, and from the weak form with it."""
@@ -65,12 +65,12 @@ def _explaining(
     linear = search.point(np.zeros(len(leg.joints)))
     if linear is None:
         return None
-    best = search, search.descended(linear, first=True) or linear
+    best = search, search.descend(linear, first=True) or linear
     if not search.explained(best[1]):
         for size, begun in law_starts(law, leg, some, options, stage):
             search = LawSearch(law, leg, some, options, begun, scatter)
             here = search.point(size)
-            if here is None or search.share(here, linear) > HOPEFUL:
+            if here is None or search.share(here, linear) > HOPEFUL_RESIDUE:
                 break
             search, here = _in_rounds(search, here)
             if search.share(here, linear) < best[0].share(best[1], linear):
@@ -78,16 +78,16 @@ def _explaining(
             if search.explained(here):
                 break
     search, here = best
-    polish = search.share(here, linear) <= LEAVES and not search.explained(here)
-    return search.found(search.polished(here) if polish else here, linear)
+    polish = search.share(here, linear) <= LAW_RESIDUE and not search.explained(here)
+    return search.law_at(search.polish(here) if polish else here, linear)
 
 
 def _in_rounds(search: LawSearch, here: LawPoint) -> tuple[LawSearch, LawPoint]:
     """The end of a search, each round with the noise that the last left."""
     for _ in range(ROUNDS):
-        here = search.descended(here) or here
-        stage = search.again(here)
-        if not np.isfinite(stage.solution.cost) or np.all(stage.weights.noise > QUIETER * search.weights.noise):
+        here = search.descend(here) or here
+        stage = search.refit_at(here)
+        if not np.isfinite(stage.solution.cost) or np.all(stage.weights.noise > QUIETER_NOISE * search.weights.noise):
             break
         further = search.at(stage)
         again = further.point(here.size)
@@ -97,10 +97,10 @@ def _in_rounds(search: LawSearch, here: LawPoint) -> tuple[LawSearch, LawPoint]:
     return search, here
 
 
-def searched(recordings: Sequence[Recording]) -> list[Recording]:
+def searched_recordings(recordings: Sequence[Recording]) -> list[Recording]:
     """Those in which a law is sought, thinned: as many as determine it."""
-    return [recording.thinned(SAMPLES) for recording in recordings[:: _every(recordings)]]
+    return [recording.thinned(SAMPLES) for recording in recordings[:: _stride(recordings)]]
 
 
-def _every(recordings: Sequence[Recording]) -> int:
+def _stride(recordings: Sequence[Recording]) -> int:
     return max(1, -(-len(recordings) // TRIALS))

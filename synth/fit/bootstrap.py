@@ -21,19 +21,20 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.estimation.intervals import spectrum
+from synth.fit.diverged_fit import divergence_refused
 from synth.fit.least_squares import HUBER, Stage, start_precision
 from synth.fit.recordings import Recording
-from synth.fit.residual_draws import Draw, Places, resampled
+from synth.fit.residual_draws import Draw, Places, resample
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import residuals
 from synth.threads import shared_out
 
 REFITS = 200  # a 5 % quantile rests on ten of them, with an error of a fifth of a deviation
 ROUNDS = 8  # chord steps, a choice; a refit that needs more is dropped
-SETTLED = 0.02  # standard deviations: a refit ends when a step is shorter in every unknown
+SETTLED_STEP = 0.02  # standard deviations: a refit ends when a step is shorter in every unknown
 TOLERANCE = 1e-6  # of the integrator, sufficient for derivatives by large differences
-LONGEST = 1.5  # of a log rate or rad, longest step of a refit
-TOGETHER = 32  # trials whose motions are kept in memory together
+LONGEST_STEP = 1.5  # of a log rate or rad, longest step of a refit
+TRIALS_TOGETHER = 32  # trials whose motions are kept in memory together
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ def bootstrap(
     problem = _Problem(model, recordings, stage, generator)
     left = [residuals(r, p) for r, p in zip(recordings, solution.predictions, strict=True)]
     steps = [float(np.median(np.diff(recording.time))) for recording in recordings]
-    drawn = resampled(generator, left, steps, problem.noise, problem.left_over, REFITS)
+    drawn = resample(generator, left, steps, problem.noise, problem.left_over, REFITS)
     values, settled = problem.refit(drawn, np.sqrt(np.diag(covariance)))
     if settled.sum() < REFITS / 2:
         raise ArithmeticError(f"only {int(settled.sum())} of {REFITS} refits converge")
@@ -133,7 +134,8 @@ class _Problem:
         self.pulls = [generator.normal(size=(len(p), REFITS)) * np.sqrt(p)[:, None] for p in self.precision]
         beside = model.unknowns.measured(self.solution.values)
         self.beside = np.zeros_like(self.schur) if beside is None else beside[2]
-        values, vectors = spectrum(self.beside)
+        with divergence_refused():
+            values, vectors = spectrum(self.beside)
         self.pulls[0] += vectors @ (
             np.sqrt(np.maximum(values, 0.0))[:, None] * generator.normal(size=(len(values), REFITS))
         )
@@ -164,12 +166,12 @@ class _Problem:
             if not len(todo):
                 break
             moves = self._solve(self._gradients(drawn, [step[:, todo] for step in steps], todo))
-            share = np.minimum(1.0, LONGEST / np.maximum(np.abs(moves[0]).max(axis=0), 1e-300))
+            share = np.minimum(1.0, LONGEST_STEP / np.maximum(np.abs(moves[0]).max(axis=0), 1e-300))
             good = np.all(np.isfinite(moves[0]), axis=0)
             lost[todo[~good]] = True
             for step, move in zip(steps, moves, strict=True):
                 step[:, todo[good]] += (move * share)[:, good]
-            small = np.all(np.abs(moves[0]) <= SETTLED * deviation[:, None], axis=0)
+            small = np.all(np.abs(moves[0]) <= SETTLED_STEP * deviation[:, None], axis=0)
             settled[todo[good & small]] = True
         return self.solution.values[:, None] + steps[0], settled
 
@@ -193,8 +195,8 @@ class _Problem:
             for precision, step, pull in zip(self.precision, steps, self.pulls, strict=True)
         ]
         gradients[0] = gradients[0] + self.beside @ steps[0]
-        for first in range(0, len(self.recordings), TOGETHER):
-            some = range(first, min(first + TOGETHER, len(self.recordings)))
+        for first in range(0, len(self.recordings), TRIALS_TOGETHER):
+            some = range(first, min(first + TRIALS_TOGETHER, len(self.recordings)))
             moved = self._motions(some, steps)
             for t, motion in zip(some, moved, strict=True):
                 found, noise = self.evaluations[t], self.noise[t]

@@ -28,13 +28,13 @@ class CandidateLaw:
     parameters: tuple[tuple[str, str], ...]
 
 
-LINEAR = CandidateLaw("linear", "T = b w", (("rate", "N*m*s/rad"),))
+LINEAR_LAW = CandidateLaw("linear", "T = b w", (("rate", "N*m*s/rad"),))
 POWER = CandidateLaw("power", "T = T1 (w / w1)^p, w1 = 1 rad/s", (("torque_at_1_rad_per_s", "N*m"), ("exponent", "1")))
 FRICTION = CandidateLaw("coulomb_viscous", "T = Tc + b w", (("friction", "N*m"), ("rate", "N*m*s/rad")))
 # A number a point of the table.
 _SLOPES = tuple((f"slope_{i + 1}", "N*m*s/rad") for i in range(TABLE_POINTS))
 TABLE = CandidateLaw("table", "monotone, linear between points", _SLOPES)
-LAWS = (LINEAR, POWER, FRICTION, TABLE)
+LAWS = (LINEAR_LAW, POWER, FRICTION, TABLE)
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class LawUnknowns:
     def start(self) -> Array:
         """(n_unknown,) a first guess from the scale."""
         middle = np.sqrt(self.speeds.low * self.speeds.high)
-        if self.law is LINEAR:
+        if self.law is LINEAR_LAW:
             return np.array([np.log(self.scale)])
         if self.law is POWER:
             return np.array([np.log(self.scale * middle) - 0.6 * np.log(middle), 0.6])
@@ -121,7 +121,7 @@ class LawUnknowns:
     def curve(self, values: Array) -> DamperCurve:
         """The law as a curve over the drops' speeds, linear below and beyond them."""
         low, high = self.speeds.creep, 1.2 * self.speeds.fastest
-        if self.law is LINEAR:
+        if self.law is LINEAR_LAW:
             return DamperCurve((high,), (float(np.exp(values[0]) * high),))
         if self.law is POWER:
             speed = np.geomspace(low, high, CURVE_POINTS)

@@ -13,9 +13,9 @@ from synth.fit.recordings import Recording
 from synth.motion.counts import LEAST_GAP, on_counts, width_of
 
 HALF_STEP = 0.51  # of a step, that rounding takes at most; the rest is how the rounded value is written
-FAR_BELOW = 0.1  # of a channel's noise; two readings with noise of their own are 1.4 of it apart, RMS
-FEWEST = 12  # samples that two recordings must share
-LATER = 40  # largest offset, in samples, at which a copy may begin
+NOISE_SHARE = 0.1  # of a channel's noise; two readings with noise of their own are 1.4 of it apart, RMS
+LEAST_SHARED_SAMPLES = 12  # samples that two recordings must share
+MOST_OFFSET = 40  # largest offset, in samples, at which a copy may begin
 
 
 def without_copies(
@@ -57,29 +57,29 @@ def copies(recordings: Sequence[Recording], held_out: Sequence[bool]) -> list[tu
     """
     found = []
     order = sorted(range(len(recordings)), key=lambda k: (held_out[k], k))
-    near = _alike([recordings[k] for k in order]) if order else []
+    near = _possible_copies([recordings[k] for k in order]) if order else []
     read: dict[int, _Readings] = {}
     for place, later in enumerate(order):
         for earlier in (order[p] for p in near[place] if p < place):
             for k in (later, earlier):
                 if k not in read:
                     read[k] = _Readings.of(recordings[k])
-            if _same(recordings[later], recordings[earlier], _rounding(read[later], read[earlier])):
+            if _same_samples(recordings[later], recordings[earlier], _rounding_difference(read[later], read[earlier])):
                 found.append((later, earlier))
                 break
     return found
 
 
-def _alike(recordings: Sequence[Recording]) -> list[list[int]]:
+def _possible_copies(recordings: Sequence[Recording]) -> list[list[int]]:
     """For each recording the indices of possible copies, where the first sample of one is near the start of the other.
 
-    Compares all pairs by one array operation per recording; calling ``_same`` for each would take minutes for a
+    Compares all pairs by one array operation per recording; calling ``_same_samples`` for each would take minutes for a
     thousand.
     """
     count, n = len(recordings), recordings[0].rotation.shape[1]
-    heads = np.full((count, LATER, n), np.inf)
+    heads = np.full((count, MOST_OFFSET, n), np.inf)
     for index, recording in enumerate(recordings):
-        head = recording.rotation[:LATER]
+        head = recording.rotation[:MOST_OFFSET]
         heads[index, : len(head)] = head
     reach = np.array([max(float(np.ptp(recording.rotation, axis=0).max()), 1e-9) for recording in recordings])
     alike = np.zeros((count, count), dtype=bool)
@@ -106,18 +106,18 @@ class _Readings:
         return cls(np.nan_to_num(recording.smoothed.noise), step)
 
 
-def _rounding(one: _Readings, other: _Readings) -> Array:
+def _rounding_difference(one: _Readings, other: _Readings) -> Array:
     """(n,) rad, by how much readings differ at most that were rounded on the way: not two readings of the same motion.
 
-    Half the coarser step that either's readings show, or ``FAR_BELOW`` of the lesser noise, which no two readings with
-    noise of their own keep to all along.
+    Half the coarser step that either's readings show, or ``NOISE_SHARE`` of the lesser noise, which no two readings
+    with noise of their own keep to all along.
     """
     steps = HALF_STEP * np.maximum(one.step, other.step)
-    return np.asarray(np.maximum(steps, FAR_BELOW * np.minimum(one.noise, other.noise)) + LEAST_GAP)
+    return np.asarray(np.maximum(steps, NOISE_SHARE * np.minimum(one.noise, other.noise)) + LEAST_GAP)
 
 
-def _same(a: Recording, b: Recording, rounding: Array) -> bool:
-    """Whether one recording's samples are the other's, starting up to ``LATER`` samples later.
+def _same_samples(a: Recording, b: Recording, rounding: Array) -> bool:
+    """Whether one recording's samples are the other's, starting up to ``MOST_OFFSET`` samples later.
 
     ``rounding`` (n,) rad: what rounding may take.
     """
@@ -125,11 +125,13 @@ def _same(a: Recording, b: Recording, rounding: Array) -> bool:
         return False
     reach = max(float(np.ptp(b.rotation, axis=0).max()), 1e-9)
     for first, second in ((a, b), (b, a)):
-        for offset in range(LATER):
+        for offset in range(MOST_OFFSET):
             count = min(len(first.time), len(second.time) - offset)
-            if count < FEWEST:
+            if count < LEAST_SHARED_SAMPLES:
                 break
-            begun = np.abs(first.rotation[:FEWEST] - second.rotation[offset : offset + FEWEST])
+            begun = np.abs(
+                first.rotation[:LEAST_SHARED_SAMPLES] - second.rotation[offset : offset + LEAST_SHARED_SAMPLES]
+            )
             if np.any(begun.max(axis=0) > rounding):  # nearly all repeats end here
                 continue
             shifted = second.time[offset : offset + count] - second.time[offset]

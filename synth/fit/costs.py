@@ -28,15 +28,15 @@ from synth.motion.characteristics import Characteristics, characteristics
 from synth.motion.rest import last_tenth
 
 TRANSIENT = 0.2  # s, in the recordings' unit of time: the first swing, as in the thesis
-LATER = 10  # after that one sample of so many counts
+LATER_STRIDE = 10  # after that one sample of so many counts
 DIVERGED = 1e12  # larger than the cost of any finite motion
 
 
-def emphasised(recordings: Sequence[Recording]) -> list[Recording]:
+def emphasise_transient(recordings: Sequence[Recording]) -> list[Recording]:
     """The recordings for the cost ``transient``: after the first 0.2 s only every tenth sample counts."""
     found = []
     for recording in recordings:
-        counted = (recording.time <= TRANSIENT * recording.unit) | (np.arange(len(recording.time)) % LATER == 0)
+        counted = (recording.time <= TRANSIENT * recording.unit) | (np.arange(len(recording.time)) % LATER_STRIDE == 0)
         found.append(replace(recording, counts=recording.counts & counted[:, None]))
     return found
 
@@ -54,9 +54,9 @@ class Cost:
     terms: tuple[tuple[str, ...], ...] | None = None
 
     @cached_property
-    def counted(self) -> tuple[Recording, ...]:
+    def counted_recordings(self) -> tuple[Recording, ...]:
         """The recordings with the samples that count."""
-        return tuple(emphasised(self.recordings)) if self.name == "transient" else self.recordings
+        return tuple(emphasise_transient(self.recordings)) if self.name == "transient" else self.recordings
 
     @cached_property
     def _relative(self) -> Array:
@@ -66,7 +66,7 @@ class Cost:
         )
 
     @cached_property
-    def _wanted(self) -> list[list[Characteristics | None]]:
+    def _recorded_characteristics(self) -> list[list[Characteristics | None]]:
         """The recordings' own characteristics, from the smoothed curves; None for a locked joint."""
         found: list[list[Characteristics | None]] = []
         for r in self.recordings:
@@ -89,7 +89,7 @@ class Cost:
     def _squares(self, motions: Sequence[Array]) -> Array:
         n, c = motions[0].shape[1:]
         total, count = np.zeros((n, c)), np.zeros(n)
-        for recording, motion, relative in zip(self.counted, motions, self._relative, strict=True):
+        for recording, motion, relative in zip(self.counted_recordings, motions, self._relative, strict=True):
             error = (motion - recording.rotation[:, :, None]) / relative[:, None]
             total += (np.where(recording.counts[:, :, None], error, 0.0) ** 2).sum(axis=0)
             count += recording.counts.sum(axis=0)
@@ -101,7 +101,7 @@ class Cost:
     def _characteristics(self, motions: Sequence[Array]) -> Array:
         n, c = motions[0].shape[1:]
         total = np.zeros((c, n))
-        zipped = zip(self.recordings, motions, self._wanted, self._relative, strict=True)
+        zipped = zip(self.recordings, motions, self._recorded_characteristics, self._relative, strict=True)
         for recording, motion, wanted, relative in zipped:
             for j in recording.free:
                 known, noise = wanted[j], float(recording.smoothed.noise[j])
@@ -112,7 +112,9 @@ class Cost:
                     if not np.all(np.isfinite(curve)):
                         total[k, j] = np.inf
                         continue
-                    total[k, j] += relative[j] * apart(known, _characteristics(recording.time, curve, noise), terms)
+                    total[k, j] += relative[j] * summed_differences(
+                        known, _characteristics(recording.time, curve, noise), terms
+                    )
         return total
 
 
@@ -124,7 +126,7 @@ def _characteristics(time: Array, angle: Array, noise: float) -> Characteristics
 TERMS = ("rise_time", "damping_ratio", "damped_frequency")
 
 
-def apart(wanted: Characteristics, found: Characteristics, terms: Sequence[str] = TERMS) -> float:
+def summed_differences(wanted: Characteristics, found: Characteristics, terms: Sequence[str] = TERMS) -> float:
     """The sum of differences of some characteristics; 1 for one that only one of the two shows."""
     total = 0.0
     for term in terms:

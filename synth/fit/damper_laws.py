@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.fit.candidate_laws import LAWS, LINEAR, POWER, TABLE, CandidateLaw, LawUnknowns, SpeedRange
-from synth.fit.fit_problem import bare
+from synth.fit.candidate_laws import LAWS, LINEAR_LAW, POWER, TABLE, CandidateLaw, LawUnknowns, SpeedRange
+from synth.fit.fit_problem import without_springs
 from synth.fit.least_squares import FitStart, Solution, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.starts import first_locals
@@ -27,11 +27,11 @@ from synth.swing.leg_model import DamperCurve, Leg
 from synth.swing.mechanics import coefficients, outboard_inertia, static_torque
 from synth.units import quantity
 
-SIMPLER = 0.25  # share by which the held-out RMS of a simpler law may be worse if drops scatter by as much
+SIMPLER_LAW_SHARE = 0.25  # share by which the held-out RMS of a simpler law may be worse if drops scatter by as much
 NOISE_ROUNDS = 2  # the noise of a single joint only sets the linear range of Huber's function
 SAMPLES = 150  # of a drop that are used: more samples of one slow motion add nothing
 INTEGRATION = 1e-5  # relative tolerance: a drop is slow and smooth
-BEYOND = (2.0, 4.0, 8.0, 16.0)  # times the fastest speed of the drops: points of a table's extension
+SPEED_FACTORS = (2.0, 4.0, 8.0, 16.0)  # times the fastest speed of the drops: points of a table's extension
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def find_damper_law(leg: Leg, joint: str, drops: Sequence[Recording], held_out: 
 
     Without ``held_out`` every second drop is held out, then the others, and the errors are combined.
     """
-    index, alone = leg.joint_names.index(joint), bare(leg)
+    index, alone = leg.joint_names.index(joint), without_springs(leg)
     drops, held_out = [r.thinned(SAMPLES) for r in drops], [r.thinned(SAMPLES) for r in held_out]
     both = [*drops, *held_out]
     speeds = _speed_range(both, index)
@@ -124,7 +124,7 @@ def _fit_all(
             values = _fit(model, fitted, joint, values).values
             squares += _score(model, scored, values, joint)
         final = _fit(model, drops, joint, values, tolerance=0.1)
-        if law is LINEAR:  # the first: from too low a rate, friction converges to zero and stays there
+        if law is LINEAR_LAW:  # the first: from too low a rate, friction converges to zero and stays there
             scale = float(np.exp(final.values[0]))
         rms = float(root_mean_square(drops, final.predictions)[joint])
         held = float(np.sqrt(np.mean(squares)))
@@ -145,8 +145,8 @@ def _drawn_on(curve: DamperCurve, exponent: float) -> DamperCurve:
     The slope at the end of the data is the least certain; the continuation should at least resemble the damper.
     """
     end, torque = curve.speed[-1], curve.torque[-1]
-    speed = curve.speed + tuple(end * factor for factor in BEYOND)
-    return DamperCurve(speed, curve.torque + tuple(torque * factor**exponent for factor in BEYOND))
+    speed = curve.speed + tuple(end * factor for factor in SPEED_FACTORS)
+    return DamperCurve(speed, curve.torque + tuple(torque * factor**exponent for factor in SPEED_FACTORS))
 
 
 def _speed_range(drops: Sequence[Recording], joint: int) -> SpeedRange:
@@ -209,13 +209,14 @@ def _simplest_as_good(fits: Sequence[LawFit]) -> LawFit:
     """The simplest law that left-out drops do not distinguish from the best one.
 
     One-standard-error rule (Hastie, Tibshirani & Friedman, *The Elements of Statistical Learning*, 2nd ed., section
-    7.10) on the differences drop by drop, and never more than ``SIMPLER`` worse. ``LAWS`` goes from simple to rich.
+    7.10) on the differences drop by drop, and never more than ``SIMPLER_LAW_SHARE`` worse. ``LAWS`` goes from simple to
+    rich.
     """
     best = min(fits, key=lambda fit: fit.rms_held_out)
     for fit in fits:
         difference = np.array(fit.squares_held_out) - np.array(best.squares_held_out)
         error = float(np.std(difference, ddof=1)) / np.sqrt(len(difference)) if len(difference) > 1 else 0.0
-        near = fit.rms_held_out <= best.rms_held_out * (1 + SIMPLER)
+        near = fit.rms_held_out <= best.rms_held_out * (1 + SIMPLER_LAW_SHARE)
         if fit is best or (near and float(difference.mean()) <= error):
             return fit
     return best

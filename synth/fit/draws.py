@@ -15,6 +15,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.estimation.intervals import spectrum
 from synth.fit.bootstrap import Bootstrap
+from synth.fit.diverged_fit import divergence_refused
 from synth.fit.link_errors import LinkErrors
 from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.leg_model import Leg
@@ -22,6 +23,7 @@ from synth.swing.leg_model import Leg
 DRAWS = 64  # legs consistent with the trials, for each of which the parts are scored
 
 
+@divergence_refused()
 def draws(values: Array, covariance: Array, refits: Bootstrap | None, links: LinkErrors | None, seed: int) -> Array:
     """(DRAWS, p) unknowns: the bootstrap's refits if available, else normal with the sensitivities' covariance.
 

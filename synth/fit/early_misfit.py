@@ -19,15 +19,16 @@ from synth.fit.recordings import Recording
 from synth.fit.uncertainty import clipped_rms, correlation_times, sample_scatter
 
 BLOCK = 0.025  # s, in the recordings' unit of time: a sixth of a hand's usual duration
-# Mean square of the blocks, in units of that expected, up to which any probability counts as agreement: link numbers
-# off by the usual tolerance make 1.7 in one of 40 legs without a hand, and more only where the rates differ too (4.5
-# and 10); hands that the rates do not show make 2.8 to 300 in 16 of 17 (legs of ``tests/robustness``, seeds from 900000
-# and from 910000).
-SIZE = 2.5
-EXPLAINED = 2.0  # times the samples' scatter: if later samples lie farther off their own fit, the leg has another law
+# Mean square of the blocks, in units of that expected, up to which any probability counts as agreement: many samples
+# make a small error of the links' linearised effect improbable too, while a hand's torque moves the leg by several
+# deviations. Between the two it is a choice; ``make laws`` fits legs with a hand and free ones.
+AGREEING_SQUARE = 2.5
+# times the samples' scatter: if later samples lie farther off their own fit, the leg has another law
+EXPLAINED_SCATTER = 2.0
 
-AROUND = 5  # samples, whose median shows what a torque makes: a wrong reading and its like beside it do not move it
-OFF = 6.0  # deviations from it of a wrong reading, as in ``clipped_rms``
+# samples, whose median shows what a torque makes: a wrong reading and its like beside it do not move it
+MEDIAN_SAMPLES = 5
+WRONG_READING = 6.0  # deviations from it of a wrong reading, as in ``clipped_rms``
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class LaterScatter:
     def of(cls, recordings: Sequence[Recording], predictions: Sequence[Array]) -> LaterScatter:
         """From the later samples and their fit (m, n) rad a recording."""
         rms = clipped_rms(recordings, predictions)
-        explained = bool(np.all((rms < EXPLAINED * sample_scatter(recordings)) | np.isnan(rms)))
+        explained = bool(np.all((rms < EXPLAINED_SCATTER * sample_scatter(recordings)) | np.isnan(rms)))
         return cls(rms * np.sqrt(correlation_times(recordings, predictions)), explained)
 
     def agreement(
@@ -72,7 +73,7 @@ class LaterScatter:
         pulled = shared.T @ off
         explained = pulled @ np.linalg.solve(np.eye(len(pulled)) + shared.T @ shared, pulled)
         total, count = float(off @ off - explained), len(off)
-        return chi_squared_above(count, total) if total > SIZE * count else 1.0
+        return chi_squared_above(count, total) if total > AGREEING_SQUARE * count else 1.0
 
     def _blocks(self, recording: Recording, prediction: Array, until: float, error: Array) -> Iterator[Array]:
         """(b, 1 + c) for each free joint: sums over blocks of misfit and errors, over the sum's own deviation."""
@@ -80,7 +81,9 @@ class LaterScatter:
         block = (recording.time[early] / (BLOCK * recording.unit)).astype(np.intp)
         for j in recording.free:
             misfit = prediction[early, j] - recording.rotation[early, j]
-            good = recording.counts[early, j] & ~_alone(misfit, recording.counts[early, j], self.deviation[j])
+            good = recording.counts[early, j] & ~_contradicted_samples(
+                misfit, recording.counts[early, j], self.deviation[j]
+            )
             columns = np.column_stack([misfit, error[:, j]])[good]
             size = np.bincount(block[good])
             filled = size > 0
@@ -88,10 +91,12 @@ class LaterScatter:
             yield sums[filled] / (self.deviation[j] * np.sqrt(size[filled]))[:, None]
 
 
-def _alone(misfit: Array, counts: Mask, deviation: float) -> Mask:
+def _contradicted_samples(misfit: Array, counts: Mask, deviation: float) -> Mask:
     """(m,) samples that their neighbours contradict: readings that are wrong, which no torque makes."""
     found, at = np.zeros(len(misfit), dtype=bool), np.flatnonzero(counts)
-    if len(at) >= AROUND:
-        windows = np.lib.stride_tricks.sliding_window_view(np.pad(misfit[at], AROUND // 2, mode="reflect"), AROUND)
-        found[at] = np.abs(misfit[at] - np.median(windows, axis=1)) > OFF * deviation
+    if len(at) >= MEDIAN_SAMPLES:
+        windows = np.lib.stride_tricks.sliding_window_view(
+            np.pad(misfit[at], MEDIAN_SAMPLES // 2, mode="reflect"), MEDIAN_SAMPLES
+        )
+        found[at] = np.abs(misfit[at] - np.median(windows, axis=1)) > WRONG_READING * deviation
     return found

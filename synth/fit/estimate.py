@@ -9,16 +9,24 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import UserError
-from synth.fit.another_law import another_law, searched, suspected
+from synth.fit.another_law import another_law, law_suspected, searched_recordings
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.fit_problem import NOTHING_NEAR, model_of, sought_by
+from synth.fit.fit_problem import NOTHING_NEAR, model_of, unknowns_of
 from synth.fit.fit_result import FitResult, JointFit
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
-from synth.fit.free_motion_start import Drift, LateFreeMotion, cut_of, later, look, start_sentence, unseen
+from synth.fit.free_motion_start import (
+    Drift,
+    LateFreeMotion,
+    cut_of,
+    detect_drive,
+    hidden_drive,
+    recordings_from,
+    start_sentence,
+)
 from synth.fit.least_squares import FitStart, Solution, Stage
 from synth.fit.model_error import ModelError
 from synth.fit.recordings import Recording
-from synth.fit.refinement import misfit, or_another_start, refine
+from synth.fit.refinement import misfit, refine, refine_other_starts
 from synth.fit.report_fit import MISFIT, FittedTreatments, Treatment, result_of
 from synth.fit.ridge import soften
 from synth.fit.speed_laws import AnotherLaw
@@ -30,10 +38,10 @@ from synth.swing.leg_model import Leg
 # Sum of the logarithms of the joints' RMS residuals, by which separate free angles may fit worse than a common one,
 # which they include. More: their iteration ended short of the optimum, as at a joint so damped that its inertia is
 # hidden, where residuals that are still correlated count as noise. They are then fitted again from the common one's.
-WORSE = 0.01
+WORSE_RESIDUALS = 0.01
 # Times the residuals after a cut, up to which those of a law in all samples count as alike: over two hundred samples
 # each the ratio of two estimates of the same noise has a deviation of 7 %.
-ALIKE = 1.1
+ALIKE_RESIDUALS = 1.1
 
 
 def fit_leg(
@@ -63,13 +71,13 @@ def fit_leg(
     model = model_of(leg, options.curves, recordings=recordings, prior=options.prior, static=options.static)
     if options.near is not None:
         return _fit_near(model, recordings, options, options.near)
-    seen = look(leg, recordings) if options.release == "free" else None
-    if seen is not None and seen.plain and later(recordings, cut_of(seen)) is not None:
-        law = _law_instead(model, recordings, options) if options.laws == "auto" else None
+    drive = detect_drive(leg, recordings) if options.release == "free" else None
+    if drive is not None and drive.accepted and recordings_from(recordings, cut_of(drive)) is not None:
+        law = _law_of_all_samples(model, recordings, options) if options.laws == "auto" else None
         if law is not None and law.named:
             return _fit_with(law, recordings, options)
-        note = start_sentence(seen, cut_of(seen), None)
-        return or_the_law(_fit_later(leg, recordings, options, cut_of(seen), note), law)
+        note = start_sentence(drive, cut_of(drive), None)
+        return cut_or_law(_fit_later(leg, recordings, options, cut_of(drive), note), law)
     scatter = sample_scatter(recordings)
     treatments, probability = _treatments(model, recordings, options, scatter, start)
     mode, why = _choose(leg, treatments, probability, options, len(recordings))
@@ -77,16 +85,16 @@ def fit_leg(
     if not np.isfinite(chosen.stage.solution.cost):
         raise UserError(NOTHING_NEAR)
     hidden, law = None, None
-    if seen is not None:
-        hidden = unseen(model, recordings, chosen.stage, options, cut_of(seen) if seen.known else 0.0)
-    if options.laws == "auto" and (hidden is not None or suspected(recordings, chosen.stage, scatter)):
+    if drive is not None:
+        hidden = hidden_drive(model, recordings, chosen.stage, options, cut_of(drive) if drive.ends else 0.0)
+    if options.laws == "auto" and (hidden is not None or law_suspected(recordings, chosen.stage, scatter)):
         law = another_law(leg, recordings, chosen.stage, options, scatter)
         if law is not None and law.named:
             return _fit_with(law, recordings, options)
-    if seen is not None and isinstance(hidden, LateFreeMotion):
-        note = start_sentence(seen, hidden.cut, hidden)
-        return or_the_law(_fit_later(leg, recordings, options, hidden.cut, note), law)
-    softened = _softened(model, recordings, chosen.stage, scatter)
+    if drive is not None and isinstance(hidden, LateFreeMotion):
+        note = start_sentence(drive, hidden.cut, hidden)
+        return cut_or_law(_fit_later(leg, recordings, options, hidden.cut, note), law)
+    softened = _soften_stage(model, recordings, chosen.stage, scatter)
     treatments[mode] = replace(chosen, stage=softened.stage)
     if isinstance(hidden, Drift):
         error = hidden.error
@@ -94,9 +102,11 @@ def fit_leg(
     return result_of(model, recordings, fitted, scatter, options)
 
 
-def _law_instead(model: TrajectoryModel, recordings: Sequence[Recording], options: LegFitOptions) -> AnotherLaw | None:
+def _law_of_all_samples(
+    model: TrajectoryModel, recordings: Sequence[Recording], options: LegFitOptions
+) -> AnotherLaw | None:
     """The law that explains all samples, where each recording by itself seems to be driven at first."""
-    some, none = searched(recordings), np.zeros(len(model.leg.joints))
+    some, none = searched_recordings(recordings), np.zeros(len(model.leg.joints))
     scatter = sample_scatter(some)
     start = FitStart(weak_form_start(model, some, options).values, first_locals(some))
     stage = refine(model, some, start, options.weight, none)
@@ -107,17 +117,17 @@ def _law_instead(model: TrajectoryModel, recordings: Sequence[Recording], option
 
 def _fit_later(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, start: float, note: str) -> FitResult:
     """The fit to the samples from ``start`` s after each recording's first one."""
-    cut = later(recordings, start)
+    cut = recordings_from(recordings, start)
     assert cut is not None
     result = fit_leg(leg, cut, replace(options, release="recorded"))
     return replace(result, cut=start, warnings=(note, *result.warnings))
 
 
-def or_the_law(cut: FitResult, law: AnotherLaw | None) -> FitResult:
+def cut_or_law(cut: FitResult, law: AnotherLaw | None) -> FitResult:
     """The fit to later samples; its remark is kept where a law leaves no more a sample in all of them."""
-    if law is None or np.any(law.rms > ALIKE * np.array(list(cut.rms.values()))):
+    if law is None or np.any(law.rms > ALIKE_RESIDUALS * np.array(list(cut.rms.values()))):
         return cut
-    return replace(cut, warnings=(cut.warnings[0], law.instead, *cut.warnings[1:]))
+    return replace(cut, warnings=(cut.warnings[0], law.sentence_beside_cut, *cut.warnings[1:]))
 
 
 def _fit_with(law: AnotherLaw, recordings: Sequence[Recording], options: LegFitOptions) -> FitResult:
@@ -127,7 +137,7 @@ def _fit_with(law: AnotherLaw, recordings: Sequence[Recording], options: LegFitO
 
 
 @dataclass(frozen=True)
-class _Softened:
+class _SoftenedStage:
     """A stage moved along its ridges, the messages on that, and the least-residual solution if it was left."""
 
     stage: Stage
@@ -151,7 +161,7 @@ def _fit_near(
     locals_ = [
         Local(trial.rotation, trial.rate, model.leg.sign * (trial.free_angle - common)) for trial in near.trials
     ][: len(recordings)]
-    values = sought_by(model).pack(rates, model.leg.to_rotation(common), damping)
+    values = unknowns_of(model).pack(rates, model.leg.to_rotation(common), damping)
     shifts = np.array([local.shift for local in locals_])
     stage = refine(
         model,
@@ -202,9 +212,12 @@ def _treatments(
     none = np.zeros(n)
     stage = refine(model, recordings, FitStart(values, locals_), options.weight, none)
     if not made:
-        stage = or_another_start(model, recordings, stage, scatter, none, weight=options.weight, seed=options.seed)
+        stage = refine_other_starts(model, recordings, stage, scatter, none, weight=options.weight, seed=options.seed)
     made["common"] = Treatment(stage, none)
-    if "per_trial" in made and misfit(recordings, stage) < misfit(recordings, made["per_trial"].stage) - WORSE:
+    if (
+        "per_trial" in made
+        and misfit(recordings, stage) < misfit(recordings, made["per_trial"].stage) - WORSE_RESIDUALS
+    ):
         solution = stage.solution
         made["per_trial"], probability = _per_trial(
             model, recordings, solution.values, solution.locals, options, scatter
@@ -223,7 +236,7 @@ def _per_trial(
     """Separate free angles, first almost free, then within the spread found; probability (n,)."""
     weight, nearly_free = options.weight, np.full(len(model.leg.joints), WIDE)
     wide = refine(model, recordings, FitStart(values, locals_), weight, nearly_free)
-    wide = or_another_start(model, recordings, wide, scatter, nearly_free, weight=weight, seed=options.seed)
+    wide = refine_other_starts(model, recordings, wide, scatter, nearly_free, weight=weight, seed=options.seed)
     shift = np.array([local.shift for local in wide.solution.locals])
     found = heterogeneity(shift, shift_variances(model, recordings, wide.solution))
     spread = np.maximum(found.spread, LEAST_SPREAD)
@@ -232,14 +245,16 @@ def _per_trial(
     return Treatment(stage, kept, found.ends), found.probability
 
 
-def _softened(model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, scatter: Array) -> _Softened:
+def _soften_stage(
+    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, scatter: Array
+) -> _SoftenedStage:
     """The softest leg that fits equally well, if the model error makes the least residual meaningless."""
     rms = clipped_rms(recordings, stage.solution.predictions)
     if not np.any(rms > MISFIT * scatter):
-        return _Softened(stage)
+        return _SoftenedStage(stage)
     moved = soften(model, recordings, stage.solution, stage.weights)
     least = stage.solution if moved.sentences else None
-    return _Softened(Stage(moved.solution, stage.weights), moved.sentences, least)
+    return _SoftenedStage(Stage(moved.solution, stage.weights), moved.sentences, least)
 
 
 def _choose(

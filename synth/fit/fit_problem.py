@@ -13,14 +13,14 @@ from synth.fit.recordings import Recording
 from synth.fit.search_box import SearchBox
 from synth.fit.static_points import balances
 from synth.fit.trajectories import FIT_STEPS, TrajectoryModel
-from synth.fit.unknowns import SpringsAndDampers, all_of
+from synth.fit.unknowns import SpringsAndDampers, unknowns_of_leg
 from synth.swing.chain import compiled_chain
 from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
 
 NOTHING_NEAR = "no motion of this leg comes near the trials: check link masses, zero and sign of each joint"
 
 
-def bare(leg: Leg, curves: Mapping[str, DamperCurve] | None = None) -> Leg:
+def without_springs(leg: Leg, curves: Mapping[str, DamperCurve] | None = None) -> Leg:
     """The leg without springs, with dampers only of known curve (joint name -> curve)."""
     known = curves or {}
     joints = [
@@ -49,9 +49,9 @@ def model_of(
     static : poses in which the leg was held still by known torques.
     """
     known = curves or {}
-    nothing, chain = bare(leg, known), compiled_chain(len(leg.joints))
+    nothing, chain = without_springs(leg, known), compiled_chain(len(leg.joints))
     held = [j for j, name in enumerate(leg.joint_names) if name in known]
-    unknowns = all_of(chain, nothing, damper_known=held, box=box_of(recordings))
+    unknowns = unknowns_of_leg(chain, nothing, damper_known=held, box=box_of(recordings))
     beliefs = () if prior is None else _beliefs(unknowns, leg, prior)
     unknowns = replace(unknowns, beliefs=beliefs, balances=balances(nothing, static))
     return TrajectoryModel(chain, nothing, unknowns, max_steps=FIT_STEPS + unknowns.box.steps(nothing))
@@ -73,7 +73,7 @@ def box_of(recordings: Sequence[Recording]) -> SearchBox:
     )
 
 
-def sought_by(model: TrajectoryModel) -> SpringsAndDampers:
+def unknowns_of(model: TrajectoryModel) -> SpringsAndDampers:
     """The unknowns of a model made by ``model_of``."""
     assert isinstance(model.unknowns, SpringsAndDampers)
     return model.unknowns

@@ -13,14 +13,15 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.estimation.consider import Considered, Coupling, consider
-from synth.fit.least_squares import Stage, refreshed, sample_weights
+from synth.fit.diverged_fit import divergence_refused
+from synth.fit.least_squares import Stage, resimulated, sample_weights
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
 from synth.threads import shared_out
 
 
 @dataclass(frozen=True)
-class Followed:
+class FollowedChanges:
     """``considered`` : of the common unknowns (p, c). A trial each: ``own`` (l, c) change of its own unknowns, and
     ``left`` (k, n, c) rad of the prediction of its samples asked for, all unknowns following.
     """
@@ -39,14 +40,14 @@ class _ChangedTrial:
     slopes: Array
 
 
-def followed(
+def follow_changes(
     model: TrajectoryModel,
     recordings: Sequence[Recording],
     stage: Stage,
     change: Callable[[int], Array],
     asked: Callable[[Recording], Mask],
     beside: Array | None = None,
-) -> Followed:
+) -> FollowedChanges:
     """The estimates of ``stage`` after each of c changes of the model.
 
     Parameters
@@ -55,7 +56,7 @@ def followed(
     asked : recording -> (m,) the samples whose remaining change is wanted.
     beside : (p, c) change of the gradient by measurements other than trials.
     """
-    stage = refreshed(model, recordings, stage, 0.0)
+    stage = resimulated(model, recordings, stage, 0.0)
     solution, weights, n_common = stage.solution, stage.weights, len(stage.solution.values)
     information = solution.information
     lanes = solution.lanes or shared_out(
@@ -72,13 +73,14 @@ def followed(
 
     trials = shared_out(one, len(recordings))
     couplings = [trial.coupling for trial in trials]
-    considered = consider(information, couplings, beside)
+    with divergence_refused():
+        considered = consider(information, couplings, beside)
     own = tuple(considered.own(information, couplings))
     left = (
         trial.moved + trial.slopes @ np.concatenate([considered.sensitivity, mine])
         for trial, mine in zip(trials, own, strict=True)
     )
-    return Followed(considered, own, tuple(left))
+    return FollowedChanges(considered, own, tuple(left))
 
 
 def _flat(slopes: Array, root: Array) -> Array:

@@ -24,6 +24,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.estimation.chi_squared import chi_squared_above
 from synth.estimation.intervals import spectrum
+from synth.fit.diverged_fit import divergence_refused
 from synth.fit.early_misfit import LaterScatter
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
@@ -38,24 +39,23 @@ from synth.fit.uncertainty import covariance
 from synth.motion.release import free_after
 from synth.swing.leg_model import Leg
 
-MANY = 0.5  # of the recordings: external torque detected in so many is accepted without a further test
+ACCEPTED_SHARE = 0.5  # of the recordings: external torque detected in so many is accepted without a further test
 # Times are in the recordings' unit, 1 s for limbs.
-LATER = 0.3  # s after the start of the comparison fit: external torques usually end within 0.2 s
-# s, tried in order until the rest agrees with later samples. External torques end within 0.2 s (30 of 30 releases of
-# ``../shared/aarl``). The comparison fit's own start, tried last before, always agrees: nine releases of a robot's leg
-# with another law were cut at 0.35 of 0.75 s, and its knee was 8.1 N m/rad for 2.8 from all samples and 2.2 as built.
+COMPARISON_START = 0.3  # s after the start of the comparison fit: external torques usually end within 0.2 s
+# s, tried in order until the rest agrees with later samples. ``COMPARISON_START`` is not among them: the comparison fit
+# agrees with itself whatever the leg's law is, and a leg with another law would be cut there.
 CUTS = (0.1, 0.15, 0.2)
 SIGNIFICANCE = 1e-4  # of the difference; a wrong model causes a difference too, so only a clear one counts
-# s added to the first cut that agrees: what fades below the significance still biases the fit. Of twelve legs
-# driven for 0.15 s whose hand no recording shows (``make robustness``), one kept a bias of three intervals without it.
-FADES = 0.05
-SHORT = 0.02  # s, below which whole milliseconds are too coarse in a sentence
+# s added to the first cut that agrees: a torque that has faded below the significance still biases the fit. The size is
+# a choice; ``make laws`` shows the bias that is left of a hand.
+FADE_TIME = 0.05
+SHORT_TIME = 0.02  # s, below which whole milliseconds are too coarse in a sentence
 LEAST_SHARE = 0.4  # of the shortest recording, that must remain
-UNTOLD = 0.05  # share of a direction's variance that later samples must lose for the test to use it
+LEAST_VARIANCE_LOST = 0.05  # share of a direction's variance that later samples must lose for the test to use it
 
 
 @dataclass(frozen=True)
-class Seen:
+class DetectedDrive:
     """End of the external torque, s from each recording's first sample; None if none is detected.
 
     ``unit`` : s, of the recordings.
@@ -65,29 +65,29 @@ class Seen:
     unit: float = 1.0
 
     @property
-    def known(self) -> list[float]:
-        """Share of the recordings with one."""
+    def ends(self) -> list[float]:
+        """Those of the recordings with one."""
         return [until for until in self.until if until is not None]
 
     @property
-    def plain(self) -> bool:
+    def accepted(self) -> bool:
         """Whether so many recordings show one that it is accepted."""
-        return len(self.known) >= MANY * len(self.until) and bool(self.known)
+        return len(self.ends) >= ACCEPTED_SHARE * len(self.until) and bool(self.ends)
 
 
-def look(leg: Leg, recordings: Sequence[Recording]) -> Seen:
+def detect_drive(leg: Leg, recordings: Sequence[Recording]) -> DetectedDrive:
     """Each recording by itself, except those driven by a known torque."""
-    return Seen(tuple(_until(leg, recording) for recording in recordings), recordings[0].unit)
+    return DetectedDrive(tuple(_drive_end(leg, recording) for recording in recordings), recordings[0].unit)
 
 
-def _until(leg: Leg, recording: Recording) -> float | None:
+def _drive_end(leg: Leg, recording: Recording) -> float | None:
     found = release_in(leg, recording)
     if found is None or found.driven_until is None or found.free_from < found.driven_until:
         return None  # none, or indistinguishable from a leg with another law
     return found.free_from if found.free_from > recording.time[0] else None
 
 
-def later(recordings: Sequence[Recording], start: float) -> list[Recording] | None:
+def recordings_from(recordings: Sequence[Recording], start: float) -> list[Recording] | None:
     """The recordings from ``start`` s after their first sample; None if too little of one would remain."""
     cut = []
     for recording in recordings:
@@ -100,9 +100,9 @@ def later(recordings: Sequence[Recording], start: float) -> list[Recording] | No
     return cut
 
 
-def cut_of(seen: Seen) -> float:
+def cut_of(drive: DetectedDrive) -> float:
     """The common cut of a series, s, from the external torques detected in some of them."""
-    return free_after(seen.known, seen.unit)
+    return free_after(drive.ends, drive.unit)
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ class Drift:
         )
 
 
-def unseen(
+def hidden_drive(
     model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, options: LegFitOptions, least: float = 0.0
 ) -> LateFreeMotion | Drift | None:
     """Test whether all samples and later ones fit the same leg; None if they do, or if there are too few.
@@ -156,8 +156,8 @@ def unseen(
     """
     longest = min(recording.time[-1] for recording in recordings)
     unit = recordings[0].unit
-    begin = min(LATER * unit, longest * (1.0 - LEAST_SHARE))
-    reference = later(recordings, begin)
+    begin = min(COMPARISON_START * unit, longest * (1.0 - LEAST_SHARE))
+    reference = recordings_from(recordings, begin)
     if reference is None:
         return None
     solution = stage.solution
@@ -167,23 +167,23 @@ def unseen(
     if not np.isfinite(known.solution.cost):
         return None
     scatter = LaterScatter.of(reference, known.solution.predictions)
-    test = _Later(model, reference, known, scatter, begin, options)
+    test = _LaterFit(model, reference, known, scatter, begin, options)
     first = test.agreement(recordings, solution, 0.0)
     if first >= SIGNIFICANCE:
         return None
     tried = None
     for start in sorted({max(cut * unit, least) for cut in CUTS}):
-        some = later(recordings, start)
+        some = recordings_from(recordings, start)
         if some is None or start >= begin:
             break
         tried = start
         if test.agreement(some, replace(solution, locals=tuple(_locals(some, solution))), start) >= SIGNIFICANCE:
-            longer = start + FADES * unit
-            return LateFreeMotion(start if later(recordings, longer) is None else longer, first)
-    return Drift(first, _moved(model, solution, known.solution), tried)
+            longer = start + FADE_TIME * unit
+            return LateFreeMotion(start if recordings_from(recordings, longer) is None else longer, first)
+    return Drift(first, _unexplained_change(model, solution, known.solution), tried)
 
 
-def _moved(model: TrajectoryModel, all_: Solution, later_: Solution) -> Array:
+def _unexplained_change(model: TrajectoryModel, all_: Solution, later_: Solution) -> Array:
     """(p,) from the unknowns of all samples to those of the later ones, less what noise explains."""
     moved = later_.values - all_.values
     # Of the difference, as in Hausman's test.
@@ -198,7 +198,7 @@ def _locals(recordings: Sequence[Recording], solution: Solution) -> list[Local]:
 
 
 @dataclass(frozen=True)
-class _Later:
+class _LaterFit:
     """The fit ``known`` to ``samples``, those from ``begin`` s, and their ``scatter`` about it; ``options`` of both."""
 
     model: TrajectoryModel
@@ -244,8 +244,8 @@ class _Later:
     def _likelihood(self, here: Solution) -> float:
         """The probability that the later samples fit the rates ``here`` so much worse than their own.
 
-        Along a ridge covariances hold near the estimate only: an overdamped leg without a hand differed by p = 2e-13,
-        where its later samples fit the rates of all as well as their own.
+        Covariances are those of a linearised model, which along a ridge holds near the estimate only: the rates of all
+        samples may be improbable by them there, and fit the later samples as well as their own.
         """
         later_fit = self.known.solution
         begin = FitStart(here.values, later_fit.locals)
@@ -264,9 +264,10 @@ def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array, a
     """
     root = np.linalg.cholesky(later_cov + 1e-15 * np.eye(len(values)) * np.trace(later_cov))
     whitened = np.linalg.solve(root, np.linalg.solve(root, cov).T)
-    share, vector = spectrum(0.5 * (whitened + whitened.T))
+    with divergence_refused():
+        share, vector = spectrum(0.5 * (whitened + whitened.T))
     off = vector.T @ np.linalg.solve(root, later_values - values)
-    tells = 1.0 - share > UNTOLD
+    tells = 1.0 - share > LEAST_VARIANCE_LOST
     if not tells.any():
         return 1.0
     spread = np.diag(1.0 - share[tells])
@@ -278,20 +279,20 @@ def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array, a
 
 def _ms(time: float) -> str:
     """A time, s, in words."""
-    return f"{1e3 * time:.0f} ms" if time >= SHORT else f"{1e3 * time:.2g} ms"
+    return f"{1e3 * time:.0f} ms" if time >= SHORT_TIME else f"{1e3 * time:.2g} ms"
 
 
-def start_sentence(seen: Seen, cut: float, hidden: LateFreeMotion | None) -> str:
+def start_sentence(drive: DetectedDrive, cut: float, hidden: LateFreeMotion | None) -> str:
     """The finding and the action in a sentence."""
     if hidden is not None:
-        few = f" (an external torque is detected in {len(seen.known)} of {len(seen.until)})" if seen.known else ""
+        few = f" (an external torque is detected in {len(drive.ends)} of {len(drive.until)})" if drive.ends else ""
         return (
             f"release: the first samples and the later ones do not fit one leg{few}: p = {hidden.probability:.1g} for "
             f"free motion. An external torque acts at first; only samples from {_ms(cut)} after each "
             "recording's start are fitted. To fit all: release: recorded"
         )
     return (
-        f"release: in {len(seen.known)} of {len(seen.until)} recordings a torque acts at first that the leg's springs "
+        f"release: in {len(drive.ends)} of {len(drive.until)} recordings a torque acts at first that the leg's springs "
         f"and dampers do not produce. Only samples from {_ms(cut)} after each start are fitted. To fit "
         "all: release: recorded"
     )

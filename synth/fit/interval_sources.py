@@ -17,8 +17,8 @@ from synth.units import quantity
 
 TRIALS = "trials"
 LAW = "the leg's law"
-WORTH_A_WORD = 0.5  # share of the variance from which a parameter of the leg file is named
-NAMED = 3  # most parameters in a sentence
+NAMED_SHARE = 0.5  # share of the variance from which a parameter of the leg file is named
+MOST_NAMED = 3  # most parameters in a sentence
 
 
 @dataclass(frozen=True)
@@ -43,12 +43,12 @@ class IntervalSource:
     @property
     def sentence(self) -> str | None:
         """The dominant source in words; None if it is the trials."""
-        if self.of_links < WORTH_A_WORD:
+        if self.of_links < NAMED_SHARE:
             return None
         wide = f"{np.degrees(self.half):.2g} deg" if self.quantity == "free_angle" else f"{100 * self.half:.2g} %"
         ranked = sorted(((s, n) for n, s in self.shares.items() if n not in (TRIALS, LAW)), reverse=True)
         largest: list[tuple[float, str]] = []
-        for item in ranked[:NAMED]:
+        for item in ranked[:MOST_NAMED]:
             largest.append(item)
             if sum(share for share, _ in largest) >= 0.9 * self.of_links:  # the rest is not worth a name
                 break

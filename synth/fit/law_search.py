@@ -15,9 +15,10 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.errors import UserError
 from synth.estimation.intervals import spectrum
+from synth.fit.diverged_fit import divergence_refused
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
-from synth.fit.following import followed
+from synth.fit.following import follow_changes
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
 from synth.fit.link_errors import link_errors, link_widths
 from synth.fit.model_error import ModelError
@@ -29,30 +30,30 @@ from synth.fit.uncertainty import clipped_rms, correlation_times
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
-# Of the mean squared error above the samples' scatter, what a law must leave at most to be named. Of 24 random legs
-# that rub, friction leaves under 0.06 in 16; of 24 with quadratic damping, that leaves under 0.07 in 21; on 48 driven
-# by a hand for 0.15 or 0.25 s friction leaves 0.7 and more.
-LEAVES = 0.2
-HOPELESS = 0.85  # the same, as predicted by the first linear step: no further one is taken
-FIRST = 0.03  # of the torque of springs and gravity, the first step of a law's torque at the joint's RMS speed
-LEAST_STEP = 0.001  # as ``FIRST``, of a coefficient that is nearly zero
-NEXT = 0.03  # of the coefficient, later ones
+# Of the mean squared error above the samples' scatter, what a law must leave at most to be named. The right law
+# leaves what the links' errors make; where a hand is the cause, a law of speed takes little of what acts at first only.
+# Between the two it is a choice; ``make laws`` counts the legs on either side.
+LAW_RESIDUE = 0.2
+HOPELESS_RESIDUE = 0.85  # the same, as predicted by the first linear step: no further one is taken
+FIRST_STEP = 0.03  # of the torque of springs and gravity, the first step of a law's torque at the joint's RMS speed
+LEAST_STEP = 0.001  # as ``FIRST_STEP``, of a coefficient that is nearly zero
+LATER_STEP = 0.03  # of the coefficient, later ones
 # Of the torque of springs and gravity, standard deviation of a law's torque before the trials: while a joint turns one
-# way, friction looks like another free angle, and 130 times the true one fitted.
-EXPECTED = 0.5
+# way, friction looks like another free angle, and the trials alone allow any size of it.
+EXPECTED_TORQUE = 0.5
 STEPS = 6
-NEAR_ENOUGH = 0.01  # of the log-likelihood, of the other unknowns' fits
+FIT_TOLERANCE = 0.01  # of the log-likelihood, of the other unknowns' fits
 # Twice the gain of the log-likelihood by a law, correlated samples counted once: more than chance gives four joints.
 LEAST_GAIN = 30.0
 # The same of a law that is found beside a hand: a coefficient is so far from zero by chance with p = 1e-4, at which the
 # test of the first samples believes in a hand.
-TOLD_GAIN = 15.0
-SETTLED = 0.05  # of the error above the scatter, gain of a step that is the last
+GAIN_BESIDE_HAND = 15.0
+SETTLED_GAIN = 0.05  # of the error above the scatter, gain of a step that is the last
 NEAR_FLOOR = 0.1  # of the scatter's own error: nearer to it, gains count against this
 HALVINGS = 4
 PARTS, MOVES = (0.01, 0.003, 0.001), 3  # of a coefficient, steps of the last polish, and how many of each in turn
-EXPLAINED = 1.05  # of the scatter's square, below which no better end is sought
-SURE = 2.0  # standard deviations from zero, of one coefficient at least
+EXPLAINED_SQUARE = 1.05  # of the scatter's square, below which no better end is sought
+SURE_DEVIATIONS = 2.0  # standard deviations from zero, of one coefficient at least
 
 
 class LawSearch:
@@ -76,22 +77,22 @@ class LawSearch:
         self.noise = np.where(np.isfinite(self.weights.noise[0]), self.weights.noise[0], np.inf)
         counted = sum(int(recording.counts.sum()) for recording in some)
         # In units of the residuals, as another sample of the scatter.
-        self.expected = np.sqrt(self._floor() / counted) / (EXPECTED * np.maximum(self.scale, 1e-300))
+        self.expected = np.sqrt(self._floor() / counted) / (EXPECTED_TORQUE * np.maximum(self.scale, 1e-300))
 
     def point(self, size: Array) -> LawPoint | None:
         """With these coefficients, from the stage; None if the motion diverges."""
         return self._point(size, self.begin)
 
-    def descended(self, begun: LawPoint, *, first: bool = False) -> LawPoint | None:
+    def descend(self, begun: LawPoint, *, first: bool = False) -> LawPoint | None:
         """The end of the steps from ``begun``; None if the ``first``, from no law at all, promises nothing."""
-        here, step = begun, FIRST * self.scale if first else self._next_step(begun)
+        here, step = begun, FIRST_STEP * self.scale if first else self._next_step(begun)
         floor = self._floor()
         for turn in range(STEPS):
             slopes = self._slopes(here, step) if turn else self._secants(here, step)
             if slopes is None:
                 break
             side = slopes.residual @ here.size - here.residual
-            if first and not turn and not _promising(slopes.residual, side, floor):
+            if first and not turn and not _promises_gain(slopes.residual, side, floor):
                 return None
             pull = np.diag(self.expected)
             wanted = _not_below_zero(np.vstack([slopes.residual, pull]), np.concatenate([side, np.zeros(len(pull))]))
@@ -101,41 +102,41 @@ class LawSearch:
             gain = (here.square - moved.square) / max(here.square - floor, NEAR_FLOOR * floor)
             here = moved
             step = self._next_step(here)
-            if gain < SETTLED:
+            if gain < SETTLED_GAIN:
                 break
         return here
 
-    def polished(self, here: LawPoint) -> LawPoint:
+    def polish(self, here: LawPoint) -> LawPoint:
         """The best of steps of one coefficient at a time, ever shorter: where a joint sticks the slopes break off."""
         for part in PARTS:
             for j in np.flatnonzero(here.size):
                 for step in (part * here.size[j], -part * here.size[j]):
-                    moved = self._stepped(here, int(j), float(step))
+                    moved = self._step_coefficient(here, int(j), float(step))
                     for _ in range(MOVES):
                         if moved is None:
                             break
                         here = moved
-                        moved = self._stepped(here, int(j), float(step))
+                        moved = self._step_coefficient(here, int(j), float(step))
         return here
 
     def explained(self, here: LawPoint) -> bool:
         """Whether little more than the samples' scatter is left."""
-        return bool(here.square < EXPLAINED * self._floor())
+        return bool(here.square < EXPLAINED_SQUARE * self._floor())
 
-    def _stepped(self, here: LawPoint, j: int, step: float) -> LawPoint | None:
+    def _step_coefficient(self, here: LawPoint, j: int, step: float) -> LawPoint | None:
         """One coefficient moved, if that is better."""
         size = here.size + step * (np.arange(len(here.size)) == j)
         found = self._point(size, FitStart(here.solution.values, here.solution.locals, here.solution.damping))
-        better = found is not None and self._objective(found) < self._objective(here) - NEAR_ENOUGH
+        better = found is not None and self._objective(found) < self._objective(here) - FIT_TOLERANCE
         return found if better else None
 
-    def found(self, here: LawPoint, linear: LawPoint) -> AnotherLaw | None:
+    def law_at(self, here: LawPoint, linear: LawPoint) -> AnotherLaw | None:
         """The law at ``here``; None if it hardly explains any of what ``linear``, without it, leaves."""
         share, gain = self.share(here, linear), self._gain(linear, here)
-        if not here.size.any() or gain < TOLD_GAIN:
+        if not here.size.any() or gain < GAIN_BESIDE_HAND:
             return None
         found = self._result(here, share)
-        return found if found is None else replace(found, named=share <= LEAVES and gain >= LEAST_GAIN)
+        return found if found is None else replace(found, named=share <= LAW_RESIDUE and gain >= LEAST_GAIN)
 
     def share(self, here: LawPoint, linear: LawPoint) -> float:
         """Share that ``here`` leaves of the error above the scatter that ``linear`` leaves."""
@@ -146,13 +147,13 @@ class LawSearch:
         """The same search from another stage, with its noise."""
         return LawSearch(self.law, self.leg, self.some, self.options, stage, self.scatter)
 
-    def again(self, here: LawPoint) -> Stage:
+    def refit_at(self, here: LawPoint) -> Stage:
         """The other unknowns, with the noise that they leave."""
         start = FitStart.at(here.solution)
         return refine(self._model(here.size), self.some, start, self.options.weight, self.weights.spread)
 
     def _next_step(self, here: LawPoint) -> Array:
-        return np.asarray(np.maximum(NEXT * here.size, LEAST_STEP * self.scale))
+        return np.asarray(np.maximum(LATER_STEP * here.size, LEAST_STEP * self.scale))
 
     def _model(self, size: Array) -> TrajectoryModel:
         """The model of the leg with these coefficients."""
@@ -162,7 +163,7 @@ class LawSearch:
 
     def _point(self, size: Array, start: FitStart) -> LawPoint | None:
         """All other unknowns with these coefficients; None if the motion diverges."""
-        found = solve(self._model(size), self.some, start, self.weights, tolerance=NEAR_ENOUGH)
+        found = solve(self._model(size), self.some, start, self.weights, tolerance=FIT_TOLERANCE)
         if not np.isfinite(found.cost):
             return None
         return LawPoint(size, found, self._residual(found))
@@ -203,10 +204,10 @@ class LawSearch:
         models = [model, *(self._model(size) for size in here.size + step * np.eye(len(step))[open_])]
 
         def change(t: int) -> Array:
-            return _change(models, self.some[t], solution.values, solution.locals[t]) / step[open_]
+            return _prediction_change(models, self.some[t], solution.values, solution.locals[t]) / step[open_]
 
         try:
-            found = followed(model, self.some, Stage(solution, self.weights), change, _all_samples)
+            found = follow_changes(model, self.some, Stage(solution, self.weights), change, _all_samples)
         except UserError:  # a neighbouring motion diverges
             return None
         residual = self._over_noise(found.left)
@@ -268,9 +269,10 @@ class LawSearch:
         columns, moved = slopes.residual[:, used], slopes.values[:, used]
         normal = columns.T @ columns + np.diag(self.expected[used] ** 2)
         covariance = np.asarray(np.linalg.pinv(normal) * here.square / self._independent(here))
-        if not np.any(here.size[used] > SURE * np.sqrt(np.diag(covariance))):
+        if not np.any(here.size[used] > SURE_DEVIATIONS * np.sqrt(np.diag(covariance))):
             return None
-        variance, direction = spectrum(covariance)
+        with divergence_refused():
+            variance, direction = spectrum(covariance)
         by_links = self._by_links(here, columns, normal)
         deviation = np.zeros(len(here.size))
         deviation[used] = np.sqrt(np.diag(covariance) + np.sum(by_links**2, axis=1))
@@ -315,7 +317,7 @@ class _Slopes:
     own: tuple[Array, ...]
 
 
-def _change(models: Sequence[TrajectoryModel], recording: Recording, values: Array, local: Local) -> Array:
+def _prediction_change(models: Sequence[TrajectoryModel], recording: Recording, values: Array, local: Local) -> Array:
     """(k, n, c) rad, of the prediction by each model against the first one's, all unknowns alike."""
     count = len(models)
     lanes = np.stack([each.chain.parameters(each.leg, recording.conditions) for each in models], axis=1)
@@ -336,10 +338,10 @@ def _in_columns(found: Array, open_: Index, count: int) -> Array:
     return all_
 
 
-def _promising(columns: Array, side: Array, floor: float) -> bool:
+def _promises_gain(columns: Array, side: Array, floor: float) -> bool:
     """Whether a linear step, of any sign, explains enough of the square of ``side`` (m,) above ``floor``."""
     left = side - columns @ np.linalg.lstsq(columns, side)[0]
-    return float(left @ left) - floor <= HOPELESS * (float(side @ side) - floor)
+    return float(left @ left) - floor <= HOPELESS_RESIDUE * (float(side @ side) - floor)
 
 
 def _not_below_zero(columns: Array, side: Array) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.fit_problem import model_of, sought_by
+from synth.fit.fit_problem import model_of, unknowns_of
 from synth.fit.least_squares import FitStart, Solution, Stage
 from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
@@ -61,7 +61,7 @@ def _values(model: TrajectoryModel, found: LinearEstimate, fitted: Solution, uni
 
     ``unit`` : s, of the recordings.
     """
-    sought = sought_by(model)
+    sought = unknowns_of(model)
     leg = sought.fitted_leg(fitted.values)
     usable = np.isfinite(found.spring_rate) & (found.spring_rate > 0.0) & np.isfinite(found.rest)
     rate = np.where(usable, found.spring_rate, leg.spring_rate)

@@ -22,20 +22,21 @@ from synth.fit.trajectories import Local, Sensitivity, TrajectoryModel
 from synth.threads import shared_out
 
 HUBER = 3.0  # noise standard deviations beyond which a residual counts linearly
-FLAT = 1e-6  # least curvature of a count's likelihood, which almost vanishes in the middle of a wide count
+LEAST_CURVATURE = 1e-6  # least curvature of a count's likelihood, which almost vanishes in the middle of a wide count
 LARGEST_STEP = 1.0  # of a log rate, or rad of a rest angle: the linearisation is invalid beyond a factor of e
 DAMPING = 1e-3  # initial, relative to the diagonal (Nielsen 1999: 1e-3 for a good start)
-# A scale at most halves in a step; a step that predicts less than the tolerance is not simulated (see ``_settled``).
+# A scale at most halves in a step; a step that predicts less than the tolerance is not simulated (see
+# ``_with_last_step``).
 RULE = Nielsen(least=1e-12, most=1e10, memory=0.5, settled=1.0, hardly_damped=DAMPING)
-REPEATED = replace(RULE, settled=0.1)  # where lanes are too large to store, the last step is simulated
+SIMULATED_RULE = replace(RULE, settled=0.1)  # where lanes are too large to store, the last step is simulated
 # Log-likelihood: most that the last step may gain to be taken by the sensitivities alone. It moves no estimate by more
 # than 0.3 of its deviation, over which they hardly change.
-LINEAR = 0.05
+LINEAR_GAIN = 0.05
 # Of a log rate or rad, last step that was not simulated from which predictions and information are simulated anew for a
-# result. Of 15 simulated fits those with a shorter one had deviations within 0.5 % of those after it; at 0.14 they were
-# off by 12 %.
-STALE = 5e-3
-KEPT = 2**26  # bytes of lanes that are stored, so that other weights at the same point need no simulation
+# result: along a ridge the deviations change by far more than the rates. A choice, compared
+# in ``tests/fit/test_refreshed.py``.
+STALE_STEP = 5e-3
+STORED_BYTES = 2**26  # bytes of lanes that are stored, so that other weights at the same point need no simulation
 
 
 @dataclass(frozen=True)
@@ -59,8 +60,9 @@ class Solution:
     ``damping`` at the end, and ``lanes`` per trial (empty if too large to store), for another
     ``solve`` starting here. ``unsimulated``: most that a common unknown (log rate or rad) moved in last steps that were
     taken by the sensitivities alone: predictions and cost are linear in them, and the information is that of the point
-    before, see ``refreshed``.
-    Where such a step gains more than ``LINEAR``, predictions are those after it and all else is of the point before.
+    before, see ``resimulated``.
+    Where such a step gains more than ``LINEAR_GAIN``, predictions are those after it and all else is of the point
+    before.
     """
 
     values: Array
@@ -187,8 +189,8 @@ def solve(
     problem = _TrajectoryFit(model, recordings, weights, tolerance, fixed)
     point = _assess(problem, start.values, tuple(start.locals), start.lanes)
     begun = Iterate(replace(point, unsimulated=start.unsimulated if start.lanes else 0.0), start.damping)
-    (end,) = minimise(problem, [begun], RULE if begun.point.lanes else REPEATED, max_iterations)
-    found = _settled(problem, end) if end.reason == CONVERGED else end.point
+    (end,) = minimise(problem, [begun], RULE if begun.point.lanes else SIMULATED_RULE, max_iterations)
+    found = _with_last_step(problem, end) if end.reason == CONVERGED else end.point
     assert found.information is not None
     return Solution(
         found.unknowns, found.locals, found.predictions, found.cost, end.count, end.reason, found.information,
@@ -196,11 +198,14 @@ def solve(
     )  # fmt: skip
 
 
-def refreshed(model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, most: float = STALE) -> Stage:
+def resimulated(
+    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, most: float = STALE_STEP
+) -> Stage:
     """The same estimates, with predictions, cost and information simulated at them.
 
-    Along a ridge the least eigenvalue of the information can be off by a factor of 200 after a last step that was not
-    simulated. ``most`` : gain of that step up to which the stage is left as it is.
+    The least eigenvalue of the information, which sets the deviations along a ridge, is a small difference of large
+    numbers: a last step that was not simulated hardly moves these, and may change it many times over.
+    ``most`` : that step, of a log rate or rad, up to which the stage is left as it is.
     """
     solution = stage.solution
     if solution.unsimulated <= most or not np.isfinite(solution.cost):
@@ -215,12 +220,12 @@ def refreshed(model: TrajectoryModel, recordings: Sequence[Recording], stage: St
     return replace(stage, solution=solution)
 
 
-def _settled(problem: _TrajectoryFit, end: Iterate[_State]) -> _State:
+def _with_last_step(problem: _TrajectoryFit, end: Iterate[_State]) -> _State:
     """The end of the iteration after the last step, which gains less than the tolerance, taken by the sensitivities.
 
     Simulating it would only confirm it: the error of the linearisation is of second order in a step that is a small
     part of the estimates' deviations. The information is that of the point before. After a step that gains more than
-    ``LINEAR`` only the predictions are given, from which the noise can be estimated.
+    ``LINEAR_GAIN`` only the predictions are given, from which the noise can be estimated.
     """
     at = end.point
     if end.damping > RULE.hardly_damped or not at.lanes:
@@ -234,7 +239,7 @@ def _settled(problem: _TrajectoryFit, end: Iterate[_State]) -> _State:
     lanes = tuple(found.after(own) for found, own in zip(at.lanes, steps, strict=True))
     predictions = tuple(found.prediction for found in lanes)
     far = at.unsimulated + float(np.abs(step.common).max(initial=0.0))
-    if gain > LINEAR:
+    if gain > LINEAR_GAIN:
         return replace(at, predictions=predictions, unsimulated=far)
     moved = problem.moved(at, step)
     return replace(
@@ -254,7 +259,7 @@ def _assess(
     beside = model.unknowns.measured(values)
     if beside is not None:
         cost, gradient, common = cost + beside[0], gradient + beside[1], common + beside[2]
-    kept = KEPT // max(1, len(recordings))
+    kept = STORED_BYTES // max(1, len(recordings))
 
     def one(t: int) -> tuple[_Part, Array, Sensitivity | None]:
         found = lanes[t] if lanes else model.sensitivity(recordings[t], values, locals_[t])
@@ -318,7 +323,7 @@ def _normal(
     rounding: Sequence[Rounding | None] = (),
 ) -> _Part:
     """One trial's contribution to the normal equations, Huber-weighted."""
-    cost, root, residual = _weighted(recording, found.prediction, noise, rounding)
+    cost, root, residual = _weigh_residuals(recording, found.prediction, noise, rounding)
     jacobian = found.differences().reshape(residual.size, -1)
     jacobian *= root.reshape(-1, 1)
     plan, p = found.plan, n_common
@@ -331,10 +336,10 @@ def sample_weights(
     recording: Recording, prediction: Array, noise: Array, rounding: Sequence[Rounding | None] = ()
 ) -> Array:
     """(m, n) 1/rad: factors on a trial's residuals and sensitivities, 0 for samples that do not count."""
-    return _weighted(recording, prediction, noise, rounding)[1]
+    return _weigh_residuals(recording, prediction, noise, rounding)[1]
 
 
-def _weighted(
+def _weigh_residuals(
     recording: Recording, prediction: Array, noise: Array, rounding: Sequence[Rounding | None]
 ) -> tuple[float, Array, Array]:
     """A trial's cost, the factors (m, n) 1/rad on its residuals, and the weighted residuals, by Huber's function."""
@@ -352,11 +357,11 @@ def _weighted(
         scales[far] *= weight
         flat[far] *= weight
     for j in rounded:
-        cost += _rounded(recording, prediction, j, rounding[j], root, residual)
+        cost += _weigh_counts(recording, prediction, j, rounding[j], root, residual)
     return cost, root, residual
 
 
-def _rounded(
+def _weigh_counts(
     recording: Recording, prediction: Array, j: int, rounding: Rounding | None, root: Array, residual: Array
 ) -> float:
     """Write joint j's columns of ``root`` and ``residual`` (m, n) by the likelihood of its counts; their cost."""
@@ -364,7 +369,7 @@ def _rounded(
     counts = recording.counts[:, j]
     off = prediction[counts, j] - recording.rotation[counts, j]
     cost, slope, curvature = rounding.terms(off, HUBER)
-    scale = np.sqrt(np.maximum(curvature, FLAT))
+    scale = np.sqrt(np.maximum(curvature, LEAST_CURVATURE))
     root[counts, j] = scale / rounding.noise
     residual[counts, j] = slope / scale
     return float(cost.sum())

@@ -16,7 +16,7 @@ from synth.arrays import Array
 from synth.estimation.consider import Considered
 from synth.files.static_points_file import StaticPoint
 from synth.files.tolerance import Tolerance
-from synth.fit.following import followed
+from synth.fit.following import follow_changes
 from synth.fit.least_squares import Stage
 from synth.fit.recordings import Recording
 from synth.fit.static_points import balances
@@ -28,9 +28,8 @@ from synth.swing.leg_model import Leg
 from synth.swing.tolerances import LINK_QUANTITIES, QUANTITIES, Tolerances
 
 STEP = 1e-4  # of a logarithm; the integration's error at 1e-7 is a thousandth of the change
-# A motion near the fit's limit of steps, as of a stiff leg driven by a hand, needs more with its links moved: two of 78
-# such legs had no sensitivity.
-MORE_STEPS = 4
+# Times the fit's limit of steps: a motion near it, as of a stiff leg driven by a hand, may need more with moved links.
+STEPS_FACTOR = 4
 WORDS = {"length": "length", "mass": "mass", "com": "centre of mass", "inertia": "inertia"}
 
 
@@ -78,10 +77,10 @@ def link_errors(
     deviation, legs = widths.ravel()[open_], _moved_legs(model.leg, open_)
 
     def change(t: int) -> Array:
-        return _moved(model, recordings[t], legs, solution.values, solution.locals[t]) * deviation
+        return _prediction_changes(model, recordings[t], legs, solution.values, solution.locals[t]) * deviation
 
     beside = _of_points(model, solution.values, open_, static) * deviation if static else None
-    found = followed(model, recordings, stage, change, lambda recording: recording.time < until, beside)
+    found = follow_changes(model, recordings, stage, change, lambda recording: recording.time < until, beside)
     names = [(name, quantity) for quantity in LINK_QUANTITIES for name in model.leg.joint_names]
     return LinkErrors(tuple(names[k] for k in open_), deviation, found.considered, found.left)
 
@@ -107,7 +106,7 @@ def _moved_legs(leg: Leg, numbers: Index) -> list[tuple[LegLanes, int]]:
     return groups
 
 
-def _moved(
+def _prediction_changes(
     model: TrajectoryModel, recording: Recording, legs: Sequence[tuple[LegLanes, int]], values: Array, local: Local
 ) -> Array:
     """(m, n, c) rad, change of one trial's prediction per unit of each parameter's logarithm."""
@@ -116,7 +115,7 @@ def _moved(
         lanes = model.chain.lanes(group, recording.conditions)
         repeated = np.repeat(values[:, None], count, axis=1)
         state = np.repeat(np.concatenate([local.rotation, local.rate])[:, None], count, axis=1)
-        out = model.run_lanes(recording, lanes, repeated, state, local.shift[:, None], MORE_STEPS * model.max_steps)
+        out = model.run_lanes(recording, lanes, repeated, state, local.shift[:, None], STEPS_FACTOR * model.max_steps)
         found.append((out[:, :, 1:] - out[:, :, :1]) / STEP)
     assert layout.n == len(local.rotation)
     return np.concatenate(found, axis=2)

@@ -15,13 +15,13 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.project_options import FitOptions as Choice
-from synth.fit.costs import Cost, emphasised
+from synth.fit.costs import Cost, emphasise_transient
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import spread_of_known
-from synth.fit.free_motion_start import cut_of, later, look, start_sentence
+from synth.fit.free_motion_start import cut_of, detect_drive, recordings_from, start_sentence
 from synth.fit.least_squares import FitStart, Stage, Weights, solve
 from synth.fit.rate_search import Bounds, CostByJoint, Search
 from synth.fit.recordings import Recording
@@ -30,7 +30,7 @@ from synth.fit.uncertainty import clipped_rms, correlation_times, root_mean_squa
 from synth.remarks import at_joint
 from synth.swing.leg_model import DamperCurve, Leg
 
-WORSE = 1.05  # times the RMS of least squares, above which a search counts as failed
+FAILED_SEARCH = 1.05  # times the RMS of least squares, above which a search counts as failed
 
 
 def require_method(choice: Choice, file: str, *, static: bool = False, prior: bool = False) -> None:
@@ -75,20 +75,20 @@ def fit_by(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, ch
     if choice.method == "least_squares":
         if choice.cost != "transient":
             return fit_leg(leg, recordings, options)
-        return _over_all_samples(fit_leg(leg, emphasised(recordings), options), recordings)
+        return _over_all_samples(fit_leg(leg, emphasise_transient(recordings), options), recordings)
     if not recordings:
         raise UserError("no trial remains to fit: all are held out")
-    return _searched(leg, recordings, options, choice)
+    return _search_rates(leg, recordings, options, choice)
 
 
 def _after_hands(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, choice: Choice) -> FitResult:
     """Like ``fit_by``, without the driven beginning that most recordings show."""
-    seen, free = look(leg, recordings), replace(options, release="recorded")
-    cut = later(recordings, cut_of(seen)) if seen.plain else None
+    drive, free = detect_drive(leg, recordings), replace(options, release="recorded")
+    cut = recordings_from(recordings, cut_of(drive)) if drive.accepted else None
     if cut is None:
         return fit_by(leg, recordings, free, choice)
     result = fit_by(leg, cut, free, choice)
-    return replace(result, cut=cut_of(seen), warnings=(start_sentence(seen, cut_of(seen), None), *result.warnings))
+    return replace(result, cut=cut_of(drive), warnings=(start_sentence(drive, cut_of(drive), None), *result.warnings))
 
 
 def search_of(
@@ -103,7 +103,7 @@ def search_of(
     return Search(model_of(leg, curves, recordings=recordings), recordings, cost, common)
 
 
-def _searched(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, choice: Choice) -> FitResult:
+def _search_rates(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, choice: Choice) -> FitResult:
     """The thesis' method: piecewise, and from there the swarm."""
     cost = Cost(choice.cost, tuple(recordings), options.weight)
     search = search_of(leg, recordings, cost, options.curves, common=options.free_angle == "common")
@@ -114,7 +114,7 @@ def _searched(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions,
     if choice.method == "swarm":
         rates, found = search.swarm(rates, bounds, seed=options.seed)
         iterations = found.iterations
-    result = _assembled(search, rates, options, len(recordings))
+    result = _assemble_result(search, rates, options, len(recordings))
     names = leg.joint_names
     edges = [
         at_joint(
@@ -127,7 +127,7 @@ def _searched(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions,
         # Within 0.1 %: a search stops short of a bound.
         if not 1.001 * bounds.lower[row, j] < rates[row, j] < 0.999 * bounds.upper[row, j]
     ]
-    beside = _beside(result, fit_leg(leg, recordings, options), choice)
+    beside = _compare_with_least_squares(result, fit_leg(leg, recordings, options), choice)
     return replace(
         result,
         method=choice.method,
@@ -138,7 +138,7 @@ def _searched(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions,
     )
 
 
-def _assembled(search: Search, rates: Array, options: LegFitOptions, n_trial: int) -> FitResult:
+def _assemble_result(search: Search, rates: Array, options: LegFitOptions, n_trial: int) -> FitResult:
     """The result at these rates (2, n), with intervals from the trajectories' sensitivities there."""
     model, recordings = search.model, search.recordings
     middle, own = search.locals(rates[0])
@@ -162,7 +162,7 @@ def _assembled(search: Search, rates: Array, options: LegFitOptions, n_trial: in
     return result_of(model, recordings, FittedTreatments(treatments, mode, why, searched=True), scatter, options)
 
 
-def _beside(result: FitResult, best: FitResult, choice: Choice) -> list[str]:
+def _compare_with_least_squares(result: FitResult, best: FitResult, choice: Choice) -> list[str]:
     """Sentences that compare a search's result with least squares."""
     here, there = (np.array([r.rms[name] for name in r.leg.joint_names]) for r in (result, best))
     overall = [float(np.degrees(np.sqrt(np.nanmean(rms**2)))) for rms in (here, there)]
@@ -170,7 +170,7 @@ def _beside(result: FitResult, best: FitResult, choice: Choice) -> list[str]:
         f"{choice.method} with the cost {choice.cost} leaves {overall[0]:.3g} deg (RMS), least squares on the same "
         f"recordings {overall[1]:.3g} deg"
     ]
-    if overall[0] > WORSE * overall[1]:
+    if overall[0] > FAILED_SEARCH * overall[1]:
         messages[0] += "; the intervals describe the recordings, not the distance of this search from the optimum"
     for name, joint in result.joints.items():
         other = best.joints[name]

@@ -9,11 +9,11 @@ import numpy as np
 from synth.arrays import Array, finite_median
 from synth.motion.noise import MAD_TO_SD
 
-LEAST = 3  # trials needed to identify a different one
-TIMES = 4.0  # times the others' usual value
+LEAST_TRIALS = 3  # trials needed to identify a different one
+ODD_RATIO = 4.0  # times the others' usual value
 LEAST_RMS = np.radians(1.0)  # a smaller misfit hardly changes any estimate
 LEAST_SHIFT = np.radians(10.0)  # of a free angle; limbs shift by some degrees between trials
-LOOK = "check it first for exchanged columns, another unit or clock, a joint that was held or touched"
+CHECKS_FIRST = "check it first for exchanged columns, another unit or clock, a joint that was held or touched"
 
 
 def odd_trials(names: Sequence[str], joints: Sequence[str], rms: Array, free_angle: Array | None = None) -> list[str]:
@@ -23,24 +23,26 @@ def odd_trials(names: Sequence[str], joints: Sequence[str], rms: Array, free_ang
     ----------
     rms : (n_trial, n) rad, nan for a locked joint; free_angle : (n_trial, n) rad of each trial, None where common.
     """
-    if len(names) < LEAST:
+    if len(names) < LEAST_TRIALS:
         return []
     messages = []
     for i, name in enumerate(names):
         others = [k for k in range(len(names)) if k != i]
         for j, joint in enumerate(joints):
             usual = finite_median(rms[others, j])
-            if rms[i, j] > max(TIMES * usual, LEAST_RMS):
+            if rms[i, j] > max(ODD_RATIO * usual, LEAST_RMS):
                 off, rest = np.degrees(rms[i, j]), np.degrees(usual)
-                messages.append(f"{name}: {joint} is {off:.2g} deg RMS there and {rest:.2g} deg in the others; {LOOK}")
+                messages.append(
+                    f"{name}: {joint} is {off:.2g} deg RMS there and {rest:.2g} deg in the others; {CHECKS_FIRST}"
+                )
                 break
             if free_angle is None:
                 continue
             middle = finite_median(free_angle[others, j])
             spread = MAD_TO_SD * finite_median(np.abs(free_angle[others, j] - middle))
-            if abs(free_angle[i, j] - middle) > max(TIMES * spread, LEAST_SHIFT):
+            if abs(free_angle[i, j] - middle) > max(ODD_RATIO * spread, LEAST_SHIFT):
                 there, rest = np.degrees(free_angle[i, j]), np.degrees(middle)
                 away = f"would have its free angle at {there:.3g} deg there and at {rest:.3g} deg in the others"
-                messages.append(f"{name}: {joint} {away}; {LOOK}")
+                messages.append(f"{name}: {joint} {away}; {CHECKS_FIRST}")
                 break
     return messages

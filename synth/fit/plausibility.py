@@ -17,7 +17,7 @@ from synth.arrays import Array
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
 from synth.fit.fit_result import FitResult
-from synth.fit.free_motion_start import later
+from synth.fit.free_motion_start import recordings_from
 from synth.fit.least_squares import FitStart
 from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
@@ -28,18 +28,17 @@ from synth.swing.leg_model import Joint, Leg
 
 MASS_RATIO = 1e3  # between two links of one leg: a whale's thigh and a rat's foot
 SLOWEST, FASTEST = 0.01, 300.0  # of the pendulum frequency sqrt(g/L): a rat's and a robot dog's legs swing at 3
-POOR = 0.12  # of a joint's RMS deviation from its rest: larger than the residual of a correct leg
-NOISY = 5.0  # times the samples' scatter, below which nothing remains to explain
+POOR_SHARE = 0.12  # of a joint's RMS deviation from its rest: larger than the residual of a correct leg
+SCATTER_ALONE = 5.0  # times the samples' scatter, below which nothing remains to explain
 UNEXPLAINED = 1.5  # times the samples' scatter, above which a fit with a rate at a bound of the search is poor too
-FITS = 0.4  # of the poor fit's residual above the noise, that a changed sign or zero must reach to be named
-HOPEFUL = (
-    0.8  # the same of a rough fit, to be refined: rough ones are within a third of their refined residual, or far off
-)
+FITTING_SHARE = 0.4  # of the poor fit's residual above the noise, that a changed sign or zero must reach to be named
+# The same of a rough fit, to be refined: rough ones are within a third of their refined residual, or far off
+HOPEFUL_SHARE = 0.8
 TRIED, SAMPLES = 2, 100  # trials, and samples of each, for testing signs and zeros
 FROZEN_SAMPLES, FROZEN_SHARE = 8, 0.1  # equal readings, and share of the recording, from which a channel may be frozen
-ABRUPT = 0.3  # of the joint's largest rate, with which a frozen channel stops or starts
+ABRUPT_RATE = 0.3  # of the joint's largest rate, with which a frozen channel stops or starts
 COMMON = LegFitOptions(free_angle="common")
-LEAP = 1.5  # times any other change between samples: size of the jump after a frozen channel
+LEAP_RATIO = 1.5  # times any other change between samples: size of the jump after a frozen channel
 ZEROS = (np.pi, 0.5 * np.pi, -0.5 * np.pi)  # rad, usual offsets of the zero between conventions
 
 
@@ -117,7 +116,9 @@ def _frozen(recording: Recording, joint: int) -> str:
     smoothed = recording.smoothed
     others = [j for j in recording.free if j != joint]
     during = (smoothed.time >= time[first]) & (smoothed.time <= time[last])
-    moves = any(np.abs(smoothed.rate[during, j]).max() > ABRUPT * np.abs(smoothed.rate[:, j]).max() for j in others)
+    moves = any(
+        np.abs(smoothed.rate[during, j]).max() > ABRUPT_RATE * np.abs(smoothed.rate[:, j]).max() for j in others
+    )
     # A joint that stops on one count slows down before; a frozen channel stops, or starts, at full speed.
     lag = min(max(3, round(smoothed.pace / float(np.median(np.diff(time))))), len(value) // 4)
     change = np.abs(value[lag:] - value[:-lag])
@@ -125,8 +126,8 @@ def _frozen(recording: Recording, joint: int) -> str:
     steps = np.abs(np.diff(value))
     leaps = [steps[k] for k in (first - 1, last) if 0 <= k < len(steps)]
     inside = np.isin(np.arange(len(steps)), (first - 1, last))
-    leapt = bool(leaps) and max(leaps) > LEAP * steps[~inside].max(initial=0.0)
-    if not (moves if change.max() == 0.0 else leapt or max(beside) > ABRUPT * change.max()):
+    leapt = bool(leaps) and max(leaps) > LEAP_RATIO * steps[~inside].max(initial=0.0)
+    if not (moves if change.max() == 0.0 else leapt or max(beside) > ABRUPT_RATE * change.max()):
         return ""
     return (
         f"reads the same from {time[first]:.3f} to {time[last]:.3f} s but moves at full speed before or after: a "
@@ -137,10 +138,10 @@ def _frozen(recording: Recording, joint: int) -> str:
 
 def convention_doubts(leg: Leg, recordings: Sequence[Recording], result: FitResult) -> list[str]:
     """If the fit is poor: the joint whose changed sign or zero would make it good."""
-    recordings = later(recordings, result.cut) or recordings if result.cut else recordings
+    recordings = recordings_from(recordings, result.cut) or recordings if result.cut else recordings
     left = np.array([result.rms[name] for name in leg.joint_names])
     scatter = sample_scatter(recordings)
-    poor = (left > POOR * _motion(recordings)) & (left > NOISY * scatter)
+    poor = (left > POOR_SHARE * _motion(recordings)) & (left > SCATTER_ALONE * scatter)
     # A wrong sign need not leave much: an absurdly strong damper may hide it.
     if result.at_bound:
         poor |= left > UNEXPLAINED * scatter
@@ -149,14 +150,14 @@ def convention_doubts(leg: Leg, recordings: Sequence[Recording], result: FitResu
     some = [recording.thinned(SAMPLES) for recording in recordings[:TRIED]]
     floor = float(np.nansum(sample_scatter(some) ** 2))
     # The fit itself may have failed because of its start: a changed leg is compared with the better of the two.
-    before = min(_left(leg, some), float(np.sqrt(np.nansum(left**2))))
-    hopeful = float(np.sqrt(max(0.0, floor + HOPEFUL**2 * (before**2 - floor))))
+    before = min(_residual_left(leg, some), float(np.sqrt(np.nansum(left**2))))
+    hopeful = float(np.sqrt(max(0.0, floor + HOPEFUL_SHARE**2 * (before**2 - floor))))
     found = []
     for j, joint in enumerate(leg.joints):
         for changed, text in _changes(joint):
             other = replace(leg, joints=(*leg.joints[:j], changed, *leg.joints[j + 1 :]))
-            after = _left(other, [_seen_as(recording, j, joint, changed) for recording in some], hopeful)
-            if after**2 - floor < FITS**2 * (before**2 - floor):
+            after = _residual_left(other, [_in_convention(recording, j, joint, changed) for recording in some], hopeful)
+            if after**2 - floor < FITTING_SHARE**2 * (before**2 - floor):
                 found.append((after, joint.name, text))
     if not found:
         return []
@@ -179,7 +180,7 @@ def _changes(joint: Joint) -> list[tuple[Joint, str]]:
     return made
 
 
-def _seen_as(recording: Recording, j: int, old: Joint, new: Joint) -> Recording:
+def _in_convention(recording: Recording, j: int, old: Joint, new: Joint) -> Recording:
     """The same readings of joint ``j`` in another convention."""
     turn = new.sign * old.sign
     shift = new.sign * (old.zero - new.zero)
@@ -195,7 +196,7 @@ def _seen_as(recording: Recording, j: int, old: Joint, new: Joint) -> Recording:
     return replace(recording, rotation=rotation, smoothed=replace(smoothed, angle=angle, rate=rate), known_torque=known)
 
 
-def _left(leg: Leg, recordings: Sequence[Recording], hopeful: float = np.inf) -> float:
+def _residual_left(leg: Leg, recordings: Sequence[Recording], hopeful: float = np.inf) -> float:
     """RMS over all joints, rad, after one descent from the weak form's start; infinite if it diverges.
 
     A rough fit that leaves more than ``hopeful`` rad is not refined.

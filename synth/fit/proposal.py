@@ -16,12 +16,12 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90
-from synth.fit.fit_problem import sought_by
+from synth.fit.fit_problem import unknowns_of
 from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
 from synth.fit.static_points import Balance
 from synth.fit.trajectories import TrajectoryModel
-from synth.fit.uncertainty import LOOSE, covariance
+from synth.fit.uncertainty import LOOSE_RATE, covariance
 from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
@@ -113,11 +113,11 @@ class Proposal:
 
 def proposals(model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution) -> tuple[Proposal, ...]:
     """A static point for every joint whose spring rate is not determined by the trials and existing points."""
-    unknowns = sought_by(model)
+    unknowns = unknowns_of(model)
     known = covariance(model, solution, with_prior=False)
     found = []
     for place, j in enumerate(unknowns.rates):
-        if np.sqrt(known[place, place]) > LOOSE and any(j in recording.free for recording in recordings):
+        if np.sqrt(known[place, place]) > LOOSE_RATE and any(j in recording.free for recording in recordings):
             proposal = _proposal(unknowns, recordings, solution.values, known, j)
             found += [proposal] if proposal is not None else []
     return tuple(found)
@@ -149,7 +149,9 @@ def _proposal(
     for share, angle_error in readings:
         for index, (held, torque, spring) in enumerate(points):
             error = max(share * abs(torque), 1e-9)
-            after = _after(unknowns, values, known, Balance("", j, float(held[j]), spring, error, angle_error), place)
+            after = _deviation_after_point(
+                unknowns, values, known, Balance("", j, float(held[j]), spring, error, angle_error), place
+            )
             if best is None or after < best[0]:
                 best = after, index, error, angle_error
         assert best is not None
@@ -185,14 +187,16 @@ def _with_tip_mass(
             break
         spring = -float(static_torque(coefficients(leg, share * mass), hung, leg.tilt)[j])
         point = Balance("", j, float(hung[j]), spring, 1e-9, made.angle_error)
-        after = _after(unknowns, values, known, point, place)
+        after = _deviation_after_point(unknowns, values, known, point, place)
         if after <= AIM:
             angle = float(leg.to_measured(hung)[j])
             return replace(made, tip_mass=share * mass, tip_angle=angle, tip_after=_half_width(after))
     return made
 
 
-def _after(unknowns: SpringsAndDampers, values: Array, known: Array, point: Balance, place: int) -> float:
+def _deviation_after_point(
+    unknowns: SpringsAndDampers, values: Array, known: Array, point: Balance, place: int
+) -> float:
     """Standard deviation of the log rate with one more point (Sherman-Morrison on the covariance)."""
     places = [place, unknowns.rest_at(point.joint)]
     slope = np.zeros(len(values))

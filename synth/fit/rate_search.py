@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from synth.arrays import Array
-from synth.fit.fit_problem import sought_by
+from synth.fit.fit_problem import unknowns_of
 from synth.fit.recordings import Recording
 from synth.fit.simplex import SearchEnd, simplex
 from synth.fit.starts import Start, balanced_rests, starts
@@ -68,7 +68,7 @@ class Search:
 
     def __post_init__(self) -> None:
         self.starts = self.starts or starts(self.recordings)
-        self.unknowns = sought_by(self.model)
+        self.unknowns = unknowns_of(self.model)
         self.rough = self.model.at_tolerance(TOLERANCE)
         self.n = len(self.model.leg.joints)
 

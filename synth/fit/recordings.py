@@ -14,22 +14,22 @@ from synth.drives.servo import Servo, ServoSignals
 from synth.errors import Problem, UserError
 from synth.motion.first_state import FirstState, first_state
 from synth.motion.smoothing import Smoothed, lost_samples, smooth
-from synth.motion.thinning import thinned
+from synth.motion.thinning import thin_recording
 from synth.motion.time_step import stepped_unit
 from synth.motion.velocity import unlike, with_velocities
 from synth.remarks import noted
 from synth.swing.chain import Conditions
-from synth.swing.known_torque import averaged, with_least_spacing
+from synth.swing.known_torque import average_torques, with_least_spacing
 from synth.swing.leg_model import Leg
 from synth.swing.time_unit import time_unit
 
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
 
-FEWEST = 12  # samples of a trial: fewer determine neither its noise nor its initial state
+LEAST_SAMPLES = 12  # samples of a trial: fewer determine neither its noise nor its initial state
 LEAST_MOTION = np.radians(0.5)  # rad; a smaller motion is not a release
-LOCKED = np.radians(5.0)  # rad, of most samples: a clamped joint gives less, even with its play
-MOST_SAMPLES = (0.05, 0.95)  # shares of the samples between which a joint's range is taken: glitches do not count
+LOCKED_RANGE = np.radians(5.0)  # rad, of most samples: a clamped joint gives less, even with its play
+RANGE_SHARES = (0.05, 0.95)  # shares of the samples between which a joint's range is taken: glitches do not count
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Recording:
             return None
         force = np.zeros_like(self.smoothed.angle)
         if self.known_torque is not None:
-            force += averaged(self.known_torque, self.smoothed.time)
+            force += average_torques(self.known_torque, self.smoothed.time)
         if self.signals is not None:
             force += _servo_torque(leg, self.signals, self.smoothed)
         return force
@@ -78,11 +78,10 @@ class Recording:
     def initial_rate(self) -> tuple[Array, Array]:
         """Initial rate (n,) rad/s from the smoothed samples, and its standard deviation (n,).
 
-        The deviation is wide enough not to affect anything that the trajectory determines. It is needed for a joint so
-        damped that its initial rate decays within a sample: without a prior any rate would fit, even a thousand degrees
-        per second. It equals the largest observed rate: a slowly moving joint's smoothed samples do not show the
-        initial rate, and with a third of that value thirty trials' initial rates were biased, k and b by two of their
-        standard deviations; with three times it the lab's overdamped hip fell to a hundredth of its stiffness.
+        The deviation is that of what the samples do not show. The initial rate of a joint so damped that it decays
+        within a sample may be any, and without a prior any would fit. The largest observed rate is the one size of a
+        rate that the recording gives: a smaller deviation would hold the start to the slow motion after the decay, and
+        a larger one would allow rates that no sample shows. The trajectory determines all others far better.
         """
         step = float(np.median(np.diff(self.time)))
         largest = np.abs(self.smoothed.rate).max(axis=0)
@@ -94,8 +93,7 @@ class Recording:
 
         The rate's deviation includes the rate itself. If a joint is so damped that its initial rate decays within a
         sample, the samples show the slow motion that follows and not the rate before it, which may have been zero: a
-        deviation of a third of that biased thirty trials' initial rates, k and b by two of their standard
-        deviations.
+        smaller deviation would bias the start of every trial the same way, and k and b with it.
         """
         # Rounding to counts is detected from a joint's smallest difference over a series only; here the
         # scatter suffices.
@@ -188,30 +186,30 @@ def recordings(leg: Leg, trials: Sequence[Trial], sought: Sequence[str] | None =
     made, problems = [], []
     for trial in trials:
         try:
-            made.append(_recording(leg, trial))
+            made.append(_read_recording(leg, trial))
             problems += _moving_locked(leg, trial) if sought is None or sought else []
         except UserError as error:
             problems += error.problems
-    problems += [] if problems else _unmoved(leg, made, sought)
+    problems += [] if problems else _unmoved_joints(leg, made, sought)
     if problems:
         raise UserError(problems)
     unit = stepped_unit([recording.smoothed.pace for recording in made])
     return made if unit == 1.0 else [replace(recording, unit=unit) for recording in made]
 
 
-def _recording(leg: Leg, trial: Trial) -> Recording:
+def _read_recording(leg: Leg, trial: Trial) -> Recording:
     read = _rows_read(trial)
     names, time = leg.joint_names, trial.time[read] - trial.time[read][0]
-    if len(time) < FEWEST:
-        text = f"{len(time)} samples over {time[-1] * 1e3:.4g} ms; a trial needs at least {FEWEST} samples"
+    if len(time) < LEAST_SAMPLES:
+        text = f"{len(time)} samples over {time[-1] * 1e3:.4g} ms; a trial needs at least {LEAST_SAMPLES} samples"
         raise UserError(Problem(text, file=trial.name))
     rotation = leg.to_rotation(trial.angles[read])
     found = lost_samples(rotation)
-    n_lost, thin = int(found.sum()), thinned(time, rotation, found)
+    n_lost, thin = int(found.sum()), thin_recording(time, rotation, found)
     time, rotation, lost = thin.time - thin.time[0], thin.angle, thin.lost
-    few = [name for j, name in enumerate(names) if (~lost[:, j]).sum() < FEWEST]
+    few = [name for j, name in enumerate(names) if (~lost[:, j]).sum() < LEAST_SAMPLES]
     if few:
-        text = f"fewer than {FEWEST} usable samples of {', '.join(few)}"
+        text = f"fewer than {LEAST_SAMPLES} usable samples of {', '.join(few)}"
         raise UserError(Problem(text, file=trial.name))
     locked = tuple(names.index(name) for name in trial.locked)
     counts = ~lost
@@ -245,11 +243,11 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
         thin.sentence,
         signals,
         thin.averaged,
-        unwrapped=_unwrapped(leg, trial),
+        unwrapped=_jump_message(leg, trial),
     )
 
 
-def _unwrapped(leg: Leg, trial: Trial) -> str:
+def _jump_message(leg: Leg, trial: Trial) -> str:
     """The message on removed jumps; empty if there were none."""
     counts = [f"{name} {count}" for name, count in zip(leg.joint_names, trial.jumps, strict=False) if count]
     return f"jumps by a whole turn were removed ({', '.join(counts)}): the readings are wrapped" if counts else ""
@@ -260,8 +258,8 @@ def _moving_locked(leg: Leg, trial: Trial) -> list[Problem]:
     problems = []
     for name in trial.locked:
         angle = trial.angles[:, leg.joint_names.index(name)]
-        low, high = np.nanquantile(angle, MOST_SAMPLES)
-        if high - low > LOCKED:
+        low, high = np.nanquantile(angle, RANGE_SHARES)
+        if high - low > LOCKED_RANGE:
             text = f"{name} is listed as locked, but its angle changes by {np.degrees(high - low):.3g} deg. List the "
             text += "joints that were held in this trial, or leave the trial out"
             problems.append(Problem(text, file=trial.name, key="locked"))
@@ -313,7 +311,7 @@ def _rows_read(trial: Trial) -> Mask:
     return np.asarray(np.isfinite(trial.angles).any(axis=1))
 
 
-def _unmoved(leg: Leg, made: Sequence[Recording], sought: Sequence[str] | None) -> list[Problem]:
+def _unmoved_joints(leg: Leg, made: Sequence[Recording], sought: Sequence[str] | None) -> list[Problem]:
     problems = []
     for j, name in enumerate(leg.joint_names):
         if sought is not None and name not in sought:

@@ -19,13 +19,13 @@ from synth.threads import shared_out
 NOISE_ROUNDS = 5  # most rounds of noise and fit; ``SAME_NOISE`` ends them earlier
 SAME_NOISE = 0.02  # change of its logarithm that ends the rounds
 FIRST_NOISE = 0.1  # rad, if the start's motion diverges
-ROUGHLY, ROUGH_ITERATIONS = 3.0, 25  # tolerance on the log-likelihood before the noise is known
-FINELY = 0.02  # log-likelihood: a decrease that moves no estimate by more than a fifth of its deviation
+ROUGH_TOLERANCE, ROUGH_ITERATIONS = 3.0, 25  # tolerance on the log-likelihood before the noise is known
+FINE_TOLERANCE = 0.02  # log-likelihood: a decrease that moves no estimate by more than a fifth of its deviation
 NEAR_DAMPING = 1e-6  # of an iteration that starts near its optimum, as from the weak form
 KEPT_STARTS = 2  # starts that are refined after screening
 SCREENED_TRIALS = 5  # about the number of trials that show whether a start is useful
 SCREENING_ITERATIONS, SCREENING_TOLERANCE = 12, 1.0  # of each start, only to rank them
-POOR = 4.0  # times the samples' own scatter: above it other starts are tried
+POOR_FIT = 4.0  # times the samples' own scatter: above it other starts are tried
 
 
 def refine(
@@ -54,7 +54,7 @@ def refine(
     weights = Weights(relative * noise, spread, centre)
     solution = solve(
         model, recordings, replace(start, damping=NEAR_DAMPING, lanes=lanes), weights,
-        max_iterations=ROUGH_ITERATIONS, tolerance=ROUGHLY,
+        max_iterations=ROUGH_ITERATIONS, tolerance=ROUGH_TOLERANCE,
     )  # fmt: skip
     del lanes  # a copy for every trial, of which the solution keeps the small parts
     for _ in range(rounds):
@@ -66,7 +66,7 @@ def refine(
         weights = Weights(relative * noise, spread, centre, rounding)
         solution = solve(
             model, recordings, replace(FitStart.at(solution), damping=min(solution.damping, NEAR_DAMPING)), weights,
-            tolerance=FINELY,
+            tolerance=FINE_TOLERANCE,
         )  # fmt: skip
         if change < SAME_NOISE:
             break
@@ -109,7 +109,7 @@ def _relative_noise(recordings: Sequence[Recording], weight: str) -> Array:
     return relative_amplitudes(recordings)
 
 
-def or_another_start(
+def refine_other_starts(
     model: TrajectoryModel,
     recordings: Sequence[Recording],
     best: Stage,
@@ -124,7 +124,7 @@ def or_another_start(
     The weak form may lead to the wrong minimum; a start is screened on a few trials before it is refined.
     """
     rms = clipped_rms(recordings, best.solution.predictions)
-    if np.all((rms < POOR * scatter) | ~np.isfinite(scatter)):
+    if np.all((rms < POOR_FIT * scatter) | ~np.isfinite(scatter)):
         return best
     drawn = drawn_starts(model, recordings, seed)
     every = max(1, len(recordings) // SCREENED_TRIALS)

@@ -13,18 +13,18 @@ from synth.estimation.intervals import NORMAL90, Estimate
 from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import DrawnLegs, draws
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.fit_problem import sought_by
+from synth.fit.fit_problem import unknowns_of
 from synth.fit.fit_result import FitResult, JointFit, TrialFit, Variant
 from synth.fit.interval_sources import sources_of
-from synth.fit.least_squares import Solution, Stage, refreshed
+from synth.fit.least_squares import Solution, Stage, resimulated
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.model_error import ModelError
 from synth.fit.odd_trials import odd_trials
 from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording, sentences_on_reading
 from synth.fit.ridge_family import RidgeFamily, families
-from synth.fit.search_box import NEAR, NEAR_ANGLE
-from synth.fit.static_points import JudgedPoint, judged
+from synth.fit.search_box import NEAR_ANGLE, NEAR_LOGARITHM
+from synth.fit.static_points import JudgedPoint, judge_points
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.trial_fits import away_from_their_starts, trial_fits
 from synth.fit.uncertainty import clipped_rms, covariance, mass_scale_sentence, not_separable, root_mean_square
@@ -33,7 +33,7 @@ from synth.remarks import Remark, at_joint, noted
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Leg, Spring
 
-MISPLACED = 3.0  # standard deviations from which a static point is reported
+MISPLACED_POINT = 3.0  # standard deviations from which a static point is reported
 LEAST_MISFIT = np.radians(0.3)  # smallest reported misfit: a few counts of a coarse encoder
 MISFIT = 3.0  # RMS over sample scatter from which the model is questioned
 
@@ -87,9 +87,9 @@ def result_of(
     ``scatter`` (n,) rad, the readings' noise. ``options.intervals``: of the chosen treatment's estimates, from
     ``sensitivities`` or ``bootstrap``; all include the uncertainty of the links, ``options.tolerance``.
     """
-    fitted, widths = _refreshed(model, recordings, fitted), link_widths(model.leg, options.tolerance)
+    fitted, widths = _resimulate_all(model, recordings, fitted), link_widths(model.leg, options.tolerance)
     treatments, mode = fitted.treatments, fitted.mode
-    unknowns, leg, names = sought_by(model), model.leg, model.leg.joint_names
+    unknowns, leg, names = unknowns_of(model), model.leg, model.leg.joint_names
     solutions = {name: each.stage.solution for name, each in treatments.items()}
     spreads, chosen = {name: covariance(model, solution) for name, solution in solutions.items()}, solutions[mode]
     refits, lost = _refits(model, recordings, fitted.stage, spreads[mode], options)
@@ -97,15 +97,15 @@ def result_of(
     links[mode] = _with_law(fitted.error, links[mode])
     offsets = _offsets(fitted, spreads, refits, links)
     joints = {name: _joints(unknowns, each, offsets[name]) for name, each in treatments.items()}
-    rms = {name: _named(names, root_mean_square(recordings, s.predictions)) for name, s in solutions.items()}
+    rms = {name: _by_joint_name(names, root_mean_square(recordings, s.predictions)) for name, s in solutions.items()}
     static = _static(unknowns, chosen.values)
     drawn = draws(chosen.values, spreads[mode], refits, links[mode], options.seed)
     drawn, spreads[mode] = _with_model_error(fitted.error, drawn, spreads[mode], options.seed)
     made = _fitted_leg(leg, joints[mode])
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     left = clipped_rms(recordings, chosen.predictions)
-    clipped, noise = _named(names, left), _named(names, scatter)
-    alike = _alike(model, recordings, fitted, misfit=bool(np.any(left > MISFIT * scatter)))
+    clipped, noise = _by_joint_name(names, left), _by_joint_name(names, scatter)
+    alike = _equal_pairs(model, recordings, fitted, misfit=bool(np.any(left > MISFIT * scatter)))
     edges = at_edges(unknowns, chosen.values)
     return FitResult(
         leg=made,
@@ -117,16 +117,16 @@ def result_of(
         free_angle_why=fitted.why,
         variants=tuple(_variant(name, joints[name], rms[name], each.spread) for name, each in treatments.items()),
         noise=noise,
-        not_separable=_open(model, recordings, chosen, (*fitted.softened, *(each.sentence for each in alike))),
+        not_separable=_left_open(model, recordings, chosen, (*fitted.softened, *(each.sentence for each in alike))),
         warnings=(
-            *_before_all(fitted.error, recordings),
+            *_first_sentences(fitted.error, recordings),
             *lost,
             *([] if fitted.searched else _misfits(rms[mode], clipped, noise)),
-            *_odd(leg, trials, mode),
+            *_odd_trials(leg, trials, mode),
             *away_from_their_starts(made, trials, recordings[0].unit),
             *edges.values(),
             *_left_out(leg),
-            *_off_balance(leg, static),
+            *_contradicting_points(leg, static),
         ),
         at_bound=tuple(edges),
         method="least_squares",
@@ -142,20 +142,23 @@ def result_of(
     )
 
 
-def _refreshed(model: TrajectoryModel, recordings: Sequence[Recording], fitted: FittedTreatments) -> FittedTreatments:
+def _resimulate_all(
+    model: TrajectoryModel, recordings: Sequence[Recording], fitted: FittedTreatments
+) -> FittedTreatments:
     """Every treatment with its predictions and information at its own estimates."""
     treatments = {
-        name: replace(each, stage=refreshed(model, recordings, each.stage)) for name, each in fitted.treatments.items()
+        name: replace(each, stage=resimulated(model, recordings, each.stage))
+        for name, each in fitted.treatments.items()
     }
     return replace(fitted, treatments=treatments)
 
 
-def _named(names: Sequence[str], values: Array) -> dict[str, float]:
+def _by_joint_name(names: Sequence[str], values: Array) -> dict[str, float]:
     """Values (n,) by the joints' names."""
     return dict(zip(names, values.tolist(), strict=True))
 
 
-def _before_all(error: ModelError | None, recordings: Sequence[Recording]) -> tuple[str, ...]:
+def _first_sentences(error: ModelError | None, recordings: Sequence[Recording]) -> tuple[str, ...]:
     """The first sentences: on the model's law, and on what is fitted."""
     return (*((error.sentence,) if error is not None else ()), *sentences_on_reading(recordings))
 
@@ -174,7 +177,7 @@ def _with_law(error: ModelError | None, links: LinkErrors | None) -> LinkErrors 
     return replace(links, considered=Considered(links.considered.sensitivity + error.by_links))
 
 
-def _alike(
+def _equal_pairs(
     model: TrajectoryModel, recordings: Sequence[Recording], fitted: FittedTreatments, *, misfit: bool
 ) -> tuple[RidgeFamily, ...]:
     """The pairs of rates that fit equally well; where the model misfits, by its residuals and not by its cost."""
@@ -196,15 +199,15 @@ def _offsets(
         offsets[fitted.mode] = refits.offsets(chosen)
     for name, found in links.items():
         if found is not None:
-            offsets[name] = _added(offsets[name], found.covariance)
+            offsets[name] = _add_errors(offsets[name], found.covariance)
     if fitted.error is not None:
-        offsets[fitted.mode] = _added(offsets[fitted.mode], fitted.error.covariance)
+        offsets[fitted.mode] = _add_errors(offsets[fitted.mode], fitted.error.covariance)
     if fitted.least is not None:
-        offsets[fitted.mode] = _reaching(offsets[fitted.mode], chosen, fitted.least.values)
+        offsets[fitted.mode] = _offsets_reaching(offsets[fitted.mode], chosen, fitted.least.values)
     return offsets
 
 
-def _added(offsets: tuple[Array, Array], covariance: Array) -> tuple[Array, Array]:
+def _add_errors(offsets: tuple[Array, Array], covariance: Array) -> tuple[Array, Array]:
     """The ends of the intervals with independent errors of this covariance (p, p) added in quadrature."""
     half = NORMAL90 * np.sqrt(np.diag(covariance))
     return -np.hypot(offsets[0], half), np.hypot(offsets[1], half)
@@ -232,11 +235,11 @@ def _variant(name: str, joints: Mapping[str, JointFit], rms: Mapping[str, float]
     )
 
 
-def _open(
+def _left_open(
     model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, softened: Sequence[str]
 ) -> tuple[str, ...]:
     """Sentences on what the trials leave open: each joint, moves along a ridge, and the mass scale."""
-    unknowns = sought_by(model)
+    unknowns = unknowns_of(model)
     messages = not_separable(unknowns, covariance(model, solution, with_prior=False), solution.values)
     weighed = any(balance.weighed for balance in unknowns.balances)
     scale = mass_scale_sentence(model.leg, recordings, weighed=weighed)
@@ -264,10 +267,10 @@ def _static(unknowns: SpringsAndDampers, values: Array) -> tuple[JudgedPoint, ..
     n = len(unknowns.leg.joints)
     rate = np.exp(values[[unknowns.rate_at(j) for j in range(n)]])
     rest = values[[unknowns.rest_at(j) for j in range(n)]]
-    return judged(unknowns.balances, rate, rest)
+    return judge_points(unknowns.balances, rate, rest)
 
 
-def _off_balance(leg: Leg, static: Sequence[JudgedPoint]) -> list[str]:
+def _contradicting_points(leg: Leg, static: Sequence[JudgedPoint]) -> list[str]:
     """Sentences on static points that contradict the trials."""
     return [
         f"static point {item.balance.name}, {leg.joint_names[item.balance.joint]}: the spring torque is "
@@ -275,11 +278,11 @@ def _off_balance(leg: Leg, static: Sequence[JudgedPoint]) -> list[str]:
         f"{abs(item.deviations):.1f} standard deviations apart: a wrong reading, link masses that are off, or a spring "
         "that is not linear"
         for item in static
-        if abs(item.deviations) > MISPLACED
+        if abs(item.deviations) > MISPLACED_POINT
     ]
 
 
-def _reaching(offsets: tuple[Array, Array], values: Array, least: Array) -> tuple[Array, Array]:
+def _offsets_reaching(offsets: tuple[Array, Array], values: Array, least: Array) -> tuple[Array, Array]:
     """The offsets about ``values``, widened to contain the same interval about ``least``."""
     low, high = offsets
     moved = least - values
@@ -292,7 +295,7 @@ def _normal_offsets(covariance: Array) -> tuple[Array, Array]:
     return -half, half
 
 
-def _odd(leg: Leg, trials: Sequence[TrialFit], mode: str) -> list[str]:
+def _odd_trials(leg: Leg, trials: Sequence[TrialFit], mode: str) -> list[str]:
     rms, free = np.array([trial.rms for trial in trials]), np.array([trial.free_angle for trial in trials])
     return odd_trials([t.name for t in trials], leg.joint_names, rms, free if mode == "per_trial" else None)
 
@@ -318,7 +321,7 @@ def at_edges(unknowns: SpringsAndDampers, values: Array) -> dict[str, Remark]:
         for j in joints:
             value = values[at(j)]
             for name, side in sides:
-                if abs(value - side[at(j)]) < NEAR:
+                if abs(value - side[at(j)]) < NEAR_LOGARITHM:
                     found, bound = np.exp([value, side[at(j)]])
                     remark = _at_edge(unknowns, j, what, f"{found:.3g} {unit}", f"{bound:.3g}", name)
                     sentences[unknowns.names[at(j)]] = remark

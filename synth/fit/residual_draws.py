@@ -37,12 +37,14 @@ from synth.motion.noise import MAD_TO_SD
 
 ORDER = 60  # most coefficients of an autoregression; what is left of the correlation is in the blocks
 ROUNDS = 3  # corrections of the autocorrelation, a choice: each leaves about the share that the fit absorbs of the last
-ALIKE = 0.2  # of a log sample step, between recordings whose residuals are put together
+ALIKE_STEP = 0.2  # of a log sample step, between recordings whose residuals are put together
 FILLINGS = 10  # of lost samples and autoregression in turn, a choice; with half of them lost 5 end up to 5 % short
-PAIRS = 10  # fewest products from which a mean product is taken where samples are lost
-UNLIKE = 0.2  # of the residuals' variance, by which the last draws' may be off after a refit
-CHECKED = 100  # draws from which the correlation after a refit is known, to some 3 % for two dozen independent samples
-LEAST, ENOUGH = 10, 10_000_000  # fewer such draws of long trials, which tell as much: so many samples in all
+LEAST_PAIRS = 10  # fewest products from which a mean product is taken where samples are lost
+UNLIKE_VARIANCE = 0.2  # of the residuals' variance, by which the last draws' may be off after a refit
+# draws from which the correlation after a refit is known, to some 3 % for two dozen independent samples
+CHECKED_DRAWS = 100
+# fewer such draws of long trials, which tell as much: so many samples in all
+LEAST_DRAWS, ENOUGH_SAMPLES = 10, 10_000_000
 CUT = 6.0  # robust standard deviations at which residuals are truncated for the autocorrelation, as in ``clipped_rms``
 
 Places = NDArray[np.intp]
@@ -76,7 +78,7 @@ class Draw:
         return made
 
 
-def resampled(
+def resample(
     generator: np.random.Generator,
     residuals: Sequence[Array],
     steps: Sequence[float],
@@ -97,9 +99,11 @@ def resampled(
     ArithmeticError : no autoregression is found of whose draws a refit leaves as much as the fit did of the noise.
     """
     scaled = [left / own for left, own in zip(residuals, noise, strict=True)]
-    pools = [_AlikeTrials.of(generator, trials, [scaled[t] for t in trials]) for trials in _alike(steps)]
+    pools = [_AlikeTrials.of(generator, trials, [scaled[t] for t in trials]) for trials in _trials_by_step(steps)]
     lags = [pool.wanted.copy() for pool in pools]
-    some = np.arange(min(draws, CHECKED, max(LEAST, ENOUGH // sum(left.size for left in residuals))))
+    some = np.arange(
+        min(draws, CHECKED_DRAWS, max(LEAST_DRAWS, ENOUGH_SAMPLES // sum(left.size for left in residuals)))
+    )
     for turn in range(ROUNDS + 1):
         made: dict[int, Draw] = {}
         for pool, each in zip(pools, lags, strict=True):
@@ -109,18 +113,18 @@ def resampled(
         left = left_over(drawn)
         for pool, each in zip(pools, lags, strict=True):
             before, after = ([values[t] / noise[t][:, None] for t in pool.trials] for values in (drawn, left))
-            seen = pool.after_refit(before, after)
+            draw_lags = pool.lags_after_refit(before, after)
             if turn == ROUNDS:
-                _check(seen[0], pool.wanted[0])
-            each += pool.wanted - seen
+                _require_alike(draw_lags[0], pool.wanted[0])
+            each += pool.wanted - draw_lags
     return found
 
 
-def _check(seen: Array, wanted: Array) -> None:
+def _require_alike(draw_lags: Array, wanted: Array) -> None:
     """Variances (n,) of what a refit leaves of the last draws, and of the residuals."""
     known = wanted > 0.0
-    off = seen[known] / wanted[known]
-    if np.any(np.abs(off - 1.0) > UNLIKE):
+    off = draw_lags[known] / wanted[known]
+    if np.any(np.abs(off - 1.0) > UNLIKE_VARIANCE):
         worst = off[np.argmax(np.abs(off - 1.0))]
         raise ArithmeticError(
             f"no noise is found of which the fit would leave residuals like these: of the resampled it leaves "
@@ -128,11 +132,11 @@ def _check(seen: Array, wanted: Array) -> None:
         )
 
 
-def _alike(steps: Sequence[float]) -> list[list[int]]:
+def _trials_by_step(steps: Sequence[float]) -> list[list[int]]:
     """Trials of nearly equal sample steps, together."""
     pools: list[list[int]] = []
     for t in np.argsort(steps).tolist():
-        if pools and np.log(steps[t] / steps[pools[-1][0]]) < ALIKE:
+        if pools and np.log(steps[t] / steps[pools[-1][0]]) < ALIKE_STEP:
             pools[-1].append(t)
         else:
             pools.append([t])
@@ -177,7 +181,7 @@ class _AlikeTrials:
             orders.append(best_order(lags[:, j], number) if lags[0, j] > 0.0 else 0)
         return cls(trials, filled, counted, present, lags, orders)
 
-    def after_refit(self, drawn: Sequence[Array], left: Sequence[Array]) -> Array:
+    def lags_after_refit(self, drawn: Sequence[Array], left: Sequence[Array]) -> Array:
         """(most + 1, n) mean products of what a refit leaves of draws (m, n, c), as of all samples.
 
         At lost samples it leaves what its estimates miss there, which no residual shows. So what it takes at the others
@@ -196,7 +200,7 @@ class _AlikeTrials:
         for j, law in enumerate(laws):
             if law is not None:
                 colour[: self.orders[j], j] = law.coefficients
-        white = [_whitened(each, colour) for each in self.filled]
+        white = [_innovations(each, colour) for each in self.filled]
         number = sum(len(each) * good[0] for each, good in zip(white, self.present, strict=True))
         size = np.sqrt(sum((each**2).sum(axis=0) for each in white) / np.maximum(number, 1))
         wanted = np.sqrt([0.0 if law is None else law.variance for law in laws])
@@ -223,7 +227,7 @@ def _lags(values: Sequence[Array], known: Sequence[Mask], most: int) -> Array:
             size = _usual(value[good, j])
             mask = good.reshape(-1, *[1] * (value.ndim - 2))
             held.append(np.where(mask, np.clip(value[:, j], -size, size), 0.0))
-        columns.append(pair_products(held, goods, most, PAIRS))
+        columns.append(pair_products(held, goods, most, LEAST_PAIRS))
     return np.stack(columns, axis=1)
 
 
@@ -232,7 +236,7 @@ def _usual(value: Array) -> Array:
     return CUT * MAD_TO_SD * np.asarray(np.median(np.abs(value), axis=0) if len(value) else np.zeros(value.shape[1:]))
 
 
-def _whitened(filled: Array, colour: Array) -> Array:
+def _innovations(filled: Array, colour: Array) -> Array:
     """(m - p, n), what the last p samples do not predict, about its mean."""
     p = len(colour)
     white = filled[p:].copy()

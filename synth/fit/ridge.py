@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.fit.fit_problem import sought_by
+from synth.fit.fit_problem import unknowns_of
 from synth.fit.least_squares import FitStart, Solution, Weights, solve
 from synth.fit.recordings import Recording
-from synth.fit.search_box import NEAR
+from synth.fit.search_box import NEAR_LOGARITHM
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import covariance, is_ridge, root_mean_square
 from synth.fit.unknowns import SpringsAndDampers
@@ -28,26 +28,28 @@ from synth.swing.mechanics import outboard_inertia
 
 ALLOWANCE = 0.05  # of the best overall RMS, for all joints together
 BISECTIONS = 5  # of the logarithm of a rate: to a 32nd of the range
-POINTS = 0.5  # allowed increase of the static points' cost: one standard deviation of one of them
-SAME = np.log(1.2)  # allowed change of b/k: beyond it is another minimum, not this ridge
-HELD = 1e8  # precision of a fixed log rate: a standard deviation of 1e-4, far below any interval
+POINTS_COST = 0.5  # allowed increase of the static points' cost: one standard deviation of one of them
+SAME_QUOTIENT = np.log(1.2)  # allowed change of b/k: beyond it is another minimum, not this ridge
+HELD_PRECISION = 1e8  # precision of a fixed log rate: a standard deviation of 1e-4, far below any interval
 SOFTEST_DECAY = 0.5  # 1/s of b/I in the recordings' unit of time, as of the prior: no ridge reaches lower
-SETTLED = 0.05  # decrease of the cost, a log-likelihood, below which a refit along a ridge has converged
+SETTLED_COST = 0.05  # decrease of the cost, a log-likelihood, below which a refit along a ridge has converged
 SOFTEST = "of equally good springs and dampers the softest is given"
 RIDGE = "moved along a ridge"  # kind of the remark on it
 
 
 @dataclass(frozen=True)
-class Softened:
+class SoftenedSolution:
     """A solution further along its ridges, and a sentence for each joint that was moved."""
 
     solution: Solution
     sentences: tuple[str, ...]
 
 
-def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, weights: Weights) -> Softened:
+def soften(
+    model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, weights: Weights
+) -> SoftenedSolution:
     """Move every joint whose spring and damper rate are not separable to the softest values that fit equally well."""
-    unknowns = sought_by(model)
+    unknowns = unknowns_of(model)
     loose = [(j, unknowns.rate_at(j), unknowns.damper_at(j)) for j in loose_joints(model, solution)]
     best, points = overall_rms(recordings, solution), static_cost(unknowns, solution.values)
     softest = np.log(outboard_inertia(model.leg) * SOFTEST_DECAY / unknowns.box.unit)
@@ -57,19 +59,19 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
         limit = best * (1 + ALLOWANCE * (count + 1) / len(loose))
         high, low = float(solution.values[place]), softest[j]
         before = np.exp(solution.values[[k, place]])
-        ended = bool(np.any(unknowns.upper[[k, place]] - solution.values[[k, place]] < NEAR))
+        ended = bool(np.any(unknowns.upper[[k, place]] - solution.values[[k, place]] < NEAR_LOGARITHM))
         ratio = float(solution.values[place] - solution.values[k])
         search = RidgeSearch(with_beliefs(model, pinned), recordings, weights, max_iterations=12)
         for _ in range(BISECTIONS):
             middle = 0.5 * (high + low)
             found = search.refit(j, solution, middle)
-            along = abs(float(found.values[place] - found.values[k]) - ratio) <= SAME
-            points_fit = static_cost(unknowns, found.values) <= points + POINTS
+            along = abs(float(found.values[place] - found.values[k]) - ratio) <= SAME_QUOTIENT
+            points_fit = static_cost(unknowns, found.values) <= points + POINTS_COST
             if along and points_fit and overall_rms(recordings, found) <= limit:
                 high, solution = middle, found
             else:
                 low = middle
-        pinned = (*pinned, (place, high, HELD))
+        pinned = (*pinned, (place, high, HELD_PRECISION))
         after = np.exp(solution.values[[k, place]])
         if after[1] < 0.9 * before[1]:  # a smaller move is not worth a sentence
             moved.append((j, before, ", at the bound of the search" if ended else ""))
@@ -85,7 +87,7 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
         )
         for j, before, where in moved
     )
-    return Softened(_without_pins(model, recordings, solution, weights), sentences)
+    return SoftenedSolution(_without_pins(model, recordings, solution, weights), sentences)
 
 
 @dataclass(frozen=True)
@@ -100,27 +102,29 @@ class RidgeSearch:
 
     def refit(self, joint: int, near: Solution, log_rate: float) -> Solution:
         """The fit with this log damper rate, started from a solution moved along the ridge: b/k stays the same."""
-        unknowns = sought_by(self.model)
+        unknowns = unknowns_of(self.model)
         k, place = unknowns.rate_at(joint), unknowns.damper_at(joint)
         values = near.values.copy()
         values[k] += log_rate - values[place]
         values[place] = log_rate
         if self.clipped:
             values = np.clip(values, unknowns.lower, unknowns.upper)
-        model = with_beliefs(self.model, (*unknowns.beliefs, (place, log_rate, HELD)))
+        model = with_beliefs(self.model, (*unknowns.beliefs, (place, log_rate, HELD_PRECISION)))
         start = FitStart(values, near.locals)
-        return solve(model, self.recordings, start, self.weights, max_iterations=self.max_iterations, tolerance=SETTLED)
+        return solve(
+            model, self.recordings, start, self.weights, max_iterations=self.max_iterations, tolerance=SETTLED_COST
+        )
 
 
 def with_beliefs(model: TrajectoryModel, beliefs: tuple[tuple[int, float, float], ...]) -> TrajectoryModel:
     """The model with other priors."""
-    unknowns = replace(sought_by(model), beliefs=beliefs)
+    unknowns = replace(unknowns_of(model), beliefs=beliefs)
     return TrajectoryModel(model.chain, model.leg, unknowns, max_steps=model.max_steps)
 
 
 def loose_joints(model: TrajectoryModel, solution: Solution) -> list[int]:
     """Joints whose spring and damper rate are not separable, the least determined first."""
-    unknowns = sought_by(model)
+    unknowns = unknowns_of(model)
     cov = covariance(model, solution, with_prior=False)
     both = [(j, unknowns.rate_at(j), unknowns.damper_at(j)) for j in unknowns.rates if j in unknowns.dampers]
     found = [(float(cov[k, k]), j) for j, k, place in both if is_ridge(cov, k, place)]

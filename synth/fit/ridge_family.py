@@ -15,10 +15,10 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90
-from synth.fit.fit_problem import sought_by
+from synth.fit.fit_problem import unknowns_of
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.recordings import Recording
-from synth.fit.ridge import ALLOWANCE, POINTS, SAME, RidgeSearch, loose_joints, overall_rms, static_cost
+from synth.fit.ridge import ALLOWANCE, POINTS_COST, SAME_QUOTIENT, RidgeSearch, loose_joints, overall_rms, static_cost
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers
 from synth.remarks import Remark, at_joint
@@ -105,9 +105,9 @@ def families(
     limits = _Limits(
         recordings,
         reported.predictions,
-        sought_by(model),
+        unknowns_of(model),
         difference=MOST_APART * overall_rms(recordings, reported),
-        points=static_cost(sought_by(model), reported.values) + POINTS,
+        points=static_cost(unknowns_of(model), reported.values) + POINTS_COST,
     )
     if least is None:
         limits = replace(limits, cost=reported.cost + COST_RISE)
@@ -157,7 +157,7 @@ class _FamilySearch:
 
     def _side(self, joint: int, sign: float) -> tuple[list[Solution], bool]:
         """Solutions at growing distance, and whether those beyond might fit too."""
-        unknowns = sought_by(self.model)
+        unknowns = unknowns_of(self.model)
         place = unknowns.damper_at(joint)
         bound = float((unknowns.upper if sign > 0.0 else unknowns.lower)[place])
         start = float(self.stage.solution.values[place])
@@ -166,9 +166,9 @@ class _FamilySearch:
         for step in range(1, MOST_STEPS + 1):
             wanted = start + sign * step * FACTOR
             if sign * (bound - wanted) <= 0.0:  # the bound of the search itself is the last
-                last = self._fitted(joint, reached, bound)
+                last = self._fit_at_rate(joint, reached, bound)
                 return ([*members, last] if last is not None else members), last is not None
-            found = self._fitted(joint, reached, wanted)
+            found = self._fit_at_rate(joint, reached, wanted)
             if found is None:
                 end = self._end(joint, reached, wanted)
                 return ([*members, end] if end is not None else members), False
@@ -178,30 +178,30 @@ class _FamilySearch:
 
     def _end(self, joint: int, inside: Solution, outside: float) -> Solution | None:
         """The last solution that fits between one that does and a log damper rate that does not."""
-        place = sought_by(self.model).damper_at(joint)
+        place = unknowns_of(self.model).damper_at(joint)
         end = None
         for _ in range(BISECTIONS):
             middle = 0.5 * (float(inside.values[place]) + outside)
-            found = self._fitted(joint, inside, middle)
+            found = self._fit_at_rate(joint, inside, middle)
             if found is None:
                 outside = middle
             else:
                 inside = end = found
         return end
 
-    def _fitted(self, joint: int, near: Solution, log_rate: float) -> Solution | None:
+    def _fit_at_rate(self, joint: int, near: Solution, log_rate: float) -> Solution | None:
         """The fit with a fixed damper rate, or None if it is not as good or leaves the ridge."""
-        unknowns = sought_by(self.model)
+        unknowns = unknowns_of(self.model)
         k, place = unknowns.rate_at(joint), unknowns.damper_at(joint)
         refits = RidgeSearch(self.model, self.recordings, self.stage.weights, ITERATIONS, clipped=True)
         found = refits.refit(joint, near, log_rate)
         if not np.isfinite(found.cost):
             return None
         along = float(found.values[place] - found.values[k]) - float(near.values[place] - near.values[k])
-        return found if abs(along) <= SAME and self.limits.allow(found) else None
+        return found if abs(along) <= SAME_QUOTIENT and self.limits.allow(found) else None
 
     def _member(self, joint: int, solution: Solution) -> FamilyMember:
-        unknowns, leg = sought_by(self.model), self.model.leg
+        unknowns, leg = unknowns_of(self.model), self.model.leg
         values = solution.values
         item = leg.joints[joint]
         return FamilyMember(

@@ -20,7 +20,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.fit.recordings import Recording
-from synth.motion.counts import COARSE, on_counts, width_of
+from synth.motion.counts import COARSE_NOISE, on_counts, width_of
 
 FINEST = 0.05  # noise over count that can be distinguished from zero
 FARTHEST = 3.0  # counts from the prediction; beyond it the error is not due to rounding
@@ -105,12 +105,12 @@ def rounding_of(off: Array, count: float) -> Rounding | None:
     held, _ = np.histogram(np.abs(off) / count, edges)
     middle = 0.5 * (edges[1:] + edges[:-1])[held > 0]
     held = held[held > 0]
-    shares = np.exp(np.linspace(math.log(FINEST), math.log(1.1 * COARSE), 36))
+    shares = np.exp(np.linspace(math.log(FINEST), math.log(1.1 * COARSE_NOISE), 36))
     costs = []
     for share in shares:
         cells = np.array([_probability(u, 1.0 / share) for u in middle / share])
         costs.append(-float(held @ np.log(np.maximum(cells, 1e-9))))
     best = int(np.argmin(costs))
-    if shares[best] >= COARSE:
+    if shares[best] >= COARSE_NOISE:
         return None
     return Rounding(float(shares[best]) * count, count)

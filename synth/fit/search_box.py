@@ -18,18 +18,19 @@ from synth.swing.mechanics import coefficients, outboard_inertia
 
 # Greatest damper rate over inertia, times the pace. A joint of the time constant of four paces would then come to its
 # creeping within a thousandth of it, which no recording shows.
-DAMPED = 1000.0
-# The same, times the interval of the samples: what decays by exp(30) from one to the next is not in them. So strong a
-# damper only shortens the steps: without this the thirty releases of rats took four times as long to fit.
-UNSEEN = 30.0
+MOST_DAMPING = 1000.0
+# The same, times the interval of the samples: what decays by exp(30) from one to the next is not in them. A stronger
+# damper fits them no better, and only shortens the integrator's steps.
+MOST_DECAY = 30.0
 # The same, times the recording's length and the square of the joint's frequency under gravity alone: a strong damper's
 # rate shows in how gravity moves it, however little its inertia does.
-CREEPING = 10.0
-STIFF = 4.0  # greatest spring rate over that damper rate, times the pace: a joint that creeps at the pace, sixteenfold
+MOST_CREEP = 10.0
+# greatest spring rate over that damper rate, times the pace: a joint that creeps at the pace, sixteenfold
+MOST_STIFFNESS = 4.0
 # Least rates over inertia, times the length and its square: a thousandth of a swing, a swing that loses 5e-5 of it.
 SWUNG, LOST = 2.0 * np.pi * 1e-3, 1e-4
 TURNS = 4.0 * np.pi  # rad beyond the recorded angles, of a rest angle
-NEAR, NEAR_ANGLE = np.log(2.0), 1.0  # of a logarithm, and rad: an estimate so near to a bound counts as at it
+NEAR_LOGARITHM, NEAR_ANGLE = np.log(2.0), 1.0  # of a logarithm, and rad: an estimate so near to a bound counts as at it
 
 
 @dataclass(frozen=True)
@@ -50,8 +51,10 @@ class SearchBox:
         """Logarithms (n,) of the least and the greatest spring rate (N m/rad), and of those of the damper rate."""
         inertia = outboard_inertia(leg)
         weight = np.cumsum(np.abs(coefficients(leg).gravity)[::-1])[::-1]
-        decay = np.maximum(min(DAMPED / self.pace, UNSEEN / self.interval), CREEPING * self.length * weight / inertia)
-        springs = inertia * (SWUNG / self.length) ** 2, inertia * decay * STIFF / self.pace
+        decay = np.maximum(
+            min(MOST_DAMPING / self.pace, MOST_DECAY / self.interval), MOST_CREEP * self.length * weight / inertia
+        )
+        springs = inertia * (SWUNG / self.length) ** 2, inertia * decay * MOST_STIFFNESS / self.pace
         dampers = inertia * LOST / self.length, inertia * decay
         return (np.log(springs[0]), np.log(springs[1])), (np.log(dampers[0]), np.log(dampers[1]))
 

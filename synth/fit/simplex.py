@@ -61,7 +61,7 @@ def simplex(
         shrunken = points[:, :1] + 0.5 * (points[:, 1:] - points[:, :1])
         found = cost(inside(np.concatenate([tried, shrunken], axis=1)))
         evaluations += d + 4
-        chosen = _chosen(found[:4], values)
+        chosen = _replacement_point(found[:4], values)
         if chosen is None:
             points[:, 1:], values[1:] = shrunken, found[4:]
         else:
@@ -70,7 +70,7 @@ def simplex(
     return SearchEnd(inside(points[:, [best]])[:, 0], float(values[best]), done, evaluations)
 
 
-def _chosen(found: Array, values: Array) -> int | None:
+def _replacement_point(found: Array, values: Array) -> int | None:
     """The replacement of the worst point: reflection, expansion, outer or inner contraction; None: shrink."""
     reflected, expanded, outer, inner = found
     if reflected < values[0]:

@@ -53,7 +53,7 @@ class AnotherLaw:
     named: bool = False
 
     @property
-    def told(self) -> str:
+    def coefficients_in_words(self) -> str:
         """The coefficients with their intervals."""
         return ", ".join(
             f"{joint.name} {size:.3g} +- {NORMAL90 * deviation:.2g} {self.law.unit}"
@@ -62,11 +62,11 @@ class AnotherLaw:
         )
 
     @property
-    def instead(self) -> str:
+    def sentence_beside_cut(self) -> str:
         """The sentence beside a cut that explains no more."""
         return (
             f"release: {self.law.words} explains all samples as well as a torque at first explains the others: "
-            f"{self.told}. These recordings do not tell which. If the joint rubs, write effects: "
+            f"{self.coefficients_in_words}. These recordings do not tell which. If the joint rubs, write effects: "
             f"[{{{self.law.effect}: {{{self.law.key}: ...}}}}] in the leg file, and release: recorded"
         )
 
@@ -76,9 +76,10 @@ class AnotherLaw:
         law = self.law
         explained = 100 * min(1 - self.left, 1.0)
         sentence = (
-            f"{law.words} explains {explained:.0f} % of what springs and linear dampers leave: {self.told}. It is part "
-            "of the fitted leg and its uncertainty is in the intervals. To state it beforehand, write effects: "
-            f"[{{{law.effect}: {{{law.key}: ...}}}}] at the joint in the leg file; to fit without it, laws: linear"
+            f"{law.words} explains {explained:.0f} % of what springs and linear dampers leave: "
+            f"{self.coefficients_in_words}. It is part of the fitted leg and its uncertainty is in the intervals. "
+            f"To state it beforehand, write effects: [{{{law.effect}: {{{law.key}: ...}}}}] at the joint in the leg "
+            "file; to fit without it, laws: linear"
         )
         return replace(self.of_rates, sentence=sentence)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.fit_problem import sought_by
+from synth.fit.fit_problem import unknowns_of
 from synth.fit.free_angle import WIDE
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import FIT_STEPS, Local, TrajectoryModel
@@ -103,7 +103,7 @@ def _end_poses(leg: Leg, recordings: Sequence[Recording], ends: Sequence[Array])
 
 def weak_form_start(model: TrajectoryModel, recordings: Sequence[Recording], options: LegFitOptions) -> FirstGuess:
     """The weak form's solution with the window whose trajectories are nearest to the trials."""
-    leg, inertia, unknowns = model.leg, outboard_inertia(model.leg), sought_by(model)
+    leg, inertia, unknowns = model.leg, outboard_inertia(model.leg), unknowns_of(model)
     curves = [options.curves.get(name) for name in leg.joint_names]
     known = np.array([curve is not None for curve in curves])
     poses = _end_poses(leg, recordings, [last_tenths(recording.smoothed.angle) for recording in recordings])
@@ -129,7 +129,7 @@ def weak_form_start(model: TrajectoryModel, recordings: Sequence[Recording], opt
 def drawn_starts(model: TrajectoryModel, recordings: Sequence[Recording], seed: int) -> list[Array]:
     """Unknowns (p,) in the range of limbs, ``DRAWN`` of them, random in natural units."""
     random = np.random.default_rng(seed)
-    n, inertia, unknowns = len(model.leg.joints), outboard_inertia(model.leg), sought_by(model)
+    n, inertia, unknowns = len(model.leg.joints), outboard_inertia(model.leg), unknowns_of(model)
     rest = np.mean([last_tenths(recording.smoothed.angle) for recording in recordings], axis=0)
     slow, fast = (float(np.log(frequency)) for frequency in DRAWN_FREQUENCY)
     light, heavy = (float(np.log(decay)) for decay in DRAWN_DECAY)

@@ -82,7 +82,7 @@ def balances(leg: Leg, points: Sequence[StaticPoint]) -> tuple[Balance, ...]:
     return tuple(found)
 
 
-def judged(points: Sequence[Balance], rate: Array, rest: Array) -> tuple[JudgedPoint, ...]:
+def judge_points(points: Sequence[Balance], rate: Array, rest: Array) -> tuple[JudgedPoint, ...]:
     """Each balance at fitted spring rates (n,) N m/rad and rests (n,) rad."""
     return tuple(
         JudgedPoint(

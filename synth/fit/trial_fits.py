@@ -18,9 +18,10 @@ from synth.swing.driving_inputs import driven_by, is_driven
 from synth.swing.leg_model import Leg, Spring
 from synth.swing.mechanics import outboard_inertia, rest_pose
 
-HOLDS = 1e6  # times the stiffest spring: a locked joint turns by less than a millionth of the others' angles
+# times the stiffest spring: a locked joint turns by less than a millionth of the others' angles
+HOLDING_STIFFNESS = 1e6
 LEAST_START = (1.5, 60.0)  # deg, and deg in the recordings' unit of time, from the first samples, for a report
-HIDDEN = 0.5  # of a rate's decay, between two samples
+HIDDEN_DECAY = 0.5  # of a rate's decay, between two samples
 
 
 def trial_fits(
@@ -80,7 +81,7 @@ def _equilibrium(leg: Leg, joints: Mapping[str, JointFit], recording: Recording,
         or any(joint.effects for joint in leg.joints)
     ):
         return unknown
-    stiff = HOLDS * max(joint.spring_rate.value for joint in joints.values())
+    stiff = HOLDING_STIFFNESS * max(joint.spring_rate.value for joint in joints.values())
     held = leg.to_measured(local.rotation)
     springs = {}
     for j, (name, joint) in enumerate(joints.items()):
@@ -125,7 +126,7 @@ def away_from_their_starts(leg: Leg, trials: Sequence[TrialFit], unit: float = 1
         turning = np.abs(np.degrees(start.rate - start.recorded.rate))
         turned = turning > LEAST_START[1] / unit
         # A rate that decays within two samples is not in the samples, which show the creeping after it.
-        hidden = decay * float(np.median(np.diff(trial.time))) > HIDDEN
+        hidden = decay * float(np.median(np.diff(trial.time))) > HIDDEN_DECAY
         turned &= ~hidden | (turning > LEAST_START[0] * decay)
         off = ((degrees > LEAST_START[0]) | turned) & (start.misfit() > NORMAL90).any(axis=0)
         for j in map(int, np.flatnonzero(off)):

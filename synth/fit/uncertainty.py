@@ -9,6 +9,7 @@ import numpy as np
 from synth.arrays import Array, finite_median
 from synth.estimation.correlation import correlation_factors
 from synth.estimation.intervals import NORMAL90, covariance_of
+from synth.fit.diverged_fit import divergence_refused
 from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
 from synth.fit.rounding import encoder_counts
@@ -19,8 +20,9 @@ from synth.remarks import Remark, at_joint
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import outboard_inertia
 
-LOOSE = 0.12  # standard deviation of a log rate from which a rate counts as undetermined (+-20 % at 90 %)
-TOLD_APART = 0.4  # deviation of b/k over that of the rates, below which they are a ridge: 2.5 times as well known
+LOOSE_RATE = 0.12  # standard deviation of a log rate from which a rate counts as undetermined (+-20 % at 90 %)
+# deviation of b/k over that of the rates, below which they are a ridge: 2.5 times as well known
+SEPARABLE_QUOTIENT = 0.4
 MASS_SCALE = "mass scale"  # kind of the remark that a common factor on masses and rates is not determined
 
 
@@ -43,12 +45,12 @@ def clipped_rms(recordings: Sequence[Recording], predictions: Sequence[Array]) -
     columns = _by_joint(recordings, predictions)
     sizes = [np.abs(column) for column in columns]
     scales = [MAD_TO_SD * finite_median(size) + 1e-12 for size in sizes]
-    found = [_clipped(size, scale) for size, scale in zip(sizes, scales, strict=True)]
+    found = [_clipped_size(size, scale) for size, scale in zip(sizes, scales, strict=True)]
     far = [j for j, (size, scale) in enumerate(zip(sizes, scales, strict=True)) if len(size) and size.max() > 6 * scale]
     if far:  # at rest on one count all residuals may be almost zero
         widths = encoder_counts(recordings)
         for j in far:
-            found[j] = _clipped(sizes[j], max(scales[j], float(widths[j]) / np.sqrt(12.0)))
+            found[j] = _clipped_size(sizes[j], max(scales[j], float(widths[j]) / np.sqrt(12.0)))
     return np.array(found)
 
 
@@ -61,7 +63,7 @@ def _by_joint(recordings: Sequence[Recording], predictions: Sequence[Array]) -> 
     return [column[mask] for column, mask in zip(stacked.T, good.T, strict=True)]
 
 
-def _clipped(size: Array, scale: float) -> float:
+def _clipped_size(size: Array, scale: float) -> float:
     """RMS of residuals of these sizes (m,) rad truncated at six times ``scale`` rad."""
     if not len(size):
         return float("nan")
@@ -86,8 +88,14 @@ def correlation_of(left: Sequence[Array]) -> Array:
     return correlation_factors([np.where(np.isfinite(each), each, 0.0) for each in left])
 
 
+@divergence_refused()
 def covariance(model: TrajectoryModel, solution: Solution, *, with_prior: bool = True) -> Array:
-    """Covariance (p, p) of the common unknowns; null directions get a very large variance instead of an error."""
+    """Covariance (p, p) of the common unknowns; null directions get a very large variance instead of an error.
+
+    Raises
+    ------
+    UserError : the simulation diverges at the solution.
+    """
     schur = solution.information.schur()
     if not with_prior:
         schur = schur - np.diag(model.unknowns.prior[1])
@@ -111,7 +119,7 @@ def is_ridge(cov: Array, spring: int, damper: int) -> bool:
     ``cov`` (p, p) of the logarithms without priors; ``spring`` and ``damper`` are places in it.
     """
     largest = float(np.sqrt(max(cov[spring, spring], cov[damper, damper])))
-    return largest > LOOSE and _deviation_of_quotient(cov, spring, damper) < TOLD_APART * largest
+    return largest > LOOSE_RATE and _deviation_of_quotient(cov, spring, damper) < SEPARABLE_QUOTIENT * largest
 
 
 def _deviation_of_quotient(cov: Array, first: int, other: int) -> float:
@@ -126,7 +134,7 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
     joints = leg.joint_names
     for j in unknowns.rates:
         position = unknowns.rate_at(j)
-        loose_k = deviation[position] > LOOSE
+        loose_k = deviation[position] > LOOSE_RATE
         if j not in unknowns.dampers:
             if loose_k:
                 text = (
@@ -147,8 +155,8 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
             sentences.append(at_joint(joints[j], text))
         else:
             for place, what in ((position, "spring rate"), (other, "damper rate")):
-                if deviation[place] > LOOSE:
-                    text = _loosely_known(unknowns, place, what, values, deviation)
+                if deviation[place] > LOOSE_RATE:
+                    text = _loose_rate_sentence(unknowns, place, what, values, deviation)
                     sentences.append(at_joint(joints[j], text))
     for j in unknowns.rests:
         sd = deviation[unknowns.rest_at(j)]
@@ -158,7 +166,7 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
     return sentences
 
 
-def _loosely_known(unknowns: SpringsAndDampers, place: int, what: str, values: Array, deviation: Array) -> str:
+def _loose_rate_sentence(unknowns: SpringsAndDampers, place: int, what: str, values: Array, deviation: Array) -> str:
     """What the trials say of a rate that they hardly determine; ``deviation`` (p,) of the log rates."""
     if not _like_none(unknowns, place, values):
         return (

@@ -184,7 +184,9 @@ class SpringsAndDampers:
         return replace(self.leg, joints=tuple(joints))
 
 
-def all_of(chain: Chain, leg: Leg, *, damper_known: Sequence[int] = (), box: SearchBox = LIMB) -> SpringsAndDampers:
+def unknowns_of_leg(
+    chain: Chain, leg: Leg, *, damper_known: Sequence[int] = (), box: SearchBox = LIMB
+) -> SpringsAndDampers:
     """Unknowns for a whole leg: every spring rate and rest angle, and unknown damper rates."""
     joints = tuple(range(len(leg.joints)))
     dampers = tuple(j for j in joints if j not in damper_known)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.fit.fit_problem import model_of, sought_by
+from synth.fit.fit_problem import model_of, unknowns_of
 from synth.fit.fit_result import FitResult
 from synth.fit.least_squares import FitStart, Weights, solve
 from synth.fit.recordings import Recording
@@ -38,7 +38,7 @@ def score(result: FitResult, recordings: Sequence[Recording], *, spread: Array |
     }
     model = model_of(leg, curves, recordings=recordings)
     damping = np.array([(joint.damper.rate or 0.0) if joint.damper else 0.0 for joint in leg.joints])
-    values = sought_by(model).pack(leg.spring_rate, leg.rest, damping)
+    values = unknowns_of(model).pack(leg.spring_rate, leg.rest, damping)
     if spread is None:
         spread = np.array([joint.free_angle_spread.value for joint in result.joints.values()])
     noise = np.array([result.clipped_rms[name] for name in leg.joint_names])

@@ -28,18 +28,19 @@ from synth.swing.mechanics import coefficients, mass_matrix, static_torque
 from synth.units import quantity
 
 KEYS = {"damping_ratio": "1", "damped_frequency": "rad/s", "rise_time": "s"}
-LEFT = 9.0  # of the slowest joint's envelope, exp(-9) or a ten-thousandth remains at the end of the motion
-A_SWING = 100  # samples per period of the fastest joint
+ENVELOPE_DECAY = 9.0  # of the slowest joint's envelope, exp(-9) or a ten-thousandth remains at the end of the motion
+SAMPLES_A_SWING = 100  # samples per period of the fastest joint
 MOST_SAMPLES = 4000  # of the motion, if one joint is far slower than another
-FINE = 1e-8  # the integrator's tolerance, far below the steps of the simplex
-HELD = 0.003  # weight of a logarithm's change that no characteristic determines (overdamped: one for two unknowns)
-CLOSE = 0.02  # relative deviation of a characteristic that is not reported
-FARTHEST = 0.25  # relative deviation above which the request is refused
-COUNTED = 0.05  # of the amplitude: smaller swings are coupled from other joints
-ABSENT = 2.0  # logarithm for a characteristic that the motion does not show: a factor of e^2
+FINE_TOLERANCE = 1e-8  # the integrator's tolerance, far below the steps of the simplex
+# weight of a logarithm's change that no characteristic determines (overdamped: one for two unknowns)
+CHANGE_WEIGHT = 0.003
+UNREPORTED_MISS = 0.02  # relative deviation of a characteristic that is not reported
+REFUSED_MISS = 0.25  # relative deviation above which the request is refused
+LEAST_SWING = 0.05  # of the amplitude: smaller swings are coupled from other joints
+ABSENT_LOGARITHM = 2.0  # logarithm for a characteristic that the motion does not show: a factor of e^2
 SIZES = (0.2, -0.3, 0.4, -0.15, 0.6)  # of the first simplex in logarithms; restarted until the request is met
-EVALUATIONS = 150  # simulations per unknown of one simplex; 140 were needed
-DONE = 0.01  # largest relative deviation of a characteristic for the search to end
+EVALUATIONS = 150  # simulations per unknown of one simplex, a choice: ``LARGEST_MISS`` ends it earlier
+LARGEST_MISS = 0.01  # largest relative deviation of a characteristic for the search to end
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class WantedMotion:
         """A sentence on each characteristic that differs from the request."""
         found = []
         for name, key, asked, shown in _pairs(self.asked, self.shown):
-            if abs(shown / asked - 1.0) > CLOSE:
+            if abs(shown / asked - 1.0) > UNREPORTED_MISS:
                 words = key.replace("_", " ")
                 text = f"wanted: {name}: a {words} of {_text(asked, key)} is wanted, {_text(shown, key)} results; "
                 found.append(f"{text}the links are coupled")
@@ -142,8 +143,8 @@ def wanted_motion(leg: Leg, asked: Mapping[str, WantedCharacteristics]) -> Wante
     for size in SIZES:
         simplex = found + np.vstack([np.zeros(task.n), size * np.eye(task.n)])
         options = {"initial_simplex": simplex, "maxfev": EVALUATIONS * task.n, "xatol": 1e-5, "fatol": 1e-9}
-        found = np.asarray(minimize(task.missed, found, method="Nelder-Mead", options=options).x)  # type: ignore[call-overload]
-        if task.worst(found) < DONE:
+        found = np.asarray(minimize(task.misfit, found, method="Nelder-Mead", options=options).x)  # type: ignore[call-overload]
+        if task.worst(found) < LARGEST_MISS:
             break
     shown = task.shown(found)
     result = WantedMotion(task.leg_of(found), task.trial(found), asked, shown)
@@ -162,7 +163,7 @@ def _refuse_far(found: WantedMotion, task: _Task) -> None:
         far = [
             f"a {key.replace('_', ' ')} of {_text(asked, key)} (nearest {_text(value, key)})"
             for where, key, asked, value in _pairs(found.asked, found.shown)
-            if where == name and abs(value / asked - 1.0) > FARTHEST
+            if where == name and abs(value / asked - 1.0) > REFUSED_MISS
         ]
         far += [f"a {key.replace('_', ' ')} (the nearest motion shows none)" for key in missed]
         if far:
@@ -195,9 +196,9 @@ class _Task:
         natural = np.array([natural_frequency(joint) for joint in joints])
         ratio = np.array([joint.damping_ratio for joint in joints])
         slowest = np.where(ratio < 1, ratio, ratio - np.sqrt(np.maximum(ratio**2 - 1, 0.0))) * natural
-        step = 2 * np.pi / (natural.max() * A_SWING)
-        count = int(min(MOST_SAMPLES, np.ceil(LEFT / (slowest.min() * step)))) + 1
-        time = np.linspace(0.0, LEFT / slowest.min(), count)
+        step = 2 * np.pi / (natural.max() * SAMPLES_A_SWING)
+        count = int(min(MOST_SAMPLES, np.ceil(ENVELOPE_DECAY / (slowest.min() * step)))) + 1
+        time = np.linspace(0.0, ENVELOPE_DECAY / slowest.min(), count)
         pose = leg.to_rotation(np.array([joint.rest for joint in joints]))
         coefficient = coefficients(leg)
         inertia = np.diag(mass_matrix(coefficient, pose, leg.tilt))
@@ -228,7 +229,7 @@ class _Task:
         lanes[layout.rows("rotation")] = leg.to_rotation(
             np.array([each.rest + each.amplitude for each in self.asked.values()])
         )[:, None]
-        return np.asarray(leg.to_measured(self.chain.run(lanes, self.time, FINE)[:, :, 0]))
+        return np.asarray(leg.to_measured(self.chain.run(lanes, self.time, FINE_TOLERANCE)[:, :, 0]))
 
     def shown(self, x: Array) -> dict[str, dict[str, float]]:
         """The characteristics of the release, evaluated as for a recording."""
@@ -236,15 +237,15 @@ class _Task:
         if not np.isfinite(motion).all():
             return {name: {} for name in self.leg.joint_names}
         for j, name in enumerate(self.leg.joint_names):
-            least = COUNTED * abs(self.asked[name].amplitude) / 3.0  # peaks count from three times this
+            least = LEAST_SWING * abs(self.asked[name].amplitude) / 3.0  # peaks count from three times this
             seen = characteristics(self.time, motion[:, j], least, rest=last_tenth(motion[:, j]))
             found[name] = {key: value for key in KEYS if (value := getattr(seen, key)) is not None}
         return found
 
-    def missed(self, x: Array) -> float:
+    def misfit(self, x: Array) -> float:
         """Squared logarithms of actual over wanted, plus a weak penalty on the distance from the start."""
         off = self._logarithms(x)
-        return float(off @ off + HELD**2 * (x @ x))
+        return float(off @ off + CHANGE_WEIGHT**2 * (x @ x))
 
     def worst(self, x: Array) -> float:
         """Largest logarithm of actual over wanted."""
@@ -258,7 +259,7 @@ class _Task:
                 if asked is None or (key == "damping_ratio" and asked >= 1):
                     continue  # an overdamped joint shows no decrement
                 value = shown[name].get(key)
-                found.append(ABSENT if value is None else np.log(value / asked))
+                found.append(ABSENT_LOGARITHM if value is None else np.log(value / asked))
         return np.array(found)
 
     def trial(self, x: Array) -> Trial:

@@ -18,7 +18,7 @@ from synth.jump.jump_runs import simulate
 from synth.units import quantity
 
 SOFTER = 0.98  # of the simulated rate: above it the simulated jump is valid
-LEAST = 1e-3  # of the energy in the joints: with a smaller total no single rate is equivalent
+LEAST_ENERGY = 1e-3  # of the energy in the joints: with a smaller total no single rate is equivalent
 JOINTS = {"hip": 2, "knee": 2, "foot": 1}  # hinges of each kind in the two-sided five-bar, which meets in one foot
 
 
@@ -83,7 +83,7 @@ def equivalent_rate(leg: HopperLeg, rates: Mapping[str, float]) -> float:
     shares = {name: count * (end[name] ** 2 - start[name] ** 2) for name, count in JOINTS.items()}
     total = sum(shares.values())
     stored = sum(count * (end[name] ** 2 + start[name] ** 2) for name, count in JOINTS.items())
-    if abs(total) < LEAST * stored:
+    if abs(total) < LEAST_ENERGY * stored:
         return sum(JOINTS[name] * rates[name] for name in JOINTS) / sum(
             JOINTS.values()
         )  # as much energy returned as stored

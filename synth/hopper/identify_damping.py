@@ -24,7 +24,7 @@ from synth.errors import Problem, UserError
 from synth.estimation.correlation import correlation_factors
 from synth.files.hopper_recordings import HopperRecording, PullUps
 from synth.hopper.fold import first_state, fold, leg_parameters, mechanics
-from synth.hopper.identify_motor import SURE, IdentifiedConstant
+from synth.hopper.identify_motor import SURE_DEVIATIONS, IdentifiedConstant
 from synth.hopper.odd_recording import refuse_odd
 from synth.hopper.windows import OVERLAP, windows
 from synth.jump.hopper_leg import HopperLeg
@@ -37,7 +37,7 @@ GRID = 2001  # points of the tables over a
 
 
 @dataclass(frozen=True, eq=False)
-class Folding:
+class FoldingMechanics:
     """The leg's mechanics over its angle a: tables on ``angle`` (n,) rad of M, M', V', D and the integrals of M, D."""
 
     angle: Array
@@ -63,7 +63,7 @@ class DampingEstimate:
     method: str
 
 
-def folding(leg: HopperLeg, body_mass: float) -> Folding:
+def folding_mechanics(leg: HopperLeg, body_mass: float) -> FoldingMechanics:
     """Tables for one length, from nearly straight to the locking of the lower links."""
     a = np.linspace(0.01, 0.995 * leg.largest_crouch, GRID)
     inertia, slope, force, joints = mechanics(a, leg_parameters(leg, body_mass, np.zeros(1))[:, 0])
@@ -71,7 +71,7 @@ def folding(leg: HopperLeg, body_mass: float) -> Folding:
     def summed(values: Array) -> Array:
         return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(a))])
 
-    return Folding(a, inertia, slope, force, joints, summed(inertia), summed(joints))
+    return FoldingMechanics(a, inertia, slope, force, joints, summed(inertia), summed(joints))
 
 
 def identify_damping(project: PullUps) -> DampingEstimate:
@@ -84,11 +84,11 @@ def identify_damping(project: PullUps) -> DampingEstimate:
     tables = [_table(project, trial) for trial in project.trials]
     rows = [_windows(table, trial) for table, trial in zip(tables, project.trials, strict=True)]
     _refuse_odd_pull_up(project.trials, rows)
-    found = _one(np.vstack(rows))
+    found = _damping_by_rows(np.vstack(rows))
     _refuse_no_leg(project.trials, found, np.vstack(rows))
     lengths = sorted({trial.length for trial in project.trials if trial.length is not None})
     by_length = {
-        length: _one(
+        length: _damping_by_rows(
             np.vstack([row for row, trial in zip(rows, project.trials, strict=True) if trial.length == length])
         )
         for length in lengths
@@ -109,15 +109,15 @@ def _refuse_odd_pull_up(trials: Sequence[HopperRecording], rows: Sequence[Array]
         if not others or not len(rows[index]):
             return None
         try:
-            damping = _one(np.vstack(others)).value
+            damping = _damping_by_rows(np.vstack(others)).value
         except UserError:
             return None
-        return _missed(damping, rows[index]), max(_missed(damping, part) for part in others)
+        return _unexplained_share(damping, rows[index]), max(_unexplained_share(damping, part) for part in others)
 
     refuse_odd([trial.name for trial in trials], missed, "torque")
 
 
-def _missed(damping: float, rows: Array) -> float:
+def _unexplained_share(damping: float, rows: Array) -> float:
     """Share of the motors' torque not explained by the leg's mechanics with this damping (root mean square)."""
     left = rows[:, 1] - damping * rows[:, 0]
     return float(np.sqrt(np.mean(left**2) / max(float(np.mean(rows[:, 2] ** 2)), 1e-300)))
@@ -126,10 +126,10 @@ def _missed(damping: float, rows: Array) -> float:
 def _refuse_no_leg(trials: Sequence[HopperRecording], found: IdentifiedConstant, rows: Array) -> None:
     """Refuse pull-ups whose torque the leg's mechanics do not explain, and a negative damping."""
     names = ", ".join(trial.name for trial in trials[:5]) + (" and others" if len(trials) > 5 else "")
-    left = _missed(found.value, rows)
+    left = _unexplained_share(found.value, rows)
     if left > UNEXPLAINED:
         text = f"the designed leg leaves {left:.0%} of the torque unexplained for any damping"
-    elif found.value < -SURE * found.deviation:
+    elif found.value < -SURE_DEVIATIONS * found.deviation:
         text = f"no leg has a joint damping of {found.value:.2g} N*m*s/rad"
     else:
         return
@@ -142,19 +142,19 @@ def _leg(project: PullUps, trial: HopperRecording) -> HopperLeg:
     return project.design.leg.with_length(trial.length)
 
 
-def _table(project: PullUps, trial: HopperRecording) -> Folding:
+def _table(project: PullUps, trial: HopperRecording) -> FoldingMechanics:
     leg, angle = _leg(project, trial), trial["upper link"]
-    # 0.02 rad (1.2 deg) to 99 % of the locking angle: within the tables of ``folding``.
+    # 0.02 rad (1.2 deg) to 99 % of the locking angle: within the tables of ``folding_mechanics``.
     if angle.min() < 0.02 or angle.max() > 0.99 * leg.largest_crouch:
         text = (
             f"the angle runs from {np.degrees(angle.min()):.1f} to {np.degrees(angle.max()):.1f} deg; links of "
             f"{leg.length * 1e3:g} mm fold from 1.2 to {np.degrees(0.99 * leg.largest_crouch):.1f} deg"
         )
         raise UserError(Problem(text, trial.name, key="upper link"))
-    return folding(leg, project.body_mass)
+    return folding_mechanics(leg, project.body_mass)
 
 
-def _windows(table: Folding, trial: HopperRecording) -> Array:
+def _windows(table: FoldingMechanics, trial: HopperRecording) -> Array:
     """(n, 3): joint travel against bumps, all other torques (their ratio is the damping), and the motors' torque."""
     time, angle, torque = trial["time"], trial["upper link"], trial["hip torque"]
     rate = _rate(time, angle)
@@ -183,7 +183,7 @@ def _rate(time: Array, angle: Array, width: float = 0.02) -> Array:
     return rate
 
 
-def _one(rows: Array) -> IdentifiedConstant:
+def _damping_by_rows(rows: Array) -> IdentifiedConstant:
     moved, other = rows[:, 0], rows[:, 1]
     power = float(moved @ moved)
     if power == 0.0 or len(rows) < 4:

@@ -19,9 +19,9 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.estimation.intervals import NORMAL90, covariance_of
+from synth.estimation.intervals import NORMAL90, NotFiniteError, covariance_of
 from synth.files.hopper_recordings import HopperRecording
-from synth.hopper.fit_motor_response import ResponseRun, fit_response, inductance_of
+from synth.hopper.fit_motor_response import ResponseFit, ResponsePoint, ResponseRun, fit_response, inductance_of
 from synth.hopper.motor_response import CONSTANTS
 from synth.hopper.odd_recording import refuse_odd
 from synth.hopper.quiet_voltage import pieces, quiet_voltage
@@ -33,8 +33,9 @@ UNITS = {
     "rotor_inertia": "kg*m^2",
 }  # fmt: skip
 POSITIVE = ("resistance", "back_emf", "rotor_inertia")
-UNKNOWN = 1.0  # standard deviation of a logarithm, above which a constant is known within less than a factor of 5
-SURE = 3.0  # standard deviations below 0 from which a constant counts as negative
+# Standard deviation of a logarithm, above which a constant is known within less than a factor of 5
+UNKNOWN_DEVIATION = 1.0
+SURE_DEVIATIONS = 3.0  # standard deviations below 0 from which a constant counts as negative
 
 
 @dataclass(frozen=True)
@@ -73,9 +74,9 @@ def identify_motor(runs: tuple[HopperRecording, ...], ratio: float) -> MotorEsti
     Raises
     ------
     UserError : the runs do not determine the constants (a single steady speed, or no run-up), or some or all
-        are not of a motor.
+        are not of a motor, or its simulation diverges near them.
     """
-    rows = [np.concatenate([_weighted(run, ratio, width) for width in (SHORT, LONG)]) for run in runs]
+    rows = [np.concatenate([_weighted_windows(run, ratio, width) for width in (SHORT, LONG)]) for run in runs]
     if sum(map(len, rows)) < 12:
         raise UserError(Problem("the runs are too short: at least a second of run-up and steady running is needed"))
     _refuse_odd_run([run.name for run in runs], rows)
@@ -94,13 +95,13 @@ def _by_response(runs: Sequence[HopperRecording], ratio: float, near: MotorEstim
         responses += [ResponseRun(run["time"][k], voltage[k], measured[k]) for k in pieces(voltage)]
     fit, best = fit_response(responses, np.array([getattr(near, name).value for name in CONSTANTS]))
     values = fit.constants(best.unknowns[:, None])[:, 0]
-    deviations = np.sqrt(np.diag(covariance_of(fit.normal(best).matrix)))
+    deviations = standard_deviations(fit, best)
     found: dict[str, IdentifiedConstant] = {}
     for name, value, deviation, unit in zip(CONSTANTS, values.tolist(), deviations.tolist(), fit.unit, strict=True):
         if name in ("friction", "viscous"):
             found[name] = IdentifiedConstant(value, deviation * float(unit))
         elif name != "inductance":
-            if deviation > UNKNOWN:
+            if deviation > UNKNOWN_DEVIATION:
                 text = f"the runs do not determine the {name.replace('_', ' ')}: record run-ups from rest"
                 raise UserError(Problem(f"{text} at several voltages"))
             ends = value * np.exp(NORMAL90 * deviation * np.array([-1.0, 1.0]))
@@ -111,7 +112,16 @@ def _by_response(runs: Sequence[HopperRecording], ratio: float, near: MotorEstim
     return MotorEstimate(**found, windows=near.windows, not_determined=() if low > 0.0 else (text,))
 
 
-def _weighted(run: HopperRecording, ratio: float, width: float) -> Array:
+def standard_deviations(fit: ResponseFit, best: ResponsePoint) -> Array:
+    """(6,) standard deviations of the unknowns."""
+    try:
+        return np.asarray(np.sqrt(np.diag(covariance_of(fit.normal(best).matrix))))
+    except NotFiniteError as error:
+        text = "the simulated current and speed diverge near the constants that fit best, so their uncertainty is"
+        raise UserError(Problem(f"{text} unknown. Check the runs' units and signs, and the gear ratio")) from error
+
+
+def _weighted_windows(run: HopperRecording, ratio: float, width: float) -> Array:
     """Rows of ``_windows``, weighted: a bump's noise grows with the root of its width."""
     return np.asarray(_windows(run, ratio, width) * width**-0.5)
 
@@ -127,12 +137,12 @@ def _refuse_odd_run(names: Sequence[str], rows: Sequence[Array]) -> None:
             found = _estimate(np.concatenate(others))
         except UserError:
             return None
-        return _missed(found, rows[index]), max(_missed(found, part) for part in others)
+        return _unexplained_share(found, rows[index]), max(_unexplained_share(found, part) for part in others)
 
     refuse_odd(names, missed, "voltage or torque")
 
 
-def _missed(found: MotorEstimate, rows: Array) -> float:
+def _unexplained_share(found: MotorEstimate, rows: Array) -> float:
     """Share of the voltage, or of the torque, that a motor's equations leave (root mean square), the larger one."""
     electric = np.array([found.resistance.value, found.back_emf.value, found.inductance.value])
     mechanic = np.array([found.friction.value, found.viscous.value, found.rotor_inertia.value])
@@ -149,7 +159,7 @@ def _refuse_no_motor(names: Sequence[str], found: MotorEstimate, keys: Sequence[
     wrong = {}
     for key in keys:
         estimate: IdentifiedConstant = getattr(found, key)
-        if estimate.value <= 0.0 if key in POSITIVE else estimate.value < -SURE * estimate.deviation:
+        if estimate.value <= 0.0 if key in POSITIVE else estimate.value < -SURE_DEVIATIONS * estimate.deviation:
             wrong[key] = UNITS[key]
     if wrong:
         messages = ", ".join(f"{key.replace('_', ' ')} {getattr(found, key).value:.3g} {u}" for key, u in wrong.items())

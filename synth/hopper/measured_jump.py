@@ -154,7 +154,7 @@ def measure(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump:
         raise UserError(Problem(text, jump.name, key="ground force"))
     push = slice(0, takeoff + 1)
     acceleration = (force - weight) / mass
-    speed, _ = _integrated(time[push], acceleration[push])
+    speed, _ = _speed_and_way(time[push], acceleration[push])
     air = speed**2 / (2 * gravity)
     # Below the noise the foot may still push: up to the first sample without force the rise is summed. In the air it
     # does not matter where the sum ends.
@@ -169,7 +169,7 @@ def measure(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump:
                         float(jump["upper link"][0]), reach, takeoff)  # fmt: skip
 
 
-def _integrated(time: Array, acceleration: Array) -> tuple[float, float]:
+def _speed_and_way(time: Array, acceleration: Array) -> tuple[float, float]:
     """Last speed, m/s, and way, m, of the centre of mass from its acceleration (n,) m/s^2, by trapezoids."""
     speed = np.concatenate([[0.0], np.cumsum(_middle(acceleration) * np.diff(time))])
     return float(speed[-1]), float(np.sum(_middle(speed) * np.diff(time)))
@@ -177,7 +177,7 @@ def _integrated(time: Array, acceleration: Array) -> tuple[float, float]:
 
 def _risen(time: Array, acceleration: Array, gravity: float) -> float:
     """Rise of the centre of mass, m: its way so far, and v^2 / (2 g) from there."""
-    speed, way = _integrated(time, acceleration)
+    speed, way = _speed_and_way(time, acceleration)
     return way + speed**2 / (2 * gravity)
 
 
@@ -193,7 +193,7 @@ def _rise_reach(time: Array, acceleration: Array, begin: int, gravity: float, no
     full, *half = (_risen(time[kept], acceleration[kept], gravity) for kept in (every, *halves))
     missed = max(abs(one - full) for one in half)
     # What one sample's error adds to the speed, and from there to the path in the push and in the air.
-    later = time[-1] - time + _integrated(time, acceleration)[0] / gravity
+    later = time[-1] - time + _speed_and_way(time, acceleration)[0] / gravity
     before = max(begin - 1, 0)
     risen = 0.5 * (acceleration[begin] - acceleration[before]) * (time[begin] - time[before]) * later[begin]
     scatter = noise * float(np.linalg.norm(np.gradient(time) * later))

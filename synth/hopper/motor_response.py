@@ -24,7 +24,7 @@ _options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
 
 @compiled_when_called(**_options)
-def _standing(i, v, slope, h, p):  # type: ignore[no-untyped-def]
+def _current_at_rest(i, v, slope, h, p):  # type: ignore[no-untyped-def]
     """The current after h s with the rotor at rest."""
     rate = p[0] / p[1]
     steady = (v - slope / rate) / p[0]
@@ -32,7 +32,7 @@ def _standing(i, v, slope, h, p):  # type: ignore[no-untyped-def]
 
 
 @compiled_when_called(**_options)
-def _turning(i, w, v, slope, sign, h, p):  # type: ignore[no-untyped-def]
+def _turning_rotor(i, w, v, slope, sign, h, p):  # type: ignore[no-untyped-def]
     """Current and speed after h s, friction against ``sign``; the matrix exponential of a 2x2 matrix."""
     a, b, c, d = -p[0] / p[1], -p[2] / p[1], p[2] / p[5], -p[4] / p[5]
     det = a * d - b * c
@@ -73,28 +73,28 @@ def _sample(i, w, v, slope, h, p):  # type: ignore[no-untyped-def]
         if w == 0.0:
             sign = math.copysign(1.0, i)
         if stands:
-            next_i, next_w = _standing(i, v, slope, h, p), 0.0
+            next_i, next_w = _current_at_rest(i, v, slope, h, p), 0.0
             if abs(p[2] * next_i) <= p[3]:
                 return next_i, next_w
         else:
-            next_i, next_w = _turning(i, w, v, slope, sign, h, p)
+            next_i, next_w = _turning_rotor(i, w, v, slope, sign, h, p)
             if next_w * sign >= 0.0:
                 return next_i, next_w
         low, high = 0.0, h
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
             if stands:
-                past = abs(p[2] * _standing(i, v, slope, middle, p)) > p[3]
+                past = abs(p[2] * _current_at_rest(i, v, slope, middle, p)) > p[3]
             else:
-                past = _turning(i, w, v, slope, sign, middle, p)[1] * sign < 0.0
+                past = _turning_rotor(i, w, v, slope, sign, middle, p)[1] * sign < 0.0
             if past:
                 high = middle
             else:
                 low = middle
         if stands:
-            i = _standing(i, v, slope, high, p)
+            i = _current_at_rest(i, v, slope, high, p)
         else:
-            i = _turning(i, w, v, slope, sign, high, p)[0]
+            i = _turning_rotor(i, w, v, slope, sign, high, p)[0]
             w = 0.0
         v += slope * high
         h -= high

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 from synth.errors import Problem, UserError
 
-LEAST = 3  # recordings needed to identify a different one
+LEAST_RECORDINGS = 3  # recordings needed to identify a different one
 SHARE, TIMES = 0.1, 5.0  # unexplained share of a recording, and its ratio to that of the others
 
 
@@ -33,7 +33,7 @@ def refuse_odd(
     ------
     UserError : with every such recording.
     """
-    if len(names) < LEAST:
+    if len(names) < LEAST_RECORDINGS:
         return
     problems = []
     for index, name in enumerate(names):

@@ -17,9 +17,9 @@ from synth.motion.noise import robust_deviation
 WIDTHS = (41, 11)  # samples that are smoothed together; the wider that loses nothing is taken
 SMALL = 0.05  # of the largest voltage: more is no sensor's noise but a source that switches
 GROUP = 7  # samples whose mean deviation shows that the median has lost a sag or a ripple
-SURE = 5.0  # standard deviations of that mean; of 1e5 groups of noise alone the largest has 4.4
+SURE_DEVIATIONS = 5.0  # standard deviations of that mean; of 1e5 groups of noise alone the largest has 4.4
 SHORTEST = 5  # samples between two switches; of their current and speed, two numbers each are the state at the first
-ALIKE = 0.3  # correlation of neighbours above which what is left is a wave; of noise alone, n**-0.5
+WAVE_CORRELATION = 0.3  # correlation of neighbours above which what is left is a wave; of noise alone, n**-0.5
 
 
 def quiet_voltage(voltage: Array) -> Array:
@@ -32,7 +32,9 @@ def quiet_voltage(voltage: Array) -> Array:
 
     for width in WIDTHS:
         if len(voltage) > 2 * width:
-            whole = np.concatenate([_before(voltage, width), voltage, _before(voltage[::-1], width)[::-1]])
+            whole = np.concatenate(
+                [_voltage_before(voltage, width), voltage, _voltage_before(voltage[::-1], width)[::-1]]
+            )
             smooth = np.asarray(median_filter(whole, width))[width:-width]
             if _noise_alone(voltage, smooth):
                 return smooth
@@ -50,11 +52,11 @@ def _noise_alone(voltage: Array, smooth: Array) -> bool:
     deviation = robust_deviation(off)
     mean = np.convolve(off, np.full(GROUP, 1.0 / GROUP), mode="valid")
     small = deviation <= SMALL * float(np.max(np.abs(voltage)))
-    white = abs(float(off[1:] @ off[:-1])) <= ALIKE * float(off @ off)
-    return small and white and float(np.max(np.abs(mean))) * GROUP**0.5 <= SURE * deviation
+    white = abs(float(off[1:] @ off[:-1])) <= WAVE_CORRELATION * float(off @ off)
+    return small and white and float(np.max(np.abs(mean))) * GROUP**0.5 <= SURE_DEVIATIONS * deviation
 
 
-def _before(voltage: Array, width: int) -> Array:
+def _voltage_before(voltage: Array, width: int) -> Array:
     """(width,) that continue the voltage before its first sample: turned about the end of a line through its first."""
     place = np.arange(width)
     end = np.polyfit(place, voltage[:width], 1)[1]
@@ -64,7 +66,7 @@ def _before(voltage: Array, width: int) -> Array:
 def pieces(voltage: Array) -> list[slice]:
     """The samples between switches of a voltage (n,) V without the shortest; all, where these are most."""
     change = np.diff(voltage)
-    jumps = np.abs(change) > max(SMALL * float(np.max(np.abs(voltage))), SURE * robust_deviation(change))
+    jumps = np.abs(change) > max(SMALL * float(np.max(np.abs(voltage))), SURE_DEVIATIONS * robust_deviation(change))
     ends = [0, *(np.nonzero(jumps)[0] + 1).tolist(), len(voltage)]
     found = [slice(first, last) for first, last in pairwise(ends) if last - first >= SHORTEST]
     kept = sum(piece.stop - piece.start for piece in found)

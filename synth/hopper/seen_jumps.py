@@ -49,15 +49,15 @@ class SeenJumps:
         """Measured values with their mean, and each model's."""
         found: dict[str, Any] = {}
         for point, each in self.heights.items():
-            found[f"height_of_{point}"] = self._told(each, "m", point)
+            found[f"height_of_{point}"] = self._measured_beside_models(each, "m", point)
         if self.peaks:
-            found["peak_current"] = self._told(self.peaks, "A", "peak_current")
-            found["charge"] = self._told(self.charges, "A*s", "charge")
+            found["peak_current"] = self._measured_beside_models(self.peaks, "A", "peak_current")
+            found["charge"] = self._measured_beside_models(self.charges, "A*s", "charge")
             for item in found["charge"]["measured"]:
                 item["lasting"] = quantity(self.lasting[item["file"]], "s")
         return found
 
-    def _told(self, each: Mapping[str, float], unit: str, key: str) -> dict[str, Any]:
+    def _measured_beside_models(self, each: Mapping[str, float], unit: str, key: str) -> dict[str, Any]:
         mean = float(np.mean(list(each.values())))
         models = {name: item[key] for name, item in self.models.items() if key in item}
         return {
@@ -77,7 +77,7 @@ def seen_jumps(project: PlateJumps, catalogue: Catalogue) -> SeenJumps:
     motor = motor_of(catalogue.find_motor(project.motor), project.design.motor_options)
     leg = project.design.leg.with_length(project.length)
     jumper, layout = compiled_jump(leg.bending), LAYOUTS[leg.bending]
-    meters = {recording.name: pushed(recording.name, recording["time"], recording["current"])
+    meters = {recording.name: push_current(recording.name, recording["time"], recording["current"])
               for recording in project.meters}  # fmt: skip
     lasting = {name: value[2] for name, value in meters.items()}
     models = {}
@@ -87,15 +87,15 @@ def seen_jumps(project: PlateJumps, catalogue: Catalogue) -> SeenJumps:
         hips = jumper.trace(parameters)[:, 1 + layout.row("height")]
         models[name] = {"foot": outcome.clearance, "hips": float(hips.max() - hips[0])}
         if lasting:
-            models[name] |= _drawn(jumper, parameters, list(lasting.values()))
+            models[name] |= _current_drawn(jumper, parameters, list(lasting.values()))
     heights: dict[str, dict[str, float]] = {}
     for point, recording in project.videos:
-        heights.setdefault(point, {})[recording.name] = jumped(recording.name, recording["height"])
+        heights.setdefault(point, {})[recording.name] = rise_of_point(recording.name, recording["height"])
     peaks = {name: value[0] for name, value in meters.items()}
     return SeenJumps(heights, peaks, {name: value[1] for name, value in meters.items()}, lasting, models)
 
 
-def _drawn(jumper: Jumper, parameters: Array, lasting: Sequence[float]) -> dict[str, float]:
+def _current_drawn(jumper: Jumper, parameters: Array, lasting: Sequence[float]) -> dict[str, float]:
     """Peak current, A, and charge, A s, of one lane, means over motors on for these times, s; empty if it folds up."""
     trace = jumper.trace(parameters, duration=max(lasting), fall=NO_FALL)
     time, drawn = trace[:, 0], trace[:, 1 + jumper.layout.row("drawn")]
@@ -111,7 +111,7 @@ def _drawn(jumper: Jumper, parameters: Array, lasting: Sequence[float]) -> dict[
     return {"peak_current": float(np.mean(peaks)), "charge": float(np.mean(charges))}
 
 
-def jumped(name: str, height: Sequence[float] | np.ndarray[Any, np.dtype[np.float64]]) -> float:
+def rise_of_point(name: str, height: Sequence[float] | np.ndarray[Any, np.dtype[np.float64]]) -> float:
     """Rise of a point over its initial level, m: from the median before the jump to the highest sample.
 
     Raises
@@ -131,7 +131,7 @@ def jumped(name: str, height: Sequence[float] | np.ndarray[Any, np.dtype[np.floa
     return rise
 
 
-def pushed(
+def push_current(
     name: str, time: np.ndarray[Any, np.dtype[np.float64]], current: np.ndarray[Any, np.dtype[np.float64]]
 ) -> tuple[float, float, float]:
     """Peak current, A, the charge while the motors are on, A s, and for how long they are, s.

@@ -17,7 +17,7 @@ from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.identify_motor import IdentifiedConstant
 
-SAME = 1.2  # largest over smallest voltage of the free runs; below it they count as one point
+SAME_VOLTAGE = 1.2  # largest over smallest voltage of the free runs; below it they count as one point
 LEFT_SHARE = 0.02  # of a value: least deviation assumed for a few readings
 
 
@@ -42,7 +42,7 @@ def steady_motor(stall: Sequence[HopperRecording], free: Sequence[HopperRecordin
     """
     found: dict[str, IdentifiedConstant] = {}
     not_determined = ["inductance and rotor inertia: give run-ups under runs"]
-    held, running = _joined(stall), _joined(free)
+    held, running = _join_rows(stall), _join_rows(free)
     for name, columns in (("stall", held), ("free_speed", running)):
         if columns and min(np.min(columns["voltage"] * columns["current"]), np.min(np.abs(columns["voltage"]))) <= 0:
             raise UserError(
@@ -82,7 +82,7 @@ def _friction(
     """Friction at the rotor, and its viscous part if the free runs differ enough in voltage."""
     speed, torque = running["speed"] * ratio, back_emf.value * running["current"]
     share = back_emf.deviation / back_emf.value
-    if running["voltage"].max() < SAME * running["voltage"].min() or len(speed) < 3:
+    if running["voltage"].max() < SAME_VOLTAGE * running["voltage"].min() or len(speed) < 3:
         not_determined.append("friction's viscous part: give free speeds at two or more voltages; it is assumed zero")
         level = float(np.mean(torque))
         spread = float(np.std(torque) / np.sqrt(max(1, len(torque) - 1)))
@@ -94,7 +94,7 @@ def _friction(
     }
 
 
-def _joined(records: Sequence[HopperRecording]) -> dict[str, Array]:
+def _join_rows(records: Sequence[HopperRecording]) -> dict[str, Array]:
     """All records' rows together."""
     names = records[0].columns if records else ()
     return {name: np.concatenate([record[name] for record in records]) for name in names if name != "time"}

@@ -49,7 +49,7 @@ class Neighbour:
 
 
 @dataclass(frozen=True)
-class Leaning:
+class LeaningDesign:
     """The chosen design by the planar form, leaning at the start."""
 
     pitch: float  # rad, at the start
@@ -87,7 +87,7 @@ class Study:
     ladder_notes: dict[str, str]
     neighbours: list[Neighbour]
     contributions: dict[str, tuple[float, float]]
-    leaning: list[Leaning]
+    leaning: list[LeaningDesign]
     trace: Array | None
     total_ends: tuple[float, float] | None = None  # 90 % interval of the choice's total height, m
 
@@ -187,7 +187,9 @@ def study(
     motor = problem.motors[sweep.motor[best]]
     with stage("the chosen design by every model (the planar form compiles once on this machine, some 10 s)"):
         ladder, notes = run_ladder(leg, motor, problem)
-        leaning = [_leaning(leg, motor, problem, angle) for angle in (0.0, 0.05, 0.1)] if _has_lanes(problem) else []
+        leaning = (
+            [_lean_design(leg, motor, problem, angle) for angle in (0.0, 0.05, 0.1)] if _has_lanes(problem) else []
+        )
     shown, changes, ends = MODELS["A"], {}, None
     if _has_lanes(problem):
         shown, copies = problem.model, _group(problem, best)
@@ -247,9 +249,9 @@ def _group(problem: SweepProblem, index: int) -> Array:
     return compiled_jump(problem.leg.bending).run(made)
 
 
-def _leaning(leg: HopperLeg, motor: Motor, problem: SweepProblem, pitch: float) -> Leaning:
+def _lean_design(leg: HopperLeg, motor: Motor, problem: SweepProblem, pitch: float) -> LeaningDesign:
     found = planar_jump(leg, motor, problem.contact, problem.model, pitch=pitch)
-    return Leaning(pitch, found.outcome, found.pitch, found.slip)
+    return LeaningDesign(pitch, found.outcome, found.pitch, found.slip)
 
 
 def _neighbours(problem: SweepProblem, rows: tuple[GearMotorRow, ...], best: int) -> list[Neighbour]:
@@ -268,13 +270,13 @@ def _neighbours(problem: SweepProblem, rows: tuple[GearMotorRow, ...], best: int
         cases.append(("one ratio less", problem.motors[same[place - 1]], length))
     if place + 1 < len(same):
         cases.append(("one ratio more", problem.motors[same[place + 1]], length))
-    found = [_one(problem, motor, each) for _, motor, each in cases]
+    found = [_jump_of_design(problem, motor, each) for _, motor, each in cases]
     return [
         Neighbour(change, motor, each, outcome) for (change, motor, each), outcome in zip(cases, found, strict=True)
     ]
 
 
-def _one(problem: SweepProblem, motor: Motor, length: float) -> JumpOutcome:
+def _jump_of_design(problem: SweepProblem, motor: Motor, length: float) -> JumpOutcome:
     """One design by the model of the sweep."""
     leg = problem.leg.with_length(length)
     if problem.model.engine == "point":
@@ -284,7 +286,7 @@ def _one(problem: SweepProblem, motor: Motor, length: float) -> JumpOutcome:
     return simulate([(leg, motor)], problem.contact, problem.model)[0]
 
 
-def overvolted(found: Study) -> str:
+def overvoltage_sentence(found: Study) -> str:
     """A sentence on motors whose supply is far above their rated voltage; empty if there are none."""
     supply = found.project.motor_options.supply
     rated = [row.voltage for row in found.rows if supply and row.voltage and supply > MOST_VOLTAGE * row.voltage]
@@ -301,7 +303,7 @@ def warnings_of(found: Study) -> list[str]:
     """The most important warnings."""
     sweep = found.sweep
     texts: list[str] = []
-    if hot := overvolted(found):
+    if hot := overvoltage_sentence(found):
         texts.append(decisive(hot))
     if found.best is None:
         if (sweep.status == LANDED_AGAIN).any():

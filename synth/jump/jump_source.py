@@ -48,7 +48,7 @@ INLINED = (_SYNTH / "compiling" / "trigonometry.py", _SYNTH / "drives" / "motor_
 
 def right_hand_side(layout: JumpLayout) -> str:
     """Source of ``right_hand_side(Z)``, which fills the rows ``derivative`` and those after it up to ``bend``."""
-    lines = [*_kinematics(layout), *_contact(layout), *_forces(layout), *_reduced(layout), *_motor(layout)]
+    lines = [*_kinematics(layout), *_contact(layout), *_forces(layout), *_reduced_system(layout), *_motor(layout)]
     lines += _outputs(layout)
     # One dimension with offsets known when compiled: only so does LLVM see that the rows do not overlap.
     body = "\n".join(f"        {_PLACE.sub(_flat, line)}" for line in lines)
@@ -146,7 +146,7 @@ def _forces(layout: JumpLayout) -> list[str]:
     return lines
 
 
-def _reduced(layout: JumpLayout) -> list[str]:
+def _reduced_system(layout: JumpLayout) -> list[str]:
     """The last piece eliminated: symmetric system J x = r in (y, phi_0 .. phi_{n-2}), its solution without motor and
     its column for a unit torque on phi_0, by one factorisation.
     """

@@ -139,7 +139,7 @@ def _add_foot(link: Element, leg: HopperLeg, side: str, length: float) -> None:
         SubElement(foot, "inertial", pos="0 0 0", mass=repr(0.5 * leg.foot_mass), diaginertia="1e-12 1e-12 1e-12")
 
 
-def followed(leg: HopperLeg, motor: Motor) -> float:
+def resolved_step(leg: HopperLeg, motor: Motor) -> float:
     """A step within the limits that resolves the motor's slope on a link's first piece: half its time constant."""
     lengths, masses, _ = segments(leg)
     slope = motor.stall_torque / motor.no_load_speed
@@ -155,7 +155,7 @@ class Drop:
 
 
 @dataclass
-class _Watched:
+class _WatchedJump:
     """Data collected during MuJoCo's simulation; ``takeoff`` time s, speed m/s and energy J."""
 
     rows: list[tuple[float, ...]] = field(default_factory=list)
@@ -200,15 +200,15 @@ def mujoco_jump(
     UserError : MuJoCo is not installed.
     """
     mujoco = require_mujoco()
-    step = step or followed(leg, motor)
+    step = step or resolved_step(leg, motor)
     model_ = mujoco.MjModel.from_xml_string(mjcf(leg, motor, contact, model, ground, step))
     if drop is not None:
         model_.actuator_biasprm[:] = 0.0
-    data = _at_rest(mujoco, model_, leg, lane(leg, motor, contact, model), None if drop is None else drop.height)
+    data = _crouched_data(mujoco, model_, leg, lane(leg, motor, contact, model), None if drop is None else drop.height)
     slope, stall = motor.stall_torque / motor.no_load_speed, motor.stall_torque
     fall = (motor.stall_current - motor.no_load_current) / motor.no_load_speed
     touching = 1e-6 if ground == "same" else 1e-4  # m, of the foot above the ground
-    seen, status = _Watched(), None
+    seen, status = _WatchedJump(), None
     with _passive(mujoco, model_, leg, contact, layout_of(leg).n, ground):
         mujoco.mj_forward(model_, data)
         while data.time < (FLIGHT if drop is None else drop.duration) and status is None:
@@ -225,13 +225,13 @@ def mujoco_jump(
                 seen.current = max(seen.current, abs(drawn))
                 seen.takeoff = (float(data.time), speed, seen.energy)
             seen.gap = max(seen.gap, float(np.linalg.norm(data.site("foot_r").xpos - data.site("foot_l").xpos)))
-            status = _ended(mujoco, data, seen, step, foot_v) if drop is None else _broken(mujoco, data)
+            status = _end_reason(mujoco, data, seen, step, foot_v) if drop is None else _broken(mujoco, data)
             if status is None:
                 mujoco.mj_step(model_, data)
     return MujocoJump(seen.outcome(status, step), seen.gap, np.array(seen.rows))
 
 
-def _ended(mujoco: Any, data: Any, seen: _Watched, step: float, foot_v: float) -> int | None:
+def _end_reason(mujoco: Any, data: Any, seen: _WatchedJump, step: float, foot_v: float) -> int | None:
     """The reason for the jump's end here; None if it continues."""
     *_, foot, speed, _ = seen.rows[-1]
     still = abs(speed) < CREEP and len(seen.rows) > 1 and abs(speed - seen.rows[-2][4]) < 0.5 * step
@@ -250,7 +250,7 @@ def _broken(mujoco: Any, data: Any) -> int | None:
     return TOO_STIFF if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number else None
 
 
-def _at_rest(mujoco: Any, model: Any, leg: HopperLeg, z: Array, height: float | None) -> Any:
+def _crouched_data(mujoco: Any, model: Any, leg: HopperLeg, z: Array, height: float | None) -> Any:
     """Data of the leg in the crouch of lane ``z`` (n_row,); with ``height``, its foot that far (m) above."""
     layout = layout_of(leg)
     data, n = mujoco.MjData(model), layout.n

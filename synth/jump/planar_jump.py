@@ -110,11 +110,11 @@ def _run(
 
 
 def _slip(aside: Array) -> float:
-    pushing = _pushing(aside)
+    pushing = _rows_of_push(aside)
     return float(np.abs(np.diff(aside[pushing, 2])).sum())
 
 
-def _pushing(aside: Array) -> slice:
+def _rows_of_push(aside: Array) -> slice:
     """Rows up to the last ground contact before the foot lifts."""
     lifted = np.flatnonzero(aside[:, 3] > LIFTED)
     end = int(lifted[0]) if len(lifted) else len(aside)
@@ -124,7 +124,7 @@ def _pushing(aside: Array) -> slice:
 
 def _outcome(trace: Array, aside: Array, n: int, status: int, arguments: Any, mass: float) -> JumpOutcome:
     size = 2 * n + 3
-    push = _pushing(aside)
+    push = _rows_of_push(aside)
     last = push.stop - 1
     speeds = [com_speed(row[1 : 1 + size], n, arguments, mass) for row in trace]
     rise = np.concatenate([[0.0], np.cumsum(np.diff(trace[:, 0]) * 0.5 * (np.array(speeds[1:]) + speeds[:-1]))])

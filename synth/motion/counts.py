@@ -6,10 +6,10 @@ import numpy as np
 
 from synth.arrays import Array
 
-COARSE = 0.6  # noise over count, below which rounding is no longer like noise (see ``fit.rounding``)
+COARSE_NOISE = 0.6  # noise over count, below which rounding is no longer like noise (see ``fit.rounding``)
 LEAST_GAP = 1e-7  # rad between readings; less is how a file is written
-SURE = 10.0  # counts from one level to the next, whose number a width known to a few per cent tells
-ON_GRID = 0.98  # share of the readings that must lie on the counts
+SURE_COUNTS = 10.0  # counts from one level to the next, whose number a width known to a few per cent tells
+SHARE_ON_GRID = 0.98  # share of the readings that must lie on the counts
 
 
 def width_of(gaps: Array, least: float) -> float:
@@ -23,7 +23,7 @@ def width_of(gaps: Array, least: float) -> float:
         return 0.0
     width = float(gaps.min())
     width = float(np.mean(gaps[gaps < 1.5 * width]))
-    sure = gaps[gaps < SURE * width]
+    sure = gaps[gaps < SURE_COUNTS * width]
     return float(sure.sum() / np.round(sure / width).sum())
 
 
@@ -31,10 +31,10 @@ def on_counts(values: Array, width: float) -> bool:
     """Whether nearly all readings (m,) rad differ from the first by whole counts of this ``width``, rad."""
     rest = (values - values[0]) / width
     # 2 % of a count, and 1e-5 per count for a width that is known to five digits.
-    return bool(np.mean(np.abs(rest - np.round(rest)) < 0.02 + 1e-5 * np.abs(rest)) > ON_GRID)
+    return bool(np.mean(np.abs(rest - np.round(rest)) < 0.02 + 1e-5 * np.abs(rest)) > SHARE_ON_GRID)
 
 
 def coarse_count(readings: Array, noise: float) -> float:
     """Width of one count, rad, of readings (m,) rad if it is coarse against their ``noise``, rad; else 0."""
     width = width_of(np.diff(np.unique(readings)), LEAST_GAP)
-    return width if width > 0.0 and noise < COARSE * width and on_counts(readings, width) else 0.0
+    return width if width > 0.0 and noise < COARSE_NOISE * width and on_counts(readings, width) else 0.0

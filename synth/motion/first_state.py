@@ -15,8 +15,8 @@ import numpy as np
 from synth.arrays import Array, Mask
 
 WIDTH = 0.03  # s, support of the narrowest polynomial, as of ``smooth``
-LEAST = 5  # samples of a polynomial: a cubic and one degree of freedom
-OTHERS = ((2, 1.0), (2, 1.5), (3, 1.5))  # degree and relative support of the polynomials beside the cubic
+LEAST_SAMPLES = 5  # samples of a polynomial: a cubic and one degree of freedom
+OTHER_POLYNOMIALS = ((2, 1.0), (2, 1.5), (3, 1.5))  # degree and relative support of the polynomials beside the cubic
 NOISE_FACTOR = 3.0  # standard deviations: the samples are also used in the fit, and must hardly count twice
 
 
@@ -41,10 +41,10 @@ def first_state(time: Array, angle: Array, counts: Mask, scatter: Array, *, unit
     """
     n = angle.shape[1]
     found = np.zeros((4, n))
-    fewest = max(LEAST, round(WIDTH * unit / float(np.median(np.diff(time)))) // 2 * 2 + 1)
+    fewest = max(LEAST_SAMPLES, round(WIDTH * unit / float(np.median(np.diff(time)))) // 2 * 2 + 1)
     for j in range(n):
         good = np.flatnonzero(counts[:, j])[: 2 * fewest]
-        if len(good) < LEAST:
+        if len(good) < LEAST_SAMPLES:
             found[2:, j] = np.inf
             continue
         since, value = time[good] - time[0], angle[good, j]
@@ -52,7 +52,7 @@ def first_state(time: Array, angle: Array, counts: Mask, scatter: Array, *, unit
         middle = weights @ value[:fewest]
         noise = NOISE_FACTOR * scatter[j] * np.sqrt((weights**2).sum(axis=1))
         bias = np.zeros(2)
-        for degree, share in OTHERS:
+        for degree, share in OTHER_POLYNOMIALS:
             points = round(share * fewest)
             bias = np.maximum(bias, np.abs(_weights(since[:points].tobytes(), degree) @ value[:points] - middle))
         # The first good sample may come late: beyond the samples a cubic's error grows as the fourth power.

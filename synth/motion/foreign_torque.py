@@ -23,11 +23,11 @@ from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
 DEVIATIONS = 3.0  # of a prediction's own uncertainty, least deviation of an external torque
-FOREIGN = 0.15  # of the joint's torque range, least deviation too: few real springs are linear to less
-UNBROKEN = 0.7  # of the samples since the start must be external and of one sign; the rest may be noise
-PERSISTS = 0.015  # s, longer than noise lasts
-LONGEST = 0.4  # s after the start, range of the search
-SOFT = 4.0  # of the rates' noise, smoothing of the sign in the dry friction's column
+FOREIGN_SHARE = 0.15  # of the joint's torque range, least deviation too: few real springs are linear to less
+UNBROKEN_SHARE = 0.7  # of the samples since the start must be external and of one sign; the rest may be noise
+LEAST_DURATION = 0.015  # s, longer than noise lasts
+LONGEST_DURATION = 0.4  # s after the start, range of the search
+SIGN_SMOOTHING = 4.0  # of the rates' noise, smoothing of the sign in the dry friction's column
 ATTENUATION = 0.1  # share of a regressor that may be noise
 SAMPLES = 4_000  # after the start, used for the test: hours of rest after a release add nothing
 
@@ -93,7 +93,7 @@ class _Predictions:
     known: Mask
 
 
-def _known(smoothed: Smoothed, points: int) -> Mask:
+def _slopes_known(smoothed: Smoothed, points: int) -> Mask:
     """(n,) where no gap is within reach of the torque, the slope of a polynomial of so many ``points``."""
     half = points // 2
     near = np.lib.stride_tricks.sliding_window_view(np.pad(smoothed.gap, half, mode="edge"), 2 * half + 1)
@@ -109,15 +109,15 @@ def _joint_drive(smoothed: Smoothed, torque: Array, joint: int, points: int, *, 
     count = len(predicted.miss)
     first = points // 2
     size = np.abs(predicted.miss)
-    foreign = (size > DEVIATIONS * predicted.deviation) & (size > FOREIGN * predicted.span)
+    foreign = (size > DEVIATIONS * predicted.deviation) & (size > FOREIGN_SHARE * predicted.span)
     foreign[:first] = False
-    foreign[round(LONGEST / step) + 1 :] = False
-    for end in _run_ends(foreign, max(2, round(PERSISTS / step))):
+    foreign[round(LONGEST_DURATION / step) + 1 :] = False
+    for end in _run_ends(foreign, max(2, round(LEAST_DURATION / step))):
         miss = torque[first : end + 1] - predicted.regressors[first : end + 1] @ predicted.solution[end]
         miss = miss[predicted.known[first : end + 1]]
-        beyond = np.abs(miss) > FOREIGN * predicted.span[end]
+        beyond = np.abs(miss) > FOREIGN_SHARE * predicted.span[end]
         sign = float(np.sign(miss[beyond]).mean())
-        if beyond.mean() >= UNBROKEN and abs(sign) >= UNBROKEN:
+        if beyond.mean() >= UNBROKEN_SHARE and abs(sign) >= UNBROKEN_SHARE:
             share = float(np.abs(miss).max() / predicted.span[end])
             return Drive(float(smoothed.time[min(end + 1, count)]), joint, share)
     return None
@@ -138,7 +138,7 @@ def _predict(smoothed: Smoothed, torque: Array, joint: int, points: int, *, dry:
     step = float(smoothed.time[1] - smoothed.time[0])
     angle_noise, rate_noise = (smoothed.noise[joint] * each for each in polynomial_noise(points, 3, step))
     columns = [angle[-1] - angle, -rate, np.ones(n)]
-    columns += [-rate / np.hypot(rate, SOFT * rate_noise + 1e-12)] if dry else []
+    columns += [-rate / np.hypot(rate, SIGN_SMOOTHING * rate_noise + 1e-12)] if dry else []
     regressors = np.stack(columns, axis=1)
     scale = np.abs(regressors).max(axis=0) + 1e-12
     # A prediction uses samples whose polynomials do not overlap the predicted one's far side.
@@ -146,7 +146,7 @@ def _predict(smoothed: Smoothed, torque: Array, joint: int, points: int, *, dry:
     count = n - lag - 3 * points
     if count <= 0:
         return None
-    known = _known(smoothed, points)[:n]
+    known = _slopes_known(smoothed, points)[:n]
     x = regressors / scale * known[:, None]
     counted = torque * known
     later = slice(lag, lag + count)

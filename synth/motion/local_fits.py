@@ -13,10 +13,11 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.motion.smoothing import Smoothed, odd_points
 
-UNIFORM = 0.02  # of the step, by which samples may be off the grid
-# Times the rate's noise with all samples, from which a grid point is a gap. Of 25 free releases with 30 % lost samples
-# and two holes 1 looks driven (7 by bridges), of those with a hand for 0.25 s 15; with 5.0 it is 3 and 17.
-NOISIER = 3.0
+UNIFORM_STEP = 0.02  # of the step, by which samples may be off the grid
+# Times the rate's noise with all samples, from which a grid point is a gap: a cubic that its own samples do not
+# determine makes a torque of their noise, and a gap hides a hand that acts in it. Between the two it is a choice;
+# ``tests/motion/test_release.py`` reads free and driven releases with gaps.
+GAP_NOISE = 3.0
 
 
 def by_samples(smoothed: Smoothed, time: Array, angle: Array, lost: Mask) -> Smoothed:
@@ -29,7 +30,7 @@ def by_samples(smoothed: Smoothed, time: Array, angle: Array, lost: Mask) -> Smo
     grid = smoothed.time
     step = float(grid[1] - grid[0])
     places = (time - grid[0]) / step
-    even = len(time) == len(grid) and np.abs(places - np.round(places)).max() < UNIFORM
+    even = len(time) == len(grid) and np.abs(places - np.round(places)).max() < UNIFORM_STEP
     if even and not lost.any():
         return smoothed
     value, rate, gap = smoothed.angle.copy(), smoothed.rate.copy(), np.zeros(len(grid), dtype=bool)
@@ -38,7 +39,7 @@ def by_samples(smoothed: Smoothed, time: Array, angle: Array, lost: Mask) -> Smo
         good = ~lost[:, j]
         found, noise = _cubics(time[good], angle[good, j], grid, points * step)
         usual = _cubics(grid, grid, grid, points * step)[1]
-        known = noise < NOISIER * usual
+        known = noise < GAP_NOISE * usual
         value[known, j], rate[known, j] = found[known, 0], found[known, 1]
         gap |= ~known
     return replace(smoothed, angle=value, rate=rate, gap=gap)

@@ -7,9 +7,9 @@ import numpy as np
 from synth.arrays import Array
 from synth.motion.noise import white_noise
 
-HALF = 0.5  # of the RMS deviation: a sinusoid of frequency w changes by this in 0.505 / w
+HALF_DEVIATION = 0.5  # of the RMS deviation: a sinusoid of frequency w changes by this in 0.505 / w
 ORDER = 6  # order of differences that isolate noise
-ABOVE = 5.0  # times its noise, least deviation of a joint for its pace
+LEAST_DEVIATION = 5.0  # times its noise, least deviation of a joint for its pace
 OF_SPAN = 50  # fraction of a recording without motion that is used as its pace
 
 
@@ -41,13 +41,13 @@ def _lag(value: Array) -> float | None:
     value = value - line * float(line @ value) / float(line @ line)
     noise = white_noise(value, ORDER) ** 2 if count > 2 * ORDER else 0.0
     deviation = float(value @ value) / count - noise
-    if deviation <= ABOVE**2 * noise or deviation <= 0.0:
+    if deviation <= LEAST_DEVIATION**2 * noise or deviation <= 0.0:
         return None
     before, lag = (0.0, 0.0), 1
     while lag < count // 2:
         change = value[lag:] - value[:-lag]
         size = np.sqrt(max(float(change @ change) / count - 2.0 * noise, 0.0) / deviation)
-        if size >= HALF:
-            return float(before[0] + (lag - before[0]) * (HALF - before[1]) / (size - before[1]))
+        if size >= HALF_DEVIATION:
+            return float(before[0] + (lag - before[0]) * (HALF_DEVIATION - before[1]) / (size - before[1]))
         before, lag = (float(lag), float(size)), lag + max(1, lag // 4)
     return None

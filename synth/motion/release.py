@@ -21,17 +21,18 @@ from synth.swing.leg_model import Leg
 from synth.swing.mechanics import absolute, coefficients, mass_matrix
 
 WIDTHS = (0.05, 0.08, 0.12, 0.18)  # s, supports of the local polynomials: the first with sufficiently low noise is used
-MOVING = 0.2  # of the greatest speed (root of twice the kinetic energy); less counts as rest
+MOVING_SHARE = 0.2  # of the greatest speed (root of twice the kinetic energy); less counts as rest
 NOISE_FACTOR = 4.0  # times the noise's own speed; less counts as rest too
 BURST = 0.3  # of the greatest speed, reached by a release at least
 PAUSE = 0.06  # s; a shorter stop is ignored
 TURNING = 0.8  # of the velocity's variance over a stop explained by a straight line: a turning swing, not a hold
 LEAD = 0.12  # s before the motion, support of the straight line
 LEFT_OVER = 0.3  # of the speed at the release that must remain, or the cut would remove the motion
-FEWEST = 20  # samples: two local polynomials and the break between them
-STRAY = 1.3  # times the median of a series; a longer external torque is not believed
+LEAST_SAMPLES = 20  # samples: two local polynomials and the break between them
+STRAY_RATIO = 1.3  # times the median of a series; a longer external torque is not believed
 FADING = 0.03  # s, decay of an external torque after it is last detected
-LATEST = 3.84  # rise of the regression's -2 log likelihood at the ends of the release's 95 % interval (chi-squared, 1)
+# Rise of the regression's -2 log likelihood at the ends of the release's 95 % interval (chi-squared, 1)
+LIKELIHOOD_RISE = 3.84
 BIAS = 1.5  # samples, early bias of the break because the motion is not a cubic: see ``released_by``
 KINK = 20.0  # rise of the same without a break from which a hold is certain: p = 1e-5 of a smooth start
 
@@ -102,17 +103,19 @@ def find_release(
     ------
     ValueError : fewer than 20 samples, or a joint with fewer than seven good ones.
     """
-    if len(time) < FEWEST:
-        raise ValueError(f"{len(time)} samples, at least {FEWEST} are needed to find a release")
+    if len(time) < LEAST_SAMPLES:
+        raise ValueError(f"{len(time)} samples, at least {LEAST_SAMPLES} are needed to find a release")
     rotation = leg.to_rotation(angles)
     lost = lost_samples(rotation)
     if unit == 1.0:
-        return _found(time, rotation, lost, _view(time, rotation, lost, leg, locked, tip_mass, unit))
+        return _find_in_view(time, rotation, lost, _view(time, rotation, lost, leg, locked, tip_mass, unit))
     time, leg = time / unit, replace(leg, gravity=leg.gravity * unit**2)
-    return _found(time, rotation, lost, _view(time, rotation, lost, leg, locked, tip_mass, unit)).in_seconds(unit)
+    return _find_in_view(time, rotation, lost, _view(time, rotation, lost, leg, locked, tip_mass, unit)).in_seconds(
+        unit
+    )
 
 
-def _found(time: Array, rotation: Array, lost: Mask, view: _View) -> Release:
+def _find_in_view(time: Array, rotation: Array, lost: Mask, view: _View) -> Release:
     """The release, in the view's unit of time."""
     burst = _last_burst(view)
     if burst is None:
@@ -120,7 +123,7 @@ def _found(time: Array, rotation: Array, lost: Mask, view: _View) -> Release:
     held = view.smoothed.time[burst[0]] - time[0] >= max(PAUSE, 5 * view.step)
     if not held:
         return _with_drive(None, time, rotation, lost, view)
-    broken = _refined(time, rotation, lost, view, burst[0])
+    broken = _refine_break(time, rotation, lost, view, burst[0])
     found = _with_drive(broken, time, rotation, lost, view)
     return replace(found, still_first=_still_first(time, rotation, lost, view, broken, burst[0]))
 
@@ -134,7 +137,7 @@ def free_after(driven: Sequence[float], unit: float = 1.0) -> float:
     random legs driven for 0.15 s (144 recordings, detected in 106): of the fits' 90 % intervals 45 % contain the truth
     when each recording is cut at its own detection, 90 % when all are cut at the longest plus its decay.
     """
-    return min(max(driven), STRAY * float(np.median(driven))) + FADING * unit
+    return min(max(driven), STRAY_RATIO * float(np.median(driven))) + FADING * unit
 
 
 @dataclass(frozen=True)
@@ -155,13 +158,13 @@ class _View:
     def step(self) -> float:
         return float(self.smoothed.time[1] - self.smoothed.time[0])
 
-    def said(self, time: float) -> str:
+    def in_words(self, time: float) -> str:
         """A time in words, in seconds."""
         return f"{time * self.unit:.{3 if self.unit >= 1.0 else 5}f}"
 
     @property
     def threshold(self) -> float:
-        return max(MOVING * float(self.speed.max()), NOISE_FACTOR * self.floor)
+        return max(MOVING_SHARE * float(self.speed.max()), NOISE_FACTOR * self.floor)
 
 
 def _view(
@@ -170,7 +173,7 @@ def _view(
     """The narrowest smoothing whose noise is well below the threshold of motion, or the widest."""
     coefficient = coefficients(leg, tip_mass)
     for width in WIDTHS:
-        smoothed = _smoothed(time, rotation, lost, locked, width)
+        smoothed = _smooth_by_samples(time, rotation, lost, locked, width)
         step = float(smoothed.time[1] - smoothed.time[0])
         points = min(odd_points(width, step), len(smoothed.time) // 2 * 2 - 1)
         phi, omega = absolute(smoothed.angle, leg.tilt), np.cumsum(smoothed.rate, axis=1)
@@ -186,12 +189,12 @@ def _view(
         speed[:half], speed[-half:] = speed[half], speed[-half - 1]
         root = np.asarray(np.linalg.cholesky(mass), dtype=np.float64)
         view = _View(leg, locked, tip_mass, smoothed, points, speed, floor, root, unit)
-        if NOISE_FACTOR * floor < 0.5 * MOVING * speed.max():
+        if NOISE_FACTOR * floor < 0.5 * MOVING_SHARE * speed.max():
             break
     return view
 
 
-def _smoothed(time: Array, rotation: Array, lost: Mask, locked: tuple[int, ...], width: float) -> Smoothed:
+def _smooth_by_samples(time: Array, rotation: Array, lost: Mask, locked: tuple[int, ...], width: float) -> Smoothed:
     smoothed = by_samples(smooth(time, rotation, lost, width), time, rotation, lost)
     for j in locked:
         smoothed.angle[:, j], smoothed.rate[:, j] = float(np.median(smoothed.angle[:, j])), 0.0
@@ -240,7 +243,7 @@ class _Break:
     kink: float
 
 
-def _refined(time: Array, rotation: Array, lost: Mask, view: _View, first: int) -> _Break:
+def _refine_break(time: Array, rotation: Array, lost: Mask, view: _View, first: int) -> _Break:
     """The break of the two-phase regression, near the coarse start ``first``, to a fiftieth of its range."""
     step, speed = view.step, view.speed
     coarse = float(view.smoothed.time[first])
@@ -267,7 +270,7 @@ def _refined(time: Array, rotation: Array, lost: Mask, view: _View, first: int) 
         cost += misfit / variance
         smooth_start += _two_phase_misfit(t - t[0], y) / variance
     best = int(np.argmin(cost))
-    allowed = np.flatnonzero(cost <= cost[best] + LATEST)
+    allowed = np.flatnonzero(cost <= cost[best] + LIKELIHOOD_RISE)
     return _Break(
         float(candidates[best]), float(candidates[allowed[-1]]) + BIAS * step, smooth_start - float(cost[best])
     )
@@ -278,7 +281,7 @@ def _still_first(time: Array, rotation: Array, lost: Mask, view: _View, last: _B
     first = int(np.flatnonzero(view.speed > view.threshold)[0])
     if view.smoothed.time[first] - time[0] < max(PAUSE, 5 * view.step):
         return False
-    begun = last if first == first_of_last else _refined(time, rotation, lost, view, first)
+    begun = last if first == first_of_last else _refine_break(time, rotation, lost, view, first)
     return begun.kink > KINK
 
 
@@ -308,14 +311,14 @@ def _with_drive(begun: _Break | None, time: Array, rotation: Array, lost: Mask, 
     free_at = start if by is None else by
     reason = "it moves from the first sample"
     if begun is not None:
-        reason = f"released at {view.said(begun.at)} s"
-        reason += f" ({view.said(begun.by)} s at the latest)"
+        reason = f"released at {view.in_words(begun.at)} s"
+        reason += f" ({view.in_words(begun.by)} s at the latest)"
     after = time >= start
     free = [j for j in range(rotation.shape[1]) if j not in view.locked]
     drive = None
     width = (view.points - 1) * view.step
     if after.sum() >= 4 * view.points and min((~lost[after][:, j]).sum() for j in free) >= view.points:
-        smoothed = _smoothed(time[after], rotation[after], lost[after], view.locked, width)
+        smoothed = _smooth_by_samples(time[after], rotation[after], lost[after], view.locked, width)
         points = min(odd_points(width, view.step), len(smoothed.time) // 2 * 2 - 1)
         drive = drive_after(view.leg, smoothed, points, free, view.tip_mass)
     if drive is None:
@@ -323,7 +326,7 @@ def _with_drive(begun: _Break | None, time: Array, rotation: Array, lost: Mask, 
             released, start if by is None else by, None, None, 0.0, f"{reason}; no external torque after that", by
         )
     name = view.leg.joint_names[drive.joint]
-    reason += f"; until {view.said(drive.until)} s a torque acts on the {name} that its spring and damper do not "
+    reason += f"; until {view.in_words(drive.until)} s a torque acts on the {name} that its spring and damper do not "
     reason += "produce "
     reason += f"(up to {drive.share:.0%} of its torque range)"
     grid = view.smoothed.time

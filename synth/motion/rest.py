@@ -10,11 +10,11 @@ from synth.arrays import Array
 
 TAIL = 10  # a recording's last tenth
 LEAST_SWING = 0.02  # of the range: smaller turns are no swings
-# Peak-to-peak motion over the last half cycle, of the whole range, above which a joint still moves. In 29 of 30
-# releases of a rat's limb it is less (or less than the noise); in 12 tests of a robot's hip, which end early, the
-# ankle's is 4 to 20 %.
-STILL = LEAST_SWING
-CLOSE = 0.1  # of the last swing: two estimates of rest that differ by more belong to no single decaying oscillation
+# Peak-to-peak motion over the last half cycle, of the whole range, above which a joint still moves: turns that count
+# as swings remain, about which the mean of the last samples is not yet the rest.
+STILL_RANGE = LEAST_SWING
+# Of the last swing: two estimates of rest that differ by more belong to no single decaying oscillation
+CLOSE_ESTIMATES = 0.1
 # Of the first swing, that a motion which starts at rest covers in the first tenth of a half cycle: 2.4 % for a cosine.
 STARTS_SLOWLY = 0.06
 
@@ -48,7 +48,7 @@ def last_tenth(angle: Array) -> float:
 def rest_of(time: Array, angle: Array, noise: float, equilibrium: float | None = None) -> Rest:
     """Rest of a smooth curve, ``time`` (n,) s and ``angle`` (n,) rad with ``noise`` rad.
 
-    The mean of the last tenth, if the curve hardly moves over its last half cycle (see ``STILL``). Else the
+    The mean of the last tenth, if the curve hardly moves over its last half cycle (see ``STILL_RANGE``). Else the
     ``equilibrium`` of a leg fitted to it, if it lies between the last two extremes, as a decaying oscillation's does.
     Else from the last three extremes: their distances from rest have one ratio, so rest is
     ``(x0 x2 - x1^2) / (x0 + x2 - 2 x1)`` (Aitken's delta-squared process; exact for one decaying mode); if a fourth is
@@ -61,12 +61,12 @@ def rest_of(time: Array, angle: Array, noise: float, equilibrium: float | None =
     begins = [len(angle) - max(2, len(angle) // TAIL)]
     if len(turns) > 1:
         begins.append(int(np.searchsorted(time, time[-1] - (time[turns[-1]] - time[turns[-2]]))))
-    if float(np.ptp(angle[min(begins) :])) <= max(6 * noise, STILL * span):
+    if float(np.ptp(angle[min(begins) :])) <= max(6 * noise, STILL_RANGE * span):
         return Rest(last_tenth(angle), "", moments)
     heights = [height for _, height in inner]
     if len(turns) > 1 and _starts_at_rest(time, angle, turns[1]):
         heights = [float(angle[0]), *heights]
-    if equilibrium is not None and _between(equilibrium, heights, angle):
+    if equilibrium is not None and _lies_between(equilibrium, heights, angle):
         return Rest(equilibrium, FROM_LEG, moments)
     found = _of_swings(heights)
     return Rest(found, MOVES_AT_END if found is None else FROM_SWINGS, moments)
@@ -101,7 +101,7 @@ def _starts_at_rest(time: Array, angle: Array, turn: int) -> bool:
     return 0 < soon < turn and bool(abs(angle[soon] - angle[0]) < STARTS_SLOWLY * abs(angle[turn] - angle[0]))
 
 
-def _between(rest: float, heights: list[float], angle: Array) -> bool:
+def _lies_between(rest: float, heights: list[float], angle: Array) -> bool:
     """Whether a rest lies between the last two extremes, or, with fewer, ahead of the curve's end or within it."""
     if len(heights) > 1:
         return min(heights[-2:]) < rest < max(heights[-2:])
@@ -113,7 +113,7 @@ def _of_swings(heights: list[float]) -> float | None:
     if len(heights) < 3:
         return None
     found = [_aitken(*heights[k - 3 : k]) for k in range(len(heights), max(len(heights) - 2, 2), -1)]
-    if None in found or abs(found[0] - found[-1]) > CLOSE * abs(heights[-1] - heights[-2]):  # type: ignore[operator]
+    if None in found or abs(found[0] - found[-1]) > CLOSE_ESTIMATES * abs(heights[-1] - heights[-2]):  # type: ignore[operator]
         return None
     return found[0]
 

@@ -17,10 +17,10 @@ Indices = NDArray[np.intp]
 # Of the motion's pace: the error of a cubic over this range of a sinusoid is 1e-5 of its amplitude. 30 ms at 2 Hz.
 SUPPORT = 0.7
 LONGEST_RUN = 3  # samples: a marker taken for another, or a bus that repeats a wrong reading
-BESIDE = 0.3  # of a run's steps there and back, the largest step within it and beside it
+STEP_BESIDE = 0.3  # of a run's steps there and back, the largest step within it and beside it
 # Times the second differences beyond it, that of a sample at an end which is off, of so many samples.
 ALONE, END = 5.0, 6
-SHOWN = 0.1  # of the noise's share in a residual of uniform samples; where less is shown, it is not used
+LEAST_NOISE_SHARE = 0.1  # of the noise's share in a residual of uniform samples; where less is shown, it is not used
 COARSEST_COUNT = np.radians(0.5)  # no encoder in use is coarser: a larger smallest difference is not a count
 
 
@@ -103,7 +103,7 @@ def _runs(value: Array, least: float) -> Mask:
         size = np.minimum(np.abs(windows[:, far]), np.abs(windows[:, -far - 1]))
         others = np.delete(np.abs(windows), [far, windows.shape[1] - far - 1], axis=1).max(axis=1)
         back = windows[:, far] * windows[:, -far - 1] < 0.0
-        for start in np.flatnonzero(back & (size > least) & (BESIDE * size > others)) + 2:
+        for start in np.flatnonzero(back & (size > least) & (STEP_BESIDE * size > others)) + 2:
             found[start : start + length] = True
     return found
 
@@ -116,7 +116,7 @@ def smooth(time: Array, angle: Array, lost: Mask, width: float | None = None, lo
     time : (n,) s; angle : (n, n_joint) rad; lost : (n, n_joint), from ``lost_samples``.
     width : s, the polynomial's support; at least five samples are used. None: ``SUPPORT`` of the motion's own pace.
     locked : joints that do not move. What a fine sensor reads there is slower than its noise and faster than any swing,
-        and would be the pace: 1.8 ms for 12 ms in a trial of a rig whose ankle was locked.
+        and would be the pace.
 
     Raises
     ------
@@ -165,8 +165,8 @@ class _Shares:
     def kept(self, residual: Array) -> Array:
         """(n,) share of the samples' noise variance in the grid's residuals, given the weights of one (points,).
 
-        Two neighbours' mean has less noise than either, and grid points that share a sample share its noise: 60 samples
-        with steps of 2.4 to 5.6 ms showed 0.034 deg of their 0.052 when the grid's residuals were taken for theirs.
+        Two neighbours' mean has less noise than either, and grid points that share a sample share its noise: the grid's
+        residuals are smaller than the samples'.
         """
         points, half = len(residual), len(residual) // 2
         variance = np.zeros(len(self.left) - points + 1)
@@ -193,7 +193,7 @@ def _scatter(residual: Array, share: Array, kept: float) -> float:
     By the median, so that undetected glitches do not count as noise. In gaps the polynomials follow the bridging line
     and the residuals show nothing: those whose share is a small part of ``kept``, that of even samples, are left out.
     """
-    shown = share > SHOWN * kept
+    shown = share > LEAST_NOISE_SHARE * kept
     if not shown.any():
         return 0.0
     return robust_deviation(residual[shown] / np.sqrt(share[shown]))

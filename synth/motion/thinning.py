@@ -21,18 +21,18 @@ from synth.arrays import Array, Mask
 from synth.motion.counts import coarse_count
 from synth.motion.noise import white_noise
 
-LONG = 6_000  # samples, up to which a recording is unchanged
-FEWEST = 2_500  # samples that are kept at least
+UNTHINNED_SAMPLES = 6_000  # samples, up to which a recording is unchanged
+LEAST_SAMPLES = 2_500  # samples that are kept at least
 BENT = 0.5  # of a mean's noise, largest curvature error of all but the fastest 2 % of the samples
 FASTEST = 98.0  # percentile of a stretch of the recording
 STRETCHES = 20  # the fastest one counts: a long rest does not hide the swing before it
 DIFFERENCE = 6  # order of differences that isolate noise, as in ``diagnosis.sensor_noise``
-FEW = 0.7  # share of a group's samples that must be good
+LEAST_GOOD_SHARE = 0.7  # share of a group's samples that must be good
 HOLE = 1.5  # times its usual length, above which a group contains a gap
 
 
 @dataclass(frozen=True)
-class Thinned:
+class ThinnedRecording:
     """``time`` (m,) s, ``angle`` (m, n) rad and ``lost`` (m, n); groups of ``group`` samples out of ``rows``.
 
     ``averaged`` (n,) : readings in each angle; 1 where the middle one of a group stands for it.
@@ -57,7 +57,7 @@ class Thinned:
         )
 
 
-def thinned(time: Array, angle: Array, lost: Mask) -> Thinned:
+def thin_recording(time: Array, angle: Array, lost: Mask) -> ThinnedRecording:
     """A recording with as many samples as its motion needs.
 
     Parameters
@@ -65,23 +65,23 @@ def thinned(time: Array, angle: Array, lost: Mask) -> Thinned:
     time : (n,) s, rising; angle : (n, n_joint) rad; lost : (n, n_joint), from ``lost_samples``.
     """
     rows = len(time)
-    if rows <= LONG:
-        return Thinned(time, angle, lost, 1, rows, angle.shape[1] * (1,))
+    if rows <= UNTHINNED_SAMPLES:
+        return ThinnedRecording(time, angle, lost, 1, rows, angle.shape[1] * (1,))
     bridged = np.empty_like(angle)
     for j in range(angle.shape[1]):
         good = ~lost[:, j]
         bridged[:, j] = np.interp(time, time[good], angle[good, j]) if good.any() else 0.0
     noise = np.array([white_noise(bridged[:, j], DIFFERENCE) for j in range(angle.shape[1])])
     counts = np.array([coarse_count(angle[~lost[:, j], j], float(noise[j])) for j in range(angle.shape[1])])
-    group = _odd(rows // FEWEST)
+    group = _odd_size(rows // LEAST_SAMPLES)
     while group > 1 and not _straight(bridged, noise, counts, group):
-        group = _odd(group // 2)
+        group = _odd_size(group // 2)
     if group < 3:
-        return Thinned(time, angle, lost, 1, rows, angle.shape[1] * (1,))
-    return _grouped(time, bridged, lost, group, counts)
+        return ThinnedRecording(time, angle, lost, 1, rows, angle.shape[1] * (1,))
+    return _group_means(time, bridged, lost, group, counts)
 
 
-def _odd(group: int) -> int:
+def _odd_size(group: int) -> int:
     """At most ``group``, with a middle sample."""
     return max(group - (1 - group % 2), 1)
 
@@ -110,13 +110,13 @@ def _means(values: Array, group: int) -> Array:
     return np.asarray(values[: count * group].reshape(count, group, *values.shape[1:]).mean(axis=1))
 
 
-def _grouped(time: Array, angle: Array, lost: Mask, group: int, counts: Array) -> Thinned:
+def _group_means(time: Array, angle: Array, lost: Mask, group: int, counts: Array) -> ThinnedRecording:
     count = len(time) // group
     middle = group // 2 + group * np.arange(count)
-    mean, few = _means(angle, group), _means(lost.astype(float), group) > 1.0 - FEW
+    mean, few = _means(angle, group), _means(lost.astype(float), group) > 1.0 - LEAST_GOOD_SHARE
     for j in np.flatnonzero(counts > 0.0):
         mean[:, j], few[:, j] = angle[middle, j], lost[middle, j]
     length = time[group - 1 + group * np.arange(count)] - time[group * np.arange(count)]
     few |= (length > HOLE * np.median(length))[:, None]
     averaged = tuple(np.where(counts > 0.0, 1, group).tolist())
-    return Thinned(_means(time, group), mean, few, group, len(time), averaged)
+    return ThinnedRecording(_means(time, group), mean, few, group, len(time), averaged)

@@ -10,10 +10,11 @@ from synth.arrays import Array
 from synth.motion.noise import white_noise
 from synth.motion.smoothing import Smoothed, odd_points, savitzky_golay, smoothing_weights
 
-AGREES = 0.15  # largest scale error of a velocity that is accepted as the angle's
-FOLLOWS = 0.9  # least correlation of a velocity with the slope; deg/s labelled rad/s, or another joint's, has less
+SCALE_ERROR = 0.15  # largest scale error of a velocity that is accepted as the angle's
+# Least correlation of a velocity with the slope; deg/s labelled rad/s, or another joint's, has less
+LEAST_CORRELATION = 0.9
 ORDER = 4  # order of the differences that isolate noise
-FEWEST = 20  # samples with a velocity for a comparison
+LEAST_SAMPLES = 20  # samples with a velocity for a comparison
 
 
 def unlike(smoothed: Smoothed, time: Array, velocity: Array, joint: int) -> str:
@@ -24,17 +25,17 @@ def unlike(smoothed: Smoothed, time: Array, velocity: Array, joint: int) -> str:
     good = np.isfinite(velocity)
     slope = np.interp(time[good], smoothed.time, smoothed.rate[:, joint])
     fast = np.abs(slope) > 0.1 * np.abs(slope).max(initial=0.0)  # a tenth of the greatest speed
-    if fast.sum() < FEWEST or np.abs(slope).max() < 10.0 * white_noise(slope, ORDER):
+    if fast.sum() < LEAST_SAMPLES or np.abs(slope).max() < 10.0 * white_noise(slope, ORDER):
         return ""
     seen, slope = velocity[good][fast], slope[fast]
     size = float(np.sqrt(np.mean(seen**2) * np.mean(slope**2)))
     likeness = float(np.mean(seen * slope)) / size if size > 0.0 else 0.0
     factor = float(np.sqrt(np.mean(seen**2) / np.mean(slope**2)))
-    if likeness > FOLLOWS and abs(factor - 1.0) < AGREES:
+    if likeness > LEAST_CORRELATION and abs(factor - 1.0) < SCALE_ERROR:
         return ""
-    if likeness < -FOLLOWS:
+    if likeness < -LEAST_CORRELATION:
         return "has the opposite sign of the angle's slope"
-    if likeness > FOLLOWS:
+    if likeness > LEAST_CORRELATION:
         hint = "; is its unit right (rad/s or deg/s)?" if abs(np.log(factor)) > 3.0 else ""
         return f"is {factor:.3g} times the angle's slope{hint}"
     return f"is not the angle's slope (correlation {likeness:.2f}); is it another joint's, or late?"
@@ -52,7 +53,7 @@ def with_velocities(smoothed: Smoothed, time: Array, velocities: Array) -> Smoot
     rate = smoothed.rate.copy()
     for j in range(rate.shape[1]):
         good = np.isfinite(velocities[:, j])
-        if good.sum() < FEWEST:
+        if good.sum() < LEAST_SAMPLES:
             continue
         interpolated = np.interp(smoothed.time, time[good], velocities[good, j])
         inside = (smoothed.time >= time[good][0]) & (smoothed.time <= time[good][-1])

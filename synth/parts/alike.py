@@ -12,7 +12,7 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.rows import DamperRow, TorsionSpringRow
 from synth.swing.damper_curves import torque_at
 
-SAME = 0.02  # relative: makers round sizes to two or three digits
+SAME_SIZE = 0.02  # relative: makers round sizes to two or three digits
 # Weights of differences: a spring's rate and a damper's torque determine the motion, sizes the fit in the joint.
 WEIGHTS = {"rate": 3.0, "torque": 3.0, "outer diameter": 1.0, "inside diameter": 1.0, "body length": 0.5, "wire": 0.5}
 UNKNOWN = 0.5  # of a dimension that one of the two rows does not state
@@ -20,7 +20,7 @@ ANOTHER = 0.5  # of another winding hand, direction, material or travel
 
 
 @dataclass(frozen=True)
-class Alike:
+class Substitute:
     """One substitute: ``distance`` weighs relative differences; ``differs`` has each dimension in words."""
 
     row: TorsionSpringRow | DamperRow
@@ -28,15 +28,15 @@ class Alike:
     differs: tuple[str, ...]
 
 
-def alike(catalogue: Catalogue, row: TorsionSpringRow | DamperRow, most: int = 12) -> tuple[Alike, ...]:
+def find_substitutes(catalogue: Catalogue, row: TorsionSpringRow | DamperRow, most: int = 12) -> tuple[Substitute, ...]:
     """Rows that may replace a part, nearest first."""
     rows: Sequence[TorsionSpringRow | DamperRow]
     rows = catalogue.springs if isinstance(row, TorsionSpringRow) else catalogue.dampers
-    found = [_compared(row, other) for other in rows if other.choosable and other is not row]
+    found = [_compare_rows(row, other) for other in rows if other.choosable and other is not row]
     return tuple(sorted(found, key=lambda item: item.distance)[:most])
 
 
-def _compared(row: TorsionSpringRow | DamperRow, other: TorsionSpringRow | DamperRow) -> Alike:
+def _compare_rows(row: TorsionSpringRow | DamperRow, other: TorsionSpringRow | DamperRow) -> Substitute:
     distance, differs = 0.0, []
     theirs = _numbers(other)
     for name, value in _numbers(row).items():
@@ -49,13 +49,13 @@ def _compared(row: TorsionSpringRow | DamperRow, other: TorsionSpringRow | Dampe
             continue
         off = math.log(against / value)
         distance += WEIGHTS[name] * abs(off)
-        if abs(off) > SAME:
+        if abs(off) > SAME_SIZE:
             differs.append(f"{name} {against / value - 1.0:+.0%}")
     for name, mine, its in _words(row, other):
         if mine != its:
             distance += ANOTHER
             differs.append(f"{name} {its or 'not stated'}")
-    return Alike(other, distance, tuple(differs))
+    return Substitute(other, distance, tuple(differs))
 
 
 def _numbers(row: TorsionSpringRow | DamperRow) -> dict[str, float | None]:

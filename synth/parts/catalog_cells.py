@@ -68,10 +68,10 @@ def number_cell(text: str, scale: float, rules: Mapping[str, Any]) -> float:
         comma = "; decimals take a point" if re.fullmatch(r"\d+,\d+", text) else "; the unit belongs in the header"
         known = any(sign.isdigit() for sign in text)
         raise ValueError(f'"{text}" is not a number{comma if known else "; leave the cell empty if it is not known"}')
-    return allowed(float(text) * scale, text, rules)
+    return require_allowed(float(text) * scale, text, rules)
 
 
-def allowed(value: float, text: str, rules: Mapping[str, Any]) -> float:
+def require_allowed(value: float, text: str, rules: Mapping[str, Any]) -> float:
     """The value; ValueError if it is not finite, or has a sign that the column does not allow."""
     if not math.isfinite(value):
         raise ValueError(f'"{text}" is too large a number')

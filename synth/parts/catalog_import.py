@@ -18,7 +18,7 @@ from synth.files.csv_rows import csv_rows
 from synth.files.names import NAME_LENGTH, title_fault
 from synth.files.paths import read_bytes
 from synth.files.validate import near
-from synth.parts.catalog_cells import allowed, currency_of, number_cell, scale_of, text_cell
+from synth.parts.catalog_cells import currency_of, number_cell, require_allowed, scale_of, text_cell
 from synth.parts.catalog_table import MAX_BYTES, MAX_PROBLEMS
 from synth.parts.headers import standard
 from synth.parts.rows import FAMILIES, CatalogueRow
@@ -91,7 +91,7 @@ def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = No
     if len(lines) < 2:
         raise UserError(Problem("contains no rows; the first line must have the headers", name))
     titles = [title.strip() for title in lines[0][1]]
-    family, columns, unused = _matched(titles, mapping, name)
+    family, columns, unused = _match_family(titles, mapping, name)
     if vendor is None and not any(column.field.name == "vendor" for column in columns):
         raise UserError(Problem("no column names the vendor; give it with --vendor NAME", name, line=1))
     rows = _rows(lines[1:], columns, len(titles), name, vendor or "")
@@ -136,7 +136,7 @@ def _rows(
             text = f"has {len(cells)} cells where the header has {width}; decimals take a point, and a cell with a "
             made, bad = [], [Problem(text + "comma stands in quotes", name, line)]
         else:
-            made, bad = _made(cells, columns, name, line)
+            made, bad = _convert_cells(cells, columns, name, line)
         problems += bad
         if len(problems) > MAX_PROBLEMS:
             text = "more mistakes follow; the rest of the table was not read"
@@ -161,7 +161,7 @@ def _rows(
     return rows
 
 
-def _made(
+def _convert_cells(
     cells: Sequence[str], columns: Sequence[_SheetColumn], name: str, line: int
 ) -> tuple[list[str], list[Problem]]:
     """The cells of a row in the catalogue's words and units, and the mistakes of those that cannot be read."""
@@ -175,7 +175,9 @@ def _made(
     return made, problems
 
 
-def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tuple[str, list[_SheetColumn], list[str]]:
+def _match_family(
+    titles: Sequence[str], mapping: Mapping[str, str], name: str
+) -> tuple[str, list[_SheetColumn], list[str]]:
     """The family that most columns fit, these columns, and the other titles."""
     mapped = {theirs.casefold(): ours for theirs, ours in mapping.items()}
     missing = [theirs for theirs in mapping if theirs.casefold() not in {title.casefold() for title in titles}]
@@ -192,7 +194,7 @@ def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tu
         text = "is not a table of torsion springs or dampers: it needs a part number and two more known columns; "
         raise UserError(Problem(text + "identify them with --map 'THEIRS=OURS [unit]'", name, line=1))
     family, found, unused = best
-    problems = _unmapped(mapping, found, family, name)
+    problems = _unmapped_problems(mapping, found, family, name)
     for k, column in enumerate(found):
         title = column.field.name if column.unit is None else f"{column.field.name} [{column.unit}]"
         try:
@@ -205,7 +207,9 @@ def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tu
     return family, found, unused
 
 
-def _unmapped(mapping: Mapping[str, str], found: Sequence[_SheetColumn], family: str, name: str) -> list[Problem]:
+def _unmapped_problems(
+    mapping: Mapping[str, str], found: Sequence[_SheetColumn], family: str, name: str
+) -> list[Problem]:
     """What the user mapped, and no column came of it."""
     used = {column.title.casefold() for column in found}
     known = [item.name for item in FAMILIES[family].columns()]
@@ -252,7 +256,7 @@ def _cell(text: str, column: _SheetColumn) -> str:
         return text_cell(text, column.field, column.currency)
     canonical, shown = rules["unit"], rules["shown"]
     scale = 1.0 if canonical == shown or canonical == "degC" else factor(shown, canonical)
-    return f"{allowed(_number(text, column), text, rules) / scale:.10g}"
+    return f"{require_allowed(_number(text, column), text, rules) / scale:.10g}"
 
 
 def _number(text: str, column: _SheetColumn) -> float:

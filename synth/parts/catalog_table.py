@@ -49,21 +49,21 @@ def read_table(path: Path, shown: str | None = None) -> ReadTable:
     name = shown or str(path)
     try:
         data = read_bytes(path, MAX_BYTES, "no catalogue is so large")
-        return _read(csv_rows(data, name, strict=True), name)
+        return _read_lines(csv_rows(data, name, strict=True), name)
     except UserError as error:
         return ReadTable(None, (), tuple(Problem(each.text, name, each.line) for each in error.problems))
 
 
-def _refused(name: str, text: str) -> ReadTable:
+def _refuse_table(name: str, text: str) -> ReadTable:
     return ReadTable(None, (), (Problem(text, file=name),))
 
 
-def _read(lines: Iterator[tuple[int, list[str]]], name: str) -> ReadTable:
+def _read_lines(lines: Iterator[tuple[int, list[str]]], name: str) -> ReadTable:
     _, titles = next(lines, (1, []))
     if not titles or not any(title.strip() for title in titles):
-        return _refused(name, "is empty; the first line holds the headers, name [unit]")
+        return _refuse_table(name, "is empty; the first line holds the headers, name [unit]")
     if fault := other_separator(titles):
-        return _refused(name, fault)
+        return _refuse_table(name, fault)
     written, titles = titles, _standard(titles)
     family = _recognise(titles)
     if family is None:
@@ -93,7 +93,7 @@ def _read(lines: Iterator[tuple[int, list[str]]], name: str) -> ReadTable:
     return ReadTable(family, tuple(rows), tuple(problems))
 
 
-def _bare(title: str) -> str:
+def _name_in_header(title: str) -> str:
     """The name in a header, without its unit."""
     return title.split("[", 1)[0].strip()
 
@@ -101,14 +101,20 @@ def _bare(title: str) -> str:
 def _standard(titles: list[str]) -> list[str]:
     """Headers in the catalogue's words; a column under its own name has priority."""
     known = frozenset(item.name for row in FAMILIES.values() for item in row.columns())
-    own = {_bare(title) for title in titles if _bare(title) in known}
+    own = {_name_in_header(title) for title in titles if _name_in_header(title) in known}
     found = []
     for title in titles:
         better = standard(title, known)
-        found.append(title if _bare(title) in known and "(" not in title else title if _bare(better) in own else better)
-    names = {_bare(title) for title in found}
+        found.append(
+            title
+            if _name_in_header(title) in known and "(" not in title
+            else title
+            if _name_in_header(better) in own
+            else better
+        )
+    names = {_name_in_header(title) for title in found}
     if "torque" in names and "max_torque" not in names and names & _OF_A_PART:
-        found = ["max_" + title if _bare(title) == "torque" else title for title in found]
+        found = ["max_" + title if _name_in_header(title) == "torque" else title for title in found]
     return found
 
 
@@ -118,7 +124,7 @@ def _keys(row_type: type[CatalogueRow]) -> list[str]:
 
 def _recognise(titles: list[str]) -> str | None:
     """The family whose key columns are all present; the one with more keys if two fit."""
-    names = {_bare(title) for title in titles}
+    names = {_name_in_header(title) for title in titles}
     if {"max_torque", "max_deflection"} <= names:
         names = names | {"rate"}  # it follows from them
     if "max_speed" in names:
@@ -130,8 +136,10 @@ def _recognise(titles: list[str]) -> str | None:
 def _near_key(titles: list[str]) -> str:
     keys = sorted({key for row in FAMILIES.values() for key in _keys(row)})
     for title in titles:
-        if _bare(title) not in keys and (near := get_close_matches(_bare(title), keys, n=1, cutoff=0.75)):
-            return f'. Did you mean "{near[0]}" by "{_bare(title)}"?'
+        if _name_in_header(title) not in keys and (
+            near := get_close_matches(_name_in_header(title), keys, n=1, cutoff=0.75)
+        ):
+            return f'. Did you mean "{near[0]}" by "{_name_in_header(title)}"?'
     return ""
 
 
@@ -147,10 +155,10 @@ def _columns(
     problems: list[Problem] = []
     seen: set[str] = set()
     for index, title in enumerate(titles):
-        bare = _bare(title)
+        bare = _name_in_header(title)
         if bare not in known:
             near = get_close_matches(bare, [key for key in known if key not in seen], n=1, cutoff=0.8)
-            if near and not any(_bare(other) == near[0] for other in titles):
+            if near and not any(_name_in_header(other) == near[0] for other in titles):
                 problems.append(
                     Problem(f'there is no column "{bare}"; did you mean "{near[0]}"?', file=name, line=1, key=title)
                 )

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from synth.errors import Problem, UserError, did_you_mean
 from synth.parts.catalog_table import MAX_PROBLEMS, read_table
-from synth.parts.row_check import completed, completed_damper, contradictions, curve_problems, judged
+from synth.parts.row_check import complete_row, completed_damper, contradictions, curve_problems, judge_row
 from synth.parts.rows import (
     FAMILIES,
     CatalogueRow,
@@ -94,7 +94,7 @@ class Catalogue:
         material = wire_material(target, self.materials, self.wires) if target else None
         if material is None:
             raise UserError(
-                f'no wire material "{name}"{_near(name, [*names, *ALIASES])}; known materials: {", ".join(names)}'
+                f'no wire material "{name}"{_spellings(name, [*names, *ALIASES])}; known materials: {", ".join(names)}'
             )
         return material
 
@@ -113,7 +113,9 @@ class Catalogue:
             "gearmotors": self.motors,
         }
         if family not in families:
-            raise UserError(f'no catalogue "{family}"{_near(family, list(families))}; there are {", ".join(families)}')
+            raise UserError(
+                f'no catalogue "{family}"{_spellings(family, list(families))}; there are {", ".join(families)}'
+            )
         return families[family]
 
 
@@ -163,7 +165,7 @@ def check_catalogue(paths: Sequence[Path] = ()) -> list[Problem]:
                 problems.append(Problem(text, file=row.file, line=row.line, key=getattr(row, "part", None) or None))
             material = getattr(row, "material", "")
             if material and material not in known:
-                text = f'"{material}" is not a known wire material{_near(material, sorted(known))}'
+                text = f'"{material}" is not a known wire material{_spellings(material, sorted(known))}'
                 problems.append(Problem(text, file=row.file, line=row.line, key="material"))
     return [*problems, *joining]
 
@@ -193,7 +195,7 @@ def _read_all(extra: Sequence[Path]) -> tuple[list[CatalogueRow], list[Problem]]
 def _join(rows: Iterable[CatalogueRow]) -> tuple[Catalogue, list[Problem]]:
     """Combine the rows of all files: replaced parts, curves with their dampers, statuses."""
     rows = list(rows)
-    materials = _of(rows, MaterialRow)
+    materials = _rows_of_type(rows, MaterialRow)
     problems: list[Problem] = []
 
     @cache
@@ -201,17 +203,17 @@ def _join(rows: Iterable[CatalogueRow]) -> tuple[Catalogue, list[Problem]]:
         return _modulus(ALIASES.get(material, material), diameter, materials)
 
     def finished(kept: Sequence[R]) -> tuple[R, ...]:
-        return tuple(judged(row, modulus_of) for row in kept)
+        return tuple(judge_row(row, modulus_of) for row in kept)
 
-    springs = _latest([completed(row) for row in _of(rows, TorsionSpringRow)], problems)
-    dampers = _latest([completed_damper(row) for row in _of(rows, DamperRow)], problems)
-    curves = finished(_of(rows, CurvePointRow))
-    motors = finished(_latest(_of(rows, GearMotorRow), problems))
+    springs = _latest([complete_row(row) for row in _rows_of_type(rows, TorsionSpringRow)], problems)
+    dampers = _latest([completed_damper(row) for row in _rows_of_type(rows, DamperRow)], problems)
+    curves = finished(_rows_of_type(rows, CurvePointRow))
+    motors = finished(_latest(_rows_of_type(rows, GearMotorRow), problems))
     with_curves = _with_curves(dampers, curves, problems)
     catalogue = Catalogue(
         tuple(usable_spring(row, modulus_of) for row in finished(springs)),
         tuple(usable_damper(row, modulus_of) for row in finished(with_curves)),
-        finished(_of(rows, WireRow)),
+        finished(_rows_of_type(rows, WireRow)),
         finished(materials),
         curves,
         motors,
@@ -219,7 +221,7 @@ def _join(rows: Iterable[CatalogueRow]) -> tuple[Catalogue, list[Problem]]:
     return catalogue, problems
 
 
-def _of(rows: Iterable[CatalogueRow], row_type: type[R]) -> list[R]:
+def _rows_of_type(rows: Iterable[CatalogueRow], row_type: type[R]) -> list[R]:
     return [row for row in rows if isinstance(row, row_type)]
 
 
@@ -245,7 +247,8 @@ def _with_curves(
     for order, point in enumerate(curves):
         key = (point.vendor.casefold(), point.part.casefold())
         if key not in sold and key not in points and len(problems) < MAX_PROBLEMS:
-            text = f'"{point.part}" is not a damper of the catalogues{_near(point.part, [row.part for row in dampers])}'
+            spellings = _spellings(point.part, [row.part for row in dampers])
+            text = f'"{point.part}" is not a damper of the catalogues{spellings}'
             problems.append(Problem(text, file=point.file, line=point.line, key="part"))
         points.setdefault(key, []).append((order, point))
     joined: list[DamperRow] = []
@@ -275,8 +278,8 @@ def _find(rows: Sequence[P], part: str, kind: str) -> P:
         return found[0]
     if found:
         raise UserError(f'"{part}" is a {kind} of {" and of ".join(row.vendor or row.place for row in found)}')
-    raise UserError(f'no {kind} "{part}" in the catalogues{_near(part, [row.part for row in rows])}')
+    raise UserError(f'no {kind} "{part}" in the catalogues{_spellings(part, [row.part for row in rows])}')
 
 
-def _near(name: str, known: Sequence[str]) -> str:
+def _spellings(name: str, known: Sequence[str]) -> str:
     return did_you_mean(name, known, most=3)

@@ -40,11 +40,11 @@ def place_parts(table: ImportedParts, source: Path, folder: Path) -> PlacedParts
         The table makes no catalogue, or a file that it would replace was changed since its import, was not imported,
         or holds parts of another kind or vendor. The folder is then as before.
     """
-    contents, rows, choosable = _checked(table, source)
+    contents, rows, choosable = _check_table(table, source)
     problems, gone = [], {}
     for each in standing_files(folder, contents):
         path = folder / each.name
-        found = [_changed(each, path)] if each.changed else list(_of_others(path, table))
+        found = [_why_kept(each, path)] if each.changed else list(_why_foreign(path, table))
         problems += [Problem(text, str(path)) for text in found]
         gone[str(path)] = () if found else _gone(path, table)
     if problems:
@@ -54,7 +54,7 @@ def place_parts(table: ImportedParts, source: Path, folder: Path) -> PlacedParts
     return PlacedParts(files, rows, choosable, {name: parts for name, parts in gone.items() if parts})
 
 
-def _checked(table: ImportedParts, source: Path) -> tuple[dict[str, bytes], int, int]:
+def _check_table(table: ImportedParts, source: Path) -> tuple[dict[str, bytes], int, int]:
     """Content of each file, number of rows and of those that can be chosen; UserError if they cannot be loaded."""
     with tempfile.TemporaryDirectory(prefix="synth-import-") as made:
         paths = [Path(made) / name for name in table.rows]
@@ -78,7 +78,7 @@ def _in_source(problem: Problem, table: ImportedParts, source: Path) -> Problem:
     return Problem(problem.text, str(source), line, titles.get(problem.key or "", problem.key))
 
 
-def _changed(standing: StandingFile, path: Path) -> str:
+def _why_kept(standing: StandingFile, path: Path) -> str:
     """Why a file with the user's values is not replaced, and how to go on."""
     what = "was changed since its import" if standing.ours else "was not written by synth catalog import"
     own = path.with_name(f"{path.stem}_own.csv")
@@ -89,7 +89,7 @@ def _changed(standing: StandingFile, path: Path) -> str:
     )
 
 
-def _of_others(path: Path, table: ImportedParts) -> Iterator[str]:
+def _why_foreign(path: Path, table: ImportedParts) -> Iterator[str]:
     """Why an earlier import is no earlier state of this table: it has another kind of part, or another vendor's."""
     old = read_table(path)
     if old.family not in (None, table.family):

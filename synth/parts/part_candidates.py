@@ -149,7 +149,7 @@ def damper_candidates(
             reasons[reason] += 1
     if not kept:
         raise CannotBeHad(
-            f"{joint}: no damper in the catalogue meets the constraints: {counted(reasons)}. Loosen "
+            f"{joint}: no damper in the catalogue meets the constraints: {count_reasons(reasons)}. Loosen "
             f"select.joints.{joint}.damper, or add a catalogue under select.catalogs"
         )
     return Candidates(tuple(kept), dict(sorted(reasons.items())))
@@ -188,12 +188,12 @@ def damper_limits(row: DamperRow, choice: DamperBounds) -> list[tuple[str, float
 def no_spring(joint: str, found: Candidates[TorsionSpringRow], rows: Sequence[TorsionSpringRow]) -> CannotBeHad:
     """The message if a bought spring is required and none fits."""
     return CannotBeHad(
-        f"{joint}: none of the {len(rows)} springs in the catalogue meets the constraints: {counted(found.left_out)}. "
-        f"{found.nearest}. Loosen select.joints.{joint}.spring, add a catalogue under select.catalogs, or write "
-        "make: true for a spring to wind"
+        f"{joint}: none of the {len(rows)} springs in the catalogue meets the constraints: "
+        f"{count_reasons(found.left_out)}. {found.nearest}. Loosen select.joints.{joint}.spring, add a "
+        "catalogue under select.catalogs, or write make: true for a spring to wind"
     )
 
 
-def counted(reasons: Mapping[str, int]) -> str:
+def count_reasons(reasons: Mapping[str, int]) -> str:
     """Reasons with the number of parts, most frequent first, in one line of text."""
     return "; ".join(f"{count} {reason}" for reason, count in sorted(reasons.items(), key=lambda item: -item[1]))

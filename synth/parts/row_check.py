@@ -31,7 +31,7 @@ ModulusOf = Callable[[str, float], float | None]
 """Material name and wire diameter in m to Young's modulus in Pa, None if unknown."""
 
 
-def completed(row: TorsionSpringRow) -> TorsionSpringRow:
+def complete_row(row: TorsionSpringRow) -> TorsionSpringRow:
     """The row with derived values: outer diameter, and rate from torque and deflection."""
     if row.outer_diameter is None and row.inner_diameter is not None and row.wire_diameter is not None:
         row = replace(row, outer_diameter=row.inner_diameter + 2.0 * row.wire_diameter)
@@ -46,7 +46,7 @@ def completed_damper(row: DamperRow) -> DamperRow:
     return replace(row, speed=row.max_speed) if row.speed is None and row.max_speed is not None else row
 
 
-def missing(row: CatalogueRow) -> list[str]:
+def missing_values(row: CatalogueRow) -> list[str]:
     """The missing values of a row, in words."""
     needed = getattr(row, "needed", ())
     lacking = [f"no {name.replace('_', ' ')}" for name in needed if getattr(row, name) in (None, "")]
@@ -94,13 +94,13 @@ def _motor(row: GearMotorRow) -> list[str]:
     return [f"stall torque and current with the no-load speed give a gear efficiency of {gain:.3g}"]
 
 
-def judged(row: R, modulus_of: ModulusOf) -> R:
+def judge_row(row: R, modulus_of: ModulusOf) -> R:
     """The row with its state: a declared fault is kept; a declared ``complete`` is verified."""
     if not row.sound:
         return row
     if found := contradictions(row, modulus_of):
         return row.judged("contradiction", found)
-    if lacking := missing(row):
+    if lacking := missing_values(row):
         return row.judged("incomplete", lacking)
     return row.judged("complete")
 

@@ -16,7 +16,7 @@ from typing import TypeVar
 from synth.parts.coil_angle import CONVENTIONS, angle_mismatch, coil_fraction, included_angle
 from synth.parts.damper_law import CONCAVE_EXPONENT
 from synth.parts.part_tolerance import TORQUE
-from synth.parts.row_check import NO_TRAVEL, ModulusOf, judged
+from synth.parts.row_check import NO_TRAVEL, ModulusOf, judge_row
 from synth.parts.rows import RPM, DamperRow, TorsionSpringRow
 
 R = TypeVar("R", TorsionSpringRow, DamperRow)
@@ -43,13 +43,13 @@ def usable_spring(row: TorsionSpringRow, modulus_of: ModulusOf) -> TorsionSpring
         tried = replace(tried, included_angle=angle, free_angle_tolerance=math.pi)
         derived.append(f"included angle {math.degrees(angle):.0f} deg from {row.body_coils:.4g} coils, tangent legs")
         measure.append("included angle")
-    elif (coils := _counted(row)) is not None:
+    elif (coils := _contradicted_coils(row)) is not None:
         tried = replace(tried, body_coils=coils)
         derived.append(f"{coils:.4g} coils from the included angle, tangent legs; {row.body_coils:.4g} were counted")
         measure.append("coils")
     if row.hand == "":
         measure.append("hand")
-    if not derived or not judged(tried, modulus_of).complete:
+    if not derived or not judge_row(tried, modulus_of).complete:
         return row
     return _usable(tried, derived, measure)
 
@@ -63,7 +63,7 @@ def _by_dimensions(row: TorsionSpringRow) -> str:
     return f"{row.vendor} torsion spring {', '.join(sizes)}"
 
 
-def _counted(row: TorsionSpringRow) -> float | None:
+def _contradicted_coils(row: TorsionSpringRow) -> float | None:
     """Coils of a spring whose published whole number contradicts its included angle."""
     angle, coils = row.included_angle, row.body_coils
     if angle is None or coils is None or abs(coils - round(coils)) > WHOLE or row.leg_convention:
@@ -100,7 +100,7 @@ def usable_damper(row: DamperRow, modulus_of: ModulusOf) -> DamperRow:
         derived.append("travel unknown: ask the vendor")
         measure.append("travel")
         tried = replace(tried, travel=None)
-    if not derived or _lacking(tried, modulus_of):
+    if not derived or _lacks_values(tried, modulus_of):
         return row
     return _usable(tried, derived, measure)
 
@@ -116,9 +116,9 @@ def offers(row: DamperRow) -> tuple[DamperRow, ...]:
     )  # fmt: skip
 
 
-def _lacking(row: DamperRow, modulus_of: ModulusOf) -> bool:
+def _lacks_values(row: DamperRow, modulus_of: ModulusOf) -> bool:
     """Whether more than the travel is missing."""
-    found = judged(row, modulus_of)
+    found = judge_row(row, modulus_of)
     return not found.complete and found.reasons != (NO_TRAVEL,)
 
 

@@ -116,7 +116,7 @@ def rate_factor(sample: Sample, modulus: float, form: RateForm = "bending") -> f
     return sample.rate / rate(modulus, sample.wire, mean, active, form)
 
 
-def calibrated(flows: Sequence[float], rates: Sequence[float]) -> WindingCalibration:
+def mean_calibration(flows: Sequence[float], rates: Sequence[float]) -> WindingCalibration:
     """Geometric means of the samples' factors; 1 if no sample determines one."""
     logs = [math.log(value) for value in rates]
     middle = sum(logs) / len(logs) if logs else 0.0

@@ -11,7 +11,7 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import RATE_FORMULA
 from synth.parts.wire import WireMaterial
 from synth.spring.nearest_springs import NearestSpring, limits_in_the_way, nearest_lasting, nearest_springs
-from synth.spring.preferred_springs import preferred
+from synth.spring.preferred_springs import prefer_springs
 from synth.spring.spring_requirements import SpringRequirements, require_possible
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
 from synth.spring.spring_search import (
@@ -22,7 +22,7 @@ from synth.spring.spring_search import (
     endurance,
     feasible_candidates,
     lasts,
-    ranked,
+    rank_springs,
     suits,
 )
 from synth.units import quantity
@@ -30,7 +30,7 @@ from synth.units import quantity
 # A spring of the held wire may be this much heavier, larger or less enduring than the best: two inch sizes, each of
 # which changes the mass by 1.1 to 1.3; a metric one changes it by 1.3 to 2.1. More than ``NEARLY_AS_LIGHT``, else two
 # wires at that limit could alternate.
-HELD = 1.4
+HELD_RATIO = 1.4
 
 
 @dataclass(frozen=True)
@@ -105,8 +105,8 @@ def design_spring(
             return SpringResult(wish, best, tuple(others), (), ())
     good = list(feasible_candidates(wish, material))
     if good:
-        kept, notes = preferred(good, partial(candidates, wish, material), wish)
-        best, *others = distinct_wires(ranked(kept, wish.objective))
+        kept, notes = prefer_springs(good, partial(candidates, wish, material), wish)
+        best, *others = distinct_wires(rank_springs(kept, wish.objective))
         if (same := _as_enduring(kept, wish, best)) is not None:
             return SpringResult(wish, same, (), (), ())
         wanting = lasting and not lasts(best, wish.limits)
@@ -123,7 +123,7 @@ def _of_held_wire(wish: SpringRequirements, material: WireMaterial, least: Sprin
         return None
     for held in SpringSearch(wish, material, wish.held_wire).best_of_wires(1):
         size, smallest = (each.mass if wish.objective == "mass" else each.volume for each in (held, least))
-        return held if size <= HELD * smallest else None
+        return held if size <= HELD_RATIO * smallest else None
     return None
 
 
@@ -134,4 +134,4 @@ def _as_enduring(kept: list[SpringDesign], wish: SpringRequirements, best: Sprin
     held = [
         d for d in kept if math.isclose(d.wire_diameter, wish.held_wire, rel_tol=SAME_WIRE) and suits(d, wish.limits)
     ]
-    return next((d for d in ranked(held, "life") if HELD * endurance(d) >= endurance(best)), None)
+    return next((d for d in rank_springs(held, "life") if HELD_RATIO * endurance(d) >= endurance(best)), None)

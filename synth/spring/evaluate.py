@@ -14,7 +14,7 @@ from synth.spring import arms, codes, fatigue, space, stress, winding
 from synth.spring.sizes_alone import SLACK, room_of
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
 from synth.spring.spring_task import SpringLimits, SpringTask, Violation
-from synth.spring.unit_text import Measured, UnitText
+from synth.spring.unit_text import MeasuredText, UnitText
 from synth.spring.wire_load import PeakRatios, WireLoad
 
 LASTING_ROUNDS = 4  # of a lasting travel with clamped arms: a tenth of a degree, to which it is rounded
@@ -63,7 +63,7 @@ def check_spring(
         )
     angle = coil_angle.included_angle(body_coils, task.convention) if included_angle is None else included_angle
     coil = _Coil(wire_diameter, mean_diameter, body_coils, angle, count)
-    design = _evaluated(material, coil, task, _loaded(material, coil, task, stated_rate))
+    design = _evaluate_coil(material, coil, task, _load_coil(material, coil, task, stated_rate))
     violations = tuple(broken_limits(design, task.limits))
     return replace(design, violations=violations) if violations else design
 
@@ -76,13 +76,13 @@ def kept_spring(
     Most candidates of a search are too weak or too short-lived, which their stresses alone tell: a third of the time.
     """
     coil = _Coil(*sizes, coil_angle.included_angle(sizes[2], task.convention), 1)
-    loaded = _loaded(material, coil, task, None)
+    loaded = _load_coil(material, coil, task, None)
     wire, limits = loaded.wire, task.limits
     if loaded.bears.winding_stress > wire.static_limit * wire.strength.value / limits.safety * (1.0 + SLACK):
         return None
     if lasting and not lasts(loaded.life, limits):
         return None
-    design = _evaluated(material, coil, task, loaded)
+    design = _evaluate_coil(material, coil, task, loaded)
     return None if any(broken_limits(design, limits)) else design
 
 
@@ -143,7 +143,7 @@ def _bend_radius(task: SpringTask, wire_diameter: float) -> float | None:
 
 
 @dataclass(frozen=True)
-class _Loaded:
+class _LoadedCoil:
     """A coil's wire, active coils, rates by formula, rate that is used, load and life."""
 
     wire: WireProperties
@@ -154,17 +154,17 @@ class _Loaded:
     life: fatigue.Life | None
 
 
-def _loaded(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rate: float | None) -> _Loaded:
+def _load_coil(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rate: float | None) -> _LoadedCoil:
     wire = material.properties(coil.wire_diameter)
     active = active_coils(coil.body_coils, coil.mean_diameter, task.leg_lengths)
     sizes = (coil.wire_diameter, coil.mean_diameter, active)
     forms = {form: rate(wire.elastic_modulus, *sizes, form) for form in RATE_FORMULA}
     used = forms[task.rate_form] * task.calibration.rate if stated_rate is None else stated_rate
     bears = _borne(coil, task, used)
-    return _Loaded(wire, active, forms, used, bears, _life(wire, bears, task))
+    return _LoadedCoil(wire, active, forms, used, bears, _life(wire, bears, task))
 
 
-def _evaluated(material: WireMaterial, coil: _Coil, task: SpringTask, loaded: _Loaded) -> SpringDesign:
+def _evaluate_coil(material: WireMaterial, coil: _Coil, task: SpringTask, loaded: _LoadedCoil) -> SpringDesign:
     """Rate, stress, room and life of a coil, without the comparison with its limits."""
     wire, forms, used, bears = loaded.wire, loaded.forms, loaded.used, loaded.bears
     d, mean, body_coils, travel = coil.wire_diameter, coil.mean_diameter, coil.body_coils, task.travel
@@ -236,7 +236,7 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
     """The limits that a spring violates, each with its numbers."""
 
     def text(what: str, value: float, relation: str, limit: float, si: str) -> UnitText:
-        found, bound = Measured(value, si, beside=limit), Measured(limit, si, beside=value)
+        found, bound = MeasuredText(value, si, beside=limit), MeasuredText(limit, si, beside=value)
         return UnitText(f"{what} ", found, f", {relation} ", bound)
 
     def above(name: str, value: float, limit: float | None, what: str, si: str = "m") -> Iterator[Violation]:

@@ -15,7 +15,7 @@ from typing import Any
 from synth.parts.coil_rate import active_coils
 from synth.units import quantity
 
-HELD = "loose on an arbor, a pin pressing square on each arm"
+HOW_HELD = "loose on an arbor, a pin pressing square on each arm"
 WHOLE = 0.5e-3  # m, to which a test's distance is rounded: what a pin can be set to
 
 
@@ -39,7 +39,7 @@ class LooseTest:
         """Every number with its unit; ``travel`` rad: with the pin's force there."""
         force = None if travel is None else self.force(travel)
         return {
-            "held": HELD,
+            "held": HOW_HELD,
             "distances": [quantity(distance, "mm") for distance in self.distances],
             "active_coils": quantity(self.active_coils, "1"),
             "rate": quantity(self.rate, "N*m/rad"),

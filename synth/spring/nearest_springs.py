@@ -14,11 +14,11 @@ from synth.remarks import unlike
 from synth.spring.calibration import UNCALIBRATED
 from synth.spring.codes import OPENING
 from synth.spring.evaluate import travel_limit
-from synth.spring.preferred_springs import preferred
+from synth.spring.preferred_springs import prefer_springs
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
-from synth.spring.spring_search import candidates, describe, feasible_candidates, ranked, worst_excess
-from synth.spring.unit_text import Measured, UnitText, joined
+from synth.spring.spring_search import candidates, describe, feasible_candidates, rank_springs, worst_excess
+from synth.spring.unit_text import MeasuredText, UnitText, join_texts
 
 ROOM = frozenset({"outer_diameter", "body_length"})  # limits that more room in the joint would lift
 OTHER_MATERIALS = ("oil tempered", "chrome vanadium", "chrome silicon")  # sold thicker or stronger than music wire
@@ -63,7 +63,7 @@ def nearest_springs(
     return nearest or list(_parallel_of_smaller_travel(wish, material))
 
 
-def _violated(design: SpringDesign) -> frozenset[str]:
+def _violated_limits(design: SpringDesign) -> frozenset[str]:
     return frozenset(violation.limit for violation in design.violations)
 
 
@@ -72,15 +72,17 @@ def limits_in_the_way(found: list[SpringDesign], wish: SpringRequirements) -> It
     if not found:
         low, high = wish.limits.index_range
         yield UnitText(
-            *("no stock wire of ", wish.material, _allowed_wire(wish), " gives ", Measured(wish.rate, "N*m/rad")),
+            *("no stock wire of ", wish.material, _allowed_wire(wish), " gives ", MeasuredText(wish.rate, "N*m/rad")),
             f" with a spring index of {low:g} to {high:g} and {wish.limits.min_coils:g} to "
             f"{wish.limits.max_coils:g} coils",
         )
         return
-    fewest = min(len(_violated(design)) for design in found)
-    for limits in sorted({_violated(design) for design in found if len(_violated(design)) == fewest}, key=sorted):
-        design = min((each for each in found if _violated(each) == limits), key=worst_excess)
-        text = joined("; ", (violation.text for violation in design.violations))
+    fewest = min(len(_violated_limits(design)) for design in found)
+    for limits in sorted(
+        {_violated_limits(design) for design in found if len(_violated_limits(design)) == fewest}, key=sorted
+    ):
+        design = min((each for each in found if _violated_limits(each) == limits), key=worst_excess)
+        text = join_texts("; ", (violation.text for violation in design.violations))
         if "stress" in limits:
             allowed = math.degrees(design.load.angle(design.allowed_stress))
             wanted, may = unlike(math.degrees(max(wish.travel, wish.opening_travel)), allowed, ".3g")
@@ -97,17 +99,17 @@ def _allowed_wire(wish: SpringRequirements) -> str:
     """The wires to which the search is restricted, in words; empty: any."""
     low, high = wish.wire_range
     words: list[str] = [f"{wish.system} sizes"] if wish.system is not None else []
-    words += [UnitText("at least ", Measured(low, "m"))] if low > 0.0 else []
-    words += [UnitText("at most ", Measured(high, "m"))] if math.isfinite(high) else []
-    return UnitText(" (", joined(", ", words), ")") if words else ""
+    words += [UnitText("at least ", MeasuredText(low, "m"))] if low > 0.0 else []
+    words += [UnitText("at most ", MeasuredText(high, "m"))] if math.isfinite(high) else []
+    return UnitText(" (", join_texts(", ", words), ")") if words else ""
 
 
 def _more_room(found: list[SpringDesign]) -> Iterator[NearestSpring]:
     """A single spring, usually of thicker wire, that violates only limits on room; ``violations`` gives the excess."""
-    designs = [design for design in found if design.violations and _violated(design) <= ROOM]
+    designs = [design for design in found if design.violations and _violated_limits(design) <= ROOM]
     if designs:
         design = min(designs, key=lambda each: (worst_excess(each), each.mass))
-        needs = joined(" and ", (violation.text for violation in design.violations))
+        needs = join_texts(" and ", (violation.text for violation in design.violations))
         yield NearestSpring("more_room", UnitText("with more room: ", describe(design), "; it has ", needs), design)
 
 
@@ -120,11 +122,11 @@ def _parallel(wish: SpringRequirements, material: WireMaterial) -> Iterator[Near
         shared = replace(wish, rate=wish.rate / count)
         good = list(feasible_candidates(shared, material))
         if good:
-            kept, notes = preferred(good, partial(candidates, shared, material), shared)
-            design = replace(ranked(kept, wish.objective)[0], count=count)
-            each = Measured(wish.rate / count, "N*m/rad")
+            kept, notes = prefer_springs(good, partial(candidates, shared, material), shared)
+            design = replace(rank_springs(kept, wish.objective)[0], count=count)
+            each = MeasuredText(wish.rate / count, "N*m/rad")
             text = UnitText(f"{count} in parallel, each within the limits and ", each, ": ", describe(design))
-            yield NearestSpring("parallel", joined("; ", (text, *notes)), design)
+            yield NearestSpring("parallel", join_texts("; ", (text, *notes)), design)
             return
 
 
@@ -133,7 +135,7 @@ def _smaller_travel(
 ) -> Iterator[NearestSpring]:
     """The single spring within the limits that has the largest travel."""
     liftable = {"stress", "arms", "fatigue", "arbor", "body_length"}  # the limits that a smaller travel may lift
-    reach = [(travel_limit(each, wish.limits), each) for each in found if _violated(each) <= liftable]
+    reach = [(travel_limit(each, wish.limits), each) for each in found if _violated_limits(each) <= liftable]
     reach = [(travel, each) for travel, each in reach if travel >= LEAST_TRAVEL]
     if not reach:
         return
@@ -143,13 +145,13 @@ def _smaller_travel(
     shorter = replace(wish, travel=travel, opening_travel=opening)
     good = list(feasible_candidates(shorter, material))
     if good:
-        kept, notes = preferred(good, partial(candidates, shorter, material), shorter)
-        design = ranked(kept, wish.objective)[0]
+        kept, notes = prefer_springs(good, partial(candidates, shorter, material), shorter)
+        design = rank_springs(kept, wish.objective)[0]
         asked = f"{math.degrees(travel):.3g} deg of {math.degrees(wish.travel):.3g} deg"
         if opening < wish.opening_travel:
             asked += f", opening {math.degrees(opening):.3g} deg of {math.degrees(wish.opening_travel):.3g} deg"
         text = UnitText(f"a smaller travel, {asked}: ", describe(design))
-        yield NearestSpring("smaller_travel", joined("; ", (text, *notes)), design)
+        yield NearestSpring("smaller_travel", join_texts("; ", (text, *notes)), design)
 
 
 def _parallel_of_smaller_travel(wish: SpringRequirements, material: WireMaterial) -> Iterator[NearestSpring]:
@@ -158,7 +160,9 @@ def _parallel_of_smaller_travel(wish: SpringRequirements, material: WireMaterial
     for count in range(2, MOST_IN_PARALLEL + 1):
         shared = replace(wish, rate=wish.rate / count)
         for item in _smaller_travel(list(candidates(shared, material)), shared, material):
-            text = UnitText(f"{count} in parallel, each of ", Measured(shared.rate, "N*m/rad"), ", with ", item.text)
+            text = UnitText(
+                f"{count} in parallel, each of ", MeasuredText(shared.rate, "N*m/rad"), ", with ", item.text
+            )
             reached.append(replace(item, text=text, design=replace(item.design, count=count)))
     yield from sorted(reached, key=lambda item: -item.design.travel)[:1]
 
@@ -170,6 +174,6 @@ def _other_material(wish: SpringRequirements, material: WireMaterial, catalogue:
         other = catalogue.find_material(name)
         if other.name != material.name:
             designs += feasible_candidates(replace(wish, material=name, calibration=UNCALIBRATED), other)
-    for design in ranked(designs, wish.objective)[:1]:
+    for design in rank_springs(designs, wish.objective)[:1]:
         wire = f"{design.material} wire{'' if wish.calibration == UNCALIBRATED else ', which is not calibrated'}"
         yield NearestSpring("other_material", UnitText(f"{wire}: ", describe(design)), design)

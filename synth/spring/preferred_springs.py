@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign
 from synth.spring.spring_search import describe, lasts, worst_excess
-from synth.spring.unit_text import UnitText, joined
+from synth.spring.unit_text import UnitText, join_texts
 
 
-def preferred(
+def prefer_springs(
     good: list[SpringDesign], found: Callable[[], Iterable[SpringDesign]], wish: SpringRequirements
 ) -> tuple[list[SpringDesign], tuple[str, ...]]:
     """Of the springs that keep the limits, those that last; of these, those with ``FEWEST_COILS`` coils or more.
@@ -34,6 +34,8 @@ def preferred(
     why = (
         "no stock wire gives the rate with an allowed spring index"
         if nearest is None
-        else UnitText("the nearest (", describe(nearest), ") has ", joined("; ", (v.text for v in nearest.violations)))
+        else UnitText(
+            "the nearest (", describe(nearest), ") has ", join_texts("; ", (v.text for v in nearest.violations))
+        )
     )
     return good, (*notes, UnitText(f"fewer than {FEWEST_COILS:.0f} coils, because with more coils ", why))

@@ -24,7 +24,7 @@ class Range:
 
 
 LARGEST = 1.0  # m; a coil of the thickest stock wire (20 mm) and index 20 has 0.42 m. Lengths in mm pass it
-FEW = 10_000.0  # coils, and the spring index: far beyond any coil, but finite
+FAR_BEYOND = 10_000.0  # coils, and the spring index: far beyond any coil, but finite
 
 MOST_TURNED = math.radians(3600.0)  # ten turns: of all stock wire, 30 coils of index 20 yield by 2413 deg
 
@@ -33,8 +33,8 @@ _FINITE = math.nextafter(math.inf, 0.0)  # the largest number: no limit but that
 _POSITIVE = Range(0.0, _FINITE, "must be above 0", without_low=True)
 _SIZE = Range(0.0, LARGEST, "must be above 0 and at most 1 m", without_low=True)
 _SIZE_OR_NONE = Range(0.0, LARGEST, "must be from 0 to 1 m")
-_COUNT = Range(0.0, FEW, "must be from 0 to 10 000")
-_INDEX = Range(1.0, FEW, "must be from 1, a coil without a hole, to 10 000")
+_COUNT = Range(0.0, FAR_BEYOND, "must be from 0 to 10 000")
+_INDEX = Range(1.0, FAR_BEYOND, "must be from 1, a coil without a hole, to 10 000")
 
 # Of each number, named as in ``SpringRequirements`` and ``SpringLimits``: what is above or at most is in its words.
 RANGES: Mapping[str, Range] = {

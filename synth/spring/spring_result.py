@@ -17,7 +17,7 @@ from synth.spring.fatigue import Life
 from synth.spring.loose_test import LoadPoint, LooseTest, load_points
 from synth.spring.space import cylinder
 from synth.spring.spring_task import Violation
-from synth.spring.unit_text import Measured, UnitText
+from synth.spring.unit_text import MeasuredText, UnitText
 from synth.spring.winding import WindingTolerance, mandrel_diameter, stress_relief, turns_on_mandrel
 from synth.spring.wire_load import PeakRatios, WireLoad
 from synth.units import quantity
@@ -215,7 +215,7 @@ class SpringDesign:
         """Warnings that do not violate a limit, as sentences."""
         found: list[str] = []
         if self.strength_basis == "law":
-            wire = Measured(self.wire_diameter, "m")
+            wire = MeasuredText(self.wire_diameter, "m")
             found.append(UnitText("strength by a fitted law: no maker's table lists ", wire, " wire"))
         if self.life is not None and self.safety >= 1.0 and self.life.factor_1e5 < 1.0:
             text = (
@@ -225,7 +225,7 @@ class SpringDesign:
         low = [check for check in self.codes if check.safety < 1.0 <= self.safety]
         for check in low:
             borne, allowed = (
-                Measured(value, "Pa", ".0f", other)
+                MeasuredText(value, "Pa", ".0f", other)
                 for value, other in ((check.stress, check.allowed), (check.allowed, check.stress))
             )
             found.append(UnitText(f"{check.code} allows ", allowed, ", its stress formula gives ", borne))

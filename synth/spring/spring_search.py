@@ -24,7 +24,7 @@ from synth.spring.space import cylinder
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import FEWEST_COILS, SpringDesign
 from synth.spring.spring_task import SpringLimits
-from synth.spring.unit_text import Measured, UnitText
+from synth.spring.unit_text import MeasuredText, UnitText
 
 # Designs up to this multiple of the least mass are ranked by size, heavier ones by mass. The lightest wire that keeps
 # the limits does so only as the widest coil with the fewest turns, where the curvature factor is lowest: a tenth more
@@ -34,7 +34,7 @@ SAME_WIRE = 1e-6  # relative: wire diameters this close are one size
 ALIKE_WIRES = 0.02  # relative: an inch and a metric size this close
 ENDLESS = 1.5  # strength over stress at 1e6 cycles; above it, more strength does not count as longer life
 
-S = TypeVar("S", SpringDesign, "_Sized")
+S = TypeVar("S", SpringDesign, "_SizedCandidate")
 
 
 def feasible_candidates(
@@ -70,7 +70,7 @@ class SpringSearch:
         self._wish, self._material, self._task = wish, material, wish.task
         self._wires = [each for each in _wires(wish, material, only) if may_bear(wish.rate, self._task, material, each)]
         self._least = {wire: least_mass(wish.rate, self._task, material, wire) for wire in self._wires}
-        self._of_wire: dict[float, list[_Sized]] = {}
+        self._of_wire: dict[float, list[_SizedCandidate]] = {}
         self._known: dict[tuple[float, float, float], SpringDesign | None] = {}
 
     def lightest(self) -> SpringDesign | None:
@@ -97,7 +97,7 @@ class SpringSearch:
                 break
         return kept
 
-    def _first(self, most: int, sized: list[_Sized], lightest: float) -> list[SpringDesign]:
+    def _first(self, most: int, sized: list[_SizedCandidate], lightest: float) -> list[SpringDesign]:
         kept: list[SpringDesign] = []
         for one in _in_order(sized, self._wish.objective, lightest):
             if all(_other_wire(one.sizes[0], design.wire_diameter) for design in kept):
@@ -107,28 +107,28 @@ class SpringSearch:
                     break
         return kept
 
-    def _sized(self, most: float) -> list[_Sized]:
+    def _sized(self, most: float) -> list[_SizedCandidate]:
         """The candidates of all wires of which a spring of ``most`` kg or less may be wound."""
-        found: list[_Sized] = []
+        found: list[_SizedCandidate] = []
         for wire in self._wires:
             if self._least[wire] <= most:
                 if wire not in self._of_wire:
                     self._of_wire[wire] = [
-                        _Sized(sizes, room_of(self._material, sizes, self._task))
+                        _SizedCandidate(sizes, room_of(self._material, sizes, self._task))
                         for sizes in _sizes_of(wire, self._wish, self._material)
                         if sizes[2] >= FEWEST_COILS and not surely_broken(self._material, sizes, self._task)
                     ]
                 found += self._of_wire[wire]
         return found
 
-    def _found(self, one: _Sized) -> SpringDesign | None:
+    def _found(self, one: _SizedCandidate) -> SpringDesign | None:
         if one.sizes not in self._known:
             self._known[one.sizes] = kept_spring(self._material, one.sizes, self._task, lasting=True)
         return self._known[one.sizes]
 
 
 @dataclass(frozen=True)
-class _Sized:
+class _SizedCandidate:
     """A candidate's sizes, as of ``_sizes``, and its room; named as in ``SpringDesign``."""
 
     sizes: tuple[float, float, float]
@@ -206,7 +206,7 @@ def lasts(design: SpringDesign, limits: SpringLimits) -> bool:
     return evaluate.lasts(design.life, limits)
 
 
-def ranked(designs: list[SpringDesign], objective: Objective) -> list[SpringDesign]:
+def rank_springs(designs: list[SpringDesign], objective: Objective) -> list[SpringDesign]:
     """The springs, best first by the objective of ``SpringRequirements``."""
     if objective == "life":
         return sorted(designs, key=lambda design: (-endurance(design), design.mass, design.volume))
@@ -222,7 +222,7 @@ def _in_order(designs: list[S], objective: Objective, lightest: float) -> list[S
     return light + sorted((d for d in designs if d.mass > enough), key=lambda d: (d.mass, d.volume))
 
 
-def _larger_dimension(design: SpringDesign | _Sized) -> float:
+def _larger_dimension(design: SpringDesign | _SizedCandidate) -> float:
     """Outer diameter or wound body length, whichever is larger, m."""
     return max(design.outer_diameter, design.wound_body_length)
 
@@ -255,6 +255,6 @@ def worst_excess(design: SpringDesign) -> float:
 
 def describe(design: SpringDesign) -> UnitText:
     """The spring in one line of text."""
-    wire, mean = Measured(design.wire_diameter, "m"), Measured(design.mean_diameter, "m")
-    coils, rate = f", {design.body_coils:.4g} coils, ", Measured(design.rate, "N*m/rad")
+    wire, mean = MeasuredText(design.wire_diameter, "m"), MeasuredText(design.mean_diameter, "m")
+    coils, rate = f", {design.body_coils:.4g} coils, ", MeasuredText(design.rate, "N*m/rad")
     return UnitText("wire ", wire, ", mean diameter ", mean, coils, rate)

@@ -11,7 +11,7 @@ from synth.remarks import unlike
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredText:
     """A quantity in a sentence: ``value`` in the SI unit ``si`` (``1``: a plain number), displayed in ``style``.
 
     ``beside`` : a limit in the same sentence, from which it shall read differently.
@@ -36,11 +36,11 @@ class UnitText(str):
     """A sentence of words and quantities; as a ``str`` it is metric, as result files are."""
 
     __slots__ = ("pieces",)
-    pieces: tuple[str | Measured, ...]
+    pieces: tuple[str | MeasuredText, ...]
 
-    def __new__(cls, *pieces: str | Measured) -> UnitText:
+    def __new__(cls, *pieces: str | MeasuredText) -> UnitText:
         """The pieces one after another; those of a ``UnitText`` stay convertible."""
-        flat: list[str | Measured] = []
+        flat: list[str | MeasuredText] = []
         for piece in pieces:
             flat += piece.pieces if isinstance(piece, UnitText) else (piece,)
         made = super().__new__(cls, _words(flat, METRIC))
@@ -57,7 +57,7 @@ class UnitText(str):
     @classmethod
     def from_data(cls, data: Sequence[Any]) -> UnitText:
         """The text whose pieces ``as_data`` gave."""
-        return cls(*(piece if isinstance(piece, str) else Measured(*piece) for piece in data))
+        return cls(*(piece if isinstance(piece, str) else MeasuredText(*piece) for piece in data))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """The call that restores it in another process."""
@@ -69,7 +69,7 @@ def in_units(text: str, shown: ShownUnits) -> str:
     return _words(text.pieces, shown) if isinstance(text, UnitText) else text
 
 
-def joined(separator: str, texts: Iterable[str]) -> UnitText:
+def join_texts(separator: str, texts: Iterable[str]) -> UnitText:
     """Several sentences in one."""
     pieces: list[str] = []
     for text in texts:
@@ -77,5 +77,5 @@ def joined(separator: str, texts: Iterable[str]) -> UnitText:
     return UnitText(*pieces)
 
 
-def _words(pieces: Iterable[str | Measured], shown: ShownUnits) -> str:
+def _words(pieces: Iterable[str | MeasuredText], shown: ShownUnits) -> str:
     return "".join(piece if isinstance(piece, str) else piece.words(shown) for piece in pieces)

@@ -7,7 +7,7 @@ import math
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.spring.codes import CodeCheck
 from synth.spring.din_2194 import STANDARD
-from synth.spring.loose_test import HELD
+from synth.spring.loose_test import HOW_HELD
 from synth.spring.spring_result import SpringDesign
 from synth.spring.unit_text import in_units
 from synth.spring.winding import stress_relief
@@ -105,7 +105,7 @@ def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC) -> list[str]
 def test_words(spring: SpringDesign, shown: ShownUnits) -> str:
     """How the spring is held to measure it."""
     near, far = (shown.text(distance, "m") for distance in spring.test.distances)
-    return f"{HELD}, {near if near == far else f'{near} and {far}'} from the coil"
+    return f"{HOW_HELD}, {near if near == far else f'{near} and {far}'} from the coil"
 
 
 def _leg_end(spring: SpringDesign) -> str:

@@ -56,12 +56,12 @@ class WireLoad:
         """
         if self.arm is None:
             return None
-        from synth.cad.flexed_wire import effective_length, flexed
+        from synth.cad.flexed_wire import effective_length, flex_wire
 
         radius, arm = self.mean_diameter * 5e2, self.arm * 1e3
         rigidity = self.rate * 1e3 * effective_length(radius, self.body_coils, arm)  # N mm^2
         ends = (math.degrees(winding), -math.degrees(opening))
-        found = [flexed(radius, self.body_coils, arm, end) for end in ends if end]
+        found = [flex_wire(radius, self.body_coils, arm, end) for end in ends if end]
         return max((rigidity * wire.force for wire in found if wire is not None), default=None)
 
     def stress(self, angle: float, ratios: PeakRatios | None = None) -> float:

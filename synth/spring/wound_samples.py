@@ -31,8 +31,8 @@ from synth.spring.calibration import (
     RATE_RANGE,
     Sample,
     WindingCalibration,
-    calibrated,
     flow_factor,
+    mean_calibration,
     rate_factor,
 )
 from synth.units import factor, header, quantity
@@ -93,7 +93,7 @@ def _columns(titles: Sequence[str], name: str) -> dict[str, tuple[int, float]]:
             meant = did_you_mean(bare, COLUMNS, cutoff=TYPING)
             if unit or meant:
                 text = f'column "{title.strip()}" is not one of wound samples'
-                problems.append(Problem(f"{text}{meant or _offered()}", name, line=1))
+                problems.append(Problem(f"{text}{meant or _offered_columns()}", name, line=1))
             continue
         if bare in seen:
             problems.append(Problem("the column is given twice", name, line=1, key=bare))
@@ -111,13 +111,13 @@ def _columns(titles: Sequence[str], name: str) -> dict[str, tuple[int, float]]:
             problems.append(Problem(str(error), name, line=1, key=bare))
     for needed in NEEDED:
         if needed not in columns and not any(problem.key == needed for problem in problems):
-            problems.append(Problem(f"there is no column {needed}{_offered()}", name, line=1))
+            problems.append(Problem(f"there is no column {needed}{_offered_columns()}", name, line=1))
     if problems:
         raise UserError(problems)
     return columns
 
 
-def _offered() -> str:
+def _offered_columns() -> str:
     return f"; the columns are {', '.join(COLUMNS)}"
 
 
@@ -196,7 +196,7 @@ def calibration_of(
             problems += [Problem(one.text, name, sample.line, one.key) for one in error.problems]
     if problems:
         raise UserError(problems)
-    return replace(calibrated(flows, rates), material=material.name, form=form)
+    return replace(mean_calibration(flows, rates), material=material.name, form=form)
 
 
 def _flow(sample: Sample, wire: WireProperties) -> float:

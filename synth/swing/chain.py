@@ -18,7 +18,7 @@ from synth.swing.active_effects import ActiveEffects
 from synth.swing.chain_modules import PLAIN, ModuleText, chain_modules
 from synth.swing.driving_inputs import DrivingInputs
 from synth.swing.effects import Effect, registered
-from synth.swing.known_torque import Linear, Told
+from synth.swing.known_torque import HeldCommands, Linear
 from synth.swing.lane_groups import LaneGroups
 from synth.swing.lane_layout import LANES, WORKING, LaneLaw, Layout
 from synth.swing.lane_units import LaneUnits
@@ -264,15 +264,17 @@ class Chain:
             result[:, n:] /= unit
         return result
 
-    def _stepper(self, groups: LaneGroups, index: int, given: tuple[Linear, Told], n: int) -> Callable[..., None]:
+    def _stepper(
+        self, groups: LaneGroups, index: int, given: tuple[Linear, HeldCommands], n: int
+    ) -> Callable[..., None]:
         """Integrates a group's lanes, which are in the workspace: the integrator that suits what acts on them."""
         active, memories = groups.switched[index], groups.memories[index]
-        known, told = given
+        known, commands_held = given
         if groups.bent[index] and not len(known[0]) and "curves" in self.sources:
             return self._step_implicitly
         rubbing = not len(known[0]) and self.acting.rubs(active)
         integrate, *called = self._rubbing if rubbing else self._whole if active.any() or len(known[0]) else self._plain
-        inputs = () if rubbing else (known, told)
+        inputs = () if rubbing else (known, commands_held)
 
         def step(room: Array, *rest: Any) -> None:
             states = self.acting.states(active, room[WORKING:].reshape(-1, LANES), memories)

@@ -79,10 +79,10 @@ _chain = types.FunctionType(types.void(float64[::1]))
 _extra = types.FunctionType(types.void(float64[::1], int64, int64[::1])) if WHOLE else int64
 _loaded = _chain if WHOLE else int64
 _known = types.Tuple((float64[::1], float64[:, ::1], float64[::1]))
-_told = types.Tuple((float64[::1], float64[:, ::1]))
+_commands_held = types.Tuple((float64[::1], float64[:, ::1]))
 _state = types.Tuple((uint64[::1], uint64[::1], float64[::1], int64[:, ::1], int64[:, ::1]))
 _signature = types.UniTuple(int64, 2)(
-    _chain, _extra, _loaded, _loaded, float64[::1], int64, _state, int64[:, ::1], _known, _told,
+    _chain, _extra, _loaded, _loaded, float64[::1], int64, _state, int64[:, ::1], _known, _commands_held,
     float64[::1], types.UniTuple(float64, 3), int64, float64[::1], types.UniTuple(int64, 4),
 )  # fmt: skip
 _called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
@@ -165,7 +165,7 @@ def _fastest_decay(chain, S, flat, half):  # type: ignore[no-untyped-def]
 
 @compiled(_signature, **_called)
 def integrate(  # type: ignore[no-untyped-def]
-    chain, extra, bearing, again, S, n, states, active, known, told, times, limits, max_steps, out, where
+    chain, extra, bearing, again, S, n, states, active, known, commands_held, times, limits, max_steps, out, where
 ):
     """Integrate from ``times[0]`` and write the state at ``times`` into ``out``.
 
@@ -181,7 +181,8 @@ def integrate(  # type: ignore[no-untyped-def]
         bearing force, row 1 includes them.
     known : times (m,) s and torques (m, n) N m that act on q, m = 0 for none; with servos also commands (rad on q),
         supplies (V) and switches, (m, 4 n) in all; and each column's tolerated deviation from a straight line within
-        a step, ``HELD_STILL`` for commands that are held instead; told : times (p,) s and commands (p, n) rad of these.
+        a step, ``HELD_STILL`` for commands that are held instead; commands_held : times (p,) s and commands (p, n) rad
+        of these.
     times : (n_time,) s, increasing.
     limits : relative and absolute error per step (rad and rad/s), first step s; max_steps : accepted and rejected.
     out, where : (n_time * n_shown * width,) for the first ``n_shown`` rows of the state, in ``count`` lanes from
@@ -244,7 +245,7 @@ def integrate(  # type: ignore[no-untyped-def]
         for j in range(n, min(2 * n, len(known[2]))):
             holds = holds or (active[0, SERVOS] != 0 and known[2][j] >= driven_steps.HELD_STILL)
     if WHOLE and holds:
-        sample = driven_steps.look(flat, n, known, told, t, True, sample)
+        sample = driven_steps.hold_commands(flat, n, known, commands_held, t, True, sample)
     cursor = _derivative(chain, extra, bearing, again, S, flat, n, given, t, cursor, k1)
     if WHOLE and any_bristle:
         turning_events.slide_from_start(bends, Z, x, K)
@@ -259,7 +260,7 @@ def integrate(  # type: ignore[no-untyped-def]
     while i < len(times):
         if WHOLE and holds and driven_steps.next_look(flat, n, known) <= t + driven_steps.SAME_TIME:
             _put(S, int64(X), n, state)
-            sample = driven_steps.look(flat, n, known, told, t, False, sample)
+            sample = driven_steps.hold_commands(flat, n, known, commands_held, t, False, sample)
             cursor = _derivative(chain, extra, bearing, again, S, flat, n, given, t, cursor, k1)
         if WHOLE and fresh:
             fresh = False

@@ -34,9 +34,9 @@ MOST_ITERATIONS = 8  # of Newton's method; two or three are usual, at the bends 
 # friction-like curves in three links are the same, after a quarter more iterations.
 FIRST_CHANGE, LATER_CHANGE = 3e-2, 1.0
 SLOW = 0.1  # ratio of two changes above which the matrix is made anew: its slopes are those of other segments
-# Step control, tuned on the legs of ``make bench`` (with a share of 0.9 one step in five was rejected): share of the
-# step that the error would allow; smallest and largest change of a step; the least error that counts as the last one,
-# to the power 3/64.
+# Step control, tuned for speed on the legs of ``make bench`` (a larger share rejects more steps): share of the step
+# that the error would allow; smallest and largest change of a step; the least error that counts as the last one, to the
+# power 3/64.
 _SAFE, _LEAST, _MOST = 0.8, 0.2, 4.0
 LEAST_PREVIOUS = 1e-4 ** (3 / 64)
 

@@ -1,8 +1,8 @@
 """Inputs of a driven leg in the integrator: known torque, servo signals, and steps that end at their knots.
 
-``known`` and ``told`` are the result of ``known_torque.for_integrator``: what is linear between its knots, and the
-commands that are held. A held command is constant within a step, because a step ends wherever a lane's command changes.
-The right-hand side gets ``known`` alone: each further array would be copied at every stage.
+``known`` and ``commands_held`` are the result of ``known_torque.for_integrator``: what is linear between its knots, and
+the commands that are held. A held command is constant within a step, because a step ends wherever a lane's command
+changes. The right-hand side gets ``known`` alone: each further array would be copied at every stage.
 """
 
 from __future__ import annotations
@@ -58,8 +58,8 @@ def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
     """Write the servo signals, interpolated linearly, to their rows; returns the new cursor.
 
     ``known[1]`` contains (m, 4 n) torques, commands, supplies and switches. Each lane has its own
-    delay of the commands. Held commands are written by ``look`` alone, but for those that approach another at a limited
-    rate.
+    delay of the commands. Held commands are written by ``hold_commands`` alone, but for those that approach another at
+    a limited rate.
     """
     times, values, bend = known
     if len(times) > 1:
@@ -163,7 +163,7 @@ def within_torque(known, cursor, t, h, most):  # type: ignore[no-untyped-def]
 
 
 @njit(inline="never", **_called)
-def _told_at(moments, t, k):  # type: ignore[no-untyped-def]
+def _held_sample(moments, t, k):  # type: ignore[no-untyped-def]
     """Index of the sample that is held at a time near sample ``k``; the first one before the first sample."""
     k = min(k, len(moments) - 1)
     while k < len(moments) - 1 and moments[k + 1] <= t + SAME_TIME:
@@ -174,7 +174,7 @@ def _told_at(moments, t, k):  # type: ignore[no-untyped-def]
 
 
 @njit(**_called)
-def look(Z, n, known, told, t, start, sample):  # type: ignore[no-untyped-def]
+def hold_commands(Z, n, known, commands_held, t, start, sample):  # type: ignore[no-untyped-def]
     """Set what is held from now on and the time at which it changes, for joints that are due; at the ``start`` all.
 
     A servo with control steps holds its duty, any other servo a held command. Rotations and rates are those in the
@@ -183,13 +183,13 @@ def look(Z, n, known, told, t, start, sample):  # type: ignore[no-untyped-def]
     for j in range(n):
         if Z[PERIOD + j * LANES] > 0.0:
             if start or Z[NEXT + j * LANES] <= t + SAME_TIME:
-                sample = _control(Z, n, j, known, told, t, sample, start)
+                sample = _control(Z, n, j, known, commands_held, t, sample, start)
         elif known[2][n + j] >= HELD_STILL:
-            moments, commands = told
+            moments, commands = commands_held
             for lane in range(LANES):
                 e = j * LANES + lane
                 if start or Z[NEXT + e] <= t + SAME_TIME:
-                    sample = k = _told_at(moments, t - Z[LATE + e], sample)
+                    sample = k = _held_sample(moments, t - Z[LATE + e], sample)
                     Z[SIGNALS + e] = commands[k, j]
                     while k < len(moments) and commands[k, j] == Z[SIGNALS + e]:
                         k += 1
@@ -237,14 +237,14 @@ def _limited_step(Z, e, command, period):  # type: ignore[no-untyped-def]
 
 
 @njit(**_called)
-def _control(Z, n, j, known, told, t, sample, start):  # type: ignore[no-untyped-def]
+def _control(Z, n, j, known, commands_held, t, sample, start):  # type: ignore[no-untyped-def]
     """Set the duty of a servo whose control step is now, and the time of its next; returns the new sample.
 
     A lane's delay counts in control steps; a fraction of one is linear between the two commands, so that a motion is
     continuous in the delay. Period and phase are those of the first lane.
     """
     times, values, bend = known
-    moments, commands = told
+    moments, commands = commands_held
     period, phase = Z[PERIOD + j * LANES], Z[PHASE + j * LANES]
     following = phase + (math.floor((t - phase) / period + SHARE) + 1.0) * period
     for lane in range(LANES):
@@ -260,10 +260,10 @@ def _control(Z, n, j, known, told, t, sample, start):  # type: ignore[no-untyped
             command = _torque_at(times, values, n + j, t - Z[LATE + e], int(near))
         else:
             moment = t - phase - (whole - JITTER) * period
-            sample = _told_at(moments, moment, sample)
+            sample = _held_sample(moments, moment, sample)
             command = commands[sample, j]
             if share > SHARE:
-                earlier = commands[_told_at(moments, moment - period, sample), j]
+                earlier = commands[_held_sample(moments, moment - period, sample), j]
                 command += share * (earlier - command)
         if Z[SLEW_RATE + e] > 0.0:
             if start:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.drives.servo import ServoSignals
-from synth.swing.known_torque import KnownTorque, Linear, Told, delayed, for_integrator
+from synth.swing.known_torque import HeldCommands, KnownTorque, Linear, delay_torques, for_integrator
 from synth.swing.lane_groups import LaneGroups
 from synth.swing.lane_layout import DRIVE, LANES, Layout
 
@@ -41,7 +41,7 @@ class DrivingInputs:
     signals: ServoSignals | None
     held: tuple[int, ...]
     steps: int
-    given: tuple[Linear, Told]
+    given: tuple[Linear, HeldCommands]
 
     @classmethod
     def of(
@@ -59,7 +59,7 @@ class DrivingInputs:
             steps += ceil(sum(length / periods[j] for j in held)) + len(given[1][0]) * late
         return cls(layout, known, signals, held, 2 * steps, given)
 
-    def on(self, workspace: Array) -> tuple[Linear, Told]:
+    def on(self, workspace: Array) -> tuple[Linear, HeldCommands]:
         """What acts on a group of lanes (n_row, 16), as the integrator takes it.
 
         Their delays become differences from the first lane's, with which the torque is given.
@@ -72,7 +72,7 @@ class DrivingInputs:
         delay -= first[:, None]
         if not np.any(first):
             return self.given
-        return for_integrator(delayed(self.known, first), self.layout.n, self.signals, self.held)
+        return for_integrator(delay_torques(self.known, first), self.layout.n, self.signals, self.held)
 
     @cached_property
     def _error_rows(self) -> list[int]:

@@ -22,12 +22,12 @@ KnownTorque = tuple[Array, Array]  # times (m,) s and torques on q (m, n) N m
 
 
 Linear = tuple[Array, Array, Array]
-Told = tuple[Array, Array]
+HeldCommands = tuple[Array, Array]
 
 
 def for_integrator(
     known: KnownTorque | None, n: int, signals: ServoSignals | None = None, stepped: Sequence[int] = ()
-) -> tuple[Linear, Told]:
+) -> tuple[Linear, HeldCommands]:
     """What acts on a leg, as the integrator takes it: what is linear between its knots, and the commands that are held.
 
     Times (m,) s, torques (m, n) N m, and tolerated deviations (n,) N m from a straight line; m = 0 for no torque.
@@ -45,15 +45,17 @@ def for_integrator(
     return (times, torques, STRAIGHT * np.abs(torques).max(axis=0, initial=0.0) + 1e-300), none
 
 
-def _with_signals(known: KnownTorque | None, n: int, signals: ServoSignals, stepped: list[int]) -> tuple[Linear, Told]:
+def _with_signals(
+    known: KnownTorque | None, n: int, signals: ServoSignals, stepped: list[int]
+) -> tuple[Linear, HeldCommands]:
     """The result of ``for_integrator`` for torques and signals, on the union of their times."""
     times = signals.time if known is None else np.union1d(signals.time, known[0])
-    torque = np.zeros((len(times), n)) if known is None else _at(times, known[0], known[1])
+    torque = np.zeros((len(times), n)) if known is None else _values_at(times, known[0], known[1])
     linear, held = signals.command, list(signals.held)
     if held:
         linear = linear.copy()
         linear[:, held] = 0.0
-    inputs = [_at(times, signals.time, values) for values in (linear, signals.supply, signals.enabled)]
+    inputs = [_values_at(times, signals.time, values) for values in (linear, signals.supply, signals.enabled)]
     bent = np.full(n, COMMAND_STRAIGHT)
     bent[stepped] = ANY_BEND
     bend = [STRAIGHT * np.abs(torque).max(axis=0, initial=0.0), bent]
@@ -62,10 +64,10 @@ def _with_signals(known: KnownTorque | None, n: int, signals: ServoSignals, step
     if not held:
         return (np.ascontiguousarray(times), np.ascontiguousarray(values), tolerated), (np.zeros(0), np.zeros((0, n)))
     tolerated[n + np.array(held)] = HELD_STILL
-    told, seen = _changes(signals.command[:, held]), _changes(values)
-    seen[[0, -1]] = True
-    seen[:-1] |= seen[1:]  # a straight line to a change begins at the knot before it
-    return (times[seen], values[seen], tolerated), (signals.time[told].astype(float), signals.command[told])
+    told, changed = _changes(signals.command[:, held]), _changes(values)
+    changed[[0, -1]] = True
+    changed[:-1] |= changed[1:]  # a straight line to a change begins at the knot before it
+    return (times[changed], values[changed], tolerated), (signals.time[told].astype(float), signals.command[told])
 
 
 def _changes(values: Array) -> NDArray[np.bool_]:
@@ -73,7 +75,7 @@ def _changes(values: Array) -> NDArray[np.bool_]:
     return np.concatenate([[True], np.any(values[1:] != values[:-1], axis=1)])
 
 
-def _at(times: Array, known: Array, values: Array) -> Array:
+def _values_at(times: Array, known: Array, values: Array) -> Array:
     """Values (k, n) at ``times`` (k,), interpolated linearly from ``values`` (m, n) at ``known`` (m,)."""
     return np.stack([np.interp(times, known, column) for column in values.T], axis=1)
 
@@ -83,18 +85,18 @@ def with_least_spacing(times: Array, torques: Array, end: float, unit: float = 1
 
     ``unit`` : s, the motion's own unit of time, see ``time_unit``; it shortens the least spacing of a fast motion.
 
-    The averages (see ``averaged``) preserve impulses and their first moments. At 2000 knots per second the lost detail
-    moves a joint by less than torque / inertia * ``CLOSEST``^2 / 40: 6e-6 rad at 1000 rad/s^2.
+    The averages (see ``average_torques``) preserve impulses and their first moments. At 2000 knots per second the lost
+    detail moves a joint by less than torque / inertia * ``CLOSEST``^2 / 40: 6e-6 rad at 1000 rad/s^2.
     """
     inside = int(np.count_nonzero((times >= 0.0) & (times <= end)))
     closest = CLOSEST * min(unit, 1.0)  # not longer for a slow motion
     if inside < 2 or end / (inside - 1) >= closest:
         return times, torques
     grid = np.linspace(0.0, end, max(int(end / closest), 2) + 1)
-    return grid, averaged((times, torques), grid)
+    return grid, average_torques((times, torques), grid)
 
 
-def delayed(known: KnownTorque, delay: Array) -> KnownTorque:
+def delay_torques(known: KnownTorque, delay: Array) -> KnownTorque:
     """The torques with each joint's ``delay`` (n,) s, on the union of all knots; constant before the first sample."""
     times, torques = known
     moments = np.unique(np.concatenate([times + late for late in np.unique(delay)]))
@@ -102,7 +104,7 @@ def delayed(known: KnownTorque, delay: Array) -> KnownTorque:
     return moments, np.stack(shifted, axis=1)
 
 
-def averaged(known: KnownTorque, grid: Array) -> Array:
+def average_torques(known: KnownTorque, grid: Array) -> Array:
     """Torques (m, n) N m on an even ``grid`` (m,) s, averaged with a hat function that reaches to both neighbours.
 
     The hat functions sum to one, so the sum over the grid times its step is the integral of the torque. Sampling at the

@@ -55,7 +55,7 @@ def _earlier(lead, rotation, rate, bend):  # type: ignore[no-untyped-def]
 
 
 @compiled_when_called(**_options)
-def filtered(time, reading, lag):  # type: ignore[no-untyped-def]
+def filter_reading(time, reading, lag):  # type: ignore[no-untyped-def]
     """Pass the reading (m, n_lane), in place, through a first-order filter of time constant ``lag`` (n_lane,) s.
 
     Initially at rest. Exact for a reading that is linear between its samples.

@@ -148,7 +148,7 @@ def rest_pose(leg: Leg, tip_mass: float | Tip = 0.0, start: Array | None = None,
         except np.linalg.LinAlgError:
             raise ArithmeticError(f"no rest pose of {leg.name!r}: it has no stiffness in some direction") from None
         rotation = rotation - np.clip(step, -FAR, FAR)
-    return _descended(balance, first, leg.name)
+    return _descend_energy(balance, first, leg.name)
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ class _Balance:
         return bool(np.linalg.eigvalsh(self.stiffness(rotation))[0] >= -LEVEL * self.size)
 
 
-def _descended(balance: _Balance, start: Array, name: str) -> Array:
+def _descend_energy(balance: _Balance, start: Array, name: str) -> Array:
     """(n,) rad, a minimum of energy below ``start``; from a maximum or saddle to the side where angles grow.
 
     Newton's method with the stiffness's eigenvalues made positive, halved until the energy falls (Nocedal and Wright,

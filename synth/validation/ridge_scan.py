@@ -13,7 +13,7 @@ from synth.fit.least_squares import FitStart, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import clipped_rms, correlation_times, root_mean_square
-from synth.fit.unknowns import all_of
+from synth.fit.unknowns import unknowns_of_leg
 from synth.swing.chain import compiled_chain
 from synth.swing.leg_model import Damper, Spring
 
@@ -42,7 +42,7 @@ def rate_scan(fit: FitResult, recordings: Sequence[Recording], joint: str, rates
         fit.leg, joints=tuple(replace(item, spring=Spring(0.0, item.zero), damper=Damper()) for item in fit.leg.joints)
     )
     chain = compiled_chain(len(names))
-    unknowns = all_of(chain, bare, box=box_of(recordings))
+    unknowns = unknowns_of_leg(chain, bare, box=box_of(recordings))
     joints = fit.joints.values()
     common = np.array([item.free_angle.value for item in joints])
     values = unknowns.pack(

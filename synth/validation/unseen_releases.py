@@ -19,7 +19,7 @@ from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import WIDE
-from synth.fit.free_motion_start import cut_of, later, look
+from synth.fit.free_motion_start import cut_of, detect_drive, recordings_from
 from synth.fit.recordings import Recording
 from synth.fit.still_start import from_release
 from synth.fit.unseen_score import score
@@ -61,9 +61,9 @@ def unseen_table(data: LabData) -> ComparisonTable | None:
     first = _parted(begun.recordings)
     if len(first.others) < FEWEST or len(first.seven) < len(SEVEN):
         return None
-    seen = look(data.rat, first.seven)
-    start = cut_of(seen) if seen.known else 0.0
-    both = later(begun.recordings, start) if start else begun.recordings
+    drive = detect_drive(data.rat, first.seven)
+    start = cut_of(drive) if drive.ends else 0.0
+    both = recordings_from(begun.recordings, start) if start else begun.recordings
     free = _parted(both or begun.recordings)
     columns = {
         "leg of the seven, from the first sample": _errors(fit_leg(data.rat, first.seven, OPTIONS), first.others),

@@ -212,7 +212,6 @@ ALLOWED = {
     "synth.spring.calibration",
     "synth.spring.wound_samples", "synth.spring.winding", "synth.spring.requirement_ranges",
     "synth.swing.effects.users_own",
-    "synth.hopper.truth",  # the page of truth is a command alone
 }  # fmt: skip
 
 

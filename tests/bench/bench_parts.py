@@ -12,7 +12,7 @@ import numpy as np
 
 from bench import thesis_leg as thesis
 from bench.results import Goal, Section, Table, load, run_alone, say
-from synth.design.part_lanes import Acting, PartLanes
+from synth.design.part_lanes import ActingElements, PartLanes
 from synth.design.part_search import FoundSets, best_sets
 from synth.design.response import WantedRelease, WantedResponse
 from synth.parts.damper_law import power_law_curve
@@ -38,7 +38,7 @@ def lanes(n_damper: int, n_spring: int) -> PartLanes:
         for factor in np.geomspace(1 / SPREAD, SPREAD, n_damper) * generator.uniform(0.93, 1.07, n_damper):
             damper = Damper(curve=power_law_curve(2.0 * rate * float(factor), 5.0, 0.7))
             for part in np.geomspace(1 / SPREAD, SPREAD, n_spring) * generator.uniform(0.95, 1.05, n_spring):
-                found.append(Acting(joint.spring.rate * float(part), damper))
+                found.append(ActingElements(joint.spring.rate * float(part), damper))
         acting.append([found[k] for k in generator.permutation(len(found))])
     return PartLanes(WantedResponse.of(leg, releases), leg, acting)
 

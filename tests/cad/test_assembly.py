@@ -17,7 +17,7 @@ from synth.cad import (
     LoadDimensions,
     SpringDimensions,
 )
-from synth.cad.assembly import assembly, exploded, numbers_at
+from synth.cad.assembly import assembly, exploded_view, numbers_at
 from synth.cad.joint import build_joint
 from synth.cad.parts import Mesh
 from synth.cad.travel import Bodies
@@ -42,7 +42,7 @@ def test_assembly_uses_every_part_once_in_a_feasible_order(change):
     order = ["upper", "bearing_a", "damper_bracket", "spring", "seat", "collar_a", "shaft", "pin", "collar_b", "damper"]
     found = [at[name] for name in order]
     assert found == sorted(found)
-    apart = exploded(joint)
+    apart = exploded_view(joint)
     assert len(apart) == len(joint.parts)
     numbered = [int(words) for words, _ in numbers_at(apart)]
     assert set(numbered) == {number for _, _, number in apart}

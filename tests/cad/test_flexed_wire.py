@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from synth.cad import flexed_wire
-from synth.cad.flexed_wire import effective_length, flexed
+from synth.cad.flexed_wire import effective_length, flex_wire
 
 SPRINGS = [(10.0, 2.17, 14.0), (13.0, 7.17, 16.0), (18.25, 1.04, 27.0), (8.5, 6.17, 12.0), (5.0, 3.6, 0.001)]
 
@@ -43,25 +43,27 @@ def test_many_coils_are_as_stiff_as_a_straight_wire():
 @pytest.mark.parametrize("closing", [-50.0, -1.0, 1.0, 50.0])
 def test_torque_is_the_derivative_of_the_energy(radius, coils, arm, closing):
     def energy(angle):
-        found = flexed(radius, coils, arm, angle)
+        found = flex_wire(radius, coils, arm, angle)
         free = np.zeros(len(found.curvature))
         free[found.first : found.last] = 1.0 / radius
         return float(np.sum((found.curvature - free) ** 2 * np.diff(found.lengths)) / 2)
 
     step = 0.02
     slope = (energy(closing + step) - energy(closing - step)) / math.radians(2 * step)
-    assert flexed(radius, coils, arm, closing).torque == pytest.approx(slope, rel=2e-4)
+    assert flex_wire(radius, coils, arm, closing).torque == pytest.approx(slope, rel=2e-4)
 
 
 @pytest.mark.parametrize(("radius", "coils", "arm"), SPRINGS[:4])
 def test_small_motions_have_the_closed_form_rate(radius, coils, arm):
-    torque = (flexed(radius, coils, arm, 0.5).torque - flexed(radius, coils, arm, -0.5).torque) / math.radians(1.0)
+    torque = (flex_wire(radius, coils, arm, 0.5).torque - flex_wire(radius, coils, arm, -0.5).torque) / math.radians(
+        1.0
+    )
     assert torque == pytest.approx(1.0 / effective_length(radius, coils, arm), rel=5e-4)
 
 
 def test_the_wire_keeps_its_length_and_its_end_turns_about_the_axis():
     radius, coils, arm = SPRINGS[0]
-    free, bent = flexed(radius, coils, arm, 1e-9), flexed(radius, coils, arm, 40.0)
+    free, bent = flex_wire(radius, coils, arm, 1e-9), flex_wire(radius, coils, arm, 40.0)
     assert bent.lengths[-1] == pytest.approx(2 * math.pi * radius * coils + 2 * arm)
     angle = math.radians(40.0)
     turned = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]) @ free.points[-1]
@@ -70,16 +72,16 @@ def test_the_wire_keeps_its_length_and_its_end_turns_about_the_axis():
 
 
 def test_a_wire_bent_too_far_gives_none():
-    assert flexed(5.0, 0.6, 0.1, 2000.0) is None
+    assert flex_wire(5.0, 0.6, 0.1, 2000.0) is None
 
 
 @pytest.mark.parametrize(("radius", "coils", "arm"), SPRINGS[:4])
 @pytest.mark.parametrize("closing", [-80.0, 20.0, 120.0])
 def test_load_and_shape_found_together_or_in_turn_are_the_same(monkeypatch, radius, coils, arm, closing):
     """Two ways to the same equations; the first one is the fast one."""
-    together = flexed(radius, coils, arm, closing)
-    monkeypatch.setattr(flexed_wire, "_together", lambda *given: None)
-    in_turn = flexed(radius, coils, arm, closing)
+    together = flex_wire(radius, coils, arm, closing)
+    monkeypatch.setattr(flexed_wire, "_solve_together", lambda *given: None)
+    in_turn = flex_wire(radius, coils, arm, closing)
     assert together.points == pytest.approx(in_turn.points, abs=1e-5)
     assert together.torque == pytest.approx(in_turn.torque, rel=1e-5)
 
@@ -87,7 +89,7 @@ def test_load_and_shape_found_together_or_in_turn_are_the_same(monkeypatch, radi
 def test_the_far_end_is_where_the_joint_takes_it():
     """The boundary conditions, to a thousandth of what a print can show."""
     radius, arm, closing = 10.0, 14.0, 70.0
-    free, bent = flexed(radius, 3.17, arm, 0.0), flexed(radius, 3.17, arm, closing)
+    free, bent = flex_wire(radius, 3.17, arm, 0.0), flex_wire(radius, 3.17, arm, closing)
     turn = math.radians(closing)
     c, s = math.cos(turn), math.sin(turn)
     x, y = free.points[-1]

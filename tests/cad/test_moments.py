@@ -13,7 +13,7 @@ from synth.cad import BuiltLeg, build_leg, facets
 from synth.cad.hardware import screw_of
 from synth.cad.kernel import is_faceted
 from synth.cad.leg_joints import build_leg_of_facets
-from synth.cad.parts import ANGULAR_TOLERANCE, LINEAR_TOLERANCE, BuiltPart, _ordered, _triangles, mesh_of
+from synth.cad.parts import ANGULAR_TOLERANCE, LINEAR_TOLERANCE, BuiltPart, _sorted_mesh, _triangles, mesh_of
 from synth.cad.spring_seat import build_screw, screw_volume
 from synth.cad.travel import manifold
 from synth.design.solid_work import part_records
@@ -88,7 +88,7 @@ def test_a_prism_of_facets_may_be_concave_and_oblique() -> None:
 
 def test_an_open_mesh_and_an_oblique_axis_are_refused() -> None:
     with pytest.raises(ValueError, match="closed"):
-        facets.meshed(np.eye(3), np.array([[0, 1, 2]]))
+        facets.solid_of_mesh(np.eye(3), np.array([[0, 1, 2]]))
     with pytest.raises(ValueError, match="axis"):
         facets.cylinder(1.0, 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 360.0).rotate((0, 0, 0), (1, 0, 0), 10.0)
 
@@ -121,7 +121,7 @@ def test_the_order_of_a_mesh_does_not_depend_on_last_bits() -> None:
     faces = np.array([[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 2, 1]])
     noisy = points + 1e-15 * np.array([[3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [5.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     shuffled = np.array([2, 0, 3, 1])
-    one, other = _ordered(points, faces), _ordered(noisy[shuffled], np.argsort(shuffled)[faces])
+    one, other = _sorted_mesh(points, faces), _sorted_mesh(noisy[shuffled], np.argsort(shuffled)[faces])
     np.testing.assert_allclose(one.vertices, other.vertices, rtol=0.0, atol=1e-14)
     np.testing.assert_array_equal(one.faces, other.faces)
 

@@ -14,7 +14,7 @@ from synth.cad.joint import BuiltJoint, assemble
 from synth.cad.near_body import NearBody
 from synth.cad.parts import Mesh
 from synth.cad.pose import loaded_line
-from synth.cad.travel import Bodies, check_spring_room, first_contact, poses, turned
+from synth.cad.travel import Bodies, check_spring_room, first_contact, poses, turn_solid
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +91,7 @@ def cap_gap(dimensions: JointDimensions, joint: BuiltJoint, angle: float) -> flo
     """Least gap (mm) of the loaded springs outside their seats to the lower caps."""
     bodies, turn = Bodies(joint), joint.turn("lower", angle)
     caps = [solid for name, solid in bodies.solids.items() if "lower_cap" in name]
-    return min(float(turned(coil, -turn).min_gap(cap, 1.0)) for coil in bodies.coils(angle) for cap in caps)
+    return min(float(turn_solid(coil, -turn).min_gap(cap, 1.0)) for coil in bodies.coils(angle) for cap in caps)
 
 
 def test_steep_arms_keep_half_the_clearance_to_the_caps():

@@ -11,7 +11,7 @@ import pytest
 from synth.cad.free_wire import FreeWire, free_wire
 from synth.cad.joint import BuiltJoint
 from synth.cad.parts import BuiltPart, Mesh
-from synth.cad.travel import Bodies, check_spring_room, check_within, gathered, spring_overlaps, turned
+from synth.cad.travel import Bodies, check_spring_room, check_within, gather_meshes, spring_overlaps, turn_solid
 from synth.cad.turning_rings import Ring, body_of, meeting_place, rings_of
 
 
@@ -46,18 +46,18 @@ def test_rings_hold_a_part_at_every_angle(knee, suffix):
     part = knee.part(suffix)
     held = body_of(rings_of(part.mesh))
     for angle in (0.0, 17.0, 111.0):
-        assert (turned(part.mesh.manifold, angle) - held).volume() == pytest.approx(0.0, abs=1e-9)
+        assert (turn_solid(part.mesh.manifold, angle) - held).volume() == pytest.approx(0.0, abs=1e-9)
 
 
 def test_the_meeting_place_holds_all_that_two_halves_have_in_common(bodies):
     meshes = {group: [p.mesh for p in bodies.parts[group] if p.name in bodies.names[group]] for group in bodies.parts}
     place = meeting_place(meshes["upper"], meshes["lower"])
     for turn in range(0, 360, 24):
-        lower = turned(bodies.moving["lower"], turn)
+        lower = turn_solid(bodies.moving["lower"], turn)
         whole = float((bodies.moving["upper"] ^ lower).volume())
-        cut = float((bodies.meeting["upper"] ^ turned(bodies.meeting["lower"], turn)).volume())
+        cut = float((bodies.meeting["upper"] ^ turn_solid(bodies.meeting["lower"], turn)).volume())
         assert cut == pytest.approx(whole, abs=1e-3)
-    common = bodies.moving["upper"] ^ turned(bodies.moving["lower"], 160.0)
+    common = bodies.moving["upper"] ^ turn_solid(bodies.moving["lower"], 160.0)
     assert common.volume() > 10.0
     assert (common - place).volume() == pytest.approx(0.0, abs=1e-6)
 
@@ -105,7 +105,7 @@ def test_a_needle_among_the_coils_is_found(knee, radius):
 
 def test_gathered_bodies_that_touch_have_the_volume_of_both(knee):
     parts: list[BuiltPart] = [knee.part(suffix) for suffix in ("thrust_washer_a", "collar_a")]
-    together = gathered([part.mesh for part in parts])
+    together = gather_meshes([part.mesh for part in parts])
     assert together.volume() == pytest.approx(sum(part.mesh.volume for part in parts), rel=1e-6)
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from synth.cad.flexed_wire import effective_length, flexed
+from synth.cad.flexed_wire import effective_length, flex_wire
 from synth.cad.wire_moments import peak_moments
 
 SPRINGS = [(10.0, 2.17, 14.0), (13.0, 7.17, 16.0), (28.6, 3.1667, 33.1), (8.5, 6.4, 6.0), (6.0, 2.5, 15.0)]
@@ -31,7 +31,7 @@ def by_quadrature(radius, coils, arm, n=20_001):
 
 def by_shape(radius, coils, arm, closing):
     """The same from the bent shape; the arms' curvature is extrapolated to their ends."""
-    wire = flexed(radius, coils, arm, closing)
+    wire = flex_wire(radius, coils, arm, closing)
     free = np.zeros(len(wire.curvature))
     free[wire.first : wire.last] = 1.0 / radius
     bent = wire.curvature - free

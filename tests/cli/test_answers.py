@@ -11,7 +11,7 @@ import pytest
 
 from synth.cli import main
 from synth.commands import init
-from synth.commands.answers import MOST_NOTES, NOTE_LETTERS, fit_text, offered, tell_notes
+from synth.commands.answers import MOST_NOTES, NOTE_LETTERS, fit_text, is_near_enough, tell_notes
 from synth.commands.progress import Progress
 from synth.remarks import decisive, noted
 
@@ -84,8 +84,8 @@ def test_notes_are_limited_to_one_line_each_and_counted(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("rate", "is_offered"), [(0.03, False), (0.3, True), (1.0, True), (3.9, True), (30.0, False)])
 def test_a_spring_far_from_the_wanted_rate_is_not_offered(rate: float, is_offered: bool) -> None:
-    assert offered({"rate": {"value": rate, "unit": "N*m/rad"}}, 1.0) is is_offered
-    assert offered({"part": "unknown"}, 1.0)
+    assert is_near_enough({"rate": {"value": rate, "unit": "N*m/rad"}}, 1.0) is is_offered
+    assert is_near_enough({"part": "unknown"}, 1.0)
 
 
 def printed(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from synth.design import part_lanes
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.forecast import Forecaster, damper_tolerance, latin_hypercube, spring_tolerance
-from synth.design.part_lanes import Acting, PartLanes
+from synth.design.part_lanes import ActingElements, PartLanes
 from synth.design.response import WantedRelease, WantedResponse
 from synth.files.project_options import ToleranceOptions
 from synth.parts.arrangement import Arrangement
@@ -45,7 +45,7 @@ def spring(catalogue: Catalogue) -> SpringOption:
 def forecaster(rate: float, asked: ToleranceOptions, within: float = 0.1) -> Forecaster:
     leg = knee(rate)
     wanted = WantedResponse.of(leg, [WantedRelease("a", TIME, np.array([0.4]), np.zeros(1), Conditions())])
-    lanes = PartLanes(wanted, leg, [[Acting(rate, Damper(1.0))]])
+    lanes = PartLanes(wanted, leg, [[ActingElements(rate, Damper(1.0))]])
     return Forecaster(lanes, asked, within)
 
 
@@ -98,7 +98,7 @@ def test_temperature_changes_a_damper_by_its_coefficient(spring: SpringOption, c
     lanes = PartLanes(
         WantedResponse.of(knee(spring.rate), [WantedRelease("a", TIME, np.array([0.4]), np.zeros(1), Conditions())]),
         knee(spring.rate),
-        [[Acting(spring.rate, option.damper)]],
+        [[ActingElements(spring.rate, option.damper)]],
     )
     warm = Forecaster(lanes, replace(NONE, temperature=10.0), 0.1)
     columns = warm._columns([(spring, option)], np.array([[0.0], [0.0], [0.0], [0.0], [1.0]]))

@@ -8,7 +8,7 @@ import pytest
 
 from synth.cad import JointDimensions, MountDimensions, SpringDimensions
 from synth.design.link_masses import built_links, link_warnings, same_links, with_links
-from synth.design.mass_loop import NEAR, same_but_for
+from synth.design.mass_loop import NEAR_JOINTS, same_but_for
 from synth.design.part_masses import ASSUMED, SOLID, PartMass, mass_from, mass_json, unknown_parts
 from synth.swing.leg_model import Joint, Leg, Link
 from synth.swing.rigid_body import RigidBody, link_body
@@ -100,14 +100,14 @@ def test_masses_round_trip_through_json() -> None:
 def test_joints_are_weighed_again_only_after_a_relevant_change() -> None:
     spring = SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0)
     hip = JointDimensions("hip", spring, 110.0, 110.0, range=(80.0, 140.0))
-    assert same_but_for(hip, replace(hip, free_angle=110.0 + 0.9 * NEAR), NEAR)
-    assert same_but_for(hip, replace(hip, range=(80.0, 140.0 + 0.9 * NEAR)), NEAR)
+    assert same_but_for(hip, replace(hip, free_angle=110.0 + 0.9 * NEAR_JOINTS), NEAR_JOINTS)
+    assert same_but_for(hip, replace(hip, range=(80.0, 140.0 + 0.9 * NEAR_JOINTS)), NEAR_JOINTS)
     for other in (
-        replace(hip, free_angle=110.0 + 1.1 * NEAR),
-        replace(hip, range=(80.0, 140.0 + 1.1 * NEAR)),
+        replace(hip, free_angle=110.0 + 1.1 * NEAR_JOINTS),
+        replace(hip, range=(80.0, 140.0 + 1.1 * NEAR_JOINTS)),
         replace(hip, spring=replace(spring, mean_diameter=24.1)),
         replace(hip, spring=replace(spring, hand="left")),
         replace(hip, name="knee"),
         replace(hip, mount=MountDimensions()),
     ):
-        assert not same_but_for(hip, other, NEAR)
+        assert not same_but_for(hip, other, NEAR_JOINTS)

@@ -19,7 +19,7 @@ from synth.files.projects import read_leg_project
 from synth.files.trial_list import read_trials
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.free_motion_start import later
+from synth.fit.free_motion_start import recordings_from
 from synth.fit.recordings import recordings
 from synth.fit.still_start import from_release
 from synth.model_checks.designed_leg import Predicted
@@ -132,7 +132,7 @@ def test_the_other_releases_agree_with_the_seven(design: LegDesign) -> None:
     begun = from_release(rat, recordings(rat, trials))
     assert len(begun.recordings) == 29
     assert "ST2_4" in begun.messages[0]
-    free = later(begun.recordings, design.source.cut)
+    free = recordings_from(begun.recordings, design.source.cut)
     assert free is not None
     result = fit_leg(leg, [recording.stretched(2.0) for recording in free], LegFitOptions())
     knee, before = result.joints["knee"], design.target.joints["knee"]

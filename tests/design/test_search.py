@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from synth.design.part_lanes import Acting, PartLanes
+from synth.design.part_lanes import ActingElements, PartLanes
 from synth.design.part_search import Mistake, _Screen, best_sets
 from synth.design.response import WantedRelease, WantedResponse
 from synth.swing.chain import Conditions
@@ -35,14 +35,14 @@ def test_lanes_equal_single_simulations(small: PartLanes) -> None:
 
 
 def test_the_wanted_parts_have_no_error() -> None:
-    acting = [[Acting(j.spring.rate, j.damper)] for j in LEG.joints if j.spring and j.damper]
+    acting = [[ActingElements(j.spring.rate, j.damper)] for j in LEG.joints if j.spring and j.damper]
     lanes = PartLanes(wanted(), LEG, acting)
     assert lanes.errors(np.zeros((1, 3), dtype=np.int64))[0] < 1e-5
 
 
 def test_a_diverging_leg_gets_the_largest_error() -> None:
-    acting = [[Acting(j.spring.rate, j.damper)] for j in LEG.joints if j.spring and j.damper]
-    acting[2].append(Acting(0.5, Damper(1e7)))
+    acting = [[ActingElements(j.spring.rate, j.damper)] for j in LEG.joints if j.spring and j.damper]
+    acting[2].append(ActingElements(0.5, Damper(1e7)))
     lanes = PartLanes(wanted(), LEG, acting)
     assert lanes.errors(np.array([[0, 0, 1]]))[0] == pytest.approx(np.pi)
 

@@ -12,10 +12,10 @@ import pytest
 import synth.design.part_swaps as part_swaps
 from synth.design.choose_dampers import choose_dampers
 from synth.design.choose_springs import SpringSource, spring_to_wind, travels
-from synth.design.clamped_arms import softening
+from synth.design.clamped_arms import softening_by_arms
 from synth.design.judged_sets import Judge, Pair
 from synth.design.part_sets import SetsMade, choose_sets
-from synth.design.part_swaps import JointParts, Swap, Swaps, _instead, without_better_swap
+from synth.design.part_swaps import JointParts, Swap, Swaps, _other_springs, without_better_swap
 from synth.errors import UserError
 from synth.files.project_options import (
     CadOptions,
@@ -48,7 +48,7 @@ def spring_line(part: str, vendor: str, rate: float, wire: float, coils: float =
     body = rate
     for _ in range(20):
         mean = modulus * (wire * 1e-3) ** 4 / (64.0 * body * coils)
-        body = rate / softening(wire * 1e-3, mean, coils, opening, CadOptions())
+        body = rate / softening_by_arms(wire * 1e-3, mean, coils, opening, CadOptions())
     return f"{part},{vendor},music wire,90,tangent,{body},{wire},{mean * 1e3 + wire},{coils}\n"
 
 
@@ -205,7 +205,7 @@ def test_a_bought_spring_is_within_tolerance_of_the_wound_one_s_rate(catalogue: 
     source = SpringSource("ankle", choice, travels(LEG, wanted().motions)[2], catalogue, CadOptions(), ANY)
     wound = replace(spring_to_wind(source, 0.5)[0], asked=1.0)
     parts = JointParts(source, 1.0, (damper,), {damper.label: (wound,)}, (), {}, ())
-    found = {pair.spring.label: pair.spring.outside for pair in _instead(Pair(wound, damper), parts)}
+    found = {pair.spring.label: pair.spring.outside for pair in _other_springs(Pair(wound, damper), parts)}
     assert (found["A05"], found["K1"]) == (False, True)
 
 

@@ -37,6 +37,9 @@ class StillPlant(Plant[Any, Any, Any]):
 
     normal = bounds = forecast = designed
 
+    def remainder(self, fit: object) -> float:
+        return 1.0
+
     def predict(self, fit: object, trials: object) -> tuple[str, ...]:
         return ("still",)
 

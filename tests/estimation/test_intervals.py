@@ -7,7 +7,7 @@ import pytest
 from scipy.special import stdtr
 
 from synth.errors import UserError
-from synth.estimation.intervals import NULL, covariance_of, student, student95
+from synth.estimation.intervals import NULL, NotFiniteError, covariance_of, student, student95
 from synth.fit.draws import DRAWS, draws
 
 
@@ -28,7 +28,7 @@ def test_a_direction_without_information_gets_a_huge_variance() -> None:
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_a_matrix_that_is_not_finite_is_reported(bad: float) -> None:
     matrix = np.diag([1.0, bad, 2.0])
-    with pytest.raises(UserError, match="the simulated motion diverges"):
+    with pytest.raises(NotFiniteError, match="not finite"):
         covariance_of(matrix)
     with pytest.raises(UserError, match="the simulated motion diverges"):
         draws(np.zeros(3), matrix, None, None, 0)

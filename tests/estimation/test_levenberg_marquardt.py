@@ -14,9 +14,9 @@ from synth.estimation.levenberg_marquardt import (
     CONVERGED,
     DIVERGED,
     DampingRule,
-    Factors,
     Iterate,
     LeastSquares,
+    Marquardt,
     Nielsen,
     minimise,
 )
@@ -32,7 +32,7 @@ from synth.estimation.normal_equations import (
 
 RULES = [
     Nielsen(least=1e-12, most=1e10, memory=0.5, settled=0.1, hardly_damped=1e-3),
-    Factors(least=1e-7, most=1e6, down=10.0, up=10.0, least_after_failure=1e-2),
+    Marquardt(least=1e-7, most=1e6, down=10.0, up=10.0, least_after_failure=1e-2),
 ]
 WIDE = (np.full(2, -np.inf), np.full(2, np.inf))
 

@@ -17,7 +17,7 @@ from synth import FitSettings, fit
 from synth.commands.answers import fit_text
 from synth.files.leg_file import read_leg
 from synth.files.trial_list import Trial, read_trials
-from synth.fit.estimate import fit_leg, or_the_law
+from synth.fit.estimate import cut_or_law, fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.model_error import ModelError
@@ -113,12 +113,12 @@ def test_a_law_that_leaves_no_more_than_a_cut_is_said_beside_it() -> None:
     none = ModelError(np.zeros((3, 0)), "")
     rms = np.array(list(cut.rms.values()))
     law = AnotherLaw(dry, case.off, np.array([0.02]), np.array([0.003]), none, 0.3, np.zeros(3), rms)
-    said = or_the_law(cut, law).warnings
+    said = cut_or_law(cut, law).warnings
     assert said[0] == cut.warnings[0]
     assert "hip 0.02 +- 0.0049 N*m. These recordings do not tell which" in said[1]
     assert said[2:] == cut.warnings[1:]
-    assert or_the_law(cut, replace(law, rms=1.2 * rms)) is cut
-    assert or_the_law(cut, None) is cut
+    assert cut_or_law(cut, replace(law, rms=1.2 * rms)) is cut
+    assert cut_or_law(cut, None) is cut
 
 
 def test_a_diverging_neighbour_ends_the_search_and_not_the_fit() -> None:

@@ -11,7 +11,7 @@ from fit.simulated_legs import Array, bare, robot
 from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.fit_problem import box_of, model_of, sought_by
+from synth.fit.fit_problem import box_of, model_of, unknowns_of
 from synth.fit.fit_result import FitResult
 from synth.fit.recordings import recordings
 from synth.fit.report_fit import at_edges
@@ -130,7 +130,7 @@ def test_the_search_reaches_far_beyond_the_motion_seen() -> None:
         times = np.linspace(0.0, 1.5, 301)
         angles = 31.0 + 0.4 * np.exp(-times) * np.cos(15.0 * times)
         made = recordings(on_it, [Trial("a.csv", times * factor, angles.reshape(-1, 1))])
-        unknowns = sought_by(model_of(on_it, recordings=made))
+        unknowns = unknowns_of(model_of(on_it, recordings=made))
         low, high = np.exp(unknowns.lower[[0, 2]]), np.exp(unknowns.upper[[0, 2]])
         assert np.all(low * factor ** np.array([2, 1]) < INERTIA * np.array([15.0**2, 1.0]) * 1e-3)
         assert np.all(high * factor ** np.array([2, 1]) > INERTIA * np.array([15.0**2, 1.0]) * 1e3)
@@ -157,7 +157,7 @@ def test_limbs_share_the_unit_of_a_second() -> None:
 @pytest.mark.parametrize(("place", "what"), [(0, "spring rate"), (1, "free angle"), (2, "damper rate")])
 def test_an_estimate_at_a_bound_or_near_it_is_said(place: int, what: str) -> None:
     """Within a factor of two: an iteration usually stops just short of the bound."""
-    unknowns = sought_by(model_of(pendulum(2.0, 0.06)))
+    unknowns = unknowns_of(model_of(pendulum(2.0, 0.06)))
     middle = 0.5 * (unknowns.lower + unknowns.upper)
     assert at_edges(unknowns, middle) == {}
     for side, off in ((unknowns.lower, 0.5), (unknowns.upper, -0.5)):

@@ -11,7 +11,7 @@ from fit.simulated_legs import Rig, fitted, releases, robot
 from synth.estimation.intervals import NORMAL90
 from synth.files.trial_list import Trial
 from synth.fit.fit_result import FitResult
-from synth.fit.residual_draws import resampled
+from synth.fit.residual_draws import resample
 
 LEG = robot()
 
@@ -95,7 +95,7 @@ def test_a_linear_fit_to_slow_noise_is_as_uncertain_as_its_draws_say() -> None:
     for seed in range(20):
         generator = np.random.default_rng(seed)
         residuals = [each[:, None] for each in np.split(left @ root @ generator.normal(size=trials * m), trials)]
-        made = resampled(generator, residuals, [0.0125] * trials, np.ones((trials, 1)), left_over, 200)
+        made = resample(generator, residuals, [0.0125] * trials, np.ones((trials, 1)), left_over, 200)
         drawn = np.concatenate([one.of(np.arange(200))[:, 0] for one in made])
         found.append((inverse @ drawn)[0].std())
     assert np.mean(found) == pytest.approx(true, rel=0.15)
@@ -119,7 +119,7 @@ def test_intervals_of_a_linear_fit_hold_the_truth_where_samples_are_lost() -> No
         residuals = [
             np.where(good, own - mean, np.nan)[:, None] for own, good, mean in zip(noise, known, means, strict=True)
         ]
-        made = resampled(generator, residuals, [0.01] * trials, np.ones((trials, 1)), left_over, 100)
+        made = resample(generator, residuals, [0.01] * trials, np.ones((trials, 1)), left_over, 100)
         refits = [draw.of(np.arange(100))[good, 0].mean(axis=0) for draw, good in zip(made, known, strict=True)]
         held += [abs(mean) < NORMAL90 * each.std() for mean, each in zip(means, refits, strict=True)]
     assert 0.83 < np.mean(held) < 0.97
@@ -131,7 +131,7 @@ def test_draws_of_a_joint_that_was_lost_most_of_the_time_are_as_large_as_its_res
     residuals = [generator.normal(0.0, 0.01, (400, 2)) for _ in range(3)]
     for left in residuals:
         left[generator.random(400) < 0.6, 1] = np.nan
-    made = resampled(generator, residuals, [0.01] * 3, np.full((3, 2), 0.01), lambda drawn: list(drawn), 50)
+    made = resample(generator, residuals, [0.01] * 3, np.full((3, 2), 0.01), lambda drawn: list(drawn), 50)
     size = np.sqrt(np.mean([each.of(np.arange(50)) ** 2 for each in made], axis=(0, 1, 3)))
     np.testing.assert_allclose(size, 0.01, rtol=0.1)
 
@@ -153,7 +153,7 @@ def test_draws_of_correlated_noise_are_as_correlated_where_samples_are_lost(lost
         residuals = [0.01 * noise(generator, 1) for _ in range(6)]
         for left in residuals:
             left[generator.random(300) < lost] = np.nan
-        made = resampled(generator, residuals, [0.01] * 6, np.full((6, 1), 0.01), lambda drawn: list(drawn), 100)
+        made = resample(generator, residuals, [0.01] * 6, np.full((6, 1), 0.01), lambda drawn: list(drawn), 100)
         for draw, left in zip(made, residuals, strict=True):
             known = np.isfinite(left[:, 0])
             found.append(draw.of(np.arange(100))[known, 0].mean(axis=0).std() / 0.01)
@@ -169,7 +169,7 @@ def test_a_joint_that_is_locked_in_some_trials_has_its_noise_in_the_others() -> 
     residuals = [generator.normal(0.0, 0.01, (300, 2)) for _ in range(4)]
     for left in residuals[:2]:
         left[:, 1] = np.nan
-    made = resampled(generator, residuals, [0.01] * 4, np.full((4, 2), 0.01), lambda drawn: list(drawn), 50)
+    made = resample(generator, residuals, [0.01] * 4, np.full((4, 2), 0.01), lambda drawn: list(drawn), 50)
     size = [each.of(np.arange(50))[:, 1].std() for each in made]
     np.testing.assert_allclose(size, [0.0, 0.0, 0.01, 0.01], rtol=0.1)
 
@@ -179,7 +179,7 @@ def test_noise_that_no_draws_reproduce_is_reported() -> None:
     generator = np.random.default_rng(0)
     residuals = [generator.normal(0.0, 0.01, (200, 1)) for _ in range(2)]
     with pytest.raises(ArithmeticError, match="no noise is found of which the fit would leave residuals like these"):
-        resampled(
+        resample(
             generator, residuals, [0.01] * 2, np.full((2, 1), 0.01), lambda drawn: [0.1 * one for one in drawn], 50
         )
 

@@ -18,7 +18,7 @@ from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
 from synth.fit.fit_result import FitResult
-from synth.fit.free_motion_start import Drift, Seen, later, look, same_leg, unseen
+from synth.fit.free_motion_start import DetectedDrive, Drift, detect_drive, hidden_drive, recordings_from, same_leg
 from synth.fit.least_squares import FitStart
 from synth.fit.recordings import recordings
 from synth.fit.refinement import refine
@@ -85,7 +85,7 @@ def test_a_hand_that_no_recording_shows_is_cut_on_a_leg_whose_later_samples_tell
     recorder = random_case(seed).recorder
     case = random_case(seed, replace(recorder, driven=0.15))
     made = recordings(case.bare, case.trials)
-    assert look(case.bare, made).known == []
+    assert detect_drive(case.bare, made).known == []
     (joint,) = case.leg.joints
     assert joint.spring is not None
     assert joint.damper is not None
@@ -127,8 +127,8 @@ def test_a_short_recording_names_the_last_start_that_was_tried(
     model = model_of(bare(leg), recordings=made)
     start = FitStart(weak_form_start(model, made, FREE).values, first_locals(made))
     stage = refine(model, made, start, FREE.weight, np.zeros(3), rounds=1)
-    monkeypatch.setattr(free_motion_start._Later, "agreement", lambda *_: 0.0)
-    found = unseen(model, made, stage, FREE, least)
+    monkeypatch.setattr(free_motion_start._LaterFit, "agreement", lambda *_: 0.0)
+    found = hidden_drive(model, made, stage, FREE, least)
     assert isinstance(found, Drift)
     assert found.longest == (None if least else 0.1)
     assert said in found.error.sentence
@@ -176,14 +176,14 @@ def test_a_free_leg_is_fitted_from_its_first_sample() -> None:
 def test_later_samples_form_a_new_recording() -> None:
     leg = robot()
     (one, *_) = recorded(leg, releases(leg, 3, Rig()))
-    cut = later([one], 0.2)
+    cut = recordings_from([one], 0.2)
     assert cut is not None
     assert cut[0].time[0] == 0.0
     assert cut[0].time[-1] == pytest.approx(one.time[-1] - 0.2, abs=2 * (one.time[1] - one.time[0]))
     assert np.array_equal(cut[0].rotation[-1], one.rotation[-1])
-    assert later([one], one.time[-1] - 0.05) is None
-    assert not Seen((None, None, 0.1)).plain
-    assert Seen((0.1, None)).plain
+    assert recordings_from([one], one.time[-1] - 0.05) is None
+    assert not DetectedDrive((None, None, 0.1)).accepted
+    assert DetectedDrive((0.1, None)).accepted
 
 
 @pytest.mark.parametrize("seed", [980052, 980097, 980104])
@@ -253,7 +253,7 @@ def test_the_rats_releases_have_a_driven_start_and_the_rest_is_fitted() -> None:
     """Muscles act for the first 0.1 s and more; plain RMS and starts of what is fitted agree with the recordings."""
     data = read_lab_data(LAB)
     made = data.releases()
-    assert look(data.rat, made).plain
+    assert detect_drive(data.rat, made).accepted
     result = fit_leg(data.rat, made, replace(FREE, free_angle="per_trial"))
     assert 0.05 < result.cut < 0.2
     assert np.degrees(list(result.rms.values())) == pytest.approx([0.15, 0.21, 0.41], abs=0.1)

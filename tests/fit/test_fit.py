@@ -29,7 +29,7 @@ from fit.simulated_legs import (
 from synth.files.trial_list import Trial
 from synth.fit import ridge
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_problem import model_of, sought_by
+from synth.fit.fit_problem import model_of, unknowns_of
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import heterogeneity, spread_of_known
 from synth.fit.ridge import RIDGE, loose_joints
@@ -231,7 +231,7 @@ def friction_at_the_ankle(rotation: np.ndarray, rate: np.ndarray) -> np.ndarray:
 def test_a_joint_that_is_not_separable_is_on_a_ridge(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rates known to 0.115 and 0.13 and their quotient to 0.016: the sentence and the move follow one rule."""
     model = model_of(bare(LEG), recordings=recorded(LEG, TRIALS[:1]))
-    unknowns = sought_by(model)
+    unknowns = unknowns_of(model)
     k, b = unknowns.rate_at(1), unknowns.damper_at(1)
     cov = 1e-6 * np.eye(len(unknowns.names))
     cov[np.ix_([k, b], [k, b])] = [[0.115**2, 0.115 * 0.13 * 0.9995], [0.115 * 0.13 * 0.9995, 0.13**2]]

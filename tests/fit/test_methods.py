@@ -8,7 +8,7 @@ import pytest
 from fit.simulated_legs import DAMPER, FREE_ANGLE, SPRING, Rig, bare, errors, recorded, release, releases, robot
 from synth.errors import UserError
 from synth.files.project_options import FitOptions as Choice
-from synth.fit.costs import Cost, apart, emphasised
+from synth.fit.costs import Cost, emphasise_transient, summed_differences
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.methods import fit_by, require_method, search_of
 from synth.fit.rate_search import Bounds, order_of
@@ -67,7 +67,7 @@ def test_costs_are_minimal_at_the_truth_and_rise_at_the_changed_joint() -> None:
 
 
 def test_the_transient_cost_weighs_the_first_swing_tenfold() -> None:
-    (thin, *_), (full, *_) = emphasised(RECORDINGS), RECORDINGS
+    (thin, *_), (full, *_) = emphasise_transient(RECORDINGS), RECORDINGS
     early = full.time <= 0.2
     assert np.array_equal(thin.counts[early], full.counts[early])
     assert thin.counts[~early].sum() == pytest.approx(0.1 * full.counts[~early].sum(), rel=0.02)
@@ -79,12 +79,14 @@ def test_a_characteristic_of_only_one_curve_costs_one() -> None:
     creeping = characteristics(time, np.exp(-5 * time))
     assert ringing.damping_ratio is not None
     assert creeping.damping_ratio is None
-    assert apart(ringing, ringing) == 0.0
+    assert summed_differences(ringing, ringing) == 0.0
     assert ringing.rise_time is not None
     assert creeping.rise_time is not None
-    assert apart(ringing, creeping) == pytest.approx(2.0 + abs(creeping.rise_time / ringing.rise_time - 1.0))
+    assert summed_differences(ringing, creeping) == pytest.approx(
+        2.0 + abs(creeping.rise_time / ringing.rise_time - 1.0)
+    )
     slower = Characteristics(1.0, 2 * ringing.rise_time, ringing.damping_ratio, None, None, None, "valid")
-    assert apart(ringing, slower, ("rise_time", "damping_ratio")) == pytest.approx(1.0)
+    assert summed_differences(ringing, slower, ("rise_time", "damping_ratio")) == pytest.approx(1.0)
 
 
 def test_piecewise_search_changes_one_joint_at_a_time_knee_hip_ankle() -> None:

@@ -11,7 +11,7 @@ from fit.simulated_legs import DAMPER, RELEASES, SPRING, Rig, bare, errors, fitt
 from synth.errors import Problem
 from synth.files.static_points_file import StaticPoint, read_static_points
 from synth.files.yaml_lines import load
-from synth.fit.ridge import POINTS
+from synth.fit.ridge import POINTS_COST
 from synth.fit.static_points import balances
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
@@ -69,7 +69,7 @@ def test_every_member_of_a_ridge_family_keeps_to_an_inaccurate_static_point() ->
     family = next(family for family in result.families if family.joint == "hip")
     assert len(family.members) > 2
     assert not family.open_end
-    assert max(cost(each.spring_rate, each.free_angle) for each in family.members) <= reported + POINTS + 1e-9
+    assert max(cost(each.spring_rate, each.free_angle) for each in family.members) <= reported + POINTS_COST + 1e-9
 
 
 def test_static_balance_includes_weight_tip_mass_and_measured_sense() -> None:

@@ -12,7 +12,7 @@ from synth.fit.least_squares import FitStart, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import covariance
-from synth.fit.unknowns import SpringsAndDampers, all_of
+from synth.fit.unknowns import SpringsAndDampers, unknowns_of_leg
 from synth.motion.smoothing import initial_state
 from synth.swing.chain import compiled_chain, simulate
 from synth.swing.leg_model import Leg
@@ -23,7 +23,7 @@ CHAIN = compiled_chain(3)
 def model_of(leg: Leg, **options: float) -> tuple[TrajectoryModel, np.ndarray]:
     """A model of the leg and the unknowns' true values."""
     empty = bare(leg)
-    unknowns = all_of(CHAIN, empty)
+    unknowns = unknowns_of_leg(CHAIN, empty)
     rest = np.array([j.sign * (j.spring.free_angle - j.zero) for j in leg.joints if j.spring])
     rate = np.array([j.spring.rate for j in leg.joints if j.spring])
     damping = np.array([j.damper.rate for j in leg.joints if j.damper])
@@ -111,7 +111,7 @@ def test_a_diverging_simulation_gives_nan() -> None:
 
 
 def test_packing_round_trips_and_clips_to_the_bounds() -> None:
-    unknowns = all_of(CHAIN, bare(robot()))
+    unknowns = unknowns_of_leg(CHAIN, bare(robot()))
     assert isinstance(unknowns, SpringsAndDampers)
     rest = np.array([0.2, -1.0, 0.7])
     values = unknowns.pack(SPRING, rest, DAMPER)

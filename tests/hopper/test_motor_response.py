@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,8 +12,10 @@ import pytest
 
 from synth.arrays import Array
 from synth.cli import main
+from synth.errors import UserError
 from synth.files.hopper_recordings import HopperRecording
-from synth.hopper.identify_motor import MotorEstimate, identify_motor
+from synth.hopper.fit_motor_response import ResponseRun, fit_response
+from synth.hopper.identify_motor import MotorEstimate, identify_motor, standard_deviations
 from synth.hopper.motor_response import CONSTANTS, motor_responses
 from synth.hopper.quiet_voltage import pieces, quiet_voltage
 from synth.hopper.write_identified import lines, motor_json
@@ -171,3 +174,13 @@ def test_a_run_is_cut_where_its_voltage_switches() -> None:
     assert pieces(switched) == [slice(0, 300), slice(300, 1000)]
     assert pieces(6.0 * np.sin(2 * np.pi * 5 * time)) == [slice(0, 1000)]
     assert pieces(rng.choice([2.0, 6.0], size=1000)) == [slice(0, 1000)]
+
+
+def test_constants_whose_simulation_diverges_are_refused_in_the_words_of_the_runs(clean: tuple[Array, Array]) -> None:
+    """The message was that of a leg's fit: its file, and `synth fit`."""
+    voltage, responses = clean
+    runs = [ResponseRun(STEP * np.arange(len(voltage)), voltage[:, 0], responses[:, :, 0])]
+    fit, best = fit_response(runs, np.array(list(TRUTH.values())))
+    with pytest.raises(UserError, match="the simulated current and speed diverge") as raised, np.errstate(all="ignore"):
+        standard_deviations(replace(fit, deviation=np.zeros(2)), best)
+    assert "synth fit" not in str(raised.value)

@@ -15,7 +15,7 @@ from synth.errors import UserError
 from synth.files.bending_pairs import read_bending
 from synth.files.hopper_project import read_hopper_project
 from synth.hopper.motors import motor_of
-from synth.hopper.seen_jumps import jumped, pushed
+from synth.hopper.seen_jumps import push_current, rise_of_point
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump, simulate
@@ -195,8 +195,8 @@ def test_a_charge_is_that_of_the_time_for_which_the_motors_are_on(on: float, tmp
 def test_a_video_without_a_jump_is_refused() -> None:
     still = 1e-4 * np.sin(np.arange(100.0))
     with pytest.raises(UserError, match="is it a jump"):
-        jumped("a.csv", still)
+        rise_of_point("a.csv", still)
     with pytest.raises(UserError, match="begins during the jump"):
-        jumped("a.csv", np.concatenate([[0.0, 0.05, 0.1], np.linspace(0.1, 0.0, 50)]))
+        rise_of_point("a.csv", np.concatenate([[0.0, 0.05, 0.1], np.linspace(0.1, 0.0, 50)]))
     with pytest.raises(UserError, match="no push"):
-        pushed("b.csv", np.arange(100) * 1e-3, -np.ones(100))
+        push_current("b.csv", np.arange(100) * 1e-3, -np.ones(100))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array, finite_median
-from synth.motion.counts import COARSE, coarse_count
+from synth.motion.counts import COARSE_NOISE, coarse_count
 from synth.motion.noise import MAD_TO_SD, robust_deviation, unit_differences, white_noise
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -54,7 +54,7 @@ def test_counts_are_coarse_only_where_noise_is_less() -> None:
     count = 2 * np.pi / 1024
     read = count * np.round(swing(500) / count)
     assert coarse_count(read, 0.0) == pytest.approx(count, rel=1e-9)
-    assert coarse_count(read, 1.01 * COARSE * count) == 0.0
+    assert coarse_count(read, 1.01 * COARSE_NOISE * count) == 0.0
     assert coarse_count(noisy(500), NOISE) == 0.0
     assert coarse_count(np.zeros(10), 0.0) == 0.0
 

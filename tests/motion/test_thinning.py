@@ -14,7 +14,7 @@ from synth.fit.estimate import fit_leg
 from synth.fit.recordings import recordings
 from synth.motion import thinning
 from synth.motion.smoothing import lost_samples
-from synth.motion.thinning import LONG, thinned
+from synth.motion.thinning import UNTHINNED_SAMPLES, thin_recording
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
@@ -47,7 +47,7 @@ def bare(leg: Leg) -> Leg:
 def test_the_fit_of_a_thinned_recording_is_that_of_all_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     given = trial(20_001)
     few = fit_leg(bare(LEG), recordings(bare(LEG), [given]))
-    monkeypatch.setattr(thinning, "LONG", 10**9)
+    monkeypatch.setattr(thinning, "UNTHINNED_SAMPLES", 10**9)
     every = fit_leg(bare(LEG), recordings(bare(LEG), [given]))
     assert any(text.startswith("a.csv: 20001 samples over 1.2 s are more") for text in few.warnings)
     assert not any("more than the motion needs" in text for text in every.warnings)
@@ -64,19 +64,19 @@ def test_a_million_samples_are_read_in_seconds() -> None:
     began = time.process_time()
     (made,) = recordings(bare(LEG), [given])
     assert time.process_time() - began < 10.0  # 40 s and 1.6 GB where every sample is smoothed
-    assert thinning.FEWEST <= len(made.time) <= 2 * LONG
+    assert thinning.LEAST_SAMPLES <= len(made.time) <= 2 * UNTHINNED_SAMPLES
     assert float(np.mean(made.smoothed.noise)) < 0.2 * NOISE  # the mean of some hundred samples
 
 
-def means_of(given: Trial) -> tuple[thinning.Thinned, Array]:
+def means_of(given: Trial) -> tuple[thinning.ThinnedRecording, Array]:
     """A trial thinned, and the true rotation at its times."""
     rotation = LEG.to_rotation(given.angles)
-    found = thinned(given.time, rotation, lost_samples(rotation))
+    found = thin_recording(given.time, rotation, lost_samples(rotation))
     return found, simulate(LEG, LEG.rest + np.array([0.5, 0.7]), [0.0, 0.0], found.time - 0.0, tolerance=1e-9)
 
 
 def test_a_short_recording_stays_as_it_is_and_a_long_rest_does_not_hide_the_swing() -> None:
-    short, _ = means_of(trial(LONG))
+    short, _ = means_of(trial(UNTHINNED_SAMPLES))
     assert (short.group, short.sentence) == (1, "")
     long, _ = means_of(trial(100_001, 100.0))
     swing, _ = means_of(trial(10_001, 10.0))

@@ -15,7 +15,7 @@ from synth.errors import UserError
 from synth.parts.catalog_table import read_table
 from synth.parts.catalogs import Catalogue, catalog_folder, catalogue_rows_as_table, check_catalogue
 from synth.parts.coil_angle import angle_mismatch
-from synth.parts.row_check import contradictions, geometric_rates, missing
+from synth.parts.row_check import contradictions, geometric_rates, missing_values
 from synth.parts.rows import FAMILIES, CatalogueRow, GearMotorRow, TorsionSpringRow
 from synth.parts.usable import offers
 from synth.units import factor
@@ -59,7 +59,7 @@ def test_every_row_is_traceable_and_its_numbers_allowed(row: CatalogueRow) -> No
 
 @pytest.mark.parametrize("row", ALL_ROWS, ids=_name)
 def test_complete_rows_lack_nothing_and_contradict_nothing(row: CatalogueRow) -> None:
-    lacking, wrong = missing(row), contradictions(row, CATALOGUE.elastic_modulus)
+    lacking, wrong = missing_values(row), contradictions(row, CATALOGUE.elastic_modulus)
     if row.complete:
         assert not lacking
         assert not wrong

@@ -9,7 +9,7 @@ import pytest
 
 from synth.cli import main
 from synth.errors import UserError
-from synth.parts.alike import alike
+from synth.parts.alike import find_substitutes
 from synth.parts.catalog_import import import_table
 from synth.parts.catalogs import Catalogue
 
@@ -171,12 +171,12 @@ def test_unreadable_tables_are_reported(mapping: dict[str, str], table: str, sai
 
 def test_substitutes_are_ranked_with_their_differences() -> None:
     catalogue = Catalogue.load()
-    found = alike(catalogue, catalogue.find_spring("LTR080F 10 S"))
+    found = find_substitutes(catalogue, catalogue.find_spring("LTR080F 10 S"))
     assert [item.distance for item in found] == sorted(item.distance for item in found)
     assert all(item.row.choosable for item in found)
     assert found[0].row.part == "9271K621"
     assert "rate -20%" in found[0].differs
-    dampers = alike(catalogue, catalogue.find_damper("6597K8"), most=40)
+    dampers = find_substitutes(catalogue, catalogue.find_damper("6597K8"), most=40)
     nearest = next(item for item in dampers if item.row.part == "6597K19")
     # Same family, same law: the torque at any speed is that of the vendor's points, 31 and 7 in-oz.
     assert nearest.differs == (f"torque {31 / 7 - 1:+.0%}",)

@@ -27,7 +27,7 @@ from synth.files.gap_project import GapProject, Tolerance
 from synth.files.leg_file import read_leg
 from synth.reports import quantities, write_gap_report
 from synth.reports.figures import missing_torque
-from synth.reports.figures.missing_torque import Cloud, binned, missing_torque_figure, quantile
+from synth.reports.figures.missing_torque import Cloud, bins_of, missing_torque_figure, quantile
 from synth.reports.figures.named_laws import law_of
 from synth.reports.reading import ResultTable
 from synth.reports.sections.gap_next import entry_text
@@ -326,19 +326,19 @@ def test_quantiles_are_numpy_s(values: list[float], share: float) -> None:
 
 def test_bins_show_a_step_of_dry_friction() -> None:
     points = [(x / 10, -0.05 * np.sign(x)) for x in range(-500, 501)]
-    bins = binned(points)
+    bins = bins_of(points)
     assert 15 <= len(bins) <= 21
     assert all(one.low <= one.median <= one.high for one in bins)
     assert {one.median for one in bins if one.place < -5} == {0.05}
     assert {one.median for one in bins if one.place > 5} == {-0.05}
-    assert binned(points[:5]) == []
-    assert binned([(1.0, 0.1)] * 50) == []
+    assert bins_of(points[:5]) == []
+    assert bins_of([(1.0, 0.1)] * 50) == []
 
 
 def test_few_fast_samples_among_many_at_rest_have_bins_of_their_own() -> None:
     rest = [(0.0, 0.04 * (-1) ** k) for k in range(200)]
     fast = [(20.0 + 8 * k, -0.05) for k in range(10)]
-    *_, last = binned(rest + fast)
+    *_, last = bins_of(rest + fast)
     assert last.place > 30.0
     assert last.median == -0.05
 

@@ -12,15 +12,15 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from synth.reports import quantities
-from synth.reports.figures.axes import AxisScale, log_ticks, padded, tick_text, ticks
+from synth.reports.figures.axes import AxisScale, log_ticks, tick_text, ticks, with_margin
 from synth.reports.figures.spring_drawing import DrawnSpring, arms_of, spring_drawing
-from synth.reports.figures.svg import polyline_path, thinned
+from synth.reports.figures.svg import polyline_path, thin_curve
 from synth.reports.figures.torque_speed import RPM, law_points
-from synth.reports.opening import shortly
+from synth.reports.opening import cut_short
 from synth.reports.reading import ReportError, ResultTable, read_table
 from synth.reports.response_files import Response, extremes, file_of
 from synth.reports.sections.spring_sheet import drawing_of
-from synth.reports.severity import counted, judged
+from synth.reports.severity import count_by_level, warning_of
 
 
 @pytest.mark.parametrize(
@@ -37,9 +37,9 @@ def test_units_in_sentences(written: str, shown: str) -> None:
 
 
 def test_one_warning_limits_two_limit() -> None:
-    one = judged("", "it is near", "warnings[0]")
-    assert [words for _, words, _ in counted([one])] == ["limits the trust in a number"]
-    assert [words for _, words, _ in counted([one, one])] == ["limit the trust in a number"]
+    one = warning_of("", "it is near", "warnings[0]")
+    assert [words for _, words, _ in count_by_level([one])] == ["limits the trust in a number"]
+    assert [words for _, words, _ in count_by_level([one, one])] == ["limit the trust in a number"]
 
 
 def quantity(value: float, unit: str, *interval: float | None) -> dict[str, object]:
@@ -119,14 +119,14 @@ def test_a_scale_maps_its_ends_and_the_middle() -> None:
     assert AxisScale(2.0, 6.0, 100.0, 0.0)(3.0) == pytest.approx(75.0)
     assert AxisScale(1.0, 100.0, 0.0, 10.0, logarithmic=True)(10.0) == pytest.approx(5.0)
     assert math.isnan(AxisScale(1.0, 100.0, 0.0, 10.0, logarithmic=True)(-1.0))
-    assert padded([3.0, math.nan, 3.0], least=2.0) == pytest.approx((1.88, 4.12))
+    assert with_margin([3.0, math.nan, 3.0], least=2.0) == pytest.approx((1.88, 4.12))
 
 
 @settings(deadline=None)  # the machine may be busy
 @given(st.lists(st.one_of(st.floats(-1e3, 1e3), st.just(math.nan)), min_size=1, max_size=400), st.integers(1, 30))
 def test_thinning_keeps_extremes_and_order(values: list[float], buckets: int) -> None:
     times = [float(i) for i in range(len(values))]
-    kept = thinned(times, values, buckets)
+    kept = thin_curve(times, values, buckets)
     assert [t for t, _ in kept] == sorted(t for t, _ in kept)
     assert len(kept) <= max(len(values) if len(values) <= 2 * buckets else 0, 2 * buckets + 2)
     finite = [v for v in values if math.isfinite(v)]
@@ -255,7 +255,7 @@ def test_work_turns_the_near_arm_along_the_wires_winding(hand: str, sense: float
 
 
 def test_a_long_text_is_cut_where_a_reader_expects_it() -> None:
-    assert shortly("One sentence here. Another one", 25) == "One sentence here."
-    assert shortly("A clause goes here; another one", 25) == "A clause goes here …"
-    assert shortly("words without any stop at all", 25) == "words without any stop …"
-    assert shortly("short", 25) == "short"
+    assert cut_short("One sentence here. Another one", 25) == "One sentence here."
+    assert cut_short("A clause goes here; another one", 25) == "A clause goes here …"
+    assert cut_short("words without any stop at all", 25) == "words without any stop …"
+    assert cut_short("short", 25) == "short"

@@ -26,7 +26,7 @@ from synth.reports.many_pages import write_fits_report
 from synth.reports.page import environment
 from synth.reports.reading import read_result
 from synth.reports.sections.warnings import warnings_of
-from synth.reports.severity import foremost, judged
+from synth.reports.severity import foremost, warning_of
 
 Json = dict[str, Any]
 LegFolder = Callable[..., tuple[Path, Json]]
@@ -110,18 +110,18 @@ def test_the_leg_s_opening_has_result_reliability_and_next_steps(leg_folder: Leg
 
 def test_a_warning_s_level_is_the_one_it_was_raised_with() -> None:
     text = "it may break before 100 000 full turns"  # whose words alone say nothing
-    assert judged("hip", text, "warnings[0]").level == "check"
-    assert judged("hip", text, "warnings[0]", {"severity": "more than ever"}).level == "check"
-    found = judged("hip", text, "warnings[0]", remark_json(decisive(text, "Take another.")))
+    assert warning_of("hip", text, "warnings[0]").level == "check"
+    assert warning_of("hip", text, "warnings[0]", {"severity": "more than ever"}).level == "check"
+    found = warning_of("hip", text, "warnings[0]", remark_json(decisive(text, "Take another.")))
     assert (found.level, found.remedy) == ("decide", "Take another.")
-    assert judged("hip", text, "warnings[0]", remark_json(noted(text))).level == "note"
+    assert warning_of("hip", text, "warnings[0]", remark_json(noted(text))).level == "note"
 
 
 def test_of_many_warnings_three_kinds_stand_above_the_fold() -> None:
     texts = ["no single spring", *[f"it may break before {i} turns" for i in range(5)],
              *[f"the torque-speed law of 6597K{i} is assumed" for i in range(2)], "off the wanted motion"]  # fmt: skip
     stated = {"severity": "decide"}
-    groups = foremost([judged(f"joint {i}", text, "", stated) for i, text in enumerate(texts)])
+    groups = foremost([warning_of(f"joint {i}", text, "", stated) for i, text in enumerate(texts)])
     assert [group.more for group in groups] == [0, 4, 1]
     assert groups[1].joints == tuple(f"joint {i}" for i in range(1, 6))
 

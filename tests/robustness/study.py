@@ -17,7 +17,7 @@ from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
-from synth.fit.free_motion_start import later
+from synth.fit.free_motion_start import recordings_from
 from synth.fit.recordings import Recording, recordings
 from synth.fit.uncertainty import clipped_rms
 from synth.fit.unseen_score import score
@@ -93,7 +93,7 @@ def fitted(case: Case, given: Leg, trials: Sequence[Trial], options: LegFitOptio
     try:
         made = recordings(given, trials)
         result = fit_leg(given, made, options)
-        made = later(made, result.cut) or made if result.cut else made
+        made = recordings_from(made, result.cut) or made if result.cut else made
     except UserError as error:
         return {"done": False, "message": str(error.problems[0])}
     seconds = time.process_time() - start

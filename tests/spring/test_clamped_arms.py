@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from synth.cad.flexed_wire import effective_length, flexed
+from synth.cad.flexed_wire import effective_length, flex_wire
 from synth.parts.catalogs import Catalogue
 from synth.spring.codes import OPENING
 from synth.spring.design import design_spring
@@ -46,7 +46,7 @@ def peak_in_shape(angle: float) -> float:
     """Largest moment (N m) in the coil of the bent shape, with the rigidity of the spring's rate."""
     _, mean, coils = KNEE
     size = (mean * 500.0, coils, arm(*KNEE) * 1e3)
-    wire = flexed(*size, math.degrees(angle))
+    wire = flex_wire(*size, math.degrees(angle))
     assert wire is not None
     bent = wire.curvature[wire.first : wire.last] - 1.0 / size[0]
     return float(np.abs(bent).max()) * RATE * effective_length(*size)

@@ -21,7 +21,15 @@ from synth.spring.evaluate import check_spring, kept_spring, travel_limit
 from synth.spring.sizes_alone import least_mass, may_bear, surely_broken
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import FEWEST_COILS, SpringDesign
-from synth.spring.spring_search import NEARLY_AS_LIGHT, SpringSearch, candidates, distinct_wires, lasts, ranked, suits
+from synth.spring.spring_search import (
+    NEARLY_AS_LIGHT,
+    SpringSearch,
+    candidates,
+    distinct_wires,
+    lasts,
+    rank_springs,
+    suits,
+)
 from synth.spring.spring_task import SpringLimits, SpringTask
 
 KNEE_LIMITS = SpringLimits(max_outer_diameter=0.03175, max_body_length=0.03175)
@@ -375,12 +383,12 @@ def test_springs_whose_load_is_not_computed_would_not_come_first(catalogue, rate
     wish = SpringRequirements(rate, math.radians(30.0), limits=SpringLimits(arbor_diameter=0.008), objective=objective)
     material = catalogue.find_material(wish.material)
     suiting = [one for one in candidates(wish, material) if one.feasible and suits(one, wish.limits)]
-    expected = distinct_wires(ranked(suiting, objective))
+    expected = distinct_wires(rank_springs(suiting, objective))
     assert len(expected) > 4
     assert SpringSearch(wish, material).best_of_wires(4) == expected[:4]
     held = expected[-1].wire_diameter
     assert SpringSearch(wish, material, held).best_of_wires(1) == [
-        ranked([one for one in suiting if one.wire_diameter == held], objective)[0]
+        rank_springs([one for one in suiting if one.wire_diameter == held], objective)[0]
     ]
 
 

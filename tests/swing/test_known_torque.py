@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from synth.swing import driven_steps
 from synth.swing.chain import compiled_chain, simulate
-from synth.swing.known_torque import averaged
+from synth.swing.known_torque import average_torques
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 LINK = Link(0.2, 0.5, 0.1, 2e-3)
@@ -57,10 +57,10 @@ def test_a_noisy_torque_is_followed_within_the_steps_that_a_fit_has() -> None:
 def test_the_average_keeps_a_line_and_every_impulse() -> None:
     grid = 0.01 * np.arange(51)
     moments = np.unique(np.random.default_rng(5).uniform(-0.02, 0.52, 400))
-    line = averaged((moments, np.stack([3.0 - 2.0 * moments, 0.0 * moments], axis=1)), grid)
+    line = average_torques((moments, np.stack([3.0 - 2.0 * moments, 0.0 * moments], axis=1)), grid)
     np.testing.assert_allclose(line[:, 0], 3.0 - 2.0 * grid, atol=1e-9)
     torque = np.where((moments > 0.2) & (moments < 0.204), 7.0, 0.0)
-    found = averaged((moments, torque[:, None]), grid)[:, 0]
+    found = average_torques((moments, torque[:, None]), grid)[:, 0]
     assert 0.01 * found.sum() == pytest.approx(np.trapezoid(torque, moments), rel=1e-9)
     fine = np.linspace(0.19, 0.22, 300_001)
     between = np.interp(fine, moments, torque)

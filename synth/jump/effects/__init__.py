@@ -18,7 +18,7 @@ _NOT_EFFECTS = ("jump_effect",)
 
 
 @lru_cache(maxsize=1)
-def _installed() -> dict[str, MotorEffect]:
+def _installed_effects() -> dict[str, MotorEffect]:
     names = sorted(m.name for m in pkgutil.iter_modules(__path__) if m.name not in _NOT_EFFECTS)
     modules = [importlib.import_module(f"{__name__}.{name}") for name in names]
     return {module.EFFECT.name: replace(module.EFFECT, module=module.__name__) for module in modules}
@@ -26,9 +26,9 @@ def _installed() -> dict[str, MotorEffect]:
 
 def motor_effects() -> tuple[MotorEffect, ...]:
     """All effects by name."""
-    return tuple(_installed().values())
+    return tuple(_installed_effects().values())
 
 
 def motor_effect_named(name: str) -> MotorEffect:
     """The effect of that name; KeyError if there is none."""
-    return _installed()[name]
+    return _installed_effects()[name]

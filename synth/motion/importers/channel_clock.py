@@ -11,7 +11,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.log_clock import LogClock, log_clock
-from synth.motion.importers.foreign_data import Channels, ColumnProblem, listed, same_name
+from synth.motion.importers.foreign_data import Channels, ColumnProblem, name_list, same_name
 from synth.units import factor
 
 CLOCKS = ("time", "t", "timestamp")
@@ -37,21 +37,21 @@ def channel_clock(source: Channels, mapping: Mapping, notes: list[str]) -> LogCl
     if mapping.frame_rate is None:
         if len(found) != 1:
             text = "say which column is the clock, time: {column: NAME, unit: s}, or the rate, frame_rate: 250 Hz"
-            raise UserError(ColumnProblem(f"{text}; the file has {listed(source.names)}", source.name))
+            raise UserError(ColumnProblem(f"{text}; the file has {name_list(source.names)}", source.name))
         return _of_column(source, found[0], None)
     told = [k for k in found if not source.units[k] or _is_time(source.units[k])]
     counting = [k for k in told if _increases(source.values[:, k])]
     if counting:
-        return _agreeing(source, counting, mapping.frame_rate, notes)
+        return _clock_by_rate(source, counting, mapping.frame_rate, notes)
     notes += [f"its column {source.names[k]} does not increase: it is not the clock" for k in told]
     return _of_frames(source, mapping.frame_rate, notes)
 
 
 def _of_column(source: Channels, index: int, stated: str | None) -> LogClock:
-    return _scaled(source, index, factor(source.unit(index, stated, "time", "s"), "s"))
+    return _clock_of_column(source, index, factor(source.unit(index, stated, "time", "s"), "s"))
 
 
-def _scaled(source: Channels, index: int, scale: float) -> LogClock:
+def _clock_of_column(source: Channels, index: int, scale: float) -> LogClock:
     numbers = source.numbers
     return log_clock(source.values[:, index], scale, None if numbers is None else lambda: numbers(index))
 
@@ -68,7 +68,7 @@ def _increases(values: Array) -> bool:
     return bool(len(values) > 1 and np.isfinite(values).all() and (np.diff(values) > 0).all())
 
 
-def _agreeing(source: Channels, columns: list[int], rate: float, notes: list[str]) -> LogClock:
+def _clock_by_rate(source: Channels, columns: list[int], rate: float, notes: list[str]) -> LogClock:
     """The column of times that agrees with the frame rate, Hz; one without a unit has that in which it does."""
     for k in columns:
         unit = source.units[k]
@@ -77,7 +77,7 @@ def _agreeing(source: Channels, columns: list[int], rate: float, notes: list[str
             if any(abs(rate * scale * step - 1.0) < SAME_RATE for step in _steps(source.values[:, k])):
                 if not unit:
                     notes.append(f"the clock is the column {source.names[k]}, in {name}, as the frame rate tells")
-                return _scaled(source, k, scale)
+                return _clock_of_column(source, k, scale)
     title, unit, step = source.names[columns[0]], source.units[columns[0]], _steps(source.values[:, columns[0]])[0]
     if unit:
         text = f'its column "{title}" has {1.0 / (step * factor(unit, "s")):.5g} rows a second, and {rate:g} Hz is '
@@ -103,7 +103,7 @@ def _of_frames(source: Channels, rate: float, notes: list[str]) -> LogClock:
         return LogClock(np.arange(len(source.values)) / rate)
     title, frames = source.names[found[0]], source.values[:, found[0]]
     if len(found) > 1:
-        text = f"has several columns of frames: {listed(source.names[k] for k in found)}; keep one"
+        text = f"has several columns of frames: {name_list(source.names[k] for k in found)}; keep one"
         raise UserError(Problem(text, source.name))
     step = np.diff(frames, prepend=frames[0] - 1.0)
     wrong = ~(np.isfinite(frames) & (frames == np.round(frames)) & (step > 0))

@@ -22,7 +22,7 @@ SHORTEST = 12  # samples needed by a fit
 
 
 @dataclass(frozen=True, eq=False)
-class Cleaned:
+class CleanedAngles:
     """Measured angles (n, n_joint) rad, nan where missing, what was found, and the whole turns of each joint."""
 
     angles: Array
@@ -51,7 +51,7 @@ class JointTurns:
         return self.inside and not self.free
 
 
-def clean(
+def clean_angles(
     time: Array,
     angles: Array,
     leg: Leg,
@@ -59,7 +59,7 @@ def clean(
     *,
     arbitrary_turns: bool = False,
     turns: Sequence[int] | None = None,
-) -> Cleaned:
+) -> CleanedAngles:
     """Continue over jumps by whole turns, and shift by whole turns to the leg file's convention.
 
     Parameters
@@ -90,7 +90,7 @@ def clean(
             notes.append(f"{joint.name}: {whole.jumps} jumps by a whole turn removed")
         if shift and not arbitrary_turns:
             notes.append(f"{joint.name}: shifted by {shift * 360:+d} deg to the leg file's convention")
-    return Cleaned(result, tuple(notes), tuple(found))
+    return CleanedAngles(result, tuple(notes), tuple(found))
 
 
 def _turns_of(known: Array, joint: Joint, *, free: bool) -> JointTurns:

@@ -15,12 +15,12 @@ from synth.arrays import Array
 
 TURN = 360.0  # deg, the unit of commands in a trial
 STEP = 90.0  # deg; a longer change of a command, whole turns aside, begins a new one
-REACHED = 90.0  # deg from the command: the joint went there, and to no other turn of it
-SHOWN = 4  # times in a note
+REACHED_SHARE = 90.0  # deg from the command: the joint went there, and to no other turn of it
+TIMES_SHOWN = 4  # times in a note
 
 
 @dataclass(frozen=True, eq=False)
-class Turned:
+class TurnedAngle:
     """A joint's angle whose whole turns were changed: ``raw`` and ``cleaned`` (n,) deg at ``time`` (n,) s, known."""
 
     time: Array
@@ -28,7 +28,7 @@ class Turned:
     cleaned: Array
 
 
-def same_turn(name: str, time: Array, value: Array, joint: Turned, notes: list[str]) -> Array:
+def same_turn(name: str, time: Array, value: Array, joint: TurnedAngle, notes: list[str]) -> Array:
     """The command (m,) deg in the turns of the cleaned angle; notes tell what was changed.
 
     Parameters
@@ -45,12 +45,12 @@ def same_turn(name: str, time: Array, value: Array, joint: Turned, notes: list[s
     wrapped = _as_wrapped(given, start, joint)
     if wrapped is not None:
         turns, ends, away = wrapped
-        near = np.abs(np.interp(start, joint.time, joint.cleaned) - turns) < REACHED
+        near = np.abs(np.interp(start, joint.time, joint.cleaned) - turns) < REACHED_SHARE
         if (near & (np.abs(turns - whole) > TURN / 2)).any():  # the joint shows that a shift as a whole is wrong
             result[known] = turns
             moved = np.flatnonzero(np.abs(np.diff(turns - given, prepend=0.0)) > 1.0)
             notes.append(f"{name}: wraps with the angle; unwrapped at {_times(start[moved])}")
-            doubtful = np.flatnonzero(np.abs(away) >= REACHED)
+            doubtful = np.flatnonzero(np.abs(away) >= REACHED_SHARE)
             if len(doubtful):
                 begins = np.concatenate([[0], ends[:-1] + 1])[doubtful]
                 notes.append(
@@ -64,7 +64,7 @@ def same_turn(name: str, time: Array, value: Array, joint: Turned, notes: list[s
     return result
 
 
-def _as_wrapped(given: Array, start: Array, joint: Turned) -> tuple[Array, NDArray[np.intp], Array] | None:
+def _as_wrapped(given: Array, start: Array, joint: TurnedAngle) -> tuple[Array, NDArray[np.intp], Array] | None:
     """The commands (m,) in the turns to which the joint goes; the last of each; the joint's angle less these.
 
     None if the angle's column does not wrap, or the command leaves the range in which it does.
@@ -87,5 +87,5 @@ def _as_wrapped(given: Array, start: Array, joint: Turned) -> tuple[Array, NDArr
 
 
 def _times(times: Array) -> str:
-    shown = ", ".join(f"{time:.3f}" for time in times[:SHOWN])
-    return f"{shown}{' and later' if len(times) > SHOWN else ''} s"
+    shown = ", ".join(f"{time:.3f}" for time in times[:TIMES_SHOWN])
+    return f"{shown}{' and later' if len(times) > TIMES_SHOWN else ''} s"

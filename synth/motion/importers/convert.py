@@ -14,12 +14,12 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.files.log_clock import LogClock
 from synth.motion.importers.channel_clock import channel_clock
-from synth.motion.importers.cleaning import SHORTEST, JointTurns, clean, remarks
-from synth.motion.importers.drive_inputs import DriveInput, drive_inputs, within
-from synth.motion.importers.foreign_data import Channels, Markers, listed, other_side
-from synth.motion.importers.points import Tracked, track
+from synth.motion.importers.cleaning import SHORTEST, JointTurns, clean_angles, remarks
+from synth.motion.importers.drive_inputs import DriveInput, drive_inputs, inputs_within
+from synth.motion.importers.foreign_data import Channels, Markers, name_list, other_side
+from synth.motion.importers.points import TrackedAngles, track
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
-from synth.motion.importers.swaps import exchanged, restored, swap_notes
+from synth.motion.importers.swaps import exchanged_frames, restore_track, swap_notes
 from synth.motion.release import Release, find_release
 from synth.swing.leg_model import Joint, Leg
 from synth.units import factor
@@ -28,7 +28,7 @@ Cut = Literal["cut", "free", "keep"]
 
 
 @dataclass(frozen=True, eq=False)
-class Imported:
+class ImportedRecording:
     """A recording of the leg.
 
     ``time`` (n,) s on the file's own clock, a large one (``log_clock``) counted from the first sample; ``angles`` (n,
@@ -44,7 +44,7 @@ class Imported:
     total: int
     release: Release | None
     notes: tuple[str, ...]
-    tracked: Tracked | None
+    tracked: TrackedAngles | None
     began: float = 0.0
     inputs: tuple[DriveInput, ...] = ()
     turns: tuple[JointTurns, ...] = ()
@@ -63,7 +63,7 @@ class Imported:
         at = None if self.release is None else self.release.released
         return self.began if at is None else at
 
-    def later(self, start: float, note: str) -> Imported:
+    def later(self, start: float, note: str) -> ImportedRecording:
         """The recording without the samples before ``start`` s, with a note."""
         kept = slice(int(np.searchsorted(self.time, start)), None)
         tracked = self.tracked
@@ -84,7 +84,7 @@ def import_file(
     cut: Cut = "cut",
     window: tuple[float, float] | None = None,
     turns: Sequence[int] | None = None,
-) -> Imported:
+) -> ImportedRecording:
     """Read one file as a recording of ``leg``.
 
     Parameters
@@ -92,7 +92,7 @@ def import_file(
     form : the format, or ``auto``.
     cut : ``cut`` to the release, ``free`` also to the end of the driven part, ``keep`` everything.
     window : s on the file's clock, chosen manually; disables the search.
-    turns : whole turns to shift each joint by, as in ``clean``.
+    turns : whole turns to shift each joint by, as in ``clean_angles``.
 
     Raises
     ------
@@ -102,15 +102,15 @@ def import_file(
     _check_mapping(found_form, mapping, name)
     found_form.require(name)
     source = found_form.read(path, mapping, name)
-    tracked: Tracked | None = None
+    tracked: TrackedAngles | None = None
     if isinstance(source, Markers):
         tracked = track(source, leg, mapping)
         clock, angles, notes = tracked.clock, leg.to_measured(tracked.rotation), list(tracked.notes)
     else:
         clock, angles, notes = _angles(source, leg, mapping)
-        source = _beside(source, clock)
+        source = _with_other_clocks(source, clock)
     time = clock.time
-    cleaned = clean(time, angles, leg, name, arbitrary_turns=tracked is not None, turns=turns)
+    cleaned = clean_angles(time, angles, leg, name, arbitrary_turns=tracked is not None, turns=turns)
     notes += cleaned.notes
     moved = any(joint.drive is not None for joint in leg.joints)
     if moved and cut == "free":
@@ -120,10 +120,10 @@ def import_file(
         inputs = drive_inputs(source, leg, mapping, time, angles, cleaned.angles, notes)
     release = None if window is not None or moved else _release(time, cleaned.angles, leg, notes)
     if window is None:
-        first, last = _kept(time, release, cut, notes)
+        first, last = _samples_kept(time, release, cut, notes)
     else:
         first, last = _within_window(clock, window, notes, name)
-    inputs, known = within(inputs, time, first, last)
+    inputs, known = inputs_within(inputs, time, first, last)
     if known >= last:
         raise UserError(Problem("all its commands come after its last sample", name))
     if known > first:
@@ -134,9 +134,9 @@ def import_file(
     notes += remarks(time[kept], cleaned.angles[kept], leg)
     if tracked is not None:
         own = replace(clock, time=time[kept])
-        tracked = Tracked(own, tracked.rotation[kept], tracked.points[kept], tracked.scale, tracked.notes)
+        tracked = TrackedAngles(own, tracked.rotation[kept], tracked.points[kept], tracked.scale, tracked.notes)
     angles, texts, began = cleaned.angles[kept], tuple(notes), float(time[0])
-    return Imported(
+    return ImportedRecording(
         found_form.name, time[kept], angles, len(time), release, texts, tracked, began, inputs, cleaned.turns
     )
 
@@ -146,7 +146,7 @@ def _require_samples(time: Array, angles: Array, leg: Leg, name: str) -> None:
     left = np.isfinite(angles).sum(axis=0)
     few = [joint for joint, count in zip(leg.joint_names, left, strict=True) if count < SHORTEST]
     if few:
-        text = f"too few samples of {listed(few)} remain from {time[0]:.3f} s; leave the file out"
+        text = f"too few samples of {name_list(few)} remain from {time[0]:.3f} s; leave the file out"
         raise UserError(Problem(text, name))
 
 
@@ -212,9 +212,9 @@ def _angle(source: Channels, joint: Joint, column: JointColumn, time: Array, not
     if other is not None:
         both = [source.values[:, k] * factor(unit, "rad") for k in (index, other)]
         # On the circle a column that wraps does not jump: two that pass half a turn at once are no exchange.
-        found = exchanged(*(np.column_stack([np.cos(each), np.sin(each)]) for each in both))
+        found = exchanged_frames(*(np.column_stack([np.cos(each), np.sin(each)]) for each in both))
         notes += swap_notes(f"{joint.name} ({source.names[index]})", found, time)
-        value = restored(value, found.swapped, source.values[:, other : other + 1])
+        value = restore_track(value, found.swapped, source.values[:, other : other + 1])
     angle = value[:, 0] * factor(unit, "rad")
     zero = joint.zero if column.zero is None else column.zero
     sign = joint.sign if column.sign is None else column.sign
@@ -231,7 +231,7 @@ def _release(time: Array, angles: Array, leg: Leg, notes: list[str]) -> Release 
     return found
 
 
-def _beside(source: Channels, clock: LogClock) -> Channels:
+def _with_other_clocks(source: Channels, clock: LogClock) -> Channels:
     """The file with its channels of other clocks on the same zero."""
     inputs = (replace(each, time=None if each.time is None else each.time - clock.begins) for each in source.inputs)
     return replace(source, inputs=tuple(inputs))
@@ -251,7 +251,7 @@ def _within_window(clock: LogClock, window: tuple[float, float], notes: list[str
     return first, last
 
 
-def _kept(
+def _samples_kept(
     time: Array,
     release: Release | None,
     cut: Cut,

@@ -17,7 +17,7 @@ from synth.files.csv_rows import csv_rows
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.files.validate import near
-from synth.motion.importers.foreign_data import Markers, listed
+from synth.motion.importers.foreign_data import Markers, name_list
 from synth.motion.importers.likelihood import USUAL, without_unlikely
 from synth.motion.importers.registry import loader, text_start, utf8
 
@@ -76,10 +76,12 @@ def _individual(header: dict[str, list[str]], wanted: str | None, name: str) -> 
     """The chosen animal."""
     animals = list(dict.fromkeys(header.get("individuals", [])))
     if wanted is not None and wanted not in animals:
-        has = f"; the file has {listed(animals)}" if animals else "; the file has one animal, leave `individual` out"
+        has = f"; the file has {name_list(animals)}" if animals else "; the file has one animal, leave `individual` out"
         raise UserError(Problem(f'there is no individual "{wanted}"{near(wanted, animals) or has}', name))
     if wanted is None and len(animals) > 1:
-        text = f"contains {len(animals)} animals; choose one: individual: {animals[0]}, or one of {listed(animals[1:])}"
+        text = (
+            f"contains {len(animals)} animals; choose one: individual: {animals[0]}, or one of {name_list(animals[1:])}"
+        )
         raise UserError(Problem(text, name))
     return wanted or (animals[0] if animals else None)
 
@@ -94,7 +96,7 @@ def _columns(header: dict[str, list[str]], individual: str | None, name: str) ->
         if "z" in places:
             raise UserError(Problem("contains points in space (x, y, z); save them as C3D", name, key=part))
         if set(places) != {"x", "y", "likelihood"}:
-            text = f"has the columns {listed(places)} where x, y, likelihood are needed"
+            text = f"has the columns {name_list(places)} where x, y, likelihood are needed"
             if set(places) == {"x", "y"}:
                 text = "has no likelihood: these are manual training labels, not a tracked video"
             raise UserError(Problem(text, name, key=part))

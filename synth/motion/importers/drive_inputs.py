@@ -13,8 +13,8 @@ from synth.drives.servo import Servo, TorqueDrive
 from synth.errors import Problem, UserError
 from synth.files.import_project import DRIVEN, InputColumn, JointColumn, Mapping
 from synth.files.turns import TURN
-from synth.motion.importers.command_turns import Turned, same_turn
-from synth.motion.importers.foreign_data import Channels, ColumnProblem, listed
+from synth.motion.importers.command_turns import TurnedAngle, same_turn
+from synth.motion.importers.foreign_data import Channels, ColumnProblem, name_list
 from synth.swing.leg_model import Joint, Leg
 from synth.units import factor
 
@@ -29,7 +29,8 @@ WORDS = {
     "enabled": ("enabled", "torque enable", "torque enabled"),
 }  # fmt: skip
 SUPPLIES = ("supply", "supply voltage", "input voltage", "input volts", "battery voltage")
-TOGETHER = 1e-6  # s, stamps closer than this share a row: below any controller's period, above rounding of stamps
+# S, stamps closer than this share a row: below any controller's period, above rounding of stamps
+INPUTS_TOGETHER = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +42,7 @@ class DriveInput:
     value: Array
 
 
-def accepted(joint: Joint) -> tuple[set[str], set[str]]:
+def accepted_inputs(joint: Joint) -> tuple[set[str], set[str]]:
     """Names in ``DRIVEN`` of the inputs of which a joint's drive needs one, and of its optional inputs."""
     if isinstance(joint.drive, Servo):
         return ({"voltage"} if joint.drive.open_duty else {"command"}), {"enabled"}
@@ -66,10 +67,10 @@ def drive_inputs(
     found: list[DriveInput] = []
     for index, joint in enumerate(leg.joints):
         column = mapping.joints.get(joint.name) or JointColumn(joint.name)
-        turned = _turned(time, angles[:, index], cleaned[:, index])
+        turned = _turned_angle(time, angles[:, index], cleaned[:, index])
         try:
             for word, own, k in _of_joint(source, joint, column):
-                made = _converted(source, own, k, word, joint, column, time)
+                made = _convert_input(source, own, k, word, joint, column, time)
                 notes.append(f"{joint.name} {word}: from {own.names[k]}")
                 if word == "command" and turned is not None:
                     value = same_turn(f"{joint.name} {word}", made.time, made.value, turned, notes)
@@ -88,7 +89,7 @@ def drive_inputs(
 
 def _of_joint(source: Channels, joint: Joint, column: JointColumn) -> Iterator[tuple[str, Channels, int]]:
     """Name of each input, its channels and the index there."""
-    one_of, besides = accepted(joint)
+    one_of, besides = accepted_inputs(joint)
     foreign = [word for word in column.inputs if word not in one_of | besides | {"torque"}]
     if foreign:
         kind = "none" if joint.drive is None else "one that takes " + " or ".join(sorted(one_of))
@@ -96,29 +97,29 @@ def _of_joint(source: Channels, joint: Joint, column: JointColumn) -> Iterator[t
             f"{joint.name}: its drive in the leg file ({kind}) takes no {foreign[0]}; leave it out, or change the drive"
         )
         raise UserError(Problem(text, source.name))
-    given = {word: _told(source, joint, word, each) for word, each in column.inputs.items()}
+    given = {word: _input_channel(source, joint, word, each) for word, each in column.inputs.items()}
     missing = not (one_of & set(given))
     for word in DRIVEN:
         wanted = word in besides or (missing and word in one_of)
-        place = given.get(word) or (_sought(source, joint, column, word) if wanted else None)
+        place = given.get(word) or (_channel_by_name(source, joint, column, word) if wanted else None)
         if place is not None:
             missing = missing and word not in one_of
             yield word, place[0], place[1]
     if missing and one_of:
         word = next(word for word in DRIVEN if word in one_of)
         text = f"there is no {word} of {joint.name}, which its drive needs; name its column in a project: joints: "
-        text += f"{{{joint.name}: {{column: {column.column}, {word}: NAME}}}}; the file has {listed(source.names)}"
+        text += f"{{{joint.name}: {{column: {column.column}, {word}: NAME}}}}; the file has {name_list(source.names)}"
         raise UserError(Problem(f"{text}; {source.hint}" if source.hint else text, source.name))
 
 
-def _told(source: Channels, joint: Joint, word: str, wanted: InputColumn) -> tuple[Channels, int]:
+def _input_channel(source: Channels, joint: Joint, word: str, wanted: InputColumn) -> tuple[Channels, int]:
     for own in source.inputs:
         if own.has(wanted.column):
             return own, own.find(wanted.column, joint.name)
     return source, source.find(wanted.column, f"{joint.name} {word}")
 
 
-def _sought(source: Channels, joint: Joint, column: JointColumn, word: str) -> tuple[Channels, int] | None:
+def _channel_by_name(source: Channels, joint: Joint, column: JointColumn, word: str) -> tuple[Channels, int] | None:
     """The channel whose name combines the joint and this input; None if there is none."""
     for own in (source, *source.inputs):
         for base in dict.fromkeys((column.column, joint.name)):
@@ -129,7 +130,7 @@ def _sought(source: Channels, joint: Joint, column: JointColumn, word: str) -> t
     return None
 
 
-def _converted(
+def _convert_input(
     source: Channels, own: Channels, k: int, word: str, joint: Joint, column: JointColumn, time: Array
 ) -> DriveInput:
     """An input with the sign of the measured angle and in the table's unit; ``own`` : the channels that contain it."""
@@ -166,12 +167,12 @@ def _unit(own: Channels, k: int, stated: InputColumn | None, angle: str | None, 
     return unit
 
 
-def _turned(time: Array, angle: Array, cleaned: Array) -> Turned | None:
+def _turned_angle(time: Array, angle: Array, cleaned: Array) -> TurnedAngle | None:
     """A joint whose whole turns were changed; None if none were."""
     known = np.isfinite(cleaned)
     if not (np.abs(cleaned - angle)[known] > TURN / 2).any():
         return None
-    return Turned(time[known], np.degrees(angle[known]), np.degrees(cleaned[known]))
+    return TurnedAngle(time[known], np.degrees(angle[known]), np.degrees(cleaned[known]))
 
 
 def _supply(source: Channels, leg: Leg, mapping: Mapping, time: Array, notes: list[str]) -> list[DriveInput]:
@@ -194,7 +195,9 @@ def _supply(source: Channels, leg: Leg, mapping: Mapping, time: Array, notes: li
     return [DriveInput("supply [V]", time, source.values[:, k] * factor(unit, "V"))]
 
 
-def within(inputs: Sequence[DriveInput], clock: Array, first: int, last: int) -> tuple[tuple[DriveInput, ...], int]:
+def inputs_within(
+    inputs: Sequence[DriveInput], clock: Array, first: int, last: int
+) -> tuple[tuple[DriveInput, ...], int]:
     """The inputs over the samples ``first`` to before ``last`` of ``clock`` (n,) s.
 
     An input with a separate clock is a command, which is constant from one sample to the next; it begins with the
@@ -202,7 +205,7 @@ def within(inputs: Sequence[DriveInput], clock: Array, first: int, last: int) ->
     """
     own = [each for each in inputs if each.time is not clock]
     begin = max([clock[first], *(float(each.time[0]) for each in own)])
-    first = max(first, int(np.searchsorted(clock, begin - TOGETHER)))
+    first = max(first, int(np.searchsorted(clock, begin - INPUTS_TOGETHER)))
     kept = []
     for each in inputs:
         if each.time is clock:
@@ -210,14 +213,14 @@ def within(inputs: Sequence[DriveInput], clock: Array, first: int, last: int) ->
             continue
         if first >= last:
             break
-        held = max(0, int(np.searchsorted(each.time, clock[first] + TOGETHER)) - 1)
-        until = int(np.searchsorted(each.time, clock[last - 1] + TOGETHER))
+        held = max(0, int(np.searchsorted(each.time, clock[first] + INPUTS_TOGETHER)) - 1)
+        until = int(np.searchsorted(each.time, clock[last - 1] + INPUTS_TOGETHER))
         rows = np.maximum(each.time[held : max(until, held + 1)], clock[first])
         kept.append(DriveInput(each.title, rows, each.value[held : max(until, held + 1)]))
     return tuple(kept), first
 
 
-def merged(time: Array, inputs: Sequence[DriveInput]) -> tuple[Array, NDArray[np.intp], dict[str, Array]]:
+def merge_inputs(time: Array, inputs: Sequence[DriveInput]) -> tuple[Array, NDArray[np.intp], dict[str, Array]]:
     """One table on the union of all clocks.
 
     Returns
@@ -225,7 +228,7 @@ def merged(time: Array, inputs: Sequence[DriveInput]) -> tuple[Array, NDArray[np
     Times (m,) s; rows (n,) of the samples at ``time`` (n,) s; title -> input (m,), nan where it has no sample.
     """
     every = np.sort(np.concatenate([time, *(each.time for each in inputs)]))
-    starts = np.concatenate([[True], np.diff(every) > TOGETHER])
+    starts = np.concatenate([[True], np.diff(every) > INPUTS_TOGETHER])
     clock = every[starts]
     rows = _row(time, clock)
     clock[rows] = time

@@ -12,7 +12,7 @@ from synth.errors import Problem, UserError
 from synth.files.validate import near
 from synth.units import factor
 
-SHOWN = 40  # names in a message: all points of most trackers
+NAMES_SHOWN = 40  # names in a message: all points of most trackers
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Channels:
 
     def has(self, wanted: str) -> bool:
         """Whether there is exactly one channel of that name."""
-        return len(called(wanted, self.names)) == 1
+        return len(indices_of_name(wanted, self.names)) == 1
 
     def find(self, wanted: str, what: str) -> int:
         """The index of a channel.
@@ -49,14 +49,14 @@ class Channels:
         ------
         UserError : there is none, or several; the message lists the names.
         """
-        found = called(wanted, self.names)
+        found = indices_of_name(wanted, self.names)
         if len(found) == 1:
             return found[0]
         if found:
             several = ", ".join(self.names[index] for index in found)
             raise UserError(ColumnProblem(f'{what}: "{wanted}" is the name of several columns: {several}', self.name))
         hint = near(wanted, self.names)
-        hint = hint if hint.startswith("; did you mean") else f"; the file has {self.contents or listed(self.names)}"
+        hint = hint if hint.startswith("; did you mean") else f"; the file has {self.contents or name_list(self.names)}"
         raise UserError(ColumnProblem(f'{what}: there is no column "{wanted}"{hint}', self.name))
 
     def unit(self, index: int, stated: str | None, what: str, example: str) -> str:
@@ -107,21 +107,21 @@ class Markers:
 
     def find(self, wanted: str) -> int:
         """The index of a point; raises UserError with the existing points."""
-        found = called(wanted, self.names)
+        found = indices_of_name(wanted, self.names)
         if len(found) == 1:
             return found[0]
         hint = near(wanted, self.names)
-        hint = hint if hint.startswith("; did you mean") else f"; the file has {listed(self.names)}"
+        hint = hint if hint.startswith("; did you mean") else f"; the file has {name_list(self.names)}"
         raise UserError(Problem(f'there is no point "{wanted}"{hint}', self.name))
 
 
 Source = Channels | Markers
 
 
-def listed(names: Iterable[str]) -> str:
+def name_list(names: Iterable[str]) -> str:
     """Names as a list, shortened if long."""
     every = list(names)
-    return ", ".join(every[:SHOWN]) + (f" ... ({len(every)} in all)" if len(every) > SHOWN else "")
+    return ", ".join(every[:NAMES_SHOWN]) + (f" ... ({len(every)} in all)" if len(every) > NAMES_SHOWN else "")
 
 
 def same_name(one: str, other: str) -> bool:
@@ -129,7 +129,7 @@ def same_name(one: str, other: str) -> bool:
     return _parts(one)[-1] == _parts(other)[-1]
 
 
-def called(wanted: str, names: Sequence[str]) -> list[int]:
+def indices_of_name(wanted: str, names: Sequence[str]) -> list[int]:
     """The indices of names that are the wanted one: exactly, else except for case, blanks, underscores and a path.
 
     A path ends with the name, or goes on to what it is of (``/joint_states/hip/position``). Where paths lead to things

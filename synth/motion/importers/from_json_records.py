@@ -21,14 +21,14 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.log_clock import exact_number
 from synth.files.paths import read_bytes
-from synth.motion.importers.foreign_data import Channels, listed
+from synth.motion.importers.foreign_data import Channels, name_list
 from synth.motion.importers.plain_csv import SIZE_LIMIT, title_and_unit
 from synth.motion.importers.registry import loader, text_start, utf8
 
 DEEPEST = 8  # levels of nested records; logs nest two or three
 LONGEST = 4_000  # digits of a whole number; Python reads 4300
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
-SHOWN = 12  # values in the note on the settings of the run
+VALUES_SHOWN = 12  # values in the note on the settings of the run
 
 
 def is_json(start: bytes, path: Path) -> bool:
@@ -47,7 +47,7 @@ def read_json(path: Path, mapping: Mapping, name: str) -> Channels:
     """
     content = _content(path, name)
     notes: list[str] = []
-    records = _within(content, notes, name) if isinstance(content, dict) else content
+    records = _records_within(content, notes, name) if isinstance(content, dict) else content
     flat = [_flat(record) for record in records]
     titles = list(dict.fromkeys(title for record in flat for title in record))
     columns, left_out = {}, []
@@ -58,7 +58,7 @@ def read_json(path: Path, mapping: Mapping, name: str) -> Channels:
         else:
             left_out.append(title)
     if left_out:
-        notes.append(f"left out because they are not numbers: {listed(left_out)}")
+        notes.append(f"left out because they are not numbers: {name_list(left_out)}")
     if len(flat) < 2 or not columns:
         raise UserError(Problem("has no records with numbers", name))
     names, units = zip(*map(title_and_unit, columns), strict=True)
@@ -103,23 +103,25 @@ def _whole(digits: str) -> float:
 
 def _printable(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """An object without halves of surrogate pairs, which no text that is written may hold."""
-    return {_escaped(key): _escaped(value) if isinstance(value, str) else value for key, value in pairs}
+    return {
+        _escape_surrogates(key): _escape_surrogates(value) if isinstance(value, str) else value for key, value in pairs
+    }
 
 
-def _escaped(text: str) -> str:
+def _escape_surrogates(text: str) -> str:
     return text.encode("utf-8", "backslashreplace").decode()
 
 
-def _within(content: dict[str, Any], notes: list[str], name: str) -> list[Any]:
+def _records_within(content: dict[str, Any], notes: list[str], name: str) -> list[Any]:
     """The records of an object: its only list of records, or its lists of equal length."""
     lists = {key: value for key, value in content.items() if isinstance(value, list) and value}
     of_records = [key for key, value in lists.items() if all(isinstance(each, dict) for each in value)]
     if len(of_records) > 1:
-        text = f"has several lists of records: {listed(of_records)}; keep one in a file"
+        text = f"has several lists of records: {name_list(of_records)}; keep one in a file"
         raise UserError(Problem(text, name))
     attributes = {key: value for key, value in content.items() if isinstance(value, (str, int, float))}
     if attributes:
-        shown = ", ".join(f"{key} {str(value)[:40]}" for key, value in list(attributes.items())[:SHOWN])
+        shown = ", ".join(f"{key} {str(value)[:40]}" for key, value in list(attributes.items())[:VALUES_SHOWN])
         notes.append(f"the file states {shown}; add values that concern the leg to the leg file")
     if of_records:
         return lists[of_records[0]]

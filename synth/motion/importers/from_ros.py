@@ -25,7 +25,7 @@ from synth.files.import_project import CommandTopic, Mapping
 from synth.files.log_clock import begins_at
 from synth.files.validate import near
 from synth.motion.importers.child import read_in_child
-from synth.motion.importers.foreign_data import Channels, listed
+from synth.motion.importers.foreign_data import Channels, name_list
 from synth.motion.importers.registry import loader
 
 MCAP = b"\x89MCAP0\r\n"
@@ -116,7 +116,7 @@ def _channels(content: dict[str, Any], mapping: Mapping, name: str) -> Channels:
     states = _states(topics, unread, mapping.topic, name)
     with_stamp = np.isfinite(states.stamp)
     delay = float(np.median((states.logged - states.stamp)[with_stamp])) if with_stamp.any() else 0.0
-    time, kept = _ordered(states.time(delay))
+    time, kept = _increasing_times(states.time(delay))
     begin = float(time[0])
     notes = [f"joint states of {states.name}; {begins_at(float(content['begin']) + begin)}"]
     if len(kept) < len(states.stamp):
@@ -124,7 +124,7 @@ def _channels(content: dict[str, Any], mapping: Mapping, name: str) -> Channels:
     others = _commands(topics, states, mapping.commands, name)
     inputs = []
     for topic, joints in others:
-        own, rows = _ordered(topic.time(delay))
+        own, rows = _increasing_times(topic.time(delay))
         values = topic.values["command" if "command" in topic.values else "position"][rows]
         titles = tuple(f"{joint} command" for joint in joints)
         inputs.append(Channels(topic.name, titles, ("rad",) * len(titles), values, own - begin))
@@ -143,7 +143,7 @@ def _channels(content: dict[str, Any], mapping: Mapping, name: str) -> Channels:
     )
 
 
-def _ordered(time: Array) -> tuple[Array, Array]:
+def _increasing_times(time: Array) -> tuple[Array, Array]:
     """Times that increase, and their indices."""
     order = np.argsort(time, kind="stable")
     kept = order[np.concatenate([[True], np.diff(time[order]) > 0.0])]
@@ -167,7 +167,7 @@ def _states(topics: dict[str, Topic], unread: dict[str, str], wanted: str | None
     both = [topic for topic in able.values() if "command" in topic.values]
     if len(both) == 1:
         return both[0]  # angles and commands in one message
-    text = f"has joint states on {listed(able)}; choose one in a project: topic: {next(iter(able))}"
+    text = f"has joint states on {name_list(able)}; choose one in a project: topic: {next(iter(able))}"
     raise UserError(Problem(text, name))
 
 
@@ -207,7 +207,7 @@ def _hint(topics: dict[str, Topic], states: Topic, unread: dict[str, str]) -> st
     several = _named_commands(topics, states)
     found = []
     if len(several) > 1:
-        found.append(f"commands are on {listed(t.name for t in several)}: choose with commands: {several[0].name}")
+        found.append(f"commands are on {name_list(t.name for t in several)}: choose with commands: {several[0].name}")
     for topic in topics.values():
         if not topic.named and "command" in topic.values:
             count = len(topic.joints)

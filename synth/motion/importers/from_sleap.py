@@ -15,7 +15,7 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.validate import near
 from synth.motion.importers.child import read_in_child
-from synth.motion.importers.foreign_data import Markers, listed
+from synth.motion.importers.foreign_data import Markers, name_list
 from synth.motion.importers.likelihood import without_unlikely
 from synth.motion.importers.registry import HDF5, hdf5_names, loader
 
@@ -86,7 +86,7 @@ def _markers(points: Any, nodes: list[str], tracks: list[str], mapping: Mapping,
         raise UserError(Problem(f'there is no track "{wanted}"{near(wanted, names)}', name))
     if wanted is None and len(seen) > 1:
         text = f"contains {len(seen)} tracks; choose one: individual: {names[seen[0]]}, or one of "
-        raise UserError(Problem(f"{text}{listed(names[k] for k in seen[1:])}", name))
+        raise UserError(Problem(f"{text}{name_list(names[k] for k in seen[1:])}", name))
     if not seen and wanted is None:
         raise UserError(Problem("contains no visible point", name))
     chosen = points[:, names.index(wanted) if wanted is not None else seen[0]]

@@ -96,19 +96,19 @@ def _clock(
         text = "has empty or repeated times, or times that run backwards, in its column Time; correct them, or state "
         raise UserError(Problem(f"{text}the frame rate, frame_rate: {rate:g} Hz (--frame-rate '{rate:g} Hz')", name))
     by_row, by_frame = (_pace(time, count, resolution, rate) for count in (np.arange(float(len(time))), frames))
-    if _same(by_frame, rate):
+    if _same_rate(by_frame, rate):
         even = time[0] + (frames - frames[0]) / rate
         return (even if (np.abs(even - time) <= resolution).all() else time), rate, ()  # the same, but for rounding
-    if _same(by_row, rate):
+    if _same_rate(by_row, rate):
         step = float(np.median(np.diff(frames)))
         return (
             time,
             rate,
             (f"Frame# counts {step:g} a row; Time and DataRate agree on {rate:g} Hz a row: Time is used",),
         )
-    if stated is not None and _same(by_row, stated):
+    if stated is not None and _same_rate(by_row, stated):
         return time, stated, (f"the header's DataRate of {rate:g} Hz is wrong; its column Time is used",)
-    if stated is not None and _same(rate, stated):
+    if stated is not None and _same_rate(rate, stated):
         return None, rate, (f"its column Time runs at {by_row:.5g} Hz; the clock is Frame# over the {rate:g} Hz given",)
     text = f"has two clocks: the column Time has {by_row:.5g} rows a second, and the header says DataRate {rate:g}; "
     text += "state the right one, for example frame_rate: "
@@ -121,7 +121,7 @@ def _pace(time: Array, count: Array, resolution: float, rate: float) -> float:
     return float(np.median((count[rows:] - count[:-rows]) / (time[rows:] - time[:-rows])))
 
 
-def _same(one: float, other: float) -> bool:
+def _same_rate(one: float, other: float) -> bool:
     return abs(one / other - 1.0) < SAME_RATE
 
 

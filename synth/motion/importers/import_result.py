@@ -18,8 +18,8 @@ from synth.files.names import written_name
 from synth.files.output import place, sha256_file, write_csv, write_json, write_text
 from synth.files.validate import gathering, raise_if_any
 from synth.motion.importers.cleaning import SHORTEST, common_turns
-from synth.motion.importers.convert import Imported, import_file
-from synth.motion.importers.drive_inputs import merged
+from synth.motion.importers.convert import ImportedRecording, import_file
+from synth.motion.importers.drive_inputs import merge_inputs
 from synth.motion.release import free_after
 from synth.swing.leg_model import Leg
 from synth.units import quantity
@@ -36,7 +36,7 @@ class ImportedTrial:
 
     source: ForeignFile
     target: str
-    imported: Imported
+    imported: ImportedRecording
 
 
 def read_files(project: ImportProject) -> list[ImportedTrial]:
@@ -52,13 +52,13 @@ def read_files(project: ImportProject) -> list[ImportedTrial]:
     targets = _targets(project.files)
     for file, target in zip(project.files, targets, strict=True):
         with gathering(problems):
-            trials.append(ImportedTrial(file, target, _imported(project, file, None)))
+            trials.append(ImportedTrial(file, target, _import_file(project, file, None)))
     raise_if_any(problems)
     trials = _on_one_turn(project, trials)
     return _without_hand(trials) if project.release == "free" else trials
 
 
-def _imported(project: ImportProject, file: ForeignFile, turns: Sequence[int] | None) -> Imported:
+def _import_file(project: ImportProject, file: ForeignFile, turns: Sequence[int] | None) -> ImportedRecording:
     return import_file(
         file.path,
         project.leg,
@@ -79,7 +79,7 @@ def _on_one_turn(project: ImportProject, trials: list[ImportedTrial]) -> list[Im
     made = []
     for trial, turns in zip(trials, zip(*columns, strict=True), strict=True):
         alone = tuple(each.shift for each in trial.imported.turns)
-        again = trial if alone == turns else replace(trial, imported=_imported(project, trial.source, turns))
+        again = trial if alone == turns else replace(trial, imported=_import_file(project, trial.source, turns))
         made.append(again)
     return made
 
@@ -117,7 +117,7 @@ def write_import(project: ImportProject, trials: list[ImportedTrial], folder: Pa
     (folder / TRIALS).mkdir()
     problems: list[Any] = []
     for trial in trials:
-        clock, rows, inputs = merged(trial.imported.time, trial.imported.inputs)
+        clock, rows, inputs = merge_inputs(trial.imported.time, trial.imported.inputs)
         columns = {"time [s]": clock}
         for index, joint in enumerate(project.leg.joint_names):
             columns[f"{joint} [deg]"] = angle = np.full(len(clock), np.nan)

@@ -20,7 +20,7 @@ from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.files.validate import near
 from synth.motion.importers.child import read_in_child
-from synth.motion.importers.foreign_data import Channels, listed
+from synth.motion.importers.foreign_data import Channels, name_list
 from synth.motion.importers.registry import loader
 
 SIZE_LIMIT = 500_000_000  # bytes; the whole file is read into memory
@@ -73,7 +73,7 @@ def read_matlab(path: Path, mapping: Mapping, name: str) -> Channels:
     flat = read_in_child(_READ, path, name, "MAT")
     others = dict(zip(flat.pop(_NAMES).tolist(), flat.pop(_KINDS).tolist(), strict=True))
     variables: dict[str, Any] = {**flat, **others}
-    wanted = _wanted(mapping)
+    wanted = _wanted_expressions(mapping)
     notes: list[str] = []
     picked = [_column(variables, expression, name) for expression in wanted]
     columns = [_real(column, expression, notes) for column, expression in zip(picked, wanted, strict=True)]
@@ -97,7 +97,7 @@ def read_matlab(path: Path, mapping: Mapping, name: str) -> Channels:
     return Channels(name, names, ("",) * len(names), values, notes=tuple(notes), numbers=numbers, contents=contents)
 
 
-def _wanted(mapping: Mapping) -> list[str]:
+def _wanted_expressions(mapping: Mapping) -> list[str]:
     """The expressions that a project names, each once: of angles, of the drives' inputs, of supply and clock."""
     joints = mapping.joints.values()
     found = [joint.column for joint in joints]
@@ -127,11 +127,11 @@ def _column(variables: dict[str, Any], expression: str, name: str) -> Any:
         raise UserError(Problem(text, name))
     value = variables.get(match[1])
     if value is None:
-        raise UserError(Problem(_missing(variables, match[1]), name))
+        raise UserError(Problem(_missing_part(variables, match[1]), name))
     if isinstance(value, str):
         text = f'"{match[1]}" is {value}, where a matrix of numbers is needed (of a table T, save T{{:,:}})'
         raise UserError(Problem(text, name))
-    return _picked(value, match[2], match[3], expression, name)
+    return _pick_vector(value, match[2], match[3], expression, name)
 
 
 def _real(picked: Any, expression: str, notes: list[str]) -> Array:
@@ -146,7 +146,7 @@ def _real(picked: Any, expression: str, notes: list[str]) -> Array:
     return np.where(np.isfinite(result), result, np.nan)
 
 
-def _picked(value: Any, row: str | None, column: str | None, expression: str, name: str) -> Any:
+def _pick_vector(value: Any, row: str | None, column: str | None, expression: str, name: str) -> Any:
     """A row or column of an array; vectors need no index."""
     if row is None or column is None:
         if value.ndim != 1:
@@ -164,7 +164,7 @@ def _picked(value: Any, row: str | None, column: str | None, expression: str, na
     return value[:, index - 1] if axis else value[index - 1]
 
 
-def _missing(variables: dict[str, Any], wanted: str) -> str:
+def _missing_part(variables: dict[str, Any], wanted: str) -> str:
     """The fault of a dotted name: the first missing part, and the existing ones."""
     parts = wanted.split(".")
     depth = next(k for k in range(1, len(parts) + 1) if ".".join(parts[:k]) not in variables)
@@ -180,4 +180,4 @@ def _missing(variables: dict[str, Any], wanted: str) -> str:
 def _summary(variables: dict[str, Any]) -> str:
     """The variables with their sizes."""
     found = [f"{key} ({' x '.join(map(str, v.shape))})" for key, v in variables.items() if not isinstance(v, str)]
-    return listed(found) if found else "nothing"
+    return name_list(found) if found else "nothing"

@@ -9,7 +9,7 @@ from __future__ import annotations
 import pickletools
 from typing import Any
 
-MOST = 5_000_000  # bytes; column names take kilobytes
+LARGEST_PICKLE = 5_000_000  # bytes; column names take kilobytes
 
 _PUT = ("PUT", "BINPUT", "LONG_BINPUT", "MEMOIZE")
 _GET = ("GET", "BINGET", "LONG_BINGET")
@@ -29,7 +29,7 @@ def plain_values(data: bytes) -> Any:
     ValueError
         For anything else: an object, a call, damaged data.
     """
-    if len(data) > MOST:
+    if len(data) > LARGEST_PICKLE:
         raise ValueError("is too large")
     stack: list[Any] = []
     memo: dict[int, Any] = {}

@@ -15,8 +15,8 @@ from synth.arrays import Array, Mask
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.log_clock import LogClock, log_clock
-from synth.motion.importers.foreign_data import Markers, listed, other_side
-from synth.motion.importers.swaps import exchanged, restored, swap_notes
+from synth.motion.importers.foreign_data import Markers, name_list, other_side
+from synth.motion.importers.swaps import exchanged_frames, restore_track, swap_notes
 from synth.motion.noise import MAD_TO_SD
 from synth.swing.leg_model import Leg
 
@@ -28,7 +28,7 @@ _AXIS = re.compile(r"([+-]?)([xyz])")
 
 
 @dataclass(frozen=True, eq=False)
-class Tracked:
+class TrackedAngles:
     """Angles from points: ``rotation`` (n, n_joint) rad, nan where a point is missing; ``points`` (n, n_point, 2)
     in units of the source, x right and z up, as used; ``scale`` metres per unit of the source, from the leg
     file's lengths; ``notes`` messages.
@@ -41,7 +41,7 @@ class Tracked:
     notes: tuple[str, ...]
 
 
-def track(markers: Markers, leg: Leg, mapping: Mapping) -> Tracked:
+def track(markers: Markers, leg: Leg, mapping: Mapping) -> TrackedAngles:
     """The joints' rotations from the points named by ``mapping``.
 
     Raises
@@ -49,10 +49,10 @@ def track(markers: Markers, leg: Leg, mapping: Mapping) -> Tracked:
     UserError : missing or too few points, no clock, a needless or missing plane.
     """
     clock = _clock(markers, mapping)
-    chosen = _chosen(markers, leg, mapping)
+    chosen = _chosen_points(markers, leg, mapping)
     notes = [*clock.notes, *markers.notes]
-    space = _unswapped(markers, chosen, clock.time, notes)
-    flat = _unrolled(_in_plane(space, markers, mapping, notes), mapping.roll)  # as filmed, so before it is mirrored
+    space = _restore_sides(markers, chosen, clock.time, notes)
+    flat = _turn_back(_in_plane(space, markers, mapping, notes), mapping.roll)  # as filmed, so before it is mirrored
     if mapping.mirror:
         flat[..., 0] *= -1.0
     vector = np.diff(flat, axis=1)
@@ -60,15 +60,17 @@ def track(markers: Markers, leg: Leg, mapping: Mapping) -> Tracked:
     middle = np.nanmedian(np.where(np.isfinite(length).any(axis=0), length, 0.0), axis=0)
     if (middle <= 0).any():
         empty = [leg.joint_names[i] for i in np.flatnonzero(middle <= 0)]
-        raise UserError(Problem(f"the points of these links are never visible together: {listed(empty)}", markers.name))
+        raise UserError(
+            Problem(f"the points of these links are never visible together: {name_list(empty)}", markers.name)
+        )
     absolute = np.arctan2(vector[..., 0], -vector[..., 1])
-    absolute[_misplaced(length, middle, leg, notes)] = np.nan
+    absolute[_misplaced_links(length, middle, leg, notes)] = np.nan
     rotation = absolute.copy()
     rotation[:, 0] -= leg.tilt
     rotation[:, 1:] -= absolute[:, :-1]
     rotation = np.angle(np.exp(1j * rotation))
     scale = _scale(middle, leg, notes)
-    return Tracked(clock, np.asarray(rotation), flat, scale, tuple(notes))
+    return TrackedAngles(clock, np.asarray(rotation), flat, scale, tuple(notes))
 
 
 def _clock(markers: Markers, mapping: Mapping) -> LogClock:
@@ -87,12 +89,12 @@ def _clock(markers: Markers, mapping: Mapping) -> LogClock:
     return log_clock(markers.frames / rate, 1.0)
 
 
-def _chosen(markers: Markers, leg: Leg, mapping: Mapping) -> list[int]:
+def _chosen_points(markers: Markers, leg: Leg, mapping: Mapping) -> list[int]:
     """Indices of the points, proximal to distal."""
     n = len(leg.joints)
     if not mapping.points:
         text = f"name the points of the leg's joints, proximal to distal and then the tip, {n + 1} in total: "
-        text += f"points: [{', '.join(leg.joint_names)}, tip] (--points); the file has {listed(markers.names)}"
+        text += f"points: [{', '.join(leg.joint_names)}, tip] (--points); the file has {name_list(markers.names)}"
         raise UserError(Problem(text, markers.name))
     if len(mapping.points) != n + 1:
         text = f"{len(mapping.points)} points are named; {leg.name} has {n} joints and needs {n + 1}: each joint and "
@@ -102,15 +104,15 @@ def _chosen(markers: Markers, leg: Leg, mapping: Mapping) -> list[int]:
     return [markers.find(point) for point in mapping.points]
 
 
-def _unswapped(markers: Markers, chosen: list[int], time: Array, notes: list[str]) -> Array:
+def _restore_sides(markers: Markers, chosen: list[int], time: Array, notes: list[str]) -> Array:
     """Positions (n, n_point, d) of the chosen points, with exchanges between the sides reversed."""
     found = []
     for index in chosen:
         track, other = markers.positions[:, index], other_side(markers.names[index], markers.names)
         if other is not None and other not in chosen:
-            exchange = exchanged(track, markers.positions[:, other])
+            exchange = exchanged_frames(track, markers.positions[:, other])
             notes += swap_notes(markers.names[index], exchange, time)
-            track = restored(track, exchange.swapped, markers.positions[:, other])
+            track = restore_track(track, exchange.swapped, markers.positions[:, other])
         if not np.isfinite(track).any():
             raise UserError(Problem(f'the point "{markers.names[index]}" is never visible', markers.name))
         found.append(track)
@@ -183,7 +185,7 @@ def fitted_plane(space: Array, up: str, markers: Markers, notes: list[str]) -> A
     return np.stack([space[..., level] @ right, sign * space[..., vertical]], axis=-1)
 
 
-def _misplaced(length: Array, middle: Array, leg: Leg, notes: list[str]) -> Mask:
+def _misplaced_links(length: Array, middle: Array, leg: Leg, notes: list[str]) -> Mask:
     """(n, n_link) True if a link is so long or short that one of its points must be wrong."""
     off = np.abs(length - middle)
     spread = MAD_TO_SD * np.nanmedian(off, axis=0)
@@ -210,7 +212,7 @@ def _scale(middle: Array, leg: Leg, notes: list[str]) -> float:
     return scale
 
 
-def _unrolled(flat: Array, roll: float) -> Array:
+def _turn_back(flat: Array, roll: float) -> Array:
     """Points (..., 2) of a picture that is turned counter-clockwise by ``roll`` rad, turned back."""
     cosine, sine = np.cos(roll), np.sin(roll)
     x, z = flat[..., 0], flat[..., 1]

@@ -50,7 +50,7 @@ def stamp_of(content: Any) -> int:
 def numbers(kind: str, content: Any) -> tuple[list[str], dict[str, list[float]]]:
     """Names of the joints, and the values of each quantity in the same order."""
     if kind == JOINT_STATE:
-        return list(part(content, "name") or []), _filled(
+        return list(part(content, "name") or []), _present_values(
             position=part(content, "position"), effort=part(content, "effort")
         )
     names = list(part(content, "joint_names") or [])
@@ -59,7 +59,7 @@ def numbers(kind: str, content: Any) -> tuple[list[str], dict[str, list[float]]]
         if part(measured, "positions") is None:  # newer fields exist in addition to the older ones and may be empty
             measured, wanted = part(content, "actual") or measured, part(content, "desired") or wanted
         position, effort = part(measured, "positions"), part(measured, "effort")
-        return names, _filled(position=position, effort=effort, command=part(wanted, "positions"))
+        return names, _present_values(position=position, effort=effort, command=part(wanted, "positions"))
     if kind.endswith("DynamicJointState"):
         found: dict[str, list[float]] = {}
         for k, own in enumerate(part(content, "interface_values") or []):
@@ -71,10 +71,10 @@ def numbers(kind: str, content: Any) -> tuple[list[str], dict[str, list[float]]]
                     found.setdefault(quantity, [numpy.nan] * len(names))[k] = float(value)
         return names, found
     data = part(content, "data")
-    return [], {} if data is None else _filled(command=data if hasattr(data, "__len__") else [data])
+    return [], {} if data is None else _present_values(command=data if hasattr(data, "__len__") else [data])
 
 
-def _filled(**values: Any) -> dict[str, list[float]]:
+def _present_values(**values: Any) -> dict[str, list[float]]:
     return {name: [float(value) for value in given] for name, given in values.items() if given is not None}
 
 
@@ -98,7 +98,7 @@ def mcap_messages(path: str, unread: dict[str, str]) -> Iterator[Message]:
             if coding not in stores:
                 stores[coding] = typestore(coding)
             store = stores[coding]
-            if name not in store.fielddefs and not defined(store, schema, name):
+            if name not in store.fielddefs and not add_types(store, schema, name):
                 unread[channel.topic] = f"{kind}: the file does not define this type as text"
                 continue
             read = store.deserialize_ros1 if coding == "ros1" else store.deserialize_cdr
@@ -112,7 +112,7 @@ def typestore(coding: str) -> Any:
     return get_typestore(Stores.ROS1_NOETIC if coding == "ros1" else Stores.ROS2_HUMBLE)
 
 
-def defined(store: Any, schema: Any, name: str) -> bool:
+def add_types(store: Any, schema: Any, name: str) -> bool:
     """Add the types of the file's schema to ``store``; returns whether they include ``name``."""
     from rosbags.typesys import get_types_from_msg
 

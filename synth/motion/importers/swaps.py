@@ -20,8 +20,8 @@ SHORTER = 0.25  # the exchanged step against the plain one, squared distances
 STRIDES = 6.0  # ordinary steps nearby; a jump is longer
 NEARBY = 7  # steps before, and after
 SMOOTHER = 0.1  # error of the prediction with an exchange against that without, squared: below, there is no doubt
-MOST = 0.5  # share of exchanged frames: with more, the first frame may be wrong as well
-NAMED = 6  # times in a note
+MOST_EXCHANGED = 0.5  # share of exchanged frames: with more, the first frame may be wrong as well
+MOST_NAMED = 6  # times in a note
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class SideExchange:
     doubtful: tuple[int, ...] = ()
 
 
-def exchanged(one: Array, other: Array) -> SideExchange:
+def exchanged_frames(one: Array, other: Array) -> SideExchange:
     """Frames in which two tracks hold each other's values.
 
     Parameters
@@ -52,7 +52,7 @@ def exchanged(one: Array, other: Array) -> SideExchange:
     from which both tracks turn back as if each had gone on as the other.
     """
     none = np.zeros(len(one), dtype=bool)
-    at = _changing(one, other)
+    at = _changing_frames(one, other)
     if len(at) < 4:
         return SideExchange(none)
     jump, corner, clear = _turns(one[at], other[at], np.diff(at).astype(float))
@@ -62,12 +62,12 @@ def exchanged(one: Array, other: Array) -> SideExchange:
     position = np.searchsorted(at, np.arange(len(one)), side="right") - 1
     swapped = np.asarray(state[np.maximum(position, 0)] & (position >= 0))
     suspected = jump | corner
-    if (suspected & ~turn).any() or state[-1] or swapped.mean() > MOST:
+    if (suspected & ~turn).any() or state[-1] or swapped.mean() > MOST_EXCHANGED:
         return SideExchange(none, tuple(int(frame) for frame in at[1:][suspected]))
     return SideExchange(swapped)
 
 
-def _changing(one: Array, other: Array) -> NDArray[np.intp]:
+def _changing_frames(one: Array, other: Array) -> NDArray[np.intp]:
     """Frames with both tracks that differ from the frame before: held values have no velocity."""
     at = np.flatnonzero(np.isfinite(one).all(axis=1) & np.isfinite(other).all(axis=1))
     both = np.concatenate([one[at], other[at]], axis=1)
@@ -128,7 +128,7 @@ def _ordinary(size: Array) -> Array:
     return found
 
 
-def restored(one: Array, swapped: Mask, other: Array) -> Array:
+def restore_track(one: Array, swapped: Mask, other: Array) -> Array:
     """Track ``one`` with the frames held by ``other`` restored."""
     return np.where(swapped[:, None], other, one)
 
@@ -145,6 +145,6 @@ def swap_notes(what: str, found: SideExchange, time: Array) -> list[str]:
 
 
 def _doubt(what: str, times: Sequence[float] | Array) -> str:
-    shown = ", ".join(f"{time:.3f}" for time in times[:NAMED]) + (" and later" if len(times) > NAMED else "")
+    shown = ", ".join(f"{time:.3f}" for time in times[:MOST_NAMED]) + (" and later" if len(times) > MOST_NAMED else "")
     text = f"{what}: left and right may be exchanged from or to {shown} s, which is not certain; the recording is left "
     return f"{text}as it is: look at it there, and leave it out or cut it with a window if they are"

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from synth.swing.leg_model import Leg
 
 LEVER = 100.0  # leg lengths; such a long link hardly rotates when its end slides
-LEAST = 0.02  # of the leg's own mass or inertia, lower limit of the mount's
+LEAST_SHARE = 0.02  # of the leg's own mass or inertia, lower limit of the mount's
 
 
 def extend(
@@ -43,12 +43,12 @@ def extend(
         reach = np.cumsum(legs.length, axis=0) - legs.length + legs.com
         leg_inertia = (legs.inertia + legs.mass * reach**2).sum(axis=0)
         length = np.asarray(arm) + 0.0 * total
-        own = np.maximum(inertia, LEAST * leg_inertia)
+        own = np.maximum(inertia, LEAST_SHARE * leg_inertia)
         moving = own + leg_inertia + carried * length**2
         legs = _mount(legs, length, own, moving, rocking_stiffness, damping_ratio)
     if slides:
         length = LEVER * total
-        own = np.maximum(mass, LEAST * carried) * length**2
+        own = np.maximum(mass, LEAST_SHARE * carried) * length**2
         legs = _mount(legs, length, own, own + carried * length**2, stiffness * length**2, damping_ratio)
     return legs
 
@@ -73,9 +73,9 @@ def bounded(leg: Leg, slowest: float, values: Array) -> Array:
     own, about = np.array([(joint.link.mass, joint.link.inertia) for joint in leg.joints]).T
     reach = np.cumsum(length) - length + com
     leg_inertia, carried = float((about + own * reach**2).sum()), float(own.sum())
-    sliding = np.maximum(mass, LEAST * carried) + carried
+    sliding = np.maximum(mass, LEAST_SHARE * carried) + carried
     hung = (about[:, None] + own[:, None] * (reach[:, None] + arm) ** 2).sum(axis=0)  # about the rocking point
-    turning = np.maximum(inertia, LEAST * leg_inertia) + hung
+    turning = np.maximum(inertia, LEAST_SHARE * leg_inertia) + hung
     stiffness = np.where(stiffness > 0.0, np.maximum(stiffness, slowest**2 * sliding), stiffness)
     rocking = np.where(rocking > 0.0, np.maximum(rocking, slowest**2 * turning), rocking)
     return np.array([stiffness, mass, rocking, arm, inertia, ratio])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from synth.swing.effects.coulomb_friction import PRESLIDING_PARAMETER
 from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, positive, size
 from synth.swing.effects.inlined import bristle, held, inlined, stribeck_share
-from synth.swing.effects.winding_heating import HELD
+from synth.swing.effects.winding_heating import REFERENCE
 
 
 @inlined
@@ -57,7 +57,7 @@ EFFECT = Effect(
             "torque",
             "N*m",
             0.0,
-            Prior(0.0, 0.5 * HELD, lower=0.0, upper=HELD),
+            Prior(0.0, 0.5 * REFERENCE, lower=0.0, upper=REFERENCE),
             of="share",
             meaning="friction without load",
         ),

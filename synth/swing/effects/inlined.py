@@ -25,8 +25,8 @@ __all__ = ["bend_that_holds", "bristle", "dahl_share", "held", "inlined", "power
 
 LEAST_PRESLIDING = 2e-4  # rad, least presliding of a holding bristle; less makes a held joint stiff to integrate
 # s, of a bristle that only holds: more makes a held joint stiff to integrate, less lets it oscillate. A softer bristle,
-# of an intended presliding, has less in proportion. With all of it and an asymptote of 1.02, Dahl's law of
-# 0.01 rad was missed by 0.06 deg RMS and tied with a friction that falls with speed; a simulation takes as long.
+# of an intended presliding, has less in proportion. With all of it a
+# viscous torque would hide Dahl's law (``tests/swing/effects/test_dry_friction.py``).
 BRISTLE_DAMPING = 0.001
 ASYMPTOTE = 1.005  # of Dahl's law, over the friction torque: sliding is reached, and is not stiff
 

@@ -21,13 +21,13 @@ def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, dela
     Before the first sample the motion is extrapolated with its initial rate and acceleration, at most back to the
     release, before which the joint was at rest.
     """
-    from synth.swing.late_reading import filtered, later  # here, because the list of effects needs no compiler
+    from synth.swing.late_reading import filter_reading, later  # here, because the list of effects needs no compiler
 
     every = rotation.shape[1]
     result = np.empty(rotation.shape)
     later(time, rotation, rate, np.broadcast_to(np.asarray(delay, dtype=float), every).copy(), result)
     if np.any(np.asarray(lag) > 0.0):
-        filtered(time, result, np.broadcast_to(np.asarray(lag, dtype=float), every).copy())
+        filter_reading(time, result, np.broadcast_to(np.asarray(lag, dtype=float), every).copy())
     return result
 
 

@@ -7,7 +7,7 @@ from numba import float64, int64, types
 from synth.compiling.compiled import compiled
 from synth.swing.lane_layout import LANES
 
-NEAR = 1e-6  # rad: convergence, far below any encoder's count
+CONVERGED_ANGLE = 1e-6  # rad: convergence, far below any encoder's count
 _extra = types.FunctionType(types.void(float64[::1], int64, int64[::1]))
 _signature = types.void(
     _extra, float64[:, ::1], float64[::1], int64[::1], int64[::1], int64, int64, int64, float64, int64, float64[::1],
@@ -50,7 +50,7 @@ def along(  # type: ignore[no-untyped-def]
                         after_it = inputs[i, 0, lane] - inputs[i, 2, lane]
                         lag = before_it + done * (after_it - before_it) - Z[memory, lane]
                         side = 1.0 if lag > 0.0 else -1.0
-                        if side * lag > 0.5 * Z[gap, lane] - NEAR:
+                        if side * lag > 0.5 * Z[gap, lane] - CONVERGED_ANGLE:
                             Z[memory, lane] += lag - side * (0.5 * Z[gap, lane] + 1e-9)
         for k in range(len(rows)):
             for lane in range(LANES):

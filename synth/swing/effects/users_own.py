@@ -108,7 +108,7 @@ def require(effect: Effect, module: ModuleType) -> None:
     _require_parameters(effect)
     _require_functions(effect, module)
     function = getattr(module, FUNCTIONS[effect.way])
-    with _called(FUNCTIONS[effect.way], str(module.__file__)):
+    with _as_wrong_effect(FUNCTIONS[effect.way], str(module.__file__)):
         {
             "torque": _try_torque,
             "leg": _try_change,
@@ -207,7 +207,7 @@ def _require_parameters(effect: Effect) -> None:
     if missing or not effect.strengths:
         text = f"strengths must name some of its parameters ({', '.join(names)})"
         raise WrongEffect(text + "".join(f", not {name}" for name in missing))
-    for key, named in _naming(effect):
+    for key, named in _fields_with_names(effect):
         if named not in names:
             raise WrongEffect(f"{key} must name one of its parameters ({', '.join(names)}), not {named!r}")
     for shape in effect.shapes:
@@ -218,7 +218,7 @@ def _require_parameters(effect: Effect) -> None:
         raise WrongEffect("shapes is empty; write at least one, which frees a parameter")
 
 
-def _naming(effect: Effect) -> Iterator[tuple[str, str]]:
+def _fields_with_names(effect: Effect) -> Iterator[tuple[str, str]]:
     """Every field that refers to a parameter, with the parameter's name."""
     for key in ("bristle", "play"):
         if getattr(effect, key):
@@ -249,7 +249,7 @@ def _require_functions(effect: Effect, module: ModuleType) -> None:
 
 
 @contextmanager
-def _called(name: str, path: str) -> Iterator[None]:
+def _as_wrong_effect(name: str, path: str) -> Iterator[None]:
     """Convert an error in a trial call to WrongEffect."""
     try:
         yield
@@ -261,11 +261,11 @@ def _called(name: str, path: str) -> Iterator[None]:
         raise WrongEffect(f"{name} fails{place} when it is called: {one_line(error)}") from error
 
 
-def _off(effect: Effect) -> list[float]:
+def _off_values(effect: Effect) -> list[float]:
     return [float(parameter.off) for parameter in effect.parameters]
 
 
-def _on(effect: Effect) -> list[float]:
+def _trial_values(effect: Effect) -> list[float]:
     """A value of each parameter, as a diagnosis would try it."""
     values = []
     for parameter in effect.parameters:
@@ -279,7 +279,7 @@ def _on(effect: Effect) -> list[float]:
 def _try_torque(effect: Effect, function: Callable[..., Any]) -> None:
     """The torque compiles, returns two numbers, and is zero if the effect is off."""
     state = (0.3, -0.7, 0.2, 4.0, 0.1, -0.07, 5.0, 0.0)
-    for values in (_on(effect), _off(effect)):
+    for values in (_trial_values(effect), _off_values(effect)):
         found = function(*state, *values)
         if not isinstance(found, tuple) or len(found) != 2 or not all(_is_real(item) for item in found):
             raise WrongEffect("torque must give two numbers: the torque on q, and the rate of change of its memory")
@@ -299,9 +299,9 @@ def _is_real(value: object) -> bool:
 def _try_change(effect: Effect, function: Callable[..., Any]) -> None:
     """The function changes nothing if the effect is off."""
     before, legs = _legs(), _legs()
-    for values in (_off(effect), _on(effect)):
+    for values in (_off_values(effect), _trial_values(effect)):
         function(legs, 1, 1, *_columns(values))
-        if values == _off(effect):
+        if values == _off_values(effect):
             names = [key for key, value in vars(legs).items() if isinstance(value, np.ndarray)]
             changed = [key for key in names if not np.array_equal(getattr(before, key), getattr(legs, key))]
             if changed:
@@ -313,7 +313,7 @@ def _try_change(effect: Effect, function: Callable[..., Any]) -> None:
 def _try_reading(effect: Effect, function: Callable[..., Any]) -> None:
     """The function returns an array of the rotation's shape."""
     rotation = np.linspace(-0.4, 0.6, 6 * LANES).reshape(6, LANES)
-    for values in (_off(effect), _on(effect)):
+    for values in (_off_values(effect), _trial_values(effect)):
         found = function(np.linspace(0.0, 0.5, 6), rotation.copy(), np.ones_like(rotation), 1, 0.2, *_columns(values))
         if not isinstance(found, np.ndarray) or found.shape != rotation.shape:
             raise WrongEffect(f"read must give an array of the rotation's shape {rotation.shape}")
@@ -322,7 +322,7 @@ def _try_reading(effect: Effect, function: Callable[..., Any]) -> None:
 def _try_extension(effect: Effect, function: Callable[..., Any]) -> None:
     """The function returns a leg with at least one additional link."""
     legs = _legs()
-    made = function(legs, 1, *_columns(_on(effect)))
+    made = function(legs, 1, *_columns(_trial_values(effect)))
     if not isinstance(made, type(legs)) or made.n <= legs.n:
         raise WrongEffect("extend must give a LegLanes of one more link")
 

@@ -8,8 +8,8 @@ from synth.swing.effects.inlined import inlined
 USUAL, SPREAD = 60.0, 1.0  # s and natural logarithm: windings of small motors warm within 20 s to 3 min
 # RMS of a drive's torque over its largest: 0.41 and 0.19 in logs of the XL330 and STS3250 (BAM, arXiv 2410.08650), 0.14
 # to 0.25 in simulated rigs. At the largest, a stall, many a winding would burn, so a rise is not stated for that.
-HELD = 0.2
-MOST = 1.5  # a copper winding's resistance has grown by half at 150 K; twice as much burns it
+REFERENCE = 0.2
+MOST_HEATING = 1.5  # a copper winding's resistance has grown by half at 150 K; twice as much burns it
 
 
 @inlined
@@ -44,7 +44,7 @@ EFFECT = Effect(
         Parameter(
             "rise",
             "1",
-            prior=Prior(0.0, 0.3, lower=0.0, upper=MOST),
+            prior=Prior(0.0, 0.3, lower=0.0, upper=MOST_HEATING),
             natural=False,
             meaning="growth of the resistance in the end if the reference torque is held",
         ),
@@ -54,5 +54,7 @@ EFFECT = Effect(
     ),
     stated=("rise", "reference", "time"),
     strengths=("rise",),
-    shapes=(Shape(("rise", "time"), {"reference": HELD}, ({"rise": 0.2, "time": 30.0}, {"rise": 0.3, "time": 120.0})),),
+    shapes=(
+        Shape(("rise", "time"), {"reference": REFERENCE}, ({"rise": 0.2, "time": 30.0}, {"rise": 0.3, "time": 120.0})),
+    ),
 )  # fmt: skip

@@ -14,7 +14,7 @@ from motion.importers.simulated_leg import PARTS, RATE, angles, leg, points
 from synth.cli import main
 from synth.errors import UserError
 from synth.files.import_project import Mapping
-from synth.motion.importers.convert import Imported, import_file
+from synth.motion.importers.convert import ImportedRecording, import_file
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ def in_space(measured: Array) -> Array:
 MAPPING = Mapping(points=tuple(f"RAT:{part.upper()}" for part in PARTS), plane=("-y", "z"))
 
 
-def imported(path: Path, mapping: Mapping = MAPPING) -> Imported:
+def imported(path: Path, mapping: Mapping = MAPPING) -> ImportedRecording:
     return import_file(path, leg(), mapping, name=path.name, cut="keep")
 
 

@@ -11,12 +11,12 @@ import pytest
 from motion.importers.simulated_leg import RATE, angles, leg
 from synth.errors import UserError
 from synth.files.import_project import Mapping
-from synth.motion.importers.convert import Imported, import_file
+from synth.motion.importers.convert import ImportedRecording, import_file
 
 NAMES = ("hip [deg]", "knee [deg]", "ankle [deg]")
 
 
-def imported(data: pd.DataFrame, path: Path, rate: float) -> Imported:
+def imported(data: pd.DataFrame, path: Path, rate: float) -> ImportedRecording:
     if path.suffix == ".json":
         data.to_json(path, orient="records")
     else:

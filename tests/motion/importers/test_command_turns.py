@@ -10,7 +10,7 @@ import pytest
 from synth.arrays import Array
 from synth.files.import_project import Mapping
 from synth.files.leg_file import read_leg
-from synth.motion.importers.convert import Imported, import_file
+from synth.motion.importers.convert import ImportedRecording, import_file
 
 LEG = """kind: leg
 name: servo
@@ -42,7 +42,7 @@ def whole_turn(angle: Array) -> Array:
     return np.asarray(angle % 360.0)
 
 
-def imported(folder: Path, angle: Array, command: Array, zero: float = 150.0) -> Imported:
+def imported(folder: Path, angle: Array, command: Array, zero: float = 150.0) -> ImportedRecording:
     (folder / "servo.leg.yaml").write_text(LEG.format(zero=zero))
     table = np.column_stack([TIME, angle, command])
     header = "time [s],knee [deg],knee command [deg]"

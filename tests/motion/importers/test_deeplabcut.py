@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from motion.importers.simulated_leg import PARTS, RATE, angles, leg, pixels, points
 from synth.errors import UserError
 from synth.files.import_project import Mapping
-from synth.motion.importers.convert import Imported, import_file
+from synth.motion.importers.convert import ImportedRecording, import_file
 
 Array = NDArray[np.float64]
 SCORER = "DLC_resnet50_ratSep1shuffle1_200000"
@@ -44,7 +44,7 @@ def parts(places: Array) -> dict[str, Array]:
     return {part: places[:, k] for k, part in enumerate(PARTS)}
 
 
-def imported(path: Path, mapping: Mapping = MAPPING, **options: object) -> Imported:
+def imported(path: Path, mapping: Mapping = MAPPING, **options: object) -> ImportedRecording:
     return import_file(path, leg(), mapping, name=path.name, cut="keep", **options)  # type: ignore[arg-type]
 
 

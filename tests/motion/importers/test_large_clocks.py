@@ -16,7 +16,7 @@ from synth.files.import_project import JointColumn, Mapping
 from synth.files.leg_file import read_leg
 from synth.files.log_clock import log_clock
 from synth.files.recording import Recorded, read_recording
-from synth.motion.importers.convert import Imported, import_file
+from synth.motion.importers.convert import ImportedRecording, import_file
 
 STEPS = np.cumsum(np.tile([16_666_667, 16_666_666, 16_700_001], 40)) - 16_666_667  # ns after the first sample
 EPOCH = 1_700_000_000_123_456_789  # ns
@@ -42,7 +42,7 @@ def leg_file(folder: Path, drive: str = "") -> Path:
     return path
 
 
-def read(path: Path, mapping: Mapping | None = None, **options: object) -> Imported:
+def read(path: Path, mapping: Mapping | None = None, **options: object) -> ImportedRecording:
     mapping = mapping or Mapping()
     leg = read_leg(leg_file(path.parent))
     return import_file(path, leg, mapping, name=path.name, **({"cut": "keep"} | options))  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ from motion.importers.simulated_leg import PARTS, RATE, angles, leg, pixels, poi
 from synth.errors import UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers import registry
-from synth.motion.importers.convert import Imported, import_file
+from synth.motion.importers.convert import ImportedRecording, import_file
 from synth.motion.importers.registry import recognise
 
 LOW = slice(100, 105)  # frames in which the tracker lost the toe
@@ -67,7 +67,7 @@ def anipose(path: Path, scored: bool = True) -> Path:
 MADE = {"a.nwb": nwb, "a.h5": sleap, "a.csv": anipose}
 
 
-def imported(path: Path, likelihood: float | None) -> Imported:
+def imported(path: Path, likelihood: float | None) -> ImportedRecording:
     rate = None if path.suffix == ".nwb" else RATE
     mapping = Mapping(points=PARTS, likelihood=likelihood, frame_rate=rate)
     return import_file(path, leg(), mapping, name=path.name, cut="keep")

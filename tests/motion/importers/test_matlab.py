@@ -14,14 +14,14 @@ from motion.importers.simulated_leg import angles, leg
 from synth.drives.servo import Servo
 from synth.errors import UserError
 from synth.files.import_project import InputColumn, JointColumn, Mapping
-from synth.motion.importers.convert import Imported, import_file
+from synth.motion.importers.convert import ImportedRecording, import_file
 
 Array = NDArray[np.float64]
 COLUMNS = {name: JointColumn(f"theta(:,{k})", unit="rad") for k, name in enumerate(("hip", "knee", "ankle"), 1)}
 MAPPING = Mapping(time="t", time_unit="ms", joints=COLUMNS)
 
 
-def imported(path: Path, mapping: Mapping = MAPPING) -> Imported:
+def imported(path: Path, mapping: Mapping = MAPPING) -> ImportedRecording:
     return import_file(path, leg(), mapping, name=path.name, cut="keep")
 
 

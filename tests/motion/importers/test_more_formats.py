@@ -22,7 +22,7 @@ from synth.cli import main
 from synth.errors import UserError
 from synth.files.import_project import Formats, Mapping, bag_file
 from synth.files.leg_file import write_leg
-from synth.motion.importers.convert import Imported, import_file
+from synth.motion.importers.convert import ImportedRecording, import_file
 from synth.motion.importers.plain_pickle import plain_values
 from synth.motion.importers.registry import formats, recognise
 
@@ -32,11 +32,11 @@ TIME, MEASURED = angles()
 SPACE_TURN = 0.4  # rad, by which the plane of motion is turned about the vertical
 
 
-def imported(path: Path, mapping: Mapping) -> Imported:
+def imported(path: Path, mapping: Mapping) -> ImportedRecording:
     return import_file(path, leg(), mapping, name=path.name, cut="keep")
 
 
-def as_they_went_in(found: Imported, form: str, within: float = 1e-6) -> None:
+def as_they_went_in(found: ImportedRecording, form: str, within: float = 1e-6) -> None:
     assert found.format == form
     np.testing.assert_allclose(np.degrees(found.angles), MEASURED, atol=within)
     np.testing.assert_allclose(found.time - found.time[0], TIME, atol=1e-6)

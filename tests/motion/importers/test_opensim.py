@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from motion.importers.simulated_leg import leg
 from synth.errors import UserError
 from synth.files.import_project import JointColumn, Mapping
-from synth.motion.importers.convert import Imported, import_file
+from synth.motion.importers.convert import ImportedRecording, import_file
 
 Array = NDArray[np.float64]
 DATA = Path(__file__).parent / "data"
@@ -24,7 +24,7 @@ COLUMNS = {
 }
 
 
-def imported(path: Path, joints: dict[str, JointColumn] = COLUMNS) -> Imported:
+def imported(path: Path, joints: dict[str, JointColumn] = COLUMNS) -> ImportedRecording:
     return import_file(path, leg(), Mapping(joints=joints), name=path.name, cut="keep")
 
 

@@ -11,13 +11,13 @@ import pytest
 from motion.importers.simulated_leg import angles, leg
 from synth.errors import UserError
 from synth.files.import_project import JointColumn, Mapping
-from synth.motion.importers.convert import Imported, import_file
-from synth.motion.importers.foreign_data import called, other_side
+from synth.motion.importers.convert import ImportedRecording, import_file
+from synth.motion.importers.foreign_data import indices_of_name, other_side
 
 PLAIN = Mapping()
 
 
-def imported(path: Path, mapping: Mapping = PLAIN, **options: object) -> Imported:
+def imported(path: Path, mapping: Mapping = PLAIN, **options: object) -> ImportedRecording:
     options = {"cut": "keep"} | options
     return import_file(path, leg(), mapping, name=path.name, **options)  # type: ignore[arg-type]
 
@@ -231,7 +231,7 @@ OPENSIM = ("/jointset/hip/hip/value", "/jointset/hip/hip/speed", "/jointset/hip/
     ],
 )
 def test_a_name_at_the_end_of_a_path(names: tuple[str, ...], wanted: str, found: list[int]) -> None:
-    assert called(wanted, names) == found
+    assert indices_of_name(wanted, names) == found
 
 
 def test_setpoints_are_not_taken_for_angles(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from synth.files.import_project import ForeignFile
-from synth.motion.importers.convert import Imported
+from synth.motion.importers.convert import ImportedRecording
 from synth.motion.importers.import_result import ImportedTrial, _without_hand
 from synth.motion.release import FADING, Release, free_after
 
@@ -19,7 +19,7 @@ TIME = np.arange(0.0, 1.0, 0.01)
 def trial(name: str, release: Release | None, window: tuple[float, float] | None = None) -> ImportedTrial:
     start = 0.0 if release is None else release.free_from
     kept = TIME[start - 1e-9 <= TIME]
-    made = Imported("csv", kept, np.zeros((len(kept), 1)), len(TIME), release, (), None)
+    made = ImportedRecording("csv", kept, np.zeros((len(kept), 1)), len(TIME), release, (), None)
     return ImportedTrial(ForeignFile(Path(name), name, window), f"trials/{name}", made)
 
 

@@ -11,7 +11,7 @@ from motion.importers.simulated_leg import angles, leg
 from synth.arrays import Array
 from synth.files.import_project import JointColumn, Mapping
 from synth.motion.importers.convert import import_file
-from synth.motion.importers.swaps import exchanged, swap_notes
+from synth.motion.importers.swaps import exchanged_frames, swap_notes
 
 COUNT = 400
 
@@ -39,7 +39,7 @@ def test_sides_that_cross_are_left_alone(still: int, held: int) -> None:
     for noise in (0.0, 0.05, 0.25):
         for period in (12.0, 31.0, 100.0):
             one, other = antiphase(generator, period, noise, still)
-            found = exchanged(column(one[rows]), column(other[rows]))
+            found = exchanged_frames(column(one[rows]), column(other[rows]))
             assert not found.swapped.any(), (noise, period)
             assert not found.doubtful, (noise, period)
 
@@ -53,7 +53,7 @@ def test_random_exchanges_are_restored_or_named_and_never_misplaced() -> None:
         first = int(generator.integers(20, 350))
         wrong = np.zeros(COUNT, dtype=bool)
         wrong[first : first + int(generator.integers(1, 20))] = True
-        found = exchanged(column(np.where(wrong, other, one)), column(np.where(wrong, one, other)))
+        found = exchanged_frames(column(np.where(wrong, other, one)), column(np.where(wrong, one, other)))
         right += bool((found.swapped == wrong).all())
         assert not found.swapped.any() or (found.swapped == wrong).all()
     assert right >= 85
@@ -63,7 +63,7 @@ def test_an_exchange_without_a_way_back_is_named_with_its_time() -> None:
     at = np.arange(COUNT)
     one, other = 60.0 + 5.0 * np.sin(at / 9.0), 20.0 + 5.0 * np.cos(at / 9.0)
     wrong = at >= 150
-    found = exchanged(column(np.where(wrong, other, one)), column(np.where(wrong, one, other)))
+    found = exchanged_frames(column(np.where(wrong, other, one)), column(np.where(wrong, one, other)))
     assert not found.swapped.any()
     (note,) = swap_notes("knee", found, at / 200.0)
     assert note.startswith("knee: left and right may be exchanged from or to 0.750 s, which is not certain; the recor")
@@ -74,7 +74,7 @@ def test_a_tracker_that_follows_the_wrong_side_after_a_meeting_is_named() -> Non
     at = np.arange(COUNT)
     one, other = 20.0 * np.sin(at / 15.0), -20.0 * np.sin(at / 15.0)
     wrong = ((at > 47) & (at < 80)) | ((at > 141) & (at < 180))  # they cross at 47.1 and 141.4
-    found = exchanged(column(np.where(wrong, other, one)), column(np.where(wrong, one, other)))
+    found = exchanged_frames(column(np.where(wrong, other, one)), column(np.where(wrong, one, other)))
     assert not found.swapped.any()
     assert {80, 180} <= set(found.doubtful)
 

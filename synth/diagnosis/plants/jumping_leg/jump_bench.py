@@ -18,7 +18,7 @@ from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
 from synth.diagnosis.plants.jumping_leg.jump_data import Jump
 from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN, JumpPredictor
 from synth.diagnosis.search_limits import LARGEST_TOLERANCE
-from synth.estimation.levenberg_marquardt import Factors, Iterate, LeastSquares, minimise
+from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, Marquardt, minimise
 from synth.estimation.normal_equations import ParameterStep, ReducedNormal, StepLimits, TrialNormal
 from synth.threads import in_parallel
 
@@ -30,7 +30,7 @@ FARTHEST = 2.5  # whitened, largest step of a tolerance or a trial's own unknown
 SOFTENING = (8.0, 2.5)  # factors on the samples' uncertainty in successive fits, before they count fully
 SOFT_ROUNDS = 6  # iterations, see ``solve``
 # As Marquardt's: a tenth after a success, tenfold after a failure; above 1e6 no step lowers the cost.
-RULE = Factors(least=1e-7, most=1e6, down=10.0, up=10.0, least_after_failure=1e-2)
+RULE = Marquardt(least=1e-7, most=1e6, down=10.0, up=10.0, least_after_failure=1e-2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -73,6 +73,6 @@ def _commands(nominal: Leg, trial: AngleTrial) -> dict[str, Array]:
     signals = trial.recording.signals
     if signals is None:
         return {}
-    told = nominal.to_measured(signals.told(trial.time))
+    told = nominal.to_measured(signals.commands_held(trial.time))
     drives = [(j, joint.name, joint.drive) for j, joint in enumerate(nominal.joints)]
     return {name: told[:, j] for j, name, drive in drives if isinstance(drive, Servo) and not drive.open_duty}

@@ -116,7 +116,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
         """The states are refitted."""
         return StepLimits(follow=True)
 
-    def factors(self, point: _TorqueFit) -> tuple[float, ...]:
+    def damping_factors(self, point: _TorqueFit) -> tuple[float, ...]:
         """Limited, because a free shape diverges easily where the motion is nonlinear."""
         return FACTORS
 

@@ -15,7 +15,7 @@ from synth.swing.chain import Conditions
 from synth.swing.damper_curves import torque_at
 from synth.swing.effects import Effect, effect_named
 from synth.swing.effects.torque_along_motion import AlongMotion, torque_along
-from synth.swing.known_torque import averaged, delayed
+from synth.swing.known_torque import average_torques, delay_torques
 from synth.swing.lane_layout import SERVO
 from synth.swing.leg_lanes import LegLanes, in_rotation
 from synth.swing.leg_model import Damper, Joint, Leg
@@ -78,7 +78,7 @@ def driving_torques(leg: Leg, recording: Recording) -> Array | None:
     if recording.known_torque is not None:
         gain, offset, delay = legs.drive[:, :, 0]
         times, known = recording.known_torque
-        torque += averaged(delayed((times, (1.0 + gain) * known + offset), delay), recording.smoothed.time)
+        torque += average_torques(delay_torques((times, (1.0 + gain) * known + offset), delay), recording.smoothed.time)
     if recording.signals is not None:
         torque += _servo_torques(leg, legs.servo_numbers()[:, :, 0], recording.signals, recording.smoothed)
     return torque
