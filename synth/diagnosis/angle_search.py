@@ -46,15 +46,15 @@ WORTH = 3.0  # least predicted cost reduction of a further cause
 SECANTS = (1.0, 12.0)  # factors on a start's strengths at which the secant of a cause is evaluated
 LOOKED_AT, STRENGTHS_TRIED = 16, 4  # most promising causes by secants; starts of each
 AROUND = (0.4, 1.0)  # factors on the strength that the secant predicts
-# Most promising further causes, fitted to a subset of the trials. With 10 the best pair of a rig of seed 4700, 64
-# times the noise, was not among them, and one of 86 was taken; the search took 4 s of 14 longer.
+# Most promising further causes, fitted to a subset of the trials: the secant ranks strong causes roughly only, and a
+# fit to few trials is cheap. Decided by ``make blind-rigs``.
 FURTHER_TRIED = 20
 FURTHER_KEPT = 8  # of those, number fitted to all trials
 STARTS = 2  # of each other shape of a cause in these sets that are continued
 REDUCED = 3  # best sets of three causes of which one is left out again
 # The same where recordings are compared in pieces: their cost has cliffs, and a rank after few steps tells less.
 IN_PIECES_TRIED, IN_PIECES_KEPT = 30, 10
-FURTHER_FRAMES = 24  # most renewals of the derivatives; with 8 a pair ended at the cost 690, on its way to 539
+FURTHER_FRAMES = 24  # most renewals of the derivatives: a pair of strong causes moves far, a little at a time
 FURTHER_ROUNDS = (2, 3)  # iterations of the fit on the subset, and on all trials
 WELL = 1.2  # RMS over the noise floor that leaves nothing to explain
 PLAN = SearchPlan(
@@ -238,9 +238,8 @@ class AngleExplorer:
 
         An anchor's tolerances and initial states are those that imitate the cause it lacks. Sets of causes are
         therefore fitted from the unchanged leg and the recorded initial states too, each once, and all pairs of the
-        best ``singles`` with them. On a simulated pendulum that rubs, with a stated spring that is not there, the two
-        causes left 6.4 noise floors from the anchor, and 1.0 from the unchanged leg. Sets with a simpler cause in
-        place of one are among them: the anchor is the cause that imitates two, and often has more unknowns than needed.
+        best ``singles`` with them. Sets with a simpler cause in place of one are among them: the anchor is the cause
+        that imitates two, and often has more unknowns than needed.
         """
         bench = self.bench
         found = further(bench, self._sifting, anchors, self.candidates, IN_PIECES_TRIED, IN_PIECES_KEPT)
@@ -280,9 +279,9 @@ def _elsewhere(
 ) -> list[EvaluatedHypothesis]:
     """Screened fits of the chosen causes at another strength, the best few by cost.
 
-    Where a strong cause changes the motion much, no step with the derivatives of the designed leg may succeed: dry
-    friction of a pendulum that turns over stayed at its start of 0.28 N m, near the best, while a fit from elsewhere
-    ended at 0.04 N m with a lower cost.
+    Where a strong cause changes the motion much (dry friction of a pendulum that turns over), no step with the
+    derivatives of the designed leg may succeed: a fit that stays at its start may be near the best by chance, while one
+    from elsewhere goes on to a lower cost.
     """
     best = {fit.keys: fit for fit in chosen}
     apart = [fit for fit in found if fit.keys in best and _strengths_differ(bench, fit, best[fit.keys])]
@@ -294,10 +293,9 @@ def _in_another_shape(
 ) -> list[EvaluatedHypothesis]:
     """Screened fits of the best few of the chosen causes in another shape.
 
-    Shapes are screened with the derivatives of the designed leg, which follow a strong cause a part of the way only: a
-    delay of 30 ms ended there behind a filter of 19 ms, which leaves three times as much. Not of compliances, of which
-    twice as many fits are refined: with a state in each trial they imitate others, and a mount in another shape took a
-    centre of mass that is 11 % off for its own on a real double pendulum.
+    Shapes are screened with the derivatives of the designed leg, which follow a strong cause a part of the way only, so
+    that a long delay may rank behind a filter that explains less. Not of compliances, of which twice as many fits are
+    refined: with a state in each trial they imitate others, a mount in another shape a wrong centre of mass.
     """
     first = {fit.keys: fit for fit in chosen[:REFINED_ELSEWHERE] if not _soft(fit)}
     apart = [fit for fit in found if fit.keys in first and not same_shape(fit, first[fit.keys])]

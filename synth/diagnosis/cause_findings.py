@@ -26,9 +26,8 @@ from synth.units import shown_unit
 
 RANKED = 8  # listed single causes; each costs a prediction of every scored trial
 SHOWN_ALONE = 4  # single causes whose predictions are stored for the page, the most probable first
-# An explanation must take this share of the gap on held-out trials, where the gap is so many noise floors: a choice. Of
-# 38 explanations named in 47 dirty rigs of seed 4800, the three that took least (-54, 17 and 24 %) were wrong, the next
-# one (29 %) was right.
+# An explanation must take this share of the gap on held-out trials, where the gap is so many noise floors. Decided by
+# ``make blind-rigs``: a wrong explanation imitates the gap of the trials that it was fitted to, and fails on others.
 LEAST_UNSEEN, MEANINGFUL = 0.25, 2.0
 LEAST_CHANCE = 0.05  # of held-out trials that contradict: a smaller one decides no verdict
 ON = {  # in words, where one recording is all there is

@@ -1,9 +1,9 @@
 """Leading hypotheses with the same small causes beside each, so that a small cause does not decide between them.
 
-A rig has small causes beside its main one, and what a hypothesis leaves alone mixes both. In a typical trial of a
-simulated rig a hip's spring that is softer on one side left 102 times the noise alone, a scaled encoder 66; beside the
-same small backlash and hysteresis of the knee the spring left 12, the encoder 57. So the leading hypotheses are fitted
-again beside the small causes that the search found, each beside the same ones, and compared by what they leave then.
+A rig has small causes beside its main one, and what a hypothesis leaves alone mixes both: a wrong main cause that
+happens to imitate the small ones may leave less than the right one, which beside them leaves far less. So the leading
+hypotheses are fitted again beside the small causes that the search found, each beside the same ones, and compared by
+what they leave then.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """What held-out trials say of a hypothesis that may move within its uncertainty.
 
-A held-out trial often depends on a number that the trials learnt from do not determine. A tip mass shows the length of
-its link: one that was stated to half a per cent, and 0.8 % longer, made it swing 0.5 deg off where the cause was right.
-Such an error does not contradict the cause; one that remains after the numbers have moved as far as the trials learnt
-from let them does.
+A held-out trial often depends on a number that the trials learnt from do not determine: a tip mass shows the length of
+its link, which may be off by more than its tolerance where the cause is right. Such an error does not contradict the
+cause; one that remains after the numbers have moved as far as the trials learnt from let them does.
 """
 
 from __future__ import annotations

@@ -1,17 +1,16 @@
 """Odds of hypotheses, near the sensor's noise and far above it.
 
 If the best explanation reaches the sensor's noise, its residuals are white and the fits themselves tell most: the
-evidence is the cost with the tolerances' priors (200 simulated cases with a cause of known form: top-1 100 % against
-85 % by trials left out). If it stays far above the noise, the rest is the model's own remainder: correlated,
-different from trial to trial, and of unknown size. A trial whose errors have the mean square ``s`` then counts
-``m/2 log(1 + s)``, the log-likelihood of ``m`` independent errors of unknown size; the trials are reweighted by a
-Bayesian bootstrap (Rubin, Ann. Stat. 9 (1981) 130), so that a difference due to a single trial is not taken as certain.
+evidence is the cost with the tolerances' priors, which uses every sample. If it stays far above the noise, the rest is
+the model's own remainder: correlated, different from trial to trial, and of unknown size. A trial whose errors have the
+mean square ``s`` then counts ``m/2 log(1 + s)``, the log-likelihood of ``m`` independent errors of unknown size; the
+trials are reweighted by a Bayesian bootstrap (Rubin, Ann. Stat. 9 (1981) 130), so that a difference due to a single
+trial is not taken as certain.
 
 The errors of the fitted trials are used for that, not those of trials left out: a cause has at most four unknowns and
 the trials hundreds of independent samples, so the fits are hardly too good, while a fold often is the only trial of its
-kind (a tilt, a tip mass), whose error depends on tolerances that no other trial determines. On 54 dirty rigs of seeds
-1500 and 4200 the main cause came first in 48 by the fits and in 46 by trials left out, and the share of the gap that it
-removed separated it better from rigs without a main cause. Trials left out decide whether a further cause is named.
+kind (a tilt, a tip mass), whose error depends on tolerances that no other trial determines. Trials left out decide
+whether a further cause is named: there a fit that is too good would add causes.
 """
 
 from __future__ import annotations
@@ -25,33 +24,28 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.hypotheses import Assessed, F, Key, TrialErrors
 
-# RMS over the noise floor of the best explanation on unseen trials: below the first it is at the floor, above
-# the second it is a remainder. 4.8 noise floors of a gap of 82 are small causes, not noise: with 9 for the
-# second, a spring that was not there had 10^25 times the odds of a shifted free angle that was, and left 6.3; now they
-# are tied. On 284 dirty rigs of seeds 9500 to 9700 the main cause came first in 91.0 % with these numbers and in 89.7 %
-# with 3 and 4.5, the probability was off by .103 and .109; the verdicts on 60 clean cases are the same.
+# RMS over the noise floor of the best explanation on unseen trials: below the first it is at the floor, above the
+# second it is a remainder. At 1.5 floors noise is nearly half of the squared error, at 3 a ninth: the rest is the
+# model's, and taken as white noise it would give absurd odds. Decided by ``make blind-rigs``.
 AT_FLOOR, FAR = 1.5, 3.0
 # Largest number of independent errors per trial, because model errors are shared by neighbouring swings, and of all
 # trials, because they share what the model lacks: nearly equal causes (a reading shifted or scaled, a shifted torque)
-# are tied, not separated. Without the second limit, of 36 rigs of seed 4700 both of two causes are named in 4 of 7
-# instead of 6, and one more rig without a main cause has one. With 4 a trial instead, two real recordings of a double
-# pendulum tell no pair.
+# are tied, not separated. Decided by ``make blind-rigs`` and ``make rigs``.
 MOST_INDEPENDENT, MOST_TOGETHER = 8.0, 20.0
 LEAST_SHARE = 0.1  # least share of the whole gap (RMS) of a further cause; less does not matter to a user
 DRAWS = 400  # of the bootstrap: a probability of 0.05 is known to 0.01
-# Weight of the trials as recorded, each counted once, beside the draws: a stated choice. On 99 dirty rigs of seeds 1500
-# and 4200 no score changes by more than 0.01 between 0 and 0.5.
+# Weight of the trials as recorded, each counted once, beside the draws: a stated choice, which changes little, because
+# the draws scatter about the trials as recorded.
 AS_RECORDED = 0.25
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Constants that convert costs into probabilities; tuned on simulated cases (``tests/blind``, seeds 1000, 1001,
-    2000).
+    """Constants that convert costs into probabilities; tuned: ``make tune`` (simulated cases of ``tests/blind``).
 
     ``temperature`` : of the softmax over costs, for effects whose form is not exact. ``per_parameter`` : penalty per
     unknown, ``per_state`` : per initial state of an added link and trial, half the logarithm of a trial's samples
-    (without it, a base that yields had the odds of damping and a wrong inertia that were there). ``none``, ``single``,
+    (without it, free states let a base that yields imitate other causes). ``none``, ``single``,
     ``pair``, ``triple`` : prior probabilities that no, one, two or three causes are missing, divided evenly among their
     hypotheses. ``left`` : share of the squared gap left by the best explanation at which an unknown cause is as
     probable as not, ``left_by_several`` the same for several causes, ``misfit`` : slope of that probability over its
@@ -70,9 +64,8 @@ class Calibration:
     determine it (Schwarz, Ann. Stat. 6 (1978) 461): 20 for an unknown (1.5), 3 to 8 of one trial for a state (0.5 to
     1). ``accuracy`` : gap as a share of the motion (RMS) at which a missing effect is as probable as not if no cause of
     the library removes any of it: models of rigs without faults follow them to 0.05 to 0.5 deg of swings of 30 deg;
-    ``accuracy_steep`` : slope over the share's logarithm. Tuned on dirty rigs of seeds 1500 and 4200, see
-    ``make tune-rigs``; ``most``, ``most_of_several``, ``steep``, ``most_unknown`` and ``accuracy`` again on 284 of
-    seeds 9500 to 9700.
+    ``accuracy_steep`` : slope over the share's logarithm. Tuned: ``make tune-rigs`` (simulated rigs with small causes
+    beside the main one).
     """
 
     temperature: float = 3.0
@@ -191,8 +184,8 @@ def unknowns_and_states(hypotheses: Sequence[Assessed[F]]) -> list[int]:
 def _charged(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> Array:
     """(n,) what the numbers of each hypothesis cost far from the noise, where their priors are not in the likelihood.
 
-    Without the shapes' dry friction that falls from five times its torque, after a bend of 0.3 deg, had the odds of
-    plain dry friction on a real pendulum, and took nothing of the recordings held out.
+    Without the shapes' share a form at the far end of its priors, which bends to whatever is left, would cost no more
+    than a plain one.
     """
     unknowns, states, shapes = np.array([(h.n_unknown, h.n_state, shape_cost(h.fit.shapes)) for h in hypotheses]).T
     of_states = calibration.per_state_far * _trial_count(hypotheses) * states

@@ -1,9 +1,9 @@
 """Sets of causes with one cause in another of its shapes.
 
 A cause is screened in all its simple shapes alone, and kept in the best. Beside a second cause another shape may be the
-right one. A spring that is stiffer on one side, beside a rotor's inertia, left 39.7 noise floors as one that is softer
-on the other side, and 9.3 in its own shape. Richer shapes of mounts and bending links are not tried here: on a real
-double pendulum such a mount, with a shifted reading, took the place of a centre of mass that is 11 % off.
+right one: a spring that is stiffer on one side, beside a rotor's inertia, resembles alone one that is softer on the
+other side. Richer shapes of mounts and bending links are not tried here: with initial states of their own in each trial
+they imitate other causes, such as a wrong centre of mass.
 """
 
 from __future__ import annotations

@@ -95,8 +95,8 @@ class PredictionErrors:
 
         By Student's distribution of ``log(left / allowed)``, squared errors with the explanation over those at which
         the shrink is ``share``, with its jackknife deviation over whole trials as in ``_estimate`` (over blocks of time
-        of a single one). Where the true shrink is ``share`` it is below 5 % in 7 to 10 % of simulated sets of 2 to 10
-        trials, and above 95 % in 2 to 3 %; over blocks as if each were a trial it was in 26 to 40 % and 17 to 23 %.
+        of a single one): blocks of one trial share its error, and counted as trials they would make the probability
+        far too sure (``tests/diagnosis/test_shrink.py``).
         0 if the gap is less than ``least`` noise floors: too small to tell.
         """
         if _rms(self.squares["before"], self.counts, None) < least * self._floor("before", None):
@@ -123,11 +123,10 @@ class PredictionErrors:
     def _estimate(self, figure: Callable[[Picks | None], Array], unit: str) -> Estimate:
         """A figure, at least 0, with its 90 % interval.
 
-        Whole trials are resampled, because what a trial is off by in one stretch it is off by in the next: where trials
-        differ by half a logarithm of the mean square, intervals over independent blocks held the truth in 36 to 59 % of
-        200 simulated sets of 2 to 10 trials. The percentiles of few trials are too near the value: a resample's
-        variance is ``(n - 1) / n`` of the trials', and Student's distribution is wider than the normal. Ends are moved
-        away by that, as ratios, since the figures are errors. That holds 86 to 90 % (test).
+        Whole trials are resampled, because what a trial is off by in one stretch it is off by in the next: blocks are
+        not independent, and intervals over them too narrow. The percentiles of few trials are too near the value: a
+        resample's variance is ``(n - 1) / n`` of the trials', and Student's distribution is wider than the normal. Ends
+        are moved away by that, as ratios, since the figures are errors: ``tests/diagnosis/test_shrink.py``.
         """
         ends = np.percentile(figure(self._whole_trials()), [5.0, 95.0])  # 90 % interval
         value = float(figure(None))

@@ -181,8 +181,8 @@ def rungs(fit: EvaluatedHypothesis, first: int) -> list[EvaluatedHypothesis]:
 def overshoots(fit: EvaluatedHypothesis, first: int, factor: float) -> bool:
     """Whether the factor takes a log-normal strength of the last candidate beyond its bounds.
 
-    There it is absurd rather than strong: a stop 65 000 times as stiff as its joint. None of 50 such lanes was
-    integrated within the largest number of steps, and together they took two fifths of the integrator's time.
+    There it is absurd rather than strong: a stop 65 000 times as stiff as its joint, which the integrator cannot follow
+    within the largest number of steps.
     """
     candidate = fit.hypothesis[-1]
     named = zip(candidate.shape.free, candidate.priors, strict=True)

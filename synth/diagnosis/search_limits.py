@@ -1,7 +1,7 @@
 """Parameters of a cause that end where their search does: the trials may well ask for more.
 
-A torque that acts 40 ms late was once named with 36.0 ms, interval 30.1 to 36.0 ms: the search went no further, and
-nothing said so.
+The interval of such a parameter ends at the search's limit and not at the data's: without a warning it would exclude
+larger values that nobody has tried.
 """
 
 from __future__ import annotations

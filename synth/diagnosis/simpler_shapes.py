@@ -2,9 +2,8 @@
 
 An effect has shapes with few and with more unknowns. Fits are kept by their cost alone while they are not finished, so
 the richer shape is kept even where it ends as the simpler one: friction that falls with speed, by nothing. The odds
-would then charge a cause for unknowns that it does not need. On the logs of an XL330 (``docs/driven_legs.md``) the two
-shapes end within one part in a thousand of each other's cost, rounding decided which was kept, and the price of its two
-idle unknowns moved the first place to a rival that errs by half more.
+would then charge a cause for unknowns that it does not need: rounding would decide which shape is kept, and the price
+of the idle unknowns could move the first place to a rival that errs by more.
 """
 
 from __future__ import annotations

@@ -98,7 +98,7 @@ def _far_from_noise(
 def _is_curve(best: Assessed[F]) -> bool:
     """Whether so many causes of one spring or damper are accepted that they describe any curve of its torque.
 
-    A preload, a softer side and a hardening at one joint reproduced the torque of a magnet there. That the part has
+    A preload, a softer side and a hardening at one joint reproduce the torque of a magnet there. That the part has
     three defects at once is far less likely than one unknown torque in the joint.
     """
     parts = {(cause.part, cause.key[1]) for cause in best.fit.hypothesis}

@@ -27,13 +27,14 @@ from synth.diagnosis.unknown_cause import beyond_accuracy, least_share, of_unkno
 from synth.estimation.information import LEAST_WEIGHT
 
 LITTLE = 1.0 / 6.0  # of the whole gap, that one of several causes takes which cannot be told apart: it is not named
-# Share of its weight that a cause keeps which removes too little: 5 of 16 such causes were there (seeds 1500 and 4200).
+# Share of its weight that a cause keeps which removes too little: most such causes only follow another's form error.
+# Decided by ``make blind-rigs``.
 WORTH_OF_LITTLE = 0.2
 # Times what a set of causes leaves, up to which one that differs in a single cause is its rival. Latency and a delay
-# of the torque are the same on a single joint, and a hair less decided which of them was weighed at all.
+# of the torque act alike on a single joint: rounding must not decide which of them is weighed at all.
 AS_MUCH = 1.05
-# So many rivals of the first explanation are no tie if that is less probable than an unknown cause: a rig whose gap is
-# one motion that turns the other way was said to lack one of eighteen.
+# So many rivals of the first explanation, or more, are no tie if that is less probable than an unknown cause: where
+# nearly every cause fits as badly (one motion that turns the other way), a list of them tells nothing.
 MOST_TIED = 6
 COUNTS = 0.95  # probability of visible coarse counts; not tuned
 CONTRADICTED = 0.9  # probability of an unknown cause if held-out trials surely contradict the explanation: a choice
@@ -85,12 +86,11 @@ def paying(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> list[
 
     One further cause must remove ``pays`` of the squared error above the noise, and ``LEAST_SHARE`` of the whole
     gap: near the noise of the fitted trials, far from it on unseen ones if available. A fold is often the only trial of
-    its kind: a servo's current limit and its motor constant, found at the noise in three logs, missed the one log that
-    reached the limit by 30 noise floors when it was out. Far from the noise a cause with more unknown numbers is not
-    fewer: a base that yields has initial states in each piece of a swing, and followed a rig that rubs and whose torque
-    is off as well as these two do. A cause that is less probable than none, because of its own numbers, is no reason to
-    distrust several: a soft spring on one side, at the ends of its priors, hid a wrong spring that also hardens. What
-    leaves as much with another cause in place of one is kept too, as a rival.
+    its kind, such as the one log in which a servo reaches its current limit: without it the limit is not determined,
+    and the fold's error tells nothing against it. Far from the noise a cause with more unknown numbers is not fewer: a
+    base that yields has initial states in each piece of a swing, and follows what two other causes do. A cause that is
+    less probable than none, because of its own numbers, is no reason to distrust several: at the ends of its priors it
+    imitates them. What leaves as much with another cause in place of one is kept too, as a rival.
     """
     none, far = next((h for h in hypotheses if not h.keys), None), far_share(hypotheses)
     gap = none.above if none is not None else 0.0

@@ -2,8 +2,8 @@
 
 Levenberg-Marquardt (``synth.estimation``) in whitened unknowns with standard normal priors. A hypothesis
 changes a leg's motion little, so the derivatives by tolerances and initial states are computed once, in a
-``Linearisation``, and only those by the effect's own unknowns at each step: a step costs two to four lanes per trial
-instead of thirty.
+``Linearisation``, and only those by the effect's own unknowns at each step: a step costs two to four lanes per trial,
+not one for each tolerance and initial state.
 """
 
 from __future__ import annotations
@@ -72,8 +72,7 @@ class Workbench:
     def cores(self) -> int:
         """Cores that work on the trials: one for a single link that is not compared in pieces.
 
-        Its motions take so little time that threads mostly wait for the interpreter's lock: with two of them
-        ``synth gap`` on six trials of a pendulum took 3.8 s of a processor, with one 3.1 s, in turn.
+        Its motions take so little time that threads mostly wait for the interpreter's lock.
         """
         return 1 if len(self.noise) == 1 and not self.in_pieces else thread_count()
 

@@ -31,8 +31,8 @@ from synth.fit.recordings import recordings as as_recordings
 if TYPE_CHECKING:
     from synth.files.gap_project import GapProject
 
-# Share of a joint's motion (RMS) that no model of this kind follows, for any sensor. Six real rigs with their best
-# cause: .4 % (a double pendulum's small swings) to 4 % (a robot's knee), see ``make rigs``; the value is of a good rig.
+# Share of a joint's motion (RMS) that no model of this kind follows, for any sensor: that of a good real rig with its
+# best cause, as ``make rigs`` prints it.
 REMAINDER = 0.01
 SAMPLES, MOST = 300, 12  # samples per trial, and trials, for comparing responses
 INTEGRATION = 1e-5  # rad, of the integrator: responses are a hundred times larger

@@ -28,7 +28,7 @@ GENEROUS = 2.0  # times a designed frequency: a stiffness or an inertia that is 
 QUARTER, LEAST = 4, 4  # part of a recording in which it moves most, and its least differences
 MOVING = 0.2  # of the motion of the joint that moves most, below which a joint's noise is no motion
 # Where readings jump less in some part than this share of where they move, they jump with the motion: noise is the same
-# everywhere. Two joints that swing at 3 and 9 Hz, sampled at 5 to 25 Hz: 0.04 to 0.26, noise 0.4 to 1.
+# everywhere, so that its share is near 1 (less for the scatter of few differences); a swing that decays falls further.
 FALLS = 1.0 / 3.0
 
 Witness = Literal["", "slow", "jumps", "unclear", "doubtful"]

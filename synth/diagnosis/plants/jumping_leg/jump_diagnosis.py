@@ -35,9 +35,8 @@ from synth.files.hopper_gap_project import HopperGapProject
 from synth.parts.catalogs import Catalogue
 from synth.remarks import decisive
 
-# At the end of a push, a cause of another form than the library's leaves a larger error; from 14 cases of
-# ``tests/blind/jumps.py``
-# (seed 1000), which are enough only for this value and a cautious temperature.
+# At the end of a push, a cause of another form than the library's leaves a larger error. Decided by
+# ``make blind-jumps``, whose few cases determine only what may be left, and call for a cautious temperature.
 CALIBRATED_ON_JUMPS = Calibration(
     temperature=5.0,
     per_parameter=3.0,

@@ -86,8 +86,8 @@ class NaturalSizes:
 def scales(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
     """Natural sizes of each joint from the trials in which it is free; of cut recordings from the ``wholes``.
 
-    A piece of a fifth of a second shows a period that is mostly its own length: a motor's torque that acts 40 ms late
-    was then beyond the limit of a delay, which is two of these times.
+    A piece of a fifth of a second shows a period that is mostly its own length, and the limit of a delay, two of these
+    times, would be that of the piece.
     """
     trials, n = wholes(trials), len(leg.joints)
     low, high, speed, known = np.full(n, np.inf), np.full(n, -np.inf), np.zeros(n), np.zeros(n)
@@ -125,8 +125,8 @@ def scales(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
 def _own_paces(trials: Sequence[AngleTrial], n: int) -> Array:
     """(n,) s, the least pace of each joint over the trials in which it moves; of the fastest joint if it never does.
 
-    What a joint shows that stands still is the sensor's or the torque's jitter: two pieces of a real pendulum's
-    recordings gave it 4 ms, where it swings with 40, and a reading 40 ms late was beyond the limit of a delay.
+    What a joint shows that stands still is the sensor's or the torque's jitter, whose pace is the sampling's and not
+    the joint's: the limit of a delay, which is counted in paces, would then be far too short.
     """
     found = np.full(n, np.inf)
     widths = np.array([np.ptp(trial.recording.smoothed.angle, axis=0) for trial in trials])

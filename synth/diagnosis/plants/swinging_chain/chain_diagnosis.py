@@ -64,8 +64,8 @@ if TYPE_CHECKING:
 MOST_LEARNT = 200  # trials: what is common to them is then known 14 times as well as from one; .5 s of a processor each
 EFFECTIVE = 50.0  # samples per trial and joint that count as independent, see Workbench
 
-# Rivals that a command should separate, and the weight of those that the trials reject. A stated choice: of three rigs
-# of seeds 6100 to 6102 with few trials, the cause that had .89 or more was wrong in one.
+# Rivals that a command should separate, and the weight of those that the trials reject. A stated choice: with few
+# trials even a cause that is probable may be wrong, and a command that separates no rival could not show it.
 MOST_RIVALS, DOUBT = 6, 0.3
 
 

@@ -3,9 +3,7 @@
 Over the top of a pendulum a deviation grows like exp(t sqrt(g / l)). A prediction from the initial state alone then
 tells little about the leg after a few such times: the cost gets many minima, and the best fit to the whole recording
 need not follow any part of it. Pieces with initial states of their own are followed by a model that is nearly right
-(multiple shooting: Bock, *Recent advances in parameter identification techniques for O.D.E.*, 1983). On a pendulum
-that a known torque swings up (``tests/real_rigs``) a torque that is a quarter too small left 120 noise floors in the
-minimum found on whole recordings, and 57 in the one reached by way of pieces.
+(multiple shooting: Bock, *Recent advances in parameter identification techniques for O.D.E.*, 1983).
 """
 
 from __future__ import annotations
@@ -26,9 +24,8 @@ from synth.swing.mechanics import coefficients, momentum_and_force
 from synth.threads import in_parallel
 
 # Times that a deviation grows in a whole recording, beyond which it is cut: limbs stay below 6, a pendulum of .5 m at
-# its top reaches it in .6 s. In a piece it grows less: near the top what the torque's readings are off decides what
-# is left. In a real pendulum's swing up that then balances, dry friction took -16 % of the unseen gap in pieces of 8
-# times, and 50 % in those of 4.
+# its top reaches it in .6 s. In a piece it grows less: near the top the errors of the torque's readings grow too, and
+# in longer pieces they decide what is left. Decided by ``make rigs`` (a pendulum that swings up and balances).
 MOST_GROWTH, IN_PIECE = 8.0, 4.0
 PERIOD = 4.0 * np.pi  # paces, which are half a radian of the motion's phase each
 KEPT = 0.5  # share of a deviation left after a period, from which on a leg hardly forgets: a damping ratio of .11
