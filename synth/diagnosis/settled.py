@@ -1,8 +1,8 @@
 """Fits that are reported, continued to their optimum.
 
 The fits of a search stop where they gain little more, since there are hundreds of them. Along a flat valley that may be
-far from the optimum, at a place that depends on rounding and on the senses of the axes. A log-likelihood that falls by less than
-``LEFT`` moves no number by more than a seventh of its standard deviation.
+far from the optimum, at a place that depends on rounding and on the senses of the axes. A log-likelihood that falls by
+less than ``LEFT`` moves no number by more than a seventh of its standard deviation.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from synth.diagnosis.verdict import Calibration, judge
 from synth.diagnosis.workbench import Workbench
 
 LEFT = 0.01  # log-likelihood, largest fall that may be left: (1/7)^2 / 2
-# Hypotheses continued, and their least weight. What is left of a valley may raise a weight a few times: what has less than a
-# quarter of the least weight that is reported (2 %) does not come into the answer.
+# Hypotheses continued, and their least weight. What is left of a valley may raise a weight a few times: what has less
+# than a quarter of the least weight that is reported (2 %) does not come into the answer.
 MOST, LEAST_WEIGHT = 6, 0.005
 
 
