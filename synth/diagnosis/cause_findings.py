@@ -9,9 +9,9 @@ from typing import Any, Generic
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.diagnosis_result import Cause, Experiment, Ranked, ScoredBy
+from synth.diagnosis.diagnosis_result import Cause, Experiment, RankedCause, ScoredBy
 from synth.diagnosis.effect_shape import ShapedEffect
-from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
+from synth.diagnosis.hypotheses import Assessment, Hypotheses, Key
 from synth.diagnosis.next_experiment import next_experiment
 from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
 from synth.diagnosis.poor_trials import followed_trials
@@ -19,7 +19,7 @@ from synth.diagnosis.prediction_error import PredictionErrors, label
 from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.search_limits import at_limits, limit_sentences, opened
 from synth.diagnosis.sentences import PartedErrors, sentence, what_is_open
-from synth.diagnosis.verdict import Judged, doubted, doubted_further, judge, of_no_account
+from synth.diagnosis.verdict import Judgement, judge, with_doubt_of_held_out, with_further_doubt, without_causes
 from synth.estimation.intervals import NORMAL90, Estimate
 from synth.threads import one_thread_of_linear_algebra
 from synth.units import shown_unit
@@ -42,19 +42,19 @@ class Findings(Generic[F, S]):
     """The plant-independent part of a result; the adapter adds the rest."""
 
     found: Hypotheses[F]
-    judged: Judged[F]
+    judged: Judgement[F]
     stages: StagePredictions[F, S]
     explained: bool
     causes: tuple[Cause, ...]
     tied: tuple[tuple[Cause, ...], ...]
-    ranked: tuple[Ranked, ...]
+    ranked: tuple[RankedCause, ...]
     remainder: Remainder
     sentence: str
     next_experiment: Experiment | None
     warnings: tuple[str, ...]
     scored_by: ScoredBy
     within_accuracy: bool
-    odds: Judged[F]  # ``judged``, within the required accuracy as if none were required
+    odds: Judgement[F]  # ``judged``, within the required accuracy as if none were required
 
     @property
     def best(self) -> F:
@@ -96,13 +96,13 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
     weighed = judge(found, plant.calibration, free=plant.freely(found), motion=motion)
     doubts, chance = plant.doubts(found, weighed, motion)
     if weighed.verdict in ("effect", "tie"):
-        weighed = doubted_further(weighed, chance)
+        weighed = with_further_doubt(weighed, chance)
     say("reduction of the gap")
     weighed = plant.with_direct_causes(weighed)
     judged, stages, moved = _on_scored(plant, before, found, weighed)
     offered, odds = not within and weighed.verdict in ("effect", "tie"), judged
     if within:
-        judged = of_no_account(judged, found.none)
+        judged = without_causes(judged, found.none)
         stages, moved = _stages(plant, before, found, judged, within=within), None
     explained = judged.verdict in ("effect", "tie")
     named = judged.verdict != "none"
@@ -138,14 +138,14 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
 
 
 def _on_scored(
-    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F]
-) -> tuple[Judged[F], StagePredictions[F, S], PredictionErrors | None]:
+    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judgement[F]
+) -> tuple[Judgement[F], StagePredictions[F, S], PredictionErrors | None]:
     """The verdict with what held-out trials say of its explanation, the predictions, and the moved errors if any."""
     stages = _stages(plant, before, found, judged)
     if judged.verdict not in ("effect", "tie") or not judged.accepted.keys or not plant.held_out:
         return judged, stages, None
     moved = _moved_errors(plant, stages.errors, judged.accepted)
-    return doubted(judged, _fails(moved or stages.errors)), stages, moved
+    return with_doubt_of_held_out(judged, _fails(moved or stages.errors)), stages, moved
 
 
 def _scored_by(plant: Plant[F, T, S]) -> ScoredBy:
@@ -163,7 +163,7 @@ def _rms(plant: Plant[F, T, S], predicted: tuple[S, ...]) -> float:
 
 
 def _stages(
-    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F], *, within: bool = False
+    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judgement[F], *, within: bool = False
 ) -> StagePredictions[F, S]:
     """Predict the scored trials as designed, with each listed single cause and each tied explanation.
 
@@ -204,7 +204,7 @@ def _fails(errors: PredictionErrors) -> float:
     return errors.chance_below(LEAST_UNSEEN, MEANINGFUL)
 
 
-def _moved_errors(plant: Plant[F, T, S], errors: PredictionErrors, accepted: Assessed[F]) -> PredictionErrors | None:
+def _moved_errors(plant: Plant[F, T, S], errors: PredictionErrors, accepted: Assessment[F]) -> PredictionErrors | None:
     """The errors on held-out trials of the explanation moved within its uncertainty; None if that decides nothing."""
     if _fails(errors) < LEAST_CHANCE:
         return None
@@ -215,7 +215,7 @@ def _moved_errors(plant: Plant[F, T, S], errors: PredictionErrors, accepted: Ass
     return moved if _fails(moved) < _fails(errors) else None
 
 
-def _unseen(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[S, ...]:
+def _unseen(plant: Plant[F, T, S], item: Assessment[F]) -> tuple[S, ...]:
     """Predictions of held-out trials, or else of each trial by a fit without it.
 
     By the refit without the trial's fold where there is one, else by one linear step, which is wrong where the
@@ -235,7 +235,7 @@ def _unseen(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[S, ...]:
     return tuple(made)
 
 
-def causes_of(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[Cause, ...]:
+def causes_of(plant: Plant[F, T, S], item: Assessment[F]) -> tuple[Cause, ...]:
     """The causes of a hypothesis with their parameters and intervals.
 
     The interval is the larger of two: from the derivatives and the size of the residuals, and from the spread of the
@@ -255,7 +255,7 @@ def causes_of(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[Cause, ...]:
     return tuple(made)
 
 
-def _limits(plant: Plant[F, T, S], named: Sequence[Assessed[F]]) -> dict[str, None]:
+def _limits(plant: Plant[F, T, S], named: Sequence[Assessment[F]]) -> dict[str, None]:
     """Warnings on parameters of the named causes that end where their search does, each once."""
     found = []
     for item in named:
@@ -288,23 +288,24 @@ def _cause(candidate: ShapedEffect, x: Array, deviation: Array) -> Cause:
     return Cause(effect, place, opened(found, at_limits(candidate, x)))
 
 
-def _listed(judged: Judged[F]) -> list[tuple[Assessed[F], float]]:
+def _listed(judged: Judgement[F]) -> list[tuple[Assessment[F], float]]:
     """The most probable single causes, and those of the accepted explanation however weak they are alone."""
     offered = {*judged.accepted.keys}
     return [entry for place, entry in enumerate(judged.singles) if place < RANKED or entry[0].keys[0] in offered]
 
 
-def _ranked(plant: Plant[F, T, S], judged: Judged[F], errors: PredictionErrors) -> tuple[Ranked, ...]:
+def _ranked(plant: Plant[F, T, S], judged: Judgement[F], errors: PredictionErrors) -> tuple[RankedCause, ...]:
     """Single causes with their probabilities and the effect of each alone, most probable first."""
     singles = _listed(judged)
     made = [
-        Ranked(causes_of(plant, item)[0], probability, errors.shrink(label(item.keys))) for item, probability in singles
+        RankedCause(causes_of(plant, item)[0], probability, errors.shrink(label(item.keys)))
+        for item, probability in singles
     ]
-    made += [Ranked(cause, judged.counts, errors.shrink(DIRECT)) for cause in plant.direct_causes]
+    made += [RankedCause(cause, judged.counts, errors.shrink(DIRECT)) for cause in plant.direct_causes]
     listed = {item.keys[0] for item, _ in singles}
     for cause, key in zip(causes_of(plant, judged.accepted), judged.accepted.keys, strict=True):
         if key not in listed:  # its fit alone diverged
-            made.append(Ranked(cause, judged.share(key), None))
+            made.append(RankedCause(cause, judged.share(key), None))
     by_key = {(entry.cause.effect, entry.cause.joint): entry for entry in made}
     order = judged.in_order({key: entry.probability for key, entry in by_key.items()})
     return tuple(by_key[key] for key in order)
@@ -332,9 +333,9 @@ def _in_all(explanations: Sequence[Sequence[Cause]]) -> set[Key]:
 
 def _sentence(
     plant: Plant[F, T, S],
-    judged: Judged[F],
+    judged: Judgement[F],
     explanations: Sequence[Sequence[Cause]],
-    ranked: Sequence[Ranked],
+    ranked: Sequence[RankedCause],
     stages: StagePredictions[F, S],
     left: Remainder,
     moved: PredictionErrors | None,

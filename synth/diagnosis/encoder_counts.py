@@ -19,29 +19,29 @@ ALONE = np.radians(0.36)  # rad, 1000 counts per turn: for a leg of one joint, w
 
 
 @dataclass(frozen=True)
-class Coarse:
+class CoarseChannel:
     """A joint whose readings change in steps of ``step`` rad, coarser than those of the other joints."""
 
     joint: int
     step: float
 
 
-def coarse_counts(sensor: AngleSensor) -> tuple[Coarse, ...]:
+def coarse_counts(sensor: AngleSensor) -> tuple[CoarseChannel, ...]:
     """Joints whose count is ``COARSER`` times the others' median and causes more error than their noise."""
     found = []
     for j, step in enumerate(sensor.step):
         others = [k for k in range(len(sensor.step)) if k != j]
         if not others:
             if step > ALONE:
-                found.append(Coarse(j, float(step)))
+                found.append(CoarseChannel(j, float(step)))
             continue
         usual = float(np.median(sensor.noise[others]))
         if UNIFORM * step > COARSER * usual and step > COARSER * float(np.median(sensor.step[others])):
-            found.append(Coarse(j, float(step)))
+            found.append(CoarseChannel(j, float(step)))
     return tuple(found)
 
 
-def usual_noise(sensor: AngleSensor, coarse: Sequence[Coarse]) -> Array:
+def usual_noise(sensor: AngleSensor, coarse: Sequence[CoarseChannel]) -> Array:
     """(n,) rad, each channel's noise without its coarse counts: as stated, else that of the other channels."""
     noise = sensor.noise.copy()
     rough = [item.joint for item in coarse if item.joint not in sensor.known]
@@ -51,7 +51,7 @@ def usual_noise(sensor: AngleSensor, coarse: Sequence[Coarse]) -> Array:
     return noise
 
 
-def rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[Coarse]) -> Array:
+def rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[CoarseChannel]) -> Array:
     """A prediction (m, n) rad in the sense of q, rounded like channels with coarse counts.
 
     The counts are aligned with the recording's.
@@ -66,7 +66,7 @@ def rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[Coarse]) -> A
 
 
 def noise_as_read(
-    trials: Sequence[AngleTrial], predictions: Sequence[Array], coarse: Sequence[Coarse], usual: Array
+    trials: Sequence[AngleTrial], predictions: Sequence[Array], coarse: Sequence[CoarseChannel], usual: Array
 ) -> list[Array]:
     """(m, n) rad of each trial, the ``noise_of_rounded`` predictions, (m, n) rad before rounding.
 
@@ -85,7 +85,7 @@ def noise_as_read(
     return [noise * less for noise in made]
 
 
-def noise_of_rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[Coarse], usual: Array) -> Array:
+def noise_of_rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[CoarseChannel], usual: Array) -> Array:
     """(m, n) rad, RMS expected between readings and the ``rounded`` ``prediction`` (m, n) rad that is not yet rounded.
 
     A reading is the angle with its noise s, ``usual`` (n,) rad, rounded: it is k counts or more away where the noise

@@ -14,12 +14,12 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.encoder_counts import UNIFORM, Coarse
+from synth.diagnosis.encoder_counts import UNIFORM, CoarseChannel
 
 REST, MOST = 4, 12  # least samples of a constant reading for one to be used, and most that are used
 
 
-def at_edges(trial: AngleTrial, coarse: Sequence[Coarse], usual: Array) -> AngleTrial:
+def at_edges(trial: AngleTrial, coarse: Sequence[CoarseChannel], usual: Array) -> AngleTrial:
     """The trial with each coarse channel's samples at transitions replaced by their edges, others not counted.
 
     ``usual`` (n,) rad: each channel's noise without coarse counts, the unit of ``relative`` of the new trial.

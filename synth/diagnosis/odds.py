@@ -22,7 +22,7 @@ from math import factorial
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.hypotheses import Assessed, F, Key, TrialErrors
+from synth.diagnosis.hypotheses import Assessment, F, Key, TrialErrors
 
 # RMS over the noise floor of the best explanation on unseen trials: below the first it is at the floor, above the
 # second it is a remainder. At 1.5 floors noise is nearly half of the squared error, at 3 a ninth: the rest is the
@@ -98,7 +98,7 @@ class Calibration:
 CALIBRATED = Calibration()
 
 
-def far_share(hypotheses: Sequence[Assessed[F]]) -> float:
+def far_share(hypotheses: Sequence[Assessment[F]]) -> float:
     """Distance of the best explanation from the noise: 0 at the floor, 1 if its remainder is the model's own."""
     known = [h.unseen.typical for h in hypotheses if h.unseen is not None]
     return _far(min(known)) if known else 0.0
@@ -122,10 +122,10 @@ def price_of_unknown(floors: float, total: float, calibration: Calibration) -> f
 
 
 def weigh(
-    hypotheses: Sequence[Assessed[F]],
+    hypotheses: Sequence[Assessment[F]],
     calibration: Calibration,
     singles: int = 0,
-    prior_of: Sequence[Assessed[F]] | None = None,
+    prior_of: Sequence[Assessment[F]] | None = None,
 ) -> Array:
     """(n,) posterior weights: prior times exp(-cost / temperature), with a penalty for each unknown.
 
@@ -145,7 +145,7 @@ def weigh(
     return np.asarray(AS_RECORDED * draws[:, 0] + (1.0 - AS_RECORDED) * draws[:, 1:].mean(axis=1))
 
 
-def in_order_of_odds(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> list[Assessed[F]]:
+def in_order_of_odds(hypotheses: Sequence[Assessment[F]], calibration: Calibration) -> list[Assessment[F]]:
     """By the weights that ``weigh`` gives sets of equally many causes, the trials as recorded; the largest first.
 
     For a choice before the errors on unseen trials are known: the distance from the noise is that of the fits.
@@ -155,7 +155,7 @@ def in_order_of_odds(hypotheses: Sequence[Assessed[F]], calibration: Calibration
     return [hypotheses[i] for i in np.argsort(against, kind="stable")]
 
 
-def against_each(hypotheses: Sequence[Assessed[F]], share: float, calibration: Calibration) -> Array:
+def against_each(hypotheses: Sequence[Assessment[F]], share: float, calibration: Calibration) -> Array:
     """(n,) what is against each hypothesis at this ``share`` of the way from the noise, the trials as recorded.
 
     Before the prior for the number of causes.
@@ -164,7 +164,7 @@ def against_each(hypotheses: Sequence[Assessed[F]], share: float, calibration: C
     return against + share * _drawn(hypotheses)[:, 0] if share > 0.0 else against
 
 
-def _before_draws(hypotheses: Sequence[Assessed[F]], share: float, calibration: Calibration) -> Array:
+def _before_draws(hypotheses: Sequence[Assessment[F]], share: float, calibration: Calibration) -> Array:
     """(n,) what is against each hypothesis beside the errors by trial, at this ``share`` of the way from the noise."""
     charged = share * _charged(hypotheses, calibration)
     if share == 1.0:  # a diverged motion has no finite cost
@@ -175,13 +175,13 @@ def _before_draws(hypotheses: Sequence[Assessed[F]], share: float, calibration: 
     return np.asarray((1.0 - share) * (cost - cost.min()) / calibration.temperature + charged)
 
 
-def unknowns_and_states(hypotheses: Sequence[Assessed[F]]) -> list[int]:
+def unknowns_and_states(hypotheses: Sequence[Assessment[F]]) -> list[int]:
     """Number of each hypothesis's unknowns, and of the initial states of its own links in all trials."""
     trials = _trial_count(hypotheses)
     return [h.n_unknown + trials * h.n_state for h in hypotheses]
 
 
-def _charged(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> Array:
+def _charged(hypotheses: Sequence[Assessment[F]], calibration: Calibration) -> Array:
     """(n,) what the numbers of each hypothesis cost far from the noise, where their priors are not in the likelihood.
 
     Without the shapes' share a form at the far end of its priors, which bends to whatever is left, would cost no more
@@ -205,13 +205,13 @@ def shape_cost(shapes: Array) -> float:
     return float(0.5 * np.sum(share * shapes[:, 0] ** 2))
 
 
-def _trial_count(hypotheses: Sequence[Assessed[F]]) -> int:
+def _trial_count(hypotheses: Sequence[Assessment[F]]) -> int:
     return max((len(each.independent) for h in hypotheses if (each := _errors(h)) is not None), default=0)
 
 
 def weigh_beside(
-    hypotheses: Sequence[Assessed[F]],
-    beside: Sequence[Assessed[F]],
+    hypotheses: Sequence[Assessment[F]],
+    beside: Sequence[Assessment[F]],
     small: Collection[Key],
     calibration: Calibration,
     singles: int = 0,
@@ -241,13 +241,13 @@ def weigh_beside(
     return np.where(causes, fair * total / max(float(fair[causes].sum()), 1e-300), weights)
 
 
-def adds_little(item: Assessed[F], own: Assessed[F], none: Assessed[F]) -> bool:
+def adds_little(item: Assessment[F], own: Assessment[F], none: Assessment[F]) -> bool:
     """Whether each cause that a set adds to a hypothesis takes less than ``LEAST_SHARE`` of the gap, on average."""
     added = len(item.keys) - len(own.keys)
     return taken_from_fitted(item, none) - taken_from_fitted(own, none) < LEAST_SHARE * added
 
 
-def _best_beside(own: Assessed[F], beside: Sequence[Assessed[F]], calibration: Calibration) -> Assessed[F]:
+def _best_beside(own: Assessment[F], beside: Sequence[Assessment[F]], calibration: Calibration) -> Assessment[F]:
     """A hypothesis, or the most probable of the sets with small causes beside it, unknowns charged."""
     sets = [own, *beside]
     if len(sets) == 1:
@@ -262,7 +262,7 @@ def _normalised(logarithms: Array) -> Array:
     return np.asarray(weights / weights.sum(axis=0))
 
 
-def _drawn(hypotheses: Sequence[Assessed[F]]) -> Array:
+def _drawn(hypotheses: Sequence[Assessment[F]]) -> Array:
     """(n, 1 + DRAWS) negative log-likelihood of the trials, each counted once, then reweighted in each draw.
 
     A hypothesis without errors by trial gets those of the first, minus its gain in all trials.
@@ -283,17 +283,17 @@ def _drawn(hypotheses: Sequence[Assessed[F]]) -> Array:
     return np.asarray(np.array(rows) @ np.concatenate([np.ones((1, count)), picks]).T)
 
 
-def _errors(item: Assessed[F]) -> TrialErrors | None:
+def _errors(item: Assessment[F]) -> TrialErrors | None:
     """Errors by trial: of the fitted trials, or of those left out if only these are known."""
     return item.seen if item.seen is not None else item.unseen
 
 
-def taken_from_fitted(item: Assessed[F], none: Assessed[F]) -> float:
+def taken_from_fitted(item: Assessment[F], none: Assessment[F]) -> float:
     """Share of the gap's RMS above the noise that a hypothesis removes from the fitted trials."""
     return 1.0 - item.above / none.above if none.above > 0.0 else 0.0
 
 
-def taken(item: Assessed[F], none: Assessed[F]) -> float:
+def taken(item: Assessment[F], none: Assessment[F]) -> float:
     """Share of the gap's RMS that a hypothesis removes, on unseen trials if available."""
     if item.unseen is None or none.unseen is None:
         return taken_from_fitted(item, none)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from blind.views import Key, View
-from synth.diagnosis.angle_search import as_designed, fit_nominal, ratio
+from synth.diagnosis.angle_search import as_designed, fit_nominal, rms_over_noise
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
@@ -80,7 +80,7 @@ def least_residual(freed: Freed, project: GapProject) -> View:
     best: dict[Key, tuple[float, EvaluatedHypothesis]] = {}
     fits = sorted(bench.solve(starts, base.frame, 1), key=lambda fit: fit.cost)
     for fit in [*bench.solve(fits[:KEPT], base.frame, 1), *fits[KEPT:]]:
-        left = ratio(bench, fit) if np.isfinite(fit.cost) else math.inf
+        left = rms_over_noise(bench, fit) if np.isfinite(fit.cost) else math.inf
         if fit.keys[0] not in best or left < best[fit.keys[0]][0]:
             best[fit.keys[0]] = left, fit
     order = sorted(best, key=lambda key: best[key][0])

@@ -13,7 +13,7 @@ from synth.arrays import Array
 from synth.diagnosis.angle_search import as_recorded
 from synth.diagnosis.cause_findings import causes_of
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.hypotheses import Assessed
+from synth.diagnosis.hypotheses import Assessment
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import SwingingChain, scene_of
 from synth.files.gap_project import Tolerance
@@ -67,7 +67,7 @@ def test_the_interval_of_a_cause_from_one_trial_holds_its_level(floors: float) -
             sampled[len(sampled) - len(part.r) :] = 0.0  # rows of the initial state's prior
             noise.append(part.project(sampled))
         fit = fitted(plant, at, noise, truth)
-        (found,) = causes_of(plant, Assessed(fit, fit.cost, floors))
+        (found,) = causes_of(plant, Assessment(fit, fit.cost, floors))
         told, true = found.parameters["error"], cause.named(truth[plant.n_tolerance :])["error"]
         held += (told.low is None or told.low <= true) and (told.high is None or true <= told.high)
     assert 0.85 <= held / DRAWS <= 0.95

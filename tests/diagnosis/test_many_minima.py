@@ -15,7 +15,7 @@ from synth.diagnosis.odds import CALIBRATED
 from synth.diagnosis.plants.swinging_chain import chain_diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import Scene, scene_of
-from synth.diagnosis.restarts import fitted_again, has_other_minima
+from synth.diagnosis.restarts import has_other_minima, refit_from_design
 
 RUBS = {"coulomb_friction": {"torque": 0.25}, "quadratic_damping": {"coefficient": 0.002}}
 
@@ -80,7 +80,7 @@ def test_a_smooth_cost_is_not_searched_from_elsewhere(tmp_path: Path) -> None:
     explorer = AngleExplorer(made.bench, candidates(made.leg, made.given, scales(made.leg, made.given)), CALIBRATED)
     nominal, singles = explorer.none(), explorer.singles()
     framed = [fit for fit in singles if fit.frame is not None]
-    ends = fitted_again(made.bench, framed, as_designed(made.bench))
+    ends = refit_from_design(made.bench, framed, as_designed(made.bench))
     assert not has_other_minima(framed, ends, nominal)
 
 

@@ -14,7 +14,7 @@ from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain import chain_diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import Scene, scene_of
-from synth.diagnosis.sets_of_causes import pairs_of, with_simpler_cause, without_one
+from synth.diagnosis.sets_of_causes import pairs_of, with_simpler_cause, without_one_cause
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def test_each_set_that_lacks_one_cause_starts_at_the_others_values(made: Scene) 
     own = np.arange(1.0, 1.0 + sum(sizes))
     three = bench.awake(EvaluatedHypothesis(causes, np.concatenate([plain.unknowns, own]), plain.states))
     known = replace(three, hypothesis=causes[:2])
-    found = without_one(bench, [three], [known])
+    found = without_one_cause(bench, [three], [known])
     assert [fit.keys for fit in found] == [
         (causes[1].key, causes[2].key),
         (causes[0].key, causes[2].key),

@@ -11,7 +11,7 @@ from synth.diagnosis.odds import CALIBRATED
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.restarts import refine
-from synth.diagnosis.simpler_shapes import worth_their_unknowns
+from synth.diagnosis.simpler_shapes import prefer_simpler_shapes
 from synth.diagnosis.workbench import Workbench
 from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo, ServoSignals
@@ -53,7 +53,7 @@ def rich_fit(bench: Workbench, found: list[Candidate]) -> EvaluatedHypothesis:
 def test_unknowns_that_explain_nothing_are_dropped(fall: float, kept: tuple[str, ...]) -> None:
     bench, found = logs(fall)
     fit = rich_fit(bench, found)
-    (made,) = worth_their_unknowns(bench, [fit], found, CALIBRATED.per_parameter)
+    (made,) = prefer_simpler_shapes(bench, [fit], found, CALIBRATED.per_parameter)
     assert made.hypothesis[0].shape.free == kept
     assert made.cost - fit.cost <= CALIBRATED.per_parameter * (len(RICH) - len(kept))
     assert made.hypothesis[0].named(made.unknowns[bench.n_tolerance :])["share"] == pytest.approx(0.3, rel=0.1)

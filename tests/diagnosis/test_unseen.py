@@ -11,7 +11,7 @@ from diagnosis.simulated_releases import NOISE, TWO, off, recorded, with_effects
 from synth.diagnosis.angle_search import as_designed, fit_nominal
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
+from synth.diagnosis.hypotheses import Assessment, Hypotheses, TrialErrors
 from synth.diagnosis.left_out_fold import DIVERGED, finite
 from synth.diagnosis.odds import CALIBRATED, far_share, taken, weigh
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
@@ -19,8 +19,8 @@ from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.score import score
-from synth.diagnosis.unseen import cells, folds, jackknife, unseen
-from synth.diagnosis.verdict import judge, of_no_account, paying, with_counts
+from synth.diagnosis.unseen import block_errors, errors_on_unseen_trials, folds, jackknife
+from synth.diagnosis.verdict import hypotheses_that_pay, judge, with_coarse_counts, without_causes
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 
@@ -44,12 +44,12 @@ def held_out_error(*ratios: float, independent: float = 8.0) -> TrialErrors:
 
 def assessed(
     unseen: TrialErrors | None, *causes: Candidate, cost: float = 100.0, ratio: float | None = None
-) -> Assessed:
+) -> Assessment:
     fit = EvaluatedHypothesis(tuple(causes), np.zeros(sum(c.size for c in causes)), ())
-    return Assessed(fit, cost, ratio if ratio is not None else unseen.ratio if unseen else 1.0, unseen)
+    return Assessment(fit, cost, ratio if ratio is not None else unseen.ratio if unseen else 1.0, unseen)
 
 
-def with_fitted(item: Assessed, ratio: float) -> Assessed:
+def with_fitted(item: Assessment, ratio: float) -> Assessment:
     """With errors of the fitted trials, the same RMS over the noise in each."""
     assert item.unseen is not None
     return replace(item, ratio=ratio, seen=held_out_error(*[ratio] * len(item.unseen.by_trial)))
@@ -61,7 +61,7 @@ def test_a_motion_that_runs_away_errs_alike_in_both_directions(away: float) -> N
     trial = TRIALS[0]
     bench = scene_of(TWO, recorded(TWO), Tolerance(), 0)[0].bench
     bench = replace(bench, trials=(trial,))
-    up, down = (cells(bench, 0, np.full(int(trial.counts.sum()), side * away)) for side in (1.0, -1.0))
+    up, down = (block_errors(bench, 0, np.full(int(trial.counts.sum()), side * away)) for side in (1.0, -1.0))
     assert up[0] == pytest.approx(DIVERGED**2)
     np.testing.assert_array_equal(down[0], up[0])
     np.testing.assert_array_equal(
@@ -81,7 +81,7 @@ def test_left_out_errors_equal_a_refit_without_the_fold() -> None:
     scene, _ = scene_of(TWO, recorded(built, held_out=0), Tolerance(), 0)
     bench = scene.bench
     nominal = fit_nominal(bench, as_designed(bench))
-    (found,) = unseen(bench, [nominal])
+    (found,) = errors_on_unseen_trials(bench, [nominal])
     assert [len(fold) for fold in folds(bench)] == [1, 1, 1, 1]
     for out, trial in enumerate(bench.trials):
         rest = replace(bench, trials=tuple(t for i, t in enumerate(bench.trials) if i != out))
@@ -134,7 +134,7 @@ def test_an_unusual_shape_costs_odds_far_from_the_noise(floors: float, factor: f
     usual = assessed(held_out_error(*[floors] * 3), DRAG, cost=100.0)
     assert (DRAG.shape.free, DRAG.effect.strengths) == (("coefficient", "exponent"), ("coefficient",))
 
-    def with_shape(coefficient: float, exponent: float) -> Assessed:
+    def with_shape(coefficient: float, exponent: float) -> Assessment:
         unknowns = np.array([coefficient, exponent])
         return replace(usual, fit=replace(usual.fit, unknowns=unknowns))
 
@@ -241,9 +241,9 @@ def test_an_additional_cause_must_remove_a_tenth_on_left_out_trials() -> None:
     none, single = assessed(held_out_error(*[100] * 3)), assessed(held_out_error(*[50] * 3), FRICTION)
     tenth = replace(assessed(held_out_error(*[39] * 3), FRICTION, OFFSET), ratio=20.0)
     less = replace(tenth, unseen=held_out_error(*[41] * 3))
-    assert paying([none, single, tenth], CALIBRATED) == [none, single, tenth]
-    assert paying([none, single, less], CALIBRATED) == [none, single]
-    assert paying([none, single, replace(tenth, unseen=None)], CALIBRATED) == [none, single]
+    assert hypotheses_that_pay([none, single, tenth], CALIBRATED) == [none, single, tenth]
+    assert hypotheses_that_pay([none, single, less], CALIBRATED) == [none, single]
+    assert hypotheses_that_pay([none, single, replace(tenth, unseen=None)], CALIBRATED) == [none, single]
 
 
 def test_a_cause_with_initial_states_of_its_own_is_not_simpler_than_two_without() -> None:
@@ -254,8 +254,8 @@ def test_a_cause_with_initial_states_of_its_own_is_not_simpler_than_two_without(
         single = assessed(held_out_error(*[5.0 * floors] * 3), FRICTION)
         follows = assessed(held_out_error(*[floors] * 3), flexible)
         pair = assessed(held_out_error(*[floors] * 3), FRICTION, OFFSET)
-        assert (pair in paying([none, single, follows, pair], CALIBRATED)) is pays
-        assert pair in paying([none, single, pair], CALIBRATED)
+        assert (pair in hypotheses_that_pay([none, single, follows, pair], CALIBRATED)) is pays
+        assert pair in hypotheses_that_pay([none, single, pair], CALIBRATED)
 
 
 def test_at_the_noise_an_additional_cause_pays_by_the_fitted_trials() -> None:
@@ -263,8 +263,8 @@ def test_at_the_noise_an_additional_cause_pays_by_the_fitted_trials() -> None:
     none = replace(assessed(held_out_error(14, 1.4, 1.4)), ratio=9.0)
     single = replace(assessed(held_out_error(3, 1, 0.9), FRICTION), ratio=2.0)
     pair = replace(assessed(held_out_error(30, 0.9, 0.9), FRICTION, OFFSET), ratio=1.0)
-    assert paying([none, single, pair], CALIBRATED) == [none, single, pair]
-    assert paying([none, single, replace(pair, ratio=1.9)], CALIBRATED) == [none, single]
+    assert hypotheses_that_pay([none, single, pair], CALIBRATED) == [none, single, pair]
+    assert hypotheses_that_pay([none, single, replace(pair, ratio=1.9)], CALIBRATED) == [none, single]
 
 
 def test_one_outlying_trial_does_not_decide_the_share_removed() -> None:
@@ -274,9 +274,9 @@ def test_one_outlying_trial_does_not_decide_the_share_removed() -> None:
 
 def test_a_gap_below_the_requested_accuracy_gives_none() -> None:
     none, single = assessed(held_out_error(*[100] * 3)), assessed(held_out_error(*[10] * 3), FRICTION)
-    judged = of_no_account(judge(Hypotheses(none, (single,), ()), CALIBRATED), none)
+    judged = without_causes(judge(Hypotheses(none, (single,), ()), CALIBRATED), none)
     assert (judged.verdict, judged.accepted, judged.none) == ("none", none, 1.0)
-    counted = of_no_account(with_counts(judge(Hypotheses(none, (single,), ()), CALIBRATED), coarse=True), none)
+    counted = without_causes(with_coarse_counts(judge(Hypotheses(none, (single,), ()), CALIBRATED), coarse=True), none)
     assert (counted.counts, counted.none, counted.probability) == (0.0, 1.0, 0.0)
 
 

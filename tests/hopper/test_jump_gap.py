@@ -13,7 +13,7 @@ import pytest
 from hopper.recorded import DESIGN, PART, Effects, jumped, pulled, write
 from synth.cli import main
 from synth.commands import init
-from synth.diagnosis.next_experiment import DIGITS
+from synth.diagnosis.next_experiment import INFORMATION_DIGITS
 from synth.diagnosis.plants.jumping_leg.jump_across import Across, JumpAcrossDesigns, _slopes
 from synth.diagnosis.plants.jumping_leg.jump_predict import JumpPredictor
 from synth.jump.jump_lanes import JumpLanes
@@ -97,7 +97,7 @@ def test_the_next_trial_is_an_entry_of_a_project(found: dict[str, Any]) -> None:
     following = found["next_experiment"]
     assert following["trial"]["file"].endswith(".csv")
     assert set(following["trial"]) <= {"file", "motor", "length", "payload", "supply", "lean"}
-    bits = [round(item["information"]["value"], DIGITS) for item in following["menu"]]
+    bits = [round(item["information"]["value"], INFORMATION_DIGITS) for item in following["menu"]]
     assert bits == sorted(bits, reverse=True)
     assert bits[0] >= 0.0
     assert "hip" in following["release"]

@@ -19,7 +19,7 @@ from synth.diagnosis.odds import CALIBRATED
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.score import from_state
-from synth.diagnosis.unseen import cells, unseen
+from synth.diagnosis.unseen import block_errors, errors_on_unseen_trials
 from synth.files.gap_project import read_gap_project
 from synth.fit.recordings import recordings
 
@@ -76,11 +76,11 @@ def test_left_out_pieces_of_a_swung_up_pendulum_err_from_their_best_states(tmp_p
     (friction,) = AngleExplorer(
         bench, [each for each in every if each.key == ("coulomb_friction", "hinge")], CALIBRATED
     ).singles()
-    (found,) = unseen(bench, [friction])
+    (found,) = errors_on_unseen_trials(bench, [friction])
     for index, trial in enumerate(bench.trials):
         fit = replace(friction, unknowns=found.refitted[index], frame=None)
         best = from_state(bench, fit, trial, {}, friction.states[index])
-        squares, counts, _ = cells(bench, index, best)
+        squares, counts, _ = block_errors(bench, index, best)
         assert found.by_trial[index] < 1.3**2 * float(squares @ counts) / counts.sum()
 
 

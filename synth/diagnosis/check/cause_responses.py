@@ -17,7 +17,7 @@ from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Key
-from synth.diagnosis.screening import DIVERGED, ScreeningFrame, rungs
+from synth.diagnosis.screening import DIVERGED_RESIDUAL, ScreeningFrame, ladder_starts
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.parameters import Prior
 
@@ -130,7 +130,7 @@ def compared(
 def _sized(bench: Workbench, at: EvaluatedHypothesis, starts: Sequence[EvaluatedHypothesis]) -> list[CauseResponse]:
     """For each start the size of comparison, and the smallest visible size, from a ladder of sizes."""
     first = bench.n_tolerance
-    ladders = [rungs(start, first) for start in starts]
+    ladders = [ladder_starts(start, first) for start in starts]
     flat = [rung for ladder in ladders for rung in ladder]
     signals, raw = _signals(bench, at, flat)
     made, place = [], 0
@@ -159,7 +159,7 @@ def _signals(bench: Workbench, at: EvaluatedHypothesis, fits: Sequence[Evaluated
     broken = np.zeros(len(fits), dtype=bool)
     for i, rows in enumerate(bench.residuals(fits)):
         found = np.array(rows)
-        broken |= ~np.isfinite(found.sum(axis=1)) | (np.abs(found).max(axis=1) >= DIVERGED)
+        broken |= ~np.isfinite(found.sum(axis=1)) | (np.abs(found).max(axis=1) >= DIVERGED_RESIDUAL)
         found[broken] = 0.0
         left = ground.project(i, found - at.residuals[i])
         squares += np.einsum("fm,fm->f", left, left)

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.hypotheses import Assessed, Hypotheses
+from synth.diagnosis.hypotheses import Assessment, Hypotheses
 from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench, JumpFit
 from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
 from synth.diagnosis.plants.jumping_leg.jump_score import score
@@ -64,7 +64,7 @@ class JumpExplorer:
                 found.append(self._brought(start))
         return best_of_each(found)
 
-    def beside(self, anchors: Sequence[Assessed[JumpFit]], singles: Sequence[Assessed[JumpFit]]) -> list[JumpFit]:
+    def beside(self, anchors: Sequence[Assessment[JumpFit]], singles: Sequence[Assessment[JumpFit]]) -> list[JumpFit]:
         """Each anchor with each of the most probable single causes."""
         found: dict[frozenset[tuple[str, str]], JumpFit] = {}
         for anchor in anchors:

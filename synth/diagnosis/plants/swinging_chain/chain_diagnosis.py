@@ -15,12 +15,12 @@ from synth.diagnosis.angle_trials import AngleTrial, angle_trial, spread
 from synth.diagnosis.cause_findings import Findings, find_causes
 from synth.diagnosis.companions import with_companions
 from synth.diagnosis.diagnosis_result import Cause, Verdict
-from synth.diagnosis.encoder_counts import Coarse, coarse_counts, noise_as_read, rounded, usual_noise
+from synth.diagnosis.encoder_counts import CoarseChannel, coarse_counts, noise_as_read, rounded, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.held_out import moved_within
 from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
-from synth.diagnosis.influence import hangs_on
+from synth.diagnosis.influence import verdict_dependence
 from synth.diagnosis.lanes import Kept
 from synth.diagnosis.odds import far_share
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
@@ -40,9 +40,9 @@ from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
 from synth.diagnosis.sensor_noise import sensor
 from synth.diagnosis.sentences import ErrorWording, angle, scored_on, stated
-from synth.diagnosis.settled import with_settled
-from synth.diagnosis.unseen import with_unseen
-from synth.diagnosis.verdict import Judged, with_counts, with_doubt
+from synth.diagnosis.settled import settle_leading
+from synth.diagnosis.unseen import with_unseen_errors
+from synth.diagnosis.verdict import Judgement, rivals_with_doubt, with_coarse_counts
 from synth.diagnosis.workbench import Workbench
 from synth.errors import UserError
 from synth.estimation.information import RIVALS, TrialForecast
@@ -81,7 +81,7 @@ class Scene:
     bench: Workbench
     given: tuple[AngleTrial, ...]
     held: tuple[AngleTrial, ...]
-    coarse: tuple[Coarse, ...]
+    coarse: tuple[CoarseChannel, ...]
     usual: Array  # (n,) rad, noise without coarse counts
     seed: int
     accuracy: float = 0.0  # rad, a gap below it does not matter
@@ -126,11 +126,11 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def search(self, say: Callable[[str], None]) -> Hypotheses[EvaluatedHypothesis]:
         """Every effect at every place where it could be visible, alone and with others."""
         leg, given, bench, odds = self.scene.leg, self.scene.given, self.bench, self.calibration
-        found, done = with_settled(bench, search(bench, candidates(leg, given, scales(leg, given)), odds, say), odds)
+        found, done = settle_leading(bench, search(bench, candidates(leg, given, scales(leg, given)), odds, say), odds)
         say("trials left out")
-        found = with_unseen(bench, found, odds)
+        found = with_unseen_errors(bench, found, odds)
         say("small causes beside the leading ones")
-        return with_settled(bench, with_companions(bench, found, odds), odds, done)[0]
+        return settle_leading(bench, with_companions(bench, found, odds), odds, done)[0]
 
     def designed(self) -> EvaluatedHypothesis:
         """The unchanged nominal leg."""
@@ -193,9 +193,9 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
             return tuple(np.broadcast_to(usual, trial.measured.shape) for trial in self.whole)
         return joined(self.scored, noise_as_read(self.scored, unread, coarse, usual))
 
-    def with_direct_causes(self, judged: Judged[EvaluatedHypothesis]) -> Judged[EvaluatedHypothesis]:
+    def with_direct_causes(self, judged: Judgement[EvaluatedHypothesis]) -> Judgement[EvaluatedHypothesis]:
         """The verdict with coarse counts included."""
-        return with_counts(judged, coarse=len(self.scene.coarse) > 0)
+        return with_coarse_counts(judged, coarse=len(self.scene.coarse) > 0)
 
     def shown(
         self, stages: StagePredictions[EvaluatedHypothesis, Array]
@@ -219,10 +219,10 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return tuple(odd_trials(names, self.scene.leg.joint_names, np.array(rms)))
 
     def doubts(
-        self, found: Hypotheses[EvaluatedHypothesis], judged: Judged[EvaluatedHypothesis], motion: float
+        self, found: Hypotheses[EvaluatedHypothesis], judged: Judgement[EvaluatedHypothesis], motion: float
     ) -> tuple[tuple[str, ...], float]:
         """Recordings that the verdict depends on, and the probability that a further one changes it."""
-        hangs = hangs_on(self.bench, found, judged, self.calibration, self.freely(found), motion)
+        hangs = verdict_dependence(self.bench, found, judged, self.calibration, self.freely(found), motion)
         return hangs.warnings(), hangs.chance
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
@@ -276,11 +276,11 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         """Commands of a servo-driven leg drawn at random, then varied."""
         return variations(self.scene.leg, self.bench, self.scene.given, self.scene.next_command, best, number)
 
-    def rivals(self, judged: Judged[EvaluatedHypothesis]) -> list[tuple[EvaluatedHypothesis, float]]:
+    def rivals(self, judged: Judgement[EvaluatedHypothesis]) -> list[tuple[EvaluatedHypothesis, float]]:
         """For a servo-driven leg more than usual: a search finds a command that separates all."""
         if not has_servo(self.scene.leg, self.scene.given):
             return super().rivals(judged)
-        return with_doubt(judged, DOUBT, self.most_rivals)
+        return rivals_with_doubt(judged, DOUBT, self.most_rivals)
 
     def remainder(self, fit: EvaluatedHypothesis) -> float:
         """RMS of the whitened residuals, in whose unit a sample of the noise is 1."""
@@ -390,7 +390,7 @@ def scene_of(
     return Scene(leg, tolerances, bench, given, held, coarse, usual, seed), tuple(warnings)
 
 
-def _blamed(judged: Judged[EvaluatedHypothesis], leg: Leg) -> dict[str, float]:
+def _blamed(judged: Judgement[EvaluatedHypothesis], leg: Leg) -> dict[str, float]:
     """Joint -> probability that it has a cause."""
     found: dict[str, float] = {}
     for item, probability in judged.singles:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.encoder_counts import Coarse
+from synth.diagnosis.encoder_counts import CoarseChannel
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.diagnosis.plants.swinging_chain.lane_packing import of_chain
@@ -18,7 +18,7 @@ from synth.swing.leg_model import Leg
 from synth.swing.tolerances import Tolerances
 
 
-def diagnosed_leg(leg: Leg, tolerances: Tolerances, fit: EvaluatedHypothesis, coarse: Sequence[Coarse]) -> Leg:
+def diagnosed_leg(leg: Leg, tolerances: Tolerances, fit: EvaluatedHypothesis, coarse: Sequence[CoarseChannel]) -> Leg:
     """A leg for a leg file; effects that change a number of the leg are included in that number."""
     made = tolerances.leg(leg, fit.unknowns[: tolerances.size])
     for candidate, place in zip(of_chain(fit.hypothesis), fit.slices, strict=True):

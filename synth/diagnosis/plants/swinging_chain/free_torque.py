@@ -25,7 +25,7 @@ from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, mis
 from synth.diagnosis.plants.swinging_chain.torque_hats import Hats
 from synth.diagnosis.prediction_error import LEAST_GAP
 from synth.diagnosis.sifting import few_trials
-from synth.diagnosis.unseen import cells, folds, jackknife, unseen
+from synth.diagnosis.unseen import block_errors, errors_on_unseen_trials, folds, jackknife
 from synth.diagnosis.workbench import RULE, Workbench
 from synth.estimation.intervals import NORMAL90
 from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, minimise
@@ -159,7 +159,7 @@ def free_torques(
     missing = [missing_torque(nominal, trial) for trial in bench.trials]
     promising = _promising(leg, coarse, base, scales, missing)
     (start,) = coarse.evaluate([EvaluatedHypothesis((), base.unknowns, base.states)])
-    (before,) = unseen(coarse, [start])
+    (before,) = errors_on_unseen_trials(coarse, [start])
     found = []
     for hats in promising[:RANKED]:
         problem = _TorqueFits(coarse, hats)
@@ -205,7 +205,7 @@ def _left_out(problem: _TorqueFits, fit: _TorqueFit) -> tuple[TrialErrors, Array
     starts = problem.evaluate([replace(framed, out=out) for out in folds(problem.bench)])
     ends = problem.improved(starts, FOLD_STEPS)
     left = {index: end for end in ends for index in end.out}
-    made = [cells(problem.bench, i, left[i].residuals[i]) for i in range(len(problem.bench.trials))]
+    made = [block_errors(problem.bench, i, left[i].residuals[i]) for i in range(len(problem.bench.trials))]
     found = TrialErrors(*(np.array(column) for column in zip(*made, strict=True)))
     return found, np.array([problem.heights(end) for end in ends])
 
