@@ -28,9 +28,8 @@ from synth.diagnosis.workbench import Workbench
 
 COMPANION_COUNT = 2  # small causes beside each leading hypothesis: as many as the search ever adds to a single cause
 MOST_LEADERS, LEAST_WEIGHT = 6, 0.02  # hypotheses compared, and their least weight: a rival below it has odds below 50
-CHEAPEST_SINGLES = (
-    2  # single causes of the lowest cost that are compared in any case, though a trial may speak against them
-)
+# Single causes of the lowest cost that are compared in any case, though a trial may speak against them.
+CHEAPEST_SINGLES = 2
 START_FACTORS = (1.0, 0.3)  # on a small cause's unknowns, starts beside another hypothesis
 MOST_CAUSES = 3  # of a hypothesis, with its small causes
 SmallCause = tuple[ShapedEffect, Array]  # a small cause and its unknowns

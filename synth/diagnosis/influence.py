@@ -33,9 +33,8 @@ REFIT_RENEWALS = 3  # renewals of the derivatives in a fit without a recording
 MOST_REFITTED = 6  # refits without a recording; the closed form alone rarely changes a clear verdict
 SURE_WEIGHT = 0.8  # weight that the other explanation needs without the recording
 ODD_SHARE = 1 / 3  # of the misfit, below which it must fall without one recording for that one to be named as odd
-LEAST_ODD_MISFIT = (
-    3.0  # noise floors of misfit, from which an odd recording is looked for: below, white noise scatters as much
-)
+# Noise floors of misfit, from which an odd recording is looked for: below, white noise scatters as much.
+LEAST_ODD_MISFIT = 3.0
 
 
 @dataclass(frozen=True)

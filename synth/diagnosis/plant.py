@@ -140,11 +140,11 @@ class Plant(ABC, Generic[F, T, S]):
 
     @abstractmethod
     def squares(self, predicted: Sequence[S]) -> Array:
-        """(n_trial, BLOCKS) summed squared errors of the scored trials, rad^2."""
+        """(n_trial, BLOCKS_A_TRIAL) summed squared errors of the scored trials, rad^2."""
 
     @abstractmethod
     def samples(self, unread: Sequence[S] = ()) -> tuple[Array, Array]:
-        """(n_trial, BLOCKS) number of samples, and the sum expected from noise alone, rad^2.
+        """(n_trial, BLOCKS_A_TRIAL) number of samples, and the sum expected from noise alone, rad^2.
 
         ``unread`` : predictions, if the sum is about them with the direct causes applied.
         """

@@ -14,11 +14,11 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
-from synth.diagnosis.evaluated_hypothesis import DAMPING, EvaluatedHypothesis
+from synth.diagnosis.evaluated_hypothesis import FIRST_DAMPING, EvaluatedHypothesis
 from synth.diagnosis.score import fresh
 from synth.diagnosis.screening import ladder_starts, scale_strengths
 from synth.diagnosis.search import best_of_each
-from synth.diagnosis.workbench import RULE, SOLVED, HypothesisFits, Workbench
+from synth.diagnosis.workbench import DAMPING_RULE, SOLVED, HypothesisFits, Workbench
 
 # Most renewals of the derivatives, which stop when the cost falls by less, and most steps with each.
 RENEWALS, CONVERGED_FALL, STEPS_A_RENEWAL = 8, 1.0, 3
@@ -28,16 +28,8 @@ LEAST_COST_APART = 3.0  # in log-likelihood, a factor of 20
 DONOR_FITS = 4  # best causes whose tolerances and initial states the others start from
 STRENGTH_FACTORS = (0.7, 1.4)  # factors on a cause's unknowns from which it is fitted again
 STARTS_A_CAUSE = 2  # starts of each cause that continue after the first steps
-FACTORS_BETWEEN_RUNGS = (
-    0.6,
-    0.7,
-    0.8,
-    0.9,
-    1.1,
-    1.25,
-    1.4,
-    1.7,
-)  # factors on the best rungs' strengths: a minimum may be narrow
+# Factors on the best rungs' strengths: a minimum may be narrow.
+FACTORS_BETWEEN_RUNGS = 0.6, 0.7, 0.8, 0.9, 1.1, 1.25, 1.4, 1.7
 CAUSES_TRIED = 16  # causes that continue from the best fits' tolerances; half of them after the first steps
 EXCHANGE_ROUNDS = 2  # the second from the tolerances that the first found
 # Steps of the derivatives, and how often they are renewed with each: dry friction makes cliffs in the cost, at which a
@@ -62,7 +54,7 @@ def refine(
     fall, and are taken only where the first of them predicts a larger one.
     """
     current, going = [bench.awake(fit) for fit in fits], list(range(len(fits)))
-    damping, finished = (RULE.least, least_gain) if undamped else (DAMPING, SOLVED)
+    damping, finished = (DAMPING_RULE.least, least_gain) if undamped else (FIRST_DAMPING, SOLVED)
     for _ in range(frames):
         for i in going:
             current[i] = replace(fresh(current[i]), frame=bench.frame(current[i]), damping=damping)

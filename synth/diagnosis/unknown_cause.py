@@ -11,7 +11,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from synth.diagnosis.hypotheses import Assessment, F, TrialErrors
-from synth.diagnosis.odds import LEAST_SHARE, Calibration, far_share, taken, taken_from_fitted, taken_of
+from synth.diagnosis.odds import (
+    LEAST_FURTHER_SHARE,
+    Calibration,
+    far_share,
+    share_removed,
+    share_removed_between,
+    share_removed_from_fitted,
+)
 
 MOST_SCATTER = 1 / 3  # of the gap, largest tolerance for the remainder's scatter between trials
 CAUSES_OF_A_CURVE = 3  # causes of one spring or damper that together are any curve of it, see ``_is_curve``
@@ -69,21 +76,23 @@ def _unknown_far_from_noise(
     none = hypotheses[0]
 
     def removed(h: Assessment[F]) -> float:
-        return taken(h, none)
+        return share_removed(h, none)
 
     shown = max((h for h in hypotheses if {*best.keys} <= {*h.keys} and h.unseen), key=removed, default=best)
-    freely = taken_of(free, none.unseen) if free is not None and none.unseen is not None else 0.0
+    freely = share_removed_between(free, none.unseen) if free is not None and none.unseen is not None else 0.0
     leads = max(freely - (removed(shown) if best.keys else 0.0) - calibration.free_leads, 0.0)
     telling = float(np.clip((freely - least_removed_share(hypotheses)) / calibration.free_leads, 0.0, 1.0))
     missing = max(missing, telling)
 
     def short(items: Sequence[Assessment[F]], most: float) -> float:
         """Probability that an unknown cause is in what the best of these leaves."""
-        share = max((taken_from_fitted(h, none) for h in items), default=0.0)
+        share = max((share_removed_from_fitted(h, none) for h in items), default=0.0)
         return float(1.0 / (1.0 + np.exp(-calibration.steep * (most - share + leads))))
 
     # What predicts trials left out of its fit no better explains the others by chance, however well.
-    fails = float(1.0 / (1.0 + np.exp(calibration.steep * (removed(shown) - LEAST_SHARE)))) if best.keys else 0.0
+    fails = (
+        float(1.0 / (1.0 + np.exp(calibration.steep * (removed(shown) - LEAST_FURTHER_SHARE)))) if best.keys else 0.0
+    )
     doubt = _chance_of_contradiction(shown, none)
     alone = short([h for h in hypotheses if len(h.keys) == 1], calibration.most)
     if len(best.keys) < 2:
@@ -126,7 +135,7 @@ def least_removed_share(hypotheses: Sequence[Assessment[F]]) -> float:
     """
     best = min((h.unseen for h in hypotheses if h.unseen is not None), key=lambda unseen: unseen.typical)
     scatter = float(np.std(0.5 * np.log(np.maximum(best.by_trial, 1e-9)), ddof=1))
-    return float(np.clip(scatter, LEAST_SHARE, MOST_SCATTER))
+    return float(np.clip(scatter, LEAST_FURTHER_SHARE, MOST_SCATTER))
 
 
 def probability_beyond_accuracy(share: float, calibration: Calibration) -> float:

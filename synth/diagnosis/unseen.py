@@ -17,14 +17,14 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.evaluated_hypothesis import DAMPING, EvaluatedHypothesis
+from synth.diagnosis.evaluated_hypothesis import FIRST_DAMPING, EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment, Hypotheses, TrialErrors
-from synth.diagnosis.lanes import Kept
-from synth.diagnosis.left_out_fold import FitWithoutFold, bounded, judged_without_fold, normal_without_fold
+from synth.diagnosis.lanes import PredictorCache
+from synth.diagnosis.left_out_fold import FitWithoutFold, bounded_residual, evaluated_without_fold, normal_without_fold
 from synth.diagnosis.odds import Calibration, in_order_of_odds
-from synth.diagnosis.prediction_error import BLOCKS
+from synth.diagnosis.prediction_error import BLOCKS_A_TRIAL
 from synth.diagnosis.score import from_state
-from synth.diagnosis.workbench import RULE, HypothesisFits, Workbench
+from synth.diagnosis.workbench import DAMPING_RULE, HypothesisFits, Workbench
 from synth.estimation.correlation import independent_errors
 from synth.estimation.intervals import NORMAL90, student95
 from synth.estimation.levenberg_marquardt import Iterate, minimise
@@ -67,12 +67,12 @@ def errors_on_unseen_trials(bench: Workbench, fits: Sequence[EvaluatedHypothesis
         raise ValueError("a single trial leaves none for validation")
     parts = folds(bench)
     framed = [fit if fit.frame is not None else replace(fit, frame=bench.frame(fit)) for fit in fits]
-    begin = {"damping": DAMPING, "done": False}
+    begin = {"damping": FIRST_DAMPING, "done": False}
     given = [{f.name: getattr(fit, f.name) for f in fields(fit)} | begin for fit in framed]  # not what it has cached
     start = [FitWithoutFold(**each, out=out) for each in given for out in parts]
     problem = _FoldFits(bench, None, LAST_STEP_FALL)
-    begun = [Iterate[EvaluatedHypothesis](judged_without_fold(bench, fit), fit.damping) for fit in start]
-    ends = [iterate.point for iterate in minimise(problem, begun, RULE, FOLD_ITERATIONS)]
+    begun = [Iterate[EvaluatedHypothesis](evaluated_without_fold(bench, fit), fit.damping) for fit in start]
+    ends = [iterate.point for iterate in minimise(problem, begun, DAMPING_RULE, FOLD_ITERATIONS)]
     made = []
     for place in range(len(fits)):
         own = ends[place * len(parts) : (place + 1) * len(parts)]
@@ -93,7 +93,7 @@ def _residuals_from_best_states(
     trial; not for hypotheses that add links: with two more numbers a link in each trial they follow what they do not
     explain.
     """
-    kept: dict[int, Kept] = {}
+    kept: dict[int, PredictorCache] = {}
 
     def residual(index: int) -> Array:
         own, trial = left[index], bench.trials[index]
@@ -158,7 +158,7 @@ class _FoldFits(HypothesisFits):
 
     def evaluate(self, points: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """The point as if the fold were absent."""
-        return [judged_without_fold(self.bench, _as_fit_without_fold(fit)) for fit in self.bench.evaluate(points)]
+        return [evaluated_without_fold(self.bench, _as_fit_without_fold(fit)) for fit in self.bench.evaluate(points)]
 
     def normal(self, point: EvaluatedHypothesis) -> LinearisedNormal:
         """Normal equations of the trials that count; the others' states are refitted."""
@@ -180,8 +180,8 @@ def block_errors(bench: Workbench, index: int, residual: Array) -> tuple[Array, 
     where = trial.counts
     scale = np.broadcast_to(bench.tempering(trial), where.shape)
     floors = np.zeros(where.shape)
-    floors[where] = bounded(residual[: where.sum()] * scale[where])
-    counts = np.array([part.sum() for part in np.array_split(where, BLOCKS)], dtype=float)
-    squares = np.array([part.sum() for part in np.array_split(floors**2, BLOCKS)]) / np.maximum(counts, 1.0)
+    floors[where] = bounded_residual(residual[: where.sum()] * scale[where])
+    counts = np.array([part.sum() for part in np.array_split(where, BLOCKS_A_TRIAL)], dtype=float)
+    squares = np.array([part.sum() for part in np.array_split(floors**2, BLOCKS_A_TRIAL)]) / np.maximum(counts, 1.0)
     channels = [floors[where[:, j], j] for j in trial.free if where[:, j].any()]
     return squares, counts, sum(independent_errors(channel, trial.share * bench.effective) for channel in channels)

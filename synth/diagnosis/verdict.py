@@ -13,22 +13,21 @@ from synth.diagnosis.diagnosis_result import Verdict
 from synth.diagnosis.hypotheses import Assessment, F, Hypotheses, Key, TrialErrors
 from synth.diagnosis.odds import CALIBRATED as CALIBRATED
 from synth.diagnosis.odds import (
-    LEAST_SHARE,
-    against_each,
+    LEAST_FURTHER_SHARE,
+    costs_against,
     far_share,
-    taken,
-    taken_from_fitted,
+    posterior_weights_beside,
+    share_removed,
+    share_removed_from_fitted,
     unknowns_and_states,
-    weigh_beside,
 )
 from synth.diagnosis.odds import Calibration as Calibration
-from synth.diagnosis.odds import weigh as weigh
+from synth.diagnosis.odds import posterior_weights as posterior_weights
 from synth.diagnosis.unknown_cause import least_removed_share, probability_beyond_accuracy, probability_of_unknown
 from synth.estimation.information import LEAST_WEIGHT
 
-LITTLE_SHARE = (
-    1.0 / 6.0
-)  # of the whole gap, that one of several causes takes which cannot be told apart: it is not named
+# Of the whole gap, that one of several causes takes which cannot be told apart: it is not named.
+LITTLE_SHARE = 1.0 / 6.0
 # Share of its weight that a cause keeps which removes too little: most such causes only follow another's form error.
 # Decided by ``make blind-rigs``.
 WEIGHT_OF_LITTLE = 0.2
@@ -39,9 +38,8 @@ RIVAL_RATIO = 1.05
 # nearly every cause fits as badly (one motion that turns the other way), a list of them tells nothing.
 MOST_TIED = 6
 PROBABILITY_OF_COUNTS = 0.95  # probability of visible coarse counts; not tuned
-UNKNOWN_IF_CONTRADICTED = (
-    0.9  # probability of an unknown cause if held-out trials surely contradict the explanation: a choice
-)
+# Probability of an unknown cause if held-out trials surely contradict the explanation: a choice.
+UNKNOWN_IF_CONTRADICTED = 0.9
 
 
 @dataclass(frozen=True)
@@ -88,13 +86,13 @@ class Judgement(Generic[F]):
 def hypotheses_that_pay(hypotheses: Sequence[Assessment[F]], calibration: Calibration) -> list[Assessment[F]]:
     """Those hypotheses of several causes that clearly improve on the best of fewer causes.
 
-    One further cause must remove ``pays`` of the squared error above the noise, and ``LEAST_SHARE`` of the whole
-    gap: near the noise of the fitted trials, far from it on unseen ones if available. A fold is often the only trial of
-    its kind, such as the one log in which a servo reaches its current limit: without it the limit is not determined,
-    and the fold's error tells nothing against it. Far from the noise a cause with more unknown numbers is not fewer: a
-    base that yields has initial states in each piece of a swing, and follows what two other causes do. A cause that is
-    less probable than none, because of its own numbers, is no reason to distrust several: at the ends of its priors it
-    imitates them. What leaves as much with another cause in place of one is kept too, as a rival.
+    One further cause must remove ``pays`` of the squared error above the noise, and ``LEAST_FURTHER_SHARE`` of the
+    whole gap: near the noise of the fitted trials, far from it on unseen ones if available. A fold is often the only
+    trial of its kind, such as the one log in which a servo reaches its current limit: without it the limit is not
+    determined, and the fold's error tells nothing against it. Far from the noise a cause with more unknown numbers is
+    not fewer: a base that yields has initial states in each piece of a swing, and follows what two other causes do. A
+    cause that is less probable than none, because of its own numbers, is no reason to distrust several: at the ends of
+    its priors it imitates them. What leaves as much with another cause in place of one is kept too, as a rival.
     """
     none, far = next((h for h in hypotheses if not h.keys), None), far_share(hypotheses)
     gap = none.above if none is not None else 0.0
@@ -117,9 +115,9 @@ def hypotheses_that_pay(hypotheses: Sequence[Assessment[F]], calibration: Calibr
         if far > 0.0 and none is not None and none.unseen is not None and known:
             if hypothesis.unseen is None:
                 continue
-            unseen = taken(hypothesis, none) - max(taken(h, none) for h in known)
+            unseen = share_removed(hypothesis, none) - max(share_removed(h, none) for h in known)
             takes = (1.0 - far) * takes + far * unseen
-        if left**2 <= (1.0 - calibration.pays) * before**2 and takes >= LEAST_SHARE:
+        if left**2 <= (1.0 - calibration.pays) * before**2 and takes >= LEAST_FURTHER_SHARE:
             kept.append(hypothesis)
     paid = [hypothesis for hypothesis in kept if len(hypothesis.keys) > 1]
     return [h for h in hypotheses if any(h is k for k in kept) or any(_is_rival(h, k) for k in paid)]
@@ -127,7 +125,7 @@ def hypotheses_that_pay(hypotheses: Sequence[Assessment[F]], calibration: Calibr
 
 def _likelier_than_none(hypotheses: Sequence[Assessment[F]], calibration: Calibration) -> list[bool]:
     """Of each hypothesis whether it has better odds than none, its numbers charged, before all priors."""
-    against = against_each(hypotheses, far_share(hypotheses), calibration)
+    against = costs_against(hypotheses, far_share(hypotheses), calibration)
     of_none = next(value for h, value in zip(hypotheses, against, strict=True) if not h.keys)
     return [not h.keys or bool(value < of_none) for h, value in zip(hypotheses, against, strict=True)]
 
@@ -145,7 +143,7 @@ def judge(
     free: TrialErrors | None = None,
     motion: float = np.inf,
 ) -> Judgement[F]:
-    """Weigh all hypotheses; ``singles`` as in ``weigh``.
+    """Weigh all hypotheses; ``singles`` as in ``posterior_weights``.
 
     ``free`` : the error of a free-form torque on unseen trials; ``motion`` : RMS of the motion, in noise floors.
 
@@ -155,7 +153,9 @@ def judge(
     """
     fitted = [found.none, *found.singles, *found.several]
     hypotheses = hypotheses_that_pay(fitted, calibration)
-    weights = _weights_by_removal(hypotheses, weigh_beside(hypotheses, fitted, found.small, calibration, singles))
+    weights = _weights_by_removal(
+        hypotheses, posterior_weights_beside(hypotheses, fitted, found.small, calibration, singles)
+    )
     heaviest = _heaviest_index(hypotheses, weights)
     best = hypotheses[heaviest]
     unexplained = max(1.0 - float(weights[0]), probability_beyond_accuracy(found.none.above / motion, calibration))
@@ -215,7 +215,7 @@ def _weights_by_removal(hypotheses: Sequence[Assessment[F]], weights: Array) -> 
 
 def _mean_share(item: Assessment[F], none: Assessment[F]) -> float:
     """Share of the gap that a hypothesis removes, the mean of those of fitted and of unseen trials."""
-    return 0.5 * (taken(item, none) + taken_from_fitted(item, none))
+    return 0.5 * (share_removed(item, none) + share_removed_from_fitted(item, none))
 
 
 def _contributions(found: Assessment[F], costs: Mapping[frozenset[Key], float]) -> dict[Key, float]:
@@ -311,6 +311,6 @@ def _shared_by_all(
     alone = next((h for h in hypotheses if len(h.keys) == 1 and set(h.keys) <= common), None)
     if not tied or alone is None or len(common) > 1 or far_share(hypotheses) < 1.0:
         return None
-    takes = taken_from_fitted(alone, hypotheses[0])
-    little = taken_from_fitted(best, hypotheses[0]) - takes < LITTLE_SHARE
+    takes = share_removed_from_fitted(alone, hypotheses[0])
+    little = share_removed_from_fitted(best, hypotheses[0]) - takes < LITTLE_SHARE
     return alone if takes >= calibration.most and little else None

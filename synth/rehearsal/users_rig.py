@@ -10,7 +10,7 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.compiling.compiled import keep_code_of
 from synth.diagnosis.check.run import REMAINDER
-from synth.diagnosis.sensor_noise import sensor
+from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.drives.servo import Servo
 from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording, recordings
@@ -93,7 +93,7 @@ def users_rig(project: GapProject) -> Rig:
     if all(trial.held_out for trial in kept):
         raise UserError("no trial remains for a rehearsal: all have their own leg or are held out")
     made = recordings(leg, kept, ())
-    found = sensor([r for r, t in zip(made, kept, strict=True) if not t.held_out])
+    found = estimate_sensor([r for r, t in zip(made, kept, strict=True) if not t.held_out])
     fastest_seen = np.max([np.abs(r.smoothed.rate).max(axis=0) for r in made], axis=0)
     motion = [np.std(r.smoothed.angle[:, r.free], axis=0) for r in made if r.free]
     counts = np.full(len(leg.joints), np.inf)

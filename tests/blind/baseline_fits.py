@@ -18,7 +18,7 @@ from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import score
-from synth.diagnosis.sensor_noise import sensor
+from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
@@ -65,7 +65,7 @@ def free_fit(project: GapProject) -> Freed:
     given = tuple(trial for trial in trials if not trial.held_out)
     held = tuple(trial for trial in trials if trial.held_out)
     wide = Tolerances(FREE * Tolerances.of(project.leg, project.tolerance).width)
-    noise = sensor([trial.recording for trial in given]).noise
+    noise = estimate_sensor([trial.recording for trial in given]).noise
     bench = Workbench(Predictor(project.leg, wide, INTEGRATION), given, noise, math.inf)
     return Freed(bench, fit_nominal(bench, as_designed(bench)), given, held)
 

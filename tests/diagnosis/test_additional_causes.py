@@ -19,7 +19,7 @@ from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE, dia
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.screening import ScreeningFrame, costs_after_step, costs_by_secant, scale_strengths
 from synth.diagnosis.search_limits import LARGEST_TOLERANCE
-from synth.diagnosis.sensor_noise import sensor
+from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
@@ -33,7 +33,7 @@ def bench_of(built: Leg, seed: int = 3) -> tuple[Workbench, list[Candidate]]:
     """What a diagnosis would work on, and its candidates."""
     made = recordings(TWO, recorded(built, seed=seed), ())
     trials = tuple(angle_trial(recording, held_out=False) for recording in made)
-    noise = sensor([trial.recording for trial in trials]).noise
+    noise = estimate_sensor([trial.recording for trial in trials]).noise
     bench = Workbench(Predictor(TWO, Tolerances.of(TWO, Tolerance())), trials, noise, EFFECTIVE)
     return bench, candidates(TWO, trials, scales(TWO, trials))
 

@@ -13,7 +13,13 @@ from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.companions import with_companions
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment, Hypotheses, TrialErrors
-from synth.diagnosis.odds import CALIBRATED, LEAST_SHARE, adds_little, weigh, weigh_beside
+from synth.diagnosis.odds import (
+    CALIBRATED,
+    LEAST_FURTHER_SHARE,
+    adds_little,
+    posterior_weights,
+    posterior_weights_beside,
+)
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
@@ -56,8 +62,8 @@ WITH_SMALL = left([20.0, 12.0, 12.0, 12.0], SOFT, SHIFT), left([125.0, 25.0, 25.
 
 def test_a_small_cause_does_not_decide_between_large_ones() -> None:
     hypotheses, fitted = [NONE, *ALONE], [NONE, *ALONE, *WITH_SMALL]
-    alone = weigh(hypotheses, CALIBRATED)
-    beside = weigh_beside(hypotheses, fitted, {SHIFT.key}, CALIBRATED)
+    alone = posterior_weights(hypotheses, CALIBRATED)
+    beside = posterior_weights_beside(hypotheses, fitted, {SHIFT.key}, CALIBRATED)
     assert alone[2] > 5.0 * alone[1]
     assert beside[1] > 5.0 * beside[2]
 
@@ -65,7 +71,10 @@ def test_a_small_cause_does_not_decide_between_large_ones() -> None:
 def test_small_causes_do_not_show_that_there_is_a_large_one() -> None:
     hypotheses = [NONE, left([780.0, 650.0, 560.0, 470.0], SOFT)]
     fitted = [*hypotheses, left([700.0, 600.0, 500.0, 400.0], SOFT, SHIFT)]
-    assert weigh_beside(hypotheses, fitted, {SHIFT.key}, CALIBRATED)[0] == weigh(hypotheses, CALIBRATED)[0]
+    assert (
+        posterior_weights_beside(hypotheses, fitted, {SHIFT.key}, CALIBRATED)[0]
+        == posterior_weights(hypotheses, CALIBRATED)[0]
+    )
 
 
 def test_what_a_further_large_cause_removes_is_not_the_merit_of_the_first() -> None:
@@ -73,11 +82,11 @@ def test_what_a_further_large_cause_removes_is_not_the_merit_of_the_first() -> N
     pair = left([20.0, 15.0, 15.0, 15.0], SOFT, SHIFT)
     hypotheses = [NONE, *ALONE, pair]
     fitted = [*hypotheses, left([10.0, 10.0, 10.0, 10.0], SOFT, SHIFT, TILT)]
-    kept = weigh_beside(hypotheses, fitted, {SHIFT.key, TILT.key}, CALIBRATED)
+    kept = posterior_weights_beside(hypotheses, fitted, {SHIFT.key, TILT.key}, CALIBRATED)
     assert kept[1] < 0.01 * kept[3]
     large = left([20.0, 15.0, 15.0, 15.0], SCALE, TILT)
     assert not adds_little(large, left([200.0, 190.0, 190.0, 190.0], SCALE), NONE)
-    just = NONE.ratio * (0.3 - 0.99 * LEAST_SHARE)
+    just = NONE.ratio * (0.3 - 0.99 * LEAST_FURTHER_SHARE)
     assert adds_little(left([just] * 4, SCALE, TILT), left([0.3 * NONE.ratio] * 4, SCALE), NONE)
 
 

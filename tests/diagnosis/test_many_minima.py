@@ -66,7 +66,7 @@ def test_a_trial_that_is_a_swing_off_gets_its_state_on_growing_parts(
         ]
 
     grown = errors()
-    monkeypatch.setattr(scoring, "FAR_OFF", np.inf)
+    monkeypatch.setattr(scoring, "FAR_OFF_RATIO", np.inf)
     plain = errors()
     assert all(a <= b * (1.0 + 1e-9) for a, b in zip(grown, plain, strict=True))
     assert max(plain) > 90.0

@@ -14,8 +14,8 @@ from synth.diagnosis import odds
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment, Hypotheses, TrialErrors
-from synth.diagnosis.left_out_fold import DIVERGED
-from synth.diagnosis.odds import against_each, in_order_of_odds, price_of_unknown
+from synth.diagnosis.left_out_fold import DIVERGED_ERROR
+from synth.diagnosis.odds import costs_against, in_order_of_odds, price_of_unknown
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.unknown_cause import probability_of_unknown
 from synth.diagnosis.verdict import (
@@ -23,7 +23,7 @@ from synth.diagnosis.verdict import (
     UNKNOWN_IF_CONTRADICTED,
     hypotheses_that_pay,
     judge,
-    weigh,
+    posterior_weights,
     with_doubt_of_held_out,
 )
 from synth.fit.recordings import recordings
@@ -95,14 +95,14 @@ def test_near_the_noise_initial_states_of_an_added_link_are_charged() -> None:
         replace(item, seen=at_noise, unseen=at_noise)
         for item in (NONE, assessed(400.0, 1.1, base), assessed(400.0, 1.1, spring))
     )
-    _, of_base, of_spring = weigh([none, sways, slips], CALIBRATED)
+    _, of_base, of_spring = posterior_weights([none, sways, slips], CALIBRATED)
     assert np.log(of_spring / of_base) == pytest.approx(CALIBRATED.per_state * 4 * 2 / CALIBRATED.temperature)
 
 
 def test_a_diverged_hypothesis_comes_last_far_from_the_noise() -> None:
     """Its cost is infinite, and its errors are as large as they can be."""
     counts, independent = np.full((4, 1), 200.0), np.full(4, 20.0)
-    far, lost = (TrialErrors(np.full((4, 1), square), counts, independent) for square in (900.0, DIVERGED**2))
+    far, lost = (TrialErrors(np.full((4, 1), square), counts, independent) for square in (900.0, DIVERGED_ERROR**2))
     none, found = replace(NONE, ratio=40.0, seen=far), replace(assessed(400.0, 30.0, FRICTION), seen=far)
     gone = replace(assessed(np.inf, np.inf, OFFSET), seen=lost)
     assert in_order_of_odds([none, gone, found], CALIBRATED)[-1] is gone
@@ -128,7 +128,7 @@ def test_an_unknown_that_takes_its_price_off_the_cost_has_even_odds(floors: floa
         replace(assessed(total * np.log1p(left**2), left, each), seen=errors(left))
         for each, left in ((OFFSET, floors), (DRAG, rich))
     ]
-    few, many = against_each(both, share, CALIBRATED)
+    few, many = costs_against(both, share, CALIBRATED)
     assert many == pytest.approx(few, abs=1e-9)
 
 
@@ -236,7 +236,7 @@ def test_the_verdict_is_none_when_no_cause_pays_for_its_parameters() -> None:
     assert judged.verdict == "none"
     assert judged.none > 0.5
     assert judged.unknown == 0.0
-    weights = weigh(
+    weights = posterior_weights(
         [still, *found.singles], replace(CALIBRATED, temperature=5.0, per_parameter=3.0, none=0.3, single=0.5, pair=0.2)
     )
     asked = [98.0 + 3.0 * FRICTION.size, 99.5 + 3.0 * OFFSET.size]  # cost with what its unknowns must earn
@@ -255,7 +255,7 @@ def test_weights_equal_the_closed_form_of_prior_and_cost() -> None:
             c.single / 2 * np.exp(-(999.0 + OFFSET.size * c.per_parameter - 990.0) / c.temperature),
         ]
     )
-    np.testing.assert_allclose(weigh(hypotheses, c), expected / expected.sum())
+    np.testing.assert_allclose(posterior_weights(hypotheses, c), expected / expected.sum())
 
 
 def test_unknown_has_probability_one_half_at_its_stated_share() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.diagnosis.check.finding import Finding
-from synth.diagnosis.sensor_noise import FILTERED, AngleSensor
+from synth.diagnosis.sensor_noise import FILTERED_RATIO, AngleSensor
 from synth.fit.recordings import Recording
 from synth.units import quantity
 
@@ -146,7 +146,7 @@ def _filtered(name: str, j: int, sensor: AngleSensor) -> list[Finding]:
     """Readings that agree far better with their neighbours than with a smooth motion."""
     if sensor.step[j] > 0.5 * sensor.noise[j]:
         return []  # rounded readings scatter by their count anyway
-    if sensor.scatter[j] < FILTERED:
+    if sensor.scatter[j] < FILTERED_RATIO:
         return []
     text = f"readings scatter {sensor.scatter[j]:.1f} times more about a smooth motion than from one to the next:"
     text += " they were low-pass filtered or interpolated, or the joint is shaken"

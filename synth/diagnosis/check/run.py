@@ -24,7 +24,7 @@ from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.plants.swinging_chain.chain_menu import menu
 from synth.diagnosis.plants.swinging_chain.pieces import wholes
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
-from synth.diagnosis.sensor_noise import sensor
+from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.diagnosis.workbench import Workbench
 from synth.fit.recordings import recordings as as_recordings
 
@@ -60,7 +60,7 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
     recordings = [*learnt, *(trial.recording for trial in wholes(scene.held))]
     steps = tuple(sampling(leg, recording) for recording in recordings)
     resolved = [recording for recording in learnt if recording.name not in lost]
-    found = sensor(resolved or learnt).stated(leg.joint_names, project.noise)
+    found = estimate_sensor(resolved or learnt).stated(leg.joint_names, project.noise)
     read = channels(leg.joint_names, recordings, found, noise_seen=bool(resolved))
     covered = coverage(leg, learnt)
     names = [trial.name for trial in project.trials]

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from synth.arrays import Array, finite_median
-from synth.diagnosis.sensor_noise import ORDER
+from synth.diagnosis.sensor_noise import DIFFERENCE_ORDER
 from synth.fit.recordings import Recording
 from synth.motion.noise import difference_scale, unit_differences
 from synth.swing.leg_model import Leg
@@ -36,7 +36,7 @@ Witness = Literal["", "slow", "jumps", "unclear", "doubtful"]
 
 def roughness_of(samples: float) -> float:
     """Sixth differences over a sinusoid of so many samples a period, scaled to white noise's own deviation."""
-    return float((2.0 * sin(pi / samples)) ** ORDER / difference_scale(ORDER))
+    return float((2.0 * sin(pi / samples)) ** DIFFERENCE_ORDER / difference_scale(DIFFERENCE_ORDER))
 
 
 # A sinusoid at ``FEWEST``: 0.26. A fast swing beside a slow one, or one that decays, shows less: as one of six samples.
@@ -59,12 +59,12 @@ def jumps(recording: Recording) -> Jumps:
     found: list[tuple[float, float, bool]] = []
     for j in recording.free:
         value = recording.rotation[:, j]
-        good = np.lib.stride_tricks.sliding_window_view(recording.counts[:, j], ORDER + 1).all(axis=1)
-        if len(value) < ORDER + 2 * LEAST:
+        good = np.lib.stride_tricks.sliding_window_view(recording.counts[:, j], DIFFERENCE_ORDER + 1).all(axis=1)
+        if len(value) < DIFFERENCE_ORDER + 2 * LEAST:
             continue
-        jump = np.where(good, np.abs(unit_differences(recording.time, value, ORDER)), np.nan)
+        jump = np.where(good, np.abs(unit_differences(recording.time, value, DIFFERENCE_ORDER)), np.nan)
         width = max(len(jump) // QUARTER, LEAST)
-        motion = np.lib.stride_tricks.sliding_window_view(value, width + ORDER).std(axis=1)
+        motion = np.lib.stride_tricks.sliding_window_view(value, width + DIFFERENCE_ORDER).std(axis=1)
         # The median: of a sinusoid it is the RMS, and a single outlier does not count.
         jumped = np.array([finite_median(jump[k : k + width]) for k in range(len(motion))])
         most = int(np.argmax(motion))

@@ -25,7 +25,7 @@ from synth.diagnosis.plants.jumping_leg.jump_search import as_designed, search
 from synth.diagnosis.plants.jumping_leg.jump_tolerances import OF_MOTOR, SHARED, JumpTolerances
 from synth.diagnosis.plants.jumping_leg.jump_where import missing, where
 from synth.diagnosis.plants.jumping_leg.jump_words import cause_text, rise_text, wording
-from synth.diagnosis.prediction_error import BLOCKS, NO_BETTER, PredictionErrors
+from synth.diagnosis.prediction_error import BLOCKS_A_TRIAL, NO_BETTER_RATIO, PredictionErrors
 from synth.diagnosis.sentences import ErrorWording
 from synth.diagnosis.verdict import Calibration
 from synth.errors import UserError
@@ -109,7 +109,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
 
     def samples(self, unread: Sequence[ScoredJump] = ()) -> tuple[Array, Array]:
         """Samples of the upper link, and the sum expected from noise alone."""
-        lengths = [[len(part) for part in np.array_split(trial.time, BLOCKS)] for trial in self.scored]
+        lengths = [[len(part) for part in np.array_split(trial.time, BLOCKS_A_TRIAL)] for trial in self.scored]
         counts = np.array(lengths, dtype=float)
         return counts, counts * pooled(self.scored, ANGLE) ** 2
 
@@ -129,7 +129,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         """A warning if the explanation predicts trials no better, and worse than their noise allows."""
         before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
         # Besides, over 20 % above the noise, in squares.
-        poor = (after > NO_BETTER * before) & (after > 1.5 * errors.noise.sum(axis=1))
+        poor = (after > NO_BETTER_RATIO * before) & (after > 1.5 * errors.noise.sum(axis=1))
         names = [trial.name for trial, worse in zip(self.scored, poor, strict=True) if worse]
         if not names:
             return ()

@@ -11,17 +11,17 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_search import search
-from synth.diagnosis.angle_trials import AngleTrial, angle_trial, spread
+from synth.diagnosis.angle_trials import AngleTrial, angle_trial, spread_over_kinds
 from synth.diagnosis.cause_findings import Findings, find_causes
 from synth.diagnosis.companions import with_companions
 from synth.diagnosis.diagnosis_result import Cause, Verdict
-from synth.diagnosis.encoder_counts import CoarseChannel, coarse_counts, noise_as_read, rounded, usual_noise
-from synth.diagnosis.encoder_transitions import at_edges
+from synth.diagnosis.encoder_counts import CoarseChannel, coarse_counts, noise_as_read, round_to_counts, usual_noise
+from synth.diagnosis.encoder_transitions import with_edges
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.held_out import moved_within
+from synth.diagnosis.held_out import moved_within_uncertainty
 from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
 from synth.diagnosis.influence import verdict_dependence
-from synth.diagnosis.lanes import Kept
+from synth.diagnosis.lanes import PredictorCache
 from synth.diagnosis.odds import far_share
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
@@ -38,8 +38,8 @@ from synth.diagnosis.plants.swinging_chain.tolerance_words import in_words
 from synth.diagnosis.poor_trials import no_better
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
-from synth.diagnosis.sensor_noise import sensor
-from synth.diagnosis.sentences import ErrorWording, angle, scored_on, stated
+from synth.diagnosis.sensor_noise import estimate_sensor
+from synth.diagnosis.sentences import ErrorWording, angle_text, scored_on, stated_parameters
 from synth.diagnosis.settled import settle_leading
 from synth.diagnosis.unseen import with_unseen_errors
 from synth.diagnosis.verdict import Judgement, rivals_with_doubt, with_coarse_counts
@@ -150,17 +150,17 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def within_uncertainty(self, fit: EvaluatedHypothesis) -> tuple[Array, ...]:
         """Predictions of the held-out trials, which the hypothesis follows as far as the other trials let it."""
-        moved = moved_within(self.bench, fit, self._begun(self.scored), self.covariance(fit))
+        moved = moved_within_uncertainty(self.bench, fit, self._begun(self.scored), self.covariance(fit))
         return self.predict(moved, self.scored)
 
     def _begun(self, trials: Sequence[AngleTrial]) -> list[AngleTrial]:
         """Trials from whose coarse counts the initial states can be found."""
-        return [at_edges(trial, self.scene.coarse, self.scene.usual) for trial in trials]
+        return [with_edges(trial, self.scene.coarse, self.scene.usual) for trial in trials]
 
     def as_read(self, predicted: tuple[Array, ...]) -> tuple[Array, ...]:
         """Predictions as channels with coarse counts would read them."""
         both = zip(self.scored, predicted, strict=True)
-        return tuple(rounded(trial, prediction, self.scene.coarse) for trial, prediction in both)
+        return tuple(round_to_counts(trial, prediction, self.scene.coarse) for trial, prediction in both)
 
     def left_where(
         self, predicted: Sequence[Array], unread: Sequence[Array] = ()
@@ -234,7 +234,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
             on=scored_on(
                 "trials" if any(t.recording.driven for t in self.whole) else "releases", held_out=self.held_out
             ),
-            falls_from=angle(before),
+            falls_from=angle_text(before),
             before=before,
             after=after,
             floor=errors.floor,
@@ -243,7 +243,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def cause_text(self, cause: Cause) -> str:
         """The knee has dry friction (torque 0.052 N·m)."""
         effect = effect_named(cause.effect)
-        values = stated(cause, effect)
+        values = stated_parameters(cause, effect)
         phrase = effect.phrase or f"shows {effect.meaning}"
         plain = f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
         return in_words(cause, plain, self.scene.leg, self.scene.tolerances)
@@ -293,7 +293,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return forecast(self.bench, fit, trial, covariance, kept)
 
     @cached_property
-    def _forecasts(self) -> dict[int, tuple[EvaluatedHypothesis, Kept]]:
+    def _forecasts(self) -> dict[int, tuple[EvaluatedHypothesis, PredictorCache]]:
         """What forecasts by one fit have in common; the fit is kept for its identity."""
         return {}
 
@@ -370,7 +370,7 @@ def scene_of(
     left_out = {later for later, _ in twice}
     kept = [(r, t.held_out) for k, (r, t) in enumerate(zip(made, trials, strict=True)) if k not in left_out]
     prepared = [angle_trial(recording, held_out=held) for recording, held in kept]
-    learnt, spare = spread([trial for trial in prepared if not trial.held_out], MOST_LEARNT)
+    learnt, spare = spread_over_kinds([trial for trial in prepared if not trial.held_out], MOST_LEARNT)
     if not learnt:
         raise UserError("every trial is held out; at least one training trial is needed")
     if spare:
@@ -379,14 +379,14 @@ def scene_of(
             f"learnt from; the other {len(spare)} only score"
         )
     held = (*(trial for trial in prepared if trial.held_out), *(replace(trial, held_out=True) for trial in spare))
-    found = sensor([trial.recording for trial in learnt]).stated(leg.joint_names, noise)
+    found = estimate_sensor([trial.recording for trial in learnt]).stated(leg.joint_names, noise)
     coarse = coarse_counts(found)
     tolerances = Tolerances.of(leg, tolerance)
     predictor = Predictor(leg, tolerances)
     given, held = in_pieces(leg, predictor, learnt), in_pieces(leg, predictor, held)
     warnings += filter(None, [cut_sentence([*given, *held])])
     usual = usual_noise(found, coarse)
-    bench = Workbench(predictor, tuple(at_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE)
+    bench = Workbench(predictor, tuple(with_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE)
     return Scene(leg, tolerances, bench, given, held, coarse, usual, seed), tuple(warnings)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.lanes import Kept
+from synth.diagnosis.lanes import PredictorCache
 from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.plants.swinging_chain.command_menu import CommandLimits, CommandMenu, has_servo
 from synth.diagnosis.plants.swinging_chain.command_programme import Programme
@@ -151,7 +151,7 @@ def _imagined(
 
 
 def forecast(
-    bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array, kept: Kept
+    bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array, kept: PredictorCache
 ) -> TrialForecast | None:
     """Prediction and its uncertainty, whitened by the noise; initial state free. None if it diverges.
 

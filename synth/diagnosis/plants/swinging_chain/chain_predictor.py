@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import unknown_slices
-from synth.diagnosis.lanes import Block, Hypothesis, Kept
+from synth.diagnosis.lanes import Block, Hypothesis, PredictorCache
 from synth.diagnosis.plants.swinging_chain import lane_packing
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.diagnosis.plants.swinging_chain.lane_packing import of_chain
@@ -84,7 +84,9 @@ class Predictor:
         """Indices of groups that one call of ``together`` predicts, see ``lane_packing.runs``."""
         return lane_packing.runs(hypotheses, groups, least)
 
-    def predict(self, trials: Sequence[AngleTrial], blocks: Sequence[Block], kept: Kept | None = None) -> list[Array]:
+    def predict(
+        self, trials: Sequence[AngleTrial], blocks: Sequence[Block], kept: PredictorCache | None = None
+    ) -> list[Array]:
         """(m, n, n_lane) rad in the sense of q for each block; nan if the motion diverged.
 
         ``trials``, ``kept`` : as in ``LanePredictor``.
@@ -104,7 +106,7 @@ class Predictor:
         return [found for found in result if found is not None]
 
     def together(
-        self, trials: Sequence[AngleTrial], groups: Sequence[Sequence[Block]], kept: Kept | None = None
+        self, trials: Sequence[AngleTrial], groups: Sequence[Sequence[Block]], kept: PredictorCache | None = None
     ) -> Array:
         """Like ``predict``, for the groups of one of the ``runs``; ``kept`` as in ``LanePredictor``."""
         found, first = self._together(trials, groups, {} if kept is None else kept), 0
@@ -119,7 +121,7 @@ class Predictor:
             first = last
         return found
 
-    def _together(self, trials: Sequence[AngleTrial], groups: Sequence[Sequence[Block]], kept: Kept) -> Array:
+    def _together(self, trials: Sequence[AngleTrial], groups: Sequence[Sequence[Block]], kept: PredictorCache) -> Array:
         """Readings (m, n, n_lane) of blocks of equal structures; those of a group share their steps."""
         blocks = [block for group in groups for block in group]
         widths = [block.unknowns.shape[1] for block in blocks]
@@ -162,7 +164,7 @@ class Predictor:
                     found[begin:end, j] = self._as_read(common.readings, j, trial.time, found[begin:end, j], turning)
         return found
 
-    def _common(self, trial: AngleTrial, blocks: Sequence[Block], between: Places, kept: Kept) -> _Common:
+    def _common(self, trial: AngleTrial, blocks: Sequence[Block], between: Places, kept: PredictorCache) -> _Common:
         """What trials of one leg under the same conditions have in common; it is looked up in ``kept``.
 
         Two threads may both make it: they make the same.

@@ -18,7 +18,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import TrialErrors
-from synth.diagnosis.left_out_fold import FitWithoutFold, judged_without_fold, normal_without_fold
+from synth.diagnosis.left_out_fold import FitWithoutFold, evaluated_without_fold, normal_without_fold
 from synth.diagnosis.plants.swinging_chain.chain_candidates import NaturalSizes
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, Over
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, missing_torque
@@ -26,7 +26,7 @@ from synth.diagnosis.plants.swinging_chain.torque_hats import Hats
 from synth.diagnosis.prediction_error import LEAST_GAP
 from synth.diagnosis.sifting import few_trials
 from synth.diagnosis.unseen import block_errors, errors_on_unseen_trials, folds, jackknife
-from synth.diagnosis.workbench import RULE, Workbench
+from synth.diagnosis.workbench import DAMPING_RULE, Workbench
 from synth.estimation.intervals import NORMAL90
 from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, minimise
 from synth.estimation.linearisation import LinearisedNormal
@@ -86,7 +86,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
     def _evaluated(self, point: _TorqueFit) -> _TorqueFit:
         plain = EvaluatedHypothesis((), point.unknowns[: self.bench.n_tolerance], point.states)
         residuals = self.driven(point).evaluate([plain])[0].residuals
-        return judged_without_fold(self.bench, replace(point, residuals=residuals))
+        return evaluated_without_fold(self.bench, replace(point, residuals=residuals))
 
     def framed(self, point: _TorqueFit) -> _TorqueFit:
         """The fit with derivatives at its own point."""
@@ -131,7 +131,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
 
     def improved(self, points: Sequence[_TorqueFit], steps: int) -> list[_TorqueFit]:
         """Evaluated points with derivatives after at most so many steps."""
-        ends = minimise(self, [Iterate(point, 1e-3) for point in points], RULE, steps)
+        ends = minimise(self, [Iterate(point, 1e-3) for point in points], DAMPING_RULE, steps)
         return [end.point for end in ends]
 
 
