@@ -9,7 +9,7 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.compiling.compiled import keep_code_of
-from synth.diagnosis.check.run import REMAINDER
+from synth.diagnosis.check.run import UNEXPLAINED_SHARE
 from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.drives.servo import Servo
 from synth.errors import Problem, UserError
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 keep_code_of(bodies, torque_laws, engine)  # before any of their functions is called
 
-BACKGROUND = REMAINDER  # share of each joint's motion (RMS) that small causes leave beside a main one
+BACKGROUND = UNEXPLAINED_SHARE  # share of each joint's motion (RMS) that small causes leave beside a main one
 LEAST_COUNT = 0.1  # of the noise: a smaller step is the file's last digit
 TYPICAL_SPEED = 0.5  # of the largest speed, at which a measured damper's rate is taken
 

@@ -15,7 +15,7 @@ from blind.views import Key, View
 from synth.diagnosis.angle_search import as_designed, fit_nominal, rms_over_noise
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import score
 from synth.diagnosis.sensor_noise import estimate_sensor
@@ -75,7 +75,7 @@ def least_residual(freed: Freed, project: GapProject) -> View:
     bench, base = freed.bench, freed.fit
     starts = [
         EvaluatedHypothesis((c,), np.concatenate([base.unknowns, c.starts()[0]]), base.states)
-        for c in candidates(project.leg, freed.given, scales(project.leg, freed.given))
+        for c in candidates(project.leg, freed.given, natural_sizes_of(project.leg, freed.given))
     ]
     best: dict[Key, tuple[float, EvaluatedHypothesis]] = {}
     fits = sorted(bench.solve(starts, base.frame, 1), key=lambda fit: fit.cost)

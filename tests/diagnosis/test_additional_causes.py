@@ -14,8 +14,8 @@ from synth.diagnosis.angle_search import as_designed, search
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.odds import CALIBRATED
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, compatible, scales
-from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE, diagnose
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, compatible, natural_sizes_of
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE_SAMPLES, diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.screening import ScreeningFrame, costs_after_step, costs_by_secant, scale_strengths
 from synth.diagnosis.search_limits import LARGEST_TOLERANCE
@@ -34,8 +34,8 @@ def bench_of(built: Leg, seed: int = 3) -> tuple[Workbench, list[Candidate]]:
     made = recordings(TWO, recorded(built, seed=seed), ())
     trials = tuple(angle_trial(recording, held_out=False) for recording in made)
     noise = estimate_sensor([trial.recording for trial in trials]).noise
-    bench = Workbench(Predictor(TWO, Tolerances.of(TWO, Tolerance())), trials, noise, EFFECTIVE)
-    return bench, candidates(TWO, trials, scales(TWO, trials))
+    bench = Workbench(Predictor(TWO, Tolerances.of(TWO, Tolerance())), trials, noise, EFFECTIVE_SAMPLES)
+    return bench, candidates(TWO, trials, natural_sizes_of(TWO, trials))
 
 
 def candidate_of(found: list[Candidate], effect: str, joint: str) -> Candidate:

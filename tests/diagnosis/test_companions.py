@@ -20,8 +20,8 @@ from synth.diagnosis.odds import (
     posterior_weights,
     posterior_weights_beside,
 )
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
-from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE_SAMPLES
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.unknown_cause import probability_of_unknown
@@ -33,7 +33,7 @@ from synth.swing.leg_model import Spring
 from synth.swing.tolerances import Tolerances
 
 TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
-FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
+FOUND = candidates(TWO, TRIALS, natural_sizes_of(TWO, TRIALS))
 NOISE = np.radians(0.002)
 
 
@@ -117,7 +117,7 @@ def test_each_leading_hypothesis_is_fitted_beside_the_same_small_cause() -> None
     made = recordings(TWO, recorded(built, noise=NOISE), ())
     trials = tuple(angle_trial(recording, held_out=False) for recording in made)
     tolerances = Tolerances.of(TWO, Tolerance())
-    bench = Workbench(Predictor(TWO, tolerances), trials, np.full(2, NOISE), EFFECTIVE)
+    bench = Workbench(Predictor(TWO, tolerances), trials, np.full(2, NOISE), EFFECTIVE_SAMPLES)
     none = fit_nominal(bench, as_designed(bench))
 
     def fitted(*causes: Candidate) -> Assessment[EvaluatedHypothesis]:

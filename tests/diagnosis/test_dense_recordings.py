@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from diagnosis.simulated_releases import ONE, recorded
-from synth.diagnosis.check.finding import of_alike, of_remark
+from synth.diagnosis.check.finding import finding_of_remark, merge_alike
 from synth.diagnosis.check.run import check
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.sensor_noise import estimate_sensor
@@ -62,9 +62,9 @@ def test_a_rehearsal_scatters_the_means_as_much(tmp_path: Path) -> None:
 def test_averaging_is_a_note_once_and_no_doubt() -> None:
     """Of two faultless recordings it was two doubts, among the eight findings that are shown."""
     texts = sentences_on_reading(MADE)
-    found = of_alike([of_remark(text, [each.name for each in DENSE]) for text in texts])
+    found = merge_alike([finding_of_remark(text, [each.name for each in DENSE]) for text in texts])
     assert [(each.level, each.recording) for each in found] == [("note", f"{DENSE[0].name} and 1 more")]
     assert found[0].text.startswith("20001 samples over 2 s are more than the motion needs")
-    assert of_remark("3 of 5 trials", ["3"]).as_json()["level"] == "doubt"
+    assert finding_of_remark("3 of 5 trials", ["3"]).as_json()["level"] == "doubt"
     checked = check(GapProject(Path("gap.yaml"), ONE.name, ONE, DENSE, Tolerance(), 0, (), ()))
     assert not [each for each in checked.findings if each.level == "doubt" and "averaged" in each.text]

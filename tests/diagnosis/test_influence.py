@@ -15,7 +15,7 @@ from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.diagnosis_result import Verdict
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment, Hypotheses
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose, scene_of
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.verdict import CALIBRATED, Judgement, judge
@@ -25,7 +25,7 @@ from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg
 
 TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
-FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
+FOUND = candidates(TWO, TRIALS, natural_sizes_of(TWO, TRIALS))
 FRICTION = {"hip": {"coulomb_friction": {"torque": 0.12}}}
 
 

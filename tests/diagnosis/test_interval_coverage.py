@@ -14,7 +14,7 @@ from synth.diagnosis.angle_search import as_recorded
 from synth.diagnosis.cause_findings import causes_of
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import SwingingChain, scene_of
 from synth.files.gap_project import Tolerance
 
@@ -29,7 +29,7 @@ def scaled_reading() -> tuple[SwingingChain, EvaluatedHypothesis]:
     """One release of a leg whose knee is read scaled, at the truth, with derivatives."""
     trials = recorded(TWO, AWAY[:1], noise=FLOOR, time=TIME, held_out=0)
     scene, _ = scene_of(TWO, trials, Tolerance(), 0, dict.fromkeys(TWO.joint_names, float(FLOOR)))
-    every = candidates(TWO, scene.given, scales(TWO, scene.given))
+    every = candidates(TWO, scene.given, natural_sizes_of(TWO, scene.given))
     (scale,) = [each for each in every if each.key == ("encoder_scale", "knee")]
     states = as_recorded(scene.bench).states
     truth = EvaluatedHypothesis((scale,), np.append(np.zeros(scene.bench.n_tolerance), 0.0), states)

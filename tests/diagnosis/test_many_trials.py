@@ -45,7 +45,7 @@ def test_the_first_screening_has_the_only_trial_of_another_leg() -> None:
 
 
 def test_trials_outside_the_training_sample_are_scored_with_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(chain_diagnosis, "MOST_LEARNT", 2)
+    monkeypatch.setattr(chain_diagnosis, "MOST_TRAINING", 2)
     trials = recorded(TWO)
     scene, warnings = scene_of(TWO, trials, Tolerance(), 0)
     assert len(scene.given) == len(scene.bench.trials) == 2

@@ -8,7 +8,7 @@ from diagnosis.test_sets_of_causes import made as made
 from synth.diagnosis.angle_search import as_recorded, rms_over_noise
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.other_shapes import starts_in_other_shapes
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.workbench import Workbench
@@ -30,7 +30,7 @@ def springy() -> tuple[Workbench, list[Candidate]]:
         angles = simulate(built, [start], [0.0], TIME)
         trials.append(Trial(f"{k}.csv", TIME, angles + NOISE * rng.standard_normal(angles.shape)))
     scene, _ = scene_of(LEG, trials, Tolerance(), 0, {"arm": NOISE})
-    return scene.bench, candidates(LEG, scene.given, scales(LEG, scene.given))
+    return scene.bench, candidates(LEG, scene.given, natural_sizes_of(LEG, scene.given))
 
 
 def test_a_spring_kept_as_softer_on_the_other_side_finds_its_own_shape() -> None:

@@ -11,7 +11,7 @@ import pytest
 from diagnosis.simulated_releases import TWO, recorded
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial, trials_together
 from synth.diagnosis.lanes import Block
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import first_state
 from synth.files.gap_project import Tolerance
@@ -25,7 +25,7 @@ PREDICTOR = Predictor(TWO, Tolerances.of(TWO, Tolerance()))
 
 
 def cause(effect: str, joint: str) -> Candidate:
-    return next(c for c in candidates(TWO, [TRIAL], scales(TWO, [TRIAL])) if c.key == (effect, joint))
+    return next(c for c in candidates(TWO, [TRIAL], natural_sizes_of(TWO, [TRIAL])) if c.key == (effect, joint))
 
 
 def block(candidate: Candidate, rate: float = 0.0) -> Block:
@@ -59,7 +59,7 @@ def driven_pieces() -> list[AngleTrial]:
 
 def block_of(pieces: list[AngleTrial], effect: str, joint: str) -> Block:
     """The cause at its first start, each of the ``pieces`` from the state that it shows."""
-    found = next(c for c in candidates(TWO, pieces, scales(TWO, pieces)) if c.key == (effect, joint))
+    found = next(c for c in candidates(TWO, pieces, natural_sizes_of(TWO, pieces)) if c.key == (effect, joint))
     unknowns = np.concatenate([np.zeros(PREDICTOR.tolerances.size), found.starts()[0]])
     added = np.zeros(2 * found.links)
     states = np.array([np.concatenate([first_state(piece), added]) for piece in pieces])

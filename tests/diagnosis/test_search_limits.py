@@ -9,12 +9,12 @@ import numpy as np
 from diagnosis.simulated_releases import TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.cause_findings import _cause_with_intervals
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.search_limits import limit_sentences, parameters_at_limits
 from synth.fit.recordings import recordings
 
 TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
-FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
+FOUND = candidates(TWO, TRIALS, natural_sizes_of(TWO, TRIALS))
 
 
 def candidate(effect: str, *free: str) -> Candidate:
@@ -67,6 +67,6 @@ def test_natural_sizes_of_pieces_are_those_of_the_recordings() -> None:
     count = len(TRIALS[0].time)
     begins = [*range(0, count - 20, 20), count]
     pieces = [trial.piece(a, b) for trial in TRIALS for a, b in pairwise(begins)]
-    whole, cut = scales(TWO, TRIALS), scales(TWO, pieces)
+    whole, cut = natural_sizes_of(TWO, TRIALS), natural_sizes_of(TWO, pieces)
     for name in ("angle", "speed", "torque", "middle", "half", "settled", "time"):
         np.testing.assert_array_equal(getattr(cut, name), getattr(whole, name))

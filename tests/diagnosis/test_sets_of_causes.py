@@ -12,7 +12,7 @@ from diagnosis.turning_pendulum import recorded
 from synth.diagnosis.angle_search import as_designed
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain import chain_diagnosis
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import Scene, scene_of
 from synth.diagnosis.sets_of_causes import pairs_of, with_simpler_cause, without_one_cause
 
@@ -20,13 +20,13 @@ from synth.diagnosis.sets_of_causes import pairs_of, with_simpler_cause, without
 @pytest.fixture
 def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Scene:
     """A pendulum that rubs, its recordings whole."""
-    monkeypatch.setattr(chain_diagnosis, "in_pieces", lambda leg, predictor, trials: tuple(trials))
+    monkeypatch.setattr(chain_diagnosis, "cut_into_pieces", lambda leg, predictor, trials: tuple(trials))
     project = recorded(tmp_path, {"coulomb_friction": {"torque": 0.1}}, 1, (0.3, 0.5), 2.5, 3)
     return scene_of(project.leg, project.trials, project.tolerance, 0)[0]
 
 
 def one(made: Scene, effect: str) -> Candidate:
-    every = candidates(made.leg, made.given, scales(made.leg, made.given))
+    every = candidates(made.leg, made.given, natural_sizes_of(made.leg, made.given))
     return next(candidate for candidate in every if candidate.effect.name == effect)
 
 

@@ -12,7 +12,7 @@ from synth.diagnosis.angle_search import as_designed, rms_over_noise
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment, Hypotheses
 from synth.diagnosis.odds import CALIBRATED
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.settled import LARGEST_FALL_LEFT, settle_fits, settle_leading
@@ -27,7 +27,7 @@ def two_fits() -> tuple[Workbench, EvaluatedHypothesis, list[EvaluatedHypothesis
     """A shifted spring of the hip, which tolerances imitate, fitted from either side as the search fits."""
     scene, _ = scene_of(TWO, recorded(off(TWO, 2), noise=NOISE), Tolerance(), 0)
     bench, designed = scene.bench, as_designed(scene.bench)
-    every = candidates(TWO, scene.given, scales(TWO, scene.given))
+    every = candidates(TWO, scene.given, natural_sizes_of(TWO, scene.given))
     shift = next(each for each in every if each.key == ("spring_preload", "hip"))
     starts = [
         EvaluatedHypothesis((shift,), np.append(np.zeros(bench.n_tolerance), side), designed.states)

@@ -8,7 +8,7 @@ import pytest
 from synth.diagnosis.angle_search import as_recorded
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.odds import CALIBRATED
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.simpler_shapes import prefer_simpler_shapes
@@ -38,7 +38,7 @@ def logs(fall: float) -> tuple[Workbench, list[Candidate]]:
         angles = simulate(built, [0.0], [0.0], TIME, signals=signals)
         trials.append(Trial(f"{k}.csv", TIME, angles + NOISE * rng.standard_normal(angles.shape), signals=signals))
     scene, _ = scene_of(LEG, trials, Tolerance(), 0, {"arm": NOISE})
-    return scene.bench, candidates(LEG, scene.given, scales(LEG, scene.given))
+    return scene.bench, candidates(LEG, scene.given, natural_sizes_of(LEG, scene.given))
 
 
 def rich_fit(bench: Workbench, found: list[Candidate]) -> EvaluatedHypothesis:

@@ -14,7 +14,7 @@ from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment, Hypotheses, TrialErrors
 from synth.diagnosis.left_out_fold import DIVERGED_ERROR, finite_residual
 from synth.diagnosis.odds import CALIBRATED, far_share, posterior_weights, share_removed
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.remainder import Remainder
@@ -25,7 +25,7 @@ from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 
 TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
-FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
+FOUND = candidates(TWO, TRIALS, natural_sizes_of(TWO, TRIALS))
 
 
 def cause(effect: str, joint: str) -> Candidate:

@@ -16,7 +16,7 @@ from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment, Hypotheses, TrialErrors
 from synth.diagnosis.left_out_fold import DIVERGED_ERROR
 from synth.diagnosis.odds import costs_against, in_order_of_odds, price_of_unknown
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.unknown_cause import probability_of_unknown
 from synth.diagnosis.verdict import (
     CALIBRATED,
@@ -29,7 +29,7 @@ from synth.diagnosis.verdict import (
 from synth.fit.recordings import recordings
 
 TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
-FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
+FOUND = candidates(TWO, TRIALS, natural_sizes_of(TWO, TRIALS))
 
 
 def cause(effect: str, joint: str) -> Candidate:

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from synth.diagnosis.cause_findings import LEAST_UNSEEN_SHARE
-from synth.diagnosis.check.cause_responses import VISIBLE
-from synth.diagnosis.check.separability import ALIKE
+from synth.diagnosis.check.cause_responses import VISIBLE_SIGNAL
+from synth.diagnosis.check.separability import ALIKE_SINE
 from synth.diagnosis.odds import (
     CALIBRATED,
     FLOOR_RATIO,
@@ -34,8 +34,8 @@ WORDS = {0.1: "a tenth", 0.25: "a quarter", 7: "seven", 8.0: "eight", 20.0: "twe
         ("theory.md", f"{WORDS[MOST_TIED + 1].capitalize()} or more explanations that are tied"),
         ("theory.md", f"takes less than {WORDS[LEAST_FURTHER_SHARE]} of the gap"),
         ("theory.md", f"takes less than {WORDS[LEAST_UNSEEN_SHARE]} of their gap"),
-        ("theory.md", f"it shows from {VISIBLE:g} on"),
-        ("theory.md", f"under arcsin {ALIKE:g} ="),
+        ("theory.md", f"it shows from {VISIBLE_SIGNAL:g} on"),
+        ("theory.md", f"under arcsin {ALIKE_SINE:g} ="),
         ("why_otherwise.md", f"most of the gap: {CALIBRATED.most:.0%} of its RMS at least".replace("%", " %")),
         ("why_otherwise.md", f"must remove {WORDS[LEAST_FURTHER_SHARE]} of the gap"),
         ("measured.md", f"own accuracy up to {CALIBRATED.accuracy:.2%} of the motion".replace(".00%", " %")),

@@ -16,7 +16,7 @@ from real_rigs.planted import FAULTS, diagnosed, is_right
 from real_rigs.recorded import RIGS, absent
 from synth.diagnosis.angle_search import AngleExplorer
 from synth.diagnosis.odds import CALIBRATED
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.score import from_state
 from synth.diagnosis.unseen import block_errors, errors_on_unseen_trials
@@ -72,7 +72,7 @@ def test_left_out_pieces_of_a_swung_up_pendulum_err_from_their_best_states(tmp_p
     project = read_gap_project(RIGS["driven pendulum"](tmp_path).project(tmp_path, 0))
     scene, _ = scene_of(project.leg, project.trials, project.tolerance, 0)
     bench = scene.bench
-    every = candidates(project.leg, scene.given, scales(project.leg, scene.given))
+    every = candidates(project.leg, scene.given, natural_sizes_of(project.leg, scene.given))
     (friction,) = AngleExplorer(
         bench, [each for each in every if each.key == ("coulomb_friction", "hinge")], CALIBRATED
     ).singles()

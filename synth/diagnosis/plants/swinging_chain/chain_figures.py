@@ -62,13 +62,13 @@ def trial_gaps(
                 held_out=held_out,
                 scored=True,
                 alone={name: nominal.to_measured(each[index]) for name, each in stages.alone.items()},
-                command=_commands(nominal, trial),
+                command=_command_angles(nominal, trial),
             )
         )
     return tuple(made)
 
 
-def _commands(nominal: Leg, trial: AngleTrial) -> dict[str, Array]:
+def _command_angles(nominal: Leg, trial: AngleTrial) -> dict[str, Array]:
     """Name of each joint with a commanded servo -> (m,) rad, in its measured angle."""
     signals = trial.recording.signals
     if signals is None:
