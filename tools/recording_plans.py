@@ -2,7 +2,7 @@
 
 The leg is the nominal one of `synth init gap`. Each plan adds trials to the previous one, or degrades the best one.
 Prints the table of docs/record_for_cause.md: the smallest detectable cause at the knee, and the angle between the
-responses of pairs of causes there. A pair below 8.6 deg (``separability.ALIKE``) cannot be distinguished.
+responses of pairs of causes there. A pair below 8.6 deg (``separability.ALIKE_SINE``) cannot be distinguished.
 
     python tools/recording_plans.py          # all plans, about a minute
     python tools/recording_plans.py --only 1 # the first plans

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 
 from synth.api.report import Cell, Report
-from synth.diagnosis.diagnosis_result import Diagnosis, Ranked
+from synth.diagnosis.diagnosis_result import Diagnosis, RankedCause
 
 
 class Diagnosed(Report):
@@ -22,7 +22,7 @@ class Diagnosed(Report):
         return self.diagnosis.verdict
 
     @property
-    def ranked(self) -> tuple[Ranked, ...]:
+    def ranked(self) -> tuple[RankedCause, ...]:
         """Single causes, the most probable first."""
         return self.diagnosis.ranked
 

@@ -12,7 +12,7 @@ import numpy as np
 from synth.api.diagnosed import Diagnosed
 from synth.api.report import Panel, Stage, silent
 from synth.diagnosis.diagnosis_result import Diagnosis
-from synth.diagnosis.plants.jumping_leg.jump_data import prepared
+from synth.diagnosis.plants.jumping_leg.jump_data import prepare_jumps
 from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
 from synth.files.hopper_gap_project import HopperGapProject, read_hopper_gap_project
 from synth.parts.catalogs import Catalogue
@@ -55,7 +55,7 @@ def read_jump_gap(path: str | Path) -> tuple[HopperGapProject, Catalogue, tuple[
     """Read a project of kind ``gap`` for a jumping leg, its catalogue, and warnings about its recordings."""
     project = read_hopper_gap_project(path)
     catalogue = Catalogue.load(project.design.catalogs)
-    return project, catalogue, tuple(prepared(project, catalogue)[1])
+    return project, catalogue, tuple(prepare_jumps(project, catalogue)[1])
 
 
 def jump_gap(

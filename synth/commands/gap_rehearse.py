@@ -27,7 +27,7 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
     from synth.batch.task_outcome import versions
     from synth.files.output import output_folder, sha256_file, write_json
     from synth.rehearsal.rehearsal_result import RehearsalResult
-    from synth.rehearsal.rehearse import CASES, WORDS, Rehearsal, default_count
+    from synth.rehearsal.rehearse import CASE_FORMAT, FOLDER_NOTE, Rehearsal, default_count
     from synth.rehearsal.users_rig import users_rig
     from synth.reports import write_rehearsal_report
     from synth.threads import core_count
@@ -36,12 +36,12 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
     identity = {item.name: item.sha256 for item in project.inputs} | {t.name: t.sha256 for t in project.trials}
     effects = tuple(os.path.realpath(file) for file in arguments.effect)
     identity |= {file: sha256_file(file) for file in effects}
-    identity |= {"project": project.path.name, "seed": str(project.seed), "cases": CASES} | versions()
+    identity |= {"project": project.path.name, "seed": str(project.seed), "cases": CASE_FORMAT} | versions()
     count = arguments.count or default_count(rig, project.seed)
     earlier = _earlier(Path(arguments.out), identity)
     progress.compiling(len(project.leg.joints))
     with output_folder(arguments.out) as folder:
-        kept = RunCheckpoint(Path(arguments.out), "rehearsal", WORDS)
+        kept = RunCheckpoint(Path(arguments.out), "rehearsal", FOLDER_NOTE)
         known = len(earlier)
         if kept.was_there or known:
             progress.say("reusing finished cases of the same input files")

@@ -17,52 +17,52 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
+from synth.diagnosis.hypotheses import Assessment, Hypotheses, Key
 from synth.diagnosis.odds import Calibration, price_of_unknown
-from synth.diagnosis.other_shapes import in_other_shapes
-from synth.diagnosis.restarts import beside_best, descended, exchanged, fitted_again, has_other_minima, refine
+from synth.diagnosis.other_shapes import starts_in_other_shapes
+from synth.diagnosis.restarts import descend, exchange_fits, fit_from_best, has_other_minima, refine, refit_from_design
 from synth.diagnosis.score import first_state, fresh, score
-from synth.diagnosis.screened_causes import same_shape, screen
-from synth.diagnosis.screening import leverage, overshoots, prospects, strengthened
+from synth.diagnosis.screened_causes import same_shape, screen_causes
+from synth.diagnosis.screening import costs_after_step, costs_by_secant, overshoots, scale_strengths
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
-from synth.diagnosis.sets_of_causes import from_recorded, pairs_of, with_simpler_cause, without_one
+from synth.diagnosis.sets_of_causes import from_recorded_states, pairs_of, with_simpler_cause, without_one_cause
 from synth.diagnosis.sifting import Sifting
-from synth.diagnosis.simpler_shapes import priced, worth_their_unknowns
+from synth.diagnosis.simpler_shapes import cost_with_unknowns, prefer_simpler_shapes
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.linearisation import Linearisation
 
 # Renewals of the derivatives of the nominal leg, from which all candidates start, and steps with each. A cost, a
 # log-likelihood, that falls by 0.1 moves no unknown by a half of its deviation.
 BASE_FRAMES, BASE_STEPS, BASE_GAIN = 5, 2, 0.1
-SAME_START = 0.05  # of the largest motion: where initial rotations are nearer, one screening suffices
-CLOSER = 16  # of those, number fitted before the best are refined
-REFINED = 6  # single causes that get their own derivatives
+SAME_START_SHARE = 0.05  # of the largest motion: where initial rotations are nearer, one screening suffices
+FITTED_BEFORE_REFINING = 16  # of those, number fitted before the best are refined
+REFINED_SINGLES = 6  # single causes that get their own derivatives
 REFINED_SOFT = 12  # the same for compliances: the shared derivatives lack their links, so their fits lag behind
-REFINED_ELSEWHERE = 3  # fits of these causes at another strength that get their own derivatives too
-LEADING, REFINED_RICHER = 3, 4  # causes whose richer shapes are screened; fits of these that get their own derivatives
-REFINED_FURTHER = 4  # sets of several causes that get their own derivatives: what acts alike must be compared alike
+REFINED_OTHER_STRENGTHS = 3  # fits of these causes at another strength that get their own derivatives too
+RICHER_CAUSES, REFINED_RICHER = 3, 4  # causes screened in richer shapes; fits of these that get their own derivatives
+REFINED_SETS = 4  # sets of several causes that get their own derivatives: what acts alike must be compared alike
 # A second and a third cause
-WORTH = 3.0  # least predicted cost reduction of a further cause
-SECANTS = (1.0, 12.0)  # factors on a start's strengths at which the secant of a cause is evaluated
-LOOKED_AT, STRENGTHS_TRIED = 16, 4  # most promising causes by secants; starts of each
-AROUND = (0.4, 1.0)  # factors on the strength that the secant predicts
-# Most promising further causes, fitted to a subset of the trials. With 10 the best pair of a rig of seed 4700, 64
-# times the noise, was not among them, and one of 86 was taken; the search took 4 s of 14 longer.
-FURTHER_TRIED = 20
-FURTHER_KEPT = 8  # of those, number fitted to all trials
-STARTS = 2  # of each other shape of a cause in these sets that are continued
-REDUCED = 3  # best sets of three causes of which one is left out again
+LEAST_COST_REDUCTION = 3.0  # least predicted cost reduction of a further cause
+SECANT_FACTORS = (1.0, 12.0)  # factors on a start's strengths at which the secant of a cause is evaluated
+CAUSES_BY_SECANT, STARTS_OF_EACH = 16, 4  # most promising causes by secants; starts of each
+FACTORS_ON_SECANT = (0.4, 1.0)  # factors on the strength that the secant predicts
+# Most promising further causes, fitted to a subset of the trials: the secant ranks strong causes roughly only, and a
+# fit to few trials is cheap. Decided by ``make blind-rigs``.
+SETS_TRIED = 20
+SETS_FITTED = 8  # of those, number fitted to all trials
+STARTS_OF_OTHER_SHAPE = 2  # of each other shape of a cause in these sets that are continued
+SETS_REDUCED = 3  # best sets of three causes of which one is left out again
 # The same where recordings are compared in pieces: their cost has cliffs, and a rank after few steps tells less.
-IN_PIECES_TRIED, IN_PIECES_KEPT = 30, 10
-FURTHER_FRAMES = 24  # most renewals of the derivatives; with 8 a pair ended at the cost 690, on its way to 539
-FURTHER_ROUNDS = (2, 3)  # iterations of the fit on the subset, and on all trials
-WELL = 1.2  # RMS over the noise floor that leaves nothing to explain
-PLAN = SearchPlan(
+SETS_TRIED_IN_PIECES, SETS_FITTED_IN_PIECES = 30, 10
+RENEWALS_OF_SETS = 24  # most renewals of the derivatives: a pair of strong causes moves far, a little at a time
+ITERATIONS_OF_SETS = (2, 3)  # iterations of the fit on the subset, and on all trials
+EXPLAINED_RATIO = 1.2  # RMS over the noise floor that leaves nothing to explain
+SEARCH_PLAN = SearchPlan(
     anchors=4,
     anchor_pairs=1,
-    worth=WORTH,
+    worth=LEAST_COST_REDUCTION,
     satisfied=1.05,
-    well=WELL,
+    well=EXPLAINED_RATIO,
     least_left=0.003,
     pays=0.4,
     anchors_found=2,
@@ -80,9 +80,9 @@ def as_recorded(bench: Workbench) -> EvaluatedHypothesis:
     """The nominal leg unchanged, from the initial states that the first samples show; with derivatives.
 
     All candidates start here. They also start from the fitted initial states (``as_designed``) if the initial rotations
-    of the two differ by more than ``SAME_START`` of the motion. Both are needed: if a strong cause is missing, the
-    initial states that fit the nominal leg best are far from the readings (0.37 for 0.60 rad with strong dry friction),
-    and no search from there finds the cause.
+    of the two differ by more than ``SAME_START_SHARE`` of the motion. Both are needed: if a strong cause is missing,
+    the initial states that fit the nominal leg best are far from the readings (0.37 for 0.60 rad with strong dry
+    friction), and no search from there finds the cause.
     """
     states = tuple(first_state(trial) for trial in bench.trials)
     fit = bench.evaluate([EvaluatedHypothesis((), np.zeros(bench.n_tolerance), states)])[0]
@@ -114,10 +114,10 @@ class AngleExplorer:
     every: Sequence[ShapedEffect]
     calibration: Calibration
     plan: SearchPlan = field(init=False)
-    _begun: set[frozenset[Key]] = field(default_factory=set)  # sets of causes fitted from the unchanged leg
+    _fitted_sets: set[frozenset[Key]] = field(default_factory=set)  # sets of causes fitted from the unchanged leg
 
     def __post_init__(self) -> None:
-        self.plan = replace(PLAN, per_parameter=self.calibration.per_parameter)
+        self.plan = replace(SEARCH_PLAN, per_parameter=self.calibration.per_parameter)
 
     @cached_property
     def candidates(self) -> list[ShapedEffect]:
@@ -145,29 +145,29 @@ class AngleExplorer:
         bench, few = self.bench, self._sifting.few
         there = EvaluatedHypothesis((), self._nominal.unknowns, tuple(self._nominal.states[i] for i in few))
         still = self._sifting.bench.evaluate([there])[0].cost
-        found = [fit for start in self._starts for fit in self._screened(self.candidates, start, still)]
+        found = [fit for start in self._screening_starts for fit in self._screened_fits(self.candidates, start, still)]
         # Again from the nominal leg's best fit, by secants: a fixed start overshoots at a fine sensor's resolution.
-        again = further(bench, self._sifting, [self._nominal], self.candidates)
+        again = fit_further_cause(bench, self._sifting, [self._nominal], self.candidates)
         best = best_of_each([*found, *again])
-        chosen = [fit for place, fit in enumerate(best) if place < (REFINED_SOFT if _soft(fit) else REFINED)]
+        chosen = [fit for place, fit in enumerate(best) if place < (REFINED_SOFT if _is_soft(fit) else REFINED_SINGLES)]
         rest = [fit for fit in best if all(fit is not other for other in chosen)]
-        others = [*_elsewhere(bench, chosen, found), *_in_another_shape(chosen, found)]
+        others = [*_fits_at_other_strengths(bench, chosen, found), *_fits_in_other_shapes(chosen, found)]
         refined = best_of_each(refine(bench, [*chosen, *others]))
-        ends = fitted_again(bench, refined, self._designed)
+        ends = refit_from_design(bench, refined, self._designed)
         several = has_other_minima(refined, ends, self._nominal)
         refined = best_of_each([*refined, *ends])
         if several:
-            refined = best_of_each([*refined, *beside_best(bench, self.candidates, refined)])
-            refined = exchanged(bench, refined[:REFINED], self._designed) + refined[REFINED:]
-        return best_of_each([*self._worth_their_unknowns(self._in_richer_shapes(refined, still)), *rest])
+            refined = best_of_each([*refined, *fit_from_best(bench, self.candidates, refined)])
+            refined = exchange_fits(bench, refined[:REFINED_SINGLES], self._designed) + refined[REFINED_SINGLES:]
+        return best_of_each([*self._in_preferred_shapes(self._in_richer_shapes(refined, still)), *rest])
 
     def _in_richer_shapes(self, refined: Sequence[EvaluatedHypothesis], still: float) -> list[EvaluatedHypothesis]:
-        """The fits, the leading ones in a richer shape where the odds prefer that; ``still`` as in ``screen``."""
-        leading = {fit.keys[0] for fit in refined[:LEADING]}
+        """The fits, the leading ones richer where the odds prefer that; ``still`` as in ``screen_causes``."""
+        leading = {fit.keys[0] for fit in refined[:RICHER_CAUSES]}
         richer = [each for each in self.every if each.shape.richer and each.key in leading]
-        if not richer or min(self.ratio(fit) for fit in refined) <= WELL:
+        if not richer or min(self.ratio(fit) for fit in refined) <= EXPLAINED_RATIO:
             return list(refined)
-        found = [fit for start in self._starts for fit in self._screened(richer, start, still)]
+        found = [fit for start in self._screening_starts for fit in self._screened_fits(richer, start, still)]
         ends = refine(self.bench, sorted(found, key=lambda fit: fit.cost)[:REFINED_RICHER])
         rank = self._rank(refined)
         return best_of_each([min([fit, *(end for end in ends if end.keys == fit.keys)], key=rank) for fit in refined])
@@ -175,38 +175,41 @@ class AngleExplorer:
     def _sets_in_other_shapes(self, refined: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """The fits of several causes, each with a cause in another simple shape where the odds prefer that."""
         bench, rank = self.bench, self._rank(refined)
-        if min((self.ratio(fit) for fit in refined), default=1.0) <= WELL:
+        if min((self.ratio(fit) for fit in refined), default=1.0) <= EXPLAINED_RATIO:
             return list(refined)
-        shapes = [shape for fit in refined for shape in in_other_shapes(bench, fit, self.every)]
+        shapes = [shape for fit in refined for shape in starts_in_other_shapes(bench, fit, self.every)]
         evaluated = iter(bench.evaluate([start for shape in shapes for start in shape]))
-        begun = [sorted((next(evaluated) for _ in shape), key=lambda start: start.cost)[:STARTS] for shape in shapes]
-        ends = [*refined, *refine(bench, [start for starts in begun for start in starts], FURTHER_FRAMES)]
+        begun = [
+            sorted((next(evaluated) for _ in shape), key=lambda start: start.cost)[:STARTS_OF_OTHER_SHAPE]
+            for shape in shapes
+        ]
+        ends = [*refined, *refine(bench, [start for starts in begun for start in starts], RENEWALS_OF_SETS)]
         return [min((end for end in ends if {*end.keys} == {*fit.keys}), key=rank) for fit in refined]
 
     @cached_property
-    def _starts(self) -> list[EvaluatedHypothesis]:
+    def _screening_starts(self) -> list[EvaluatedHypothesis]:
         """The nominal leg unchanged, from the recorded initial states, and from fitted ones where these differ."""
         recorded = as_recorded(self.bench)
         apart = [
             np.abs(one - other)[: len(self.bench.noise)].max() / max(float(np.ptp(trial.measured, axis=0).max()), 1e-9)
             for trial, one, other in zip(self.bench.trials, recorded.states, self._designed.states, strict=True)
         ]
-        return [recorded, self._designed] if max(apart) > SAME_START else [recorded]
+        return [recorded, self._designed] if max(apart) > SAME_START_SHARE else [recorded]
 
-    def _screened(
+    def _screened_fits(
         self, candidates: Sequence[ShapedEffect], start: EvaluatedHypothesis, still: float
     ) -> list[EvaluatedHypothesis]:
-        """The best fits of each of the causes, screened from one start; ``still`` as in ``screen``."""
+        """The best fits of each of the causes, screened from one start; ``still`` as in ``screen_causes``."""
         some, few = self._sifting.bench, self._sifting.few
         there = EvaluatedHypothesis((), start.unknowns, tuple(start.states[i] for i in few))
         (there,) = some.evaluate([there])
-        screened = screen(some, candidates, replace(there, frame=some.frame(there)), still)
-        spread = self.bench.evaluate([_spread(fit, few, start) for fit in screened])
-        closer = self.bench.solve([fresh(fit) for fit in spread[:CLOSER]], start.frame, 2)
-        return [*closer, *spread[CLOSER:]]
+        screened = screen_causes(some, candidates, replace(there, frame=some.frame(there)), still)
+        spread = self.bench.evaluate([_start_for_all_trials(fit, few, start) for fit in screened])
+        closer = self.bench.solve([fresh(fit) for fit in spread[:FITTED_BEFORE_REFINING]], start.frame, 2)
+        return [*closer, *spread[FITTED_BEFORE_REFINING:]]
 
     def beside(
-        self, anchors: Sequence[Assessed[EvaluatedHypothesis]], singles: Sequence[Assessed[EvaluatedHypothesis]]
+        self, anchors: Sequence[Assessment[EvaluatedHypothesis]], singles: Sequence[Assessment[EvaluatedHypothesis]]
     ) -> list[EvaluatedHypothesis]:
         """One further cause beside each of the anchors; the best get their own linearisation.
 
@@ -216,90 +219,91 @@ class AngleExplorer:
         fits = [*framed, *refine(self.bench, [anchor.fit for anchor in anchors if anchor.fit.frame is None])]
         alone = all(len(fit.hypothesis) == 1 for fit in fits)  # a third cause is small: to start from the pair suffices
         if alone and self.bench.in_pieces:
-            return self._in_pieces(fits, [single.fit for single in singles])
-        found = further(self.bench, self._sifting, fits, self.candidates)
-        refined = self._sets_in_other_shapes(refine(self.bench, found[:REFINED_FURTHER], FURTHER_FRAMES))
-        fewer = [] if alone else without_one(self.bench, sorted(refined, key=lambda fit: fit.cost)[:REDUCED], fits)
-        return [*refined, *found[REFINED_FURTHER:], *self._reduced(fewer, [*fits, *refined])]
+            return self._sets_in_pieces(fits, [single.fit for single in singles])
+        found = fit_further_cause(self.bench, self._sifting, fits, self.candidates)
+        refined = self._sets_in_other_shapes(refine(self.bench, found[:REFINED_SETS], RENEWALS_OF_SETS))
+        cheapest = sorted(refined, key=lambda fit: fit.cost)[:SETS_REDUCED]
+        fewer = [] if alone else without_one_cause(self.bench, cheapest, fits)
+        return [*refined, *found[REFINED_SETS:], *self._fits_without_one_cause(fewer, [*fits, *refined])]
 
-    def _reduced(
+    def _fits_without_one_cause(
         self, fewer: Sequence[EvaluatedHypothesis], found: Sequence[EvaluatedHypothesis]
     ) -> list[EvaluatedHypothesis]:
-        """Fits of sets that lack a cause; in pieces from the unchanged leg too, see ``_in_pieces``."""
+        """Fits of sets that lack a cause; in pieces from the unchanged leg too, see ``_sets_in_pieces``."""
         if not self.bench.in_pieces:
-            return refine(self.bench, self.bench.evaluate(fewer), FURTHER_FRAMES)
-        starts = [*self.bench.evaluate(fewer), *[from_recorded(self.bench, fit) for fit in fewer]]
-        return best_of_each(descended(self.bench, starts, self._rank(found)))
+            return refine(self.bench, self.bench.evaluate(fewer), RENEWALS_OF_SETS)
+        starts = [*self.bench.evaluate(fewer), *[from_recorded_states(self.bench, fit) for fit in fewer]]
+        return best_of_each(descend(self.bench, starts, self._rank(found)))
 
-    def _in_pieces(
+    def _sets_in_pieces(
         self, anchors: Sequence[EvaluatedHypothesis], singles: Sequence[EvaluatedHypothesis]
     ) -> list[EvaluatedHypothesis]:
         """The same where recordings are compared in pieces.
 
         An anchor's tolerances and initial states are those that imitate the cause it lacks. Sets of causes are
         therefore fitted from the unchanged leg and the recorded initial states too, each once, and all pairs of the
-        best ``singles`` with them. On a simulated pendulum that rubs, with a stated spring that is not there, the two
-        causes left 6.4 noise floors from the anchor, and 1.0 from the unchanged leg. Sets with a simpler cause in
-        place of one are among them: the anchor is the cause that imitates two, and often has more unknowns than needed.
+        best ``singles`` with them. Sets with a simpler cause in place of one are among them: the anchor is the cause
+        that imitates two, and often has more unknowns than needed.
         """
         bench = self.bench
-        found = further(bench, self._sifting, anchors, self.candidates, IN_PIECES_TRIED, IN_PIECES_KEPT)
+        found = fit_further_cause(
+            bench, self._sifting, anchors, self.candidates, SETS_TRIED_IN_PIECES, SETS_FITTED_IN_PIECES
+        )
         simpler = with_simpler_cause(bench, found, singles)
-        sets = {frozenset(fit.keys): fit for fit in [*pairs_of(bench, singles[:REFINED]), *simpler, *found]}
-        new = [fit for keys, fit in sets.items() if keys not in self._begun]
-        self._begun.update(sets)
-        ends = descended(bench, [from_recorded(bench, fit) for fit in new], self._rank([*anchors, *found]))
+        sets = {frozenset(fit.keys): fit for fit in [*pairs_of(bench, singles[:REFINED_SINGLES]), *simpler, *found]}
+        new = [fit for keys, fit in sets.items() if keys not in self._fitted_sets]
+        self._fitted_sets.update(sets)
+        ends = descend(bench, [from_recorded_states(bench, fit) for fit in new], self._rank([*anchors, *found]))
         best = best_of_each([*found, *ends])
-        return [*refine(bench, best[:REFINED_FURTHER]), *best[REFINED_FURTHER:]]
+        return [*refine(bench, best[:REFINED_SETS]), *best[REFINED_SETS:]]
 
     def _rank(self, found: Sequence[EvaluatedHypothesis]) -> Callable[[EvaluatedHypothesis], float]:
         """Cost with the unknowns charged, at the price of ``found``."""
         price = self._price(found)
-        return lambda fit: priced(fit, price)
+        return lambda fit: cost_with_unknowns(fit, price)
 
     def _price(self, found: Sequence[EvaluatedHypothesis]) -> float:
         """What an unknown must take off the cost, by how far the best of the ``found`` fits is from the noise."""
         floors = min((self.ratio(fit) for fit in found), default=1.0)
         return price_of_unknown(floors, self.bench.total, self.calibration)
 
-    def _worth_their_unknowns(self, refined: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
+    def _in_preferred_shapes(self, refined: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """Fits with their own derivatives, each in the shape that the odds prefer."""
-        return worth_their_unknowns(self.bench, refined, self.candidates, self._price(refined))
+        return prefer_simpler_shapes(self.bench, refined, self.candidates, self._price(refined))
 
     def ratio(self, fit: EvaluatedHypothesis) -> float:
         """RMS of a fit over the noise floor."""
-        return ratio(self.bench, fit)
+        return rms_over_noise(self.bench, fit)
 
 
-def _soft(fit: EvaluatedHypothesis) -> bool:
+def _is_soft(fit: EvaluatedHypothesis) -> bool:
     return any(candidate.is_compliance for candidate in fit.hypothesis)
 
 
-def _elsewhere(
+def _fits_at_other_strengths(
     bench: Workbench, chosen: Sequence[EvaluatedHypothesis], found: Sequence[EvaluatedHypothesis]
 ) -> list[EvaluatedHypothesis]:
     """Screened fits of the chosen causes at another strength, the best few by cost.
 
-    Where a strong cause changes the motion much, no step with the derivatives of the designed leg may succeed: dry
-    friction of a pendulum that turns over stayed at its start of 0.28 N m, near the best, while a fit from elsewhere
-    ended at 0.04 N m with a lower cost.
+    Where a strong cause changes the motion much (dry friction of a pendulum that turns over), no step with the
+    derivatives of the designed leg may succeed: a fit that stays at its start may be near the best by chance, while one
+    from elsewhere goes on to a lower cost.
     """
     best = {fit.keys: fit for fit in chosen}
     apart = [fit for fit in found if fit.keys in best and _strengths_differ(bench, fit, best[fit.keys])]
-    return best_of_each(apart)[:REFINED_ELSEWHERE]
+    return best_of_each(apart)[:REFINED_OTHER_STRENGTHS]
 
 
-def _in_another_shape(
+def _fits_in_other_shapes(
     chosen: Sequence[EvaluatedHypothesis], found: Sequence[EvaluatedHypothesis]
 ) -> list[EvaluatedHypothesis]:
     """Screened fits of the best few of the chosen causes in another shape.
 
-    Shapes are screened with the derivatives of the designed leg, which follow a strong cause a part of the way only: a
-    delay of 30 ms ended there behind a filter of 19 ms, which leaves three times as much. Not of compliances, of which
-    twice as many fits are refined: with a state in each trial they imitate others, and a mount in another shape took a
-    centre of mass that is 11 % off for its own on a real double pendulum.
+    Shapes are screened with the derivatives of the designed leg, which follow a strong cause a part of the way only, so
+    that a long delay may rank behind a filter that explains less. Not of compliances, of which twice as many fits are
+    refined: with a state in each trial they imitate others, a mount in another shape a wrong centre of mass.
     """
-    first = {fit.keys: fit for fit in chosen[:REFINED_ELSEWHERE] if not _soft(fit)}
+    first = {fit.keys: fit for fit in chosen[:REFINED_OTHER_STRENGTHS] if not _is_soft(fit)}
     apart = [fit for fit in found if fit.keys in first and not same_shape(fit, first[fit.keys])]
     return best_of_each(apart)
 
@@ -314,7 +318,7 @@ def _strengths_differ(bench: Workbench, fit: EvaluatedHypothesis, other: Evaluat
     return bool(np.any(np.abs(one - two) > 0.5 * np.maximum(np.abs(one), np.abs(two))))
 
 
-def _spread(
+def _start_for_all_trials(
     fit: EvaluatedHypothesis, few: Sequence[int], whole: EvaluatedHypothesis, frame: Linearisation | None = None
 ) -> EvaluatedHypothesis:
     """A start at a fit to a subset of the trials, with the other trials' states of a fit to the ``whole``."""
@@ -324,7 +328,7 @@ def _spread(
     return fit.start_at(states=states, frame=frame)
 
 
-def ratio(bench: Workbench, fit: EvaluatedHypothesis) -> float:
+def rms_over_noise(bench: Workbench, fit: EvaluatedHypothesis) -> float:
     """RMS of a fit over the noise floor, all samples weighted equally."""
     total, count = 0.0, 0
     for trial, residual in zip(bench.trials, fit.residuals, strict=True):
@@ -334,13 +338,13 @@ def ratio(bench: Workbench, fit: EvaluatedHypothesis) -> float:
     return float(np.sqrt(total / max(count, 1)))
 
 
-def further(
+def fit_further_cause(
     bench: Workbench,
     sifting: Sifting,
     anchors: Sequence[EvaluatedHypothesis],
     candidates: Sequence[ShapedEffect],
-    tried: int = FURTHER_TRIED,
-    kept: int = FURTHER_KEPT,
+    tried: int = SETS_TRIED,
+    kept: int = SETS_FITTED,
 ) -> list[EvaluatedHypothesis]:
     """Hypotheses with an anchor and one further cause, best first.
 
@@ -349,21 +353,21 @@ def further(
     promising: dict[frozenset[tuple[str, str]], tuple[float, EvaluatedHypothesis, EvaluatedHypothesis]] = {}
     for anchor in anchors:
         here = sifting.beside(anchor)
-        for left, start in _beside(sifting.bench, here, candidates):
+        for left, start in _starts_with_further_cause(sifting.bench, here, candidates):
             keys = frozenset(start.keys)
-            if here.cost - left > WORTH and (keys not in promising or left < promising[keys][0]):
+            if here.cost - left > LEAST_COST_REDUCTION and (keys not in promising or left < promising[keys][0]):
                 promising[keys] = left, start, anchor
     best = sorted(promising.values(), key=lambda item: item[0])[:tried]
     origin = {frozenset(start.keys): anchor for _, start, anchor in best}
-    fits = sifting.bench.solve([start for _, start, _ in best], None, FURTHER_ROUNDS[0])
+    fits = sifting.bench.solve([start for _, start, _ in best], None, ITERATIONS_OF_SETS[0])
     fits = sorted((fit for fit in fits if np.isfinite(fit.cost)), key=lambda fit: fit.cost)[:kept]
     from_anchors = [(fit, origin[frozenset(fit.keys)]) for fit in fits]
-    spread = [_spread(fit, sifting.few, anchor, anchor.frame) for fit, anchor in from_anchors]
-    found = bench.solve(spread, None, FURTHER_ROUNDS[1])
+    spread = [_start_for_all_trials(fit, sifting.few, anchor, anchor.frame) for fit, anchor in from_anchors]
+    found = bench.solve(spread, None, ITERATIONS_OF_SETS[1])
     return sorted((fit for fit in found if np.isfinite(fit.cost)), key=lambda fit: fit.cost)
 
 
-def _beside(
+def _starts_with_further_cause(
     bench: Workbench, here: EvaluatedHypothesis, candidates: Sequence[ShapedEffect]
 ) -> list[tuple[float, EvaluatedHypothesis]]:
     """The best start of each further cause beside a fit: its predicted cost, and the start.
@@ -376,18 +380,20 @@ def _beside(
         if candidate.stands_beside(here.hypothesis):
             for point in candidate.starts():
                 start = here.beside([candidate], [point], here.frame)
-                secants = [secant for secant in SECANTS if not overshoots(start, first, secant)]
-                starts += [strengthened(start, first, secant) for secant in secants]
-    predicted = zip(leverage(bench, starts, here), starts, strict=True)
+                secants = [secant for secant in SECANT_FACTORS if not overshoots(start, first, secant)]
+                starts += [scale_strengths(start, first, secant) for secant in secants]
+    predicted = zip(costs_by_secant(bench, starts, here), starts, strict=True)
     order = sorted(((left, best, start) for (left, best), start in predicted), key=lambda item: item[0])
     chosen: dict[tuple[str, str], list[EvaluatedHypothesis]] = {}
     for left, best, start in order:
         key = start.keys[-1]
-        if here.cost - left > WORTH and len(chosen.get(key, ())) < STRENGTHS_TRIED:
-            chosen.setdefault(key, []).extend(strengthened(start, first, best * factor) for factor in AROUND)
-    tried = [start for key in list(chosen)[:LOOKED_AT] for start in chosen[key]]
+        if here.cost - left > LEAST_COST_REDUCTION and len(chosen.get(key, ())) < STARTS_OF_EACH:
+            chosen.setdefault(key, []).extend(
+                scale_strengths(start, first, best * factor) for factor in FACTORS_ON_SECANT
+            )
+    tried = [start for key in list(chosen)[:CAUSES_BY_SECANT] for start in chosen[key]]
     found: dict[tuple[str, str], tuple[float, EvaluatedHypothesis]] = {}
-    for left, start in zip(prospects(bench, tried, here), tried, strict=True):
+    for left, start in zip(costs_after_step(bench, tried, here), tried, strict=True):
         if start.keys[-1] not in found or left < found[start.keys[-1]][0]:
             found[start.keys[-1]] = left, start
     return list(found.values())

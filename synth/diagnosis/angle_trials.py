@@ -14,9 +14,9 @@ from synth.arrays import Array, Mask
 from synth.fit.recordings import Recording
 from synth.swing.time_unit import time_unit
 
-PACES = 4.0  # most ratio of the time scales of trials that are simulated together
-MOST_TOGETHER = 4000  # samples of the trials that one call predicts: the readings of 250 legs then take 24 MB
-SAMPLES = 700  # per trial: enough for the fastest joint, few enough to be fast
+MOST_PACE_RATIO = 4.0  # most ratio of the time scales of trials that are simulated together
+MOST_SAMPLES_TOGETHER = 4000  # samples of the trials that one call predicts: the readings of 250 legs then take 24 MB
+SAMPLES_A_TRIAL = 700  # per trial: enough for the fastest joint, few enough to be fast
 
 
 @dataclass(frozen=True)
@@ -98,16 +98,16 @@ class AngleTrial:
         )
 
 
-def together(trials: Sequence[AngleTrial]) -> list[range]:
+def trials_together(trials: Sequence[AngleTrial]) -> list[range]:
     """Indices of the trials that one call predicts: neighbours under the same conditions and the same drive, if any.
 
-    At most ``MOST_TOGETHER`` samples, unless one trial has more.
+    At most ``MOST_SAMPLES_TOGETHER`` samples, unless one trial has more.
     """
     found: list[range] = []
     samples = 0
     for index, trial in enumerate(trials):
         samples += len(trial.time)
-        if index and samples <= MOST_TOGETHER and _same_equations(trials[index - 1], trial):
+        if index and samples <= MOST_SAMPLES_TOGETHER and _same_equations(trials[index - 1], trial):
             found[-1] = range(found[-1].start, index + 1)
         else:
             found.append(range(index, index + 1))
@@ -123,7 +123,7 @@ def _same_equations(a: AngleTrial, b: AngleTrial) -> bool:
     first, second = a.recording, b.recording
     if first.leg is not second.leg or first.conditions != second.conditions:
         return False
-    if not 1.0 / PACES <= a.time_unit / b.time_unit <= PACES:
+    if not 1.0 / MOST_PACE_RATIO <= a.time_unit / b.time_unit <= MOST_PACE_RATIO:
         return False
     if not (_is_driven(first) or _is_driven(second)):
         return True
@@ -178,7 +178,7 @@ class Whitener:
 
 def angle_trial(recording: Recording, *, held_out: bool) -> AngleTrial:
     """Thin a recording to evenly spaced samples."""
-    thin = recording.thinned(SAMPLES)
+    thin = recording.thinned(SAMPLES_A_TRIAL)
     return AngleTrial(recording, thin.time, thin.rotation, thin.counts, held_out)
 
 
@@ -197,7 +197,7 @@ def largest_of_kinds(trials: Sequence[AngleTrial]) -> list[int]:
     return [*first, *[i for i in order if i not in set(first)]]
 
 
-def spread(trials: Sequence[AngleTrial], most: int) -> tuple[list[AngleTrial], list[AngleTrial]]:
+def spread_over_kinds(trials: Sequence[AngleTrial], most: int) -> tuple[list[AngleTrial], list[AngleTrial]]:
     """At most ``most`` of the trials, and the rest: one of each kind, then evenly over the others in their order."""
     if len(trials) <= most:
         return list(trials), []

@@ -9,33 +9,32 @@ from typing import Any, Generic
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.diagnosis_result import Cause, Experiment, Ranked, ScoredBy
+from synth.diagnosis.diagnosis_result import Cause, Experiment, RankedCause, ScoredBy
 from synth.diagnosis.effect_shape import ShapedEffect
-from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
+from synth.diagnosis.hypotheses import Assessment, Hypotheses, Key
 from synth.diagnosis.next_experiment import next_experiment
 from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
 from synth.diagnosis.poor_trials import followed_trials
-from synth.diagnosis.prediction_error import PredictionErrors, label
+from synth.diagnosis.prediction_error import PredictionErrors, label_of_causes
 from synth.diagnosis.remainder import Remainder
-from synth.diagnosis.search_limits import at_limits, limit_sentences, opened
-from synth.diagnosis.sentences import PartedErrors, sentence, what_is_open
-from synth.diagnosis.verdict import Judged, doubted, doubted_further, judge, of_no_account
+from synth.diagnosis.search_limits import limit_sentences, open_intervals, parameters_at_limits
+from synth.diagnosis.sentences import PartedErrors, reason_for_next_trial, sentence
+from synth.diagnosis.verdict import Judgement, judge, with_doubt_of_held_out, with_further_doubt, without_causes
 from synth.estimation.intervals import NORMAL90, Estimate
 from synth.threads import one_thread_of_linear_algebra
 from synth.units import shown_unit
 
-RANKED = 8  # listed single causes; each costs a prediction of every scored trial
-SHOWN_ALONE = 4  # single causes whose predictions are stored for the page, the most probable first
-# An explanation must take this share of the gap on held-out trials, where the gap is so many noise floors: a choice. Of
-# 38 explanations named in 47 dirty rigs of seed 4800, the three that took least (-54, 17 and 24 %) were wrong, the next
-# one (29 %) was right.
-LEAST_UNSEEN, MEANINGFUL = 0.25, 2.0
-LEAST_CHANCE = 0.05  # of held-out trials that contradict: a smaller one decides no verdict
-ON = {  # in words, where one recording is all there is
+MOST_RANKED = 8  # listed single causes; each costs a prediction of every scored trial
+PREDICTED_ALONE = 4  # single causes whose predictions are stored for the page, the most probable first
+# An explanation must take this share of the gap on held-out trials, where the gap is so many noise floors. Decided by
+# ``make blind-rigs``: a wrong explanation imitates the gap of the trials that it was fitted to, and fails on others.
+LEAST_UNSEEN_SHARE, LEAST_GAP_RATIO = 0.25, 2.0
+LEAST_CHANCE_OF_FAILURE = 0.05  # of held-out trials that contradict: a smaller one decides no verdict
+TRIAL_WORDS = {  # in words, where one recording is all there is
     "fitted": "the trial that was fitted",
     "pieces_in_turn": "each piece of the recording, predicted by the others,",
 }
-DIRECT = "direct causes"  # label of the errors with these alone
+DIRECT_LABEL = "direct causes"  # label of the errors with these alone
 
 
 @dataclass(frozen=True)
@@ -43,19 +42,19 @@ class Findings(Generic[F, S]):
     """The plant-independent part of a result; the adapter adds the rest."""
 
     found: Hypotheses[F]
-    judged: Judged[F]
+    judged: Judgement[F]
     stages: StagePredictions[F, S]
     explained: bool
     causes: tuple[Cause, ...]
     tied: tuple[tuple[Cause, ...], ...]
-    ranked: tuple[Ranked, ...]
+    ranked: tuple[RankedCause, ...]
     remainder: Remainder
     sentence: str
     next_experiment: Experiment | None
     warnings: tuple[str, ...]
     scored_by: ScoredBy
     within_accuracy: bool
-    odds: Judged[F]  # ``judged``, within the required accuracy as if none were required
+    odds: Judgement[F]  # ``judged``, within the required accuracy as if none were required
 
     @property
     def best(self) -> F:
@@ -90,21 +89,21 @@ class Findings(Generic[F, S]):
 def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S]:
     """Find what distinguishes the built leg from the nominal one; ``say`` receives the current stage."""
     found = plant.search(say)
-    before = _unseen(plant, found.none)
-    within = plant.accuracy > 0.0 and _rms(plant, before) <= plant.accuracy
+    before = _predict_unseen(plant, found.none)
+    within = plant.accuracy > 0.0 and _rms_of_predictions(plant, before) <= plant.accuracy
     # Within the accuracy that is required the causes are weighed as if none were.
     motion = plant.own_motion if within else plant.motion
     weighed = judge(found, plant.calibration, free=plant.freely(found), motion=motion)
     doubts, chance = plant.doubts(found, weighed, motion)
     if weighed.verdict in ("effect", "tie"):
-        weighed = doubted_further(weighed, chance)
+        weighed = with_further_doubt(weighed, chance)
     say("reduction of the gap")
     weighed = plant.with_direct_causes(weighed)
-    judged, stages, moved = _on_scored(plant, before, found, weighed)
+    judged, stages, moved = _judge_on_scored(plant, before, found, weighed)
     offered, odds = not within and weighed.verdict in ("effect", "tie"), judged
     if within:
-        judged = of_no_account(judged, found.none)
-        stages, moved = _stages(plant, before, found, judged, within=within), None
+        judged = without_causes(judged, found.none)
+        stages, moved = _predict_stages(plant, before, found, judged, within=within), None
     explained = judged.verdict in ("effect", "tie")
     named = judged.verdict != "none"
     causes = (*causes_of(plant, judged.accepted), *plant.direct_causes) if named else ()
@@ -113,7 +112,7 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
     left = Remainder.of(stages.errors, "after", *plant.left_where(stages.after, stages.unread))
     say("what next")
     short = [" + ".join(plant.short_text(cause) for cause in each) for each in explanations]
-    ranked = _ranked(plant, judged, stages.errors)
+    ranked = _rank_causes(plant, judged, stages.errors)
     return Findings(
         found,
         judged,
@@ -123,12 +122,12 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
         tied,
         ranked,
         left,
-        _sentence(plant, judged, explanations, ranked, stages, left, moved),
-        next_experiment(plant, plant.rivals(judged), what_is_open(judged.verdict, short, within=within)),
+        _diagnosis_sentence(plant, judged, explanations, ranked, stages, left, moved),
+        next_experiment(plant, plant.rivals(judged), reason_for_next_trial(judged.verdict, short, within=within)),
         (
             *plant.warnings,
             *plant.remarks(stages),
-            *(_limits(plant, (judged.accepted, *judged.tied)) if named else ()),
+            *(_limit_warnings(plant, (judged.accepted, *judged.tied)) if named else ()),
             *doubts,
             *(plant.worse(stages.errors, moved) if offered else ()),
         ),
@@ -138,19 +137,19 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
     )
 
 
-def _on_scored(
-    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F]
-) -> tuple[Judged[F], StagePredictions[F, S], PredictionErrors | None]:
+def _judge_on_scored(
+    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judgement[F]
+) -> tuple[Judgement[F], StagePredictions[F, S], PredictionErrors | None]:
     """The verdict with what held-out trials say of its explanation, the predictions, and the moved errors if any."""
-    stages = _stages(plant, before, found, judged)
+    stages = _predict_stages(plant, before, found, judged)
     if judged.verdict not in ("effect", "tie") or not judged.accepted.keys or not plant.held_out:
         return judged, stages, None
     moved = _moved_errors(plant, stages.errors, judged.accepted)
-    return doubted(judged, _fails(moved or stages.errors)), stages, moved
+    return with_doubt_of_held_out(judged, _chance_of_failure(moved or stages.errors)), stages, moved
 
 
 def _scored_by(plant: Plant[F, T, S]) -> ScoredBy:
-    """How ``_unseen`` predicts the scored trials; pieces of one recording have one row of samples."""
+    """How ``_predict_unseen`` predicts the scored trials; pieces of one recording have one row of samples."""
     if plant.held_out:
         return "held_out"
     if len(plant.scored) == 1:
@@ -158,13 +157,13 @@ def _scored_by(plant: Plant[F, T, S]) -> ScoredBy:
     return "in_turn" if len(plant.samples()[0]) > 1 else "pieces_in_turn"
 
 
-def _rms(plant: Plant[F, T, S], predicted: tuple[S, ...]) -> float:
+def _rms_of_predictions(plant: Plant[F, T, S], predicted: tuple[S, ...]) -> float:
     """RMS error of the scored trials, rad."""
     return float(np.sqrt(plant.squares(predicted).sum() / max(float(plant.samples()[0].sum()), 1.0)))
 
 
-def _stages(
-    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F], *, within: bool = False
+def _predict_stages(
+    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judgement[F], *, within: bool = False
 ) -> StagePredictions[F, S]:
     """Predict the scored trials as designed, with each listed single cause and each tied explanation.
 
@@ -175,7 +174,7 @@ def _stages(
         return predicted if within else plant.as_read(predicted)
 
     as_designed = plant.predict(plant.designed(), plant.scored)
-    unread = before if judged.accepted is found.none else _unseen(plant, judged.accepted)
+    unread = before if judged.accepted is found.none else _predict_unseen(plant, judged.accepted)
     after = read(unread)
     squares = {
         "as_designed": plant.squares(as_designed),
@@ -183,16 +182,16 @@ def _stages(
         "after": plant.squares(after),
     }
     alone: dict[str, tuple[S, ...]] = {}
-    for single, _ in _listed(judged):
-        predicted = after if single is judged.accepted else read(_unseen(plant, single))
-        squares[label(single.keys)] = plant.squares(predicted)
-        if len(alone) < SHOWN_ALONE:
-            alone[label(single.keys)] = predicted
+    for single, _ in _listed_singles(judged):
+        predicted = after if single is judged.accepted else read(_predict_unseen(plant, single))
+        squares[label_of_causes(single.keys)] = plant.squares(predicted)
+        if len(alone) < PREDICTED_ALONE:
+            alone[label_of_causes(single.keys)] = predicted
     for rival in judged.tied:
-        if label(rival.keys) not in squares:
-            squares[label(rival.keys)] = plant.squares(read(_unseen(plant, rival)))
+        if label_of_causes(rival.keys) not in squares:
+            squares[label_of_causes(rival.keys)] = plant.squares(read(_predict_unseen(plant, rival)))
     if plant.direct_causes:
-        squares[DIRECT] = plant.squares(plant.as_read(before))
+        squares[DIRECT_LABEL] = plant.squares(plant.as_read(before))
     unread = () if within else unread
     noise_as_read = plant.samples(unread)[1]  # what counts round carries its noise, of all explanations the same
     errors = PredictionErrors(squares, *plant.samples(), plant.seed, noise_as_read)
@@ -200,23 +199,23 @@ def _stages(
     return StagePredictions(fits, as_designed, before, after, alone, errors, unread)
 
 
-def _fails(errors: PredictionErrors) -> float:
+def _chance_of_failure(errors: PredictionErrors) -> float:
     """Probability that the explanation takes too little of the gap on the scored trials."""
-    return errors.chance_below(LEAST_UNSEEN, MEANINGFUL)
+    return errors.chance_below(LEAST_UNSEEN_SHARE, LEAST_GAP_RATIO)
 
 
-def _moved_errors(plant: Plant[F, T, S], errors: PredictionErrors, accepted: Assessed[F]) -> PredictionErrors | None:
+def _moved_errors(plant: Plant[F, T, S], errors: PredictionErrors, accepted: Assessment[F]) -> PredictionErrors | None:
     """The errors on held-out trials of the explanation moved within its uncertainty; None if that decides nothing."""
-    if _fails(errors) < LEAST_CHANCE:
+    if _chance_of_failure(errors) < LEAST_CHANCE_OF_FAILURE:
         return None
     predicted = plant.within_uncertainty(accepted.fit)
     if predicted is None:
         return None
     moved = replace(errors, squares={**errors.squares, "after": plant.squares(plant.as_read(predicted))})
-    return moved if _fails(moved) < _fails(errors) else None
+    return moved if _chance_of_failure(moved) < _chance_of_failure(errors) else None
 
 
-def _unseen(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[S, ...]:
+def _predict_unseen(plant: Plant[F, T, S], item: Assessment[F]) -> tuple[S, ...]:
     """Predictions of held-out trials, or else of each trial by a fit without it.
 
     By the refit without the trial's fold where there is one, else by one linear step, which is wrong where the
@@ -236,7 +235,7 @@ def _unseen(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[S, ...]:
     return tuple(made)
 
 
-def causes_of(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[Cause, ...]:
+def causes_of(plant: Plant[F, T, S], item: Assessment[F]) -> tuple[Cause, ...]:
     """The causes of a hypothesis with their parameters and intervals.
 
     The interval is the larger of two: from the derivatives and the size of the residuals, and from the spread of the
@@ -251,12 +250,12 @@ def causes_of(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[Cause, ...]:
     made, first = [], plant.n_tolerance
     for candidate in fit.hypothesis:
         part = slice(first, first + candidate.size)
-        made.append(_cause(candidate, fit.unknowns[part], deviation[part]))
+        made.append(_cause_with_intervals(candidate, fit.unknowns[part], deviation[part]))
         first += candidate.size
     return tuple(made)
 
 
-def _limits(plant: Plant[F, T, S], named: Sequence[Assessed[F]]) -> dict[str, None]:
+def _limit_warnings(plant: Plant[F, T, S], named: Sequence[Assessment[F]]) -> dict[str, None]:
     """Warnings on parameters of the named causes that end where their search does, each once."""
     found = []
     for item in named:
@@ -268,7 +267,7 @@ def _limits(plant: Plant[F, T, S], named: Sequence[Assessed[F]]) -> dict[str, No
     return dict.fromkeys(found)
 
 
-def _cause(candidate: ShapedEffect, x: Array, deviation: Array) -> Cause:
+def _cause_with_intervals(candidate: ShapedEffect, x: Array, deviation: Array) -> Cause:
     """With 90 % intervals: each parameter's range over the interval of its unknowns, open at a limit of the search."""
     values = candidate.named(x)
     reach = {name: [value] for name, value in values.items()}
@@ -286,32 +285,33 @@ def _cause(candidate: ShapedEffect, x: Array, deviation: Array) -> Cause:
         free = name in candidate.shape.free
         found[name] = Estimate(value, written, min(reach[name]), max(reach[name])) if free else Estimate(value, written)
     effect, place = candidate.key
-    return Cause(effect, place, opened(found, at_limits(candidate, x)))
+    return Cause(effect, place, open_intervals(found, parameters_at_limits(candidate, x)))
 
 
-def _listed(judged: Judged[F]) -> list[tuple[Assessed[F], float]]:
+def _listed_singles(judged: Judgement[F]) -> list[tuple[Assessment[F], float]]:
     """The most probable single causes, and those of the accepted explanation however weak they are alone."""
     offered = {*judged.accepted.keys}
-    return [entry for place, entry in enumerate(judged.singles) if place < RANKED or entry[0].keys[0] in offered]
+    return [entry for place, entry in enumerate(judged.singles) if place < MOST_RANKED or entry[0].keys[0] in offered]
 
 
-def _ranked(plant: Plant[F, T, S], judged: Judged[F], errors: PredictionErrors) -> tuple[Ranked, ...]:
+def _rank_causes(plant: Plant[F, T, S], judged: Judgement[F], errors: PredictionErrors) -> tuple[RankedCause, ...]:
     """Single causes with their probabilities and the effect of each alone, most probable first."""
-    singles = _listed(judged)
+    singles = _listed_singles(judged)
     made = [
-        Ranked(causes_of(plant, item)[0], probability, errors.shrink(label(item.keys))) for item, probability in singles
+        RankedCause(causes_of(plant, item)[0], probability, errors.shrink(label_of_causes(item.keys)))
+        for item, probability in singles
     ]
-    made += [Ranked(cause, judged.counts, errors.shrink(DIRECT)) for cause in plant.direct_causes]
+    made += [RankedCause(cause, judged.counts, errors.shrink(DIRECT_LABEL)) for cause in plant.direct_causes]
     listed = {item.keys[0] for item, _ in singles}
     for cause, key in zip(causes_of(plant, judged.accepted), judged.accepted.keys, strict=True):
         if key not in listed:  # its fit alone diverged
-            made.append(Ranked(cause, judged.share(key), None))
+            made.append(RankedCause(cause, judged.share(key), None))
     by_key = {(entry.cause.effect, entry.cause.joint): entry for entry in made}
     order = judged.in_order({key: entry.probability for key, entry in by_key.items()})
     return tuple(by_key[key] for key in order)
 
 
-def _parted(errors: PredictionErrors, moved: PredictionErrors) -> PartedErrors | None:
+def _part_errors(errors: PredictionErrors, moved: PredictionErrors) -> PartedErrors | None:
     """The errors with and without the trials that are followed only where moved; None if these are all or none."""
     open_trials = followed_trials(errors, moved)
     number = int(open_trials.sum())
@@ -326,31 +326,33 @@ def _parted(errors: PredictionErrors, moved: PredictionErrors) -> PartedErrors |
     )
 
 
-def _in_all(explanations: Sequence[Sequence[Cause]]) -> set[Key]:
+def _common_causes(explanations: Sequence[Sequence[Cause]]) -> set[Key]:
     """Effect and joint of the causes that every explanation contains."""
     return set.intersection(*({(cause.effect, cause.joint) for cause in causes} for causes in explanations))
 
 
-def _sentence(
+def _diagnosis_sentence(
     plant: Plant[F, T, S],
-    judged: Judged[F],
+    judged: Judgement[F],
     explanations: Sequence[Sequence[Cause]],
-    ranked: Sequence[Ranked],
+    ranked: Sequence[RankedCause],
     stages: StagePredictions[F, S],
     left: Remainder,
     moved: PredictionErrors | None,
 ) -> str:
     several = len(explanations[0]) > 1
     direct = {(cause.effect, cause.joint) for cause in plant.direct_causes}
-    common = _in_all(explanations) | direct if judged.verdict == "tie" else set()
+    common = _common_causes(explanations) | direct if judged.verdict == "tie" else set()
     apart = [[cause for cause in causes if (cause.effect, cause.joint) not in common] for causes in explanations]
     texts = [[plant.cause_text(cause) for cause in causes] for causes in apart]
     probability = 1.0 - judged.none - judged.unknown if several else judged.probability
     leading = [(plant.short_text(entry.cause), entry.shrink.value) for entry in ranked if entry.shrink is not None]
     wording = plant.wording(stages.errors)
-    wording = replace(wording, on=ON.get(_scored_by(plant), wording.on))
+    wording = replace(wording, on=TRIAL_WORDS.get(_scored_by(plant), wording.on))
     nearest = " + ".join(plant.short_text(cause) for cause in explanations[0])
-    decisive = moved if moved is not None and _fails(moved) < 0.5 <= _fails(stages.errors) else None
+    decisive = (
+        moved if moved is not None and _chance_of_failure(moved) < 0.5 <= _chance_of_failure(stages.errors) else None
+    )
     wording = replace(
         wording,
         nearest=nearest,
@@ -359,9 +361,9 @@ def _sentence(
         accuracy=plant.accuracy,
         leading=leading,
         common=[plant.cause_text(cause) for cause in explanations[0] if (cause.effect, cause.joint) in common],
-        each=[stages.errors.figure(label(rival.keys)) for rival in judged.tied],
+        each=[stages.errors.figure(label_of_causes(rival.keys)) for rival in judged.tied],
         moved=None if decisive is None else decisive.figure("after"),
-        parted=None if decisive is None else _parted(stages.errors, decisive),
+        parted=None if decisive is None else _part_errors(stages.errors, decisive),
     )
     text = sentence(judged.verdict, texts[0], texts[1:], probability, wording)
     return text + plant.addendum(judged.verdict, stages)

@@ -37,7 +37,7 @@ class Cause:
 
 
 @dataclass(frozen=True)
-class Ranked:
+class RankedCause:
     """A single candidate cause: its probability, and its reduction of the gap on scored trials when alone.
 
     ``shrink`` is None if the cause was fitted beside others only.
@@ -128,7 +128,7 @@ class Diagnosis:
     verdict: Verdict
     sentence: str
     explanation: tuple[Cause, ...]
-    ranked: tuple[Ranked, ...]
+    ranked: tuple[RankedCause, ...]
     probability_none: float
     probability_unknown: float
     tied: tuple[tuple[Cause, ...], ...]

@@ -15,8 +15,9 @@ from synth.arrays import Array
 from synth.diagnosis.hypotheses import Key
 from synth.estimation.parameters import Parameter, PlantEffect, Prior, Shape
 
-SMALL = 0.05  # of its prior's width: initial strength
-STRONGEST, FARTHEST = 40.0, 6.0  # bounds of a strength and of a shape parameter, in deviations from the prior's centre
+SMALL_STRENGTH = 0.05  # of its prior's width: initial strength
+# Bounds of a strength and of a shape parameter, in deviations from the prior's centre.
+LARGEST_STRENGTH, FARTHEST_SHAPE = 40.0, 6.0
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,9 @@ class ShapedEffect(ABC):
         made = []
         for start in self.shape.starts or ({},):
             natural = zip(self.shape.free, self.priors, strict=True)
-            point = [float(prior.coordinate(start[name])) if name in start else SMALL for name, prior in natural]
+            point = [
+                float(prior.coordinate(start[name])) if name in start else SMALL_STRENGTH for name, prior in natural
+            ]
             made.append(np.array(point))
         return made
 
@@ -105,7 +108,7 @@ class ShapedEffect(ABC):
         low, high = np.empty(self.size), np.empty(self.size)
         for k, (name, prior) in enumerate(zip(self.shape.free, self.priors, strict=True)):
             strength = name in self.effect.strengths and not prior.log
-            low[k], high[k] = prior.span(STRONGEST if strength else FARTHEST)
+            low[k], high[k] = prior.span(LARGEST_STRENGTH if strength else FARTHEST_SHAPE)
         return low, high
 
     def values(self, x: Array) -> Array:

@@ -12,36 +12,39 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.sensor_noise import AngleSensor
 
-UNIFORM = 1.0 / np.sqrt(12.0)  # standard deviation of a uniform distribution of width 1
-EDGES = 3  # counts to either side that noise may carry a reading: it is less than ``UNIFORM`` of a count
-COARSER = 2.5  # times the other channels' counts, or noise, from which a count is a cause
-ALONE = np.radians(0.36)  # rad, 1000 counts per turn: for a leg of one joint, without another channel
+UNIFORM_DEVIATION = 1.0 / np.sqrt(12.0)  # standard deviation of a uniform distribution of width 1
+# Counts to either side that noise may carry a reading: it is less than ``UNIFORM_DEVIATION`` of a count.
+COUNTS_BESIDE = 3
+COARSER_RATIO = 2.5  # times the other channels' counts, or noise, from which a count is a cause
+COARSE_ALONE = np.radians(0.36)  # rad, 1000 counts per turn: for a leg of one joint, without another channel
 
 
 @dataclass(frozen=True)
-class Coarse:
+class CoarseChannel:
     """A joint whose readings change in steps of ``step`` rad, coarser than those of the other joints."""
 
     joint: int
     step: float
 
 
-def coarse_counts(sensor: AngleSensor) -> tuple[Coarse, ...]:
-    """Joints whose count is ``COARSER`` times the others' median and causes more error than their noise."""
+def coarse_counts(sensor: AngleSensor) -> tuple[CoarseChannel, ...]:
+    """Joints whose count is ``COARSER_RATIO`` times the others' median and causes more error than their noise."""
     found = []
     for j, step in enumerate(sensor.step):
         others = [k for k in range(len(sensor.step)) if k != j]
         if not others:
-            if step > ALONE:
-                found.append(Coarse(j, float(step)))
+            if step > COARSE_ALONE:
+                found.append(CoarseChannel(j, float(step)))
             continue
         usual = float(np.median(sensor.noise[others]))
-        if UNIFORM * step > COARSER * usual and step > COARSER * float(np.median(sensor.step[others])):
-            found.append(Coarse(j, float(step)))
+        if UNIFORM_DEVIATION * step > COARSER_RATIO * usual and step > COARSER_RATIO * float(
+            np.median(sensor.step[others])
+        ):
+            found.append(CoarseChannel(j, float(step)))
     return tuple(found)
 
 
-def usual_noise(sensor: AngleSensor, coarse: Sequence[Coarse]) -> Array:
+def usual_noise(sensor: AngleSensor, coarse: Sequence[CoarseChannel]) -> Array:
     """(n,) rad, each channel's noise without its coarse counts: as stated, else that of the other channels."""
     noise = sensor.noise.copy()
     rough = [item.joint for item in coarse if item.joint not in sensor.known]
@@ -51,7 +54,7 @@ def usual_noise(sensor: AngleSensor, coarse: Sequence[Coarse]) -> Array:
     return noise
 
 
-def rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[Coarse]) -> Array:
+def round_to_counts(trial: AngleTrial, prediction: Array, coarse: Sequence[CoarseChannel]) -> Array:
     """A prediction (m, n) rad in the sense of q, rounded like channels with coarse counts.
 
     The counts are aligned with the recording's.
@@ -60,13 +63,13 @@ def rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[Coarse]) -> A
     for item in coarse:
         j = item.joint
         if j in trial.free:
-            origin = _origin(trial, j)
+            origin = _count_origin(trial, j)
             reading[:, j] = origin + np.round((prediction[:, j] - origin) / item.step) * item.step
     return reading
 
 
 def noise_as_read(
-    trials: Sequence[AngleTrial], predictions: Sequence[Array], coarse: Sequence[Coarse], usual: Array
+    trials: Sequence[AngleTrial], predictions: Sequence[Array], coarse: Sequence[CoarseChannel], usual: Array
 ) -> list[Array]:
     """(m, n) rad of each trial, the ``noise_of_rounded`` predictions, (m, n) rad before rounding.
 
@@ -76,7 +79,7 @@ def noise_as_read(
     made = [noise_of_rounded(trial, each, coarse, usual) for trial, each in zip(trials, predictions, strict=True)]
     seen, expected = np.zeros(len(usual)), np.zeros(len(usual))
     for trial, prediction, noise in zip(trials, predictions, made, strict=True):
-        away = rounded(trial, prediction, coarse) - trial.measured
+        away = round_to_counts(trial, prediction, coarse) - trial.measured
         seen += np.where(trial.counts & np.isfinite(away), away**2, 0.0).sum(axis=0)
         expected += np.where(trial.counts & np.isfinite(away), noise**2, 0.0).sum(axis=0)
     less = np.ones(len(usual))
@@ -85,8 +88,9 @@ def noise_as_read(
     return [noise * less for noise in made]
 
 
-def noise_of_rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[Coarse], usual: Array) -> Array:
-    """(m, n) rad, RMS expected between readings and the ``rounded`` ``prediction`` (m, n) rad that is not yet rounded.
+def noise_of_rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[CoarseChannel], usual: Array) -> Array:
+    """(m, n) rad, RMS expected between readings and the ``prediction`` (m, n) rad by ``round_to_counts``, itself not
+    rounded.
 
     A reading is the angle with its noise s, ``usual`` (n,) rad, rounded: it is k counts or more away where the noise
     carries the angle over the k-th edge, whose distance is d, with the probability Q(d/s). The mean square is the
@@ -96,22 +100,22 @@ def noise_of_rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[Coar
     noise = np.tile(usual, (len(prediction), 1))
     for item in coarse:
         j = item.joint
-        if j in trial.free and 0.0 < usual[j] < UNIFORM * item.step:
-            away = (prediction[:, j] - _origin(trial, j)) / item.step
+        if j in trial.free and 0.0 < usual[j] < UNIFORM_DEVIATION * item.step:
+            away = (prediction[:, j] - _count_origin(trial, j)) / item.step
             within = away - np.round(away)
             square = np.zeros(len(away))
-            for k in range(1, EDGES + 1):
+            for k in range(1, COUNTS_BESIDE + 1):
                 for edge in (k - 0.5 - within, k - 0.5 + within):
-                    square += (2 * k - 1) * _beyond(edge * item.step / usual[j])
+                    square += (2 * k - 1) * _tail_probability(edge * item.step / usual[j])
             noise[:, j] = item.step * np.sqrt(square)
     return noise
 
 
-def _beyond(deviations: Array) -> Array:
+def _tail_probability(deviations: Array) -> Array:
     """(m,) probability that a normal variable is so many ``deviations`` or more above its mean."""
     return np.array([0.5 * erfc(x / sqrt(2.0)) for x in deviations.tolist()])
 
 
-def _origin(trial: AngleTrial, joint: int) -> float:
+def _count_origin(trial: AngleTrial, joint: int) -> float:
     """Rad, a reading of the joint, from which all are whole counts away."""
     return float(trial.measured[np.flatnonzero(trial.counts[:, joint])[0], joint])

@@ -14,12 +14,12 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.encoder_counts import UNIFORM, Coarse
+from synth.diagnosis.encoder_counts import UNIFORM_DEVIATION, CoarseChannel
 
-REST, MOST = 4, 12  # least samples of a constant reading for one to be used, and most that are used
+LEAST_AT_REST, MOST_AT_REST = 4, 12  # least samples of a constant reading for one to be used, and most that are used
 
 
-def at_edges(trial: AngleTrial, coarse: Sequence[Coarse], usual: Array) -> AngleTrial:
+def with_edges(trial: AngleTrial, coarse: Sequence[CoarseChannel], usual: Array) -> AngleTrial:
     """The trial with each coarse channel's samples at transitions replaced by their edges, others not counted.
 
     ``usual`` (n,) rad: each channel's noise without coarse counts, the unit of ``relative`` of the new trial.
@@ -28,7 +28,7 @@ def at_edges(trial: AngleTrial, coarse: Sequence[Coarse], usual: Array) -> Angle
     does a constant reading, whose few samples count together as one.
     """
     # A leg without a finer channel does not show its noise without counts.
-    concerned = [c for c in coarse if c.joint in trial.free and usual[c.joint] < UNIFORM * c.step]
+    concerned = [c for c in coarse if c.joint in trial.free and usual[c.joint] < UNIFORM_DEVIATION * c.step]
     if not concerned:
         return trial
     measured, counts = trial.measured.copy(), trial.counts.copy()
@@ -36,7 +36,7 @@ def at_edges(trial: AngleTrial, coarse: Sequence[Coarse], usual: Array) -> Angle
     for item in concerned:
         j = item.joint
         used = np.flatnonzero(trial.counts[:, j])
-        value, error = _channel(trial.time[used], trial.measured[used, j], item.step)
+        value, error = _edges_of_channel(trial.time[used], trial.measured[used, j], item.step)
         kept = np.isfinite(error)
         counts[:, j] = False
         counts[used[kept], j] = True
@@ -45,11 +45,11 @@ def at_edges(trial: AngleTrial, coarse: Sequence[Coarse], usual: Array) -> Angle
     return replace(trial, measured=measured, counts=counts, relative=relative)
 
 
-def _channel(time: Array, reading: Array, step: float) -> tuple[Array, Array]:
+def _edges_of_channel(time: Array, reading: Array, step: float) -> tuple[Array, Array]:
     """Angle (m,) rad at each sample and its deviation (m,) from the counts; inf for a sample without information."""
     jump = np.diff(reading) / step
     count = np.round(jump)
-    turn = np.minimum(_turn(time, reading, count, step), step)
+    turn = np.minimum(_motion_between_samples(time, reading, count, step), step)
     edge = 0.5 * (reading[:-1] + reading[1:])
     single = np.abs(count) == 1.0
     half = 0.5 * np.sign(count) * turn
@@ -58,23 +58,23 @@ def _channel(time: Array, reading: Array, step: float) -> tuple[Array, Array]:
         total[place] += np.where(single, value, 0.0)
         number[place] += single
         # Both samples of an edge have the same error: together they count as one.
-        squared[place] += np.where(single, 2.0 * (UNIFORM * turn) ** 2, 0.0)
+        squared[place] += np.where(single, 2.0 * (UNIFORM_DEVIATION * turn) ** 2, 0.0)
     skipped = np.zeros(len(reading), dtype=bool)
     skipped[:-1] |= np.abs(count) > 1.0
     skipped[1:] |= np.abs(count) > 1.0
     known = np.maximum(number, 1.0)
     angle = np.where(number > 0.0, total / known, reading)
     error = np.where(number > 0.0, np.sqrt(squared) / known, np.inf)
-    error[skipped & (number == 0.0)] = UNIFORM * step
-    for first, last in _stays(count):
-        number_taken = min((last - first) // REST, MOST)
+    error[skipped & (number == 0.0)] = UNIFORM_DEVIATION * step
+    for first, last in _constant_runs(count):
+        number_taken = min((last - first) // LEAST_AT_REST, MOST_AT_REST)
         if number_taken:
             taken = np.linspace(first, last, 2 * number_taken + 1)[1::2].round().astype(int)
-            error[taken] = UNIFORM * step * np.sqrt(number_taken)
+            error[taken] = UNIFORM_DEVIATION * step * np.sqrt(number_taken)
     return angle, error
 
 
-def _turn(time: Array, reading: Array, count: Array, step: float) -> Array:
+def _motion_between_samples(time: Array, reading: Array, count: Array, step: float) -> Array:
     """(m - 1,) rad, motion of the joint between samples, from the neighbouring edges."""
     edges = np.flatnonzero(count != 0.0)
     if len(edges) < 2:
@@ -88,7 +88,7 @@ def _turn(time: Array, reading: Array, count: Array, step: float) -> Array:
     return found
 
 
-def _stays(count: Array) -> list[tuple[int, int]]:
+def _constant_runs(count: Array) -> list[tuple[int, int]]:
     """First and last index of each run of equal readings."""
     ends = np.flatnonzero(count != 0.0)
     starts = np.concatenate([[0], ends + 1])

@@ -14,7 +14,7 @@ from synth.diagnosis.effect_shape import ShapedEffect, shape_places, unknown_sli
 from synth.diagnosis.lanes import Hypothesis
 from synth.estimation.linearisation import Linearisation
 
-DAMPING = 1e-3  # of a fit's first step, in units of the curvature
+FIRST_DAMPING = 1e-3  # of a fit's first step, in units of the curvature
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class EvaluatedHypothesis:
     residuals: tuple[Array, ...] = ()
     columns: tuple[Array, ...] = ()
     cost: float = np.inf
-    damping: float = DAMPING
+    damping: float = FIRST_DAMPING
     done: bool = False
     frame: Linearisation | None = field(default=None, repr=False)
 
@@ -58,7 +58,7 @@ class EvaluatedHypothesis:
             residuals=(),
             columns=(),
             cost=np.inf,
-            damping=DAMPING,
+            damping=FIRST_DAMPING,
             done=False,
             frame=frame,
         )

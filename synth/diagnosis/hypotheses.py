@@ -102,7 +102,7 @@ class TrialErrors:
 
 
 @dataclass(frozen=True)
-class Assessed(Generic[F]):
+class Assessment(Generic[F]):
     """A fitted hypothesis: ``cost`` of its trials, ``ratio`` of their RMS to the noise floor.
 
     ``unseen`` : its error on each trial when that is left out of the fit; ``seen`` : on each trial of the fit itself;
@@ -143,7 +143,7 @@ class Hypotheses(Generic[F]):
     Each in order of cost. ``small`` : small causes beside which the leading hypotheses were fitted too.
     """
 
-    none: Assessed[F]
-    singles: tuple[Assessed[F], ...]
-    several: tuple[Assessed[F], ...]
+    none: Assessment[F]
+    singles: tuple[Assessment[F], ...]
+    several: tuple[Assessment[F], ...]
     small: tuple[Key, ...] = ()

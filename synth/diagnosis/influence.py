@@ -14,26 +14,27 @@ from typing import TypeVar
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.angle_search import ratio
+from synth.diagnosis.angle_search import rms_over_noise
 from synth.diagnosis.effect_shape import shape_places
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis, shaped
-from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, TrialErrors
+from synth.diagnosis.hypotheses import Assessment, F, Hypotheses, TrialErrors
 from synth.diagnosis.lanes import Hypothesis
 from synth.diagnosis.restarts import refine
-from synth.diagnosis.settled import LEFT
-from synth.diagnosis.unseen import by_trial
-from synth.diagnosis.verdict import Calibration, Judged, judge
+from synth.diagnosis.settled import LARGEST_FALL_LEFT
+from synth.diagnosis.unseen import errors_by_trial
+from synth.diagnosis.verdict import Calibration, Judgement, judge
 from synth.diagnosis.workbench import Workbench
 from synth.remarks import decisive
 
 T = TypeVar("T")
 LEAST_TRIALS = 3  # with fewer, the verdict depends on each anyway
-HEAVIEST = 4  # hypotheses that are evaluated again
-FRAMES = 3  # renewals of the derivatives in a fit without a recording
+MOST_HYPOTHESES = 4  # hypotheses that are evaluated again
+REFIT_RENEWALS = 3  # renewals of the derivatives in a fit without a recording
 MOST_REFITTED = 6  # refits without a recording; the closed form alone rarely changes a clear verdict
-SURE = 0.8  # weight that the other explanation needs without the recording
-ODD = 1 / 3  # of the misfit, below which it must fall without one recording for that one to be named as odd
-ODD_FROM = 3.0  # noise floors of misfit, from which an odd recording is looked for: below, white noise scatters as much
+SURE_WEIGHT = 0.8  # weight that the other explanation needs without the recording
+ODD_SHARE = 1 / 3  # of the misfit, below which it must fall without one recording for that one to be named as odd
+# Noise floors of misfit, from which an odd recording is looked for: below, white noise scatters as much.
+LEAST_ODD_MISFIT = 3.0
 
 
 @dataclass(frozen=True)
@@ -52,11 +53,11 @@ class SteppedHypothesis:
         return self.start.hypothesis
 
 
-Stepped = Assessed[SteppedHypothesis]
+SteppedAssessment = Assessment[SteppedHypothesis]
 
 
 @dataclass(frozen=True)
-class Hangs:
+class VerdictDependence:
     """The recordings that the verdict depends on.
 
     ``turned`` : (name, the verdict without it) of each recording that changes the verdict. ``open`` : names of
@@ -104,62 +105,64 @@ class Hangs:
         return tuple(said)
 
 
-def hangs_on(
+def verdict_dependence(
     bench: Workbench,
     found: Hypotheses[EvaluatedHypothesis],
-    judged: Judged[EvaluatedHypothesis],
+    judged: Judgement[EvaluatedHypothesis],
     calibration: Calibration,
     free: TrialErrors | None = None,
     motion: float = np.inf,
-) -> Hangs:
+) -> VerdictDependence:
     """The recordings that the verdict depends on; ``free`` and ``motion`` as in ``judge``.
 
     A cause that fewer recordings cannot separate from another is no change; another cause, none or unknown is.
     """
     if len(bench.trials) < LEAST_TRIALS:
-        return Hangs()
-    chosen = {id(item): item for item, _ in judged.weighed[:HEAVIEST]}
+        return VerdictDependence()
+    chosen = {id(item): item for item, _ in judged.weighed[:MOST_HYPOTHESES]}
     chosen |= {id(item): item for item in (found.none, *found.singles[:1])}  # reference for several causes
-    chosen |= {id(item): item for item in _with_small(found, list(chosen.values()))}
-    steps = {key: _without_each(bench, item) for key, item in chosen.items()}
+    chosen |= {id(item): item for item in _sets_with_small_causes(found, list(chosen.values()))}
+    steps = {key: _step_without_each(bench, item) for key, item in chosen.items()}
     doubtful: list[tuple[float, int]] = []
     for i in range(len(bench.trials)):
         freely = free.without(i) if free is not None else None
-        again = _again(found, {key: made[i] for key, made in steps.items()}, calibration, freely, motion)
-        if _differs(judged, again):
-            doubtful.append((_weight(judged, again), i))
+        again = _judge_again(found, {key: made[i] for key, made in steps.items()}, calibration, freely, motion)
+        if _verdict_differs(judged, again):
+            doubtful.append((_weight_without(judged, again), i))
     doubtful.sort()
     turned, against = [], 0
     for _, i in sorted(doubtful[:MOST_REFITTED], key=lambda item: item[1]):
         near, freely = [made[i] for made in steps.values()], free.without(i) if free is not None else None
-        anew = _again(found, dict(zip(steps, _refitted(bench, near, i), strict=True)), calibration, freely, motion)
-        said = _said(anew)
-        if said and _differs(judged, anew):
+        anew = _judge_again(
+            found, dict(zip(steps, _refit_without(bench, near, i), strict=True)), calibration, freely, motion
+        )
+        said = _verdict_words(anew)
+        if said and _verdict_differs(judged, anew):
             turned.append((bench.trials[i].recording.name, said))
             against += not _shares_a_cause(judged, anew)
     left = sorted(i for _, i in doubtful[MOST_REFITTED:])
     best = judged.accepted if judged.verdict in ("effect", "tie") else found.none
-    odd = _odd(bench, best, steps[id(best)]) if id(best) in steps else ()
+    odd = _odd_recording(bench, best, steps[id(best)]) if id(best) in steps else ()
     names = tuple(bench.trials[i].recording.name for i in left)
-    return Hangs(tuple(turned), names, odd, len(bench.trials), against)
+    return VerdictDependence(tuple(turned), names, odd, len(bench.trials), against)
 
 
-def _odd(
-    bench: Workbench,
-    best: Assessed[EvaluatedHypothesis],
-    without: Sequence[Stepped],
+def _odd_recording(
+    bench: Workbench, best: Assessment[EvaluatedHypothesis], without: Sequence[SteppedAssessment]
 ) -> tuple[tuple[str, float, float], ...]:
-    """The recording without which the misfit of the others falls below ``ODD`` of what it was, by a new fit."""
+    """The recording without which the misfit of the others falls below ``ODD_SHARE`` of what it was, by a new fit."""
     least = min(range(len(without)), key=lambda i: without[i].ratio)
-    if best.ratio < ODD_FROM or without[least].ratio > 2.0 * ODD * best.ratio:  # one step may not go all the way
+    if (
+        best.ratio < LEAST_ODD_MISFIT or without[least].ratio > 2.0 * ODD_SHARE * best.ratio
+    ):  # one step may not go all the way
         return ()
-    (again,) = _refitted(bench, [without[least]], least)
-    if again.ratio > ODD * best.ratio:
+    (again,) = _refit_without(bench, [without[least]], least)
+    if again.ratio > ODD_SHARE * best.ratio:
         return ()
     return ((bench.trials[least].recording.name, again.ratio, best.ratio),)
 
 
-def _weight(judged: Judged[EvaluatedHypothesis], again: Judged[F]) -> float:
+def _weight_without(judged: Judgement[EvaluatedHypothesis], again: Judgement[F]) -> float:
     """The probability of the common verdict without one recording."""
     if judged.verdict == "unknown":
         return again.unknown
@@ -170,13 +173,13 @@ def _weight(judged: Judged[EvaluatedHypothesis], again: Judged[F]) -> float:
     return left * (1.0 - again.unknown)
 
 
-def _again(
+def _judge_again(
     found: Hypotheses[EvaluatedHypothesis],
-    here: dict[int, Assessed[F]],
+    here: dict[int, Assessment[F]],
     calibration: Calibration,
     free: TrialErrors | None,
     motion: float,
-) -> Judged[F]:
+) -> Judgement[F]:
     """Odds of the given hypotheses under the keys of those they stand for."""
     singles = tuple(here[id(item)] for item in found.singles if id(item) in here)
     several = tuple(here[id(item)] for item in found.several if id(item) in here)
@@ -184,30 +187,38 @@ def _again(
     return judge(some, calibration, len(found.singles), free, motion)
 
 
-def _with_small(
-    found: Hypotheses[EvaluatedHypothesis], chosen: Sequence[Assessed[EvaluatedHypothesis]]
-) -> list[Assessed[EvaluatedHypothesis]]:
+def _sets_with_small_causes(
+    found: Hypotheses[EvaluatedHypothesis], chosen: Sequence[Assessment[EvaluatedHypothesis]]
+) -> list[Assessment[EvaluatedHypothesis]]:
     """The sets that add small causes to one of these, by which they are weighed."""
     main = [set(item.keys) for item in chosen if item.keys]
     return [item for item in found.several if any(keys < {*item.keys} <= {*keys, *found.small} for keys in main)]
 
 
-def _refitted(bench: Workbench, found: Sequence[Stepped], out: int) -> list[Assessed[EvaluatedHypothesis]]:
+def _refit_without(
+    bench: Workbench, found: Sequence[SteppedAssessment], out: int
+) -> list[Assessment[EvaluatedHypothesis]]:
     """Hypotheses fitted to all trials but one."""
 
-    def but(values: Sequence[T]) -> tuple[T, ...]:
+    def all_but_one(values: Sequence[T]) -> tuple[T, ...]:
         return (*values[:out], *values[out + 1 :])
 
-    rest = replace(bench, trials=but(bench.trials))
-    fits = rest.evaluate([item.fit.start.start_at(states=but(item.fit.start.states)) for item in found])
-    fits = refine(rest, fits, FRAMES, LEFT)
+    rest = replace(bench, trials=all_but_one(bench.trials))
+    fits = rest.evaluate([item.fit.start.start_at(states=all_but_one(item.fit.start.states)) for item in found])
+    fits = refine(rest, fits, REFIT_RENEWALS, LARGEST_FALL_LEFT)
     return [
-        Assessed(fit, fit.cost, ratio(rest, fit), item.unseen, by_trial(rest, fit.residuals) if item.seen else None)
+        Assessment(
+            fit,
+            fit.cost,
+            rms_over_noise(rest, fit),
+            item.unseen,
+            errors_by_trial(rest, fit.residuals) if item.seen else None,
+        )
         for fit, item in zip(fits, found, strict=True)
     ]
 
 
-def _without_each(bench: Workbench, found: Assessed[EvaluatedHypothesis]) -> list[Stepped]:
+def _step_without_each(bench: Workbench, found: Assessment[EvaluatedHypothesis]) -> list[SteppedAssessment]:
     """A hypothesis refitted to all trials but one, for each trial."""
     fit = found.fit
     normal = bench.normal(fit)
@@ -224,27 +235,27 @@ def _without_each(bench: Workbench, found: Assessed[EvaluatedHypothesis]) -> lis
         left, seen = (each.without(out) if each is not None else None for each in (found.unseen, found.seen))
         shapes = shaped(unknowns[places], np.delete(changes, out, axis=0).sum(axis=0)[places], squares)
         stepped = SteppedHypothesis(fit.start_at(unknowns=unknowns), shapes)
-        made.append(Assessed(stepped, cost, float(np.sqrt(squares / rest)), left, seen))
+        made.append(Assessment(stepped, cost, float(np.sqrt(squares / rest)), left, seen))
     return made
 
 
-def _said(judged: Judged[F]) -> str:
+def _verdict_words(judged: Judgement[F]) -> str:
     """The verdict, if it is sufficiently certain."""
     if judged.verdict == "unknown":
-        return "the missing effect would be unknown" if judged.unknown > SURE else ""
+        return "the missing effect would be unknown" if judged.unknown > SURE_WEIGHT else ""
     if judged.verdict == "none":
-        return "no effect would be missing" if judged.none > SURE else ""
+        return "no effect would be missing" if judged.none > SURE_WEIGHT else ""
     names = " and ".join(f"{effect} ({place})" for effect, place in judged.accepted.keys)
-    return f"it would be {names}" if judged.weighed[0][1] > SURE and judged.unknown < 1.0 - SURE else ""
+    return f"it would be {names}" if judged.weighed[0][1] > SURE_WEIGHT and judged.unknown < 1.0 - SURE_WEIGHT else ""
 
 
-def _shares_a_cause(judged: Judged[EvaluatedHypothesis], again: Judged[F]) -> bool:
+def _shares_a_cause(judged: Judgement[EvaluatedHypothesis], again: Judgement[F]) -> bool:
     """Whether a verdict without one recording still names some of the causes, if not all of them."""
     known = {key for item in (judged.accepted, *judged.tied) for key in item.keys}
     return again.verdict in ("effect", "tie") and not known.isdisjoint(again.accepted.keys)
 
 
-def _differs(judged: Judged[EvaluatedHypothesis], again: Judged[F]) -> bool:
+def _verdict_differs(judged: Judgement[EvaluatedHypothesis], again: Judgement[F]) -> bool:
     if again.verdict in ("none", "unknown") or judged.verdict in ("none", "unknown"):
         return again.verdict != judged.verdict
     known = [judged.accepted.keys, *(rival.keys for rival in judged.tied)]

@@ -15,7 +15,7 @@ from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import ShapedEffect
 
 Hypothesis = tuple[ShapedEffect, ...]
-Kept = dict[Any, Any]  # of a predictor's own kind
+PredictorCache = dict[Any, Any]  # of a predictor's own kind
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,9 @@ class LanePredictor(Protocol):
     def runs(self, hypotheses: Sequence[Hypothesis], groups: Sequence[Sequence[int]], least: int) -> list[list[int]]:
         """Indices of groups that one call of ``together`` predicts, in at least ``least`` calls if possible."""
 
-    def predict(self, trials: Sequence[AngleTrial], blocks: Sequence[Block], kept: Kept | None = None) -> list[Array]:
+    def predict(
+        self, trials: Sequence[AngleTrial], blocks: Sequence[Block], kept: PredictorCache | None = None
+    ) -> list[Array]:
         """(m, n, n_lane) rad in the sense of q for each block; nan if the motion diverged.
 
         ``trials`` : one, or pieces of one recording, in order; m is the number of samples of all.
@@ -65,7 +67,7 @@ class LanePredictor(Protocol):
         """
 
     def together(
-        self, trials: Sequence[AngleTrial], groups: Sequence[Sequence[Block]], kept: Kept | None = None
+        self, trials: Sequence[AngleTrial], groups: Sequence[Sequence[Block]], kept: PredictorCache | None = None
     ) -> Array:
         """(m, n, n_lane) like ``predict``, of all blocks in order, for the groups of one of the ``runs``.
 

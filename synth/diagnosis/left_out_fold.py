@@ -13,7 +13,7 @@ from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.linearisation import LinearisedNormal
 
-DIVERGED = 1e4  # times the noise, error of a diverged motion
+DIVERGED_ERROR = 1e4  # times the noise, error of a diverged motion
 
 
 @dataclass(frozen=True)
@@ -26,26 +26,26 @@ class FitWithoutFold(EvaluatedHypothesis):
 F = TypeVar("F", bound=FitWithoutFold)
 
 
-def kept(bench: Workbench, residuals: Sequence[Array], out: Sequence[int]) -> tuple[float, float]:
+def squares_without_fold(bench: Workbench, residuals: Sequence[Array], out: Sequence[int]) -> tuple[float, float]:
     """Whitened sum of squares and effective samples of all trials except ``out``."""
     inside = [i for i in range(len(bench.trials)) if i not in out]
     squares = float(sum(float(residuals[i] @ residuals[i]) for i in inside))
     return squares, float(sum(bench.independent(bench.trials[i]).sum() for i in inside))
 
 
-def finite(residual: Array) -> Array:
-    """The residual (m,), ``DIVERGED`` where it is not finite, in its direction where it has one."""
-    return np.nan_to_num(residual, nan=DIVERGED, posinf=DIVERGED, neginf=-DIVERGED)
+def finite_residual(residual: Array) -> Array:
+    """The residual (m,), ``DIVERGED_ERROR`` where it is not finite, in its direction where it has one."""
+    return np.nan_to_num(residual, nan=DIVERGED_ERROR, posinf=DIVERGED_ERROR, neginf=-DIVERGED_ERROR)
 
 
-def bounded(residual: Array) -> Array:
-    """The residual (m,), at most ``DIVERGED`` in either direction, as where it is not finite."""
-    return np.clip(finite(residual), -DIVERGED, DIVERGED)
+def bounded_residual(residual: Array) -> Array:
+    """The residual (m,), at most ``DIVERGED_ERROR`` in either direction, as where it is not finite."""
+    return np.clip(finite_residual(residual), -DIVERGED_ERROR, DIVERGED_ERROR)
 
 
-def judged_without_fold(bench: Workbench, fit: F) -> F:
+def evaluated_without_fold(bench: Workbench, fit: F) -> F:
     """The fit with the cost of the trials that count."""
-    squares, total = kept(bench, fit.residuals, fit.out)
+    squares, total = squares_without_fold(bench, fit.residuals, fit.out)
     cost = total * float(np.log1p(squares / total)) + 0.5 * float(fit.unknowns @ fit.unknowns)
     return replace(fit, cost=cost if np.isfinite(cost) else np.inf)
 
@@ -55,8 +55,8 @@ def normal_without_fold(bench: Workbench, fit: FitWithoutFold, columns: Sequence
 
     ``columns`` (M, k) per trial: whitened derivatives by the unknowns after the tolerances.
     """
-    squares, total = kept(bench, fit.residuals, fit.out)
-    residuals = [finite(residual) for residual in fit.residuals]
+    squares, total = squares_without_fold(bench, fit.residuals, fit.out)
+    residuals = [finite_residual(residual) for residual in fit.residuals]
     sound = [np.nan_to_num(c, nan=0.0, posinf=0.0, neginf=0.0) for c in columns]
     assert fit.frame is not None
     normal = fit.frame.normal(residuals, sound, 2.0 / (1.0 + squares / total), fit.unknowns)

@@ -13,14 +13,14 @@ from synth.threads import in_parallel
 
 # Trials that separate all rivals give the same information to this digit; of them the one that best
 # separates the two most similar rivals is the most robust.
-DIGITS = 2
-LEAST = 0.01  # bit; a trial that tells less is not worth its recording
-KEPT = 3  # best trials that each round of a search varies
-FORECASTS = 480  # of a search: some 5 s of a processor
+INFORMATION_DIGITS = 2
+LEAST_INFORMATION = 0.01  # bit; a trial that tells less is not worth its recording
+TRIALS_VARIED = 3  # best trials that each round of a search varies
+MOST_FORECASTS = 480  # of a search: some 5 s of a processor
 
 
 @dataclass(frozen=True)
-class _Told:
+class _TrialInformation:
     """What a trial tells: expected information in bits, and the smallest distance of two rivals."""
 
     bits: float
@@ -29,10 +29,10 @@ class _Told:
     @property
     def place(self) -> tuple[float, float]:
         """For sorting, the best first."""
-        return -round(self.bits, DIGITS), -self.nearest
+        return -round(self.bits, INFORMATION_DIGITS), -self.nearest
 
 
-def _condition(item: MenuItem[T], kept: Sequence[F]) -> str:
+def _recording_condition(item: MenuItem[T], kept: Sequence[F]) -> str:
     """What the information of a trial in which one joint moves freely takes for granted if a reading may be late.
 
     In free motion a late reading is the same motion begun later. It shows only before the joint moves: of the 9.7
@@ -54,7 +54,7 @@ def _condition(item: MenuItem[T], kept: Sequence[F]) -> str:
 def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], why: str) -> Experiment | None:
     """The trial with the largest expected information on which rival is true.
 
-    None with fewer than two rivals, or if no trial gives ``LEAST``.
+    None with fewer than two rivals, or if no trial gives ``LEAST_INFORMATION``.
 
     ``rivals`` : fits with their weights. ``why`` : a sentence. The uncertainty of a prediction combines noise, what
     the best rival leaves unexplained in the existing trials, per-trial unknowns, and the uncertainty of the leg after
@@ -68,11 +68,11 @@ def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], wh
     covariances = [plant.covariance(fit) for fit in kept]
     remainder = min(plant.remainder(fit) for fit in kept)
 
-    def told(item: MenuItem[T]) -> _Told:
+    def information_of_trial(item: MenuItem[T]) -> _TrialInformation:
         made = [plant.forecast(fit, item.trial, known) for fit, known in zip(kept, covariances, strict=True)]
         found = [forecast for forecast in made if forecast is not None]
         if len(found) < len(kept):
-            return _Told(0.0, 0.0)
+            return _TrialInformation(0.0, 0.0)
         least = [float("inf")]
 
         def distance(a: int, b: int, at: int) -> float:
@@ -81,25 +81,27 @@ def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], wh
             return of_unknown_size(apart, plant.independent)
 
         bits = expected_information(weights, distance)
-        return _Told(bits, min(least)) if isfinite(bits) else _Told(0.0, 0.0)  # derivatives may overflow
+        return (
+            _TrialInformation(bits, min(least)) if isfinite(bits) else _TrialInformation(0.0, 0.0)
+        )  # derivatives may overflow
 
-    def of_all(items: Sequence[MenuItem[T]]) -> list[tuple[MenuItem[T], _Told]]:
-        return list(zip(items, in_parallel(lambda i: told(items[i]), len(items)), strict=True))
+    def information_of_trials(items: Sequence[MenuItem[T]]) -> list[tuple[MenuItem[T], _TrialInformation]]:
+        return list(zip(items, in_parallel(lambda i: information_of_trial(items[i]), len(items)), strict=True))
 
-    known = of_all(menu)
-    found: list[tuple[MenuItem[T], _Told]] = []
-    number, left = 0, FORECASTS // len(kept)
+    known = information_of_trials(menu)
+    found: list[tuple[MenuItem[T], _TrialInformation]] = []
+    number, left = 0, MOST_FORECASTS // len(kept)
     while left > 0 and (more := plant.variations([item for item, _ in found], number)):
-        pairs = [*found, *of_all(more)]
-        found = sorted(pairs, key=lambda pair: pair[1].place)[:KEPT]
+        pairs = [*found, *information_of_trials(more)]
+        found = sorted(pairs, key=lambda pair: pair[1].place)[:TRIALS_VARIED]
         number, left = number + 1, left - len(more)
     known = sorted([*known, *found[:1]], key=lambda pair: pair[1].place)
     best_item, most = known[0]
-    if most.bits < LEAST:
+    if most.bits < LEAST_INFORMATION:
         return None
     return Experiment(
         f"{why} {best_item.what[0].upper()}{best_item.what[1:]} would give most information: {most.bits:.2g} bit"
-        f"{_condition(best_item, kept)}.",
+        f"{_recording_condition(best_item, kept)}.",
         dict(best_item.keys),
         dict(best_item.release),
         most.bits,

@@ -1,17 +1,16 @@
 """Odds of hypotheses, near the sensor's noise and far above it.
 
 If the best explanation reaches the sensor's noise, its residuals are white and the fits themselves tell most: the
-evidence is the cost with the tolerances' priors (200 simulated cases with a cause of known form: top-1 100 % against
-85 % by trials left out). If it stays far above the noise, the rest is the model's own remainder: correlated,
-different from trial to trial, and of unknown size. A trial whose errors have the mean square ``s`` then counts
-``m/2 log(1 + s)``, the log-likelihood of ``m`` independent errors of unknown size; the trials are reweighted by a
-Bayesian bootstrap (Rubin, Ann. Stat. 9 (1981) 130), so that a difference due to a single trial is not taken as certain.
+evidence is the cost with the tolerances' priors, which uses every sample. If it stays far above the noise, the rest is
+the model's own remainder: correlated, different from trial to trial, and of unknown size. A trial whose errors have the
+mean square ``s`` then counts ``m/2 log(1 + s)``, the log-likelihood of ``m`` independent errors of unknown size; the
+trials are reweighted by a Bayesian bootstrap (Rubin, Ann. Stat. 9 (1981) 130), so that a difference due to a single
+trial is not taken as certain.
 
 The errors of the fitted trials are used for that, not those of trials left out: a cause has at most four unknowns and
 the trials hundreds of independent samples, so the fits are hardly too good, while a fold often is the only trial of its
-kind (a tilt, a tip mass), whose error depends on tolerances that no other trial determines. On 54 dirty rigs of seeds
-1500 and 4200 the main cause came first in 48 by the fits and in 46 by trials left out, and the share of the gap that it
-removed separated it better from rigs without a main cause. Trials left out decide whether a further cause is named.
+kind (a tilt, a tip mass), whose error depends on tolerances that no other trial determines. Trials left out decide
+whether a further cause is named: there a fit that is too good would add causes.
 """
 
 from __future__ import annotations
@@ -23,35 +22,30 @@ from math import factorial
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.hypotheses import Assessed, F, Key, TrialErrors
+from synth.diagnosis.hypotheses import Assessment, F, Key, TrialErrors
 
-# RMS over the noise floor of the best explanation on unseen trials: below the first it is at the floor, above
-# the second it is a remainder. 4.8 noise floors of a gap of 82 are small causes, not noise: with 9 for the
-# second, a spring that was not there had 10^25 times the odds of a shifted free angle that was, and left 6.3; now they
-# are tied. On 284 dirty rigs of seeds 9500 to 9700 the main cause came first in 91.0 % with these numbers and in 89.7 %
-# with 3 and 4.5, the probability was off by .103 and .109; the verdicts on 60 clean cases are the same.
-AT_FLOOR, FAR = 1.5, 3.0
+# RMS over the noise floor of the best explanation on unseen trials: below the first it is at the floor, above the
+# second it is a remainder. At 1.5 floors noise is nearly half of the squared error, at 3 a ninth: the rest is the
+# model's, and taken as white noise it would give absurd odds. Decided by ``make blind-rigs``.
+FLOOR_RATIO, REMAINDER_RATIO = 1.5, 3.0
 # Largest number of independent errors per trial, because model errors are shared by neighbouring swings, and of all
 # trials, because they share what the model lacks: nearly equal causes (a reading shifted or scaled, a shifted torque)
-# are tied, not separated. Without the second limit, of 36 rigs of seed 4700 both of two causes are named in 4 of 7
-# instead of 6, and one more rig without a main cause has one. With 4 a trial instead, two real recordings of a double
-# pendulum tell no pair.
-MOST_INDEPENDENT, MOST_TOGETHER = 8.0, 20.0
-LEAST_SHARE = 0.1  # least share of the whole gap (RMS) of a further cause; less does not matter to a user
-DRAWS = 400  # of the bootstrap: a probability of 0.05 is known to 0.01
-# Weight of the trials as recorded, each counted once, beside the draws: a stated choice. On 99 dirty rigs of seeds 1500
-# and 4200 no score changes by more than 0.01 between 0 and 0.5.
-AS_RECORDED = 0.25
+# are tied, not separated. Decided by ``make blind-rigs`` and ``make rigs``.
+MOST_INDEPENDENT_A_TRIAL, MOST_INDEPENDENT_IN_ALL = 8.0, 20.0
+LEAST_FURTHER_SHARE = 0.1  # least share of the whole gap (RMS) of a further cause; less does not matter to a user
+BOOTSTRAP_DRAWS = 400  # of the bootstrap: a probability of 0.05 is known to 0.01
+# Weight of the trials as recorded, each counted once, beside the draws: a stated choice, which changes little, because
+# the draws scatter about the trials as recorded.
+WEIGHT_AS_RECORDED = 0.25
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Constants that convert costs into probabilities; tuned on simulated cases (``tests/blind``, seeds 1000, 1001,
-    2000).
+    """Constants that convert costs into probabilities; tuned: ``make tune`` (simulated cases of ``tests/blind``).
 
     ``temperature`` : of the softmax over costs, for effects whose form is not exact. ``per_parameter`` : penalty per
     unknown, ``per_state`` : per initial state of an added link and trial, half the logarithm of a trial's samples
-    (without it, a base that yields had the odds of damping and a wrong inertia that were there). ``none``, ``single``,
+    (without it, free states let a base that yields imitate other causes). ``none``, ``single``,
     ``pair``, ``triple`` : prior probabilities that no, one, two or three causes are missing, divided evenly among their
     hypotheses. ``left`` : share of the squared gap left by the best explanation at which an unknown cause is as
     probable as not, ``left_by_several`` the same for several causes, ``misfit`` : slope of that probability over its
@@ -70,9 +64,8 @@ class Calibration:
     determine it (Schwarz, Ann. Stat. 6 (1978) 461): 20 for an unknown (1.5), 3 to 8 of one trial for a state (0.5 to
     1). ``accuracy`` : gap as a share of the motion (RMS) at which a missing effect is as probable as not if no cause of
     the library removes any of it: models of rigs without faults follow them to 0.05 to 0.5 deg of swings of 30 deg;
-    ``accuracy_steep`` : slope over the share's logarithm. Tuned on dirty rigs of seeds 1500 and 4200, see
-    ``make tune-rigs``; ``most``, ``most_of_several``, ``steep``, ``most_unknown`` and ``accuracy`` again on 284 of
-    seeds 9500 to 9700.
+    ``accuracy_steep`` : slope over the share's logarithm. Tuned: ``make tune-rigs`` (simulated rigs with small causes
+    beside the main one).
     """
 
     temperature: float = 3.0
@@ -105,34 +98,34 @@ class Calibration:
 CALIBRATED = Calibration()
 
 
-def far_share(hypotheses: Sequence[Assessed[F]]) -> float:
+def far_share(hypotheses: Sequence[Assessment[F]]) -> float:
     """Distance of the best explanation from the noise: 0 at the floor, 1 if its remainder is the model's own."""
     known = [h.unseen.typical for h in hypotheses if h.unseen is not None]
-    return _far(min(known)) if known else 0.0
+    return _distance_from_noise(min(known)) if known else 0.0
 
 
-def _far(floors: float) -> float:
+def _distance_from_noise(floors: float) -> float:
     """The same of an RMS over the noise floor."""
-    return float(np.clip(np.log(max(floors, 1e-9) / AT_FLOOR) / np.log(FAR / AT_FLOOR), 0.0, 1.0))
+    return float(np.clip(np.log(max(floors, 1e-9) / FLOOR_RATIO) / np.log(REMAINDER_RATIO / FLOOR_RATIO), 0.0, 1.0))
 
 
 def price_of_unknown(floors: float, total: float, calibration: Calibration) -> float:
     """What an unknown must take off a fit's cost for the odds to gain by it.
 
-    ``floors`` : RMS of the best fit over the noise. Far from the noise ``MOST_TOGETHER`` errors count, each by half
-    the logarithm of its square, while the cost counts the logarithm for ``total`` samples.
+    ``floors`` : RMS of the best fit over the noise. Far from the noise ``MOST_INDEPENDENT_IN_ALL`` errors count, each
+    by half the logarithm of its square, while the cost counts the logarithm for ``total`` samples.
     """
-    share = _far(floors)
+    share = _distance_from_noise(floors)
     return (1.0 - share) * calibration.per_parameter + share * calibration.per_unknown_far * total / (
-        0.5 * MOST_TOGETHER
+        0.5 * MOST_INDEPENDENT_IN_ALL
     )
 
 
-def weigh(
-    hypotheses: Sequence[Assessed[F]],
+def posterior_weights(
+    hypotheses: Sequence[Assessment[F]],
     calibration: Calibration,
     singles: int = 0,
-    prior_of: Sequence[Assessed[F]] | None = None,
+    prior_of: Sequence[Assessment[F]] | None = None,
 ) -> Array:
     """(n,) posterior weights: prior times exp(-cost / temperature), with a penalty for each unknown.
 
@@ -145,35 +138,36 @@ def weigh(
     together = [calibration.none, calibration.single, calibration.pair, calibration.triple]
     prior = np.array([np.log(together[k] * factorial(k) / singles**k) for k in counts])
     share = far_share(hypotheses)
-    logarithms = prior - _before_draws(hypotheses, share, calibration)
+    logarithms = prior - _costs_before_draws(hypotheses, share, calibration)
     if share == 0.0:
         return _normalised(logarithms[:, None])[:, 0]
-    draws = _normalised(logarithms[:, None] - share * _drawn(hypotheses))
-    return np.asarray(AS_RECORDED * draws[:, 0] + (1.0 - AS_RECORDED) * draws[:, 1:].mean(axis=1))
+    draws = _normalised(logarithms[:, None] - share * _bootstrapped_costs(hypotheses))
+    return np.asarray(WEIGHT_AS_RECORDED * draws[:, 0] + (1.0 - WEIGHT_AS_RECORDED) * draws[:, 1:].mean(axis=1))
 
 
-def in_order_of_odds(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> list[Assessed[F]]:
-    """By the weights that ``weigh`` gives sets of equally many causes, the trials as recorded; the largest first.
+def in_order_of_odds(hypotheses: Sequence[Assessment[F]], calibration: Calibration) -> list[Assessment[F]]:
+    """By the weights that ``posterior_weights`` gives sets of equally many causes, the trials as recorded; the largest
+    first.
 
     For a choice before the errors on unseen trials are known: the distance from the noise is that of the fits.
     ``hypotheses`` : with their errors by trial.
     """
-    against = against_each(hypotheses, _far(min(h.ratio for h in hypotheses)), calibration)
+    against = costs_against(hypotheses, _distance_from_noise(min(h.ratio for h in hypotheses)), calibration)
     return [hypotheses[i] for i in np.argsort(against, kind="stable")]
 
 
-def against_each(hypotheses: Sequence[Assessed[F]], share: float, calibration: Calibration) -> Array:
+def costs_against(hypotheses: Sequence[Assessment[F]], share: float, calibration: Calibration) -> Array:
     """(n,) what is against each hypothesis at this ``share`` of the way from the noise, the trials as recorded.
 
     Before the prior for the number of causes.
     """
-    against = _before_draws(hypotheses, share, calibration)
-    return against + share * _drawn(hypotheses)[:, 0] if share > 0.0 else against
+    against = _costs_before_draws(hypotheses, share, calibration)
+    return against + share * _bootstrapped_costs(hypotheses)[:, 0] if share > 0.0 else against
 
 
-def _before_draws(hypotheses: Sequence[Assessed[F]], share: float, calibration: Calibration) -> Array:
+def _costs_before_draws(hypotheses: Sequence[Assessment[F]], share: float, calibration: Calibration) -> Array:
     """(n,) what is against each hypothesis beside the errors by trial, at this ``share`` of the way from the noise."""
-    charged = share * _charged(hypotheses, calibration)
+    charged = share * _charges_for_unknowns(hypotheses, calibration)
     if share == 1.0:  # a diverged motion has no finite cost
         return np.asarray(charged)
     trials = _trial_count(hypotheses)
@@ -182,17 +176,17 @@ def _before_draws(hypotheses: Sequence[Assessed[F]], share: float, calibration: 
     return np.asarray((1.0 - share) * (cost - cost.min()) / calibration.temperature + charged)
 
 
-def unknowns_and_states(hypotheses: Sequence[Assessed[F]]) -> list[int]:
+def unknowns_and_states(hypotheses: Sequence[Assessment[F]]) -> list[int]:
     """Number of each hypothesis's unknowns, and of the initial states of its own links in all trials."""
     trials = _trial_count(hypotheses)
     return [h.n_unknown + trials * h.n_state for h in hypotheses]
 
 
-def _charged(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> Array:
+def _charges_for_unknowns(hypotheses: Sequence[Assessment[F]], calibration: Calibration) -> Array:
     """(n,) what the numbers of each hypothesis cost far from the noise, where their priors are not in the likelihood.
 
-    Without the shapes' dry friction that falls from five times its torque, after a bend of 0.3 deg, had the odds of
-    plain dry friction on a real pendulum, and took nothing of the recordings held out.
+    Without the shapes' share a form at the far end of its priors, which bends to whatever is left, would cost no more
+    than a plain one.
     """
     unknowns, states, shapes = np.array([(h.n_unknown, h.n_state, shape_cost(h.fit.shapes)) for h in hypotheses]).T
     of_states = calibration.per_state_far * _trial_count(hypotheses) * states
@@ -204,31 +198,32 @@ def shape_cost(shapes: Array) -> float:
 
     The fits count more samples than there are independent errors, and so end too far from the prior. Of a
     log-likelihood with the curvature ``d`` about the fit's value ``x`` and a prior with the curvature 1 about 0, the
-    least sum is ``x^2/2 d/(1 + d)``: what the trials hardly determine costs nothing. ``MOST_TOGETHER`` errors of
-    unknown size have that many times the second column as curvature.
+    least sum is ``x^2/2 d/(1 + d)``: what the trials hardly determine costs nothing. ``MOST_INDEPENDENT_IN_ALL`` errors
+    of unknown size have that many times the second column as curvature.
     """
     with np.errstate(divide="ignore"):  # not determined at all: its share is 1 / (1 + inf)
-        share = 1.0 / (1.0 + 1.0 / (MOST_TOGETHER * shapes[:, 1]))
+        share = 1.0 / (1.0 + 1.0 / (MOST_INDEPENDENT_IN_ALL * shapes[:, 1]))
     return float(0.5 * np.sum(share * shapes[:, 0] ** 2))
 
 
-def _trial_count(hypotheses: Sequence[Assessed[F]]) -> int:
-    return max((len(each.independent) for h in hypotheses if (each := _errors(h)) is not None), default=0)
+def _trial_count(hypotheses: Sequence[Assessment[F]]) -> int:
+    return max((len(each.independent) for h in hypotheses if (each := _errors_by_trial(h)) is not None), default=0)
 
 
-def weigh_beside(
-    hypotheses: Sequence[Assessed[F]],
-    beside: Sequence[Assessed[F]],
+def posterior_weights_beside(
+    hypotheses: Sequence[Assessment[F]],
+    beside: Sequence[Assessment[F]],
     small: Collection[Key],
     calibration: Calibration,
     singles: int = 0,
 ) -> Array:
-    """(n,) weights as by ``weigh``, divided among the causes by what they leave beside the same small causes.
+    """(n,) weights as by ``posterior_weights``, divided among the causes by what they leave beside the same small
+    causes.
 
     ``beside`` : all fitted sets, some of them a hypothesis with ``small`` causes. Against none the hypotheses have the
     weight that they have alone: small causes are in every rig, and do not show that there is a large one.
     """
-    weights = weigh(hypotheses, calibration, singles)
+    weights = posterior_weights(hypotheses, calibration, singles)
     named = [frozenset(h.keys) for h in hypotheses if h.keys]
     # A set belongs to the largest hypotheses in it: what a further large cause removes is not its parts' merit.
     largest = [(h, [keys for keys in named if keys <= set(h.keys)]) for h in beside if frozenset(h.keys) not in named]
@@ -242,24 +237,26 @@ def weigh_beside(
         best.append(_best_beside(h, [s for s in sets if adds_little(s, h, hypotheses[0])], calibration))
     if all(with_small is h for with_small, h in zip(best, hypotheses, strict=True)):
         return weights
-    fair = weigh(best, calibration, singles, prior_of=hypotheses)
+    fair = posterior_weights(best, calibration, singles, prior_of=hypotheses)
     causes = np.array([bool(h.keys) for h in hypotheses])
     total = float(weights[causes].sum())
     return np.where(causes, fair * total / max(float(fair[causes].sum()), 1e-300), weights)
 
 
-def adds_little(item: Assessed[F], own: Assessed[F], none: Assessed[F]) -> bool:
-    """Whether each cause that a set adds to a hypothesis takes less than ``LEAST_SHARE`` of the gap, on average."""
+def adds_little(item: Assessment[F], own: Assessment[F], none: Assessment[F]) -> bool:
+    """Whether each cause that a set adds to a hypothesis takes less than ``LEAST_FURTHER_SHARE`` of the gap, on
+    average.
+    """
     added = len(item.keys) - len(own.keys)
-    return taken_from_fitted(item, none) - taken_from_fitted(own, none) < LEAST_SHARE * added
+    return share_removed_from_fitted(item, none) - share_removed_from_fitted(own, none) < LEAST_FURTHER_SHARE * added
 
 
-def _best_beside(own: Assessed[F], beside: Sequence[Assessed[F]], calibration: Calibration) -> Assessed[F]:
+def _best_beside(own: Assessment[F], beside: Sequence[Assessment[F]], calibration: Calibration) -> Assessment[F]:
     """A hypothesis, or the most probable of the sets with small causes beside it, unknowns charged."""
     sets = [own, *beside]
     if len(sets) == 1:
         return own
-    left = _drawn(sets)[:, 0] + _charged(sets, calibration)
+    left = _bootstrapped_costs(sets)[:, 0] + _charges_for_unknowns(sets, calibration)
     return sets[int(np.argmin(left))]
 
 
@@ -269,15 +266,15 @@ def _normalised(logarithms: Array) -> Array:
     return np.asarray(weights / weights.sum(axis=0))
 
 
-def _drawn(hypotheses: Sequence[Assessed[F]]) -> Array:
+def _bootstrapped_costs(hypotheses: Sequence[Assessment[F]]) -> Array:
     """(n, 1 + DRAWS) negative log-likelihood of the trials, each counted once, then reweighted in each draw.
 
     A hypothesis without errors by trial gets those of the first, minus its gain in all trials.
     """
-    known = [_errors(h) for h in hypotheses]
+    known = [_errors_by_trial(h) for h in hypotheses]
     independent = min((each for each in known if each is not None), key=lambda each: each.typical).independent
-    independent = np.minimum(independent, MOST_INDEPENDENT)
-    independent = independent * min(1.0, MOST_TOGETHER / float(independent.sum()))
+    independent = np.minimum(independent, MOST_INDEPENDENT_A_TRIAL)
+    independent = independent * min(1.0, MOST_INDEPENDENT_IN_ALL / float(independent.sum()))
     first = known[0]
     rows = []
     for item, own in zip(hypotheses, known, strict=True):
@@ -286,28 +283,28 @@ def _drawn(hypotheses: Sequence[Assessed[F]]) -> Array:
         gained = 0.0 if own is not None else 2.0 * np.log(item.ratio / hypotheses[0].ratio)
         rows.append(0.5 * independent * (np.log1p(errors.by_trial) + gained))
     count = len(independent)
-    picks = np.random.default_rng(0).dirichlet(np.ones(count), DRAWS) * count
+    picks = np.random.default_rng(0).dirichlet(np.ones(count), BOOTSTRAP_DRAWS) * count
     return np.asarray(np.array(rows) @ np.concatenate([np.ones((1, count)), picks]).T)
 
 
-def _errors(item: Assessed[F]) -> TrialErrors | None:
+def _errors_by_trial(item: Assessment[F]) -> TrialErrors | None:
     """Errors by trial: of the fitted trials, or of those left out if only these are known."""
     return item.seen if item.seen is not None else item.unseen
 
 
-def taken_from_fitted(item: Assessed[F], none: Assessed[F]) -> float:
+def share_removed_from_fitted(item: Assessment[F], none: Assessment[F]) -> float:
     """Share of the gap's RMS above the noise that a hypothesis removes from the fitted trials."""
     return 1.0 - item.above / none.above if none.above > 0.0 else 0.0
 
 
-def taken(item: Assessed[F], none: Assessed[F]) -> float:
+def share_removed(item: Assessment[F], none: Assessment[F]) -> float:
     """Share of the gap's RMS that a hypothesis removes, on unseen trials if available."""
     if item.unseen is None or none.unseen is None:
-        return taken_from_fitted(item, none)
-    return taken_of(item.unseen, none.unseen)
+        return share_removed_from_fitted(item, none)
+    return share_removed_between(item.unseen, none.unseen)
 
 
-def taken_of(left: TrialErrors, before: TrialErrors) -> float:
+def share_removed_between(left: TrialErrors, before: TrialErrors) -> float:
     """Share of the RMS above the noise that is removed in a typical trial."""
     above = [float(np.sqrt(max(each.typical**2 - 1.0, 0.0))) for each in (left, before)]
     return 1.0 - above[0] / above[1] if above[1] > 0.0 else 0.0

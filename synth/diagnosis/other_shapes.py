@@ -1,9 +1,9 @@
 """Sets of causes with one cause in another of its shapes.
 
 A cause is screened in all its simple shapes alone, and kept in the best. Beside a second cause another shape may be the
-right one. A spring that is stiffer on one side, beside a rotor's inertia, left 39.7 noise floors as one that is softer
-on the other side, and 9.3 in its own shape. Richer shapes of mounts and bending links are not tried here: on a real
-double pendulum such a mount, with a shifted reading, took the place of a centre of mass that is 11 % off.
+right one: a spring that is stiffer on one side, beside a rotor's inertia, resembles alone one that is softer on the
+other side. Richer shapes of mounts and bending links are not tried here: with initial states of their own in each trial
+they imitate other causes, such as a wrong centre of mass.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import numpy as np
 
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.screening import rungs
+from synth.diagnosis.screening import ladder_starts
 from synth.diagnosis.workbench import Workbench
 
 
-def in_other_shapes(
+def starts_in_other_shapes(
     bench: Workbench, fit: EvaluatedHypothesis, candidates: Sequence[ShapedEffect]
 ) -> list[list[EvaluatedHypothesis]]:
     """Starts of the set with one of its causes in each of its other simple shapes of another strength, shape by shape.
@@ -33,11 +33,15 @@ def in_other_shapes(
             new = {*other.effect.strengths} & {*other.shape.free} - {*cause.shape.free}
             if other.key == cause.key and simple and new:
                 first = len(fit.unknowns) - cause.size
-                made.append([rung for start in _in_shape(bench, fit, k, other) for rung in rungs(start, first)])
+                made.append(
+                    [rung for start in _starts_in_shape(bench, fit, k, other) for rung in ladder_starts(start, first)]
+                )
     return made
 
 
-def _in_shape(bench: Workbench, fit: EvaluatedHypothesis, k: int, other: ShapedEffect) -> list[EvaluatedHypothesis]:
+def _starts_in_shape(
+    bench: Workbench, fit: EvaluatedHypothesis, k: int, other: ShapedEffect
+) -> list[EvaluatedHypothesis]:
     """Starts with the cause ``k`` in another shape, last; what both shapes free keeps its value."""
     own = dict(zip(fit.hypothesis[k].shape.free, fit.unknowns[fit.slices[k]], strict=True))
     points = [

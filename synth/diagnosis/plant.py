@@ -19,7 +19,7 @@ from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import FittedHypothesis, Hypotheses, TrialErrors
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.sentences import ErrorWording
-from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, open_explanations
+from synth.diagnosis.verdict import CALIBRATED, Calibration, Judgement, open_explanations
 from synth.estimation.information import RIVALS, TrialForecast
 from synth.estimation.normal_equations import ReducedNormal
 
@@ -140,11 +140,11 @@ class Plant(ABC, Generic[F, T, S]):
 
     @abstractmethod
     def squares(self, predicted: Sequence[S]) -> Array:
-        """(n_trial, BLOCKS) summed squared errors of the scored trials, rad^2."""
+        """(n_trial, BLOCKS_A_TRIAL) summed squared errors of the scored trials, rad^2."""
 
     @abstractmethod
     def samples(self, unread: Sequence[S] = ()) -> tuple[Array, Array]:
-        """(n_trial, BLOCKS) number of samples, and the sum expected from noise alone, rad^2.
+        """(n_trial, BLOCKS_A_TRIAL) number of samples, and the sum expected from noise alone, rad^2.
 
         ``unread`` : predictions, if the sum is about them with the direct causes applied.
         """
@@ -159,7 +159,7 @@ class Plant(ABC, Generic[F, T, S]):
         """The error of a free-form torque on unseen trials; None if none was fitted."""
         return None
 
-    def with_direct_causes(self, judged: Judged[F]) -> Judged[F]:
+    def with_direct_causes(self, judged: Judgement[F]) -> Judgement[F]:
         """The verdict with the direct causes included."""
         return judged
 
@@ -167,7 +167,7 @@ class Plant(ABC, Generic[F, T, S]):
         """Warnings on scored trials, independent of the verdict."""
         return ()
 
-    def doubts(self, found: Hypotheses[F], judged: Judged[F], motion: float) -> tuple[tuple[str, ...], float]:
+    def doubts(self, found: Hypotheses[F], judged: Judgement[F], motion: float) -> tuple[tuple[str, ...], float]:
         """Warnings about recordings that the verdict depends on, and the probability that a further one changes it.
 
         ``motion`` : with which it was judged, in noise floors.
@@ -201,7 +201,7 @@ class Plant(ABC, Generic[F, T, S]):
     def forecast(self, fit: F, trial: T, covariance: Array) -> TrialForecast | None:
         """The prediction of a hypothesis for an imagined trial; ``covariance`` of its unknowns. None if it diverges."""
 
-    def rivals(self, judged: Judged[F]) -> list[tuple[F, float]]:
+    def rivals(self, judged: Judgement[F]) -> list[tuple[F, float]]:
         """Explanations that a further trial should separate, with their weights."""
         return open_explanations(judged)
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.diagnosis.prediction_error import NO_BETTER, PredictionErrors
+from synth.diagnosis.prediction_error import NO_BETTER_RATIO, PredictionErrors
 
-LEFT_OPEN = (
+LEFT_OPEN_WORDS = (
     "the training trials do not determine what matters there (a tip mass shows the leg's total mass and lengths, a "
     "tilt its gravity)"
 )
@@ -18,7 +18,7 @@ LEFT_OPEN = (
 
 def poor_trials(errors: PredictionErrors) -> NDArray[np.bool_]:
     """(n_trial,) which scored trials the explanation predicts no better than the nominal leg."""
-    return np.asarray(_squared(errors, "after") > NO_BETTER * _squared(errors, "before"))
+    return np.asarray(_squared(errors, "after") > NO_BETTER_RATIO * _squared(errors, "before"))
 
 
 def followed_trials(errors: PredictionErrors, moved: PredictionErrors) -> NDArray[np.bool_]:
@@ -41,8 +41,8 @@ def no_better(names: Sequence[str], errors: PredictionErrors, moved: PredictionE
     asked = "add a training trial of that kind"
     found = []
     for which, reason in (
-        (followed, f", but better once its numbers move within the tolerances: {LEFT_OPEN}; {asked}"),
-        (poor & ~followed, f". Either {LEFT_OPEN}, or another effect is present; {asked}"),
+        (followed, f", but better once its numbers move within the tolerances: {LEFT_OPEN_WORDS}; {asked}"),
+        (poor & ~followed, f". Either {LEFT_OPEN_WORDS}, or another effect is present; {asked}"),
     ):
         shown = ", ".join(name for name, is_shown in zip(names, which, strict=True) if is_shown)
         found += [f"{shown}: predicted no better with the explanation than without{reason}"] if shown else []

@@ -12,13 +12,13 @@ from synth.arrays import Array
 from synth.diagnosis.hypotheses import Key
 from synth.estimation.intervals import NORMAL90, Estimate, student, student95
 
-PLAIN = ("as_designed", "before")  # labels of the nominal leg, of which no cause is known
-BLOCKS = 4  # blocks of time per trial
+NOMINAL_LABELS = ("as_designed", "before")  # labels of the nominal leg, of which no cause is known
+BLOCKS_A_TRIAL = 4  # blocks of time per trial
 RESAMPLES = 500  # a 5 % quantile then rests on 25 of them
 LEAST_GAP = 0.05  # of the squared noise floor; a smaller gap has no meaningful share
-NO_BETTER = 1.1  # ratio of the squared errors with and without the explanation: 5 % worse in RMS
-DOUBLED = -1.0  # shrink of an error that doubles: how much worse an explanation might be tells nothing
-TINY = 1e-9  # of the squared errors: beyond rounding, and no prediction's error
+NO_BETTER_RATIO = 1.1  # ratio of the squared errors with and without the explanation: 5 % worse in RMS
+SHRINK_IF_DOUBLED = -1.0  # shrink of an error that doubles: how much worse an explanation might be tells nothing
+ROUNDING_SHARE = 1e-9  # of the squared errors: beyond rounding, and no prediction's error
 Picks = NDArray[np.int64]
 
 
@@ -26,10 +26,10 @@ Picks = NDArray[np.int64]
 class PredictionErrors:
     """Of scored trials.
 
-    ``squares`` : label -> (n_trial, BLOCKS) summed squared errors in rad^2, under "as_designed", "before", "after" and
-    each single cause's ``label``; ``counts`` (n_trial, BLOCKS) samples; ``noise`` (n_trial, BLOCKS) sum expected
-    from noise alone; ``noise_as_read`` the same about predictions with the direct causes applied, of all labels but the
-    ``PLAIN``; None: as ``noise``. ``seed`` : of the resampling.
+    ``squares`` : label -> (n_trial, BLOCKS_A_TRIAL) summed squared errors in rad^2, under "as_designed", "before",
+    "after" and each single cause's ``label_of_causes``; ``counts`` (n_trial, BLOCKS_A_TRIAL) samples; ``noise``
+    (n_trial, BLOCKS_A_TRIAL) sum expected from noise alone; ``noise_as_read`` the same about predictions with the
+    direct causes applied, of all labels but the ``NOMINAL_LABELS``; None: as ``noise``. ``seed`` : of the resampling.
     """
 
     squares: Mapping[str, Array]
@@ -79,7 +79,7 @@ class PredictionErrors:
 
     def _floor(self, label: str, pick: Picks | None) -> Array:
         """RMS of the noise about the predictions of a label, see ``_rms``."""
-        noise = self.noise if label in PLAIN or self.noise_as_read is None else self.noise_as_read
+        noise = self.noise if label in NOMINAL_LABELS or self.noise_as_read is None else self.noise_as_read
         return _rms(noise, self.counts, pick)
 
     def shrink(self, label: str = "after") -> Estimate:
@@ -88,15 +88,15 @@ class PredictionErrors:
         assert left.low is not None
         assert left.high is not None
         value = 1.0 - left.value
-        return Estimate(value, "1", min(max(1.0 - left.high, DOUBLED), value), 1.0 - left.low)
+        return Estimate(value, "1", min(max(1.0 - left.high, SHRINK_IF_DOUBLED), value), 1.0 - left.low)
 
     def chance_below(self, share: float, least: float) -> float:
         """Probability that the explanation shrinks the gap by less than ``share``.
 
         By Student's distribution of ``log(left / allowed)``, squared errors with the explanation over those at which
         the shrink is ``share``, with its jackknife deviation over whole trials as in ``_estimate`` (over blocks of time
-        of a single one). Where the true shrink is ``share`` it is below 5 % in 7 to 10 % of simulated sets of 2 to 10
-        trials, and above 95 % in 2 to 3 %; over blocks as if each were a trial it was in 26 to 40 % and 17 to 23 %.
+        of a single one): blocks of one trial share its error, and counted as trials they would make the probability
+        far too sure (``tests/diagnosis/test_shrink.py``).
         0 if the gap is less than ``least`` noise floors: too small to tell.
         """
         if _rms(self.squares["before"], self.counts, None) < least * self._floor("before", None):
@@ -123,11 +123,10 @@ class PredictionErrors:
     def _estimate(self, figure: Callable[[Picks | None], Array], unit: str) -> Estimate:
         """A figure, at least 0, with its 90 % interval.
 
-        Whole trials are resampled, because what a trial is off by in one stretch it is off by in the next: where trials
-        differ by half a logarithm of the mean square, intervals over independent blocks held the truth in 36 to 59 % of
-        200 simulated sets of 2 to 10 trials. The percentiles of few trials are too near the value: a resample's
-        variance is ``(n - 1) / n`` of the trials', and Student's distribution is wider than the normal. Ends are moved
-        away by that, as ratios, since the figures are errors. That holds 86 to 90 % (test).
+        Whole trials are resampled, because what a trial is off by in one stretch it is off by in the next: blocks are
+        not independent, and intervals over them too narrow. The percentiles of few trials are too near the value: a
+        resample's variance is ``(n - 1) / n`` of the trials', and Student's distribution is wider than the normal. Ends
+        are moved away by that, as ratios, since the figures are errors: ``tests/diagnosis/test_shrink.py``.
         """
         ends = np.percentile(figure(self._whole_trials()), [5.0, 95.0])  # 90 % interval
         value = float(figure(None))
@@ -150,14 +149,14 @@ def _chance_above(left: Array, allowed: Array) -> float:
     """Probability that the sum of errors (n,) is above an allowed one, see ``PredictionErrors.chance_below``."""
     count = len(left)
     sums = np.array([np.append(each.sum(), each.sum() - each) for each in (left, allowed)])  # all, and without each
-    whole, *without = np.subtract(*np.log(np.maximum(sums, TINY * sums[1, 0])))
+    whole, *without = np.subtract(*np.log(np.maximum(sums, ROUNDING_SHARE * sums[1, 0])))
     spread = float(np.sqrt(count - 1.0) * np.std(without))  # of the jackknife
-    if spread <= TINY:  # all alike, or only one
+    if spread <= ROUNDING_SHARE:  # all alike, or only one
         return float(whole > 0.0)
     return student(float(whole) / spread, count - 1)
 
 
-def label(keys: Sequence[Key]) -> str:
+def label_of_causes(keys: Sequence[Key]) -> str:
     """One text for a set of causes."""
     return " + ".join(sorted(f"{effect} @ {joint}" for effect, joint in keys))
 

@@ -13,7 +13,7 @@ from typing import Any
 from synth.diagnosis.prediction_error import LEAST_GAP, PredictionErrors
 from synth.estimation.intervals import Estimate
 
-MOSTLY = 0.5  # least share of the remainder for a place to be named in the sentence
+MOSTLY_SHARE = 0.5  # least share of the remainder for a place to be named in the sentence
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Remainder:
         found = []
         for shares, words in ((self.joint, "at the {}"), (self.phase, PHASE_WORDS)):
             first = max(shares, key=lambda name: shares[name], default=None)
-            if first is not None and len(shares) > 1 and shares[first] > MOSTLY:
+            if first is not None and len(shares) > 1 and shares[first] > MOSTLY_SHARE:
                 found.append(words.format(first) if isinstance(words, str) else words[first])
         return " ".join(found)
 

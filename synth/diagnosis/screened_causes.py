@@ -11,7 +11,7 @@ import numpy as np
 
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.screening import prospects, rungs
+from synth.diagnosis.screening import costs_after_step, ladder_starts
 from synth.diagnosis.workbench import Workbench
 
 SCREEN_ROUNDS = (2, 2, 2)  # iterations of all starts, of each candidate's best shapes, of the promising ones
@@ -19,10 +19,10 @@ TRIED_STARTS = 3  # of each candidate
 LEAST_PROMISE, LEAST_TRIED = 0.5, 40  # least predicted cost reduction of a start, and number tried in any case
 KEPT_SHAPES = 3  # fits of each cause that continue, and one more if all have the same shape
 KEPT_STARTS = 2  # of those, number that continues to all trials, and one more if both have the same shape
-PROMISING, LEAST_KEPT = 0.1, 16  # share of the best gain after the first steps, and number, that continue
+PROMISING_SHARE, LEAST_CONTINUED = 0.1, 16  # share of the best gain after the first steps, and number, that continue
 
 
-def screen(
+def screen_causes(
     bench: Workbench, candidates: Sequence[ShapedEffect], designed: EvaluatedHypothesis, still: float
 ) -> list[EvaluatedHypothesis]:
     """Every candidate from every start; the best shapes of each cause, in order of cost.
@@ -35,21 +35,21 @@ def screen(
         for candidate in candidates
         for start in candidate.starts()
     ]
-    fits = bench.solve(_promising(bench, starts, designed), designed.frame, SCREEN_ROUNDS[0])
-    fits = _gaining(fits, still, 0.3 * PROMISING, 2 * LEAST_KEPT)[0]
+    fits = bench.solve(_promising_starts(bench, starts, designed), designed.frame, SCREEN_ROUNDS[0])
+    fits = _split_by_gain(fits, still, 0.3 * PROMISING_SHARE, 2 * LEAST_CONTINUED)[0]
     kept: dict[tuple[str, str], list[EvaluatedHypothesis]] = {}
     for fit in fits:
         kept.setdefault(fit.keys[0], []).append(fit)
     ordered = [sorted(group, key=lambda fit: fit.cost) for group in kept.values()]
-    chosen = [fit for group in ordered for fit in _and_another_shape(group, KEPT_SHAPES)]
+    chosen = [fit for group in ordered for fit in _first_and_another_shape(group, KEPT_SHAPES)]
     chosen = bench.solve(chosen, designed.frame, SCREEN_ROUNDS[1])
-    going, rest = _gaining(chosen, still, PROMISING, LEAST_KEPT)
+    going, rest = _split_by_gain(chosen, still, PROMISING_SHARE, LEAST_CONTINUED)
     fits = [*bench.solve(going, designed.frame, SCREEN_ROUNDS[2]), *rest]
     best: dict[tuple[str, str], list[EvaluatedHypothesis]] = {}
     for fit in sorted(fits, key=lambda fit: fit.cost):
         if np.isfinite(fit.cost):
             best.setdefault(fit.keys[0], []).append(fit)
-    left = [fit for group in best.values() for fit in _and_another_shape(group, KEPT_STARTS)]
+    left = [fit for group in best.values() for fit in _first_and_another_shape(group, KEPT_STARTS)]
     return sorted(left, key=lambda fit: fit.cost)
 
 
@@ -57,7 +57,7 @@ def same_shape(fit: EvaluatedHypothesis, other: EvaluatedHypothesis) -> bool:
     return fit.hypothesis[0].shape is other.hypothesis[0].shape
 
 
-def _and_another_shape(fits: Sequence[EvaluatedHypothesis], most: int) -> list[EvaluatedHypothesis]:
+def _first_and_another_shape(fits: Sequence[EvaluatedHypothesis], most: int) -> list[EvaluatedHypothesis]:
     """The first so many fits of a single cause, and if all of them have one shape the first of another one."""
     kept = list(fits[:most])
     if all(same_shape(fit, kept[0]) for fit in kept):
@@ -65,7 +65,7 @@ def _and_another_shape(fits: Sequence[EvaluatedHypothesis], most: int) -> list[E
     return kept
 
 
-def _gaining(
+def _split_by_gain(
     fits: Sequence[EvaluatedHypothesis], still: float, share: float, least: int
 ) -> tuple[list[EvaluatedHypothesis], list[EvaluatedHypothesis]]:
     """Fits that have gained at least a share of the best gain, ``least`` in any case; and the others."""
@@ -75,7 +75,7 @@ def _gaining(
     return order[:cut], order[cut:]
 
 
-def _promising(
+def _promising_starts(
     bench: Workbench, starts: Sequence[EvaluatedHypothesis], designed: EvaluatedHypothesis
 ) -> list[EvaluatedHypothesis]:
     """The starts of each candidate, at several strengths, with the lowest predicted cost.
@@ -83,15 +83,15 @@ def _promising(
     A strong cause changes a swing too much for a search from a small strength: the phase is lost.
     """
     p = bench.n_tolerance
-    ladders = [rungs(start, p) for start in starts]
-    left = prospects(bench, [fit for ladder in ladders for fit in ladder], designed)
+    ladders = [ladder_starts(start, p) for start in starts]
+    left = costs_after_step(bench, [fit for ladder in ladders for fit in ladder], designed)
     best: dict[int, list[tuple[float, EvaluatedHypothesis]]] = {}
     place = 0
     for start, ladder in zip(starts, ladders, strict=True):
         rung = int(np.argmin(left[place : place + len(ladder)]))
         best.setdefault(id(start.hypothesis[0]), []).append((left[place + rung], ladder[rung]))
         place += len(ladder)
-    (alone,) = prospects(bench, [EvaluatedHypothesis((), designed.unknowns, designed.states)], designed)
+    (alone,) = costs_after_step(bench, [EvaluatedHypothesis((), designed.unknowns, designed.states)], designed)
     chosen = [sorted(found, key=lambda item: item[0])[:TRIED_STARTS] for found in best.values()]
     tried = sorted((item for found in chosen for item in found), key=lambda item: item[0])
     worth = max(LEAST_TRIED, sum(cost < alone - LEAST_PROMISE for cost, _ in tried))

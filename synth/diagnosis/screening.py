@@ -16,11 +16,11 @@ from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.workbench import Workbench
 from synth.threads import in_parallel
 
-DIVERGED = 1e6  # whitened residual of a diverged motion
-WEIGHINGS = 8  # renewals of the weight, which grows as the remainder falls, and of the tolerances at their bounds
-HOLD = 1e6  # times the largest second derivative: keeps a tolerance at its bound
+DIVERGED_RESIDUAL = 1e6  # whitened residual of a diverged motion
+WEIGHT_RENEWALS = 8  # renewals of the weight, which grows as the remainder falls, and of the tolerances at their bounds
+BOUND_STIFFNESS = 1e6  # times the largest second derivative: keeps a tolerance at its bound
 
-LADDER = (0.1, 1.0, -1.0, 4.0, -4.0, 12.0, 30.0, 70.0)  # factors on a start's strengths
+STRENGTH_LADDER = (0.1, 1.0, -1.0, 4.0, -4.0, 12.0, 30.0, 70.0)  # factors on a start's strengths
 # The same for compliances, the stiffer the more expensive; the softest is as soft as the joint's own spring.
 STIFF_LADDER = (0.5, 2.0, 8.0, 40.0)
 
@@ -56,11 +56,11 @@ class ScreeningFrame:
     def left(self, trial: int, residuals: Sequence[Array]) -> Array:
         """(n_fit, M) projected residuals of fits with the states of this frame."""
         found = np.array(residuals)
-        found[~np.isfinite(found.sum(axis=1))] = DIVERGED
+        found[~np.isfinite(found.sum(axis=1))] = DIVERGED_RESIDUAL
         return self.project(trial, found)
 
 
-def prospects(bench: Workbench, fits: Sequence[EvaluatedHypothesis], at: EvaluatedHypothesis) -> list[float]:
+def costs_after_step(bench: Workbench, fits: Sequence[EvaluatedHypothesis], at: EvaluatedHypothesis) -> list[float]:
     """Cost of each fit after one undamped step of all unknowns except its last candidate's, linearised at ``at``.
 
     ``at`` has the common part of the fits: tolerances, states and candidates, whose unknowns come first in
@@ -68,25 +68,25 @@ def prospects(bench: Workbench, fits: Sequence[EvaluatedHypothesis], at: Evaluat
     """
     ground = ScreeningFrame.of(bench, at)
 
-    def one(i: int) -> tuple[Array, Array]:
+    def trial_products(i: int) -> tuple[Array, Array]:
         left = ground.left(i, residuals[i])
         return left @ ground.slopes[i], _squares(left)
 
     if not fits:
         return []
     residuals = bench.residuals(fits)
-    parts = in_parallel(one, len(bench.trials))
+    parts = in_parallel(trial_products, len(bench.trials))
     p = len(at.unknowns)
     begun = np.array([fit.unknowns[:p] for fit in fits])
     gradients, squares = sum(part[0] for part in parts), sum(part[1] for part in parts)
-    left, steps = _stepped(bench, ground.matrix, np.asarray(gradients), np.asarray(squares), begun)
+    left, steps = _step_within_bounds(bench, ground.matrix, np.asarray(gradients), np.asarray(squares), begun)
     return [
         bench.cost(float(rest), np.concatenate([here, fit.unknowns[p:]]))
         for fit, here, rest in zip(fits, begun + steps, left, strict=True)
     ]
 
 
-def leverage(
+def costs_by_secant(
     bench: Workbench, fits: Sequence[EvaluatedHypothesis], at: EvaluatedHypothesis
 ) -> list[tuple[float, float]]:
     """Predicted cost of each fit with its last cause at the best multiple of its strength, and that multiple.
@@ -96,7 +96,7 @@ def leverage(
     ground = ScreeningFrame.of(bench, at)
     p = len(at.unknowns)
 
-    def one(i: int) -> tuple[Array, Array, Array, Array, float]:
+    def trial_products(i: int) -> tuple[Array, Array, Array, Array, float]:
         here, slopes = ground.project(i, at.residuals[i]), ground.slopes[i]
         change = ground.left(i, residuals[i]) - here
         return change @ slopes, _squares(change), slopes.T @ here, change @ here, float(here @ here)
@@ -104,7 +104,7 @@ def leverage(
     if not fits:
         return []
     residuals = bench.residuals(fits)
-    parts = in_parallel(one, len(bench.trials))
+    parts = in_parallel(trial_products, len(bench.trials))
     matrices, gradients = np.zeros((len(fits), p + 1, p + 1)), np.zeros((len(fits), p + 1))
     matrices[:, :p, :p] = ground.matrix
     squares = np.zeros(len(fits))
@@ -116,7 +116,7 @@ def leverage(
         squares += rest
     matrices[:, p, :p] = matrices[:, :p, p]
     begun = np.tile(np.append(at.unknowns, 0.0), (len(fits), 1))
-    left, steps = _stepped(bench, matrices, gradients, squares, begun)
+    left, steps = _step_within_bounds(bench, matrices, gradients, squares, begun)
     return [
         (bench.cost(float(rest), at.unknowns + step[:p]), float(step[p]))
         for rest, step in zip(left, steps, strict=True)
@@ -128,7 +128,9 @@ def _squares(rows: Array) -> Array:
     return np.asarray(np.einsum("fm,fm->f", rows, rows))
 
 
-def _stepped(bench: Workbench, matrix: Array, gradient: Array, squares: Array, at: Array) -> tuple[Array, Array]:
+def _step_within_bounds(
+    bench: Workbench, matrix: Array, gradient: Array, squares: Array, at: Array
+) -> tuple[Array, Array]:
     """Sum of squares after one undamped step of each fit, and the steps; tolerances stop at their bounds.
 
     ``matrix`` (p, p) or (n_fit, p, p), ``gradient`` and ``at`` (n_fit, p), ``squares`` (n_fit,). Far above the noise
@@ -142,10 +144,10 @@ def _stepped(bench: Workbench, matrix: Array, gradient: Array, squares: Array, a
     step, best = np.zeros_like(at), np.zeros_like(at)
     left, least = squares, np.full(len(at), np.inf)
     stopped = np.zeros_like(at)  # 1 for a tolerance at its bound
-    for _ in range(WEIGHINGS):
+    for _ in range(WEIGHT_RENEWALS):
         weight = (2.0 / (1.0 + left / bench.total))[:, None]
         whole = weight[:, :, None] * matrix + prior
-        hold = stopped * (HOLD * np.abs(whole).max(axis=(1, 2)))[:, None]
+        hold = stopped * (BOUND_STIFFNESS * np.abs(whole).max(axis=(1, 2)))[:, None]
         right = (weight * gradient + at - hold * step)[:, :, None]
         step = -np.asarray(np.linalg.solve(whole + hold[:, :, None] * prior, right))[:, :, 0]
         step[:, :count] = np.clip(step[:, :count], lowest, highest)
@@ -161,16 +163,16 @@ def _stepped(bench: Workbench, matrix: Array, gradient: Array, squares: Array, a
     return np.maximum(squares + np.einsum("fp,fp->f", 2.0 * gradient + change, best), 0.0), best
 
 
-def rungs(fit: EvaluatedHypothesis, first: int) -> list[EvaluatedHypothesis]:
-    """The start with the strengths of its last candidate multiplied by ``LADDER``, as far as its bounds allow.
+def ladder_starts(fit: EvaluatedHypothesis, first: int) -> list[EvaluatedHypothesis]:
+    """The start with the strengths of its last candidate multiplied by ``STRENGTH_LADDER``, as far as its bounds allow.
 
     ``first`` : index of that candidate's unknowns.
     """
     made, seen = [], set()
-    for factor in LADDER if not fit.hypothesis[-1].is_compliance else STIFF_LADDER:
+    for factor in STRENGTH_LADDER if not fit.hypothesis[-1].is_compliance else STIFF_LADDER:
         if overshoots(fit, first, factor):
             continue
-        rung = strengthened(fit, first, factor)
+        rung = scale_strengths(fit, first, factor)
         key = tuple(rung.unknowns[first:].round(9))
         if key not in seen:
             seen.add(key)
@@ -181,8 +183,8 @@ def rungs(fit: EvaluatedHypothesis, first: int) -> list[EvaluatedHypothesis]:
 def overshoots(fit: EvaluatedHypothesis, first: int, factor: float) -> bool:
     """Whether the factor takes a log-normal strength of the last candidate beyond its bounds.
 
-    There it is absurd rather than strong: a stop 65 000 times as stiff as its joint. None of 50 such lanes was
-    integrated within the largest number of steps, and together they took two fifths of the integrator's time.
+    There it is absurd rather than strong: a stop 65 000 times as stiff as its joint, which the integrator cannot follow
+    within the largest number of steps.
     """
     candidate = fit.hypothesis[-1]
     named = zip(candidate.shape.free, candidate.priors, strict=True)
@@ -192,7 +194,7 @@ def overshoots(fit: EvaluatedHypothesis, first: int, factor: float) -> bool:
     return bool(np.any(log & ((moved < low) | (moved > high))))
 
 
-def strengthened(fit: EvaluatedHypothesis, first: int, factor: float) -> EvaluatedHypothesis:
+def scale_strengths(fit: EvaluatedHypothesis, first: int, factor: float) -> EvaluatedHypothesis:
     """The fit with its last candidate's whitened strengths multiplied, within its bounds.
 
     From the prior's centre, not from ``absent``: the rungs of a damper that thins are losses of 0.15, 0.47, 0.85, 1.2.

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
-from synth.diagnosis.hypotheses import Assessed, FittedHypothesis, Hypotheses, Key
+from synth.diagnosis.hypotheses import Assessment, FittedHypothesis, Hypotheses, Key
 
 
 class ExploredFit(FittedHypothesis, Protocol):
@@ -50,16 +50,16 @@ class SearchPlan:
     per_parameter: float = 0.0
     anchors_found: int = 0
 
-    def first(self, singles: Sequence[Assessed[F]]) -> list[Assessed[F]]:
+    def first(self, singles: Sequence[Assessment[F]]) -> list[Assessment[F]]:
         """Single causes used in pairs."""
         return sorted(singles, key=lambda single: single.cost + self.per_parameter * single.n_unknown)[: self.anchors]
 
-    def leaves(self, found: Assessed[F], none: Assessed[F]) -> bool:
+    def leaves(self, found: Assessment[F], none: Assessment[F]) -> bool:
         """Whether a hypothesis leaves enough for a further cause: more than the difference between similar effects."""
         gap, left = none.ratio**2 - 1.0, found.ratio**2 - 1.0
         return found.ratio > self.well or (found.ratio > self.satisfied and left > self.least_left * gap > 0.0)
 
-    def paid(self, found: Assessed[F], fewer: Assessed[F]) -> bool:
+    def paid(self, found: Assessment[F], fewer: Assessment[F]) -> bool:
         """Whether one further cause removes so much that yet another may help."""
         return found.ratio**2 - 1.0 < (1.0 - self.pays) * (fewer.ratio**2 - 1.0)
 
@@ -75,7 +75,7 @@ class Explorer(Protocol[F]):
     def singles(self) -> Sequence[F]:
         """The best fit of each cause alone; called after ``none``."""
 
-    def beside(self, anchors: Sequence[Assessed[F]], singles: Sequence[Assessed[F]]) -> Sequence[F]:
+    def beside(self, anchors: Sequence[Assessment[F]], singles: Sequence[Assessment[F]]) -> Sequence[F]:
         """Fits of one further cause with each of the anchors, and of sets of these; ``singles`` in order of cost."""
 
     def ratio(self, fit: F) -> float:
@@ -93,57 +93,59 @@ class CauseSearch(Generic[F]):
         """Find how well each of ``n_cause`` causes, and each promising combination, explains the trials."""
         plan = self.explorer.plan
         self.say("the nominal leg within its tolerances")
-        none = self._assessed([self.explorer.none()])[0]
+        none = self._assess_fits([self.explorer.none()])[0]
         self.say(f"{n_cause} single causes")
-        singles = self._assessed(self.explorer.singles())
-        several: list[Assessed[F]] = []
+        singles = self._assess_fits(self.explorer.singles())
+        several: list[Assessment[F]] = []
         if singles and none.cost - singles[0].cost > plan.worth and plan.leaves(singles[0], none):
             self.say("pairs of causes")
             first = plan.first(singles)
-            several = self._extended(self._assessed(self.explorer.beside(first, singles)), none, singles)
-            found = _found_beside(several, first, singles)[: plan.anchors_found]
+            several = self._extend_by_third_cause(
+                self._assess_fits(self.explorer.beside(first, singles)), none, singles
+            )
+            found = _singles_found_in_sets(several, first, singles)[: plan.anchors_found]
             if found:
                 self.say("pairs with causes found beside others")
-                pairs = self._assessed(self.explorer.beside(found, singles))
+                pairs = self._assess_fits(self.explorer.beside(found, singles))
                 if pairs and pairs[0].cost < min(item.cost for item in several if len(item.keys) == 2):
-                    pairs = self._extended(pairs, none, singles)
+                    pairs = self._extend_by_third_cause(pairs, none, singles)
                 several = _best_assessed([*several, *pairs])
         return Hypotheses(none, tuple(singles), tuple(sorted(several, key=lambda a: a.cost)))
 
-    def _extended(
-        self, pairs: list[Assessed[F]], none: Assessed[F], singles: Sequence[Assessed[F]]
-    ) -> list[Assessed[F]]:
+    def _extend_by_third_cause(
+        self, pairs: list[Assessment[F]], none: Assessment[F], singles: Sequence[Assessment[F]]
+    ) -> list[Assessment[F]]:
         """Pairs in order of cost, with the best of them extended by a third cause where that may help."""
         plan, promising = self.explorer.plan, pairs[: self.explorer.plan.anchor_pairs]
         if not promising or not plan.leaves(promising[0], none):
             return pairs
-        if not plan.paid(promising[0], _within(promising[0], singles)):
+        if not plan.paid(promising[0], _best_single_of(promising[0], singles)):
             return pairs
         self.say("a third cause")
-        return _best_assessed([*pairs, *self._assessed(self.explorer.beside(promising, singles))])
+        return _best_assessed([*pairs, *self._assess_fits(self.explorer.beside(promising, singles))])
 
-    def _assessed(self, fits: Sequence[F]) -> list[Assessed[F]]:
+    def _assess_fits(self, fits: Sequence[F]) -> list[Assessment[F]]:
         """The hypotheses with their errors, in order of cost."""
-        return sorted((Assessed(fit, fit.cost, self.explorer.ratio(fit)) for fit in fits), key=lambda a: a.cost)
+        return sorted((Assessment(fit, fit.cost, self.explorer.ratio(fit)) for fit in fits), key=lambda a: a.cost)
 
 
-def _within(found: Assessed[F], singles: Sequence[Assessed[F]]) -> Assessed[F]:
+def _best_single_of(found: Assessment[F], singles: Sequence[Assessment[F]]) -> Assessment[F]:
     """The best single cause of a set; the best of all if none of its causes was fitted alone."""
     return next((single for single in singles if set(single.keys) <= set(found.keys)), singles[0])
 
 
-def _found_beside(
-    several: Sequence[Assessed[F]], first: Sequence[Assessed[F]], singles: Sequence[Assessed[F]]
-) -> list[Assessed[F]]:
+def _singles_found_in_sets(
+    several: Sequence[Assessment[F]], first: Sequence[Assessment[F]], singles: Sequence[Assessment[F]]
+) -> list[Assessment[F]]:
     """Single causes of the best pair and the best triple that were not used in pairs yet, best first."""
     best = [min(size, key=lambda item: item.cost) for n in (2, 3) if (size := [s for s in several if len(s.keys) == n])]
     used, wanted = {item.keys for item in first}, {key for item in best for key in item.keys}
     return [single for single in singles if single.keys[0] in wanted and single.keys not in used]
 
 
-def _best_assessed(items: Sequence[Assessed[F]]) -> list[Assessed[F]]:
+def _best_assessed(items: Sequence[Assessment[F]]) -> list[Assessment[F]]:
     """The best of each set of causes, in order of cost."""
-    best: dict[frozenset[Key], Assessed[F]] = {}
+    best: dict[frozenset[Key], Assessment[F]] = {}
     for item in sorted(items, key=lambda item: item.cost):
         best.setdefault(frozenset(item.keys), item)
     return list(best.values())

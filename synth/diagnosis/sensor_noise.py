@@ -19,29 +19,30 @@ from synth.fit.recordings import Recording
 from synth.motion.counts import LEAST_GAP, on_counts, width_of
 from synth.motion.noise import robust_deviation, unit_differences
 
-ORDER = 6  # order of differences that isolate noise: the sixth difference of a smooth motion is almost zero
-FINE_ORDER = 10  # of those of every D-th sample: the motion takes over later
-SAME = 0.2  # joints whose noise differs by a smaller share are assumed to have the same sensor
-FEWEST = 20  # differences: a median of fewer is no noise
+DIFFERENCE_ORDER = 6  # order of differences that isolate noise: the sixth difference of a smooth motion is almost zero
+STRIDE_ORDER = 10  # of those of every D-th sample: the motion takes over later
+SAME_SENSOR_SHARE = 0.2  # joints whose noise differs by a smaller share are assumed to have the same sensor
+LEAST_DIFFERENCES = 20  # differences: a median of fewer is no noise
 # Scatter about a smooth motion over the noise by differences: above the first readings were filtered, above the
 # second they may have been
-FILTERED, DOUBTFUL = 3.0, 1.5
+FILTERED_RATIO, DOUBTFUL_RATIO = 3.0, 1.5
 STRIDES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)  # D: steps of at most a factor 2, which a plateau of an octave contains
-FLAT = 0.5  # exponent of growth with D of independent samples, as few as a trial has
-STEEPER = 1.5  # times that exponent, growth at smaller D if a filter is the reason
-OF_MOTION = 3e-3  # of the motion, below which differences of every D-th sample are not yet the motion's own
-FINE = 1e-4  # of the motion, below which the step of the readings is a file's rounding, not an encoder's count
-LEAST = 1e-9  # rad: so that readings of a simulation have some noise
-ROUNDED = 2.0  # times the noise of rounding, below which differences show the rounding
+INDEPENDENT_EXPONENT = 0.5  # exponent of growth with D of independent samples, as few as a trial has
+FILTERED_GROWTH = 1.5  # times that exponent, growth at smaller D if a filter is the reason
+NOISE_TO_MOTION = 3e-3  # of the motion, below which differences of every D-th sample are not yet the motion's own
+# Of the motion, below which the step of the readings is a file's rounding, not an encoder's count.
+FINE_STEP_TO_MOTION = 1e-4
+LEAST_NOISE = 1e-9  # rad: so that readings of a simulation have some noise
+ROUNDING_RATIO = 2.0  # times the noise of rounding, below which differences show the rounding
 
 
 @dataclass(frozen=True)
 class AngleSensor:
     """``noise`` (n,) rad RMS of a reading about the true angle; ``step`` (n,) rad of one count, 0 if not visible.
 
-    ``scatter`` (n,) : readings about a smooth motion over readings from one to the next; from ``FILTERED`` on they were
-    filtered. ``known`` : joints whose noise is stated, not read. ``of_mean`` (n,) : noise of a used angle over that of
-    a reading, below 1 where dense readings are averaged.
+    ``scatter`` (n,) : readings about a smooth motion over readings from one to the next; from ``FILTERED_RATIO`` on
+    they were filtered. ``known`` : joints whose noise is stated, not read. ``of_mean`` (n,) : noise of a used angle
+    over that of a reading, below 1 where dense readings are averaged.
     """
 
     noise: Array
@@ -59,13 +60,13 @@ class AngleSensor:
         return replace(self, noise=found, known=tuple(known))
 
 
-def sensor(recordings: Sequence[Recording]) -> AngleSensor:
+def estimate_sensor(recordings: Sequence[Recording]) -> AngleSensor:
     """Noise and counts of each joint's channel, from the samples only.
 
     Noise by sixth differences (Tukey, *Exploratory Data Analysis* 1977; von Neumann et al., Ann. Math. Stat. 12 (1941)
     153, for the first): white noise of deviation s gives them the deviation ``s sqrt(sum binom(6, k)^2)``; of uneven
     samples by divided differences. Those beyond three robust deviations are left out. Joints that differ by less than
-    ``SAME`` are pooled. A coarse count makes steps that no difference shows while the joint rests; its
+    ``SAME_SENSOR_SHARE`` are pooled. A coarse count makes steps that no difference shows while the joint rests; its
     ``step/sqrt(12)`` is then used as noise (Widrow & Kollar, *Quantization Noise*, 2008, ch. 1). Filtered readings as
     told above.
     """
@@ -76,7 +77,7 @@ def sensor(recordings: Sequence[Recording]) -> AngleSensor:
         for j in recording.free:
             value = recording.rotation[:, j]
             good = recording.counts[:, j]
-            found = _variance(recording.time, value, good, ORDER)
+            found = _noise_variance(recording.time, value, good, DIFFERENCE_ORDER)
             if not np.isfinite(found):
                 continue
             squares[j].append(found)
@@ -89,17 +90,17 @@ def sensor(recordings: Sequence[Recording]) -> AngleSensor:
     white = np.where(np.isfinite(white), white, np.median(known))
     step = np.array([width_of(np.concatenate(each), LEAST_GAP) if each else 0.0 for each in gaps])
     step = np.where((step > 0.0) & _on_grid(recordings, step), step, 0.0)
-    noise = np.maximum(white, step / np.sqrt(12.0)) + LEAST
-    scatter = np.array([_scatter(recordings, j, float(noise[j])) for j in range(n)])
-    noise = _of_filtered(recordings, noise, step, scatter)
+    noise = np.maximum(white, step / np.sqrt(12.0)) + LEAST_NOISE
+    scatter = np.array([_scatter_ratio(recordings, j, float(noise[j])) for j in range(n)])
+    noise = _noise_of_filtered(recordings, noise, step, scatter)
     usual = float(np.median(noise))
-    alike = np.abs(np.log(noise / usual)) < SAME
+    alike = np.abs(np.log(noise / usual)) < SAME_SENSOR_SHARE
     if np.any(alike):
         noise[alike] = np.sqrt(np.mean(noise[alike] ** 2))
-    return AngleSensor(noise, step, scatter, of_mean=np.array([_of_mean(recordings, j) for j in range(n)]))
+    return AngleSensor(noise, step, scatter, of_mean=np.array([_noise_of_mean(recordings, j) for j in range(n)]))
 
 
-def _of_mean(recordings: Sequence[Recording], joint: int) -> float:
+def _noise_of_mean(recordings: Sequence[Recording], joint: int) -> float:
     """Noise of an angle over that of a reading, as of the usual trial; see ``motion.thinning``."""
     found = [
         1.0 / recording.averaged[joint] for recording in recordings if recording.averaged and joint in recording.free
@@ -107,25 +108,25 @@ def _of_mean(recordings: Sequence[Recording], joint: int) -> float:
     return float(np.sqrt(np.median(found))) if found else 1.0
 
 
-def _scatter(recordings: Sequence[Recording], joint: int, noise: float) -> float:
+def _scatter_ratio(recordings: Sequence[Recording], joint: int, noise: float) -> float:
     """Scatter about a smooth motion over this noise (rad); 0 for a joint that is never free."""
     ratio = [r.smoothed.noise[joint] / noise for r in recordings if joint in r.free]
     return float(np.median(ratio)) if ratio else 0.0
 
 
-def _variance(time: Array, value: Array, good: Mask, order: int) -> float:
+def _noise_variance(time: Array, value: Array, good: Mask, order: int) -> float:
     """rad^2, of the white noise of readings (m,), by their differences; nan for too few."""
-    if len(value) < order + FEWEST:
+    if len(value) < order + LEAST_DIFFERENCES:
         return np.nan
     difference = unit_differences(time, value, order)[np.lib.stride_tricks.sliding_window_view(good, order + 1).all(1)]
-    if len(difference) < FEWEST:
+    if len(difference) < LEAST_DIFFERENCES:
         return np.nan
     robust = robust_deviation(difference) + 1e-12
     kept = difference[np.abs(difference) < 3.0 * robust]
     return float(np.mean(kept**2)) / 0.9733  # variance of a normal truncated at 3
 
 
-def _of_filtered(recordings: Sequence[Recording], noise: Array, step: Array, scatter: Array) -> Array:
+def _noise_of_filtered(recordings: Sequence[Recording], noise: Array, step: Array, scatter: Array) -> Array:
     """(n,) rad: the noise, for filtered channels what the filter let through.
 
     Readings without any noise but rounding from one to the next were filtered for sure: where no plateau shows what the
@@ -133,17 +134,17 @@ def _of_filtered(recordings: Sequence[Recording], noise: Array, step: Array, sca
     """
     let = np.zeros(len(noise))
     # Rounding alone from one reading to the next: a smooth motion may follow filtered noise, without any scatter.
-    rounding = noise <= ROUNDED * step / np.sqrt(12.0) + LEAST
-    fine = np.array([width < FINE * _moved(recordings, j) for j, width in enumerate(step)])
-    for j in np.flatnonzero((scatter >= DOUBTFUL) | (rounding & fine)).tolist():
-        let[j] = _let_through(recordings, j, float(step[j]))
+    rounding = noise <= ROUNDING_RATIO * step / np.sqrt(12.0) + LEAST_NOISE
+    fine = np.array([width < FINE_STEP_TO_MOTION * _motion_rms(recordings, j) for j, width in enumerate(step)])
+    for j in np.flatnonzero((scatter >= DOUBTFUL_RATIO) | (rounding & fine)).tolist():
+        let[j] = _noise_through_filter(recordings, j, float(step[j]))
     usual = float(np.median(let[let > 0.0])) if (let > 0.0).any() else 0.0
-    unseen = (scatter >= FILTERED) & (let == 0.0) & rounding
+    unseen = (scatter >= FILTERED_RATIO) & (let == 0.0) & rounding
     let[unseen] = np.maximum(usual, (scatter * noise)[unseen])
     return np.maximum(noise, let)
 
 
-def _let_through(recordings: Sequence[Recording], joint: int, step: float) -> float:
+def _noise_through_filter(recordings: Sequence[Recording], joint: int, step: float) -> float:
     """Noise (rad) that a filter let through, where the differences of every D-th sample grow least with D; 0: not seen.
 
     Only where they grow faster before. Of independent samples the noise of neighbouring ones.
@@ -152,7 +153,7 @@ def _let_through(recordings: Sequence[Recording], joint: int, step: float) -> fl
     deviations = []
     for stride in STRIDES:
         found = [
-            _variance(r.time[k::stride], r.rotation[k::stride, joint], r.counts[k::stride, joint], FINE_ORDER)
+            _noise_variance(r.time[k::stride], r.rotation[k::stride, joint], r.counts[k::stride, joint], STRIDE_ORDER)
             for r in free
             for k in range(0, stride, max(1, stride // 4))
         ]
@@ -160,19 +161,21 @@ def _let_through(recordings: Sequence[Recording], joint: int, step: float) -> fl
         deviations.append(float(np.sqrt(np.median(known))) if known else np.nan)
     seen = np.where(np.array(deviations) > 0.0, deviations, np.nan)  # zero: coarse counts of a joint at rest
     growth = np.diff(np.log(seen)) / np.diff(np.log(STRIDES))
-    moved = _moved(recordings, joint)
-    tells = (seen[:-1] > ROUNDED * step / np.sqrt(12.0)) & (seen[1:] < OF_MOTION * moved) & np.isfinite(growth)
-    if tells[0] and growth[0] < FLAT:
+    moved = _motion_rms(recordings, joint)
+    tells = (
+        (seen[:-1] > ROUNDING_RATIO * step / np.sqrt(12.0)) & (seen[1:] < NOISE_TO_MOTION * moved) & np.isfinite(growth)
+    )
+    if tells[0] and growth[0] < INDEPENDENT_EXPONENT:
         return float(seen[0])
     for k in np.flatnonzero(tells).tolist():
         later = growth[k + 1] if k + 1 < len(growth) and tells[k + 1] else np.inf
-        steep = np.nanmax(growth[:k], initial=0.0) >= STEEPER * max(growth[k], FLAT)
+        steep = np.nanmax(growth[:k], initial=0.0) >= FILTERED_GROWTH * max(growth[k], INDEPENDENT_EXPONENT)
         if steep and growth[k] <= later:
             return float(np.sqrt(seen[k] * seen[k + 1]))
     return 0.0
 
 
-def _moved(recordings: Sequence[Recording], joint: int) -> float:
+def _motion_rms(recordings: Sequence[Recording], joint: int) -> float:
     """RMS (rad) of a joint's motion about its mean in the trial in which it moves most; 0 if it is never free."""
     free = [r for r in recordings if joint in r.free]
     return max((float(np.std(r.rotation[r.counts[:, joint], joint])) for r in free), default=0.0)

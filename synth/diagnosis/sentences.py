@@ -11,13 +11,13 @@ from synth.diagnosis.remainder import Remainder
 from synth.estimation.intervals import Estimate
 from synth.estimation.parameters import PlantEffect
 
-SEEN = 0.5  # noise floors; a smaller remainder is a form error and is not mentioned
-MOST_STATED = 3  # parameters of a cause; the table has all
-LEADING, LEAST_TOLD = 3, 0.05  # causes named if nothing explains the gap, and least share of each
-LEAST_TAKEN = 0.005  # of the gap; less rounds to 0 %
-ROUGH = 0.1  # of a value, half its interval: its third digit then says nothing
-MOST = 0.5  # of the gap: what takes more takes most of it, though it may be too unsure to be named
-BETTER = {"*": "·", "deg": "°", "percent": "%"}  # typographic units
+LEAST_MENTIONED = 0.5  # noise floors; a smaller remainder is a form error and is not mentioned
+MOST_PARAMETERS = 3  # parameters of a cause; the table has all
+MOST_LEADING, LEAST_LEADING_SHARE = 3, 0.05  # causes named if nothing explains the gap, and least share of each
+LEAST_SHOWN_SHARE = 0.005  # of the gap; less rounds to 0 %
+ROUGH_INTERVAL = 0.1  # of a value, half its interval: its third digit then says nothing
+MOST_OF_GAP = 0.5  # of the gap: what takes more takes most of it, though it may be too unsure to be named
+TYPOGRAPHIC_UNITS = {"*": "·", "deg": "°", "percent": "%"}  # typographic units
 
 
 @dataclass(frozen=True)
@@ -69,20 +69,20 @@ def scored_on(trials: str, *, held_out: bool) -> str:
     return f"unseen {trials}" if held_out else "each trial, predicted by the others,"
 
 
-def angle(value: Estimate) -> str:
+def angle_text(value: Estimate) -> str:
     """An angle in degrees to two digits."""
     return f"{math.degrees(value.value):.2g}°"
 
 
-def stated(cause: Cause, effect: PlantEffect) -> str:
+def stated_parameters(cause: Cause, effect: PlantEffect) -> str:
     """Torque 0.06 N·m, fall 0.6, speed 114 deg/s: the first few that carry the effect, see ``PlantEffect.stated``."""
     found = cause.parameters
     matter = [name for name in effect.stated or effect.stated_by_default if name in found]
-    matter = [name for name in matter if not _covers(found, *effect.idle.get(name, ("", 0.0)))]
-    return parameters_text(cause, matter[:MOST_STATED])
+    matter = [name for name in matter if not _may_have_value(found, *effect.idle.get(name, ("", 0.0)))]
+    return parameters_text(cause, matter[:MOST_PARAMETERS])
 
 
-def _covers(found: Mapping[str, Estimate], name: str, value: float) -> bool:
+def _may_have_value(found: Mapping[str, Estimate], name: str, value: float) -> bool:
     """Whether a parameter is found, and may have this value."""
     if name not in found:
         return False
@@ -93,160 +93,166 @@ def _covers(found: Mapping[str, Estimate], name: str, value: float) -> bool:
 
 def parameters_text(cause: Cause, names: Sequence[str]) -> str:
     """Torque 0.052 N·m, speed 0.3 rad/s: these parameters of the cause."""
-    return ", ".join(f"{name.replace('_', ' ')} {_shown(cause.parameters[name])}" for name in names)
+    return ", ".join(f"{name.replace('_', ' ')} {_value_text(cause.parameters[name])}" for name in names)
 
 
 def _digits(estimate: Estimate) -> int:
     """Significant digits: three, or two where a tenth of the value is uncertain and the third says nothing."""
     low, high = (estimate.value if end is None else end for end in (estimate.low, estimate.high))
-    return 2 if high - low > 2.0 * ROUGH * abs(estimate.value) else 3
+    return 2 if high - low > 2.0 * ROUGH_INTERVAL * abs(estimate.value) else 3
 
 
-def _shown(estimate: Estimate) -> str:
+def _value_text(estimate: Estimate) -> str:
     written = estimate.as_json()
     unit = str(written["unit"])
-    for plain, better in BETTER.items():
+    for plain, better in TYPOGRAPHIC_UNITS.items():
         unit = unit.replace(plain, better)
     return f"{written['value']:.{_digits(estimate)}g}" + ("" if unit == "1" else f" {unit}").replace(" °", "°")
 
 
 def sentence(
-    verdict: Verdict, causes: Sequence[str], tied: Sequence[Sequence[str]], probability: float, told: ErrorWording
+    verdict: Verdict, causes: Sequence[str], tied: Sequence[Sequence[str]], probability: float, wording: ErrorWording
 ) -> str:
     """The whole diagnosis in two or three sentences; ``causes`` and those of each ``tied`` explanation in words.
 
     Of tied explanations without the causes that they have in common, see ``ErrorWording.common``.
     """
-    error, floor = f"{told.error} on {told.on}", angle(told.floor)
-    rest = _unexplained(verdict, told)
+    error, floor = f"{wording.error} on {wording.on}", angle_text(wording.floor)
+    rest = _remainder_sentence(verdict, wording)
     if verdict == "none":
-        return _nothing(told, error, floor) + rest
+        return _no_effect_sentence(wording, error, floor) + rest
     if verdict == "unknown":
         unsure, none = "No explanation is sure enough to be named", "No effect in the library explains most of the gap"
         return (
-            f"{unsure if told.takes > MOST else none}: {error} is {angle(told.before)}, "
-            f"{_nearest(told)}, the noise is {floor}.{rest}"
+            f"{unsure if wording.takes > MOST_OF_GAP else none}: {error} is {angle_text(wording.before)}, "
+            f"{_nearest_words(wording)}, the noise is {floor}.{rest}"
         )
     text = " and ".join(causes)
-    if told.parted is not None and told.moved is not None:
+    if wording.parted is not None and wording.moved is not None:
         if verdict == "tie":
-            named = f"{_ways(told, causes, tied[:2])}: these trials cannot distinguish them. With the first of them"
-            return f"{named}, on {_of_each_part(told, told.parted, told.moved)}"
+            named = (
+                f"{_either_or(wording, causes, tied[:2])}: these trials cannot distinguish them. With the first of them"
+            )
+            return f"{named}, on {_errors_of_parts(wording, wording.parted, wording.moved)}"
         named = f"{text[0].upper()}{text[1:]}, {100 * probability:.0f} %"
-        return f"{named}. On {_of_each_part(told, told.parted, told.moved)}"
+        return f"{named}. On {_errors_of_parts(wording, wording.parted, wording.moved)}"
     if verdict == "tie":
         return (
-            f"{_ways(told, causes, tied[:2])}: these trials cannot distinguish them. With any of them {error} "
-            f"{_moves(told, told.after, *told.each)}, noise {floor}.{rest}"
+            f"{_either_or(wording, causes, tied[:2])}: these trials cannot distinguish them. With any of them {error} "
+            f"{_change_range_words(wording, wording.after, *wording.each)}, noise {floor}.{rest}"
         )
     return (
-        f"{text[0].upper()}{text[1:]}, {100 * probability:.0f} %; {_takes(told.takes, len(causes))}: "
-        f"{error} {_moves(told, told.after)}, noise {floor}.{rest}"
+        f"{text[0].upper()}{text[1:]}, {100 * probability:.0f} %; {_reduction_words(wording.takes, len(causes))}: "
+        f"{error} {_change_range_words(wording, wording.after)}, noise {floor}.{rest}"
     )
 
 
-def _takes(share: float, causes: int) -> str:
+def _reduction_words(share: float, causes: int) -> str:
     """What the explanation does to the gap; a share that would round to 0 % or less is none."""
-    if share < LEAST_TAKEN:
+    if share < LEAST_SHOWN_SHARE:
         them = {1: "it does", 2: "both do"}.get(causes, "together they do")
         return f"{them} not reduce the gap"
     them = {1: "it takes", 2: "both take"}.get(causes, "together they take")
     return f"{them} {100 * share:.0f} % of the gap"
 
 
-def _of_each_part(told: ErrorWording, parted: PartedErrors, moved: Estimate) -> str:
+def _errors_of_parts(wording: ErrorWording, parted: PartedErrors, moved: Estimate) -> str:
     """The errors on the trials that the explanation predicts as it is, then on those that need other tolerances."""
     plain, others = parted.counts
     (first, now), (start, end) = parted.as_is, parted.if_moved
     them = "the other one" if others == 1 else f"the other {others}"
-    share = f" (takes {100 * parted.takes:.0f} % of the gap)" if parted.takes >= LEAST_TAKEN else ""
+    share = f" (takes {100 * parted.takes:.0f} % of the gap)" if parted.takes >= LEAST_SHOWN_SHARE else ""
     return (
-        f"{plain} of {plain + others} {told.on} {told.error} {_way(first, now)}{share}, noise "
-        f"{angle(told.floor)}. On {them} it {_way(start, end)}, which may be due to the "
+        f"{plain} of {plain + others} {wording.on} {wording.error} {_change_words(first, now)}{share}, noise "
+        f"{angle_text(wording.floor)}. On {them} it {_change_words(start, end)}, which may be due to the "
         f"tolerances: moved within them, as far as the training trials allow, the explanation follows all to "
-        f"{angle(moved)}."
+        f"{angle_text(moved)}."
     )
 
 
-def _way(before: Estimate, after: Estimate) -> str:
+def _change_words(before: Estimate, after: Estimate) -> str:
     verb = "falls" if after.value <= before.value else "rises"
-    return f"{verb} from {angle(before)} to {angle(after)}"
+    return f"{verb} from {angle_text(before)} to {angle_text(after)}"
 
 
-def _moves(told: ErrorWording, *after: Estimate) -> str:
+def _change_range_words(wording: ErrorWording, *after: Estimate) -> str:
     """How the error changes, with the range of its values over several explanations."""
-    low, high = (angle(end(after, key=lambda each: each.value)) for end in (min, max))
+    low, high = (angle_text(end(after, key=lambda each: each.value)) for end in (min, max))
     most, ends = max(each.value for each in after), low if low == high else f"between {low} and {high}"
-    if high == low == told.falls_from:
+    if high == low == wording.falls_from:
         return f"stays at {low}"
-    if most <= told.before.value:
-        return f"falls from {told.falls_from} to {ends}"
-    if min(each.value for each in after) >= told.before.value:
-        return f"rises from {told.falls_from} to {ends}"
-    return f"goes from {told.falls_from} to {ends}"
+    if most <= wording.before.value:
+        return f"falls from {wording.falls_from} to {ends}"
+    if min(each.value for each in after) >= wording.before.value:
+        return f"rises from {wording.falls_from} to {ends}"
+    return f"goes from {wording.falls_from} to {ends}"
 
 
-def _ways(told: ErrorWording, causes: Sequence[str], tied: Sequence[Sequence[str]]) -> str:
+def _either_or(wording: ErrorWording, causes: Sequence[str], tied: Sequence[Sequence[str]]) -> str:
     """Either this or that; what all explanations contain is said once, before."""
     ways = ", or ".join(" and ".join(option) for option in (causes, *tied))
-    if not told.common:
+    if not wording.common:
         return f"Either {ways}"
-    text = " and ".join(told.common)
+    text = " and ".join(wording.common)
     return f"{text[0].upper()}{text[1:]}, and either {ways}"
 
 
-def _nothing(told: ErrorWording, error: str, floor: str) -> str:
+def _no_effect_sentence(wording: ErrorWording, error: str, floor: str) -> str:
     """If nothing is missing: within the required accuracy, within the noise, or as near as the library comes."""
-    if 0.0 < told.before.value <= told.accuracy:
+    if 0.0 < wording.before.value <= wording.accuracy:
         return (
-            f"The gap does not matter: {error} is {angle(told.before)}, less than the accuracy of "
-            f"{math.degrees(told.accuracy):.2g}° required."
+            f"The gap does not matter: {error} is {angle_text(wording.before)}, less than the accuracy of "
+            f"{math.degrees(wording.accuracy):.2g}° required."
         )
-    if told.left is not None and told.left.times_noise > SEEN:
+    if wording.left is not None and wording.left.times_noise > LEAST_MENTIONED:
         return (
-            f"No effect in the library improves the prediction: within tolerances {told.nominal} has an error of "
-            f"{angle(told.before)} on {told.on.rstrip(',')}; the noise is {floor}."
+            f"No effect in the library improves the prediction: within tolerances {wording.nominal} has an error of "
+            f"{angle_text(wording.before)} on {wording.on.rstrip(',')}; the noise is {floor}."
         )
     return (
-        f"These trials show no missing effect: within tolerances {told.nominal} has an error of "
-        f"{angle(told.before)} on {told.on.rstrip(',')}; the noise is {floor}."
+        f"These trials show no missing effect: within tolerances {wording.nominal} has an error of "
+        f"{angle_text(wording.before)} on {wording.on.rstrip(',')}; the noise is {floor}."
     )
 
 
-def _nearest(told: ErrorWording) -> str:
+def _nearest_words(wording: ErrorWording) -> str:
     """The nearest explanation if none explains the gap: the leading causes, each with its share."""
-    helps = [(text, share) for text, share in told.leading if share > LEAST_TOLD]
-    best = sorted(helps, key=lambda item: -item[1])[:LEADING]
+    helps = [(text, share) for text, share in wording.leading if share > LEAST_LEADING_SHARE]
+    best = sorted(helps, key=lambda item: -item[1])[:MOST_LEADING]
     listed = ", ".join(f"{text} {100 * share:.0f} %" for text, share in best)
-    if told.after.value < told.before.value:
-        named = f"the nearest explanation, {told.nearest}," if told.nearest else "the nearest explanation"
-        nearest = f"{named} leaves {angle(told.after)}"
+    if wording.after.value < wording.before.value:
+        named = f"the nearest explanation, {wording.nearest}," if wording.nearest else "the nearest explanation"
+        nearest = f"{named} leaves {angle_text(wording.after)}"
         return f"{nearest} (alone {listed})" if listed else nearest
     return f"single causes remove {listed}" if listed else "no explanation helps"
 
 
-def _unexplained(verdict: Verdict, told: ErrorWording) -> str:
+def _remainder_sentence(verdict: Verdict, wording: ErrorWording) -> str:
     """The remainder beyond the noise, and its main place; empty if negligible."""
-    if told.left is None or told.left.times_noise < SEEN or 0.0 < told.before.value <= told.accuracy:
+    if (
+        wording.left is None
+        or wording.left.times_noise < LEAST_MENTIONED
+        or 0.0 < wording.before.value <= wording.accuracy
+    ):
         return ""
-    place = told.left.place()
+    place = wording.left.place()
     mostly = f", mostly {place}" if place else ""
-    within = " (within the required accuracy)" if told.left.rms.value <= told.accuracy else ""
-    left = angle(told.left.rms)
-    if verdict in ("effect", "tie") and told.moved is not None:
+    within = " (within the required accuracy)" if wording.left.rms.value <= wording.accuracy else ""
+    left = angle_text(wording.left.rms)
+    if verdict in ("effect", "tie") and wording.moved is not None:
         aside = f"{mostly}," if mostly else ""
         return (
             f" The remaining {left}{aside} may be due to the tolerances: moved within them, as far as the training "
-            f"trials allow, the explanation follows to {angle(told.moved)}."
+            f"trials allow, the explanation follows to {angle_text(wording.moved)}."
         )
-    if verdict == "tie" and told.each:
+    if verdict == "tie" and wording.each:
         return f" The first of them leaves {left}{mostly}{within}."
     if verdict in ("effect", "tie"):
         return f" No effect in the library explains the remaining {left}{mostly}{within}."
     return f" {left} remains unexplained{mostly}{within}."
 
 
-def what_is_open(verdict: Verdict, explanations: Sequence[str], *, within: bool = False) -> str:
+def reason_for_next_trial(verdict: Verdict, explanations: Sequence[str], *, within: bool = False) -> str:
     """Why another trial: ``explanations`` are the accepted one and those tied with it, in words.
 
     ``within`` : the gap is below the required accuracy.

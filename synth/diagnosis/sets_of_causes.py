@@ -40,11 +40,13 @@ def with_simpler_cause(
                 excludes = other.key[1] == cause.key[1] and not other.stands_beside([cause])
                 if other.key != cause.key and excludes and other.size < cause.size and other.stands_beside(rest):
                     hypothesis = (other, *rest)
-                    made.append(bench.held(fit.start_at(hypothesis=hypothesis, unknowns=_absent(bench, hypothesis))))
+                    made.append(
+                        bench.held(fit.start_at(hypothesis=hypothesis, unknowns=_unchanged_unknowns(bench, hypothesis)))
+                    )
     return made
 
 
-def without_one(
+def without_one_cause(
     bench: Workbench, found: Sequence[EvaluatedHypothesis], known: Sequence[EvaluatedHypothesis]
 ) -> list[EvaluatedHypothesis]:
     """The sets that lack one cause of a set, at its values, except those with the causes of a ``known`` fit.
@@ -61,12 +63,12 @@ def without_one(
     return made
 
 
-def from_recorded(bench: Workbench, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
+def from_recorded_states(bench: Workbench, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
     """A hypothesis at the unchanged leg, from the initial states that the first samples show."""
     states = [first_state(trial) for trial in bench.trials]
-    return bench.held(fit.start_at(unknowns=_absent(bench, fit.hypothesis), states=states))
+    return bench.held(fit.start_at(unknowns=_unchanged_unknowns(bench, fit.hypothesis), states=states))
 
 
-def _absent(bench: Workbench, hypothesis: Sequence[ShapedEffect]) -> Array:
+def _unchanged_unknowns(bench: Workbench, hypothesis: Sequence[ShapedEffect]) -> Array:
     """The unknowns of the unchanged leg: (n_tolerance + sizes of the causes,)."""
     return np.concatenate([np.zeros(bench.n_tolerance), *(cause.absent for cause in hypothesis)])

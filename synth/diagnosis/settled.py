@@ -1,9 +1,8 @@
 """Fits that are reported, continued to their optimum.
 
-The fits of a search stop where they gain little more, since there are hundreds of them. Along a flat valley that is far
-from the optimum: a base said to be tilted by -7.0 deg was tilted by +10.7 deg once the senses of the axes were turned
-round, and by 6.8 deg at the optimum of both. A log-likelihood that falls by less than ``LEFT`` moves no number by
-more than a seventh of its standard deviation.
+The fits of a search stop where they gain little more, since there are hundreds of them. Along a flat valley that may be
+far from the optimum, at a place that depends on rounding and on the senses of the axes. A log-likelihood that falls by
+less than ``LARGEST_FALL_LEFT`` moves no number by more than a seventh of its standard deviation.
 """
 
 from __future__ import annotations
@@ -11,21 +10,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from synth.diagnosis.angle_search import ratio
+from synth.diagnosis.angle_search import rms_over_noise
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Hypotheses
 from synth.diagnosis.restarts import refine
-from synth.diagnosis.unseen import by_trial, unseen
+from synth.diagnosis.unseen import errors_by_trial, errors_on_unseen_trials
 from synth.diagnosis.verdict import Calibration, judge
 from synth.diagnosis.workbench import Workbench
 
-LEFT = 0.01  # log-likelihood, largest fall that may be left: (1/7)^2 / 2
-# Hypotheses continued, and their least weight. Valleys left up to 1.5 in log-likelihood, a factor of 4: what has less
+LARGEST_FALL_LEFT = 0.01  # log-likelihood, largest fall that may be left: (1/7)^2 / 2
+# Hypotheses continued, and their least weight. What is left of a valley may raise a weight a few times: what has less
 # than a quarter of the least weight that is reported (2 %) does not come into the answer.
-MOST, LEAST_WEIGHT = 6, 0.005
+MOST_SETTLED, LEAST_SETTLED_WEIGHT = 6, 0.005
 
 
-def with_settled(
+def settle_leading(
     bench: Workbench,
     found: Hypotheses[EvaluatedHypothesis],
     calibration: Calibration,
@@ -36,23 +35,27 @@ def with_settled(
     ``done`` : fits that are already. Leading are those that the odds prefer, and what the verdict names.
     """
     judged = judge(found, calibration)
-    weighed = [item for item, weight in judged.weighed[:MOST] if weight >= LEAST_WEIGHT]
+    weighed = [item for item, weight in judged.weighed[:MOST_SETTLED] if weight >= LEAST_SETTLED_WEIGHT]
     chosen = {id(item): item for item in (found.none, judged.accepted, *judged.tied, *weighed)}
     still = {key: item for key, item in chosen.items() if all(item.fit is not fit for fit in done)}
-    fits = settled(bench, [item.fit for item in still.values()])
+    fits = settle_fits(bench, [item.fit for item in still.values()])
     ends = {
-        key: replace(item, fit=fit, cost=fit.cost, ratio=ratio(bench, fit))
+        key: replace(item, fit=fit, cost=fit.cost, ratio=rms_over_noise(bench, fit))
         for (key, item), fit in zip(still.items(), fits, strict=True)
     }
-    ends |= {key: replace(item, seen=by_trial(bench, item.fit.residuals)) for key, item in ends.items() if item.seen}
+    ends |= {
+        key: replace(item, seen=errors_by_trial(bench, item.fit.residuals)) for key, item in ends.items() if item.seen
+    }
     left = {key: item.fit for key, item in ends.items() if item.unseen}
-    for key, errors in zip(left, unseen(bench, list(left.values())) if left else [], strict=True):
+    for key, errors in zip(left, errors_on_unseen_trials(bench, list(left.values())) if left else [], strict=True):
         ends[key] = replace(ends[key], unseen=errors)
     each = [[ends.get(id(item), item) for item in items] for items in ([found.none], found.singles, found.several)]
     (none,), singles, several = (tuple(sorted(items, key=lambda item: item.cost)) for items in each)
     return replace(found, none=none, singles=singles, several=several), [*done, *fits]
 
 
-def settled(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
-    """Each fit with derivatives of its own point, where a step predicts no fall of the cost above ``LEFT``."""
-    return refine(bench, fits, least_gain=LEFT, undamped=True)
+def settle_fits(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
+    """Each fit with derivatives of its own point, where a step predicts no fall of the cost above
+    ``LARGEST_FALL_LEFT``.
+    """
+    return refine(bench, fits, least_gain=LARGEST_FALL_LEFT, undamped=True)

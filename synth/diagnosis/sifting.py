@@ -11,7 +11,7 @@ from synth.diagnosis.angle_trials import largest_of_kinds
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.workbench import Workbench
 
-SIFTED, SIFTED_SAMPLES = 4, 300  # trials used in the first screening, and samples of each
+SIFTED_TRIALS, SIFTED_SAMPLES = 4, 300  # trials used in the first screening, and samples of each
 SIFTING_TOLERANCE = 1e-5  # relative tolerance of the integrator while candidates are only ranked
 
 
@@ -19,7 +19,7 @@ def few_trials(bench: Workbench) -> list[int]:
     """Trials for the first screening: one of each kind, then those with the largest motion."""
     chosen = largest_of_kinds(bench.trials)
     taken = np.cumsum([bench.trials[i].share for i in chosen])  # of pieces as many as make so many recordings
-    return sorted(chosen[: int(np.searchsorted(taken, SIFTED - 1e-9)) + 1])
+    return sorted(chosen[: int(np.searchsorted(taken, SIFTED_TRIALS - 1e-9)) + 1])
 
 
 @dataclass(frozen=True)

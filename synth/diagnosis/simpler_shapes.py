@@ -2,9 +2,8 @@
 
 An effect has shapes with few and with more unknowns. Fits are kept by their cost alone while they are not finished, so
 the richer shape is kept even where it ends as the simpler one: friction that falls with speed, by nothing. The odds
-would then charge a cause for unknowns that it does not need. On the logs of an XL330 (``docs/driven_legs.md``) the two
-shapes end within one part in a thousand of each other's cost, rounding decided which was kept, and the price of its two
-idle unknowns moved the first place to a rival that errs by half more.
+would then charge a cause for unknowns that it does not need: rounding would decide which shape is kept, and the price
+of the idle unknowns could move the first place to a rival that errs by more.
 """
 
 from __future__ import annotations
@@ -17,27 +16,27 @@ from synth.diagnosis.restarts import refine
 from synth.diagnosis.workbench import Workbench
 
 
-def worth_their_unknowns(
+def prefer_simpler_shapes(
     bench: Workbench, fits: Sequence[EvaluatedHypothesis], candidates: Sequence[ShapedEffect], price: float
 ) -> list[EvaluatedHypothesis]:
     """Each of these fits, or that of a simpler shape of its causes if the odds prefer it; in the same order.
 
     ``fits`` : with their own derivatives. ``price`` : what an unknown must take off the cost, ``price_of_unknown``.
     """
-    starts = [_simpler(fit, candidates) for fit in fits]
+    starts = [_fits_in_simpler_shapes(fit, candidates) for fit in fits]
     ends = iter(refine(bench, bench.evaluate([start for own in starts for start in own])))
     return [
-        min([fit, *(next(ends) for _ in own)], key=lambda each: priced(each, price))
+        min([fit, *(next(ends) for _ in own)], key=lambda each: cost_with_unknowns(each, price))
         for fit, own in zip(fits, starts, strict=True)
     ]
 
 
-def priced(fit: EvaluatedHypothesis, price: float) -> float:
+def cost_with_unknowns(fit: EvaluatedHypothesis, price: float) -> float:
     """Its cost, with its causes' unknowns charged."""
     return fit.cost + price * sum(candidate.size for candidate in fit.hypothesis)
 
 
-def _simpler(fit: EvaluatedHypothesis, candidates: Sequence[ShapedEffect]) -> list[EvaluatedHypothesis]:
+def _fits_in_simpler_shapes(fit: EvaluatedHypothesis, candidates: Sequence[ShapedEffect]) -> list[EvaluatedHypothesis]:
     """The fit with one of its causes in a shape that frees fewer of the same parameters, at the same values."""
     made = []
     for k, (cause, place) in enumerate(zip(fit.hypothesis, fit.slices, strict=True)):

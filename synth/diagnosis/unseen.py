@@ -17,25 +17,25 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.evaluated_hypothesis import DAMPING, EvaluatedHypothesis
-from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
-from synth.diagnosis.lanes import Kept
-from synth.diagnosis.left_out_fold import FitWithoutFold, bounded, judged_without_fold, normal_without_fold
+from synth.diagnosis.evaluated_hypothesis import FIRST_DAMPING, EvaluatedHypothesis
+from synth.diagnosis.hypotheses import Assessment, Hypotheses, TrialErrors
+from synth.diagnosis.lanes import PredictorCache
+from synth.diagnosis.left_out_fold import FitWithoutFold, bounded_residual, evaluated_without_fold, normal_without_fold
 from synth.diagnosis.odds import Calibration, in_order_of_odds
-from synth.diagnosis.prediction_error import BLOCKS
+from synth.diagnosis.prediction_error import BLOCKS_A_TRIAL
 from synth.diagnosis.score import from_state
-from synth.diagnosis.workbench import RULE, HypothesisFits, Workbench
+from synth.diagnosis.workbench import DAMPING_RULE, HypothesisFits, Workbench
 from synth.estimation.correlation import independent_errors
 from synth.estimation.intervals import NORMAL90, student95
 from synth.estimation.levenberg_marquardt import Iterate, minimise
 from synth.estimation.linearisation import LinearisedNormal
 
-SINGLES, SEVERAL = 8, 3  # leading hypotheses evaluated, of one cause and of several
+MOST_SINGLES, SETS_A_SIZE = 8, 3  # leading hypotheses evaluated, of one cause and of several
 MOST_FOLDS = 5  # of the trials: with more folds a fit hardly differs from the fit to all, at the same cost each
-ROUNDS = 3  # iterations without a fold
-SETTLED = 0.5  # decrease of the cost below which a step is the last
-FACTORS = (1.0, 30.0)  # on the damping, tried in parallel: the fit starts near its optimum
-GROWN = 1.1  # times the error of a trial in the fit that knows it: beyond, its initial state is fitted again
+FOLD_ITERATIONS = 3  # iterations without a fold
+LAST_STEP_FALL = 0.5  # decrease of the cost below which a step is the last
+DAMPING_FACTORS = (1.0, 30.0)  # on the damping, tried in parallel: the fit starts near its optimum
+ERROR_GROWTH = 1.1  # times the error of a trial in the fit that knows it: beyond, its initial state is fitted again
 
 
 def folds(bench: Workbench) -> list[tuple[int, ...]]:
@@ -56,7 +56,7 @@ def folds(bench: Workbench) -> list[tuple[int, ...]]:
     return [tuple(sorted(index for group in dealt[k::count] for index in group)) for k in range(count)]
 
 
-def unseen(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[TrialErrors]:
+def errors_on_unseen_trials(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[TrialErrors]:
     """The error of each fit, refitted without each fold, on the trials of that fold.
 
     Raises
@@ -67,37 +67,38 @@ def unseen(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[TrialE
         raise ValueError("a single trial leaves none for validation")
     parts = folds(bench)
     framed = [fit if fit.frame is not None else replace(fit, frame=bench.frame(fit)) for fit in fits]
-    begin = {"damping": DAMPING, "done": False}
+    begin = {"damping": FIRST_DAMPING, "done": False}
     given = [{f.name: getattr(fit, f.name) for f in fields(fit)} | begin for fit in framed]  # not what it has cached
     start = [FitWithoutFold(**each, out=out) for each in given for out in parts]
-    problem = _Folds(bench, None, SETTLED)
-    begun = [Iterate[EvaluatedHypothesis](judged_without_fold(bench, fit), fit.damping) for fit in start]
-    ends = [iterate.point for iterate in minimise(problem, begun, RULE, ROUNDS)]
+    problem = _FoldFits(bench, None, LAST_STEP_FALL)
+    begun = [Iterate[EvaluatedHypothesis](evaluated_without_fold(bench, fit), fit.damping) for fit in start]
+    ends = [iterate.point for iterate in minimise(problem, begun, DAMPING_RULE, FOLD_ITERATIONS)]
     made = []
     for place in range(len(fits)):
         own = ends[place * len(parts) : (place + 1) * len(parts)]
-        left = {index: fit for fit in own for index in _folded(fit).out}
-        errors = by_trial(bench, _from_best_states(bench, fits[place], left))
+        left = {index: fit for fit in own for index in _as_fit_without_fold(fit).out}
+        errors = errors_by_trial(bench, _residuals_from_best_states(bench, fits[place], left))
         spread = jackknife(np.array([fit.unknowns for fit in own]))
         refitted = np.array([left[i].unknowns for i in range(len(bench.trials))])
         made.append(replace(errors, spread=spread, refitted=refitted))
     return made
 
 
-def _from_best_states(
+def _residuals_from_best_states(
     bench: Workbench, fit: EvaluatedHypothesis, left: Mapping[int, EvaluatedHypothesis]
 ) -> list[Array]:
     """(M,) whitened residual of every trial by the fit ``left`` of it that does not know it.
 
-    The state is fitted again where the error grew by more than ``GROWN`` over that of ``fit``, which knows the trial;
-    not for hypotheses that add links: with two more numbers a link in each trial they follow what they do not explain.
+    The state is fitted again where the error grew by more than ``ERROR_GROWTH`` over that of ``fit``, which knows the
+    trial; not for hypotheses that add links: with two more numbers a link in each trial they follow what they do not
+    explain.
     """
-    kept: dict[int, Kept] = {}
+    kept: dict[int, PredictorCache] = {}
 
     def residual(index: int) -> Array:
         own, trial = left[index], bench.trials[index]
         known, found = fit.residuals[index], own.residuals[index]
-        if not float(found @ found) > GROWN**2 * float(known @ known) or any(c.links for c in own.hypothesis):
+        if not float(found @ found) > ERROR_GROWTH**2 * float(known @ known) or any(c.links for c in own.hypothesis):
             return found
         again = from_state(bench, own, trial, kept.setdefault(id(own), {}), own.states[index])
         return again if float(again @ again) < float(found @ found) or not np.isfinite(found).all() else found
@@ -105,13 +106,13 @@ def _from_best_states(
     return bench.in_parallel(residual, len(bench.trials))
 
 
-def by_trial(bench: Workbench, residuals: Sequence[Array]) -> TrialErrors:
+def errors_by_trial(bench: Workbench, residuals: Sequence[Array]) -> TrialErrors:
     """Errors trial by trial from whitened residuals, one array per trial."""
-    each = bench.in_parallel(lambda i: cells(bench, i, residuals[i]), len(bench.trials))
+    each = bench.in_parallel(lambda i: block_errors(bench, i, residuals[i]), len(bench.trials))
     return TrialErrors(*(np.array(column) for column in zip(*each, strict=True)))
 
 
-def with_unseen(
+def with_unseen_errors(
     bench: Workbench, found: Hypotheses[EvaluatedHypothesis], calibration: Calibration
 ) -> Hypotheses[EvaluatedHypothesis]:
     """The hypotheses with their errors by trial, of the leading ones also those of unseen trials.
@@ -122,17 +123,20 @@ def with_unseen(
     if len(bench.trials) < 2:
         return found
 
-    def seen(item: Assessed[EvaluatedHypothesis]) -> Assessed[EvaluatedHypothesis]:
-        return replace(item, seen=by_trial(bench, item.fit.residuals))
+    def seen(item: Assessment[EvaluatedHypothesis]) -> Assessment[EvaluatedHypothesis]:
+        return replace(item, seen=errors_by_trial(bench, item.fit.residuals))
 
     none, singles, several = seen(found.none), [*map(seen, found.singles)], [*map(seen, found.several)]
     preferred = in_order_of_odds([none, *singles, *several], calibration)
     sizes = {len(item.keys) for item in several}
-    leading = [item for size in sizes for item in [s for s in preferred if len(s.keys) == size][:SEVERAL]]
-    items = [none, *singles[:SINGLES], *leading]
-    left = {id(item): each for item, each in zip(items, unseen(bench, [item.fit for item in items]), strict=True)}
+    leading = [item for size in sizes for item in [s for s in preferred if len(s.keys) == size][:SETS_A_SIZE]]
+    items = [none, *singles[:MOST_SINGLES], *leading]
+    left = {
+        id(item): each
+        for item, each in zip(items, errors_on_unseen_trials(bench, [item.fit for item in items]), strict=True)
+    }
 
-    def judged(item: Assessed[EvaluatedHypothesis]) -> Assessed[EvaluatedHypothesis]:
+    def judged(item: Assessment[EvaluatedHypothesis]) -> Assessment[EvaluatedHypothesis]:
         return replace(item, unseen=left.get(id(item)))
 
     return Hypotheses(judged(none), tuple(map(judged, singles)), tuple(map(judged, several)))
@@ -149,35 +153,35 @@ def jackknife(each: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class _Folds(HypothesisFits):
+class _FoldFits(HypothesisFits):
     """Fits that each leave a fold out."""
 
     def evaluate(self, points: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """The point as if the fold were absent."""
-        return [judged_without_fold(self.bench, _folded(fit)) for fit in self.bench.evaluate(points)]
+        return [evaluated_without_fold(self.bench, _as_fit_without_fold(fit)) for fit in self.bench.evaluate(points)]
 
     def normal(self, point: EvaluatedHypothesis) -> LinearisedNormal:
         """Normal equations of the trials that count; the others' states are refitted."""
-        return normal_without_fold(self.bench, _folded(point), point.columns)
+        return normal_without_fold(self.bench, _as_fit_without_fold(point), point.columns)
 
     def damping_factors(self, point: EvaluatedHypothesis) -> tuple[float, ...]:
         """The fit is near its optimum."""
-        return FACTORS
+        return DAMPING_FACTORS
 
 
-def _folded(fit: EvaluatedHypothesis) -> FitWithoutFold:
+def _as_fit_without_fold(fit: EvaluatedHypothesis) -> FitWithoutFold:
     assert isinstance(fit, FitWithoutFold)
     return fit
 
 
-def cells(bench: Workbench, index: int, residual: Array) -> tuple[Array, Array, float]:
+def block_errors(bench: Workbench, index: int, residual: Array) -> tuple[Array, Array, float]:
     """Mean squares by blocks of time, their samples, and the number of independent errors of a trial."""
     trial = bench.trials[index]
     where = trial.counts
     scale = np.broadcast_to(bench.tempering(trial), where.shape)
     floors = np.zeros(where.shape)
-    floors[where] = bounded(residual[: where.sum()] * scale[where])
-    counts = np.array([part.sum() for part in np.array_split(where, BLOCKS)], dtype=float)
-    squares = np.array([part.sum() for part in np.array_split(floors**2, BLOCKS)]) / np.maximum(counts, 1.0)
+    floors[where] = bounded_residual(residual[: where.sum()] * scale[where])
+    counts = np.array([part.sum() for part in np.array_split(where, BLOCKS_A_TRIAL)], dtype=float)
+    squares = np.array([part.sum() for part in np.array_split(floors**2, BLOCKS_A_TRIAL)]) / np.maximum(counts, 1.0)
     channels = [floors[where[:, j], j] for j in trial.free if where[:, j].any()]
     return squares, counts, sum(independent_errors(channel, trial.share * bench.effective) for channel in channels)

@@ -10,37 +10,40 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Verdict
-from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, Key, TrialErrors
+from synth.diagnosis.hypotheses import Assessment, F, Hypotheses, Key, TrialErrors
 from synth.diagnosis.odds import CALIBRATED as CALIBRATED
 from synth.diagnosis.odds import (
-    LEAST_SHARE,
-    against_each,
+    LEAST_FURTHER_SHARE,
+    costs_against,
     far_share,
-    taken,
-    taken_from_fitted,
+    posterior_weights_beside,
+    share_removed,
+    share_removed_from_fitted,
     unknowns_and_states,
-    weigh_beside,
 )
 from synth.diagnosis.odds import Calibration as Calibration
-from synth.diagnosis.odds import weigh as weigh
-from synth.diagnosis.unknown_cause import beyond_accuracy, least_share, of_unknown
+from synth.diagnosis.odds import posterior_weights as posterior_weights
+from synth.diagnosis.unknown_cause import least_removed_share, probability_beyond_accuracy, probability_of_unknown
 from synth.estimation.information import LEAST_WEIGHT
 
-LITTLE = 1.0 / 6.0  # of the whole gap, that one of several causes takes which cannot be told apart: it is not named
-# Share of its weight that a cause keeps which removes too little: 5 of 16 such causes were there (seeds 1500 and 4200).
-WORTH_OF_LITTLE = 0.2
+# Of the whole gap, that one of several causes takes which cannot be told apart: it is not named.
+LITTLE_SHARE = 1.0 / 6.0
+# Share of its weight that a cause keeps which removes too little: most such causes only follow another's form error.
+# Decided by ``make blind-rigs``.
+WEIGHT_OF_LITTLE = 0.2
 # Times what a set of causes leaves, up to which one that differs in a single cause is its rival. Latency and a delay
-# of the torque are the same on a single joint, and a hair less decided which of them was weighed at all.
-AS_MUCH = 1.05
-# So many rivals of the first explanation are no tie if that is less probable than an unknown cause: a rig whose gap is
-# one motion that turns the other way was said to lack one of eighteen.
+# of the torque act alike on a single joint: rounding must not decide which of them is weighed at all.
+RIVAL_RATIO = 1.05
+# So many rivals of the first explanation, or more, are no tie if that is less probable than an unknown cause: where
+# nearly every cause fits as badly (one motion that turns the other way), a list of them tells nothing.
 MOST_TIED = 6
-COUNTS = 0.95  # probability of visible coarse counts; not tuned
-CONTRADICTED = 0.9  # probability of an unknown cause if held-out trials surely contradict the explanation: a choice
+PROBABILITY_OF_COUNTS = 0.95  # probability of visible coarse counts; not tuned
+# Probability of an unknown cause if held-out trials surely contradict the explanation: a choice.
+UNKNOWN_IF_CONTRADICTED = 0.9
 
 
 @dataclass(frozen=True)
-class Judged(Generic[F]):
+class Judgement(Generic[F]):
     """Verdict, accepted hypothesis (without causes for none), tied hypotheses, and all odds.
 
     ``singles`` : (assessed, probability) in order of probability; with ``none`` and ``unknown`` they sum to 1, unless
@@ -48,12 +51,12 @@ class Judged(Generic[F]):
     """
 
     verdict: Verdict
-    accepted: Assessed[F]
-    tied: tuple[Assessed[F], ...]
-    singles: tuple[tuple[Assessed[F], float], ...]
+    accepted: Assessment[F]
+    tied: tuple[Assessment[F], ...]
+    singles: tuple[tuple[Assessment[F], float], ...]
     none: float
     unknown: float
-    weighed: tuple[tuple[Assessed[F], float], ...] = ()  # every hypothesis with its weight, largest first
+    weighed: tuple[tuple[Assessment[F], float], ...] = ()  # every hypothesis with its weight, largest first
     counts: float = 0.0  # probability that coarse counts are a cause
 
     def share(self, key: Key) -> float:
@@ -80,17 +83,16 @@ class Judged(Generic[F]):
         return max([self.counts, *(p for _, p in self.singles[:1])])
 
 
-def paying(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> list[Assessed[F]]:
+def hypotheses_that_pay(hypotheses: Sequence[Assessment[F]], calibration: Calibration) -> list[Assessment[F]]:
     """Those hypotheses of several causes that clearly improve on the best of fewer causes.
 
-    One further cause must remove ``pays`` of the squared error above the noise, and ``LEAST_SHARE`` of the whole
-    gap: near the noise of the fitted trials, far from it on unseen ones if available. A fold is often the only trial of
-    its kind: a servo's current limit and its motor constant, found at the noise in three logs, missed the one log that
-    reached the limit by 30 noise floors when it was out. Far from the noise a cause with more unknown numbers is not
-    fewer: a base that yields has initial states in each piece of a swing, and followed a rig that rubs and whose torque
-    is off as well as these two do. A cause that is less probable than none, because of its own numbers, is no reason to
-    distrust several: a soft spring on one side, at the ends of its priors, hid a wrong spring that also hardens. What
-    leaves as much with another cause in place of one is kept too, as a rival.
+    One further cause must remove ``pays`` of the squared error above the noise, and ``LEAST_FURTHER_SHARE`` of the
+    whole gap: near the noise of the fitted trials, far from it on unseen ones if available. A fold is often the only
+    trial of its kind, such as the one log in which a servo reaches its current limit: without it the limit is not
+    determined, and the fold's error tells nothing against it. Far from the noise a cause with more unknown numbers is
+    not fewer: a base that yields has initial states in each piece of a swing, and follows what two other causes do. A
+    cause that is less probable than none, because of its own numbers, is no reason to distrust several: at the ends of
+    its priors it imitates them. What leaves as much with another cause in place of one is kept too, as a rival.
     """
     none, far = next((h for h in hypotheses if not h.keys), None), far_share(hypotheses)
     gap = none.above if none is not None else 0.0
@@ -113,25 +115,25 @@ def paying(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> list[
         if far > 0.0 and none is not None and none.unseen is not None and known:
             if hypothesis.unseen is None:
                 continue
-            unseen = taken(hypothesis, none) - max(taken(h, none) for h in known)
+            unseen = share_removed(hypothesis, none) - max(share_removed(h, none) for h in known)
             takes = (1.0 - far) * takes + far * unseen
-        if left**2 <= (1.0 - calibration.pays) * before**2 and takes >= LEAST_SHARE:
+        if left**2 <= (1.0 - calibration.pays) * before**2 and takes >= LEAST_FURTHER_SHARE:
             kept.append(hypothesis)
     paid = [hypothesis for hypothesis in kept if len(hypothesis.keys) > 1]
     return [h for h in hypotheses if any(h is k for k in kept) or any(_is_rival(h, k) for k in paid)]
 
 
-def _likelier_than_none(hypotheses: Sequence[Assessed[F]], calibration: Calibration) -> list[bool]:
+def _likelier_than_none(hypotheses: Sequence[Assessment[F]], calibration: Calibration) -> list[bool]:
     """Of each hypothesis whether it has better odds than none, its numbers charged, before all priors."""
-    against = against_each(hypotheses, far_share(hypotheses), calibration)
+    against = costs_against(hypotheses, far_share(hypotheses), calibration)
     of_none = next(value for h, value in zip(hypotheses, against, strict=True) if not h.keys)
     return [not h.keys or bool(value < of_none) for h, value in zip(hypotheses, against, strict=True)]
 
 
-def _is_rival(hypothesis: Assessed[F], other: Assessed[F]) -> bool:
+def _is_rival(hypothesis: Assessment[F], other: Assessment[F]) -> bool:
     """Whether a set differs from ``other`` in one cause and leaves as much."""
     alike = len(hypothesis.keys) == len(other.keys) == len({*hypothesis.keys} & {*other.keys}) + 1
-    return alike and hypothesis.above <= AS_MUCH * other.above
+    return alike and hypothesis.above <= RIVAL_RATIO * other.above
 
 
 def judge(
@@ -140,8 +142,8 @@ def judge(
     singles: int = 0,
     free: TrialErrors | None = None,
     motion: float = np.inf,
-) -> Judged[F]:
-    """Weigh all hypotheses; ``singles`` as in ``weigh``.
+) -> Judgement[F]:
+    """Weigh all hypotheses; ``singles`` as in ``posterior_weights``.
 
     ``free`` : the error of a free-form torque on unseen trials; ``motion`` : RMS of the motion, in noise floors.
 
@@ -150,16 +152,18 @@ def judge(
     sets that contain it: each of two may have all that the doubt of several leaves.
     """
     fitted = [found.none, *found.singles, *found.several]
-    hypotheses = paying(fitted, calibration)
-    weights = _worth(hypotheses, weigh_beside(hypotheses, fitted, found.small, calibration, singles))
-    heaviest = _heaviest(hypotheses, weights)
+    hypotheses = hypotheses_that_pay(fitted, calibration)
+    weights = _weights_by_removal(
+        hypotheses, posterior_weights_beside(hypotheses, fitted, found.small, calibration, singles)
+    )
+    heaviest = _heaviest_index(hypotheses, weights)
     best = hypotheses[heaviest]
-    unexplained = max(1.0 - float(weights[0]), beyond_accuracy(found.none.above / motion, calibration))
-    unknown = of_unknown(hypotheses, best, unexplained, free, calibration)
+    unexplained = max(1.0 - float(weights[0]), probability_beyond_accuracy(found.none.above / motion, calibration))
+    unknown = probability_of_unknown(hypotheses, best, unexplained, free, calibration)
     by_key: dict[Key, float] = {}
     costs = {frozenset(hypothesis.keys): hypothesis.cost for hypothesis in hypotheses}
     for hypothesis, weight in zip(hypotheses[1:], weights[1:], strict=True):
-        shares = _credit(hypothesis, costs) if len(best.keys) < 2 else dict.fromkeys(hypothesis.keys, 1.0)
+        shares = _contributions(hypothesis, costs) if len(best.keys) < 2 else dict.fromkeys(hypothesis.keys, 1.0)
         for key, share in shares.items():
             by_key[key] = by_key.get(key, 0.0) + float(weight) * share
     ranked = sorted(
@@ -174,10 +178,10 @@ def judge(
     if verdict == "unknown" and not best.keys and len(hypotheses) > 1:  # the nearest explanation is shown
         best = max(hypotheses[1:], key=lambda h: _mean_share(h, found.none))
     weighed = sorted(zip(hypotheses, weights.tolist(), strict=True), key=lambda item: -item[1])
-    return Judged(verdict, best, tied, tuple(ranked), none, unknown, tuple(weighed))
+    return Judgement(verdict, best, tied, tuple(ranked), none, unknown, tuple(weighed))
 
 
-def _heaviest(hypotheses: Sequence[Assessed[F]], weights: Array) -> int:
+def _heaviest_index(hypotheses: Sequence[Assessment[F]], weights: Array) -> int:
     """Index of the accepted hypothesis: of those with the most probable cause, alone or with others, the heaviest.
 
     Of sets that share a cause each may weigh less than a rival of that cause, all together more: half of the real
@@ -197,24 +201,24 @@ def _heaviest(hypotheses: Sequence[Assessed[F]], weights: Array) -> int:
     return max(among, key=lambda i: float(weights[i]))
 
 
-def _worth(hypotheses: Sequence[Assessed[F]], weights: Array) -> Array:
+def _weights_by_removal(hypotheses: Sequence[Assessment[F]], weights: Array) -> Array:
     """The weights; far from the noise, a hypothesis that removes too little of the gap mostly supports none."""
     far, none = far_share(hypotheses), hypotheses[0]
     if far == 0.0 or none.keys:
         return weights
-    least = least_share(hypotheses)
+    least = least_removed_share(hypotheses)
     little = np.array([bool(h.keys) and _mean_share(h, none) < least for h in hypotheses])
-    kept = weights * np.where(little, 1.0 - far * (1.0 - WORTH_OF_LITTLE), 1.0)
+    kept = weights * np.where(little, 1.0 - far * (1.0 - WEIGHT_OF_LITTLE), 1.0)
     kept[0] += weights.sum() - kept.sum()
     return np.asarray(kept)
 
 
-def _mean_share(item: Assessed[F], none: Assessed[F]) -> float:
+def _mean_share(item: Assessment[F], none: Assessment[F]) -> float:
     """Share of the gap that a hypothesis removes, the mean of those of fitted and of unseen trials."""
-    return 0.5 * (taken(item, none) + taken_from_fitted(item, none))
+    return 0.5 * (share_removed(item, none) + share_removed_from_fitted(item, none))
 
 
-def _credit(found: Assessed[F], costs: Mapping[frozenset[Key], float]) -> dict[Key, float]:
+def _contributions(found: Assessment[F], costs: Mapping[frozenset[Key], float]) -> dict[Key, float]:
     """The contribution of each cause of a hypothesis: the cost increase of the best one without it."""
     gains = {}
     for key in found.keys:
@@ -225,7 +229,7 @@ def _credit(found: Assessed[F], costs: Mapping[frozenset[Key], float]) -> dict[K
     return {key: gain / total if total > 0.0 else 1.0 / len(gains) for key, gain in gains.items()}
 
 
-def with_counts(judged: Judged[F], *, coarse: bool) -> Judged[F]:
+def with_coarse_counts(judged: Judgement[F], *, coarse: bool) -> Judgement[F]:
     """The verdict with coarse counts as a cause, which is visible in the readings themselves.
 
     It takes nothing from the odds of another cause: both are present.
@@ -233,24 +237,24 @@ def with_counts(judged: Judged[F], *, coarse: bool) -> Judged[F]:
     if not coarse:
         return judged
     if judged.verdict != "none":
-        return replace(judged, none=judged.none * (1.0 - COUNTS), counts=COUNTS)
-    singles = tuple((item, probability * (1.0 - COUNTS)) for item, probability in judged.singles)
-    none, unknown = judged.none * (1.0 - COUNTS), judged.unknown * (1.0 - COUNTS)
-    return replace(judged, verdict="effect", singles=singles, none=none, unknown=unknown, counts=COUNTS)
+        return replace(judged, none=judged.none * (1.0 - PROBABILITY_OF_COUNTS), counts=PROBABILITY_OF_COUNTS)
+    singles = tuple((item, probability * (1.0 - PROBABILITY_OF_COUNTS)) for item, probability in judged.singles)
+    none, unknown = judged.none * (1.0 - PROBABILITY_OF_COUNTS), judged.unknown * (1.0 - PROBABILITY_OF_COUNTS)
+    return replace(judged, verdict="effect", singles=singles, none=none, unknown=unknown, counts=PROBABILITY_OF_COUNTS)
 
 
-def of_no_account(judged: Judged[F], none: Assessed[F]) -> Judged[F]:
+def without_causes(judged: Judgement[F], none: Assessment[F]) -> Judgement[F]:
     """The verdict for a gap that is smaller than the required accuracy: no cause counts, coarse counts neither."""
     singles = tuple((item, 0.0) for item, _ in judged.singles)
     return replace(judged, verdict="none", accepted=none, tied=(), singles=singles, none=1.0, unknown=0.0, counts=0.0)
 
 
-def doubted(judged: Judged[F], fails: float) -> Judged[F]:
+def with_doubt_of_held_out(judged: Judgement[F], fails: float) -> Judgement[F]:
     """The verdict with the probability that held-out trials contradict the explanation."""
-    return doubted_further(judged, CONTRADICTED * fails)
+    return with_further_doubt(judged, UNKNOWN_IF_CONTRADICTED * fails)
 
 
-def doubted_further(judged: Judged[F], chance: float) -> Judged[F]:
+def with_further_doubt(judged: Judgement[F], chance: float) -> Judgement[F]:
     """The verdict with a further probability that its explanation does not hold: "unknown" above a half."""
     unknown = 1.0 - (1.0 - judged.unknown) * (1.0 - chance)
     kept = (1.0 - unknown) / max(1.0 - judged.unknown, 1e-12)
@@ -259,14 +263,14 @@ def doubted_further(judged: Judged[F], chance: float) -> Judged[F]:
     return replace(made, verdict="unknown", tied=()) if unknown > 0.5 else made
 
 
-def open_explanations(judged: Judged[F]) -> list[tuple[F, float]]:
+def open_explanations(judged: Judgement[F]) -> list[tuple[F, float]]:
     """Fits that a further trial should separate, with their weights; at least the two largest."""
     chosen = [(item.fit, weight) for item, weight in judged.weighed[:6]]
     near = [(judged.accepted.fit, 1.0), *[(rival.fit, 1.0) for rival in judged.tied]]
     return near if judged.verdict == "tie" else chosen
 
 
-def with_doubt(judged: Judged[F], doubt: float, most: int) -> list[tuple[F, float]]:
+def rivals_with_doubt(judged: Judgement[F], doubt: float, most: int) -> list[tuple[F, float]]:
     """``open_explanations`` and the next best causes, ``most`` together; the latter share ``doubt``.
 
     Few trials often favour a wrong cause strongly, and a trial that only separates it from its nearest kin does not
@@ -281,8 +285,8 @@ def with_doubt(judged: Judged[F], doubt: float, most: int) -> list[tuple[F, floa
 
 
 def _verdict(
-    hypotheses: Sequence[Assessed[F]], weights: Array, heaviest: int, unknown: float, calibration: Calibration
-) -> tuple[Verdict, tuple[Assessed[F], ...]]:
+    hypotheses: Sequence[Assessment[F]], weights: Array, heaviest: int, unknown: float, calibration: Calibration
+) -> tuple[Verdict, tuple[Assessment[F], ...]]:
     if unknown > 0.5:
         return "unknown", ()
     best = hypotheses[heaviest]
@@ -297,8 +301,8 @@ def _verdict(
 
 
 def _shared_by_all(
-    hypotheses: Sequence[Assessed[F]], best: Assessed[F], tied: Sequence[Assessed[F]], calibration: Calibration
-) -> Assessed[F] | None:
+    hypotheses: Sequence[Assessment[F]], best: Assessment[F], tied: Sequence[Assessment[F]], calibration: Calibration
+) -> Assessment[F] | None:
     """The single cause that all tied sets have in common, if it removes most of the gap far above the noise.
 
     What differs between the sets, if it takes little, cannot be determined; it belongs to the remainder.
@@ -307,6 +311,6 @@ def _shared_by_all(
     alone = next((h for h in hypotheses if len(h.keys) == 1 and set(h.keys) <= common), None)
     if not tied or alone is None or len(common) > 1 or far_share(hypotheses) < 1.0:
         return None
-    takes = taken_from_fitted(alone, hypotheses[0])
-    little = taken_from_fitted(best, hypotheses[0]) - takes < LITTLE
+    takes = share_removed_from_fitted(alone, hypotheses[0])
+    little = share_removed_from_fitted(best, hypotheses[0]) - takes < LITTLE_SHARE
     return alone if takes >= calibration.most and little else None

@@ -2,8 +2,8 @@
 
 Levenberg-Marquardt (``synth.estimation``) in whitened unknowns with standard normal priors. A hypothesis
 changes a leg's motion little, so the derivatives by tolerances and initial states are computed once, in a
-``Linearisation``, and only those by the effect's own unknowns at each step: a step costs two to four lanes per trial
-instead of thirty.
+``Linearisation``, and only those by the effect's own unknowns at each step: a step costs two to four lanes per trial,
+not one for each tolerance and initial state.
 """
 
 from __future__ import annotations
@@ -16,24 +16,24 @@ from typing import Any, TypeVar
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.angle_trials import AngleTrial, Whitener, together
+from synth.diagnosis.angle_trials import AngleTrial, Whitener, trials_together
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.lanes import Block, Hypothesis, Kept, LanePredictor
+from synth.diagnosis.lanes import Block, Hypothesis, LanePredictor, PredictorCache
 from synth.diagnosis.search_limits import LARGEST_TOLERANCE
 from synth.estimation.levenberg_marquardt import CONVERGED, Iterate, LeastSquares, Marquardt, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
 from synth.estimation.normal_equations import ParameterStep, StepLimits
 from synth.threads import in_parallel, thread_count
 
-STEP = 1e-3  # of a whitened unknown, rad
-RATE_STEP = 30.0  # ratio of the steps of a rate, per time unit of the trial, and an angle
-DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping, tried in parallel: lanes are cheaper than a failed step
-TASKS = 8  # least number of calls a core beyond the first: cores then wait little for the last one
+UNKNOWN_STEP = 1e-3  # of a whitened unknown, rad
+RATE_STEP_RATIO = 30.0  # ratio of the steps of a rate, per time unit of the trial, and an angle
+DAMPING_FACTORS = (1.0, 30.0, 900.0)  # factors on the damping, tried in parallel: lanes are cheaper than a failed step
+CALLS_A_CORE = 8  # least number of calls a core beyond the first: cores then wait little for the last one
 SOLVED = 0.5  # log-likelihood, fall of the cost below which a step is a fit's last: one standard deviation
-LONGEST = 3.0  # largest step of an effect's whitened unknown
+LONGEST_STEP = 3.0  # largest step of an effect's whitened unknown
 # After a failed step the damping rises above all values tried, by 900 and 10 more; a fit whose damping exceeds 1e5 has
 # found no better point in two such rounds.
-RULE = Marquardt(least=1e-6, most=1e5, down=30.0, up=9000.0, least_after_failure=0.9)
+DAMPING_RULE = Marquardt(least=1e-6, most=1e5, down=30.0, up=9000.0, least_after_failure=0.9)
 T = TypeVar("T")
 
 
@@ -43,15 +43,15 @@ class Workbench:
 
     ``noise`` (n,) rad of the readings; the residuals' divisor, ``sigma``, exceeds it, because samples are many and
     form errors of a cause are not white noise; ``effective`` is the number of samples per trial and joint that
-    count as independent; ``step`` : of a whitened unknown and in rad, of the derivatives; rates use ``RATE_STEP`` times
-    as much per time unit of the trial.
+    count as independent; ``step`` : of a whitened unknown and in rad, of the derivatives; rates use ``RATE_STEP_RATIO``
+    times as much per time unit of the trial.
     """
 
     predictor: LanePredictor
     trials: tuple[AngleTrial, ...]
     noise: Array
     effective: float
-    step: float = STEP
+    step: float = UNKNOWN_STEP
 
     @property
     def n_tolerance(self) -> int:
@@ -72,8 +72,7 @@ class Workbench:
     def cores(self) -> int:
         """Cores that work on the trials: one for a single link that is not compared in pieces.
 
-        Its motions take so little time that threads mostly wait for the interpreter's lock: with two of them
-        ``synth gap`` on six trials of a pendulum took 3.8 s of a processor, with one 3.1 s, in turn.
+        Its motions take so little time that threads mostly wait for the interpreter's lock.
         """
         return 1 if len(self.noise) == 1 and not self.in_pieces else thread_count()
 
@@ -112,10 +111,10 @@ class Workbench:
     @cached_property
     def together(self) -> list[range]:
         """Indices of the trials that one call predicts."""
-        return together(self.trials)
+        return trials_together(self.trials)
 
     def whitener(self, *trials: AngleTrial) -> Whitener:
-        """The whitener of the predictions of one trial, or of trials ``together``."""
+        """The whitener of the predictions of one trial, or of ``trials_together``."""
         key = id(trials[0]), len(trials)
         if key not in self._whiteners:
             self._whiteners[key] = trials, Whitener.of(trials, [self.sigma(trial) for trial in trials])
@@ -153,19 +152,19 @@ class Workbench:
         A fit's lanes: itself, and for each unknown from ``first`` a copy with that unknown stepped; None for no copy.
         A trial's groups of lanes are predicted in few calls, but in enough to occupy all cores to the end.
         """
-        wide = [_stepped(fit.unknowns, first, self.step) for fit in fits]
+        wide = [_step_each_unknown(fit.unknowns, first, self.step) for fit in fits]
         widths = [unknowns.shape[1] for unknowns in wide]
         hypotheses = [fit.hypothesis for fit in fits]
         packed = self.predictor.groups(hypotheses, widths)
-        runs = self.predictor.runs(hypotheses, packed, -(-TASKS * (self.cores - 1) // len(self.together)))
-        kept: list[Kept] = [{} for _ in runs]
+        runs = self.predictor.runs(hypotheses, packed, -(-CALLS_A_CORE * (self.cores - 1) // len(self.together)))
+        kept: list[PredictorCache] = [{} for _ in runs]
 
         def one(job: int) -> list[tuple[int, int, T]]:
             place, run = divmod(job, len(runs))
             inside = self.together[place]
             trials = self.trials[inside.start : inside.stop]
             groups = [
-                [Block(fits[f].hypothesis, wide[f], _started(fits[f], inside)[:, :, None]) for f in packed[g]]
+                [Block(fits[f].hypothesis, wide[f], _initial_states(fits[f], inside)[:, :, None]) for f in packed[g]]
                 for g in runs[run]
             ]
             white = self.whitener(*trials)
@@ -186,14 +185,14 @@ class Workbench:
 
     def frame(self, fit: EvaluatedHypothesis) -> Linearisation:
         """Derivatives at a fit's point."""
-        kept: Kept = {}
+        kept: PredictorCache = {}
         parts = self.in_parallel(lambda k: self._parts(self.together[k], fit, kept), len(self.together))
         return Linearisation(tuple(part for found in parts for part in found))
 
-    def _parts(self, inside: range, fit: EvaluatedHypothesis, kept: Kept) -> list[TrialLinearisation]:
-        """Linearisations of trials ``together``."""
+    def _parts(self, inside: range, fit: EvaluatedHypothesis, kept: PredictorCache) -> list[TrialLinearisation]:
+        """Linearisations of ``trials_together``."""
         alive, trials = list(self.predictor.open_tolerances), self.trials[inside.start : inside.stop]
-        states, made = _started(fit, inside), []
+        states, made = _initial_states(fit, inside), []
         _, all_slopes = self._slopes(trials, fit, states, alive, kept)
         for trial, state, rows in zip(trials, states, self.whitener(*trials).each, strict=True):
             slopes, below = all_slopes[rows], self.state_prior(trial, state)
@@ -210,7 +209,7 @@ class Workbench:
         fit: EvaluatedHypothesis,
         state: Array,
         unknowns: Sequence[int],
-        kept: Kept | None = None,
+        kept: PredictorCache | None = None,
     ) -> tuple[Array, Array]:
         """Prediction (m, n) rad of a trial, and its whitened derivatives (samples that count, n_unknown + n_state).
 
@@ -224,15 +223,15 @@ class Workbench:
         fit: EvaluatedHypothesis,
         states: Array,
         unknowns: Sequence[int],
-        kept: Kept | None,
+        kept: PredictorCache | None,
     ) -> tuple[Array, Array]:
-        """Like ``slopes``, of trials ``together`` with initial ``states`` (n_trial, n_state), their samples in order.
+        """Like ``slopes``, of ``trials_together`` with initial ``states`` (n_trial, n_state), their samples in order.
 
         A derivative by a state is that by the trial's own.
         """
         n = trials[0].measured.shape[1]
         moves = [(True, k, self.step) for k in unknowns]
-        of_rate = self.step * RATE_STEP / trials[0].time_unit
+        of_rate = self.step * RATE_STEP_RATIO / trials[0].time_unit
         moves += [(False, k, of_rate if n <= k < 2 * n else self.step) for k in state_rows(trials[0], states[0])]
         blocks = []
         most = self.predictor.n_lane - 1
@@ -310,7 +309,7 @@ class Workbench:
         for i, fit in zip(fresh, self.evaluate([current[i] for i in fresh]), strict=True):
             current[i] = fit
         start = [Iterate(fit, fit.damping, CONVERGED if fit.done else "") for fit in current]
-        ends = minimise(HypothesisFits(self, frame, tolerance), start, RULE, rounds)
+        ends = minimise(HypothesisFits(self, frame, tolerance), start, DAMPING_RULE, rounds)
         return [replace(end.point, damping=end.damping, done=end.reason == CONVERGED) for end in ends]
 
     def normal(self, fit: EvaluatedHypothesis, frame: Linearisation | None = None) -> LinearisedNormal:
@@ -338,7 +337,7 @@ class Workbench:
         return np.concatenate(lows), np.concatenate(highs)
 
 
-def _stepped(unknowns: Array, first: int | None, step: float) -> Array:
+def _step_each_unknown(unknowns: Array, first: int | None, step: float) -> Array:
     """(p, n_lane) the unknowns, and with each of them from ``first`` on moved by a ``step``; None for none of them."""
     count = 0 if first is None else len(unknowns) - first
     wide = np.repeat(unknowns[:, None], count + 1, axis=1)
@@ -347,7 +346,7 @@ def _stepped(unknowns: Array, first: int | None, step: float) -> Array:
     return wide
 
 
-def _started(fit: EvaluatedHypothesis, inside: range) -> Array:
+def _initial_states(fit: EvaluatedHypothesis, inside: range) -> Array:
     """(n_trial, n_state) a fit's initial states in these trials."""
     return np.array(fit.states[inside.start : inside.stop])
 
@@ -381,14 +380,14 @@ class HypothesisFits(LeastSquares[EvaluatedHypothesis]):
         return self.bench.bounds(point.hypothesis)
 
     def limits(self, point: EvaluatedHypothesis) -> StepLimits:
-        """An effect's unknown moves by ``LONGEST`` at most; tolerances have their bounds."""
+        """An effect's unknown moves by ``LONGEST_STEP`` at most; tolerances have their bounds."""
         p = self.bench.n_tolerance
-        return StepLimits(np.r_[np.full(p, np.inf), np.full(len(point.unknowns) - p, LONGEST)], follow=True)
+        return StepLimits(np.r_[np.full(p, np.inf), np.full(len(point.unknowns) - p, LONGEST_STEP)], follow=True)
 
     def damping_factors(self, point: EvaluatedHypothesis) -> tuple[float, ...]:
         """Fewer if the cause enters almost linearly, like a shifted reading or a mass."""
         mild = all(candidate.nearly_linear for candidate in point.hypothesis)
-        return DAMPINGS[:2] if mild else DAMPINGS
+        return DAMPING_FACTORS[:2] if mild else DAMPING_FACTORS
 
     def moved(self, point: EvaluatedHypothesis, step: ParameterStep) -> EvaluatedHypothesis:
         """After a step, not evaluated."""

@@ -62,7 +62,7 @@ def basis_json(
     """The input of a diagnosis; ``units`` of tolerances that are not relative, ``inputs`` file -> SHA-256."""
     found = [result.explanation, [entry.cause for entry in result.ranked], *result.tied]
     return {
-        "effects": described([cause for causes in found for cause in causes], effect_called),
+        "effects": describe_effects([cause for causes in found for cause in causes], effect_called),
         "phases": list(PHASES),
         **remarks_json(result.warnings),
         "settings": {"seed": project.seed, **tolerance_settings(asdict(project.tolerance), units)},
@@ -78,7 +78,7 @@ def rms(values: Array) -> float | None:
     return float(np.sqrt(np.mean(known**2))) if known.size else None
 
 
-def described(causes: Sequence[Cause], effect_called: Callable[[str], PlantEffect]) -> dict[str, dict[str, str]]:
+def describe_effects(causes: Sequence[Cause], effect_called: Callable[[str], PlantEffect]) -> dict[str, dict[str, str]]:
     """Every effect among the causes: meaning, formula and source."""
     found = {}
     for name in dict.fromkeys(cause.effect for cause in causes):

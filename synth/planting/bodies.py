@@ -16,7 +16,7 @@ import math
 from numba import njit
 
 # Columns of ``body``
-LENGTH, MASS, COM, INERTIA, RATE, DAMPING, FREE, KIND, DIRECTION, OFFSET, ROTOR = range(11)
+LENGTH, MASS, COM, INERTIA, RATE, DAMPING, FREE, BODY_KIND, DIRECTION, OFFSET, ROTOR = range(11)
 HINGE, SLIDE = 0.0, 1.0
 
 
@@ -39,7 +39,7 @@ def accelerate(body, gravity, locked, tau, q, w, acc, force, s):
         rx, ry = ex, ey
         bx, by = 0.0, 0.0
         before = spin
-        if body[i, KIND] == SLIDE:
+        if body[i, BODY_KIND] == SLIDE:
             sx, sy = math.cos(phi + body[i, DIRECTION]), math.sin(phi + body[i, DIRECTION])
             rx += sx * q[i]
             ry += sy * q[i]
@@ -72,7 +72,7 @@ def _inward(body, locked, tau, s):
         b1 = s[i, P1] + a11 * bx + a12 * by
         b2 = s[i, P2] + a12 * bx + a22 * by
         if not locked[i]:
-            if body[i, KIND] == SLIDE:
+            if body[i, BODY_KIND] == SLIDE:
                 sx, sy = s[i, SX], s[i, SY]
                 u0, u1, u2 = a01 * sx + a02 * sy, a11 * sx + a12 * sy, a12 * sx + a22 * sy
                 d, rest = sx * u1 + sy * u2, tau[i] - sx * s[i, P1] - sy * s[i, P2]
@@ -105,7 +105,7 @@ def _outward(body, locked, tau, s, acc, force):
         a00, a01, a02, a11, a12, a22 = s[i, I00], s[i, I01], s[i, I02], s[i, I11], s[i, I12], s[i, I22]
         acc[i] = 0.0
         if not locked[i]:
-            if body[i, KIND] == SLIDE:
+            if body[i, BODY_KIND] == SLIDE:
                 sx, sy = s[i, SX], s[i, SY]
                 u0, u1, u2 = a01 * sx + a02 * sy, a11 * sx + a12 * sy, a12 * sx + a22 * sy
                 rest = tau[i] - sx * s[i, P1] - sy * s[i, P2] - u0 * alpha - u1 * ax - u2 * ay

@@ -27,4 +27,4 @@ EFFECTS: dict[str, Maker] = {
     "base_tilt": other_effects.base_tilt,
     "link_flexibility": other_effects.link_flexibility,
 }
-AT_BASE = ("base_compliance", "base_tilt")
+EFFECTS_AT_BASE = ("base_compliance", "base_tilt")

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.planting.effect_makers import AT_BASE, EFFECTS
+from synth.planting.effect_makers import EFFECTS, EFFECTS_AT_BASE
 from synth.planting.explained_gap import PlainFit, PlainModel
 from synth.planting.forms import Form, NotApplicable, Scale
 from synth.planting.model import Array, Truth
 from synth.planting.sensors import PlantedSensor
-from synth.planting.setup import COUNTS, NOISE, Setup
+from synth.planting.setup import ENCODER_COUNTS, SENSOR_NOISES, Setup
 from synth.planting.simulation import Motion, fastest, release
 
 
@@ -141,10 +141,10 @@ class PlainMotion:
         """Take the next better sensor that lowers the noise floor to less than 0.9 ``share`` of it; False if none."""
         if self.setup.keeps_sensor:
             return False
-        for noise in sorted(NOISE, reverse=True):
-            floor = math.sqrt(noise**2 + (2 * math.pi / COUNTS[-1]) ** 2 / 12)
+        for noise in sorted(SENSOR_NOISES, reverse=True):
+            floor = math.sqrt(noise**2 + (2 * math.pi / ENCODER_COUNTS[-1]) ** 2 / 12)
             if noise < float(np.max(self.setup.noise)) and floor < 0.9 * share * self.floor:
-                self.setup = replace(self.setup, noise=noise, counts=COUNTS[-1])
+                self.setup = replace(self.setup, noise=noise, counts=ENCODER_COUNTS[-1])
                 self.floor = floor
                 self.model.lower_noise(floor)
                 return True
@@ -206,7 +206,7 @@ class PlainMotion:
         gap = self.model.fit(targets, states).rms / self.floor
         best = ("", -1, 1.0)
         for name in names:
-            for j in [-1] if name in AT_BASE else joints:
+            for j in [-1] if name in EFFECTS_AT_BASE else joints:
                 try:
                     form = EFFECTS[name](rng, self.setup, self.scale, max(j, 0))
                     size = 0.1 * form.largest

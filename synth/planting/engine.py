@@ -18,7 +18,7 @@ from synth.planting.torque_laws import (
     BEARING,
     BRISTLES,
     GEAR,
-    MESH,
+    GEAR_MESH,
     SLACK,
     STICK_SLIP,
     STUCK_LAWS,
@@ -56,7 +56,7 @@ def derivative(body, gravity, locked, law, at, par, table, mode, t, dt, q, w, w0
             if law[k] == GEAR:  # a cold winding's torque: friction that a warm one lowers is of second order
                 load[k] = abs(servo_torque(table, int(p[2]), int(p[3]), t, q[i], w[i], 0.0))
             tau[i] -= mode[k] * (p[0] * load[k] + p[1])
-        elif law[k] == BRISTLES or law[k] == MESH:
+        elif law[k] == BRISTLES or law[k] == GEAR_MESH:
             mean = 0.5 * (w0[i] + w[i])
             limit, deflection = _bristle_limits(law[k], p, q[i], w[i], load[k])
             bristle = _advance_bristle(z[k, 0], mean, deflection, dt)
@@ -167,7 +167,7 @@ def _advance(
         for c in range(2):
             zn[k, c] = z[k, c] + h / 6.0 * (d1[k, c] + 2.0 * d2[k, c] + 2.0 * d3[k, c] + d4[k, c])
         i, p = at[k, 0], par[k]
-        if law[k] == BRISTLES or law[k] == MESH:
+        if law[k] == BRISTLES or law[k] == GEAR_MESH:
             deflection = _bristle_limits(law[k], p, qn[i], wn[i], 0.0)[1]
             zn[k, 0] = _advance_bristle(z[k, 0], 0.5 * (w[i] + wn[i]), deflection, h)
         elif law[k] == SLACK and mode[k] == 0:

@@ -2,9 +2,10 @@
 
 The fit is Gauss-Newton with a finite-difference Jacobian at the true leg, which is not updated because parameters move
 only by their tolerances. Against an updated Jacobian this changes a gap of 12 noise floors by 1-5 %. Each parameter has
-a normal prior as wide as its tolerance, bounded at ``setup.WORST`` tolerances from the design: with ten thousand
-samples an unbounded normal prior lets a mass move by fifty tolerances. The initial angle and speed of each free joint
-and trial have no prior. A fit with a further parameter released tests whether another cause explains the gap as well.
+a normal prior as wide as its tolerance, bounded at ``setup.WORST_TOLERANCES`` tolerances from the design: with ten
+thousand samples an unbounded normal prior lets a mass move by fifty tolerances. The initial angle and speed of each
+free joint and trial have no prior. A fit with a further parameter released tests whether another cause explains the gap
+as well.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from synth.planting.model import ROWS, Array, PlantedLeg
-from synth.planting.setup import WORST, Setup
+from synth.planting.setup import WORST_TOLERANCES, Setup
 from synth.planting.simulation import Motion, swing
 
 Places = NDArray[np.integer[Any]]
-MOST_SAMPLES = 160  # per trial and joint; each sample used is weighted for those left out
-UNIT = {"tilt": 0.01, "scale": 0.01, "offset": 0.01, "latency": 0.001}  # rad, 1, rad, s
+SAMPLES_A_TRIAL = 160  # per trial and joint; each sample used is weighted for those left out
+PARAMETER_UNITS = {"tilt": 0.01, "scale": 0.01, "offset": 0.01, "latency": 0.001}  # rad, 1, rad, s
 
 # rad, 1, s: largest plausible values; beyond these the rig would be a different one.
-LIKELY = {"tilt": 0.3, "scale": 0.3, "offset": 0.3, "latency": 0.1, "free_angle": 0.5}
+LARGEST_PLAUSIBLE = {"tilt": 0.3, "scale": 0.3, "offset": 0.3, "latency": 0.1, "free_angle": 0.5}
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,8 @@ class Alternative:
 class PlainFit:
     """Result of a fit.
 
-    ``change`` : (p,) of the parameters, in tolerances or in ``UNIT``. ``rms`` : residual, rad. ``cost`` : chi-squared
-    plus prior.
+    ``change`` : (p,) of the parameters, in tolerances or in ``PARAMETER_UNITS``. ``rms`` : residual, rad. ``cost`` :
+    chi-squared plus prior.
     """
 
     change: Array
@@ -84,11 +85,11 @@ class PlainModel:
 
     def _times(self, number: int) -> Array:
         times = self.case.times(number)
-        return times[:: max(1, len(times) // MOST_SAMPLES)]
+        return times[:: max(1, len(times) // SAMPLES_A_TRIAL)]
 
     def _unit(self, name: str, joint: int) -> float:
-        if name in UNIT:
-            return UNIT[name]
+        if name in PARAMETER_UNITS:
+            return PARAMETER_UNITS[name]
         return self.case.width(name, joint)
 
     def lower_noise(self, floor: float) -> None:
@@ -112,7 +113,7 @@ class PlainModel:
 
     def _motion(self, number: int, change: Array, state: Array) -> Motion:
         n = self.case.true.n
-        tilt = change[self.common_count] * UNIT["tilt"]
+        tilt = change[self.common_count] * PARAMETER_UNITS["tilt"]
         return swing(self._leg(change), self.trials[number], state[:n], state[n:], self.step, tilt)
 
     def predict(self, number: int, change: Array, state: Array) -> Array:
@@ -127,9 +128,13 @@ class PlainModel:
         angle = motion.at(times)
         scale, offset, latency = change[self.common_count + 1 :].reshape(3, n)
         for j in np.flatnonzero(latency).tolist():
-            late = times - latency[j] * UNIT["latency"]
+            late = times - latency[j] * PARAMETER_UNITS["latency"]
             angle[:, j] = motion.joint(j, late)
-        angle = angle + UNIT["scale"] * scale * (angle + leg.sign * leg.zero) + UNIT["offset"] * offset
+        angle = (
+            angle
+            + PARAMETER_UNITS["scale"] * scale * (angle + leg.sign * leg.zero)
+            + PARAMETER_UNITS["offset"] * offset
+        )
         return np.asarray(angle)
 
     def _columns(self, states: Sequence[Array]) -> None:
@@ -157,12 +162,14 @@ class PlainModel:
             for c, (name, j) in enumerate(self.names):
                 there = here.copy()
                 if name == "scale":
-                    there[:, j] += UNIT["scale"] * (here[:, j] + self.case.true.sign[j] * self.case.true.zero[j])
+                    there[:, j] += PARAMETER_UNITS["scale"] * (
+                        here[:, j] + self.case.true.sign[j] * self.case.true.zero[j]
+                    )
                 elif name == "offset":
-                    there[:, j] += UNIT["offset"]
+                    there[:, j] += PARAMETER_UNITS["offset"]
                 elif name == "latency":
                     speed = Motion(motion.step, motion.speed, np.gradient(motion.speed, motion.step, axis=0))
-                    there[:, j] -= UNIT["latency"] * speed.joint(j, self.times[i])
+                    there[:, j] -= PARAMETER_UNITS["latency"] * speed.joint(j, self.times[i])
                 else:
                     there = self._motion(i, zero + 0.2 * (np.arange(p) == c), state).at(self.times[i])
                     there = here + (there - here) / 0.2
@@ -255,9 +262,11 @@ class PlainModel:
         return float(np.sqrt(rest @ rest / count))
 
     def _bounded(self, normal: Array, slope: Array, change: Array, used: Places, freed: Sequence[int]) -> Array:
-        """The step that minimises step' normal step / 2 - slope' step within ``WORST`` tolerances; freed: unbounded."""
+        """The step that minimises step' normal step / 2 - slope' step within ``WORST_TOLERANCES`` tolerances; freed:
+        unbounded.
+        """
         half = np.linalg.cholesky(normal)
-        reach = np.array([1e6 if k in freed or k >= self.common_count else WORST for k in used])
+        reach = np.array([1e6 if k in freed or k >= self.common_count else WORST_TOLERANCES for k in used])
         low = np.minimum((self.centre - change)[used] - reach, -1e-12)
         high = np.maximum((self.centre - change)[used] + reach, 1e-12)
         return np.asarray(lsq_linear(half.T, np.linalg.solve(half, slope), (low, high), method="bvls").x)
@@ -302,7 +311,7 @@ class PlainModel:
             value = change[k] * self._unit(name, j)
             if name == "latency" and value < 0.0:
                 return False
-            limit = LIKELY.get(name)
+            limit = LARGEST_PLAUSIBLE.get(name)
             if limit is None:
                 limit = 0.6 * float(self.case.true.of(name)[j])
             if abs(value) > limit:

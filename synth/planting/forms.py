@@ -58,7 +58,7 @@ def law_form(setup: Setup, name: str, largest: float, law: Callable[[float], Law
     )
 
 
-def between(rng: np.random.Generator, low: float, high: float) -> float:
+def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
     """A log-uniform random number from ``low`` to ``high``."""
     return float(math.exp(rng.uniform(math.log(low), math.log(high))))
 
@@ -69,7 +69,7 @@ def spring_torque(setup: Setup, scale: Scale, j: int) -> float:
     return spring if spring > 0.0 else setup.true.outboard(j) * float(scale.speed[j]) ** 2 / float(scale.travel[j])
 
 
-def sprung(setup: Setup, j: int) -> float:
+def spring_rate_of(setup: Setup, j: int) -> float:
     """Rate of the joint's spring, N m/rad.
 
     Raises

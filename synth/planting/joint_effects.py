@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from synth.planting import torque_laws
-from synth.planting.forms import Form, NotApplicable, Scale, between, law_form, spring_torque, sprung
+from synth.planting.forms import Form, NotApplicable, Scale, law_form, log_uniform, spring_rate_of, spring_torque
 from synth.planting.model import Law, Truth
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
@@ -19,7 +19,7 @@ def coulomb(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> For
     most = 0.4 * spring_torque(setup, scale, j)
     if rng.random() < 0.5:
         return law_form(setup, "stick-slip", most, lambda s: Law(torque_laws.STICK_SLIP, j, (s, s, 1.0, 0.0)))
-    deflection = between(rng, 2e-4, 3e-3)
+    deflection = log_uniform(rng, 2e-4, 3e-3)
     micro = rng.uniform(0.0, 0.3) * setup.true.of("damper")[j]
     return law_form(
         setup, "bristles", most, lambda s: Law(torque_laws.BRISTLES, j, (s, s, 1.0, 0.0, deflection, micro))
@@ -35,7 +35,7 @@ def stribeck(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
     if rng.random() < 0.5:
         law = torque_laws.STICK_SLIP
         return law_form(setup, f"stick-slip, {name}", most, lambda s: Law(law, j, (weak * s, s, speed, shape)))
-    deflection = between(rng, 2e-4, 2e-3)
+    deflection = log_uniform(rng, 2e-4, 2e-3)
     return law_form(
         setup,
         f"bristles, {name}",
@@ -52,9 +52,11 @@ def load_friction(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) 
         most = 0.25 * float(setup.true.of("length").mean())
         most = min(0.5 * spring_torque(setup, scale, j) / weight, most) if weight > 0.0 else most
         return law_form(setup, "bearing, sticking", most, lambda s: Law(torque_laws.BEARING, j, (s, 0.0)))
-    k, free = sprung(setup, j), float(setup.true.of("free_angle")[j])
-    deflection = between(rng, 2e-4, 2e-3)
-    return law_form(setup, "mesh, bristles", 0.5, lambda s: Law(torque_laws.MESH, j, (s, k, free, 0.0, deflection)))
+    k, free = spring_rate_of(setup, j), float(setup.true.of("free_angle")[j])
+    deflection = log_uniform(rng, 2e-4, 2e-3)
+    return law_form(
+        setup, "mesh, bristles", 0.5, lambda s: Law(torque_laws.GEAR_MESH, j, (s, k, free, 0.0, deflection))
+    )
 
 
 def thinning(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
@@ -88,7 +90,7 @@ def drag(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
 
 def hardening(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A tanh (softening), quintic, sinh or piecewise spring; the size is its relative torque at the largest travel."""
-    k, free = sprung(setup, j), float(setup.true.of("free_angle")[j])
+    k, free = spring_rate_of(setup, j), float(setup.true.of("free_angle")[j])
     reach = max(abs(float(scale.low[j]) - free), abs(float(scale.high[j]) - free))
     kind = int(rng.integers(0, 4))
     if kind == 0:
@@ -117,7 +119,7 @@ def hardening(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> F
 
 def one_sided(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A spring that is weaker or stiffer on one side, with a smooth changeover or one beside the free angle."""
-    k, free = sprung(setup, j), float(setup.true.of("free_angle")[j])
+    k, free = spring_rate_of(setup, j), float(setup.true.of("free_angle")[j])
     low, high = float(scale.low[j]) - free, float(scale.high[j]) - free
     if low > -0.2 * (high - low) or high < 0.2 * (high - low):  # a fifth of the motion on either side, to see both
         raise NotApplicable("the joint stays on one side of its spring")
@@ -131,16 +133,16 @@ def one_sided(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> F
         def soft(s: float) -> Law:
             return Law(torque_laws.SOFT_ONE_SIDED, j, (sign * s * k * side, free, width))
 
-        return _mirrored(setup, "soft changeover", most, soft, j, side, sign)
+        return _form_on_one_side(setup, "soft changeover", most, soft, j, side, sign)
     shift = math.radians(rng.uniform(-1.5, 1.5))
 
     def sharp(s: float) -> Law:
         return Law(torque_laws.SHIFTED_ONE_SIDED, j, (sign * s * k * side, free, shift))
 
-    return _mirrored(setup, "sharp, beside the free angle", most, sharp, j, side, sign)
+    return _form_on_one_side(setup, "sharp, beside the free angle", most, sharp, j, side, sign)
 
 
-def _mirrored(
+def _form_on_one_side(
     setup: Setup, name: str, most: float, law: Callable[[float], Law], j: int, side: float, sign: float
 ) -> Form:
     """A form that changes the rate on the positive side (``side`` 1) or on the negative one (-1)."""
@@ -156,7 +158,7 @@ def _mirrored(
 
 def hysteresis(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A hysteretic spring: Bouc-Wen with a rounded knee, or two Maxwell branches."""
-    k, travel = sprung(setup, j), float(scale.travel[j])
+    k, travel = spring_rate_of(setup, j), float(scale.travel[j])
     if rng.random() < 0.5:
         delta, power, share = travel * rng.uniform(0.1, 0.4), rng.uniform(1.5, 3.0), rng.uniform(0.2, 0.6)
         return law_form(setup, "Bouc-Wen", 0.8, lambda s: Law(torque_laws.BOUC_WEN, j, (s * k, delta, power, share)))

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from synth.planting import bodies, torque_laws
-from synth.planting.forms import Form, NotApplicable, Scale, between, spring_torque, sprung
+from synth.planting.forms import Form, NotApplicable, Scale, log_uniform, spring_rate_of, spring_torque
 from synth.planting.model import Array, Base, Bend, Law, Truth
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
@@ -18,7 +18,7 @@ from synth.planting.setup import Setup
 def preload(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A shifted free angle."""
     good, sign = PlantedSensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
-    sprung(setup, j)
+    spring_rate_of(setup, j)
     free = float(setup.true.of("free_angle")[j])
     return Form(
         "free angle shifted",
@@ -72,7 +72,7 @@ def link_inertia(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -
     )
 
 
-def _sensor(setup: Setup, name: str, most: float, change: Callable[[float], dict[str, Array]], unit: str) -> Form:
+def _sensor_form(setup: Setup, name: str, most: float, change: Callable[[float], dict[str, Array]], unit: str) -> Form:
     good = PlantedSensor.good(setup.true.n)
     return Form(
         name,
@@ -82,7 +82,7 @@ def _sensor(setup: Setup, name: str, most: float, change: Callable[[float], dict
     )
 
 
-def _one(n: int, j: int, value: float) -> Array:
+def _vector_at(n: int, j: int, value: float) -> Array:
     vector = np.zeros(n)
     vector[j] = value
     return vector
@@ -91,13 +91,15 @@ def _one(n: int, j: int, value: float) -> Array:
 def encoder_offset(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """An offset of the reading."""
     sign, n = float(rng.choice([-1.0, 1.0])), setup.true.n
-    return _sensor(setup, "shift", math.radians(12.0), lambda s: {"offset": _one(n, j, sign * s)}, "offset_rad")
+    return _sensor_form(
+        setup, "shift", math.radians(12.0), lambda s: {"offset": _vector_at(n, j, sign * s)}, "offset_rad"
+    )
 
 
 def encoder_scale(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A scale error of the reading about 0 deg."""
     sign, n = float(rng.choice([-1.0, 1.0])), setup.true.n
-    return _sensor(setup, "scaled", 0.25, lambda s: {"scale": _one(n, j, sign * s)}, "scale_error")
+    return _sensor_form(setup, "scaled", 0.25, lambda s: {"scale": _vector_at(n, j, sign * s)}, "scale_error")
 
 
 def quantisation(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
@@ -105,9 +107,9 @@ def quantisation(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -
     n = setup.true.n
 
     def change(s: float) -> dict[str, Array]:
-        return {"width": _one(n, j, 2 * math.pi / max(round(2 * math.pi / s), 1))}
+        return {"width": _vector_at(n, j, 2 * math.pi / max(round(2 * math.pi / s), 1))}
 
-    return _sensor(setup, "rounded", 2 * math.pi / 90, change, "count_rad")
+    return _sensor_form(setup, "rounded", 2 * math.pi / 90, change, "count_rad")
 
 
 def latency(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
@@ -116,8 +118,10 @@ def latency(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> For
     if n == 1:
         raise NotApplicable("a single channel has no other to be late against")
     if rng.random() < 0.6:  # delays are the more frequent of the two
-        return _sensor(setup, "delay", setup.longest_lag, lambda s: {"latency": _one(n, j, s)}, "delay_s")
-    return _sensor(setup, "first-order lag", 0.75 * setup.longest_lag, lambda s: {"lag": _one(n, j, s)}, "lag_s")
+        return _sensor_form(setup, "delay", setup.longest_lag, lambda s: {"latency": _vector_at(n, j, s)}, "delay_s")
+    return _sensor_form(
+        setup, "first-order lag", 0.75 * setup.longest_lag, lambda s: {"lag": _vector_at(n, j, s)}, "lag_s"
+    )
 
 
 def joint_stop(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
@@ -132,7 +136,7 @@ def joint_stop(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> 
         raise NotApplicable("the joint does not swing beyond its release")
     k, top = float(setup.true.of("spring")[j]), float(scale.speed[j])
     k = k if k > 0.0 else spring_torque(setup, scale, j) / float(scale.travel[j])
-    stiff = k * between(rng, 5, 40)
+    stiff = k * log_uniform(rng, 5, 40)
     good = PlantedSensor.good(setup.true.n)
     if rng.random() < 0.5:
         power, loss = rng.uniform(1.2, 1.6), rng.uniform(0.05, 0.5) / top

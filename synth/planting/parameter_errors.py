@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.planting.forms import Form, Maker, NotApplicable, Scale, spring_torque, sprung
+from synth.planting.forms import Form, Maker, NotApplicable, Scale, spring_rate_of, spring_torque
 from synth.planting.model import Truth
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
@@ -12,7 +12,7 @@ from synth.planting.setup import Setup
 
 def spring_rate(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A spring of another rate with the same free angle."""
-    k, good = sprung(setup, j), PlantedSensor.good(setup.true.n)
+    k, good = spring_rate_of(setup, j), PlantedSensor.good(setup.true.n)
     sign = float(rng.choice([-1.0, 1.0]))
     return Form(
         "another rate",
@@ -48,7 +48,7 @@ def armature(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
     )
 
 
-def _driven(setup: Setup, j: int) -> float:
+def _largest_known_torque(setup: Setup, j: int) -> float:
     """Largest known torque at the joint, N m.
 
     Raises
@@ -64,7 +64,7 @@ def _driven(setup: Setup, j: int) -> float:
 def torque_offset(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A constant offset between the true torque and its column."""
     good, sign = PlantedSensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
-    most = min(_driven(setup, j), 0.5 * spring_torque(setup, scale, j))
+    most = min(_largest_known_torque(setup, j), 0.5 * spring_torque(setup, scale, j))
     return Form(
         "offset",
         most,
@@ -76,7 +76,7 @@ def torque_offset(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) 
 def torque_gain(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A gain error: the column was computed with another torque constant."""
     good, sign = PlantedSensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
-    _driven(setup, j)
+    _largest_known_torque(setup, j)
     return Form(
         "gain",
         0.6,
@@ -88,7 +88,7 @@ def torque_gain(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) ->
 def torque_delay(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """The torque acts later than its column says."""
     good = PlantedSensor.good(setup.true.n)
-    _driven(setup, j)
+    _largest_known_torque(setup, j)
     most = 0.6 / scale.slow
     return Form(
         "late", most, lambda s: (Truth(setup.true, drive=(0.0, 0.0, s), drive_joint=j), good), lambda s: {"delay_s": s}

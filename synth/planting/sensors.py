@@ -66,7 +66,7 @@ class PlantedSensor:
             angle[:, j] += size * np.sin(harmonic * angle[:, j] + phase)
         angle = angle * (1 + self.scale) + self.offset
         if counted:
-            angle = np.where(self.width > 0, _rounded(angle, self.width), angle)
+            angle = np.where(self.width > 0, _round_to_counts(angle, self.width), angle)
         return np.asarray(angle)
 
     def record(self, angle: Array, noise: float | Array, counts: float | Array, rng: np.random.Generator) -> Array:
@@ -77,9 +77,9 @@ class PlantedSensor:
         """
         width = np.where(self.width > 0, self.width, 2 * math.pi / np.asarray(counts))
         shaken = angle + noise * rng.standard_normal(angle.shape)
-        return np.where(width > 0, _rounded(shaken, width), shaken)
+        return np.where(width > 0, _round_to_counts(shaken, width), shaken)
 
 
-def _rounded(angle: Array, width: Array) -> Array:
+def _round_to_counts(angle: Array, width: Array) -> Array:
     safe = np.where(width > 0, width, 1.0)
     return np.asarray(np.round(angle / safe) * safe)

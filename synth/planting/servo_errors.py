@@ -7,20 +7,21 @@ import math
 import numpy as np
 
 from synth.planting import torque_laws
-from synth.planting.forms import Form, Maker, NotApplicable, Scale, between, law_form
+from synth.planting.forms import Form, Maker, NotApplicable, Scale, law_form, log_uniform
 from synth.planting.model import Law, PlantedServo, Truth
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 
-LATEST, WIDEST = 0.1, 0.2  # s and rad: a command later, a dead band wider than that is seen without any diagnosis
-MOST_LOST = 0.6  # of a drive's torque, in its gear; a self-locking one loses half
-HOTTEST = 1.5  # growth of a copper winding's resistance; at twice that it burns
-LONG_ENOUGH = 15.0  # s of a trial, in which a winding warms
-SLOWEST = 5.0  # natural logarithms by which the lowest planted rate is below ten times the joint's own speed
-WEAKEST = 5.0  # natural logarithms by which the smallest planted torque limit is below the standing torque
+# In s and rad: a command later, a dead band wider than that is seen without any diagnosis.
+LARGEST_DELAY, WIDEST_DEAD_BAND = 0.1, 0.2
+MOST_TORQUE_LOST = 0.6  # of a drive's torque, in its gear; a self-locking one loses half
+LARGEST_HEATING = 1.5  # growth of a copper winding's resistance; at twice that it burns
+LEAST_WARMING_TIME = 15.0  # s of a trial, in which a winding warms
+SLOWEST_RATE = 5.0  # natural logarithms by which the lowest planted rate is below ten times the joint's own speed
+WEAKEST_LIMIT = 5.0  # natural logarithms by which the smallest planted torque limit is below the standing torque
 
 
-def _servo(setup: Setup, j: int) -> PlantedServo:
+def _servo_of(setup: Setup, j: int) -> PlantedServo:
     """The joint's servo.
 
     Raises
@@ -33,11 +34,11 @@ def _servo(setup: Setup, j: int) -> PlantedServo:
     return found[0]
 
 
-def _form(
+def _servo_form(
     setup: Setup, j: int, name: str, largest: float, what: str, sign: float = 1.0, *, factor: bool = False
 ) -> Form:
     """A servo's number plus or times one plus the size."""
-    _servo(setup, j)
+    _servo_of(setup, j)
     good = PlantedSensor.good(setup.true.n)
 
     def value(size: float) -> float:
@@ -53,21 +54,21 @@ def _form(
 
 def command_delay(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """The command acts later."""
-    return _form(setup, j, "delay", LATEST, "late")
+    return _servo_form(setup, j, "delay", LARGEST_DELAY, "late")
 
 
 def servo_dead_band(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Small errors are not seen."""
-    return _form(setup, j, "dead_band", WIDEST, "dead band")
+    return _servo_form(setup, j, "dead_band", WIDEST_DEAD_BAND, "dead band")
 
 
 def servo_gain(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Another gain."""
-    return _form(setup, j, "gain", 0.8, "gain", float(rng.choice([-1.0, 1.0])), factor=True)
+    return _servo_form(setup, j, "gain", 0.8, "gain", float(rng.choice([-1.0, 1.0])), factor=True)
 
 
 def _motor(setup: Setup, j: int) -> PlantedServo:
-    found = _servo(setup, j)
+    found = _servo_of(setup, j)
     if found.back_emf <= 0.0:
         raise NotApplicable("no motor at this joint")
     return found
@@ -76,14 +77,14 @@ def _motor(setup: Setup, j: int) -> PlantedServo:
 def motor_constant(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Another torque and back-EMF constant."""
     _motor(setup, j)
-    return _form(setup, j, "torque_constant", 0.6, "constant", float(rng.choice([-1.0, 1.0])), factor=True)
+    return _servo_form(setup, j, "torque_constant", 0.6, "constant", float(rng.choice([-1.0, 1.0])), factor=True)
 
 
 def winding_resistance(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Another resistance of the winding."""
     _motor(setup, j)
     sign = float(rng.choice([-1.0, 1.0]))
-    return _form(setup, j, "resistance", 0.6 if sign < 0.0 else 1.5, "winding", sign, factor=True)
+    return _servo_form(setup, j, "resistance", 0.6 if sign < 0.0 else 1.5, "winding", sign, factor=True)
 
 
 def drive_torque_limit(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
@@ -93,7 +94,7 @@ def drive_torque_limit(rng: np.random.Generator, setup: Setup, scale: Scale, j: 
     standing = servo.strength * supply * servo.duty_limit
 
     def limit(size: float) -> float:
-        return standing * math.exp(-WEAKEST * size)
+        return standing * math.exp(-WEAKEST_LIMIT * size)
 
     return Form(
         "limit",
@@ -105,11 +106,11 @@ def drive_torque_limit(rng: np.random.Generator, setup: Setup, scale: Scale, j: 
 
 def command_rate_limit(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A command that is approached at a limited rate: the larger the size, the slower."""
-    _servo(setup, j)
+    _servo_of(setup, j)
     quickest, good = 10.0 * float(scale.speed[j]), PlantedSensor.good(setup.true.n)
 
     def rate(size: float) -> float:
-        return quickest * math.exp(-SLOWEST * size)
+        return quickest * math.exp(-SLOWEST_RATE * size)
 
     return Form(
         "rate",
@@ -124,32 +125,32 @@ def source_resistance(rng: np.random.Generator, setup: Setup, scale: Scale, j: i
     _motor(setup, j)
     if any(t.inputs is not None and np.ptp(t.inputs.supply[:, j]) > 0.0 for t in setup.trials):
         raise NotApplicable("the supply was measured")
-    return _form(setup, j, "sag", 2.0, "source")
+    return _servo_form(setup, j, "sag", 2.0, "source")
 
 
 def gear_load_friction(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Dry friction in proportion to the drive's torque, which sticks rigidly (BAM, arXiv 2410.08650, model M3)."""
-    _servo(setup, j)
-    return law_form(setup, "gear, sticking", MOST_LOST, lambda s: Law(torque_laws.GEAR, j, (s, 0.0)))
+    _servo_of(setup, j)
+    return law_form(setup, "gear, sticking", MOST_TORQUE_LOST, lambda s: Law(torque_laws.GEAR, j, (s, 0.0)))
 
 
 def winding_heating(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A winding that warms within the trials; the size is its growth under the torque that holds the leg level."""
     _motor(setup, j)
     longest = max(trial.duration for trial in setup.trials)
-    if longest < LONG_ENOUGH:
+    if longest < LEAST_WARMING_TIME:
         raise NotApplicable("the trials are too short")
     if setup.true.gravity == 0.0:
         raise NotApplicable("without gravity no torque holds the leg level")
     masses, reach = setup.true.of("mass")[j:], setup.true.of("length")[j:]
     reference = setup.true.gravity * float(masses.sum() * reach.sum()) / 2.0
-    time, good = between(rng, 0.5 * longest, 4.0 * longest), PlantedSensor.good(setup.true.n)
+    time, good = log_uniform(rng, 0.5 * longest, 4.0 * longest), PlantedSensor.good(setup.true.n)
 
     def built(size: float) -> Truth:
         errors = ("rise", size), ("reference", reference), ("warming", time)
         return Truth(setup.true, servo_errors=tuple((j, name, value) for name, value in errors))
 
-    return Form("winding", HOTTEST, lambda s: (built(s), good), lambda s: {"value": s, "time": time})
+    return Form("winding", LARGEST_HEATING, lambda s: (built(s), good), lambda s: {"value": s, "time": time})
 
 
 SERVO_ERRORS: dict[str, Maker] = {

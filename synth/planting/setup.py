@@ -10,7 +10,7 @@ import numpy as np
 from synth.planting.model import ROWS, Array, PlantedLeg, PlantedTrial
 
 # Defaults of the key ``tolerance:`` of a project.
-TOLERANCE = {
+DEFAULT_TOLERANCE = {
     "length": 0.005,
     "mass": 0.01,
     "com": 0.01,
@@ -19,9 +19,9 @@ TOLERANCE = {
     "damper": 0.05,
     "free_angle": math.radians(0.5),
 }
-WORST = 2.5  # tolerances; the normal error is truncated here, because a worse part would be rejected
-NOISE = (0.0002, 0.001, 0.003)  # rad: a good optical encoder, a magnetic one, a camera
-COUNTS = (2048, 4096, 8192, 16384)  # per turn, of encoders in use
+WORST_TOLERANCES = 2.5  # tolerances; the normal error is truncated here, because a worse part would be rejected
+SENSOR_NOISES = (0.0002, 0.001, 0.003)  # rad: a good optical encoder, a magnetic one, a camera
+ENCODER_COUNTS = (2048, 4096, 8192, 16384)  # per turn, of encoders in use
 LEAST_WIDTH = 1e-6  # relative (angles: rad) tolerance of an exactly known number; zero would make its column vanish
 LONGEST_LAG = 0.08  # s, of a channel: four frames of a camera at 50 Hz
 
@@ -57,7 +57,7 @@ class Setup:
 
     def width(self, name: str, joint: int) -> float:
         """Tolerance of one parameter of the built leg, SI, at least ``LEAST_WIDTH``."""
-        share = TOLERANCE[name] if self.widths is None else float(self.widths[ROWS.index(name), joint])
+        share = DEFAULT_TOLERANCE[name] if self.widths is None else float(self.widths[ROWS.index(name), joint])
         share = max(share, LEAST_WIDTH)
         return share if name == "free_angle" else share * max(abs(float(self.true.of(name)[joint])), 1e-12)
 
@@ -73,18 +73,18 @@ class Setup:
 
 
 def normal_errors(rng: np.random.Generator, n: int) -> Array:
-    """(n,) normal errors in units of the tolerance, truncated at ``WORST``."""
+    """(n,) normal errors in units of the tolerance, truncated at ``WORST_TOLERANCES``."""
     error = rng.standard_normal(n)
-    while (np.abs(error) > WORST).any():
-        error = np.where(np.abs(error) > WORST, rng.standard_normal(n), error)
+    while (np.abs(error) > WORST_TOLERANCES).any():
+        error = np.where(np.abs(error) > WORST_TOLERANCES, rng.standard_normal(n), error)
     return error
 
 
 def as_built(rng: np.random.Generator, leg: PlantedLeg, widths: Array | None = None) -> PlantedLeg:
-    """The leg with a random error within tolerance on every parameter; ``widths`` (7, n), else ``TOLERANCE``."""
+    """The leg with a random error within tolerance of every number; ``widths`` (7, n), else ``DEFAULT_TOLERANCE``."""
     values = leg.values.copy()
     for row, name in enumerate(leg.rows):
-        width = np.full(leg.n, TOLERANCE[name]) if widths is None else widths[row]
+        width = np.full(leg.n, DEFAULT_TOLERANCE[name]) if widths is None else widths[row]
         error = width * normal_errors(rng, leg.n)
         values[row] = values[row] + error if name == "free_angle" else values[row] * (1 + error)
     return leg.with_values(values)

@@ -71,8 +71,8 @@ def assemble(truth: Truth, trial: PlantedTrial) -> Assembly:
         joint_driven, a_, w_, p_, b_, v_, r_ = trial.drive
         signal = ((1 + gain) * a_, w_, p_, (1 + gain) * b_, v_, r_, offset, delay)
         laws = (*laws, Law(DRIVE, int(joint_driven), signal))
-    tables, more = _tables(truth, trial)
-    laws = (*(_geared(law, more) for law in laws), *more)
+    tables, more = _table_of_trial(truth, trial)
+    laws = (*(_with_gear_friction(law, more) for law in laws), *more)
     at = np.array([[0 if w.base else joint[w.joint], joint[w.second if w.second >= 0 else w.joint]] for w in laws])
     at = at.reshape(-1, 2).astype(np.int64)
     for k, w in enumerate(laws):
@@ -84,7 +84,7 @@ def assemble(truth: Truth, trial: PlantedTrial) -> Assembly:
     )
 
 
-def _geared(law: Law, more: tuple[Law, ...]) -> Law:
+def _with_gear_friction(law: Law, more: tuple[Law, ...]) -> Law:
     """A gear's friction with the place of its servo's numbers in the table."""
     if law.law != GEAR:
         return law
@@ -93,7 +93,7 @@ def _geared(law: Law, more: tuple[Law, ...]) -> Law:
     return law._replace(par=(*law.par, *servo.par)) if servo else law._replace(law=STICK_SLIP, par=(0.0, 0.0, 1.0, 0.0))
 
 
-def _tables(truth: Truth, trial: PlantedTrial) -> tuple[Array, tuple[Law, ...]]:
+def _table_of_trial(truth: Truth, trial: PlantedTrial) -> tuple[Array, tuple[Law, ...]]:
     """All tables one below the other (rows, 2), and the laws that interpolate them."""
     rows, made = [np.zeros((1, 2))], []
     count = 1
@@ -170,7 +170,7 @@ def _segments(whole: list[float], bend: Bend) -> list[list[float]]:
     return rows
 
 
-def _initial(a: Assembly, pose: Array, rest: Array) -> tuple[Array, NDArray[np.int64], Array]:
+def _initial_memory(a: Assembly, pose: Array, rest: Array) -> tuple[Array, NDArray[np.int64], Array]:
     """Coordinates, contact modes and memories of a leg that was moved slowly from ``rest`` to ``pose`` and is held."""
     q = np.zeros(len(a.body))
     q[a.joint] = pose
@@ -269,14 +269,14 @@ def release(truth: Truth, trial: PlantedTrial, step: float, rest: Array | None =
     ArithmeticError : the motion diverges.
     """
     a = assemble(truth, trial)
-    q, mode, z = _initial(a, trial.pose, trial.pose if rest is None else rest)
+    q, mode, z = _initial_memory(a, trial.pose, trial.pose if rest is None else rest)
     w = np.zeros(len(q))
     if trial.speed is not None:
         w[a.joint] = np.where(a.fixed[a.joint], 0.0, trial.speed)
-    return _run(a, mode, z, q, w, trial.start + trial.duration, step)
+    return _simulate_segments(a, mode, z, q, w, trial.start + trial.duration, step)
 
 
-def _run(
+def _simulate_segments(
     a: Assembly, mode: NDArray[np.int64], z: Array, q: Array, w: Array, span: float, step: float, begin: float = 0.0
 ) -> Motion:
     count = int(np.ceil(span / step - 1e-9)) + 1
@@ -301,7 +301,7 @@ def swing(leg: PlantedLeg, trial: PlantedTrial, angle: Array, speed: Array, step
     none = np.zeros(len(a.law), dtype=np.int64)
     w = np.where(a.fixed, 0.0, speed)
     still = np.zeros((len(a.law), 2))
-    return _run(a, none, still, np.array(angle, dtype=float), w, trial.duration, step, trial.start)
+    return _simulate_segments(a, none, still, np.array(angle, dtype=float), w, trial.duration, step, trial.start)
 
 
 def fastest(truth: Truth, trial: PlantedTrial) -> float:

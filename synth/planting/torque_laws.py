@@ -20,7 +20,7 @@ BRISTLES = 2
 # Dry friction of a plain bearing, true sticking; par: mu * radius [m], constant part [N m].
 BEARING = 3
 # Bristle friction on the torque that spring and damper transmit; par: mu, spring rate, free angle, -, deflection [rad].
-MESH = 4
+GEAR_MESH = 4
 CROSS = 5  # Cross fluid: b w / (1 + (|w|/wc)^m); par: b, wc, m. The law gives the difference to b w.
 PLATEAU = 6  # power law b w (|w|/wc)^(n-1) above wc, b w below; par: b, wc, n
 DRAG = 7  # par: a, c, v: -(a |w| w + c w^3)
@@ -159,7 +159,7 @@ def servo_torque(table, first, count, t, q, w, warm):
     ``warm`` : growth of its winding's resistance (a share).
     """
     start = first + SERVO_NUMBERS
-    error = held(table, start, count, t - table[first + 9, 0]) - q
+    error = held_row(table, start, count, t - table[first + 9, 0]) - q
     beyond = math.copysign(max(abs(error) - table[first + 2, 0], 0.0), error)
     duty = table[first, 0] * beyond - table[first + 1, 0] * w
     duty = min(max(duty, -table[first + 3, 0]), table[first + 3, 0]) + table[first + 4, 0]
@@ -171,7 +171,7 @@ def servo_torque(table, first, count, t, q, w, warm):
 
 
 @njit
-def held(table, first, count, x):
+def held_row(table, first, count, x):
     """The last value not after ``x`` in rows ``first`` to ``first + count - 1`` of ``table``; else the first."""
     return table[last_row(table, first, first + count, x), 1]
 

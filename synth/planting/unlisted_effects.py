@@ -140,4 +140,4 @@ UNLISTED_EFFECTS: dict[str, Maker] = {
     "cross_talk": cross_talk,
     "eccentric_encoder": eccentric_encoder,
 }
-ON_ALL_CHANNELS = ("dropped_samples",)
+EFFECTS_ON_ALL_CHANNELS = ("dropped_samples",)

@@ -19,7 +19,7 @@ from synth.units import write
 if TYPE_CHECKING:
     from synth.files.gap_project import GapProject
 
-KEPT_KEYS = ("tolerance", "accuracy", "seed")  # of the user's project, as written
+COPIED_KEYS = ("tolerance", "accuracy", "seed")  # of the user's project, as written
 
 
 def write_case(project: GapProject, rig: Rig, planted: Planted, folder: Path) -> Path:
@@ -37,7 +37,7 @@ def write_case(project: GapProject, rig: Rig, planted: Planted, folder: Path) ->
         if trial.locked:
             entry["locked"] = list(trial.locked)
         if trial.tip_mass:
-            entry["tip_mass"] = _tip(trial.tip_mass, trial.tip_inertia, trial.tip_at)
+            entry["tip_mass"] = _tip_text(trial.tip_mass, trial.tip_inertia, trial.tip_at)
         if trial.tilt:
             entry["tilt"] = write(trial.tilt, "deg")
         if trial.held_out:
@@ -47,7 +47,7 @@ def write_case(project: GapProject, rig: Rig, planted: Planted, folder: Path) ->
     write_leg(project.leg, folder / "nominal.leg.yaml")
     written = load(project.path).value
     document: dict[str, Any] = {"kind": "gap", "leg": "nominal.leg.yaml", "trials": entries}
-    document |= {key: written[key] for key in KEPT_KEYS if key in written}
+    document |= {key: written[key] for key in COPIED_KEYS if key in written}
     if project.noise:  # of the case's own readings, which are means where the user's are averaged
         joints = project.leg.joint_names
         document["noise"] = {name: write(float(rig.noise[joints.index(name)]), "deg") for name in project.noise}
@@ -55,7 +55,7 @@ def write_case(project: GapProject, rig: Rig, planted: Planted, folder: Path) ->
     return folder / "gap.yaml"
 
 
-def _tip(mass: float, inertia: float, at: float | None) -> Any:
+def _tip_text(mass: float, inertia: float, at: float | None) -> Any:
     if not inertia and at is None:
         return write(mass, "kg")
     found = {"mass": write(mass, "kg"), "inertia": write(inertia, "kg*m^2")}
@@ -66,18 +66,20 @@ def _write_trial(path: Path, rig: Rig, number: int, reading: Array) -> None:
     """Angles in degrees to 1e-7; the known torques and servos' inputs, in rows of their own where apart in time."""
     leg, trial = rig.nominal, rig.trials[number]
     heads = ["time [s]", *(f"{name} [deg]" for name in leg.names)]
-    blocks = [_Block(rig.times[number], [_cells(np.degrees(row)) for row in reading])]
+    blocks = [_Block(rig.times[number], [_angle_cells(np.degrees(row)) for row in reading])]
     if trial.known is not None:
         moments, torques = trial.known
         driven = np.flatnonzero(np.any(torques != 0.0, axis=0)).tolist()
         heads += [f"{leg.names[j]} torque [N*m]" for j in driven]
-        blocks.append(_Block(moments, [_told(row) for row in leg.sign[driven] * torques[:, driven]]))
+        blocks.append(_Block(moments, [_known_cells(row) for row in leg.sign[driven] * torques[:, driven]]))
     inputs = rig.inputs[number] if rig.inputs else None
     if inputs is not None:
         units = {SUPPLY: "V"} | {name + suffix: unit for name in leg.names for suffix, unit in SUFFIXES.items()}
         heads += [f"{name} [{units[name]}]" for name in inputs.columns]
-        blocks.append(_Block(inputs.time, [_told(row) for row in np.column_stack(list(inputs.columns.values()))]))
-    write_text(path, "\n".join([",".join(heads), *_together(blocks)]) + "\n")
+        blocks.append(
+            _Block(inputs.time, [_known_cells(row) for row in np.column_stack(list(inputs.columns.values()))])
+        )
+    write_text(path, "\n".join([",".join(heads), *_merge_by_time(blocks)]) + "\n")
 
 
 class _Block(NamedTuple):
@@ -87,7 +89,7 @@ class _Block(NamedTuple):
     cells: list[list[str]]
 
 
-def _together(blocks: list[_Block]) -> list[str]:
+def _merge_by_time(blocks: list[_Block]) -> list[str]:
     """Rows of all in order of time; equal times share a row."""
     by_time = [{f"{t:.9g}": cells for t, cells in zip(each.time.tolist(), each.cells, strict=True)} for each in blocks]
     empty = [[""] * len(each.cells[0]) for each in blocks]
@@ -98,9 +100,9 @@ def _together(blocks: list[_Block]) -> list[str]:
     ]
 
 
-def _told(values: Array) -> list[str]:
+def _known_cells(values: Array) -> list[str]:
     return ["" if math.isnan(value) else f"{value:.9g}" for value in values.tolist()]
 
 
-def _cells(values: Array) -> list[str]:
+def _angle_cells(values: Array) -> list[str]:
     return ["" if math.isnan(value) else f"{value:.7f}" for value in values.tolist()]

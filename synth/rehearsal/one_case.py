@@ -27,12 +27,12 @@ if TYPE_CHECKING:
     from synth.files.gap_project import GapProject
 
 PACKAGE = Path(synth.__file__).resolve().parent
-LONGEST = 900.0  # s per diagnosis; a longer one counts as failed
-SHOWN = 400  # characters of a failed diagnosis' message
+LONGEST_DIAGNOSIS = 900.0  # s per diagnosis; a longer one counts as failed
+MOST_MESSAGE = 400  # characters of a failed diagnosis' message
 
 
 @dataclass(frozen=True)
-class Call:
+class CaseCall:
     """A task on a project file; ``kept`` : the folder of finished answers, closed to the diagnosis."""
 
     project: str
@@ -42,11 +42,11 @@ class Call:
     effects: tuple[str, ...] = ()  # files of the user's own effects, which the diagnosis includes
 
 
-def perform(call: Call) -> dict[str, Any]:
+def plant_and_diagnose(call: CaseCall) -> dict[str, Any]:
     """Plant and diagnose; ``CaseOutcome.as_json``."""
-    project, rig = _opened(call.project)
+    project, rig = _read_project_and_rig(call.project)
     started = time.perf_counter()
-    planted = _planted(call)
+    planted = _plant_case(call)
     task = call.task
     if planted is None:
         names = {-1: "base", -2: "all", **dict(enumerate(rig.nominal.names))}
@@ -54,12 +54,12 @@ def perform(call: Call) -> dict[str, Any]:
         return none.as_json()
     with tempfile.TemporaryDirectory(prefix="synth-rehearsal-") as folder:
         case = write_case(project, rig, planted, Path(folder))
-        document, message = diagnosed(case, Path(folder) / "out", [Path(call.kept)], call.effects)
-    return _outcome(task, planted, document, message, time.perf_counter() - started).as_json()
+        document, message = diagnose_apart(case, Path(folder) / "out", [Path(call.kept)], call.effects)
+    return _case_outcome(task, planted, document, message, time.perf_counter() - started).as_json()
 
 
 @lru_cache(maxsize=1)
-def _opened(path: str) -> tuple[GapProject, Rig]:
+def _read_project_and_rig(path: str) -> tuple[GapProject, Rig]:
     from synth.files.gap_project import read_gap_project
     from synth.parts.resolver import resolver
 
@@ -68,21 +68,21 @@ def _opened(path: str) -> tuple[GapProject, Rig]:
 
 
 @lru_cache(maxsize=2)
-def _field(path: str, seed: int, draw: int) -> Field:
-    return Field.of(_opened(path)[1], seed, draw)
+def _plant_field(path: str, seed: int, draw: int) -> Field:
+    return Field.of(_read_project_and_rig(path)[1], seed, draw)
 
 
-def _planted(call: Call) -> Planted | None:
+def _plant_case(call: CaseCall) -> Planted | None:
     task = call.task
     letters = [ord(letter) for letter in task.effect]
     rng = np.random.default_rng([call.seed, task.draw, task.rung, task.joint + 2, *letters])
     try:
-        return _field(call.project, call.seed, task.draw).plant(rng, task)
+        return _plant_field(call.project, call.seed, task.draw).plant(rng, task)
     except (NotApplicable, ArithmeticError, np.linalg.LinAlgError):
         return None
 
 
-def diagnosed(
+def diagnose_apart(
     case: Path, out: Path, closed: list[Path], effects: Sequence[str] = ()
 ) -> tuple[dict[str, Any] | None, str]:
     """``gap.json`` of a case from a process that cannot read these folders or the generator; or None and the reason."""
@@ -94,16 +94,22 @@ def diagnosed(
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")])}
     try:
         ended = subprocess.run(
-            command, cwd=case.parent, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False
+            command,
+            cwd=case.parent,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=LONGEST_DIAGNOSIS,
+            check=False,
         )
     except subprocess.TimeoutExpired:
-        return None, f"longer than {LONGEST:g} s"
+        return None, f"longer than {LONGEST_DIAGNOSIS:g} s"
     if ended.returncode:
-        return None, ended.stderr[-SHOWN:]
+        return None, ended.stderr[-MOST_MESSAGE:]
     return json.loads((out / "gap.json").read_text(encoding="utf-8")), ""
 
 
-def _outcome(
+def _case_outcome(
     task: PlantingTask, planted: Planted, document: dict[str, Any] | None, message: str, seconds: float
 ) -> CaseOutcome:
     causes = planted.answer["causes"]

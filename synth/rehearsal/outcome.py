@@ -18,8 +18,8 @@ class CaseOutcome:
     """One case.
 
     ``planted`` : the main cause, None if there was none or it was not possible; ``gap`` rad and ``size`` (SI, see
-    ``sizes.MEANING``) of it; ``small`` : additional causes, which leave ``small_gap`` rad together. ``verdict`` : of
-    the diagnosis, ``cannot`` or ``failed``; ``named`` : the causes of all its explanations, the most probable first;
+    ``sizes.SIZE_MEANINGS``) of it; ``small`` : additional causes, which leave ``small_gap`` rad together. ``verdict`` :
+    of the diagnosis, ``cannot`` or ``failed``; ``named`` : the causes of all its explanations, the most probable first;
     ``probability`` of the first. ``explanations`` : the accepted one and those tied with it; None: one only.
     ``message`` : the end of the error output if the diagnosis failed.
     """
@@ -79,7 +79,7 @@ class CaseOutcome:
     def tied_with(self) -> tuple[str, ...]:
         """The other causes that may be there instead, in words; empty if the main cause is not tied."""
         others = [key for key in self.named if key not in self.agreed and key != self.planted]
-        return tuple(_words(key) for key in others) if self.tied else ()
+        return tuple(_cause_words(key) for key in others) if self.tied else ()
 
     @property
     def with_absent(self) -> bool:
@@ -92,11 +92,11 @@ class CaseOutcome:
         if not self.counts:
             return self.verdict
         if self.planted is not None and self.planted in self.agreed:
-            return _words(self.planted)
+            return _cause_words(self.planted)
         if self.agreed:
             absent = [key for key in self.agreed if key not in self.small]
-            return _words((absent or self.agreed)[0])
-        return f"tie of {', '.join(_words(key) for key in self.named)}" if self.named else self.verdict
+            return _cause_words((absent or self.agreed)[0])
+        return f"tie of {', '.join(_cause_words(key) for key in self.named)}" if self.named else self.verdict
 
     @property
     def diagnosis(self) -> str:
@@ -137,13 +137,13 @@ class CaseOutcome:
             content["form"],
             content["gap"],
             content["size"],
-            _keys(content["small"]),
+            _cause_keys(content["small"]),
             content["verdict"],
-            _keys(content["named"]),
+            _cause_keys(content["named"]),
             content["probability"],
             content["seconds"],
             content["message"],
-            None if explanations is None else tuple(_keys(each) for each in explanations),
+            None if explanations is None else tuple(_cause_keys(each) for each in explanations),
             content["small_gap"],
         )
 
@@ -163,9 +163,9 @@ def explanations_of(document: Mapping[str, Any]) -> tuple[tuple[Key, ...], ...]:
     return tuple(tuple((cause["effect"], cause["joint"]) for cause in causes) for causes in each)
 
 
-def _keys(pairs: Sequence[Sequence[str]]) -> tuple[Key, ...]:
+def _cause_keys(pairs: Sequence[Sequence[str]]) -> tuple[Key, ...]:
     return tuple((effect, joint) for effect, joint in pairs)
 
 
-def _words(key: Key) -> str:
+def _cause_words(key: Key) -> str:
     return f"{key[0]} ({key[1]})"

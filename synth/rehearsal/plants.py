@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array, Mask
-from synth.planting.effect_makers import AT_BASE, EFFECTS
+from synth.planting.effect_makers import EFFECTS, EFFECTS_AT_BASE
 from synth.planting.effect_size import PlainMotion, PlantedCause, combined
 from synth.planting.forms import Form, Maker, NotApplicable
 from synth.planting.parameter_errors import PARAMETER_ERRORS, TORQUE_ERRORS
 from synth.planting.servo_errors import SERVO_ERRORS
-from synth.planting.unlisted_effects import ON_ALL_CHANNELS, UNLISTED_EFFECTS
+from synth.planting.unlisted_effects import EFFECTS_ON_ALL_CHANNELS, UNLISTED_EFFECTS
 from synth.rehearsal.sizes import size_of
 from synth.rehearsal.users_rig import Rig
 
@@ -25,11 +25,12 @@ LIBRARY: dict[str, Maker] = {
 # Gap of a main cause relative to what is unexplained beside it (noise and the case's small causes), in steps of about
 # three, the best resolution of a few draws.
 RUNGS = (1.0, 3.0, 10.0, 30.0)
-SMALL = 3  # additional causes; each has the share of the background that adds up to it in squares
-POOL = 9  # pool of additional causes from which each case draws
-NEAR = 0.12  # relative tolerance of a gap around its rung, well below a step
+SMALL_CAUSES = 3  # additional causes; each has the share of the background that adds up to it in squares
+POOL_SIZE = 9  # pool of additional causes from which each case draws
+GAP_TOLERANCE = 0.12  # relative tolerance of a gap around its rung, well below a step
 ATTEMPTS = 4  # draws of a form after which a joint counts as unable to have the cause
-UNSEEN = ("joint_stop", "base_compliance", "dropped_samples")  # never as small causes: they change the whole motion
+# Never as small causes: they change the whole motion.
+NEVER_SMALL = ("joint_stop", "base_compliance", "dropped_samples")
 
 
 @dataclass(frozen=True)
@@ -81,10 +82,10 @@ class Field:
         ground = PlainMotion(rig.built(rng))
         if rig.background < ground.floor:  # all of them together are hidden by the noise
             return cls(rig, ground, seeds)
-        names = [name for name in (*LIBRARY, *UNLISTED_EFFECTS) if name not in (*UNSEEN, *TORQUE_ERRORS)]
+        names = [name for name in (*LIBRARY, *UNLISTED_EFFECTS) if name not in (*NEVER_SMALL, *TORQUE_ERRORS)]
         names = [name for name in names if rig.nominal.servos or name not in SERVO_ERRORS]
         order = rng.permutation(sorted(names)).tolist()
-        return cls(rig, ground, seeds, tuple(tuple(order[k::POOL]) for k in range(POOL)))
+        return cls(rig, ground, seeds, tuple(tuple(order[k::POOL_SIZE]) for k in range(POOL_SIZE)))
 
     def left_by(self, beside: Sequence[PlantedCause]) -> float:
         """Rad RMS that these causes leave together, as if independent."""
@@ -98,29 +99,29 @@ class Field:
         """The small causes of a case, none of them the main one's ``effect``."""
         found: list[PlantedCause] = []
         for place in rng.permutation(len(self.pool)).tolist():
-            cause = self._small(place) if len(found) < SMALL else None
+            cause = self._small_cause(place) if len(found) < SMALL_CAUSES else None
             if cause is not None and cause.effect != effect:
                 found.append(cause)
         return found
 
-    def _small(self, place: int) -> PlantedCause | None:
+    def _small_cause(self, place: int) -> PlantedCause | None:
         """The small cause at a place of the pool; the same whenever it is drawn."""
         if place not in self.small:
             rng = np.random.default_rng((*self.seeds, place))
-            each = self.rig.background / math.sqrt(SMALL) / self.ground.floor
+            each = self.rig.background / math.sqrt(SMALL_CAUSES) / self.ground.floor
             tried = (
-                self._cause(rng, name, int(rng.integers(0, self.rig.nominal.n)), each, 3.0 * NEAR)
+                self._cause_with_gap(rng, name, int(rng.integers(0, self.rig.nominal.n)), each, 3.0 * GAP_TOLERANCE)
                 for name in self.pool[place]
             )
             self.small[place] = next((cause for cause in tried if cause is not None), None)
         return self.small[place]
 
-    def _cause(
+    def _cause_with_gap(
         self, rng: np.random.Generator, effect: str, joint: int, strength: float, near: float
     ) -> PlantedCause | None:
         """The cause with that gap in noise floors; None if the joint cannot have it."""
         maker = UNLISTED_EFFECTS.get(effect) or LIBRARY[effect]
-        place = -1 if effect in AT_BASE else -2 if effect in ON_ALL_CHANNELS else joint
+        place = -1 if effect in EFFECTS_AT_BASE else -2 if effect in EFFECTS_ON_ALL_CHANNELS else joint
         for _ in range(ATTEMPTS):
             try:
                 form: Form = maker(rng, self.ground.setup, self.ground.scale, max(joint, 0))
@@ -135,7 +136,7 @@ class Field:
         beside = self.beside(rng, task.effect)
         if task.effect:
             strength = RUNGS[task.rung] * self.unexplained(beside) / ground.floor
-            found = self._cause(rng, task.effect, task.joint, strength, NEAR)
+            found = self._cause_with_gap(rng, task.effect, task.joint, strength, GAP_TOLERANCE)
             if found is None:
                 return None
             main.append(found)
@@ -145,10 +146,10 @@ class Field:
             assert motion is not None
             clean = sensor.read(ground.setup.true, motion, ground.times[i], trial.start, counted=False)
             read = sensor.record(clean, self.rig.noise, self.rig.counts, rng)
-            readings.append(np.where(self._lost(i), np.nan, read))
+            readings.append(np.where(self._missing_samples(i), np.nan, read))
         return Planted(tuple(readings), self._answer(main, beside))
 
-    def _lost(self, number: int) -> Mask:
+    def _missing_samples(self, number: int) -> Mask:
         """(m, n) True where the user's recording has no sample; a locked joint always has one."""
         lost = self.rig.missing[number].copy()
         lost[:, list(self.rig.trials[number].locked)] = False
@@ -173,14 +174,14 @@ class Field:
         }
 
 
-def places(rig: Rig, seed: int) -> list[tuple[str, int]]:
+def cause_places(rig: Rig, seed: int) -> list[tuple[str, int]]:
     """Every cause of the library at every joint that is free in some scored trial, in random order."""
     free = sorted({j for t in rig.trials if not t.held_out for j in range(rig.nominal.n) if j not in t.locked})
     driven = [j for j in free if any(trial.strongest(j) > 0.0 for trial in rig.trials)]
     commanded = [servo.joint for servo in rig.nominal.servos if servo.gain > 0.0]
     found = []
     for effect in LIBRARY:
-        joints = [-1] if effect in AT_BASE else driven if effect in TORQUE_ERRORS else free
+        joints = [-1] if effect in EFFECTS_AT_BASE else driven if effect in TORQUE_ERRORS else free
         joints = [j for j in joints if j in commanded] if effect in SERVO_ERRORS else joints
         if effect == "latency" and len(free) < 2:
             continue  # a delay needs a second joint to be relative to

@@ -11,14 +11,14 @@ import numpy as np
 
 from synth.rehearsal.ladder import visible_from
 from synth.rehearsal.outcome import CANNOT, CaseOutcome, Key
-from synth.rehearsal.plants import RUNGS, places
-from synth.rehearsal.sizes import MEANING
-from synth.rehearsal.users_rig import BACKGROUND, Rig
+from synth.rehearsal.plants import RUNGS, cause_places
+from synth.rehearsal.sizes import SIZE_MEANINGS
+from synth.rehearsal.users_rig import BACKGROUND_SHARE, Rig
 from synth.remarks import remarks_json
 from synth.units import quantity
 
 FORMAT = "synth/rehearsal/1"
-LARGE = 2  # rung from which a cause counts as large, for the sentence and the picture
+LARGE_RUNG = 2  # rung from which a cause counts as large, for the sentence and the picture
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class CauseSummary:
 
     def size(self) -> dict[str, Any] | None:
         """Median size at that rung, in its usual unit."""
-        rung, meaning = self.rung, MEANING.get(self.key[0])
+        rung, meaning = self.rung, SIZE_MEANINGS.get(self.key[0])
         sizes = [o.size for o in self.outcomes if o.task.rung == rung and o.size is not None and o.counts]
         if rung is None or meaning is None or not sizes:
             return None
@@ -49,7 +49,7 @@ class CauseSummary:
 
     def taken_for(self) -> dict[str, int]:
         """Its confusions where it was large and neither found nor tied, most frequent first."""
-        wrong = [o for o in self.outcomes if o.counts and not o.right and not o.tied and o.task.rung >= LARGE]
+        wrong = [o for o in self.outcomes if o.counts and not o.right and not o.tied and o.task.rung >= LARGE_RUNG]
         return dict(Counter(o.taken_for for o in wrong).most_common())
 
     def tied_with(self) -> dict[str, int]:
@@ -59,7 +59,7 @@ class CauseSummary:
     def as_json(self) -> dict[str, Any]:
         """One entry of ``causes``."""
         counted = [o for o in self.outcomes if o.counts]
-        large = [o for o in counted if o.task.rung >= LARGE]
+        large = [o for o in counted if o.task.rung >= LARGE_RUNG]
         rung = self.rung
         gaps = [o.gap for o in counted if o.task.rung == rung]
         return {
@@ -108,39 +108,43 @@ class RehearsalResult:
     @property
     def sentence(self) -> str:
         """The answer."""
-        large = [o for o in self.of_kind("cause") if o.task.rung >= LARGE]
+        large = [o for o in self.of_kind("cause") if o.task.rung >= LARGE_RUNG]
         nothing, others = self.of_kind("nothing"), self.of_kind("unlisted")
-        gap = f"with a gap of at least {RUNGS[LARGE]:g} times the unexplained remainder"
+        gap = f"with a gap of at least {RUNGS[LARGE_RUNG]:g} times the unexplained remainder"
         if large:
-            text = f"In these trials a cause {gap} is found in {_of(sum(o.right for o in large), len(large))}"
-            text += _some(sum(o.with_absent for o in large), " (in {} together with an absent cause)")
-            text += _some(sum(o.tied for o in large), " and tied with others in {}") + "; "
+            text = f"In these trials a cause {gap} is found in {_hits(sum(o.right for o in large), len(large))}"
+            text += _count_text(sum(o.with_absent for o in large), " (in {} together with an absent cause)")
+            text += _count_text(sum(o.tied for o in large), " and tied with others in {}") + "; "
         else:
             text = f"No cause {gap} was planted; "
-        left = len(places(self.rig, self.seed)) - len(self.shown)
-        text += self._seen("causes that were planted" if left > 0 else "causes that can act in this leg")
+        left = len(cause_places(self.rig, self.seed)) - len(self.shown)
+        text += self._found_words("causes that were planted" if left > 0 else "causes that can act in this leg")
         if left > 0:
             text += f" {left} further causes that may act in this leg were not planted."
         if nothing:
             beside = {len(nothing): "small causes", 0: "noise"}.get(sum(bool(o.small) for o in nothing))
             text += f" With {beside or 'noise and some small causes'} only, an absent cause is named in "
-            text += _of(sum(not o.right and not o.tied for o in nothing), len(nothing))
-            text += _some(sum(o.tied for o in nothing), " and tied with a true explanation in {}") + "."
+            text += _hits(sum(not o.right and not o.tied for o in nothing), len(nothing))
+            text += _count_text(sum(o.tied for o in nothing), " and tied with a true explanation in {}") + "."
         if others:
             text += (
-                f" Causes outside the library are called unknown in {_of(sum(o.right for o in others), len(others))}."
+                f" Causes outside the library are called unknown in {_hits(sum(o.right for o in others), len(others))}."
             )
         return text
 
-    def _seen(self, kind: str) -> str:
+    def _found_words(self, kind: str) -> str:
         """How many of these causes were found, and how many were only tied with others."""
         possible = [shown for shown in self.shown if shown.highest is not None]
         if not possible:
             return "no smaller one either."
         found = [shown for shown in possible if shown.rung is not None]
         tied = sum(any(o.tied for o in shown.outcomes) for shown in possible if shown.rung is None)
-        text = f"{_of(len(found), len(possible))} {kind} were found at some size"
-        return text + _some(tied, ", {} more only tied with others that these trials cannot distinguish from it") + "."
+        text = f"{_hits(len(found), len(possible))} {kind} were found at some size"
+        return (
+            text
+            + _count_text(tied, ", {} more only tied with others that these trials cannot distinguish from it")
+            + "."
+        )
 
     def as_json(self) -> dict[str, Any]:
         """``rehearsal.json``."""
@@ -152,8 +156,8 @@ class RehearsalResult:
             "seed": self.seed,
             "cases": len(self.outcomes),
             "background": quantity(self.rig.background, "deg"),
-            "background_share": BACKGROUND,
-            "small_causes": self._small(),
+            "background_share": BACKGROUND_SHARE,
+            "small_causes": self._small_causes_json(),
             "noise": quantity(float(np.sqrt(np.mean(self.rig.noise**2))), "deg"),
             "rungs": list(RUNGS),
             "joints": list(self.rig.nominal.names),
@@ -167,7 +171,7 @@ class RehearsalResult:
             **remarks_json(self.rig.left_out),
         }
 
-    def _small(self) -> dict[str, Any]:
+    def _small_causes_json(self) -> dict[str, Any]:
         """In how many cases small causes were planted, how many at most, and the median gap that they leave."""
         planted = [o for o in self.outcomes if o.counts]
         beside = [o for o in planted if o.small]
@@ -188,7 +192,7 @@ class RehearsalResult:
         """One row per cause: diagnoses of its large cases."""
         rows = []
         for shown in self.shown:
-            large = [o for o in shown.outcomes if o.counts and o.task.rung >= LARGE]
+            large = [o for o in shown.outcomes if o.counts and o.task.rung >= LARGE_RUNG]
             diagnoses = Counter(o.diagnosis for o in large)
             rows.append(
                 {"effect": shown.key[0], "joint": shown.key[1], "cases": len(large), "diagnoses": dict(diagnoses)}
@@ -196,10 +200,10 @@ class RehearsalResult:
         return rows
 
 
-def _some(count: int, text: str) -> str:
+def _count_text(count: int, text: str) -> str:
     """The text with the count; nothing for zero."""
     return text.format(count) if count else ""
 
 
-def _of(hits: int, count: int) -> str:
+def _hits(hits: int, count: int) -> str:
     return f"{hits} of {count}"

@@ -14,21 +14,21 @@ from synth.batch.folder import RunCheckpoint
 from synth.batch.local import run_here
 from synth.errors import UserError
 from synth.rehearsal.ladder import round_of
-from synth.rehearsal.one_case import Call, perform
+from synth.rehearsal.one_case import CaseCall, plant_and_diagnose
 from synth.rehearsal.outcome import FAILED, CaseOutcome
-from synth.rehearsal.plants import RUNGS, PlantingTask, places, unlisted_causes
+from synth.rehearsal.plants import RUNGS, PlantingTask, cause_places, unlisted_causes
 from synth.rehearsal.users_rig import Rig
 
 # Cases without a main cause, and with a cause outside the library, per number of causes: a default rehearsal then
 # estimates the rates of false alarms and of missed unlisted causes to a tenth or two.
-OTHERS = 8
+OTHER_CASES = 8
 CASES_A_CAUSE = 2  # default; fewer do not bisect for a rung
 UNLISTED_RUNG = 2  # rung of causes outside the library: large enough to matter
-MOST = 20_000  # beyond any practical waiting time
-FILE = "outcome.json"
+MOST_CASES = 20_000  # beyond any practical waiting time
+OUTCOME_FILE = "outcome.json"
 # Raised where a task is planted or recorded otherwise: finished cases of before are then not reused.
-CASES = "2"
-WORDS = "finished cases of an interrupted `synth gap --rehearse`; repeat the command to resume\n"
+CASE_FORMAT = "2"
+FOLDER_NOTE = "finished cases of an interrupted `synth gap --rehearse`; repeat the command to resume\n"
 
 
 @dataclass
@@ -51,37 +51,37 @@ class Rehearsal:
         ------
         UserError : every case of the first round failed.
         """
-        wanted = places(self.rig, self.seed)
-        clock = _TimeBudget(self.count)
+        wanted = cause_places(self.rig, self.seed)
+        clock = _RunProgress(self.count)
         while len(self.outcomes) < self.count:
-            tasks = self._round(wanted)
-            made = dict(self._done(tasks, kept, earlier))
+            tasks = self._next_round(wanted)
+            made = dict(self._finished_cases(tasks, kept, earlier))
             for task, outcome in made.items():
-                self._note(task, outcome, clock, tell)
+                self._tell_outcome(task, outcome, clock, tell)
             rest = [task for task in tasks if task not in made]
             here = (str(self.project), str(kept.folder), self.seed)
-            calls = [(task.name, Call(*here, task, self.effects)) for task in rest]
+            calls = [(task.name, CaseCall(*here, task, self.effects)) for task in rest]
             ended: dict[str, CaseOutcome] = {}
-            for name, end in run_here(perform, calls, min(self.workers, max(len(rest), 1))) if rest else ():
+            for name, end in run_here(plant_and_diagnose, calls, min(self.workers, max(len(rest), 1))) if rest else ():
                 if end.problems:
                     raise UserError(list(end.problems))
                 if end.crash:
                     raise RuntimeError(end.crash)
-                kept.save(name, self.identity, {FILE: json.dumps(end.value).encode()})
+                kept.save(name, self.identity, {OUTCOME_FILE: json.dumps(end.value).encode()})
                 ended[name] = CaseOutcome.from_json(end.value)
                 task = ended[name].task
-                self._note(task, ended[name], clock, tell, counted=False)
+                self._tell_outcome(task, ended[name], clock, tell, counted=False)
             self.outcomes += [made[t] if t in made else ended[t.name] for t in tasks]
             if all(outcome.verdict == FAILED for outcome in self.outcomes):
                 raise UserError(f"every case failed: {self.outcomes[0].message.strip() or 'no message'}")
 
-    def _round(self, wanted: Sequence[tuple[str, int]]) -> list[PlantingTask]:
+    def _next_round(self, wanted: Sequence[tuple[str, int]]) -> list[PlantingTask]:
         """The next round: a case of each cause, of a cause outside the library, and without a cause."""
         done: dict[tuple[str, int], list[CaseOutcome]] = {}
         for outcome in self.outcomes:
             done.setdefault((outcome.task.effect, outcome.task.joint), []).append(outcome)
         room = self.count - len(self.outcomes)
-        others = max(min(len(wanted) // OTHERS, room // OTHERS), 0)
+        others = max(min(len(wanted) // OTHER_CASES, room // OTHER_CASES), 0)
         number = sum(not outcome.task.effect for outcome in self.outcomes)
         rng = np.random.default_rng([self.seed, number, 0x57A])
         made = [PlantingTask("", 0, 0, number + i) for i in range(others)]
@@ -92,7 +92,7 @@ class Rehearsal:
         made = list({task.name: task for task in made}.values())
         return made + round_of(wanted, done, room - len(made))
 
-    def _done(
+    def _finished_cases(
         self, tasks: Sequence[PlantingTask], kept: RunCheckpoint, earlier: Mapping[str, CaseOutcome]
     ) -> list[tuple[PlantingTask, CaseOutcome]]:
         found = []
@@ -100,15 +100,15 @@ class Rehearsal:
             if task.name in earlier:
                 found.append((task, earlier[task.name]))
             elif kept.has(task.name, self.identity):
-                content = json.loads((kept.files(task.name) / FILE).read_text(encoding="utf-8"))
+                content = json.loads((kept.files(task.name) / OUTCOME_FILE).read_text(encoding="utf-8"))
                 found.append((task, CaseOutcome.from_json(content)))
         return found
 
-    def _note(
+    def _tell_outcome(
         self,
         task: PlantingTask,
         outcome: CaseOutcome,
-        clock: _TimeBudget,
+        clock: _RunProgress,
         tell: Callable[[str], None],
         *,
         counted: bool = True,
@@ -126,7 +126,7 @@ class Rehearsal:
 
 
 @dataclass
-class _TimeBudget:
+class _RunProgress:
     """Finished cases, how many are of this run, and the remaining time at that pace."""
 
     count: int
@@ -144,4 +144,4 @@ class _TimeBudget:
 
 def default_count(rig: Rig, seed: int) -> int:
     """Number of cases of a rehearsal for which none is stated: some for each cause, and some without a listed one."""
-    return CASES_A_CAUSE * (len(places(rig, seed)) + 2 * (len(places(rig, seed)) // OTHERS))
+    return CASES_A_CAUSE * (len(cause_places(rig, seed)) + 2 * (len(cause_places(rig, seed)) // OTHER_CASES))

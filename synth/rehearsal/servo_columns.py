@@ -16,7 +16,7 @@ from synth.files.trial_list import Trial
 from synth.planting.model import PlantedServo, ServoInputs
 from synth.swing.leg_model import Leg
 
-OF_THE_LAW = 10  # numbers of ``Servo.numbers`` that the generator's servo has: those before its control steps
+LAW_NUMBERS = 10  # numbers of ``Servo.numbers`` that the generator's servo has: those before its control steps
 
 
 @dataclass(frozen=True)
@@ -37,23 +37,23 @@ class DriveInputs:
                 continue
             if drive.open_duty:
                 lag = 0.0 if drive.motor is None else drive.motor.lag
-                supply[:, j] = joint.sign * self._between(joint.name + " voltage", lag)
+                supply[:, j] = joint.sign * self._interpolated(joint.name + " voltage", lag)
             else:
-                measured[:, j] = self._held(joint.name + " command")
+                measured[:, j] = self._held_values(joint.name + " command")
                 told = SUPPLY in self.columns and drive.motor is not None
-                supply[:, j] = self._between(SUPPLY) if told else drive.supply
+                supply[:, j] = self._interpolated(SUPPLY) if told else drive.supply
             if joint.name + " enabled" in self.columns:
-                enabled[:, j] = np.clip(self._between(joint.name + " enabled"), 0.0, 1.0)
+                enabled[:, j] = np.clip(self._interpolated(joint.name + " enabled"), 0.0, 1.0)
         command = leg.to_rotation(measured)
         return ServoInputs(self.time, command, supply, enabled)
 
-    def _between(self, name: str, late: float = 0.0) -> Array:
+    def _interpolated(self, name: str, late: float = 0.0) -> Array:
         """Linear between the known values."""
         values = self.columns[name]
         known = np.isfinite(values)
         return np.interp(self.time - late, self.time[known], values[known])
 
-    def _held(self, name: str) -> Array:
+    def _held_values(self, name: str) -> Array:
         """Each known value until the next; the first before it."""
         values = self.columns[name]
         known = np.flatnonzero(np.isfinite(values))
@@ -72,7 +72,7 @@ def planted_servos(leg: Leg) -> tuple[PlantedServo, ...]:
     """The leg's servos for the generator's engine."""
     drives = ((j, joint.drive) for j, joint in enumerate(leg.joints))
     return tuple(
-        PlantedServo(j, *drive.numbers[:OF_THE_LAW])._replace(command_rate=drive.command_rate_limit)
+        PlantedServo(j, *drive.numbers[:LAW_NUMBERS])._replace(command_rate=drive.command_rate_limit)
         for j, drive in drives
         if isinstance(drive, Servo)
     )

@@ -14,7 +14,7 @@ from synth.planting.forms import Scale
 from synth.planting.setup import Setup
 
 Numbers = Mapping[str, Any]
-MEANING = {
+SIZE_MEANINGS = {
     "coulomb_friction": ("friction torque", "N*m"),
     "stribeck_friction": ("break-away torque", "N*m"),
     "load_friction": ("friction torque at its load", "N*m"),
@@ -54,22 +54,22 @@ MEANING = {
 
 
 def size_of(cause: PlantedCause, setup: Setup, scale: Scale) -> float | None:
-    """SI value of the quantity in ``MEANING``; None if the cause has none."""
+    """SI value of the quantity in ``SIZE_MEANINGS``; None if the cause has none."""
     numbers = cause.form.tell(cause.size)
-    known = _BY_EFFECT.get(cause.effect)
+    known = _SIZE_BY_EFFECT.get(cause.effect)
     return None if known is None else abs(float(known(numbers, cause, setup, scale)))
 
 
-def _first(name: str) -> Callable[..., float]:
+def _named_number(name: str) -> Callable[..., float]:
     return lambda numbers, cause, setup, scale: numbers[name]
 
 
-def _ratio(*names: str) -> Callable[..., float]:
+def _largest_relative_change(*names: str) -> Callable[..., float]:
     """The largest relative change among those given."""
     return lambda numbers, cause, setup, scale: max(abs(float(numbers[n]) - 1.0) for n in names if n in numbers)
 
 
-def _at_load(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
+def _friction_at_load(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     j = cause.joint
     if cause.form.build(cause.size)[0].laws[0].law == torque_laws.BEARING:
         return cause.size * setup.true.gravity * float(setup.true.of("mass")[j:].sum())
@@ -83,72 +83,72 @@ def _law_torque(cause: PlantedCause, q: float, w: float) -> float:
     return float(torque_laws.torque(law.law, par, np.zeros((1, 2)), 0.0, q, w, q, w, 0.0, 0.0)[0])
 
 
-def _thinning(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
+def _torque_lost_by_thinning(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     top = float(scale.speed[cause.joint])
     return _law_torque(cause, 0.0, top) / (float(setup.true.of("damper")[cause.joint]) * top)
 
 
-def _drag(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
+def _drag_torque(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     return _law_torque(cause, 0.0, float(scale.speed[cause.joint]))
 
 
-def _hardening(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
+def _hardening_share(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     j = cause.joint
     k, free = float(setup.true.of("spring")[j]), float(setup.true.of("free_angle")[j])
     end = max((float(scale.low[j]), float(scale.high[j])), key=lambda q: abs(q - free))
     return _law_torque(cause, end, 0.0) / (k * (end - free))
 
 
-def _per_spring(name: str) -> Callable[..., float]:
+def _over_spring_rate(name: str) -> Callable[..., float]:
     return lambda numbers, cause, setup, scale: float(numbers[name]) / float(setup.true.of("spring")[cause.joint])
 
 
-def _more_damping(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
+def _damping_change(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     return float(numbers["rate"]) - float(setup.true.of("damper")[cause.joint])
 
 
-def _late(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
+def _delay_or_lag(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     return float(numbers.get("delay_s", numbers.get("lag_s", math.nan)))
 
 
-def _radians(name: str) -> Callable[..., float]:
+def _number_in_radians(name: str) -> Callable[..., float]:
     return lambda numbers, cause, setup, scale: math.radians(float(numbers[name]))
 
 
-_BY_EFFECT: dict[str, Callable[[Numbers, PlantedCause, Setup, Scale], float]] = {
-    "coulomb_friction": _first("p0"),
-    "stribeck_friction": _first("p1"),
-    "load_friction": _at_load,
-    "shear_thinning_damping": _thinning,
-    "quadratic_damping": _drag,
-    "hardening_spring": _hardening,
-    "one_sided_spring": _per_spring("rate_change"),
-    "spring_hysteresis": _per_spring("p0"),
+_SIZE_BY_EFFECT: dict[str, Callable[[Numbers, PlantedCause, Setup, Scale], float]] = {
+    "coulomb_friction": _named_number("p0"),
+    "stribeck_friction": _named_number("p1"),
+    "load_friction": _friction_at_load,
+    "shear_thinning_damping": _torque_lost_by_thinning,
+    "quadratic_damping": _drag_torque,
+    "hardening_spring": _hardening_share,
+    "one_sided_spring": _over_spring_rate("rate_change"),
+    "spring_hysteresis": _over_spring_rate("p0"),
     "backlash": lambda numbers, cause, setup, scale: 2.0 * math.radians(float(numbers["half_gap_deg"])),
-    "spring_preload": _radians("shift_deg"),
-    "link_mass": _ratio("ratio"),
-    "link_inertia": _ratio("com_ratio", "inertia_ratio"),
-    "encoder_offset": _first("offset_rad"),
-    "encoder_scale": _first("scale_error"),
-    "latency": _late,
+    "spring_preload": _number_in_radians("shift_deg"),
+    "link_mass": _largest_relative_change("ratio"),
+    "link_inertia": _largest_relative_change("com_ratio", "inertia_ratio"),
+    "encoder_offset": _named_number("offset_rad"),
+    "encoder_scale": _named_number("scale_error"),
+    "latency": _delay_or_lag,
     "joint_stop": lambda numbers, cause, setup, scale: cause.size,
-    "base_compliance": _first("natural_hz"),
-    "base_tilt": _radians("tilt_deg"),
-    "link_flexibility": _first("rate"),
-    "spring_rate": _ratio("ratio"),
-    "viscous_damping": _more_damping,
-    "armature": _first("inertia"),
-    "torque_offset": _first("offset"),
-    "torque_gain": _first("share"),
-    "torque_delay": _late,
-    "command_delay": _first("value"),
-    "command_rate_limit": _first("value"),
-    "servo_gain": _ratio("value"),
-    "servo_dead_band": _first("value"),
-    "motor_constant": _ratio("value"),
-    "winding_resistance": _ratio("value"),
-    "drive_torque_limit": _first("value"),
-    "source_resistance": _first("value"),
-    "gear_load_friction": _first("p0"),
-    "winding_heating": _first("value"),
+    "base_compliance": _named_number("natural_hz"),
+    "base_tilt": _number_in_radians("tilt_deg"),
+    "link_flexibility": _named_number("rate"),
+    "spring_rate": _largest_relative_change("ratio"),
+    "viscous_damping": _damping_change,
+    "armature": _named_number("inertia"),
+    "torque_offset": _named_number("offset"),
+    "torque_gain": _named_number("share"),
+    "torque_delay": _delay_or_lag,
+    "command_delay": _named_number("value"),
+    "command_rate_limit": _named_number("value"),
+    "servo_gain": _largest_relative_change("value"),
+    "servo_dead_band": _named_number("value"),
+    "motor_constant": _largest_relative_change("value"),
+    "winding_resistance": _largest_relative_change("value"),
+    "drive_torque_limit": _named_number("value"),
+    "source_resistance": _named_number("value"),
+    "gear_load_friction": _named_number("p0"),
+    "winding_heating": _named_number("value"),
 }

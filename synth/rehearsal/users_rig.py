@@ -9,8 +9,8 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.compiling.compiled import keep_code_of
-from synth.diagnosis.check.run import REMAINDER
-from synth.diagnosis.sensor_noise import sensor
+from synth.diagnosis.check.run import UNEXPLAINED_SHARE
+from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.drives.servo import Servo
 from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording, recordings
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 keep_code_of(bodies, torque_laws, engine)  # before any of their functions is called
 
-BACKGROUND = REMAINDER  # share of each joint's motion (RMS) that small causes leave beside a main one
-LEAST_COUNT = 0.1  # of the noise: a smaller step is the file's last digit
-TYPICAL_SPEED = 0.5  # of the largest speed, at which a measured damper's rate is taken
+BACKGROUND_SHARE = UNEXPLAINED_SHARE  # share of each joint's motion (RMS) that small causes leave beside a main one
+LEAST_COUNT_SHARE = 0.1  # of the noise: a smaller step is the file's last digit
+TYPICAL_SPEED_SHARE = 0.5  # of the largest speed, at which a measured damper's rate is taken
 
 
 @dataclass(frozen=True)
@@ -87,40 +87,42 @@ def users_rig(project: GapProject) -> Rig:
     UserError : the generator's engine has no equations for the leg, or there is no trial to score.
     """
     leg = project.leg
-    _refuse(leg)
+    _refuse_unsupported(leg)
     kept = [trial for trial in project.trials if trial.leg is None]
     left_out = [f"{t.name}: has its own leg, which a rehearsal does not support" for t in project.trials if t.leg]
     if all(trial.held_out for trial in kept):
         raise UserError("no trial remains for a rehearsal: all have their own leg or are held out")
     made = recordings(leg, kept, ())
-    found = sensor([r for r, t in zip(made, kept, strict=True) if not t.held_out])
+    found = estimate_sensor([r for r, t in zip(made, kept, strict=True) if not t.held_out])
     fastest_seen = np.max([np.abs(r.smoothed.rate).max(axis=0) for r in made], axis=0)
     motion = [np.std(r.smoothed.angle[:, r.free], axis=0) for r in made if r.free]
     counts = np.full(len(leg.joints), np.inf)
-    coarse = found.step > LEAST_COUNT * found.noise
+    coarse = found.step > LEAST_COUNT_SHARE * found.noise
     counts[coarse] = 2.0 * np.pi / found.step[coarse]
-    inputs = [_inputs(project, t, r) for r, t in zip(made, kept, strict=True)]
+    inputs = [_servo_inputs(project, t, r) for r, t in zip(made, kept, strict=True)]
     rounding = np.where(coarse, found.step, 0.0) / np.sqrt(12.0)
     # Noise beside the rounding: at least a twentieth of both, which the rounding hides.
     noise = np.sqrt(np.maximum(found.noise**2 - rounding**2, (0.05 * found.noise) ** 2))
     told = found.stated(leg.joint_names, project.noise)
     noise[list(told.known)] = told.noise[list(told.known)]
     return Rig(
-        _nominal(leg, fastest_seen),
-        tuple(_trial(leg, r, held_out=t.held_out, own=own) for r, t, own in zip(made, kept, inputs, strict=True)),
+        _nominal_leg(leg, fastest_seen),
+        tuple(
+            _planted_trial(leg, r, held_out=t.held_out, own=own) for r, t, own in zip(made, kept, inputs, strict=True)
+        ),
         tuple(trial.name for trial in kept),
         tuple(r.time for r in made),
         tuple(np.logical_not(r.counts) for r in made),
         project.tolerance.widths(leg),
         noise,
         counts,
-        BACKGROUND * float(np.sqrt(np.mean(np.concatenate(motion) ** 2))),
+        BACKGROUND_SHARE * float(np.sqrt(np.mean(np.concatenate(motion) ** 2))),
         tuple(left_out),
         tuple(inputs),
     )
 
 
-def _inputs(project: GapProject, trial: Trial, recording: Recording) -> DriveInputs | None:
+def _servo_inputs(project: GapProject, trial: Trial, recording: Recording) -> DriveInputs | None:
     """Inputs of a trial's servos, on the recording's clock."""
     if trial.signals is None or recording.signals is None:
         return None
@@ -128,7 +130,7 @@ def _inputs(project: GapProject, trial: Trial, recording: Recording) -> DriveInp
     return drive_inputs(project.path.parent, trial, project.leg, start)
 
 
-def _refuse(leg: OurLeg) -> None:
+def _refuse_unsupported(leg: OurLeg) -> None:
     text = "the leg file gives it effects ({}); a rehearsal plants causes in the designed leg with a separate engine "
     text += "that does not support them. Remove them for the rehearsal"
     found = [(joint.name, joint.effects) for joint in leg.joints] + [("base", leg.effects)]
@@ -144,11 +146,11 @@ def _refuse(leg: OurLeg) -> None:
         raise UserError(problems)
 
 
-def _nominal(leg: OurLeg, fastest_seen: Array) -> PlantedLeg:
+def _nominal_leg(leg: OurLeg, fastest_seen: Array) -> PlantedLeg:
     """The generator's leg, with rows in the order of ``planting.model.PARAMETERS``."""
     rates, curves = [], []
     for j, joint in enumerate(leg.joints):
-        rate, curve = _damper(joint, TYPICAL_SPEED * float(fastest_seen[j]))
+        rate, curve = _damper_rate_and_curve(joint, TYPICAL_SPEED_SHARE * float(fastest_seen[j]))
         rates.append(rate)
         if curve is not None:
             curves.append((j, curve))
@@ -172,7 +174,7 @@ def _nominal(leg: OurLeg, fastest_seen: Array) -> PlantedLeg:
     )
 
 
-def _damper(joint: Joint, speed: float) -> tuple[float, Array | None]:
+def _damper_rate_and_curve(joint: Joint, speed: float) -> tuple[float, Array | None]:
     """N m s/rad, and the curve if there is one: rows of speed and torque from (0, 0)."""
     damper = joint.damper
     if damper is None:
@@ -184,7 +186,7 @@ def _damper(joint: Joint, speed: float) -> tuple[float, Array | None]:
     return float(torque_at(damper.curve, np.array([speed]))[0]) / speed, rows
 
 
-def _trial(leg: OurLeg, recording: Recording, *, held_out: bool, own: DriveInputs | None) -> PlantedTrial:
+def _planted_trial(leg: OurLeg, recording: Recording, *, held_out: bool, own: DriveInputs | None) -> PlantedTrial:
     """One trial from the pose and speed at its start."""
     smoothed, conditions = recording.smoothed, recording.conditions
     known = recording.known_torque

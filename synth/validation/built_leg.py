@@ -17,20 +17,22 @@ from synth.fit.fit_result import FitResult, JointFit
 from synth.fit.recordings import Recording, recordings
 from synth.fit.starts import starts
 from synth.swing.leg_model import Damper, Leg, Spring
-from synth.validation.comparison_table import ComparisonRow, ComparisonTable, cell, listed, percent
-from synth.validation.explanations import inside, on_bounds, ridge_sentence
+from synth.validation.comparison_table import ComparisonRow, ComparisonTable, listed, percent, table_cell
+from synth.validation.explanations import bound_sentences, ridge_sentence, within_interval
 from synth.validation.ridge_scan import rate_scan
 from synth.validation.thesis_data import JOINTS, LabData
 
 USED = 4  # releases per joint that the thesis used: the first ones
 WIRE_THEORY = 38.0  # N m/rad, rate of the hip's spring as calculated in the thesis
-STICKS = np.radians(3.0)  # largest angle between static equilibrium and the pose in which a sticking joint stops
-HELD = RatePrior(spring=1e-3, damper=1e-3, free_angle=np.radians(3.0))  # sharp prior on joints identified before
+STICKING_ANGLE = np.radians(
+    3.0
+)  # largest angle between static equilibrium and the pose in which a sticking joint stops
+HELD_PRIOR = RatePrior(spring=1e-3, damper=1e-3, free_angle=np.radians(3.0))  # sharp prior on joints identified before
 HELD_AT = (15.0, 38.0, 75.8, 150.0)  # N m/rad, fixed rates of the hip's spring that show the ridge
 
 
 @dataclass(frozen=True)
-class Isolated:
+class IsolatedFit:
     """The fit of one joint, with the joints outboard of it as identified before."""
 
     joint: str
@@ -50,8 +52,10 @@ def table_8(data: LabData) -> ComparisonTable:
     lower, upper = (
         np.array([[pair[end] for pair in bounds[key]] for key in ("bounds_k", "bounds_b")]) for end in (0, 1)
     )
-    found = isolated(data)
-    together = fit_leg(data.built, _all(data), LegFitOptions(free_angle="per_trial", tolerance=data.tolerance))
+    found = fit_isolated_joints(data)
+    together = fit_leg(
+        data.built, _whole_leg_recordings(data), LegFitOptions(free_angle="per_trial", tolerance=data.tolerance)
+    )
     rows = []
     for row, (symbol, unit) in enumerate((("k", "N*m/rad"), ("b", "N*m*s/rad"))):
         for j, name in enumerate(JOINTS):
@@ -59,14 +63,16 @@ def table_8(data: LabData) -> ComparisonTable:
             estimates = [joint.spring_rate if row == 0 else joint.damper_rate for joint in fits]
             ends = f"{lower[row, j]:.4g} to {upper[row, j]:.4g}"
             rows.append(
-                ComparisonRow(f"{name} {symbol}", (cell(published[row, j], unit), ends, *(cell(e) for e in estimates)))
+                ComparisonRow(
+                    f"{name} {symbol}", (table_cell(published[row, j], unit), ends, *(table_cell(e) for e in estimates))
+                )
             )
     messages = [
-        *on_bounds(published, lower, upper, "the published pair"),
-        *_outside(found, lower, upper),
-        *_by_joint(published, found),
-        *_ridge(found["hip"]),
-        _spread(found),
+        *bound_sentences(published, lower, upper, "the published pair"),
+        *_bound_sentences(found, lower, upper),
+        *_joint_sentences(published, found),
+        *_ridge_sentences(found["hip"]),
+        _free_angle_sentence(found),
     ]
     return ComparisonTable(
         "Table 8",
@@ -80,25 +86,25 @@ def table_8(data: LabData) -> ComparisonTable:
     )
 
 
-def isolated(data: LabData) -> dict[str, Isolated]:
+def fit_isolated_joints(data: LabData) -> dict[str, IsolatedFit]:
     """Fits of ankle, knee and hip, in this order; sharp priors hold the joints identified before."""
     known, results = data.built, {}
     for joint in reversed(JOINTS):
-        leg, recordings = _outward(data, joint, range(1, USED + 1))
+        leg, recordings = _outboard_leg(data, joint, range(1, USED + 1))
         # The joint itself has no prior; the prior holds the joints outboard of it at their values in the leg.
         held = replace(leg, joints=tuple(known.joints[len(JOINTS) - len(leg.joints) :]))
         held = held.with_joints(**{joint: {"spring": None, "damper": None}})
-        prior = HELD if len(leg.joints) > 1 else None
+        prior = HELD_PRIOR if len(leg.joints) > 1 else None
         options = LegFitOptions(
-            free_angle="per_trial", prior=prior, static=_ends(leg, recordings), tolerance=data.tolerance
+            free_angle="per_trial", prior=prior, static=_final_poses(leg, recordings), tolerance=data.tolerance
         )
         fit = fit_leg(held, recordings, options)
-        results[joint] = Isolated(joint, fit, tuple(recordings))
-        known = _with(known, joint, fit.joints[joint])
+        results[joint] = IsolatedFit(joint, fit, tuple(recordings))
+        known = _with_joint_as_found(known, joint, fit.joints[joint])
     return results
 
 
-def _outward(data: LabData, joint: str, numbers: Sequence[int]) -> tuple[Leg, list[Recording]]:
+def _outboard_leg(data: LabData, joint: str, numbers: Sequence[int]) -> tuple[Leg, list[Recording]]:
     """The part of the leg from a joint outwards, and that joint's releases; held inboard links become a tilt."""
     first = JOINTS.index(joint)
     entries = [f"dog/joint_tests/{joint}_{i}.csv" for i in numbers]
@@ -110,8 +116,8 @@ def _outward(data: LabData, joint: str, numbers: Sequence[int]) -> tuple[Leg, li
     return leg, recordings(leg, trials)
 
 
-def _ends(leg: Leg, recordings: Sequence[Recording]) -> tuple[StaticPoint, ...]:
-    """The final poses of the releases as static points: spring and weight balance there, within ``STICKS``.
+def _final_poses(leg: Leg, recordings: Sequence[Recording]) -> tuple[StaticPoint, ...]:
+    """The final poses of the releases as static points: spring and weight balance there, within ``STICKING_ANGLE``.
 
     The thesis also derives its free angles from them. Without them a very soft spring with a distant free angle fits
     the releases equally well.
@@ -121,11 +127,11 @@ def _ends(leg: Leg, recordings: Sequence[Recording]) -> tuple[StaticPoint, ...]:
         pose = leg.to_measured(start.end)
         nothing = np.zeros(len(pose))
         tilt = recording.conditions.tilt
-        points.append(StaticPoint(recording.name, pose, nothing, (0,), tilt=tilt, angle_error=STICKS))
+        points.append(StaticPoint(recording.name, pose, nothing, (0,), tilt=tilt, angle_error=STICKING_ANGLE))
     return tuple(points)
 
 
-def _with(leg: Leg, joint: str, found: JointFit) -> Leg:
+def _with_joint_as_found(leg: Leg, joint: str, found: JointFit) -> Leg:
     assert found.damper_rate is not None
     parts = {
         "spring": Spring(found.spring_rate.value, found.free_angle.value),
@@ -134,7 +140,7 @@ def _with(leg: Leg, joint: str, found: JointFit) -> Leg:
     return leg.with_joints(**{joint: parts})
 
 
-def _all(data: LabData) -> list[Recording]:
+def _whole_leg_recordings(data: LabData) -> list[Recording]:
     """The releases of all joints as recordings of the whole leg."""
     numbers = range(1, USED + 1)
     entries = [
@@ -145,7 +151,7 @@ def _all(data: LabData) -> list[Recording]:
     return data.trials(data.built, entries)
 
 
-def _outside(found: Mapping[str, Isolated], lower: Array, upper: Array) -> list[str]:
+def _bound_sentences(found: Mapping[str, IsolatedFit], lower: Array, upper: Array) -> list[str]:
     """Sentences on bounds of the thesis that exclude our estimate or the theoretical rate of the spring."""
     messages = []
     for j, name in enumerate(JOINTS):
@@ -168,7 +174,7 @@ def _outside(found: Mapping[str, Isolated], lower: Array, upper: Array) -> list[
     return messages
 
 
-def _by_joint(published: Array, found: Mapping[str, Isolated]) -> list[str]:
+def _joint_sentences(published: Array, found: Mapping[str, IsolatedFit]) -> list[str]:
     messages = []
     for j, name in enumerate(JOINTS):
         item = found[name]
@@ -176,7 +182,7 @@ def _by_joint(published: Array, found: Mapping[str, Isolated]) -> list[str]:
         assert joint.damper_rate is not None
         rates = joint.spring_rate.value, joint.damper_rate.value
         quotients = rates[1] / rates[0], published[1, j] / published[0, j]
-        both = inside(joint.spring_rate, published[0, j]), inside(joint.damper_rate, published[1, j])
+        both = within_interval(joint.spring_rate, published[0, j]), within_interval(joint.damper_rate, published[1, j])
         words = [f"{s} {'inside' if held else 'outside'}" for s, held in zip("kb", both, strict=True)]
         where = f" ({listed(words)} our 90 % intervals)" if ridge_sentence(item.fit, name) is None else ""
         messages.append(
@@ -187,7 +193,7 @@ def _by_joint(published: Array, found: Mapping[str, Isolated]) -> list[str]:
     return messages
 
 
-def _ridge(hip: Isolated) -> list[str]:
+def _ridge_sentences(hip: IsolatedFit) -> list[str]:
     """How little the residual depends on the hip's k if b is refitted."""
     found = rate_scan(hip.fit, hip.recordings, "hip", HELD_AT)
     left = ", ".join(f"{np.degrees(item.rms):.2f}" for item in found)
@@ -199,7 +205,7 @@ def _ridge(hip: Isolated) -> list[str]:
     ]
 
 
-def _spread(found: Mapping[str, Isolated]) -> str:
+def _free_angle_sentence(found: Mapping[str, IsolatedFit]) -> str:
     spreads = [
         f"{name} {np.degrees(found[name].found.free_angle_spread.value):.1f} deg" for name in ("hip", "knee", "ankle")
     ]

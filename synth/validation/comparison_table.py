@@ -43,7 +43,7 @@ class ComparisonTable:
         }
 
 
-def cell(value: Estimate | float | None, unit: str = "") -> Cell:
+def table_cell(value: Estimate | float | None, unit: str = "") -> Cell:
     """An estimate with its interval, or an SI number with its display ``unit``; None for None and nan."""
     if isinstance(value, Estimate):
         return value.as_json()

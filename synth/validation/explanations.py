@@ -14,8 +14,8 @@ from synth.remarks import joint_of, kind_of
 from synth.validation.comparison_table import percent
 from synth.validation.thesis_data import JOINTS
 
-NEAR = 0.1  # relative difference that needs no explanation
-ON_BOUND = 0.005  # share of the search range; a rate closer to its bound counts as on it
+NEAR_DIFFERENCE = 0.1  # relative difference that needs no explanation
+BOUND_SHARE = 0.005  # share of the search range; a rate closer to its bound counts as on it
 
 
 def found_rates(result: FitResult) -> Array:
@@ -24,7 +24,7 @@ def found_rates(result: FitResult) -> Array:
     return np.array([[joint.spring_rate.value for joint in result.joints.values()], dampers])
 
 
-def inside(estimate: Estimate, value: float) -> bool:
+def within_interval(estimate: Estimate, value: float) -> bool:
     """Whether ``value`` lies within the estimate's 90 % interval."""
     return estimate.low is not None and estimate.high is not None and estimate.low <= value <= estimate.high
 
@@ -47,25 +47,28 @@ def difference_sentences(published: Array, ours: FitResult, rms: Array, best: Ar
         times = published[1, j] / published[0, j], joint.damper_rate.value / joint.spring_rate.value
         left = f"the RMS residual of the published pair is {np.degrees(rms[j]):.2f} deg, of ours "
         left += f"{np.degrees(best[j]):.2f} deg"
-        both = inside(joint.spring_rate, k) and inside(joint.damper_rate, b)
-        same = all(abs(np.log(e / p)) < NEAR for e, p in ((joint.spring_rate.value, k), (joint.damper_rate.value, b)))
+        both = within_interval(joint.spring_rate, k) and within_interval(joint.damper_rate, b)
+        same = all(
+            abs(np.log(e / p)) < NEAR_DIFFERENCE
+            for e, p in ((joint.spring_rate.value, k), (joint.damper_rate.value, b))
+        )
         soft = ridge_sentence(ours, name)
         if soft is not None:
             messages.append(f"{name}: {change}, but {soft.removeprefix(f'{name}: ')} {left[0].upper()}{left[1:]}.")
         elif same:
-            messages.append(f"{name}: the same within {100 * NEAR:.0f} % ({change}); {left}.")
+            messages.append(f"{name}: the same within {100 * NEAR_DIFFERENCE:.0f} % ({change}); {left}.")
         elif both:
             messages.append(
                 f"{name}: {change}; both published rates lie inside our 90 % intervals, so these recordings do not "
                 f"distinguish them from ours ({left})."
             )
         # B/k is a quotient of two rates: root of 2 times NEAR, rounded up.
-        elif abs(np.log(times[1] / times[0])) < 1.5 * NEAR:
+        elif abs(np.log(times[1] / times[0])) < 1.5 * NEAR_DIFFERENCE:
             messages.append(
                 f"{name}: {change}, but b/k is {times[1]:.3g} s against the published {times[0]:.3g} s: the recordings "
                 f"determine the quotient, not the two rates; {left}."
             )
-        elif rms[j] > (1 + NEAR) * best[j]:
+        elif rms[j] > (1 + NEAR_DIFFERENCE) * best[j]:
             messages.append(
                 f"{name}: {change}; b/k {times[1]:.3g} s against {times[0]:.3g} s; {left}: the published pair fits "
                 "worse."
@@ -78,13 +81,13 @@ def difference_sentences(published: Array, ours: FitResult, rms: Array, best: Ar
     return messages
 
 
-def on_bounds(rates: Array, lower: Array, upper: Array, whose: str) -> list[str]:
+def bound_sentences(rates: Array, lower: Array, upper: Array, whose: str) -> list[str]:
     """Sentences on rates (2, 3) that lie on a bound ``lower`` or ``upper`` (2, 3) of their search."""
     messages = []
     for row, symbol in enumerate("kb"):
         for j, name in enumerate(JOINTS):
             for end, word in ((lower[row, j], "lower"), (upper[row, j], "upper")):
-                if abs(rates[row, j] / end - 1) < ON_BOUND:
+                if abs(rates[row, j] / end - 1) < BOUND_SHARE:
                     messages.append(
                         f"{name}: {symbol} of {whose} lies on its {word} bound, {end:.4g}: the bound stopped the "
                         "search before its minimum."

@@ -110,12 +110,12 @@ class Configuration:
             found[reach] = heights(compiled_jump(leg.bending).run(made), row)
         return found
 
-    def best(self, model: str, longest: float = float(LENGTHS[-1])) -> Best:
+    def best(self, model: str, longest: float = float(LENGTHS[-1])) -> BestDesign:
         """The design with the highest clearance among the maker's gears and legs of up to ``longest`` m."""
         length = LENGTHS[: int(np.searchsorted(LENGTHS, longest + 1e-9))]
         found = np.array([self.by_length(model, ratio, length) for ratio in RATIOS])
         i, j = np.unravel_index(int(np.argmax(found)), found.shape)
-        return Best(float(found[i, j]), RATIOS[i], float(length[j]))
+        return BestDesign(float(found[i, j]), RATIOS[i], float(length[j]))
 
     def interval(self, model: str, tolerances: HopperTolerances = TOLERANCES) -> tuple[float, float, float]:
         """Nominal value and both ends of the 90 % interval of the 12 cm leg's clearance, m."""
@@ -125,7 +125,7 @@ class Configuration:
         return float(nominal[0]), float(low[0]), float(high[0])
 
 
-def spreads(given: Configuration, model: str) -> dict[str, tuple[float, float]]:
+def height_spreads(given: Configuration, model: str) -> dict[str, tuple[float, float]]:
     """Quantity -> lowest and highest clearance, m, of the 12 cm leg over the tolerance of that quantity alone."""
     made = groups(given.leg, given.motor(RATIO), GROUND, MODELS[model], TOLERANCES, np.array([LENGTH]))
     found = heights(compiled_jump(given.leg.bending).run(made[0]))
@@ -134,7 +134,7 @@ def spreads(given: Configuration, model: str) -> dict[str, tuple[float, float]]:
 
 
 @dataclass(frozen=True)
-class Best:
+class BestDesign:
     """The best design of a sweep: clearance m, gear ratio, length of the upper link m."""
 
     clearance: float
@@ -142,13 +142,13 @@ class Best:
     length: float
 
 
-def deepest() -> float:
+def deepest_crouch() -> float:
     """The deepest crouch of the 12 cm leg at which its lower links do not lock, rad."""
     leg = HopperLeg(length=LENGTH)
     return float(np.arcsin(leg.lower_ratio * sin(LOCKED) - 0.5 * leg.hip_spacing / LENGTH)) - 1e-6
 
 
-def calibrated(given: Configuration, row: int = CLEARANCE) -> Configuration | None:
+def calibrate_crouch(given: Configuration, row: int = CLEARANCE) -> Configuration | None:
     """The configuration with the crouch at which the 12 cm leg of model D reaches the published 22 cm.
 
     ``row`` : the height that is compared. None: the deepest crouch does not reach it.
@@ -157,10 +157,10 @@ def calibrated(given: Configuration, row: int = CLEARANCE) -> Configuration | No
     def at(crouch: float) -> Configuration:
         return replace(given, crouch=crouch)
 
-    low, high = max(SHALLOWEST, given.extended + LEAST_STROKE), deepest()
+    low, high = max(SHALLOWEST, given.extended + LEAST_STROKE), deepest_crouch()
     if at(high).height("D", row=row) < PREDICTED:
         return None
-    return at(_crossing(lambda crouch: at(crouch).height("D", row=row) - PREDICTED, low, high))
+    return at(_rising_root(lambda crouch: at(crouch).height("D", row=row) - PREDICTED, low, high))
 
 
 def inertia_for(given: Configuration, target: float = MEASURED) -> float | None:
@@ -170,7 +170,7 @@ def inertia_for(given: Configuration, target: float = MEASURED) -> float | None:
         return target - replace(given, inertia=float(np.exp(logarithm))).height("full")
 
     low, high = float(np.log(LIGHTEST)), float(np.log(HEAVIEST))
-    return None if excess(low) > 0.0 or excess(high) < 0.0 else float(np.exp(_crossing(excess, low, high)))
+    return None if excess(low) > 0.0 or excess(high) < 0.0 else float(np.exp(_rising_root(excess, low, high)))
 
 
 def rotor_diameter(inertia: float) -> float:
@@ -178,12 +178,12 @@ def rotor_diameter(inertia: float) -> float:
     return float((32.0 * inertia / (np.pi * ROTOR_DENSITY * ROTOR_LENGTH)) ** 0.25)
 
 
-def is_the_studys(best: Best) -> bool:
+def is_the_studys(best: BestDesign) -> bool:
     """Whether a best design is 210:1 with 12 to 14 cm, the published one, or a neighbour: 180 to 240:1, 11 to 15 cm."""
     return 180.0 <= best.ratio <= 240.0 and 0.11 <= best.length <= 0.15
 
 
-def _crossing(rising: Callable[[float], float], low: float, high: float) -> float:
+def _rising_root(rising: Callable[[float], float], low: float, high: float) -> float:
     """The root of a rising function, by bisection."""
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)

@@ -10,7 +10,7 @@ import numpy as np
 from synth.estimation.intervals import Estimate
 from synth.jump.hopper_leg import HopperTolerances
 from synth.jump.outcomes import APEX, PEAK_GEAR_TORQUE
-from synth.validation.comparison_table import ComparisonRow, ComparisonTable, cell
+from synth.validation.comparison_table import ComparisonRow, ComparisonTable, table_cell
 from synth.validation.jump_claims import (
     BEST_LENGTHS,
     GEAR_LIMIT,
@@ -26,52 +26,52 @@ from synth.validation.jump_claims import (
     SHORT_RATIO,
     SUITABLE,
     TOLERANCES,
-    Best,
+    BestDesign,
     Configuration,
-    calibrated,
+    calibrate_crouch,
     constant_torque_point_mass,
-    deepest,
+    deepest_crouch,
     description,
+    height_spreads,
     inertia_for,
     is_the_studys,
     printed_work_share,
     rotor_diameter,
-    spreads,
 )
 
-LADDER = ("point_mass", "A", "B", "D", "full")
+MODEL_LADDER = ("point_mass", "A", "B", "D", "full")
 # The text gives neither the supply (V) nor the joint damping (a multiple of the value in the laboratory's code). The
 # first pair is the code's own; the others range from the motor's rated 6 V to a battery of three cells.
 OPEN = ((5.7, 1.0), (6.0, 1.0), (7.4, 1.0), (7.4, 2.0), (7.4, 4.0), (9.0, 4.0), (9.0, 8.0), (11.1, 8.0))
 # A leg's stop is not published either: deg of the upper link and V, from a nearly stretched leg to one that stops
 # halfway, at the motor's rated voltage and at those of batteries of two and three cells. The damping is the code's.
-STOPS = ((25.0, 6.0), (25.0, 7.4), (35.0, 6.0), (35.0, 11.1), (40.0, 7.4), (40.0, 11.1))
-FOLLOWED = (7.4, 2.0)  # the configuration whose best design is the study's; see ``_configurations``
+STOP_CONFIGURATIONS = ((25.0, 6.0), (25.0, 7.4), (35.0, 6.0), (35.0, 11.1), (40.0, 7.4), (40.0, 11.1))
+FOLLOWED_CONFIGURATION = (7.4, 2.0)  # the configuration whose best design is the study's; see ``_configurations_table``
 
 
 @dataclass(frozen=True)
-class Case:
+class CrouchCase:
     """A configuration with calibrated crouch, or the deepest crouch if none gives the published height."""
 
     given: Configuration
     reached: bool
     heights: dict[str, float]
-    best: Best
+    best: BestDesign
     inertia: float | None
     gear_torque: float  # N m, largest of one gear in the full model
 
     @classmethod
-    def of(cls, supply: float, damping: float, stop: float | None = None) -> Case:
+    def of(cls, supply: float, damping: float, stop: float | None = None) -> CrouchCase:
         """The case with the crouch that gives model D's published height, or the deepest; ``stop`` in deg."""
         open_ = Configuration(supply=supply, damping=damping * Configuration.damping)
         if stop is not None:
             open_ = replace(open_, extended=radians(stop))
-        found = calibrated(open_)
-        given = found or replace(open_, crouch=deepest())
+        found = calibrate_crouch(open_)
+        given = found or replace(open_, crouch=deepest_crouch())
         return cls(
             given,
             found is not None,
-            {model: given.height(model) for model in LADDER},
+            {model: given.height(model) for model in MODEL_LADDER},
             given.best("D", SUITABLE),
             inertia_for(given),
             given.height("full", row=PEAK_GEAR_TORQUE),
@@ -80,19 +80,22 @@ class Case:
 
 def jump_tables() -> tuple[ComparisonTable, ...]:
     """The tables of claims, of heights by model, and of configurations."""
-    cases = [Case.of(*item) for item in OPEN]
-    followed = cases[OPEN.index(FOLLOWED)]
-    stopped = [Case.of(volts, 1.0, stop) for stop, volts in STOPS]
-    return _claims(followed, cases), _heights(followed), _configurations(cases), _stops(stopped)
+    cases = [CrouchCase.of(*item) for item in OPEN]
+    followed = cases[OPEN.index(FOLLOWED_CONFIGURATION)]
+    stopped = [CrouchCase.of(volts, 1.0, stop) for stop, volts in STOP_CONFIGURATIONS]
+    return _claims_table(followed, cases), _heights_table(followed), _configurations_table(cases), _stops_table(stopped)
 
 
-def _claims(case: Case, cases: list[Case]) -> ComparisonTable:
+def _claims_table(case: CrouchCase, cases: list[CrouchCase]) -> ComparisonTable:
     given, tall, top = case.given, case.heights, case.given.best("D")
-    full, short = _interval(given, "full"), float(given.by_length("D", SHORT_RATIO, np.array([SHORT_LENGTH]))[0])
+    full, short = (
+        _clearance_interval(given, "full"),
+        float(given.by_length("D", SHORT_RATIO, np.array([SHORT_LENGTH]))[0]),
+    )
     ours = {model: given.best(model, SUITABLE) for model in "ABD"}
     rows = (
-        ("predicted clearance (D), 12 cm, 210:1", cell(PREDICTED, "cm"), cell(tall["D"], "cm")),
-        ("measured clearance, mean of three", cell(MEASURED, "cm"), cell(full)),
+        ("predicted clearance (D), 12 cm, 210:1", table_cell(PREDICTED, "cm"), table_cell(tall["D"], "cm")),
+        ("measured clearance, mean of three", table_cell(MEASURED, "cm"), table_cell(full)),
         ("prediction over measurement", f"{PREDICTED / MEASURED:.2f}", f"{tall['D'] / tall['full']:.2f} (D over full)"),
         ("best gear ratio (D)", "210:1", f"{ours['D'].ratio:.0f}:1"),
         ("best leg (D)", BEST_LENGTHS, f"{100 * ours['D'].length:.0f} cm, of legs up to {100 * SUITABLE:.0f} cm"),
@@ -111,7 +114,7 @@ def _claims(case: Case, cases: list[Case]) -> ComparisonTable:
     share = printed_work_share(given.crouch, given.leg.extended)
     ends = [case.inertia for case in cases if case.reached and case.inertia is not None]
     low, high = full.low or 0.0, full.high or 0.0
-    wide = _half_width(given, TOLERANCES)
+    wide = _relative_half_width(given, TOLERANCES)
     inside = "contains" if low <= MEASURED <= high else "does not contain"
     messages = (
         f"Calibration: {description(given)}. Only the crouch is calibrated to a published height (22 cm of D). Supply "
@@ -128,7 +131,7 @@ def _claims(case: Case, cases: list[Case]) -> ComparisonTable:
         "A spin-down of the bare motor, or its run from stall to free speed, would determine the inertia.",
         f"The 90 % interval is +-{100 * wide:.0f} %; to test the model it must be +-{100 * HALF_WIDTH:.0f} %. The "
         f"largest contributions, each alone: {_largest(given)}. With motor, joints and masses measured on the built "
-        f"leg it would be +-{100 * _half_width(given, MEASURED_TOLERANCES):.0f} %.",
+        f"leg it would be +-{100 * _relative_half_width(given, MEASURED_TOLERANCES):.0f} %.",
         f"Best leg: D's clearance rises slowly with length, to {_cm(top.clearance)} at {100 * top.length:.0f} cm with "
         f"{top.ratio:.0f}:1, so the best length is the longest one allowed. The longest length that the study calls "
         f"suitable is {100 * SUITABLE:.0f} cm.",
@@ -143,13 +146,16 @@ def _claims(case: Case, cases: list[Case]) -> ComparisonTable:
     )  # fmt: skip
 
 
-def _heights(case: Case) -> ComparisonTable:
+def _heights_table(case: CrouchCase) -> ComparisonTable:
     given = case.given
-    total = {model: given.height(model, row=APEX) for model in LADDER}
-    rows = tuple(ComparisonRow(name, (cell(given.height(name), "cm"), cell(total[name], "cm"))) for name in LADDER)
+    total = {model: given.height(model, row=APEX) for model in MODEL_LADDER}
+    rows = tuple(
+        ComparisonRow(name, (table_cell(given.height(name), "cm"), table_cell(total[name], "cm")))
+        for name in MODEL_LADDER
+    )
     messages = (
         f"Total height includes the body's rise while the leg extends: D reaches {_cm(total['D'])} with the leg whose "
-        f"clearance is {_cm(case.heights['D'])}. {_as_total(given)}",
+        f"clearance is {_cm(case.heights['D'])}. {_total_height_sentence(given)}",
         "B has no joint damping and D no motor dynamics; full has both, and a ground that never pulls.",
     )
     return ComparisonTable(
@@ -158,12 +164,12 @@ def _heights(case: Case) -> ComparisonTable:
     )  # fmt: skip
 
 
-def _configurations(cases: list[Case]) -> ComparisonTable:
+def _configurations_table(cases: list[CrouchCase]) -> ComparisonTable:
     rows = []
     for case in cases:
         given = case.given
         note = f"{case.best.ratio:.0f}:1, {100 * case.best.length:.0f} cm"
-        cells = [cell(case.heights[model], "cm") for model in ("A", "B", "D", "full")]
+        cells = [table_cell(case.heights[model], "cm") for model in ("A", "B", "D", "full")]
         needed = None if case.inertia is None else f"{case.inertia:.1e} kg*m^2"
         label = f"{given.supply:g} V, {given.damping:.2g} N*m*s/rad"
         rows.append(ComparisonRow(label, (f"{degrees(given.crouch):.1f} deg", *cells, note, needed)))
@@ -194,18 +200,18 @@ def _configurations(cases: list[Case]) -> ComparisonTable:
     )  # fmt: skip
 
 
-def _stops(cases: list[Case]) -> ComparisonTable:
+def _stops_table(cases: list[CrouchCase]) -> ComparisonTable:
     """Legs that stop before they are stretched: the foot leaves the ground while the rotors still turn slowly."""
     rows, complete = [], [case for case in cases if case.reached]
     for case in cases:
         given, needed = case.given, case.inertia
-        cells = [cell(case.heights[model], "cm") for model in ("D", "full")]
+        cells = [table_cell(case.heights[model], "cm") for model in ("D", "full")]
         share = "-" if needed is None else f"{100 * needed / ROTOR_INERTIA:.0f} %"
         best = f"{case.best.ratio:.0f}:1, {100 * case.best.length:.0f} cm"
         label = f"{degrees(given.extended):.0f} deg, {given.supply:g} V"
-        torque = cell(case.gear_torque, "N*m")
+        torque = table_cell(case.gear_torque, "N*m")
         rows.append(ComparisonRow(label, (f"{degrees(given.crouch):.1f} deg", *cells, best, share, torque)))
-    messages = _what_a_stop_costs(complete)
+    messages = _stop_sentences(complete)
     return ComparisonTable(
         "Stops", "The same where the leg stops before it is stretched",
         ("stop, supply", "crouch", "D", "full", "D's best design", "rotor inertia for 18.3 cm, of the estimate",
@@ -217,7 +223,7 @@ def _stops(cases: list[Case]) -> ComparisonTable:
     )  # fmt: skip
 
 
-def _what_a_stop_costs(cases: list[Case]) -> tuple[str, ...]:
+def _stop_sentences(cases: list[CrouchCase]) -> tuple[str, ...]:
     """Why a stop explains no height: the rotors hit it, and the gear carries that blow."""
     high = max(cases, key=lambda case: case.heights["full"])
     borne = [case for case in cases if case.gear_torque <= MOST_OVER * GEAR_LIMIT]
@@ -240,9 +246,9 @@ def _what_a_stop_costs(cases: list[Case]) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def _as_total(given: Configuration) -> str:
+def _total_height_sentence(given: Configuration) -> str:
     """The consequence of reading the published 22 cm as a total height."""
-    other = calibrated(given, APEX)
+    other = calibrate_crouch(given, APEX)
     if other is None:
         return "As a total height the published 22 cm cannot be reached."
     clear = other.height("D")
@@ -253,12 +259,12 @@ def _as_total(given: Configuration) -> str:
     )
 
 
-def _interval(given: Configuration, model: str) -> Estimate:
+def _clearance_interval(given: Configuration, model: str) -> Estimate:
     value, low, high = given.interval(model)
     return Estimate(value, "cm", low, high)
 
 
-def _half_width(given: Configuration, tolerances: HopperTolerances) -> float:
+def _relative_half_width(given: Configuration, tolerances: HopperTolerances) -> float:
     """Half of the 90 % interval of the full model's clearance, over the clearance."""
     value, low, high = given.interval("full", tolerances)
     return 0.5 * (high - low) / value
@@ -266,7 +272,7 @@ def _half_width(given: Configuration, tolerances: HopperTolerances) -> float:
 
 def _largest(given: Configuration) -> str:
     """The three quantities whose tolerances contribute most to the interval, as text."""
-    ranked = sorted(spreads(given, "full").items(), key=lambda item: item[1][0] - item[1][1])
+    ranked = sorted(height_spreads(given, "full").items(), key=lambda item: item[1][0] - item[1][1])
     return ", ".join(f"{name} gives {100 * low:.1f} to {_cm(high)}" for name, (low, high) in ranked[:3])
 
 

@@ -13,15 +13,15 @@ from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.rate_search import Bounds
 from synth.fit.recordings import Recording
-from synth.validation.comparison_table import ComparisonRow, ComparisonTable, cell
-from synth.validation.explanations import difference_sentences, found_rates, median_text, on_bounds
+from synth.validation.comparison_table import ComparisonRow, ComparisonTable, table_cell
+from synth.validation.explanations import bound_sentences, difference_sentences, found_rates, median_text
 from synth.validation.thesis_data import JOINTS, SEVEN, LabData
-from synth.validation.thesis_method import ALL, ANKLE, HIP, KNEE, NONE, Mistakes, Terms, ThesisMethod
+from synth.validation.thesis_method import ALL_MISTAKES, ANKLE, HIP, KNEE, NO_MISTAKES, Mistakes, Terms, ThesisMethod
 
 # The thesis' start values (its HandOPTknee_IC) and bounds over them, spring and damper rates by joint.
-START = np.array([[0.1, 0.008, 0.003], [0.004, 0.00022, 0.0002]])
-ABOVE = np.array([[1.5, 1.25, 1.5], [1.5, 1.25, 1.5]])
-BELOW = np.array([[15.0, 1.5, 5.0], [15.0, 1.5, 5.0]])
+START_RATES = np.array([[0.1, 0.008, 0.003], [0.004, 0.00022, 0.0002]])
+FACTORS_ABOVE = np.array([[1.5, 1.25, 1.5], [1.5, 1.25, 1.5]])
+FACTORS_BELOW = np.array([[15.0, 1.5, 5.0], [15.0, 1.5, 5.0]])
 HERTZ = 1 / (2 * np.pi)  # its rat scripts take the knee's frequency in Hz
 # The medians in Table 2, as published: the range of the two methods.
 TABLE_2 = {"frequency": "19-23 %", "damping ratio": "22-29 %", "rise time": "13-19 %", "angle": "2.2-2.3 deg"}
@@ -43,9 +43,11 @@ def fit_rat(data: LabData, seed: int = 0) -> RatFits:
     """Repeat the thesis' method on its seven releases, and fit them by least squares."""
     recordings = data.releases()
     method = ThesisMethod(data.rat, recordings, _swarm_terms())
-    piecewise, swarm = _thesis_search(data, recordings, NONE, seed)
+    piecewise, swarm = _thesis_search(data, recordings, NO_MISTAKES, seed)
     fit = fit_leg(data.rat, recordings, LegFitOptions(free_angle="per_trial", seed=seed, tolerance=data.tolerance))
-    return RatFits(tuple(recordings), method, piecewise, swarm, _thesis_search(data, recordings, ALL, seed)[1], fit)
+    return RatFits(
+        tuple(recordings), method, piecewise, swarm, _thesis_search(data, recordings, ALL_MISTAKES, seed)[1], fit
+    )
 
 
 def _swarm_terms() -> Terms:
@@ -59,8 +61,8 @@ def _thesis_search(
     used = {KNEE: ("IP_5", "ST_1", "ST2_1", "VL_1", "BFa_1"), HIP: ("IP_5", "GS_1", "ST_1", "BFp_1"), ANKLE: SEVEN}
     weights = np.array([[float(name in used[j]) for j in (HIP, KNEE, ANKLE)] for name in SEVEN])
     first = ThesisMethod(data.rat, recordings, Terms(50.0, 10.0, HERTZ, 1.0, weights, until=0.2), mistakes)
-    bounds = Bounds(START / BELOW, START * ABOVE)
-    piecewise, _ = first.search.piecewise(START, bounds, judged=((KNEE,), (HIP, KNEE), (ANKLE,)))
+    bounds = Bounds(START_RATES / FACTORS_BELOW, START_RATES * FACTORS_ABOVE)
+    piecewise, _ = first.search.piecewise(START_RATES, bounds, judged=((KNEE,), (HIP, KNEE), (ANKLE,)))
     second = ThesisMethod(data.rat, recordings, _swarm_terms(), mistakes)
     swarm, _ = second.search.swarm(piecewise, bounds, seed=seed)
     return piecewise, swarm
@@ -75,10 +77,12 @@ def table_1(data: LabData, rat: RatFits) -> ComparisonTable:
     for row, (symbol, unit) in enumerate(zip("kb", units, strict=True)):
         for j, name in enumerate(JOINTS):
             joint = rat.fit.joints[name]
-            cells = [cell(rates[row, j], unit) for pair in published for rates in (published[pair], ours[pair])]
+            cells = [table_cell(rates[row, j], unit) for pair in published for rates in (published[pair], ours[pair])]
             estimate = joint.spring_rate if row == 0 else joint.damper_rate
             rows.append(
-                ComparisonRow(f"{name} {symbol}", (*cells, cell(rat.with_mistakes[row, j], unit), cell(estimate)))
+                ComparisonRow(
+                    f"{name} {symbol}", (*cells, table_cell(rat.with_mistakes[row, j], unit), table_cell(estimate))
+                )
             )
     notes = []
     for pair, rates in published.items():
@@ -88,11 +92,13 @@ def table_1(data: LabData, rat: RatFits) -> ComparisonTable:
             f"{pair}: the thesis' swarm cost, without its mistakes, is {cost[0]:.1f} for the published rates and "
             f"{cost[1]:.1f} for ours by the same method, {verdict}."
         )
-    notes += on_bounds(rat.swarm, START / BELOW, START * ABOVE, "our swarm")
-    notes += on_bounds(published["swarm"], START / BELOW, START * ABOVE, "the published swarm")
+    notes += bound_sentences(rat.swarm, START_RATES / FACTORS_BELOW, START_RATES * FACTORS_ABOVE, "our swarm")
+    notes += bound_sentences(
+        published["swarm"], START_RATES / FACTORS_BELOW, START_RATES * FACTORS_ABOVE, "the published swarm"
+    )
     best = found_rates(rat.fit)
     notes += difference_sentences(published["swarm"], rat.fit, rat.method.rms(published["swarm"]), rat.method.rms(best))
-    notes += _foot(data, rat, published["swarm"])
+    notes += _foot_sentences(data, rat, published["swarm"])
     return ComparisonTable(
         "Table 1",
         "The rat's hind limb: spring and damper rates",
@@ -107,7 +113,7 @@ def table_1(data: LabData, rat: RatFits) -> ComparisonTable:
     )  # fmt: skip
 
 
-def _foot(data: LabData, rat: RatFits, rates: Array) -> list[str]:
+def _foot_sentences(data: LabData, rat: RatFits, rates: Array) -> list[str]:
     """The effect of the wrong sign of the foot's weight on the ankle."""
     wrong = ThesisMethod(data.rat, rat.recordings, _swarm_terms(), Mistakes(foot_weight=True))
     means = [np.degrees(method.mean_errors(rates)[:, ANKLE].mean()) for method in (rat.method, wrong)]
@@ -128,7 +134,7 @@ def table_2(data: LabData, rat: RatFits) -> ComparisonTable:
     }
     medians = {name: _medians(rat.method, rates) for name, rates in sets.items()}
     right, wrong = "swarm, published rates", "swarm, published rates, with the mistakes"
-    medians[wrong] = _medians(ThesisMethod(data.rat, rat.recordings, _swarm_terms(), ALL), sets[right])
+    medians[wrong] = _medians(ThesisMethod(data.rat, rat.recordings, _swarm_terms(), ALL_MISTAKES), sets[right])
     order = ("piecewise, published rates", right, wrong, "swarm, ours", "least squares")
     rows = tuple(ComparisonRow(what, (TABLE_2[what], *(medians[name][what] for name in order))) for what in TABLE_2)
     own = np.degrees(np.median([np.nanmean(np.abs(t.measured - t.fitted)[:, ANKLE]) for t in rat.fit.trials]))

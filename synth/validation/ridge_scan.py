@@ -17,9 +17,9 @@ from synth.fit.unknowns import unknowns_of_leg
 from synth.swing.chain import compiled_chain
 from synth.swing.leg_model import Damper, Spring
 
-HELD = 1e8  # precision of a fixed log rate
-STEP = np.log(1.3)  # largest step of the log rate, so that each fit starts near its minimum
-SPREAD = np.radians(2.0)  # least spread of the free angles, which may then absorb creep
+HELD_PRECISION = 1e8  # precision of a fixed log rate
+LARGEST_STEP = np.log(1.3)  # largest step of the log rate, so that each fit starts near its minimum
+LEAST_SPREAD = np.radians(2.0)  # least spread of the free angles, which may then absorb creep
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,9 @@ def rate_scan(fit: FitResult, recordings: Sequence[Recording], joint: str, rates
         np.array([item.damper_rate.value if item.damper_rate else 0.0 for item in joints]),
     )
     n = len(names)
-    others = tuple((p, float(values[p]), HELD) for i in range(n) if i != j for p in (i, 2 * n + i))
+    others = tuple((p, float(values[p]), HELD_PRECISION) for i in range(n) if i != j for p in (i, 2 * n + i))
     locals_ = [Local(trial.rotation, trial.rate, bare.sign * (trial.free_angle - common)) for trial in fit.trials]
-    spread = np.array([max(item.free_angle_spread.value, SPREAD) for item in joints])
+    spread = np.array([max(item.free_angle_spread.value, LEAST_SPREAD) for item in joints])
     predictions = [bare.to_rotation(trial.fitted) for trial in fit.trials]
     noise = clipped_rms(recordings, predictions) * np.sqrt(correlation_times(recordings, predictions))
     weights = Weights(np.tile(np.where(np.isfinite(noise), noise, 1.0), (len(recordings), 1)), spread)
@@ -62,9 +62,9 @@ def rate_scan(fit: FitResult, recordings: Sequence[Recording], joint: str, rates
     for side in (sorted(r for r in rates if r >= best), sorted((r for r in rates if r < best), reverse=True)):
         at, own = values.copy(), tuple(locals_)
         for rate in side:
-            steps = max(1, int(np.ceil(abs(np.log(rate) - at[j]) / STEP)))
+            steps = max(1, int(np.ceil(abs(np.log(rate) - at[j]) / LARGEST_STEP)))
             for target in np.linspace(at[j], np.log(rate), steps + 1)[1:]:
-                held = replace(unknowns, beliefs=(*others, (j, float(target), HELD)))
+                held = replace(unknowns, beliefs=(*others, (j, float(target), HELD_PRECISION)))
                 moved = at.copy()
                 moved[2 * n + j] += target - at[j]
                 moved[j] = target

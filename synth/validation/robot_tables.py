@@ -16,22 +16,24 @@ from synth.fit.fit_result import FitResult, Variant
 from synth.fit.rate_search import Bounds
 from synth.fit.recordings import Recording
 from synth.motion.characteristics import Characteristics
-from synth.validation.comparison_table import Cell, ComparisonRow, ComparisonTable, cell, listed
-from synth.validation.explanations import difference_sentences, found_rates, inside, on_bounds
+from synth.validation.comparison_table import Cell, ComparisonRow, ComparisonTable, listed, table_cell
+from synth.validation.explanations import bound_sentences, difference_sentences, found_rates, within_interval
 from synth.validation.thesis_data import JOINTS, SEVEN, LabData
-from synth.validation.thesis_method import ALL, ANKLE, HIP, KNEE, NONE, Mistakes, Terms, ThesisMethod
+from synth.validation.thesis_method import ALL_MISTAKES, ANKLE, HIP, KNEE, NO_MISTAKES, Mistakes, Terms, ThesisMethod
 
-SLOWER = 2.0  # time scale of the thesis
-START = np.array([[21.356, 1.936, 0.432], [1.5, 0.08, 0.06]])  # its HandOPTD3_IC
-UPPER = np.array([[35.0, 4.0, 1.0], [3.0, 0.3, 0.2]])  # the thesis' search box: springs N m/rad, dampers N m s/rad
-LOWER = np.array([[1.0, 0.1, 0.01], [0.01, 0.001, 0.001]])  # the thesis' search box
+TIME_SCALE = 2.0  # time scale of the thesis
+START_RATES = np.array([[21.356, 1.936, 0.432], [1.5, 0.08, 0.06]])  # its HandOPTD3_IC
+UPPER_RATES = np.array(
+    [[35.0, 4.0, 1.0], [3.0, 0.3, 0.2]]
+)  # the thesis' search box: springs N m/rad, dampers N m s/rad
+LOWER_RATES = np.array([[1.0, 0.1, 0.01], [0.01, 0.001, 0.001]])  # the thesis' search box
 # Releases with five times the weight at a joint: those of the muscles that move it most.
-STRESSED = {
+STRESSED_RELEASES = {
     HIP: ("IP_5", "GS_1", "ST_1", "BFp_1"),
     KNEE: ("IP_5", "BFp_1", "ST_1", "ST2_1"),
     ANKLE: ("IP_5", "BFp_1", "ST_1"),
 }
-STRESS = 5.0
+STRESS_WEIGHT = 5.0
 Features = Sequence[Sequence[Characteristics]]  # by release and joint
 
 
@@ -50,12 +52,14 @@ class RobotTarget:
 
 def fit_target(data: LabData, seed: int = 0) -> RobotTarget:
     """Repeat the thesis' method on the releases at half speed, and fit them by least squares."""
-    slow = [recording.stretched(SLOWER) for recording in data.releases()]
-    weights = np.array([[STRESS if name in STRESSED[j] else 1.0 for j in (HIP, KNEE, ANKLE)] for name in SEVEN])
+    slow = [recording.stretched(TIME_SCALE) for recording in data.releases()]
+    weights = np.array(
+        [[STRESS_WEIGHT if name in STRESSED_RELEASES[j] else 1.0 for j in (HIP, KNEE, ANKLE)] for name in SEVEN]
+    )
     terms = Terms(rise=200.0, ratio=50.0, frequency=1.0, squares=30.0, weights=weights)
-    methods = [ThesisMethod(data.dog, slow, terms, mistakes, SLOWER) for mistakes in (NONE, ALL)]
-    bounds = Bounds(LOWER, UPPER)
-    swarms = [method.search.swarm(START, bounds, seed=seed)[0] for method in methods]
+    methods = [ThesisMethod(data.dog, slow, terms, mistakes, TIME_SCALE) for mistakes in (NO_MISTAKES, ALL_MISTAKES)]
+    bounds = Bounds(LOWER_RATES, UPPER_RATES)
+    swarms = [method.search.swarm(START_RATES, bounds, seed=seed)[0] for method in methods]
     fit = fit_leg(data.dog, slow, LegFitOptions(free_angle="per_trial", seed=seed, tolerance=data.tolerance))
     common = next(variant for variant in fit.variants if variant.free_angle == "common")
     return RobotTarget(tuple(slow), methods[0], methods[1], swarms[0], swarms[1], fit, common)
@@ -73,7 +77,9 @@ def table_3(data: LabData, target: RobotTarget) -> ComparisonTable:
                 found = [joint.damper_rate, common.damper_rate[name]]
             numbers = [published[row, j], target.swarm[row, j], target.with_mistakes[row, j]]
             rows.append(
-                ComparisonRow(f"{name} {symbol}", (*(cell(v, unit) for v in numbers), *(cell(e) for e in found)))
+                ComparisonRow(
+                    f"{name} {symbol}", (*(table_cell(v, unit) for v in numbers), *(table_cell(e) for e in found))
+                )
             )
     costs = [target.method.total(rates) for rates in (published, target.swarm)]
     best = found_rates(target.fit)
@@ -81,10 +87,10 @@ def table_3(data: LabData, target: RobotTarget) -> ComparisonTable:
         f"The thesis' cost, without its mistakes, is {costs[0]:.0f} for the published rates and {costs[1]:.0f} for "
         "those of our swarm with the same start and bounds: "
         + ("the published search missed the minimum." if costs[1] < costs[0] else "the published rates are better."),
-        *on_bounds(target.swarm, LOWER, UPPER, "our swarm"),
+        *bound_sentences(target.swarm, LOWER_RATES, UPPER_RATES, "our swarm"),
         *difference_sentences(published, target.fit, target.method.rms(published), target.method.rms(best)),
-        *_common(published, target.fit, target.common),
-        *_rates(target, published),
+        *_free_angle_sentences(published, target.fit, target.common),
+        *_initial_rate_sentences(target, published),
     ]
     return ComparisonTable(
         "Table 3",
@@ -98,16 +104,16 @@ def table_3(data: LabData, target: RobotTarget) -> ComparisonTable:
     )  # fmt: skip
 
 
-def _common(published: Array, fit: FitResult, common: Variant) -> list[str]:
+def _free_angle_sentences(published: Array, fit: FitResult, common: Variant) -> list[str]:
     """Whether one free angle for all releases explains published spring rates, against ``fit`` with one per release."""
     within: list[str] = []
     explained: list[str] = []
     for j, (name, one) in enumerate(common.spring_rate.items()):
         own, rate = fit.joints[name].spring_rate, float(published[0, j])
-        if not inside(one, rate):
+        if not within_interval(one, rate):
             continue
         nearer = abs(np.log(one.value / rate)) < abs(np.log(own.value / rate))
-        (explained if nearer and not inside(own, rate) else within).append(name)
+        (explained if nearer and not within_interval(own, rate) else within).append(name)
     if not within and not explained:
         return ["With one free angle for all releases no published spring rate lies within our 90 % interval."]
     sentences = []
@@ -126,10 +132,10 @@ def _common(published: Array, fit: FitResult, common: Variant) -> list[str]:
     return sentences
 
 
-def _rates(target: RobotTarget, published: Array) -> list[str]:
+def _initial_rate_sentences(target: RobotTarget, published: Array) -> list[str]:
     """The effect of the doubled initial rates."""
     doubled = ThesisMethod(
-        target.fit.leg, target.recordings, target.method.cost.terms, Mistakes(double_rate=True), stretched=SLOWER
+        target.fit.leg, target.recordings, target.method.cost.terms, Mistakes(double_rate=True), stretched=TIME_SCALE
     )
     here, there = (np.degrees(method.rms(published)) for method in (target.method, doubled))
     return [
@@ -153,11 +159,11 @@ def table_4(data: LabData, target: RobotTarget) -> ComparisonTable:
         ComparisonRow(
             name,
             (
-                cell(float(np.radians(published[j])), "deg"),
-                cell(float(found[0][j]), "deg"),
-                cell(float(found[1][j]), "deg"),
-                cell(target.fit.joints[name].free_angle),
-                cell(target.fit.joints[name].free_angle_spread),
+                table_cell(float(np.radians(published[j])), "deg"),
+                table_cell(float(found[0][j]), "deg"),
+                table_cell(float(found[1][j]), "deg"),
+                table_cell(target.fit.joints[name].free_angle),
+                table_cell(target.fit.joints[name].free_angle_spread),
             ),
         )
         for j, name in enumerate(JOINTS)
@@ -200,15 +206,15 @@ def table_a1(data: LabData, target: RobotTarget) -> ComparisonTable:
         ):
             ours = [getattr(found[t][joint], term) for found in (wanted, right, wrong)]
             cells: tuple[Cell, ...] = (
-                cell(float(given[keys[0]][t]), unit),
-                cell(ours[0], unit),
-                cell(float(reached[keys[1]][t]), unit),
-                cell(ours[1], unit),
-                cell(ours[2], unit),
+                table_cell(float(given[keys[0]][t]), unit),
+                table_cell(ours[0], unit),
+                table_cell(float(reached[keys[1]][t]), unit),
+                table_cell(ours[1], unit),
+                table_cell(ours[2], unit),
             )
             rows.append(ComparisonRow(f"{name}: {label}", cells))
-        achieved = cell(float(reached["ankle_mean_signed_diff_rad"][t]), "deg")
-        rest = (None, None, achieved, *(cell(float(mean[t]), "deg") for mean in means))
+        achieved = table_cell(float(reached["ankle_mean_signed_diff_rad"][t]), "deg")
+        rest = (None, None, achieved, *(table_cell(float(mean[t]), "deg") for mean in means))
         rows.append(ComparisonRow(f"{name}: ankle, mean error", rest))
     return ComparisonTable(
         "Table A-1",
@@ -217,11 +223,11 @@ def table_a1(data: LabData, target: RobotTarget) -> ComparisonTable:
         tuple(rows),
         "Rise time from 10 to 90 % of the way to rest; damping ratio by the logarithmic decrement. The ankle's error "
         "is the signed mean, as computed in the thesis, which calls it an average difference.",
-        tuple(_differences(published, (wanted, right, wrong), means)),
+        tuple(_difference_sentences(published, (wanted, right, wrong), means)),
     )
 
 
-def _differences(published: Mapping[str, Any], found: Sequence[Features], means: Sequence[Array]) -> list[str]:
+def _difference_sentences(published: Mapping[str, Any], found: Sequence[Features], means: Sequence[Array]) -> list[str]:
     """Sentences on the median differences; ``found`` : of the recordings, of the model, of the model with mistakes."""
     given, reached = published["data"], published["achieved"]
     messages = []
@@ -230,8 +236,8 @@ def _differences(published: Mapping[str, Any], found: Sequence[Features], means:
         ("knee frequency", KNEE, "damped_frequency", ("knee_omega_rad_s", "knee_omega")),
         ("knee damping ratio", KNEE, "damping_ratio", ("knee_zeta", "knee_zeta")),
     ):
-        gaps = [_gap(given[keys[0]], found[0], joint, term)]
-        gaps += [_gap(reached[keys[1]], model, joint, term) for model in found[1:]]
+        gaps = [_median_difference(given[keys[0]], found[0], joint, term)]
+        gaps += [_median_difference(reached[keys[1]], model, joint, term) for model in found[1:]]
         words = [f"{100 * gap:.0f} %" if gap is not None else "not comparable" for gap in gaps]
         closer = gaps[1] is not None and gaps[2] is not None and gaps[2] < gaps[1]
         messages.append(
@@ -251,7 +257,7 @@ def _differences(published: Mapping[str, Any], found: Sequence[Features], means:
     return messages
 
 
-def _gap(published: Sequence[float], found: Features, joint: int, term: str) -> float | None:
+def _median_difference(published: Sequence[float], found: Features, joint: int, term: str) -> float | None:
     """Median relative difference over the releases in which ours shows the feature; None if none does."""
     values = [(p, getattr(item[joint], term)) for p, item in zip(published, found, strict=True)]
     gaps = [abs(value / p - 1) for p, value in values if value is not None]

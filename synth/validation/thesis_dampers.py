@@ -16,8 +16,8 @@ from synth.fit.recordings import Recording
 from synth.parts.catalogs import Catalogue
 from synth.parts.rows import TorsionSpringRow
 from synth.swing.leg_model import DamperCurve
-from synth.validation.comparison_table import Cell, ComparisonRow, ComparisonTable, cell, percent
-from synth.validation.explanations import inside
+from synth.validation.comparison_table import Cell, ComparisonRow, ComparisonTable, percent, table_cell
+from synth.validation.explanations import within_interval
 from synth.validation.thesis_data import JOINTS, LabData
 
 SPRINGS = {"knee": "LTR135H 10 M", "ankle": "LTR080F 10 S"}  # parts that the thesis bought
@@ -29,28 +29,35 @@ def table_6(data: LabData, slow: Sequence[Recording]) -> ComparisonTable:
     """Damper rates from drops, spring rates that suit them, and the makers' rates; ``slow`` : the wanted motion."""
     published = data.published["thesis_table_6"]
     rates = np.array(published["b_dampers"], dtype=float)
-    laws = [_law(data, joint) for joint in JOINTS]
+    laws = [_damper_law(data, joint) for joint in JOINTS]
     linear = [next(fit for fit in law.fits if fit.law.name == "linear") for law in laws]
     curves = {name: DamperCurve((1.0,), (float(b),)) for name, b in zip(JOINTS, rates, strict=True)}
     fit = fit_leg(data.dog, slow, LegFitOptions(free_angle="per_trial", curves=curves, tolerance=data.tolerance))
-    makers = _makers()
+    makers = _makers_rates()
     rows: list[ComparisonRow] = []
     for j, name in enumerate(JOINTS):
         found = float(linear[j].parameters["rate"]["value"])
         rows.append(
-            ComparisonRow(f"{name} b, damper alone", (cell(float(rates[j]), "N*m*s/rad"), cell(found, "N*m*s/rad")))
+            ComparisonRow(
+                f"{name} b, damper alone", (table_cell(float(rates[j]), "N*m*s/rad"), table_cell(found, "N*m*s/rad"))
+            )
         )
     for j, name in enumerate(JOINTS):
-        given = cell(float(published["k_given_dampers"][j]), "N*m/rad")
-        rows.append(ComparisonRow(f"{name} k, wanted with that damper", (given, cell(fit.joints[name].spring_rate))))
+        given = table_cell(float(published["k_given_dampers"][j]), "N*m/rad")
+        rows.append(
+            ComparisonRow(f"{name} k, wanted with that damper", (given, table_cell(fit.joints[name].spring_rate)))
+        )
     for j, name in enumerate(JOINTS):
-        cells: tuple[Cell, ...] = (cell(float(published["k_manufacturer"][j]), "N*m/rad"), cell(makers[j], "N*m/rad"))
+        cells: tuple[Cell, ...] = (
+            table_cell(float(published["k_manufacturer"][j]), "N*m/rad"),
+            table_cell(makers[j], "N*m/rad"),
+        )
         rows.append(ComparisonRow(f"{name} k, by its maker", cells))
-    messages = [_of_law(law, float(rates[j])) for j, law in enumerate(laws)]
-    messages += _of_springs(np.array(published["k_given_dampers"], dtype=float), fit)
+    messages = [_law_sentence(law, float(rates[j])) for j, law in enumerate(laws)]
+    messages += _spring_sentences(np.array(published["k_given_dampers"], dtype=float), fit)
     messages.append(
-        f"hip, by its maker: k = E d^4/(64 D N) with the outside diameter as D gives {_bending(OUTSIDE):.1f} N*m/rad, "
-        f"the published number. The formula needs the mean diameter, which gives {_bending(OUTSIDE - WIRE):.1f} "
+        f"hip, by its maker: k = E d^4/(64 D N) with the outside diameter as D gives {_hip_rate(OUTSIDE):.1f} N*m/rad, "
+        f"the published number. The formula needs the mean diameter, which gives {_hip_rate(OUTSIDE - WIRE):.1f} "
         "N*m/rad for the same spring."
     )
     return ComparisonTable(
@@ -65,14 +72,14 @@ def table_6(data: LabData, slow: Sequence[Recording]) -> ComparisonTable:
     )
 
 
-def _law(data: LabData, joint: str) -> DamperLaw:
+def _damper_law(data: LabData, joint: str) -> DamperLaw:
     """All laws of one joint's damper, fitted to drops in which the other joints are locked."""
     others = [name for name in JOINTS if name != joint]
     drops = data.trials(data.dampers, [{"file": f"dog/damper_drops/{joint}_*.csv", "locked": others}], (joint,))
     return find_damper_law(data.dampers, joint, drops)
 
 
-def _of_law(law: DamperLaw, published: float) -> str:
+def _law_sentence(law: DamperLaw, published: float) -> str:
     """A sentence on the linear rate against the published one, and on how poorly a linear law describes the damper."""
     fits = {fit.law.name: fit for fit in law.fits}
     linear, power = fits["linear"], fits["power"]
@@ -90,13 +97,13 @@ def _of_law(law: DamperLaw, published: float) -> str:
     )
 
 
-def _of_springs(published: Array, fit: FitResult) -> list[str]:
+def _spring_sentences(published: Array, fit: FitResult) -> list[str]:
     """Sentences on the spring rates that suit the dampers, one per joint."""
     messages = []
     for j, (name, joint) in enumerate(fit.joints.items()):
         found = joint.spring_rate
         change = f"{percent(found.value / published[j])} against the published rate"
-        if inside(found, float(published[j])):
+        if within_interval(found, float(published[j])):
             messages.append(f"{name}, spring wanted with that damper: {change}, which lies within our 90 % interval.")
         else:
             messages.append(
@@ -106,16 +113,16 @@ def _of_springs(published: Array, fit: FitResult) -> list[str]:
     return messages
 
 
-def _makers() -> list[float | None]:
+def _makers_rates() -> list[float | None]:
     """Spring rates (3,) N m/rad by their makers; None if the catalogue does not contain the part."""
     rows = {row.part: row for row in Catalogue.load().springs if isinstance(row, TorsionSpringRow)}
-    found: list[float | None] = [_bending(OUTSIDE - WIRE)]
+    found: list[float | None] = [_hip_rate(OUTSIDE - WIRE)]
     for name in JOINTS[1:]:
         row = rows.get(SPRINGS[name])
         found.append(row.rate if row is not None else None)
     return found
 
 
-def _bending(diameter: float) -> float:
+def _hip_rate(diameter: float) -> float:
     """Rate of the hip's spring, N m/rad, for ``diameter`` D, m: E I / l, I = pi d^4/64, l = pi D N (Shigley, 10-50)."""
     return MODULUS * (pi * WIRE**4 / 64) / (pi * diameter * COILS)

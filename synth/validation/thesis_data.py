@@ -25,9 +25,9 @@ JOINTS = ("hip", "knee", "ankle")
 # The seven releases that the thesis used, in its order: the first repeat of each muscle, of the iliopsoas the fifth.
 SEVEN = ("IP_5", "GS_1", "ST_1", "ST2_1", "VL_1", "BFp_1", "BFa_1")
 RAT, DOG, DAMPERS, BUILT = "rat/rat.leg.yaml", "dog/dog.leg.yaml", "dog/dog_dampers.leg.yaml", "dog/dog_built.leg.yaml"
-OPTIONS = "reproduce.yaml"  # optional: kind: reproduce, tolerance: {...}
+OPTIONS_FILE = "reproduce.yaml"  # optional: kind: reproduce, tolerance: {...}
 SIZE_LIMIT = 10_000_000
-_NEEDED: Mapping[str, Sequence[str]] = {
+_NEEDED_TABLES: Mapping[str, Sequence[str]] = {
     "thesis_table_1_rat": ("piecewise", "swarm"),
     "thesis_table_3_target": ("k", "b"),
     "thesis_table_4_free_angle_deg": (),
@@ -105,19 +105,28 @@ def read_lab_data(folder: str | Path) -> LabData:
     ]
     if wrong:
         raise UserError(wrong)
-    names = [RAT, DOG, DAMPERS, BUILT, "published.json", *(p.relative_to(root).as_posix() for p in _recorded(root))]
+    names = [
+        RAT,
+        DOG,
+        DAMPERS,
+        BUILT,
+        "published.json",
+        *(p.relative_to(root).as_posix() for p in _recording_paths(root)),
+    ]
     inputs = {name: sha256((root / name).read_bytes()).hexdigest() for name in names}
-    if (root / OPTIONS).is_file():
-        inputs[OPTIONS] = sha256((root / OPTIONS).read_bytes()).hexdigest()
+    if (root / OPTIONS_FILE).is_file():
+        inputs[OPTIONS_FILE] = sha256((root / OPTIONS_FILE).read_bytes()).hexdigest()
     tolerance = _tolerance(root, legs[0])
-    return LabData(root, legs[0], legs[1], legs[2], legs[3], _published(root / "published.json"), inputs, tolerance)
+    return LabData(
+        root, legs[0], legs[1], legs[2], legs[3], _read_published(root / "published.json"), inputs, tolerance
+    )
 
 
 def _tolerance(root: Path, leg: Leg) -> Tolerance:
     """Tolerances of the leg files' numbers from ``reproduce.yaml``; the defaults without that file."""
-    if not (root / OPTIONS).is_file():
+    if not (root / OPTIONS_FILE).is_file():
         return Tolerance()
-    reader = ProjectReader.open(root / OPTIONS, "reproduce")
+    reader = ProjectReader.open(root / OPTIONS_FILE, "reproduce")
     reader.section(_Options)
     tolerance = read_tolerance(reader, leg)
     reader.finish()
@@ -125,25 +134,25 @@ def _tolerance(root: Path, leg: Leg) -> Tolerance:
     return tolerance
 
 
-def _recorded(root: Path) -> list[Path]:
+def _recording_paths(root: Path) -> list[Path]:
     folders = ("rat/releases", "dog/damper_drops", "dog/joint_tests")
     found = [path for folder in folders for path in sorted((root / folder).glob("*.csv"))]
     return [path for path in found if path.is_file()]
 
 
-def _published(path: Path) -> Mapping[str, Any]:
+def _read_published(path: Path) -> Mapping[str, Any]:
     """The thesis' tables.
 
     Raises
     ------
-    UserError : not valid JSON, or a table in ``_NEEDED`` is missing.
+    UserError : not valid JSON, or a table in ``_NEEDED_TABLES`` is missing.
     """
     try:
         found = json.loads(read_bytes(path, SIZE_LIMIT, "a dozen small tables are expected"))
     except json.JSONDecodeError as error:
         raise UserError(Problem(f"is not valid JSON: {error.msg}", str(path), error.lineno)) from None
     problems = []
-    for table, keys in _NEEDED.items():
+    for table, keys in _NEEDED_TABLES.items():
         held = found.get(table) if isinstance(found, dict) else None
         if held is None:
             problems.append(Problem("is missing", str(path), key=table))

@@ -29,7 +29,7 @@ from synth.motion.rest import last_tenth
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import absolute, coefficients, static_torque
 
-GRID = 1e-3  # s, step of the grid on which the thesis sums squares
+GRID_STEP = 1e-3  # s, step of the grid on which the thesis sums squares
 HIP, KNEE, ANKLE = 0, 1, 2  # columns of the tables
 
 
@@ -42,8 +42,8 @@ class Mistakes:
     double_rate: bool = False
 
 
-NONE = Mistakes()
-ALL = Mistakes(True, True, True)
+NO_MISTAKES = Mistakes()
+ALL_MISTAKES = Mistakes(True, True, True)
 
 
 @dataclass(frozen=True)
@@ -79,17 +79,19 @@ class ThesisCost:
         total, terms = np.zeros((count, 3)), self.terms
         for recording, motion, wanted, weight in zip(self.recordings, motions, self.data, terms.weights, strict=True):
             early = recording.time <= terms.until
-            samples = float(np.median(np.diff(recording.time))) / GRID
+            samples = float(np.median(np.diff(recording.time))) / GRID_STEP
             for c in range(count):
                 if not np.all(np.isfinite(motion[:, :, c])):
                     total[c] = DIVERGED
                     continue
                 found = features(recording.time, motion[:, :ANKLE, c], recording)
-                knee = terms.ratio * _off(wanted[KNEE].damping_ratio, found[KNEE].damping_ratio, 1.0)
-                knee += terms.frequency * _off(wanted[KNEE].damped_frequency, found[KNEE].damped_frequency, 20.0)
+                knee = terms.ratio * _feature_difference(wanted[KNEE].damping_ratio, found[KNEE].damping_ratio, 1.0)
+                knee += terms.frequency * _feature_difference(
+                    wanted[KNEE].damped_frequency, found[KNEE].damped_frequency, 20.0
+                )
                 error = (motion[:, ANKLE, c] - recording.rotation[:, ANKLE])[early]
                 squares = terms.squares * samples * float(error @ error)
-                rise = terms.rise * _off(wanted[HIP].rise_time, found[HIP].rise_time, 1.0)
+                rise = terms.rise * _feature_difference(wanted[HIP].rise_time, found[HIP].rise_time, 1.0)
                 total[c] += weight * np.array([rise, knee, squares])
         return total
 
@@ -101,7 +103,12 @@ class ThesisMethod:
     """
 
     def __init__(
-        self, leg: Leg, recordings: Sequence[Recording], terms: Terms, mistakes: Mistakes = NONE, stretched: float = 1.0
+        self,
+        leg: Leg,
+        recordings: Sequence[Recording],
+        terms: Terms,
+        mistakes: Mistakes = NO_MISTAKES,
+        stretched: float = 1.0,
     ) -> None:
         self.recordings, self.mistakes = tuple(recordings), mistakes
         self.cost = ThesisCost(self.recordings, terms)
@@ -148,7 +155,7 @@ def features(time: Array, angle: Array, recording: Recording) -> list[Characteri
     return [characteristics(time, column, float(noise[j]), rest=last_tenth(column)) for j, column in enumerate(angle.T)]
 
 
-def _off(wanted: float | None, found: float | None, penalty: float) -> float:
+def _feature_difference(wanted: float | None, found: float | None, penalty: float) -> float:
     """Absolute difference; the penalty if only ``wanted`` shows the feature, 0 if ``wanted`` does not."""
     if wanted is None:
         return 0.0

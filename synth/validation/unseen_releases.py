@@ -30,16 +30,16 @@ from synth.validation.explanations import median_text
 from synth.validation.thesis_data import JOINTS, SEVEN, LabData
 
 # The compared characteristics of Table 2: name in the table, joint, field of ``Characteristics``.
-JUDGED = (
+JUDGED_FEATURES = (
     ("frequency", "knee", "damped_frequency"),
     ("damping ratio", "knee", "damping_ratio"),
     ("rise time", "hip", "rise_time"),
 )
 OPTIONS = LegFitOptions(free_angle="per_trial")
-RISEN = 0.1  # share of the way to rest that remains at the end of a rise
-FEWEST = 5  # unseen releases; medians of fewer are meaningless
+REST_SHARE = 0.1  # share of the way to rest that remains at the end of a rise
+LEAST_RELEASES = 5  # unseen releases; medians of fewer are meaningless
 
-Errors = dict[str, list[float]]
+FeatureErrors = dict[str, list[float]]
 
 
 @dataclass(frozen=True)
@@ -58,21 +58,26 @@ def unseen_table(data: LabData) -> ComparisonTable | None:
     UserError : a recording cannot be used.
     """
     begun = from_release(data.rat, data.trials(data.rat, ["rat/releases/*.csv"]))
-    first = _parted(begun.recordings)
-    if len(first.others) < FEWEST or len(first.seven) < len(SEVEN):
+    first = _part_releases(begun.recordings)
+    if len(first.others) < LEAST_RELEASES or len(first.seven) < len(SEVEN):
         return None
     drive = detect_drive(data.rat, first.seven)
     start = cut_of(drive) if drive.ends else 0.0
     both = recordings_from(begun.recordings, start) if start else begun.recordings
-    free = _parted(both or begun.recordings)
+    free = _part_releases(both or begun.recordings)
     columns = {
-        "leg of the seven, from the first sample": _errors(fit_leg(data.rat, first.seven, OPTIONS), first.others),
-        "leg of the seven, after muscle activity": _errors(fit_leg(data.rat, free.seven, OPTIONS), free.others),
-        "a leg per release, after muscle activity": _own(data, free.others),
-        "median of its recorded repeats": _repeats(free),
+        "leg of the seven, from the first sample": _prediction_errors(
+            fit_leg(data.rat, first.seven, OPTIONS), first.others
+        ),
+        "leg of the seven, after muscle activity": _prediction_errors(
+            fit_leg(data.rat, free.seven, OPTIONS), free.others
+        ),
+        "a leg per release, after muscle activity": _errors_of_own_fits(data, free.others),
+        "median of its recorded repeats": _errors_of_repeats(free),
     }
     rows = tuple(
-        ComparisonRow(name, tuple(median_text(errors[name]) for errors in columns.values())) for name, _, _ in JUDGED
+        ComparisonRow(name, tuple(median_text(errors[name]) for errors in columns.values()))
+        for name, _, _ in JUDGED_FEATURES
     )
     return ComparisonTable(
         "Unseen releases",
@@ -82,35 +87,38 @@ def unseen_table(data: LabData) -> ComparisonTable | None:
         f"{len(first.others)} unseen releases. The leg is fitted to the thesis' seven; of each unseen release the "
         "initial state and the free angles are estimated. After muscle activity: from "
         f"{1e3 * start:.0f} ms after the first sample on.",
-        (*begun.messages, *_said(columns, first, start)),
+        (*begun.messages, *_explanation_sentences(columns, first, start)),
     )
 
 
-def _parted(recordings: Sequence[Recording]) -> _Releases:
+def _part_releases(recordings: Sequence[Recording]) -> _Releases:
     used = [Path(recording.name).stem in SEVEN for recording in recordings]
     both = list(zip(recordings, used, strict=True))
     return _Releases([r for r, seven in both if seven], [r for r, seven in both if not seven])
 
 
-def _errors(fit: FitResult, recordings: Sequence[Recording]) -> Errors:
+def _prediction_errors(fit: FitResult, recordings: Sequence[Recording]) -> FeatureErrors:
     """Relative errors of each characteristic in the releases of which recording and prediction show it."""
-    found: Errors = {name: [] for name, _, _ in JUDGED}
+    found: FeatureErrors = {name: [] for name, _, _ in JUDGED_FEATURES}
     scored = score(fit, recordings, spread=np.full(len(JOINTS), WIDE))
     for recording, prediction in zip(recordings, scored.predictions, strict=True):
-        for name, joint, term in JUDGED:
+        for name, joint, term in JUDGED_FEATURES:
             j = JOINTS.index(joint)
-            theirs, ours = _of(recording, j), _about_end(recording.time, prediction[:, j], _noise(recording, j))
+            theirs, ours = (
+                _characteristics_of(recording, j),
+                _characteristics_about_end(recording.time, prediction[:, j], _channel_noise(recording, j)),
+            )
             value, guess = getattr(theirs, term), getattr(ours, term)
             if value is not None and guess is not None:
                 found[name].append(abs(guess / value - 1.0))
     return found
 
 
-def _own(data: LabData, recordings: Sequence[Recording]) -> Errors:
-    found: Errors = {name: [] for name, _, _ in JUDGED}
+def _errors_of_own_fits(data: LabData, recordings: Sequence[Recording]) -> FeatureErrors:
+    found: FeatureErrors = {name: [] for name, _, _ in JUDGED_FEATURES}
     for recording in recordings:
         try:
-            errors = _errors(fit_leg(data.rat, [recording]), [recording])
+            errors = _prediction_errors(fit_leg(data.rat, [recording]), [recording])
         except UserError:
             continue  # no leg fits this release
         for name in found:
@@ -118,23 +126,27 @@ def _own(data: LabData, recordings: Sequence[Recording]) -> Errors:
     return found
 
 
-def _repeats(releases: _Releases) -> Errors:
+def _errors_of_repeats(releases: _Releases) -> FeatureErrors:
     """Errors of a prediction without a model: the median of the other recorded repeats of the same muscle."""
-    found: Errors = {name: [] for name, _, _ in JUDGED}
+    found: FeatureErrors = {name: [] for name, _, _ in JUDGED_FEATURES}
     everything = [*releases.seven, *releases.others]
     for recording in releases.others:
-        muscle = _muscle(recording)
-        repeats = [other for other in everything if other is not recording and _muscle(other) == muscle]
-        for name, joint, term in JUDGED:
+        muscle = _muscle_name(recording)
+        repeats = [other for other in everything if other is not recording and _muscle_name(other) == muscle]
+        for name, joint, term in JUDGED_FEATURES:
             j = JOINTS.index(joint)
-            value = getattr(_of(recording, j), term)
-            others = [each for each in (getattr(_of(repeat, j), term) for repeat in repeats) if each is not None]
+            value = getattr(_characteristics_of(recording, j), term)
+            others = [
+                each
+                for each in (getattr(_characteristics_of(repeat, j), term) for repeat in repeats)
+                if each is not None
+            ]
             if value is not None and others:
                 found[name].append(abs(float(np.median(others)) / value - 1.0))
     return found
 
 
-def _said(columns: dict[str, Errors], first: _Releases, start: float) -> list[str]:
+def _explanation_sentences(columns: dict[str, FeatureErrors], first: _Releases, start: float) -> list[str]:
     whole, free, own, repeats = columns.values()
     messages = []
     for name in ("frequency", "damping ratio"):
@@ -146,10 +158,10 @@ def _said(columns: dict[str, Errors], first: _Releases, start: float) -> list[st
             f"leg fitted to the release itself; repeats scatter by {100 * scatter:.0f} %. The remaining error comes "
             "from the linear laws of springs and dampers, not from the animal's variation."
         )
-    ends = [_risen(recording) for recording in (*first.seven, *first.others)]
+    ends = [_rise_end(recording) for recording in (*first.seven, *first.others)]
     inside = sum(end is not None and end <= start for end in ends)
     messages.append(
-        f"rise time: {inside} of {len(ends)} hips complete {100 * (1 - RISEN):.0f} % of their motion within "
+        f"rise time: {inside} of {len(ends)} hips complete {100 * (1 - REST_SHARE):.0f} % of their motion within "
         f"{1e3 * start:.0f} ms, while muscles are active. The recorded rise is therefore the relaxation of a muscle, "
         "which no passive leg predicts, and the remaining motion is too small for a rise time. From the first sample "
         f"the error is {median_text(whole['rise time'])}."
@@ -157,27 +169,27 @@ def _said(columns: dict[str, Errors], first: _Releases, start: float) -> list[st
     return messages
 
 
-def _risen(recording: Recording) -> float | None:
-    """First time, s, at which less than ``RISEN`` of the hip's way to rest remains; None if there is none."""
+def _rise_end(recording: Recording) -> float | None:
+    """First time, s, at which less than ``REST_SHARE`` of the hip's way to rest remains; None if there is none."""
     angle = recording.smoothed.angle[:, JOINTS.index("hip")]
     away = angle - last_tenth(angle)
-    near = np.flatnonzero(np.abs(away) <= RISEN * abs(away[0]))
+    near = np.flatnonzero(np.abs(away) <= REST_SHARE * abs(away[0]))
     return float(recording.smoothed.time[near[0]]) if len(near) else None
 
 
-def _of(recording: Recording, joint: int) -> Characteristics:
+def _characteristics_of(recording: Recording, joint: int) -> Characteristics:
     smoothed = recording.smoothed
-    return _about_end(smoothed.time, smoothed.angle[:, joint], _noise(recording, joint))
+    return _characteristics_about_end(smoothed.time, smoothed.angle[:, joint], _channel_noise(recording, joint))
 
 
-def _about_end(time: Array, angle: Array, noise: float) -> Characteristics:
+def _characteristics_about_end(time: Array, angle: Array, noise: float) -> Characteristics:
     """As in the thesis, a release's last samples are its rest; of a prediction the same samples."""
     return characteristics(time, angle, noise, rest=last_tenth(angle))
 
 
-def _noise(recording: Recording, joint: int) -> float:
+def _channel_noise(recording: Recording, joint: int) -> float:
     return float(recording.smoothed.noise[joint])
 
 
-def _muscle(recording: Recording) -> str:
+def _muscle_name(recording: Recording) -> str:
     return Path(recording.name).stem.rsplit("_", 1)[0]

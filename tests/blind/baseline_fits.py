@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from blind.views import Key, View
-from synth.diagnosis.angle_search import as_designed, fit_nominal, ratio
+from synth.diagnosis.angle_search import as_designed, fit_nominal, rms_over_noise
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import score
-from synth.diagnosis.sensor_noise import sensor
+from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
@@ -65,7 +65,7 @@ def free_fit(project: GapProject) -> Freed:
     given = tuple(trial for trial in trials if not trial.held_out)
     held = tuple(trial for trial in trials if trial.held_out)
     wide = Tolerances(FREE * Tolerances.of(project.leg, project.tolerance).width)
-    noise = sensor([trial.recording for trial in given]).noise
+    noise = estimate_sensor([trial.recording for trial in given]).noise
     bench = Workbench(Predictor(project.leg, wide, INTEGRATION), given, noise, math.inf)
     return Freed(bench, fit_nominal(bench, as_designed(bench)), given, held)
 
@@ -75,12 +75,12 @@ def least_residual(freed: Freed, project: GapProject) -> View:
     bench, base = freed.bench, freed.fit
     starts = [
         EvaluatedHypothesis((c,), np.concatenate([base.unknowns, c.starts()[0]]), base.states)
-        for c in candidates(project.leg, freed.given, scales(project.leg, freed.given))
+        for c in candidates(project.leg, freed.given, natural_sizes_of(project.leg, freed.given))
     ]
     best: dict[Key, tuple[float, EvaluatedHypothesis]] = {}
     fits = sorted(bench.solve(starts, base.frame, 1), key=lambda fit: fit.cost)
     for fit in [*bench.solve(fits[:KEPT], base.frame, 1), *fits[KEPT:]]:
-        left = ratio(bench, fit) if np.isfinite(fit.cost) else math.inf
+        left = rms_over_noise(bench, fit) if np.isfinite(fit.cost) else math.inf
         if fit.keys[0] not in best or left < best[fit.keys[0]][0]:
             best[fit.keys[0]] = left, fit
     order = sorted(best, key=lambda key: best[key][0])

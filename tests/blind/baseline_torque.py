@@ -17,7 +17,7 @@ import numpy as np
 from blind.views import Key, View
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
@@ -132,7 +132,7 @@ ALWAYS_THERE = ("spring_rate", "viscous_damping", "armature")
 
 def _models(project: GapProject, trials: Sequence[AngleTrial], lacking: Sequence[Array]) -> Iterator[_Model]:
     leg = project.leg
-    for candidate in candidates(leg, trials, scales(leg, trials)):
+    for candidate in candidates(leg, trials, natural_sizes_of(leg, trials)):
         way = candidate.effect.way
         if candidate.effect.name in ALWAYS_THERE:
             continue

@@ -10,13 +10,13 @@ import numpy as np
 
 from blind import legs
 from blind.legs import Wish
-from synth.planting.effect_makers import AT_BASE, EFFECTS
+from synth.planting.effect_makers import EFFECTS, EFFECTS_AT_BASE
 from synth.planting.effect_size import PlainMotion, PlantedCause, combined
 from synth.planting.forms import NotApplicable
 from synth.planting.model import Array, Truth
 from synth.planting.sensors import PlantedSensor
-from synth.planting.setup import NOISE, Setup
-from synth.planting.unlisted_effects import ON_ALL_CHANNELS, UNLISTED_EFFECTS
+from synth.planting.setup import SENSOR_NOISES, Setup
+from synth.planting.unlisted_effects import EFFECTS_ON_ALL_CHANNELS, UNLISTED_EFFECTS
 
 STRENGTHS = (1.5, 3.0, 6.0, 12.0)
 SAME_CHI = 6.0  # explanations whose chi squared differs by less are not distinguished
@@ -36,7 +36,7 @@ TIES: tuple[tuple[tuple[str, ...], int, Wish], ...] = (
     (("link_mass",), 1, Wish(plain=True)),  # the swing of one link depends on its moment and inertia, not on its mass
     (("encoder_offset", "base_tilt"), 2, Wish(plain=True, lock=(0,))),  # no trial shows the direction of the vertical
     (("encoder_offset", "base_tilt"), 3, Wish(plain=True, lock=(0,))),
-    (("spring_preload", "base_tilt"), 2, Wish(plain=True, reach=0.3, noise=NOISE[-1])),
+    (("spring_preload", "base_tilt"), 2, Wish(plain=True, reach=0.3, noise=SENSOR_NOISES[-1])),
 )
 
 
@@ -134,10 +134,10 @@ def _cause(
     maker = UNLISTED_EFFECTS.get(effect) or EFFECTS[effect]
     order = rng.permutation(ground.setup.true.n).tolist() if joint is None else [joint]
     failed = NotApplicable("no joint")
-    for j in [-1] if effect in AT_BASE else order:
+    for j in [-1] if effect in EFFECTS_AT_BASE else order:
         try:
             form = maker(rng, ground.setup, ground.scale, max(j, 0))
-            return ground.find(effect, -2 if effect in ON_ALL_CHANNELS else j, form, strength)
+            return ground.find(effect, -2 if effect in EFFECTS_ON_ALL_CHANNELS else j, form, strength)
         except NotApplicable as why:
             failed = why
     raise failed

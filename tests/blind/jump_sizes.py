@@ -16,7 +16,7 @@ import numpy as np
 
 from blind.jump_engine import Array
 from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench
-from synth.diagnosis.plants.jumping_leg.jump_data import Jump, prepared, uncertain
+from synth.diagnosis.plants.jumping_leg.jump_data import Jump, prepare_jumps, sample_deviation
 from synth.diagnosis.plants.jumping_leg.jump_predict import JumpPredictor
 from synth.diagnosis.plants.jumping_leg.jump_search import as_designed
 from synth.diagnosis.plants.jumping_leg.jump_tolerances import JumpTolerances
@@ -64,7 +64,7 @@ class Absorber:
         for name, values in jump.measured.items():
             a, b = (np.interp(jump.time, one["time"], one[name]) for one in (told, clean))
             a = a * (1.0 + scale) if name == "upper link" else a
-            sigma = uncertain(jump.time, values, self.noise[name], name)
+            sigma = sample_deviation(jump.time, values, self.noise[name], name)
             parts.append((a - b) / sigma * math.sqrt(jump.weight))
         return np.concatenate(parts)
 
@@ -74,13 +74,13 @@ def absorber(clean: Sequence[Told], write: Callable[[Path], None], noise: dict[s
     with tempfile.TemporaryDirectory() as place:
         write(Path(place))
         project = read_hopper_gap_project(Path(place) / "gap.yaml")
-        jumps, _ = prepared(project, Catalogue.load())
+        jumps, _ = prepare_jumps(project, Catalogue.load())
     tolerances = JumpTolerances(project.tolerance, 1 + max(jump.group for jump in jumps))
     leg = project.design.leg
     bench = JumpBench(JumpPredictor(tolerances, leg.bending, leg.body_inertia), tuple(jumps))
     slopes = []
     for jump, found in zip(jumps, as_designed(bench).slopes, strict=True):
         # The recordings being clean, their own deviations are too small: to those of the sensors.
-        rows = [jump.sigma[n] / uncertain(jump.time, v, noise[n], n) for n, v in jump.measured.items()]
+        rows = [jump.sigma[n] / sample_deviation(jump.time, v, noise[n], n) for n, v in jump.measured.items()]
         slopes.append(found * np.concatenate(rows)[:, None])
     return Absorber(clean, jumps, slopes, noise)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from synth.planting.model import PARAMETERS, PlantedLeg, PlantedTrial
 from synth.planting.model import Truth as _Truth
-from synth.planting.setup import COUNTS, NOISE, Setup, as_built
+from synth.planting.setup import ENCODER_COUNTS, SENSOR_NOISES, Setup, as_built
 from synth.planting.simulation import assemble, equilibrium, fastest
 
 NAMES = ("hip", "knee", "ankle")
@@ -77,8 +77,8 @@ def setup(rng: np.random.Generator, joints: int, wish: Wish = Wish()) -> Setup:
     quick = max(fastest(_Truth(true), t) for t in trials)
     fast = max(200.0, 8 * quick / (2 * math.pi))
     sampling = float(rng.choice([s for s in SAMPLES if s >= min(fast, 500.0)]))
-    noise = float(rng.choice(NOISE)) if wish.noise is None else wish.noise
-    counts = int(rng.choice(COUNTS if noise > 0.0005 else COUNTS[1:]))
+    noise = float(rng.choice(SENSOR_NOISES)) if wish.noise is None else wish.noise
+    counts = int(rng.choice(ENCODER_COUNTS if noise > 0.0005 else ENCODER_COUNTS[1:]))
     missing = float(rng.choice([0.0, 0.0, 0.0, rng.uniform(0.002, 0.02)]))
     return Setup(nominal, true, trials, bool(rng.random() < 0.5), noise, counts, sampling, missing, quick)
 

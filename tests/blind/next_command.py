@@ -181,14 +181,14 @@ def limits_of(setup: Setup) -> dict[str, dict[str, str]]:
 
 def chirp_of(setup: Setup) -> tuple[Array, Array]:
     """Times (m,) s and the chirp (m, n) rad of the menu: as large and as fast as the design keeps the limits."""
-    n, time = len(setup.design.joints), np.arange(0.0, LENGTH, 1.0 / command_shapes.RATE)
+    n, time = len(setup.design.joints), np.arange(0.0, LENGTH, 1.0 / command_shapes.COMMAND_RATE)
     wave = np.asarray(command_shapes.chirp(time, 2.0 * ANGLE / SPEED))
     command = ANGLE * np.stack([wave] * n, axis=1)
     for _ in range(command_menu.MOST_SHRINKS):
         over = max(reached(setup, setup.design, time, command))
         if over <= 1.0:
             break
-        command = command * max(command_menu.MARGIN / over, 0.5)
+        command = command * max(command_menu.LIMIT_MARGIN / over, 0.5)
     return time, command
 
 

@@ -16,16 +16,16 @@ from scipy.signal import butter, filtfilt
 from blind import legs
 from blind.cases import Case, _tied
 from blind.legs import Wish
-from synth.planting.effect_makers import AT_BASE, EFFECTS
+from synth.planting.effect_makers import EFFECTS, EFFECTS_AT_BASE
 from synth.planting.effect_size import PlainMotion, PlantedCause, combined
 from synth.planting.explained_gap import PlainFit
 from synth.planting.forms import Form, Maker, NotApplicable
 from synth.planting.model import PARAMETERS, Array, Truth
 from synth.planting.parameter_errors import PARAMETER_ERRORS, TORQUE_ERRORS
 from synth.planting.sensors import PlantedSensor
-from synth.planting.setup import TOLERANCE, Setup
+from synth.planting.setup import DEFAULT_TOLERANCE, Setup
 from synth.planting.simulation import Motion
-from synth.planting.unlisted_effects import ON_ALL_CHANNELS, UNLISTED_EFFECTS
+from synth.planting.unlisted_effects import EFFECTS_ON_ALL_CHANNELS, UNLISTED_EFFECTS
 
 KINDS = ("single", "none", "two", "unknown")
 LIBRARY: dict[str, Maker] = {k: v for k, v in {**EFFECTS, **PARAMETER_ERRORS}.items() if k != "encoder_quantisation"}
@@ -141,7 +141,7 @@ def _setup(rng: np.random.Generator, joints: int, wish: Wish) -> tuple[Setup, li
         name, j = str(rng.choice(PARAMETERS)), int(rng.integers(0, joints))
         off = float(rng.choice([-1.0, 1.0]) * rng.uniform(*OFF))
         nominal = float(setup.nominal.of(name)[j])
-        width = TOLERANCE[name] * (1.0 if name == "free_angle" else nominal)
+        width = DEFAULT_TOLERANCE[name] * (1.0 if name == "free_angle" else nominal)
         true = true.changed(name, j, nominal + off * width)
         wrong.append({"number": name, "joint": true.names[j], "tolerances": round(off, 2)})
     noise = math.exp(rng.uniform(*np.log(FINE)))
@@ -182,10 +182,10 @@ def _cause(
     maker = UNLISTED_EFFECTS.get(effect) or LIBRARY[effect]
     order = rng.permutation(ground.setup.true.n).tolist() if joint is None else [joint]
     failed = NotApplicable("no joint")
-    for j in [-1] if effect in AT_BASE else order:
+    for j in [-1] if effect in EFFECTS_AT_BASE else order:
         try:
             form: Form = maker(rng, ground.setup, ground.scale, max(j, 0))
-            return ground.find(effect, -2 if effect in ON_ALL_CHANNELS else j, form, strength)
+            return ground.find(effect, -2 if effect in EFFECTS_ON_ALL_CHANNELS else j, form, strength)
         except NotApplicable as why:
             failed = why
     raise failed

@@ -16,8 +16,8 @@ from blind import run
 from blind.asked import Asked
 from blind.views import Key, View
 from synth.arrays import Array
-from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
-from synth.diagnosis.verdict import Calibration, judge, with_counts
+from synth.diagnosis.hypotheses import Assessment, Hypotheses, TrialErrors
+from synth.diagnosis.verdict import Calibration, judge, with_coarse_counts
 from synth.swing.effects import registered
 
 FACTORS = (0.5, 0.7, 1.4, 2.0)  # on each number of a calibration, one at a time: a better value would show
@@ -71,7 +71,7 @@ class Searched:
         }
 
 
-def _hypothesis_json(item: Assessed[Any]) -> dict[str, Any]:
+def _hypothesis_json(item: Assessment[Any]) -> dict[str, Any]:
     return {
         "causes": [[*cause.key, cause.size, cause.links] for cause in item.fit.hypothesis],
         "cost": item.cost,
@@ -92,10 +92,10 @@ def read(document: Mapping[str, Any]) -> Searched:
     def errors(listed: Sequence[Any] | None) -> TrialErrors | None:
         return None if listed is None else TrialErrors(*(np.array(each) for each in listed))
 
-    def hypothesis(item: Mapping[str, Any]) -> Assessed[Named]:
+    def hypothesis(item: Mapping[str, Any]) -> Assessment[Named]:
         causes = tuple(Cause((effect, joint), *sizes) for effect, joint, *sizes in item["causes"])
         fit = Named(causes, np.array(item["shapes"]).reshape(-1, 2))
-        return Assessed(fit, item["cost"], item["ratio"], errors(item["unseen"]), errors(item["seen"]))
+        return Assessment(fit, item["cost"], item["ratio"], errors(item["unseen"]), errors(item["seen"]))
 
     found = Hypotheses(
         hypothesis(document["none"]),
@@ -129,7 +129,7 @@ def store(case: Path, search: Callable[[Path], Searched], out: Path) -> None:
 
 def view(case: Searched, calibration: Calibration) -> View:
     """The program's diagnosis of a case under a calibration."""
-    judged = with_counts(
+    judged = with_coarse_counts(
         judge(case.found, calibration, free=case.free, motion=case.motion), coarse=len(case.coarse) > 0
     )
     counted: tuple[Key, ...] = tuple(("encoder_quantisation", joint) for joint in case.coarse)

@@ -134,7 +134,7 @@ STEPPED = [
     Law(torque_laws.STICK_SLIP, 1, (0.05, 0.09, 0.4, 1.0)),
     Law(torque_laws.BRISTLES, 1, (0.05, 0.08, 0.4, 0.0, 2e-3, 0.0)),
     Law(torque_laws.BEARING, 0, (0.006, 0.0)),
-    Law(torque_laws.MESH, 1, (0.1, 3.0, 0.2, 0.0, 2e-3, 0.0)),
+    Law(torque_laws.GEAR_MESH, 1, (0.1, 3.0, 0.2, 0.0, 2e-3, 0.0)),
     Law(torque_laws.BOUC_WEN, 1, (1.0, 0.1, 2.0, 0.3)),
     Law(torque_laws.TWO_MAXWELL, 1, (1.0, 0.3, 0.5, 0.05)),
     Law(torque_laws.HUNT_CROSSLEY, 1, (60.0, 0.3, 1.0, 1.5, 0.3)),

@@ -21,7 +21,7 @@ from blind.legs import Wish
 from blind.writing import write_case
 from synth.diagnosis.angle_search import AngleExplorer
 from synth.diagnosis.odds import CALIBRATED
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.files.gap_project import read_gap_project
 from synth.planting.effect_makers import EFFECTS
@@ -62,7 +62,7 @@ def left(case: Case, cause: PlantedCause, folder: Path) -> tuple[float, float]:
     write_case(case, folder / "case", "case")
     project = read_gap_project(folder / "case" / "gap.yaml")
     scene, _ = scene_of(project.leg, project.trials, project.tolerance, 0)
-    every = candidates(project.leg, scene.given, scales(project.leg, scene.given))
+    every = candidates(project.leg, scene.given, natural_sizes_of(project.leg, scene.given))
     explorer = AngleExplorer(
         scene.bench, [candidate for candidate in every if candidate.effect.name == cause.effect], CALIBRATED
     )

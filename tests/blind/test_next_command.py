@@ -30,7 +30,7 @@ from blind.servos import LIBRARY, _setup, _write
 from blind.views import View
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.plants.swinging_chain.chain_menu import menu, variations
-from synth.diagnosis.plants.swinging_chain.command_shapes import RATE
+from synth.diagnosis.plants.swinging_chain.command_shapes import COMMAND_RATE
 from synth.files.gap_project import read_gap_project
 
 
@@ -50,7 +50,7 @@ def test_a_chirp_uses_the_limits_and_keeps_them(case: Case) -> None:
     assert np.abs(command).max() <= ANGLE + 1e-9
     assert max(speed, torque) <= 1.0
     assert max(speed, torque, np.abs(command).max() / ANGLE) > 0.95
-    assert len(time) == len(command) == round(RATE * LENGTH)
+    assert len(time) == len(command) == round(COMMAND_RATE * LENGTH)
 
 
 def test_all_suggested_commands_keep_the_stated_limits(case: Case, tmp_path: Path) -> None:
@@ -71,7 +71,7 @@ def test_all_suggested_commands_keep_the_stated_limits(case: Case, tmp_path: Pat
         assert item.command is not None
         time, wanted = item.command
         command = np.stack(list(wanted.values()), axis=1)
-        assert len(time) == round(RATE * LENGTH)
+        assert len(time) == round(COMMAND_RATE * LENGTH)
         assert np.abs(command).max() <= ANGLE + 1e-9
         used.append(max(reached(case.setup, case.rig, time, command)))
     assert max(used) < 1.05  # held samples move the rig a little more than straight lines between them
@@ -92,7 +92,7 @@ def test_a_played_command_is_a_log_to_learn_from(case: Case, tmp_path: Path) -> 
     played(case, told, tmp_path / "case", tmp_path / "again")
     found = read_gap_project(tmp_path / "again" / "gap.yaml").trials
     assert [trial.name for trial in found if not trial.held_out] == [AWAY, "log_1.csv"]
-    assert len(found[0].time) == round(RATE * LENGTH)
+    assert len(found[0].time) == round(COMMAND_RATE * LENGTH)
     assert suggested(tmp_path / "case") is None
 
 

@@ -18,9 +18,9 @@ from blind import make, run, score
 from blind.asked import Asked
 from blind.searched import FACTORS, Searched, search_all, view
 from synth.diagnosis.angle_search import search
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
-from synth.diagnosis.settled import with_settled
+from synth.diagnosis.settled import settle_leading
 from synth.diagnosis.verdict import CALIBRATED, Calibration, judge
 from synth.files.gap_project import read_gap_project
 
@@ -41,8 +41,10 @@ def search_case(case: Path) -> Searched:
     """The search of the case in this folder."""
     project = read_gap_project(case / "gap.yaml")
     scene, _ = scene_of(project.leg, project.trials, project.tolerance, project.seed)
-    found = search(scene.bench, candidates(project.leg, scene.given, scales(project.leg, scene.given)), CALIBRATED)
-    found, _ = with_settled(scene.bench, found, CALIBRATED)
+    found = search(
+        scene.bench, candidates(project.leg, scene.given, natural_sizes_of(project.leg, scene.given)), CALIBRATED
+    )
+    found, _ = settle_leading(scene.bench, found, CALIBRATED)
     return Searched(found, {project.leg.joint_names[item.joint]: item.step for item in scene.coarse})
 
 

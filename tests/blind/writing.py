@@ -9,7 +9,7 @@ import numpy as np
 
 from blind.cases import Case
 from synth.planting.model import Array, PlantedLeg, PlantedTrial
-from synth.planting.setup import TOLERANCE
+from synth.planting.setup import DEFAULT_TOLERANCE
 
 LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
 
@@ -61,7 +61,7 @@ def write_case(case: Case, folder: Path, name: str) -> None:
 
 def _tolerances() -> list[str]:
     shown = []
-    for key, value in TOLERANCE.items():
+    for key, value in DEFAULT_TOLERANCE.items():
         shown.append(
             f"{key}: {_number(math.degrees(value))} deg" if key == "free_angle" else f"{key}: {_number(value * 100)} %"
         )

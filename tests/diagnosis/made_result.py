@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from fit.simulated_legs import FREE_ANGLE, RELEASES, SPRING, robot
-from synth.diagnosis.diagnosis_result import Cause, Experiment, Ranked, Where
+from synth.diagnosis.diagnosis_result import Cause, Experiment, RankedCause, Where
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult, TrialGap
 from synth.diagnosis.remainder import Remainder
 from synth.estimation.intervals import Estimate
@@ -94,10 +94,10 @@ def made_result(verdict: Any = "effect", names: tuple[str, ...] | None = None) -
     friction = cause("coulomb_friction", knee, torque=(0.048, "N*m", 0.004))
     stribeck = cause("stribeck_friction", knee, torque=(0.05, "N*m", 0.01), extra=(0.01, "N*m", 0.02))
     ranked = (
-        Ranked(friction, 0.86, share(0.93, 0.04)),
-        Ranked(stribeck, 0.07, share(0.92, 0.05)),
-        Ranked(cause("backlash", knee, width=(np.radians(0.8), "deg", np.radians(0.5))), 0.02, share(0.41, 0.2)),
-        Ranked(cause("load_friction", ankle, ratio=(0.01, "1", 0.02)), 0.01, share(0.05, 0.1)),
+        RankedCause(friction, 0.86, share(0.93, 0.04)),
+        RankedCause(stribeck, 0.07, share(0.92, 0.05)),
+        RankedCause(cause("backlash", knee, width=(np.radians(0.8), "deg", np.radians(0.5))), 0.02, share(0.41, 0.2)),
+        RankedCause(cause("load_friction", ankle, ratio=(0.01, "1", 0.02)), 0.01, share(0.05, 0.1)),
     )
     return GapResult(
         leg=nominal,

@@ -14,12 +14,12 @@ from synth.diagnosis.angle_search import as_designed, search
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.odds import CALIBRATED
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, compatible, scales
-from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE, diagnose
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, compatible, natural_sizes_of
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE_SAMPLES, diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
-from synth.diagnosis.screening import ScreeningFrame, leverage, prospects, strengthened
+from synth.diagnosis.screening import ScreeningFrame, costs_after_step, costs_by_secant, scale_strengths
 from synth.diagnosis.search_limits import LARGEST_TOLERANCE
-from synth.diagnosis.sensor_noise import sensor
+from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
@@ -33,9 +33,9 @@ def bench_of(built: Leg, seed: int = 3) -> tuple[Workbench, list[Candidate]]:
     """What a diagnosis would work on, and its candidates."""
     made = recordings(TWO, recorded(built, seed=seed), ())
     trials = tuple(angle_trial(recording, held_out=False) for recording in made)
-    noise = sensor([trial.recording for trial in trials]).noise
-    bench = Workbench(Predictor(TWO, Tolerances.of(TWO, Tolerance())), trials, noise, EFFECTIVE)
-    return bench, candidates(TWO, trials, scales(TWO, trials))
+    noise = estimate_sensor([trial.recording for trial in trials]).noise
+    bench = Workbench(Predictor(TWO, Tolerances.of(TWO, Tolerance())), trials, noise, EFFECTIVE_SAMPLES)
+    return bench, candidates(TWO, trials, natural_sizes_of(TWO, trials))
 
 
 def candidate_of(found: list[Candidate], effect: str, joint: str) -> Candidate:
@@ -82,11 +82,11 @@ def test_the_secant_estimates_the_effects_strength() -> None:
     candidate = candidate_of(found, "encoder_offset", "knee")
     unknowns = np.concatenate([designed.unknowns, candidate.starts()[0]])
     start = EvaluatedHypothesis((candidate,), unknowns, designed.states)
-    ((cost, times),) = leverage(bench, [start], designed)
-    right = strengthened(start, len(designed.unknowns), times)
+    ((cost, times),) = costs_by_secant(bench, [start], designed)
+    right = scale_strengths(start, len(designed.unknowns), times)
     assert candidate.named(right.unknowns[len(designed.unknowns) :])["offset"] == pytest.approx(0.04, rel=0.3)
     assert cost < 0.4 * designed.cost
-    assert prospects(bench, [right], designed)[0] == pytest.approx(cost, rel=0.3)
+    assert costs_after_step(bench, [right], designed)[0] == pytest.approx(cost, rel=0.3)
 
 
 @pytest.mark.parametrize("friction_torque", [0.1, 0.2])
@@ -100,7 +100,7 @@ def test_screening_promises_the_least_linearised_cost_within_the_tolerances_boun
     here = replace(here, frame=bench.frame(here))
     nothing = candidate_of(found, "encoder_offset", "knee")
     start = EvaluatedHypothesis((friction, nothing), np.concatenate([here.unknowns, [0.0]]), here.states)
-    (promised,) = prospects(bench, [start], here)
+    (promised,) = costs_after_step(bench, [start], here)
     ground = ScreeningFrame.of(bench, here)
     left = [ground.project(i, residual) for i, residual in enumerate(here.residuals)]
 

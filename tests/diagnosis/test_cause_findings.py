@@ -9,9 +9,9 @@ import pytest
 
 from synth.diagnosis.cause_findings import find_causes
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.hypotheses import Assessed, Hypotheses
+from synth.diagnosis.hypotheses import Assessment, Hypotheses
 from synth.diagnosis.plant import Plant
-from synth.diagnosis.prediction_error import BLOCKS
+from synth.diagnosis.prediction_error import BLOCKS_A_TRIAL
 from synth.diagnosis.sentences import ErrorWording
 
 
@@ -26,7 +26,7 @@ class StillPlant(Plant[Any, Any, Any]):
 
     def search(self, say: object) -> Hypotheses[Any]:
         fit = EvaluatedHypothesis((), np.zeros(0), ())
-        return Hypotheses(Assessed(fit, 100.0, 20.0), (), ())
+        return Hypotheses(Assessment(fit, 100.0, 20.0), (), ())
 
     def doubts(self, found: object, judged: object, motion: float) -> tuple[tuple[str, ...], float]:
         self.weighed_by.append(motion)
@@ -44,10 +44,10 @@ class StillPlant(Plant[Any, Any, Any]):
         return ("still",)
 
     def squares(self, predicted: object) -> Any:
-        return np.full((1, BLOCKS), 10 * 0.02**2)
+        return np.full((1, BLOCKS_A_TRIAL), 10 * 0.02**2)
 
     def samples(self, unread: object = ()) -> tuple[Any, Any]:
-        return np.full((1, BLOCKS), 10.0), np.full((1, BLOCKS), 10 * 0.001**2)
+        return np.full((1, BLOCKS_A_TRIAL), 10.0), np.full((1, BLOCKS_A_TRIAL), 10 * 0.001**2)
 
     def left_where(self, predicted: object, unread: object = ()) -> tuple[dict[str, float], dict[str, float]]:
         return {}, {}

@@ -10,8 +10,8 @@ from scipy.signal import butter, filtfilt
 
 from diagnosis.simulated_releases import NOISE, TIME, TWO, off, recorded, with_effects
 from synth.diagnosis.angle_trials import angle_trial
-from synth.diagnosis.encoder_counts import coarse_counts, rounded, usual_noise
-from synth.diagnosis.sensor_noise import FILTERED, sensor
+from synth.diagnosis.encoder_counts import coarse_counts, round_to_counts, usual_noise
+from synth.diagnosis.sensor_noise import FILTERED_RATIO, estimate_sensor
 from synth.files.trial_list import Trial
 from synth.fit.copies import copies
 from synth.fit.recordings import Recording, recordings
@@ -68,7 +68,7 @@ def test_a_held_out_copy_of_a_training_trial_is_the_copy() -> None:
 
 @pytest.mark.parametrize("noise", [0.02, 0.1, 0.5])
 def test_noise_is_estimated_from_the_readings_alone(noise: float) -> None:
-    found = sensor(read(recorded(LEG, noise=np.radians(noise), held_out=0)))
+    found = estimate_sensor(read(recorded(LEG, noise=np.radians(noise), held_out=0)))
     np.testing.assert_allclose(np.degrees(found.noise), noise, rtol=0.1)
     assert coarse_counts(found) == ()
 
@@ -78,9 +78,9 @@ def test_noise_is_estimated_from_the_readings_alone(noise: float) -> None:
 def test_noise_of_samples_at_uneven_times(noise: float, spread: float) -> None:
     """As a computer's loop logs them, stamped right; at a quarter plain differences show 0.05 to 0.17 deg of motion."""
     steps = np.random.default_rng(8).normal(1.0, spread, 400).clip(0.3, 1.7)
-    found = sensor(read(recorded(LEG, noise=np.radians(noise), held_out=0, time=0.005 * np.cumsum(steps))))
+    found = estimate_sensor(read(recorded(LEG, noise=np.radians(noise), held_out=0, time=0.005 * np.cumsum(steps))))
     np.testing.assert_allclose(np.degrees(found.noise), noise, rtol=0.1)
-    assert np.all(found.scatter < FILTERED)
+    assert np.all(found.scatter < FILTERED_RATIO)
 
 
 @pytest.mark.parametrize("cutoff", [40.0, 80.0, 120.0])
@@ -94,14 +94,14 @@ def test_noise_of_filtered_readings_is_what_the_filter_let_through(cutoff: float
     smooth = [replace(t, angles=filtfilt(*low, t.angles, axis=0)) for t in shaken]
     written = [replace(t, angles=np.radians(np.round(np.degrees(t.angles), 5))) for t in smooth]
     apart = [filtfilt(*low, a.angles - b.angles, axis=0) for a, b in zip(shaken, clean, strict=True)]
-    found = sensor(read(written))
+    found = estimate_sensor(read(written))
     np.testing.assert_allclose(found.noise, np.std(np.concatenate(apart)), rtol=0.25)
-    assert (found.scatter > FILTERED).all()
+    assert (found.scatter > FILTERED_RATIO).all()
 
 
 def test_noise_of_filtered_readings_that_a_smooth_motion_follows(monkeypatch: pytest.MonkeyPatch) -> None:
     """A fine sensor at 1 kHz: only rounding is left from one reading to the next, and a fast motion hides the rest."""
-    monkeypatch.setattr("synth.diagnosis.sensor_noise._scatter", lambda *given: 1.0)
+    monkeypatch.setattr("synth.diagnosis.sensor_noise._scatter_ratio", lambda *given: 1.0)
     time = np.arange(0.0, 1.5, 0.001)
     noise, generator = np.radians(0.004), np.random.default_rng(5)
     low = butter(2, 50.0, fs=1000.0)
@@ -110,7 +110,7 @@ def test_noise_of_filtered_readings_that_a_smooth_motion_follows(monkeypatch: py
     smooth = [replace(t, angles=filtfilt(*low, t.angles, axis=0)) for t in shaken]
     written = [replace(t, angles=np.radians(np.round(np.degrees(t.angles), 5))) for t in smooth]
     apart = [filtfilt(*low, a.angles - b.angles, axis=0) for a, b in zip(shaken, clean, strict=True)]
-    np.testing.assert_allclose(sensor(read(written)).noise, np.std(np.concatenate(apart)), rtol=0.35)
+    np.testing.assert_allclose(estimate_sensor(read(written)).noise, np.std(np.concatenate(apart)), rtol=0.35)
 
 
 def test_a_channel_with_more_noise_is_not_pooled_with_the_others() -> None:
@@ -118,7 +118,7 @@ def test_a_channel_with_more_noise_is_not_pooled_with_the_others() -> None:
     louder = [
         replace(t, angles=t.angles + generator.normal(0.0, [0.0, 4 * NOISE], t.angles.shape)) for t in TRIALS
     ]  # fmt: skip
-    noise = sensor(read(louder)).noise
+    noise = estimate_sensor(read(louder)).noise
     assert noise[0] == pytest.approx(NOISE, rel=0.1)
     assert noise[1] == pytest.approx(np.sqrt(17.0) * NOISE, rel=0.1)
 
@@ -126,7 +126,7 @@ def test_a_channel_with_more_noise_is_not_pooled_with_the_others() -> None:
 def test_coarse_counts_are_detected_at_their_joint() -> None:
     step = np.radians(1.0)
     trials = recorded(with_effects(LEG, {"knee": {"encoder_quantisation": {"step": step}}}), held_out=0)
-    found = sensor(read(trials))
+    found = estimate_sensor(read(trials))
     (coarse,) = coarse_counts(found)
     assert coarse.joint == 1
     assert coarse.step == pytest.approx(step, rel=1e-6)
@@ -135,7 +135,7 @@ def test_coarse_counts_are_detected_at_their_joint() -> None:
     assert stated[1] == 0.01  # what is stated of the channel, as it is
     assert stated[0] == usual_noise(found, (coarse,))[0]
     trial = angle_trial(read(trials)[0], held_out=False)
-    told = rounded(trial, trial.measured + 0.3 * step, (coarse,))
+    told = round_to_counts(trial, trial.measured + 0.3 * step, (coarse,))
     np.testing.assert_allclose(told[:, 1], trial.measured[:, 1], atol=1e-9)
     np.testing.assert_allclose(told[:, 0], trial.measured[:, 0] + 0.3 * step)
 
@@ -143,7 +143,7 @@ def test_coarse_counts_are_detected_at_their_joint() -> None:
 def test_counts_shared_by_all_channels_are_no_cause() -> None:
     step = np.radians(360 / 4096)
     counted = [replace(t, angles=step * np.round(t.angles / step)) for t in recorded(LEG, noise=0.0, held_out=0)]
-    found = sensor(read(counted))
+    found = estimate_sensor(read(counted))
     np.testing.assert_allclose(found.step, step, rtol=1e-6)
     assert coarse_counts(found) == ()
 
@@ -155,7 +155,7 @@ def test_counts_are_seen_though_a_file_rounds_each_reading() -> None:
     (trial,) = recorded(LEG, np.array([[0.4, -0.5]]), noise=0.0, held_out=0)
     counted = step * np.round(np.array([1.0, 20.0]) * moves[:, None] / step)
     written = np.array([[float(f"{value:.7g}") for value in row] for row in counted])
-    found = sensor(read([replace(trial, time=time, angles=written)]))
+    found = estimate_sensor(read([replace(trial, time=time, angles=written)]))
     np.testing.assert_allclose(found.step, step, rtol=1e-5)
     np.testing.assert_allclose(found.noise, step / np.sqrt(12.0), rtol=0.3)
 

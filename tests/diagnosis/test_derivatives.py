@@ -13,7 +13,7 @@ from synth.diagnosis.angle_trials import AngleTrial, angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Block
 from synth.diagnosis.odds import shape_cost
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.workbench import Workbench
@@ -39,7 +39,7 @@ def made_trials() -> tuple[AngleTrial, ...]:
 
 TRIALS = made_trials()
 BENCH = Workbench(Predictor(TWO, TOLERANCES), TRIALS, np.full(2, NOISE), 50.0)
-CANDIDATES = [c for c in candidates(TWO, TRIALS, scales(TWO, TRIALS)) if c.shape is c.effect.shapes[0]]
+CANDIDATES = [c for c in candidates(TWO, TRIALS, natural_sizes_of(TWO, TRIALS)) if c.shape is c.effect.shapes[0]]
 
 
 def started(hypothesis: tuple[Candidate, ...] = ()) -> EvaluatedHypothesis:
@@ -197,7 +197,7 @@ def test_an_effect_that_needs_a_missing_part_is_no_candidate() -> None:
     bare = TWO.with_joints(knee={"spring": Spring(0.0, 0.0), "damper": Damper(0.0)})
     known = (TRIALS[0].recording.time[[0, -1]], np.array([[0.0, 0.1], [0.0, 0.2]]))
     trial = replace(TRIALS[0], recording=replace(TRIALS[0].recording, known_torque=known))
-    found = candidates(bare, [trial], scales(bare, [trial]))
+    found = candidates(bare, [trial], natural_sizes_of(bare, [trial]))
     there = {joint: {c.effect.name for c in found if c.key[1] == joint} for joint in bare.joint_names}
     springs = {"hardening_spring", "one_sided_spring", "spring_hysteresis", "spring_preload"}
     assert springs | {"backlash", "shear_thinning_damping"} <= there["hip"]

@@ -19,7 +19,7 @@ from synth.diagnosis.plants.swinging_chain import chain_diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
-from synth.diagnosis.verdict import CONTRADICTED
+from synth.diagnosis.verdict import UNKNOWN_IF_CONTRADICTED
 from synth.errors import UserError
 from synth.files.gap_project import GapProject, Tolerance
 from synth.files.trial_list import Trial, read_trials
@@ -258,7 +258,9 @@ def test_a_cause_that_unseen_trials_contradict_is_unknown_and_the_trials_are_nam
     assert result.shrink.high is not None
     assert result.shrink.high < 0.0
     assert result.verdict == "unknown"
-    assert result.probability_unknown == pytest.approx(CONTRADICTED, abs=0.005)  # the limit: sure by all blocks of it
+    assert result.probability_unknown == pytest.approx(
+        UNKNOWN_IF_CONTRADICTED, abs=0.005
+    )  # the limit: sure by all blocks of it
     assert [text for text in result.warnings if free.name in text and "no better" in text]
     sure = diagnose(TWO, [*learnt, replace(recorded(rubbing)[3], held_out=True)], Tolerance())
     assert sure.verdict != "unknown"

@@ -8,8 +8,8 @@ import pytest
 from diagnosis.simulated_releases import TIME, TWO, off, recorded, with_effects
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
-from synth.diagnosis.encoder_counts import Coarse, noise_as_read, noise_of_rounded, rounded
-from synth.diagnosis.encoder_transitions import at_edges
+from synth.diagnosis.encoder_counts import CoarseChannel, noise_as_read, noise_of_rounded, round_to_counts
+from synth.diagnosis.encoder_transitions import with_edges
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
@@ -22,7 +22,7 @@ def counted(angle: Array, time: Array) -> tuple[AngleTrial, AngleTrial]:
     (recording,) = recordings(TWO, recorded(TWO, np.array([[0.5, 0.6]]), time=time, held_out=0), ())
     trial = angle_trial(recording, held_out=False)
     trial.measured[:, 1] = STEP * np.round(angle / STEP)
-    return trial, at_edges(trial, [Coarse(1, STEP)], np.full(2, USUAL))
+    return trial, with_edges(trial, [CoarseChannel(1, STEP)], np.full(2, USUAL))
 
 
 def spread(made: AngleTrial) -> Array:
@@ -87,7 +87,7 @@ def test_the_noise_of_readings_that_are_rounded(noise: float) -> None:
     time = np.arange(800) * 0.005
     angle = STEP * time  # four counts
     trial, _ = counted(angle + noise * STEP * generator.standard_normal(800), time)
-    coarse, usual = [Coarse(1, STEP)], np.array([USUAL, noise * STEP])
+    coarse, usual = [CoarseChannel(1, STEP)], np.array([USUAL, noise * STEP])
     prediction = np.column_stack([trial.measured[:, 0], angle])
     made = noise_of_rounded(trial, prediction, coarse, usual)
     np.testing.assert_array_equal(made[:, 0], USUAL)
@@ -99,5 +99,5 @@ def test_the_noise_of_readings_that_are_rounded(noise: float) -> None:
     ]  # fmt: skip
     assert np.mean(made[:, 1] ** 2) == pytest.approx(np.mean(square), rel=0.15)
     (loud,) = noise_as_read([trial], [prediction], coarse, np.array([USUAL, 0.28 * STEP]))
-    told = rounded(trial, prediction, coarse) - trial.measured
+    told = round_to_counts(trial, prediction, coarse) - trial.measured
     assert np.mean(loud[:, 1] ** 2) == pytest.approx(np.mean(told[:, 1] ** 2))

@@ -15,9 +15,9 @@ from synth.arrays import Array
 from synth.diagnosis.angle_search import search
 from synth.diagnosis.hypotheses import TrialErrors
 from synth.diagnosis.odds import CALIBRATED
-from synth.diagnosis.plants.swinging_chain.chain_candidates import scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
-from synth.diagnosis.plants.swinging_chain.free_torque import FreeTorque, _result, free_torques
+from synth.diagnosis.plants.swinging_chain.free_torque import FreeTorque, _free_torque_of, free_torques
 from synth.diagnosis.plants.swinging_chain.torque_hats import Hats
 from synth.files.gap_project import Tolerance
 from synth.files.trial_list import Trial
@@ -43,7 +43,9 @@ def found(law: Law | None) -> tuple[FreeTorque, ...]:
         trials.append(Trial(f"{number}.csv", TIME, angles))
     scene, _ = scene_of(TWO, trials, Tolerance(), 0)
     base = search(scene.bench, [], CALIBRATED).none.fit
-    return free_torques(TWO, scene.tolerances.leg(TWO, base.unknowns), scene.bench, base, scales(TWO, scene.given))
+    return free_torques(
+        TWO, scene.tolerances.leg(TWO, base.unknowns), scene.bench, base, natural_sizes_of(TWO, scene.given)
+    )
 
 
 def alike(item: FreeTorque, true: Array, where: Array) -> float:
@@ -96,5 +98,5 @@ def test_the_interval_of_the_curve_holds_where_folds_are_few(folds: int) -> None
     each = (one.sum(axis=0) - one) / (folds - 1)
     errors = TrialErrors(np.ones((folds, 1)), np.ones((folds, 1)), np.ones(folds))
     problem: Any = SimpleNamespace(hats=hats)
-    made = _result(TWO, problem, errors, each, errors)
+    made = _free_torque_of(TWO, problem, errors, each, errors)
     assert np.mean((made.low <= 0.0) & (made.high >= 0.0)) == pytest.approx(0.9, abs=0.02)

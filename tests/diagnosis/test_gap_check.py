@@ -21,10 +21,10 @@ from synth.cli import main
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.check import run
 from synth.diagnosis.check.check_result import Check
-from synth.diagnosis.check.clocks import clock_findings, sampling
-from synth.diagnosis.check.coverage import coverage, coverage_findings
+from synth.diagnosis.check.clocks import clock_findings, describe_sampling
+from synth.diagnosis.check.coverage import coverage_findings, describe_coverage
 from synth.diagnosis.check.finding import Finding
-from synth.diagnosis.check.separability import Showing
+from synth.diagnosis.check.separability import VisibleCause
 from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.plants.swinging_chain.chain_menu import menu
 from synth.diagnosis.workbench import Workbench
@@ -44,7 +44,7 @@ def project(leg: Leg, trials: list[Trial]) -> GapProject:
     return GapProject(Path("gap.yaml"), leg.name, leg, tuple(trials), Tolerance(), 0, (), ())
 
 
-def showing(found: Check, effect: str, joint: str) -> Showing:
+def showing(found: Check, effect: str, joint: str) -> VisibleCause:
     return next(each for each in found.showings if each.key == (effect, joint))
 
 
@@ -118,10 +118,10 @@ def test_a_servo_s_commands_are_no_free_motion(slow: bool) -> None:
     signals = ServoSignals(time, angle, np.full((len(time), 1), 12.0), np.ones((len(time), 1)))
     made = recordings(leg, [Trial(name="a.csv", time=time, angles=angle, signals=signals)], ())
     assert all(recording.driven for recording in made)
-    assert clock_findings(leg, made, [sampling(leg, recording) for recording in made]) == []
+    assert clock_findings(leg, made, [describe_sampling(leg, recording) for recording in made]) == []
     assert coverage_findings(leg, made, ()) == []
     free = [replace(recording, signals=None) for recording in made]
-    assert bool(clock_findings(leg, free, [sampling(leg, recording) for recording in free])) == slow
+    assert bool(clock_findings(leg, free, [describe_sampling(leg, recording) for recording in free])) == slow
     assert len(coverage_findings(leg, free, ())) == 1
 
 
@@ -134,7 +134,7 @@ def test_the_bearing_carries_the_tip_where_it_is(at: float | None, own_leg: bool
     conditions = Conditions(tip_mass=0.4, tip_at=at)
     angle = simulate(leg, leg.rest + 1.2, [0.0], time, conditions)
     made = Trial("a.csv", time, leg.to_measured(angle), tip_mass=0.4, tip_at=at, leg=leg if own_leg else None)
-    (one,) = coverage(HANGING, recordings(HANGING, [made], ()))
+    (one,) = describe_coverage(HANGING, recordings(HANGING, [made], ()))
     force = np.zeros((2, len(time) - 2))
     for mass, reach in ((link.mass, link.com), (0.4, link.length if at is None else at)):
         place = reach * np.stack([np.sin(angle[:, 0]), -np.cos(angle[:, 0])])
@@ -203,7 +203,7 @@ def test_mass_and_inertia_are_inseparable_without_gravity() -> None:
 def test_an_effect_at_the_visible_size_leaves_three_deviations() -> None:
     """The claim itself: friction of the size that is said to show, in recordings without noise, then fitted away."""
     from synth.diagnosis.angle_search import as_designed, fit_nominal
-    from synth.diagnosis.check.cause_responses import VISIBLE
+    from synth.diagnosis.check.cause_responses import VISIBLE_SIGNAL
     from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 
     away = np.array([[0.5], [-0.4], [0.7]])
@@ -216,11 +216,11 @@ def test_an_effect_at_the_visible_size_leaves_three_deviations() -> None:
     scene, _ = scene_of(ONE, noisy, Tolerance(), 0)
     noise = scene.bench.noise
     quiet, _ = scene_of(ONE, still, Tolerance(), 0)
-    sized = np.hypot(noise, run.REMAINDER * np.array([channel.motion for channel in found.channels]))
+    sized = np.hypot(noise, run.UNEXPLAINED_SHARE * np.array([channel.motion for channel in found.channels]))
     bench = replace(quiet.bench, noise=sized)
     fitted = fit_nominal(bench, as_designed(bench))
     left = sum(float(r @ r) for r in fitted.residuals) + float(fitted.unknowns @ fitted.unknowns)
-    assert np.sqrt(left) == pytest.approx(VISIBLE, rel=0.25)
+    assert np.sqrt(left) == pytest.approx(VISIBLE_SIGNAL, rel=0.25)
 
 
 def test_a_damper_that_thins_shows_from_a_few_per_cent_and_is_told_apart_from_more() -> None:
@@ -253,7 +253,7 @@ def test_a_stop_is_stated_by_its_place(clean: Check) -> None:
 def test_halving_the_remainder_halves_the_visible_size(monkeypatch: pytest.MonkeyPatch) -> None:
     trials = recorded(ONE, np.array([[0.5], [-0.4], [0.7]]), noise=1e-6, held_out=0)
     whole = run.check(project(ONE, trials))
-    monkeypatch.setattr(run, "REMAINDER", 0.5 * run.REMAINDER)
+    monkeypatch.setattr(run, "UNEXPLAINED_SHARE", 0.5 * run.UNEXPLAINED_SHARE)
     half = run.check(project(ONE, trials))
     for effect, name in (("coulomb_friction", "torque"), ("backlash", "gap")):
         first, second = (showing(found, effect, "knee").visible_from for found in (whole, half))

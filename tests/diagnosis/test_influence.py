@@ -10,22 +10,22 @@ import pytest
 
 from diagnosis.simulated_releases import TWO, off, recorded, with_effects
 from synth.diagnosis import influence
-from synth.diagnosis.angle_search import as_designed, ratio
+from synth.diagnosis.angle_search import as_designed, rms_over_noise
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.diagnosis_result import Verdict
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.hypotheses import Assessed, Hypotheses
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.hypotheses import Assessment, Hypotheses
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose, scene_of
 from synth.diagnosis.restarts import refine
-from synth.diagnosis.verdict import CALIBRATED, Judged, judge
+from synth.diagnosis.verdict import CALIBRATED, Judgement, judge
 from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg
 
 TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
-FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
+FOUND = candidates(TWO, TRIALS, natural_sizes_of(TWO, TRIALS))
 FRICTION = {"hip": {"coulomb_friction": {"torque": 0.12}}}
 
 
@@ -54,7 +54,7 @@ def assessed_of(built: Leg, seeds: Sequence[int], effect: str) -> tuple[Workbenc
     designed = as_designed(scene.bench)
     start = designed.beside([cause], [cause.starts()[0]])
     fits = refine(scene.bench, scene.bench.evaluate([designed, start]))
-    none, single = (Assessed(fit, fit.cost, ratio(scene.bench, fit)) for fit in fits)
+    none, single = (Assessment(fit, fit.cost, rms_over_noise(scene.bench, fit)) for fit in fits)
     return scene.bench, Hypotheses(none, (single,), ())
 
 
@@ -63,7 +63,7 @@ def test_only_some_recordings_are_refitted_without() -> None:
     bench, found = assessed_of(with_effects(off(TWO, 4), FRICTION), (0, 1), "coulomb_friction")
     assert len(bench.trials) == influence.MOST_REFITTED + 2
     other = replace(judge(found, CALIBRATED), verdict="unknown")  # what no recording's absence leaves
-    hangs = influence.hangs_on(bench, found, other, CALIBRATED)
+    hangs = influence.verdict_dependence(bench, found, other, CALIBRATED)
     assert len(hangs.turned) == influence.MOST_REFITTED
     assert all("coulomb_friction (hip)" in verdict for _, verdict in hangs.turned)
     assert sorted([*dict(hangs.turned), *hangs.open]) == [f"{k}.csv" for k in range(len(bench.trials))]
@@ -76,9 +76,9 @@ def test_one_step_without_a_recording_determines_a_shape_as_a_fit_without_it() -
     slipped = replace(bench.trials[1], measured=bench.trials[1].measured + np.array([0.0, 0.12]))
     bench = replace(bench, trials=(bench.trials[0], slipped, *bench.trials[2:]))
     (fit,) = refine(bench, bench.evaluate([found.singles[0].fit.start_at()]))
-    single = Assessed(fit, fit.cost, ratio(bench, fit))
-    stepped = influence._without_each(bench, single)[1]
-    (refitted,) = influence._refitted(bench, [stepped], 1)
+    single = Assessment(fit, fit.cost, rms_over_noise(bench, fit))
+    stepped = influence._step_without_each(bench, single)[1]
+    (refitted,) = influence._refit_without(bench, [stepped], 1)
     assert stepped.fit.shapes[:, 1] == pytest.approx(refitted.fit.shapes[:, 1], rel=0.5)
     assert stepped.fit.shapes[:, 1] > 5.0 * fit.shapes[:, 1]
     assert not stepped.fit.start.residuals  # nothing that was computed elsewhere
@@ -86,16 +86,16 @@ def test_one_step_without_a_recording_determines_a_shape_as_a_fit_without_it() -
 
 def test_a_verdict_that_hangs_on_a_recording_is_less_sure() -> None:
     """One of three: (1 + 1/2) / (3 + 1); a recording without which a further cause is missing leaves the first sure."""
-    assert influence.Hangs((("a.csv", "none"),), of=3, against=1).chance == pytest.approx(0.375)
-    assert influence.Hangs((("a.csv", "hip alone"),), of=3, against=0).chance == 0.0
-    assert influence.Hangs(of=3).chance == 0.0
+    assert influence.VerdictDependence((("a.csv", "none"),), of=3, against=1).chance == pytest.approx(0.375)
+    assert influence.VerdictDependence((("a.csv", "hip alone"),), of=3, against=0).chance == 0.0
+    assert influence.VerdictDependence(of=3).chance == 0.0
 
 
 def test_naming_some_of_the_causes_does_not_contradict_a_verdict() -> None:
-    def judged(verdict: Verdict, *effects: str) -> Judged[EvaluatedHypothesis]:
+    def judged(verdict: Verdict, *effects: str) -> Judgement[EvaluatedHypothesis]:
         causes = tuple(next(each for each in FOUND if each.key == (name, "hip")) for name in effects)
         fit = EvaluatedHypothesis(causes, np.zeros(sum(cause.size for cause in causes)), ())
-        return Judged(verdict, Assessed(fit, 1.0, 1.0), (), (), 0.0, 0.0)
+        return Judgement(verdict, Assessment(fit, 1.0, 1.0), (), (), 0.0, 0.0)
 
     both = judged("effect", "coulomb_friction", "encoder_offset")
     assert influence._shares_a_cause(both, judged("effect", "coulomb_friction"))

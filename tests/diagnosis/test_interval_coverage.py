@@ -13,8 +13,8 @@ from synth.arrays import Array
 from synth.diagnosis.angle_search import as_recorded
 from synth.diagnosis.cause_findings import causes_of
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.hypotheses import Assessed
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.hypotheses import Assessment
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import SwingingChain, scene_of
 from synth.files.gap_project import Tolerance
 
@@ -29,7 +29,7 @@ def scaled_reading() -> tuple[SwingingChain, EvaluatedHypothesis]:
     """One release of a leg whose knee is read scaled, at the truth, with derivatives."""
     trials = recorded(TWO, AWAY[:1], noise=FLOOR, time=TIME, held_out=0)
     scene, _ = scene_of(TWO, trials, Tolerance(), 0, dict.fromkeys(TWO.joint_names, float(FLOOR)))
-    every = candidates(TWO, scene.given, scales(TWO, scene.given))
+    every = candidates(TWO, scene.given, natural_sizes_of(TWO, scene.given))
     (scale,) = [each for each in every if each.key == ("encoder_scale", "knee")]
     states = as_recorded(scene.bench).states
     truth = EvaluatedHypothesis((scale,), np.append(np.zeros(scene.bench.n_tolerance), 0.0), states)
@@ -67,7 +67,7 @@ def test_the_interval_of_a_cause_from_one_trial_holds_its_level(floors: float) -
             sampled[len(sampled) - len(part.r) :] = 0.0  # rows of the initial state's prior
             noise.append(part.project(sampled))
         fit = fitted(plant, at, noise, truth)
-        (found,) = causes_of(plant, Assessed(fit, fit.cost, floors))
+        (found,) = causes_of(plant, Assessment(fit, fit.cost, floors))
         told, true = found.parameters["error"], cause.named(truth[plant.n_tolerance :])["error"]
         held += (told.low is None or told.low <= true) and (told.high is None or true <= told.high)
     assert 0.85 <= held / DRAWS <= 0.95

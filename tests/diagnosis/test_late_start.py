@@ -11,7 +11,7 @@ from diagnosis.simulated_releases import TIME, TWO, best, off, recorded, with_ef
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Block
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import first_state
@@ -45,7 +45,7 @@ def test_the_state_of_a_flexible_link_is_predicted_and_fitted() -> None:
     (recording,) = recordings(TWO, trials, ())
     trial = angle_trial(recording, held_out=False)
     bench = Workbench(Predictor(TWO, Tolerances.of(TWO, Tolerance())), (trial,), np.full(2, 1e-3), 50.0)
-    found = candidates(TWO, [trial], scales(TWO, [trial]))
+    found = candidates(TWO, [trial], natural_sizes_of(TWO, [trial]))
     mount = next(c for c in found if c.key == ("base_compliance", "base") and "arm" in c.shape.free)
     assert mount.links == 1
     unknowns = np.concatenate([np.zeros(bench.n_tolerance), mount.starts()[0]])

@@ -13,7 +13,7 @@ from synth.diagnosis.angle_trials import AngleTrial, angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plant import StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_figures import trial_gaps
-from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque, where
+from synth.diagnosis.plants.swinging_chain.chain_where import locate_gap, missing_torque
 from synth.diagnosis.plants.swinging_chain.leg_torques import bearing_forces, driving_torques
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.drives.motor import GearedMotor
@@ -116,8 +116,8 @@ def test_a_trial_with_its_own_leg_is_deflected_from_that_leg() -> None:
     alone = trial_of(other, trial)
     lacking = [missing_torque(TWO, prepared)]
     predictions, noise = [prepared.measured + 0.01], np.full(2, NOISE)
-    ours = where(TWO, [prepared], predictions, noise, lacking, {})
-    theirs = where(other, [alone], predictions, noise, [missing_torque(other, alone)], {})
+    ours = locate_gap(TWO, [prepared], predictions, noise, lacking, {})
+    theirs = locate_gap(other, [alone], predictions, noise, [missing_torque(other, alone)], {})
     assert ours.position == pytest.approx(theirs.position)
     assert ours.load == pytest.approx(theirs.load)
     predicted = (prepared.measured,)

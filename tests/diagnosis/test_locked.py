@@ -5,7 +5,7 @@ from __future__ import annotations
 from diagnosis.simulated_releases import AWAY, TWO, heavier, off, recorded, with_effects
 from diagnosis.test_recovery import one_of
 from synth.diagnosis.angle_trials import angle_trial
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
@@ -18,7 +18,7 @@ def keys(conditions: Conditions) -> set[tuple[str, str]]:
     """What is tried of a leg with a joint locked."""
     trials = recorded(TWO, AWAY[:2], conditions=conditions, held_out=0)
     given = [angle_trial(r, held_out=False) for r in recordings(TWO, trials, ())]
-    return {candidate.key for candidate in candidates(TWO, given, scales(TWO, given))}
+    return {candidate.key for candidate in candidates(TWO, given, natural_sizes_of(TWO, given))}
 
 
 def test_effects_visible_at_a_locked_joint_are_candidates() -> None:

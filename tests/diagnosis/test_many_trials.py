@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from diagnosis.simulated_releases import TWO, off, recorded
-from synth.diagnosis.angle_trials import angle_trial, largest_of_kinds, spread
+from synth.diagnosis.angle_trials import angle_trial, largest_of_kinds, spread_over_kinds
 from synth.diagnosis.plants.swinging_chain import chain_diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.sifting import few_trials
@@ -20,7 +20,7 @@ TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO
 
 
 def test_few_trials_are_all_used_for_training() -> None:
-    taken, left = spread(TRIALS, len(TRIALS))
+    taken, left = spread_over_kinds(TRIALS, len(TRIALS))
     assert (taken, left) == (TRIALS, [])
 
 
@@ -28,7 +28,7 @@ def test_the_training_sample_has_each_condition_and_is_even() -> None:
     plain = [replace(TRIALS[0]) for _ in range(20)]
     conditions = replace(TRIALS[0].recording.conditions, tip_mass=0.05)
     heavy = replace(TRIALS[0], recording=replace(TRIALS[0].recording, conditions=conditions))
-    taken, left = spread([*plain, heavy], 5)
+    taken, left = spread_over_kinds([*plain, heavy], 5)
     places = [next(k for k, trial in enumerate([*plain, heavy]) if trial is one) for one in taken]
     assert places == [0, 1, 7, 13, 20]  # the first and the heavy one, then three of the nineteen others, six apart
     assert len(left) == 16
@@ -45,7 +45,7 @@ def test_the_first_screening_has_the_only_trial_of_another_leg() -> None:
 
 
 def test_trials_outside_the_training_sample_are_scored_with_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(chain_diagnosis, "MOST_LEARNT", 2)
+    monkeypatch.setattr(chain_diagnosis, "MOST_TRAINING", 2)
     trials = recorded(TWO)
     scene, warnings = scene_of(TWO, trials, Tolerance(), 0)
     assert len(scene.given) == len(scene.bench.trials) == 2

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.test_sets_of_causes import made as made
-from synth.diagnosis.angle_search import as_recorded, ratio
+from synth.diagnosis.angle_search import as_recorded, rms_over_noise
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.other_shapes import in_other_shapes
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.other_shapes import starts_in_other_shapes
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.workbench import Workbench
@@ -30,7 +30,7 @@ def springy() -> tuple[Workbench, list[Candidate]]:
         angles = simulate(built, [start], [0.0], TIME)
         trials.append(Trial(f"{k}.csv", TIME, angles + NOISE * rng.standard_normal(angles.shape)))
     scene, _ = scene_of(LEG, trials, Tolerance(), 0, {"arm": NOISE})
-    return scene.bench, candidates(LEG, scene.given, scales(LEG, scene.given))
+    return scene.bench, candidates(LEG, scene.given, natural_sizes_of(LEG, scene.given))
 
 
 def test_a_spring_kept_as_softer_on_the_other_side_finds_its_own_shape() -> None:
@@ -40,12 +40,12 @@ def test_a_spring_kept_as_softer_on_the_other_side_finds_its_own_shape() -> None
     softer = next(c for c in every if "loss_above" in c.shape.free)
     begun = as_recorded(bench)
     kept = EvaluatedHypothesis((softer, rotor), np.append(begun.unknowns, [0.5, 0.1, 0.2, 0.5]), begun.states)
-    shapes = in_other_shapes(bench, kept, every)
+    shapes = starts_in_other_shapes(bench, kept, every)
     (starts,) = [shape for shape in shapes if "loss_below" in shape[0].hypothesis[1].shape.free]
     lost = [float(start.unknowns[bench.n_tolerance + 1]) for start in starts]
     assert min(lost) < 0.0 < max(lost)
     assert all(start.unknowns[-2:].tolist() == [0.1, 0.2] for start in starts)
     (stuck,) = refine(bench, bench.evaluate([kept]))
     other = min(refine(bench, bench.evaluate(starts)), key=lambda fit: fit.cost)
-    assert ratio(bench, stuck) > 3.0
-    assert ratio(bench, other) < 1.1
+    assert rms_over_noise(bench, stuck) > 3.0
+    assert rms_over_noise(bench, other) < 1.1

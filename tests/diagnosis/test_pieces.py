@@ -18,10 +18,10 @@ from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.pieces import (
     LEAST_SAMPLES,
     Deviations,
+    cut_into_pieces,
     cut_sentence,
-    in_pieces,
-    joined,
-    wholes,
+    join_pieces,
+    whole_recordings,
 )
 from synth.diagnosis.score import score
 from synth.diagnosis.unseen import folds
@@ -66,8 +66,8 @@ def test_what_grows_beyond_the_limit_is_cut_into_pieces_in_which_less_grows(pend
     rate = np.sqrt(0.68 * 9.81 * 0.45 / (9e-3 + 2e-3 + 0.68 * 0.45**2))
     predictor = Predictor(pendulum, Tolerances.of(pendulum, Tolerance()))
     short = int(np.arccosh(6.0) / rate / trial.time[1])
-    assert len(in_pieces(pendulum, predictor, [trial.piece(0, short)])) == 1
-    pieces = in_pieces(pendulum, predictor, [trial])
+    assert len(cut_into_pieces(pendulum, predictor, [trial.piece(0, short)])) == 1
+    pieces = cut_into_pieces(pendulum, predictor, [trial])
     lengths = [piece.time[-1] + trial.time[1] for piece in pieces[:-1]]
     assert np.array(lengths) == pytest.approx(np.arccosh(4.0) / rate, abs=2.0 * float(trial.time[1]))
 
@@ -87,7 +87,7 @@ def test_a_damper_makes_a_leg_forget(pendulum: Leg, tmp_path: Path) -> None:
 
 def test_releases_of_a_damped_leg_stay_whole() -> None:
     trials = [angle_trial(recording, held_out=False) for recording in recordings(TWO, releases(TWO), ())]
-    assert in_pieces(TWO, Predictor(TWO, Tolerances.of(TWO, Tolerance())), trials) == tuple(trials)
+    assert cut_into_pieces(TWO, Predictor(TWO, Tolerances.of(TWO, Tolerance())), trials) == tuple(trials)
     assert cut_sentence(trials) == ""
 
 
@@ -96,16 +96,16 @@ def test_pieces_of_a_driven_pendulum_are_predicted_as_the_whole(tmp_path: Path) 
     project = recorded(tmp_path, RUBS, 0, (1.2, 2.2), 5.0, 3)
     scene, warnings = scene_of(project.leg, project.trials, project.tolerance, 0)
     assert any("pieces" in warning for warning in warnings)
-    bench, whole = scene.bench, wholes(scene.given)
+    bench, whole = scene.bench, whole_recordings(scene.given)
     assert len(scene.given) > len(whole) == 3
     assert min(len(trial.time) for trial in scene.given) >= LEAST_SAMPLES
-    for each, measured in zip(whole, joined(scene.given, [trial.measured for trial in scene.given]), strict=True):
+    for each, measured in zip(whole, join_pieces(scene.given, [trial.measured for trial in scene.given]), strict=True):
         np.testing.assert_array_equal(measured, each.measured)
     assert bench.total == pytest.approx(3 * bench.effective)
     built = project.leg.with_joints(hinge={"effects": RUBS})
     made = replace(bench, predictor=Predictor(built, Tolerances.of(built, Tolerance())))
     fit = EvaluatedHypothesis((), np.zeros(made.n_tolerance), ())
-    found = joined(scene.given, [prediction for prediction, _ in score(made, fit, scene.given)])
+    found = join_pieces(scene.given, [prediction for prediction, _ in score(made, fit, scene.given)])
     left = np.concatenate([prediction - each.measured for prediction, each in zip(found, whole, strict=True)])
     assert np.degrees(np.sqrt(np.mean(left**2))) == pytest.approx(0.05, rel=0.1)
 

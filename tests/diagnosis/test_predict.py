@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from diagnosis.simulated_releases import TWO, recorded
-from synth.diagnosis.angle_trials import AngleTrial, angle_trial, together
+from synth.diagnosis.angle_trials import AngleTrial, angle_trial, trials_together
 from synth.diagnosis.lanes import Block
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import first_state
 from synth.files.gap_project import Tolerance
@@ -25,7 +25,7 @@ PREDICTOR = Predictor(TWO, Tolerances.of(TWO, Tolerance()))
 
 
 def cause(effect: str, joint: str) -> Candidate:
-    return next(c for c in candidates(TWO, [TRIAL], scales(TWO, [TRIAL])) if c.key == (effect, joint))
+    return next(c for c in candidates(TWO, [TRIAL], natural_sizes_of(TWO, [TRIAL])) if c.key == (effect, joint))
 
 
 def block(candidate: Candidate, rate: float = 0.0) -> Block:
@@ -59,7 +59,7 @@ def driven_pieces() -> list[AngleTrial]:
 
 def block_of(pieces: list[AngleTrial], effect: str, joint: str) -> Block:
     """The cause at its first start, each of the ``pieces`` from the state that it shows."""
-    found = next(c for c in candidates(TWO, pieces, scales(TWO, pieces)) if c.key == (effect, joint))
+    found = next(c for c in candidates(TWO, pieces, natural_sizes_of(TWO, pieces)) if c.key == (effect, joint))
     unknowns = np.concatenate([np.zeros(PREDICTOR.tolerances.size), found.starts()[0]])
     added = np.zeros(2 * found.links)
     states = np.array([np.concatenate([first_state(piece), added]) for piece in pieces])
@@ -107,7 +107,7 @@ def test_only_neighbouring_pieces_with_the_same_torque_are_predicted_in_one_call
     assert known is not None
     otherwise = replace(pieces[3].recording, known_torque=(known[0], 2.0 * known[1]))
     pieces[3] = replace(pieces[3], recording=otherwise)
-    assert together([TRIAL, *pieces, TRIAL]) == [
+    assert trials_together([TRIAL, *pieces, TRIAL]) == [
         range(1), range(1, 4), range(4, 5), range(5, 6), range(6, 7)
     ]  # fmt: skip
 
@@ -115,11 +115,11 @@ def test_only_neighbouring_pieces_with_the_same_torque_are_predicted_in_one_call
 def test_trials_that_nothing_drives_are_predicted_in_one_call_as_alone() -> None:
     """Those with another joint locked, or of another time scale, in calls of their own."""
     trials = [angle_trial(each, held_out=False) for each in recordings(TWO, recorded(TWO, held_out=0), ())]
-    assert together(trials) == [range(len(trials))]
+    assert trials_together(trials) == [range(len(trials))]
     held = replace(trials[1], recording=replace(trials[1].recording, conditions=Conditions(locked=(0,))))
     slow = trials[2].recording
     slower = replace(trials[2], recording=replace(slow, smoothed=replace(slow.smoothed, pace=9.0 * slow.smoothed.pace)))
-    assert together([trials[0], held, slower, trials[3]]) == [range(k, k + 1) for k in range(4)]
+    assert trials_together([trials[0], held, slower, trials[3]]) == [range(k, k + 1) for k in range(4)]
     wanted, fine = block_of(trials, "spring_hysteresis", "hip"), PREDICTOR.coarser(1e-10)  # another unit of time
     (found,) = fine.predict(trials, [wanted])
     ends = np.cumsum([0, *[len(trial.time) for trial in trials]]).tolist()

@@ -16,7 +16,7 @@ from synth.arrays import Array
 from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.odds import CALIBRATED
-from synth.diagnosis.plants.swinging_chain.chain_candidates import scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose, scene_of
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
@@ -151,7 +151,7 @@ def test_both_halves_of_the_pendulums_small_swings_lack_a_torque_at_the_lower_jo
     scene, _ = scene_of(project.leg, trials, project.tolerance, 0)
     base = search(scene.bench, [], CALIBRATED).none.fit
     nominal = scene.tolerances.leg(project.leg, base.unknowns)
-    first = free_torques(project.leg, nominal, scene.bench, base, scales(project.leg, scene.given))[0]
+    first = free_torques(project.leg, nominal, scene.bench, base, natural_sizes_of(project.leg, scene.given))[0]
     assert (first.joint, first.over) == ("lower", "deflection")
     assert first.taken > 0.7
     forth, back = (np.median(first.torque[first.direction == way]) for way in (1.0, -1.0))
@@ -166,6 +166,6 @@ def test_each_half_of_the_ankles_releases_is_predicted_by_its_own_refits(half: i
     scene, _ = scene_of(project.leg, trials, project.tolerance, 0)
     base = search(scene.bench, [], CALIBRATED).none.fit
     nominal = scene.tolerances.leg(project.leg, base.unknowns)
-    (first,) = free_torques(project.leg, nominal, scene.bench, base, scales(project.leg, scene.given))
+    (first,) = free_torques(project.leg, nominal, scene.bench, base, natural_sizes_of(project.leg, scene.given))
     assert first.joint == "ankle"
     assert first.taken < 0.35

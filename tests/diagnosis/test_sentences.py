@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from synth.diagnosis.diagnosis_result import Cause
-from synth.diagnosis.sentences import ErrorWording, PartedErrors, sentence, stated, what_is_open
+from synth.diagnosis.sentences import ErrorWording, PartedErrors, reason_for_next_trial, sentence, stated_parameters
 from synth.estimation.intervals import Estimate
 from synth.swing.effects import effect_named
 
@@ -40,7 +40,7 @@ def test_a_common_cause_is_said_once_and_first() -> None:
 )
 def test_a_parameter_has_no_digits_beyond_its_uncertainty(ends: tuple[float | None, float], said: str) -> None:
     cause = Cause("coulomb_friction", "knee", {"torque": Estimate(0.05931, "N*m", *ends)})
-    assert stated(cause, effect_named("coulomb_friction")) == f"torque {said} N·m"
+    assert stated_parameters(cause, effect_named("coulomb_friction")) == f"torque {said} N·m"
 
 
 def degrees(value: float) -> Estimate:
@@ -79,8 +79,8 @@ def test_an_error_falls_only_where_it_does(after: float, takes: float, words: st
 
 
 def test_a_gap_within_the_accuracy_is_not_told_as_no_missing_effect() -> None:
-    assert what_is_open("none", [""]).startswith("These trials show no missing effect")
-    within = what_is_open("none", [""], within=True)
+    assert reason_for_next_trial("none", [""]).startswith("These trials show no missing effect")
+    within = reason_for_next_trial("none", [""], within=True)
     assert "below the required accuracy" in within
     assert "no missing effect" not in within
 
@@ -105,7 +105,7 @@ def test_a_sentence_states_the_few_parameters_that_carry_a_cause(
     effect = effect_named(name)
     unit = {parameter.name: parameter.unit for parameter in effect.parameters}
     found = {key: Estimate(value, unit[key], 0.9 * value, 1.1 * value) for key, value in values.items()}
-    text = stated(Cause(name, "knee", found), effect)
+    text = stated_parameters(Cause(name, "knee", found), effect)
     words = [key.replace("_", " ") for key in wanted.split()]
     assert all(each.startswith(f"{word} ") for each, word in zip(text.split(", "), words, strict=True)), text
 

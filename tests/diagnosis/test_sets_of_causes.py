@@ -12,21 +12,21 @@ from diagnosis.turning_pendulum import recorded
 from synth.diagnosis.angle_search import as_designed
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain import chain_diagnosis
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import Scene, scene_of
-from synth.diagnosis.sets_of_causes import pairs_of, with_simpler_cause, without_one
+from synth.diagnosis.sets_of_causes import pairs_of, with_simpler_cause, without_one_cause
 
 
 @pytest.fixture
 def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Scene:
     """A pendulum that rubs, its recordings whole."""
-    monkeypatch.setattr(chain_diagnosis, "in_pieces", lambda leg, predictor, trials: tuple(trials))
+    monkeypatch.setattr(chain_diagnosis, "cut_into_pieces", lambda leg, predictor, trials: tuple(trials))
     project = recorded(tmp_path, {"coulomb_friction": {"torque": 0.1}}, 1, (0.3, 0.5), 2.5, 3)
     return scene_of(project.leg, project.trials, project.tolerance, 0)[0]
 
 
 def one(made: Scene, effect: str) -> Candidate:
-    every = candidates(made.leg, made.given, scales(made.leg, made.given))
+    every = candidates(made.leg, made.given, natural_sizes_of(made.leg, made.given))
     return next(candidate for candidate in every if candidate.effect.name == effect)
 
 
@@ -38,7 +38,7 @@ def test_each_set_that_lacks_one_cause_starts_at_the_others_values(made: Scene) 
     own = np.arange(1.0, 1.0 + sum(sizes))
     three = bench.awake(EvaluatedHypothesis(causes, np.concatenate([plain.unknowns, own]), plain.states))
     known = replace(three, hypothesis=causes[:2])
-    found = without_one(bench, [three], [known])
+    found = without_one_cause(bench, [three], [known])
     assert [fit.keys for fit in found] == [
         (causes[1].key, causes[2].key),
         (causes[0].key, causes[2].key),

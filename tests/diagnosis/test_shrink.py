@@ -18,12 +18,12 @@ from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench
 from synth.diagnosis.plants.jumping_leg.jump_diagnosis import JumpingLeg
 from synth.diagnosis.plants.swinging_chain.free_torque import free_torques
 from synth.diagnosis.prediction_error import (
-    BLOCKS,
+    BLOCKS_A_TRIAL,
     LEAST_GAP,
-    NO_BETTER,
-    TINY,
+    NO_BETTER_RATIO,
+    ROUNDING_SHARE,
     PredictionErrors,
-    label,
+    label_of_causes,
     shrink_of_best,
 )
 from synth.diagnosis.remainder import Remainder
@@ -42,7 +42,7 @@ class Sought(Exception):
 
 def misses(before: float, after: float, floor: float, trials: int = 3) -> PredictionErrors:
     """Every block of every trial has the same RMS error (rad), so resampling changes nothing."""
-    counts = np.full((trials, BLOCKS), SAMPLES)
+    counts = np.full((trials, BLOCKS_A_TRIAL), SAMPLES)
     squares = {"as_designed": 4 * before**2 * counts, "before": before**2 * counts, "after": after**2 * counts}
     return PredictionErrors(squares, counts, floor**2 * counts, seed=0)
 
@@ -90,9 +90,9 @@ def test_the_chance_of_a_small_shrink_is_sure_where_all_trials_agree() -> None:
 @pytest.mark.parametrize("left", [(0.36, 0.5), (0.16, 0.3), (0.0, 0.9)])
 def test_the_chance_of_a_small_shrink_over_two_trials(left: tuple[float, float]) -> None:
     """Closed form: Student's t of one degree is ``1/2 + atan(t) / pi``. The blocks of a trial are no trials."""
-    one, other = (max(value, 0.72 * TINY) for value in left)  # 0.36 of the mean square are allowed
+    one, other = (max(value, 0.72 * ROUNDING_SHARE) for value in left)  # 0.36 of the mean square are allowed
     exact = 0.5 + math.atan(math.log((one + other) / 0.72) / abs(0.5 * math.log(one / other))) / math.pi
-    after = np.array(left)[:, None] * np.ones(BLOCKS)
+    after = np.array(left)[:, None] * np.ones(BLOCKS_A_TRIAL)
     found = of_mean_squares(np.ones_like(after), after).chance_below(0.4, 2.0)
     assert found == pytest.approx(exact)
     uneven = after * np.array([4.0, 0.0, 0.0, 0.0])
@@ -107,7 +107,7 @@ def test_the_chance_of_a_small_shrink_holds_where_trials_differ(trials: int) -> 
     """
     generator, number, found = np.random.default_rng(3), 400, []
     for _ in range(number):
-        whole = 0.5 * generator.standard_normal((trials, 1)) + 0.2 * generator.standard_normal((trials, BLOCKS))
+        whole = 0.5 * generator.standard_normal((trials, 1)) + 0.2 * generator.standard_normal((trials, BLOCKS_A_TRIAL))
         after = 0.75**2 * np.exp(whole - 0.5 * (0.5**2 + 0.2**2))
         found.append(of_mean_squares(np.ones_like(after), after).chance_below(0.25, 2.0))
     assert 0.03 < np.mean(np.array(found) < 0.05) < 0.13
@@ -131,7 +131,7 @@ def test_rms_figures_are_over_samples_not_over_blocks() -> None:
 
 def test_the_interval_equals_the_bootstrap_over_trials() -> None:
     """Two kinds of trials, k of n large: the mean square of a resample is binomial; wider by Student's distribution."""
-    counts = np.ones((25, BLOCKS))
+    counts = np.ones((25, BLOCKS_A_TRIAL))
     squares = np.ones_like(counts)
     squares[:10] = 4.0
     found = PredictionErrors({"before": squares}, counts, np.zeros_like(counts), seed=1).figure("before")
@@ -147,10 +147,10 @@ def test_intervals_hold_where_trials_differ(trials: int) -> None:
 
     Over independent blocks of time 36 to 59 % of the intervals held.
     """
-    generator, counts, held, number = np.random.default_rng(3), np.ones((trials, BLOCKS)), 0, 200
+    generator, counts, held, number = np.random.default_rng(3), np.ones((trials, BLOCKS_A_TRIAL)), 0, 200
     truth = np.sqrt(np.exp(0.5 * (0.5**2 + 0.2**2)))  # mean of a lognormal
     for seed in range(number):
-        whole = 0.5 * generator.standard_normal((trials, 1)) + 0.2 * generator.standard_normal((trials, BLOCKS))
+        whole = 0.5 * generator.standard_normal((trials, 1)) + 0.2 * generator.standard_normal((trials, BLOCKS_A_TRIAL))
         figure = PredictionErrors({"before": np.exp(whole)}, counts, 0.0 * counts, seed).figure("before")
         assert figure.low is not None
         assert figure.high is not None
@@ -159,7 +159,7 @@ def test_intervals_hold_where_trials_differ(trials: int) -> None:
 
 
 def test_the_interval_of_a_shrink_ends_where_the_error_doubles() -> None:
-    counts = np.ones((2, BLOCKS))
+    counts = np.ones((2, BLOCKS_A_TRIAL))
     before, after = np.array([[1.0], [4.0]]) * counts, np.array([[3.0], [0.1]]) * counts
     found = PredictionErrors({"before": before, "after": after}, counts, 0.0 * counts, seed=0).shrink()
     assert found.low == -1.0
@@ -175,7 +175,7 @@ def test_shrink_of_best_equals_its_closed_form() -> None:
 
 def test_labels_do_not_depend_on_the_order_of_causes() -> None:
     keys = [("latency", "hip"), ("backlash", "knee")]
-    assert label(keys) == label(keys[::-1]) == "backlash @ knee + latency @ hip"
+    assert label_of_causes(keys) == label_of_causes(keys[::-1]) == "backlash @ knee + latency @ hip"
 
 
 def test_shrink_and_remainder_agree_on_the_least_gap_that_has_a_share() -> None:
@@ -192,7 +192,7 @@ def test_shrink_and_remainder_agree_on_the_least_gap_that_has_a_share() -> None:
 
 @pytest.mark.parametrize(("times", "poor"), [(0.99, False), (1.01, True)])
 def test_swings_and_jumps_are_predicted_no_better_from_the_same_error_on(times: float, poor: bool) -> None:
-    errors = misses(1.0, math.sqrt(times * NO_BETTER), 0.1, trials=1)
+    errors = misses(1.0, math.sqrt(times * NO_BETTER_RATIO), 0.1, trials=1)
     jumps: Any = SimpleNamespace(scored=(SimpleNamespace(name="a.csv"),))
     assert bool(poor_trials.no_better(["a.csv"], errors, None)) == poor
     assert bool(JumpingLeg.worse(jumps, errors, None)) == poor

@@ -8,10 +8,10 @@ import pytest
 from synth.diagnosis.angle_search import as_recorded
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.odds import CALIBRATED
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.restarts import refine
-from synth.diagnosis.simpler_shapes import worth_their_unknowns
+from synth.diagnosis.simpler_shapes import prefer_simpler_shapes
 from synth.diagnosis.workbench import Workbench
 from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo, ServoSignals
@@ -38,7 +38,7 @@ def logs(fall: float) -> tuple[Workbench, list[Candidate]]:
         angles = simulate(built, [0.0], [0.0], TIME, signals=signals)
         trials.append(Trial(f"{k}.csv", TIME, angles + NOISE * rng.standard_normal(angles.shape), signals=signals))
     scene, _ = scene_of(LEG, trials, Tolerance(), 0, {"arm": NOISE})
-    return scene.bench, candidates(LEG, scene.given, scales(LEG, scene.given))
+    return scene.bench, candidates(LEG, scene.given, natural_sizes_of(LEG, scene.given))
 
 
 def rich_fit(bench: Workbench, found: list[Candidate]) -> EvaluatedHypothesis:
@@ -53,7 +53,7 @@ def rich_fit(bench: Workbench, found: list[Candidate]) -> EvaluatedHypothesis:
 def test_unknowns_that_explain_nothing_are_dropped(fall: float, kept: tuple[str, ...]) -> None:
     bench, found = logs(fall)
     fit = rich_fit(bench, found)
-    (made,) = worth_their_unknowns(bench, [fit], found, CALIBRATED.per_parameter)
+    (made,) = prefer_simpler_shapes(bench, [fit], found, CALIBRATED.per_parameter)
     assert made.hypothesis[0].shape.free == kept
     assert made.cost - fit.cost <= CALIBRATED.per_parameter * (len(RICH) - len(kept))
     assert made.hypothesis[0].named(made.unknowns[bench.n_tolerance :])["share"] == pytest.approx(0.3, rel=0.1)

@@ -7,7 +7,7 @@ import pytest
 
 from diagnosis.simulated_releases import with_effects
 from synth.diagnosis.angle_trials import angle_trial
-from synth.diagnosis.plants.swinging_chain.chain_candidates import scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.tolerance import Tolerance
 from synth.files.trial_list import Trial
@@ -52,6 +52,6 @@ def test_a_recording_that_stands_still_tells_no_pace() -> None:
     times = []
     for readings in ((swung,), (swung, still)):
         made = recordings(pendulum, [Trial(f"{n}.csv", time, r) for n, r in enumerate(readings)], ())
-        times.append(scales(pendulum, [angle_trial(recording, held_out=False) for recording in made]).time[0])
+        times.append(natural_sizes_of(pendulum, [angle_trial(recording, held_out=False) for recording in made]).time[0])
     assert times[1] == times[0]
     assert times[0] == pytest.approx(1.0 / 8.0, rel=0.3)  # s, from its largest frequency

@@ -10,7 +10,7 @@ import pytest
 from diagnosis.simulated_releases import TWO, heavier, recorded
 from synth.diagnosis.diagnosis_result import Cause
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
-from synth.diagnosis.plants.swinging_chain.tolerance_words import in_tolerances, in_words
+from synth.diagnosis.plants.swinging_chain.tolerance_words import count_of_tolerances, number_words
 from synth.estimation.intervals import Estimate
 from synth.files.gap_project import Tolerance
 from synth.swing.tolerances import Tolerances
@@ -37,11 +37,11 @@ def cause(effect: str, parameter: str, value: float, joint: str = "knee") -> Cau
     ],
 )
 def test_a_wrong_number_is_stated_in_tolerances(found: Cause, words: str) -> None:
-    assert in_tolerances(found, TWO, USUAL) == words
+    assert count_of_tolerances(found, TWO, USUAL) == words
 
 
 def test_a_mass_error_is_stated_as_a_share() -> None:
-    told = in_words(cause("link_mass", "share", 0.031), "plain", TWO, USUAL)
+    told = number_words(cause("link_mass", "share", 0.031), "plain", TWO, USUAL)
     assert told == "the knee's link is 3.1 % heavier than designed, three of your tolerances"
 
 
@@ -54,13 +54,13 @@ def test_a_mass_error_is_stated_as_a_share() -> None:
     ],
 )
 def test_a_part_is_compared_with_the_designed_one(found: Cause, words: str) -> None:
-    assert in_words(found, "plain", TWO, USUAL).startswith(words)
+    assert number_words(found, "plain", TWO, USUAL).startswith(words)
 
 
 def test_a_damper_where_none_was_designed_is_no_share() -> None:
     without = replace(TWO, joints=(TWO.joints[0], replace(TWO.joints[1], damper=None)))
     assert (
-        in_words(cause("viscous_damping", "rate", 0.01), "plain", without, Tolerances.of(without, Tolerance()))
+        number_words(cause("viscous_damping", "rate", 0.01), "plain", without, Tolerances.of(without, Tolerance()))
         == "plain"
     )
 

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from diagnosis.simulated_releases import ONE, TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial
-from synth.diagnosis.plants.swinging_chain.chain_menu import RAMP, holding_torque, menu
+from synth.diagnosis.plants.swinging_chain.chain_menu import RAMP_SHARE, holding_torque, menu
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Damper, Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
@@ -43,7 +43,7 @@ def test_a_ramp_goes_towards_the_widest_release_and_keeps_the_range(away: float,
 
     end = brentq(off, rest - 1.5, rest + 1.5) - rest
     start = leg.rest[0] + away - rest  # of the widest release
-    expected = np.sign(start) * min(RAMP * abs(start), np.inf if room is None else room)
+    expected = np.sign(start) * min(RAMP_SHARE * abs(start), np.inf if room is None else room)
     assert end == pytest.approx(expected, abs=0.02)
 
 

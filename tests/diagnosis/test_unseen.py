@@ -11,21 +11,21 @@ from diagnosis.simulated_releases import NOISE, TWO, off, recorded, with_effects
 from synth.diagnosis.angle_search import as_designed, fit_nominal
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
-from synth.diagnosis.left_out_fold import DIVERGED, finite
-from synth.diagnosis.odds import CALIBRATED, far_share, taken, weigh
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.hypotheses import Assessment, Hypotheses, TrialErrors
+from synth.diagnosis.left_out_fold import DIVERGED_ERROR, finite_residual
+from synth.diagnosis.odds import CALIBRATED, far_share, posterior_weights, share_removed
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.score import score
-from synth.diagnosis.unseen import cells, folds, jackknife, unseen
-from synth.diagnosis.verdict import judge, of_no_account, paying, with_counts
+from synth.diagnosis.unseen import block_errors, errors_on_unseen_trials, folds, jackknife
+from synth.diagnosis.verdict import hypotheses_that_pay, judge, with_coarse_counts, without_causes
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 
 TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
-FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
+FOUND = candidates(TWO, TRIALS, natural_sizes_of(TWO, TRIALS))
 
 
 def cause(effect: str, joint: str) -> Candidate:
@@ -44,12 +44,12 @@ def held_out_error(*ratios: float, independent: float = 8.0) -> TrialErrors:
 
 def assessed(
     unseen: TrialErrors | None, *causes: Candidate, cost: float = 100.0, ratio: float | None = None
-) -> Assessed:
+) -> Assessment:
     fit = EvaluatedHypothesis(tuple(causes), np.zeros(sum(c.size for c in causes)), ())
-    return Assessed(fit, cost, ratio if ratio is not None else unseen.ratio if unseen else 1.0, unseen)
+    return Assessment(fit, cost, ratio if ratio is not None else unseen.ratio if unseen else 1.0, unseen)
 
 
-def with_fitted(item: Assessed, ratio: float) -> Assessed:
+def with_fitted(item: Assessment, ratio: float) -> Assessment:
     """With errors of the fitted trials, the same RMS over the noise in each."""
     assert item.unseen is not None
     return replace(item, ratio=ratio, seen=held_out_error(*[ratio] * len(item.unseen.by_trial)))
@@ -57,15 +57,16 @@ def with_fitted(item: Assessed, ratio: float) -> Assessed:
 
 @pytest.mark.parametrize("away", [3e5, np.inf])
 def test_a_motion_that_runs_away_errs_alike_in_both_directions(away: float) -> None:
-    """Such an error counts as ``DIVERGED``, so that the odds do not depend on the side on which a motion leaves."""
+    """It counts as ``DIVERGED_ERROR``, so that the odds do not depend on the side on which a motion leaves."""
     trial = TRIALS[0]
     bench = scene_of(TWO, recorded(TWO), Tolerance(), 0)[0].bench
     bench = replace(bench, trials=(trial,))
-    up, down = (cells(bench, 0, np.full(int(trial.counts.sum()), side * away)) for side in (1.0, -1.0))
-    assert up[0] == pytest.approx(DIVERGED**2)
+    up, down = (block_errors(bench, 0, np.full(int(trial.counts.sum()), side * away)) for side in (1.0, -1.0))
+    assert up[0] == pytest.approx(DIVERGED_ERROR**2)
     np.testing.assert_array_equal(down[0], up[0])
     np.testing.assert_array_equal(
-        finite(np.array([np.inf, -np.inf, np.nan, -3e5])), [DIVERGED, -DIVERGED, DIVERGED, -3e5]
+        finite_residual(np.array([np.inf, -np.inf, np.nan, -3e5])),
+        [DIVERGED_ERROR, -DIVERGED_ERROR, DIVERGED_ERROR, -3e5],
     )
 
 
@@ -81,7 +82,7 @@ def test_left_out_errors_equal_a_refit_without_the_fold() -> None:
     scene, _ = scene_of(TWO, recorded(built, held_out=0), Tolerance(), 0)
     bench = scene.bench
     nominal = fit_nominal(bench, as_designed(bench))
-    (found,) = unseen(bench, [nominal])
+    (found,) = errors_on_unseen_trials(bench, [nominal])
     assert [len(fold) for fold in folds(bench)] == [1, 1, 1, 1]
     for out, trial in enumerate(bench.trials):
         rest = replace(bench, trials=tuple(t for i, t in enumerate(bench.trials) if i != out))
@@ -102,7 +103,7 @@ def test_at_the_noise_floor_odds_come_from_the_fits() -> None:
         replace(item, unseen=held_out_error(*[ratio] * 4)) for item, ratio in zip(plain, (5.0, 1.0, 1.5), strict=True)
     ]
     assert far_share(known) == 0.0
-    assert weigh(known, CALIBRATED) == pytest.approx(weigh(plain, CALIBRATED))
+    assert posterior_weights(known, CALIBRATED) == pytest.approx(posterior_weights(plain, CALIBRATED))
 
 
 def test_far_above_the_noise_odds_come_from_the_errors_by_trial() -> None:
@@ -110,7 +111,7 @@ def test_far_above_the_noise_odds_come_from_the_errors_by_trial() -> None:
     none = assessed(held_out_error(200, 200, 200), cost=900.0)
     worse = assessed(held_out_error(110, 110, 110), FRICTION, cost=100.0)  # the better of the two in sample, by far
     better = assessed(held_out_error(100, 100, 100), DRAG, cost=400.0)
-    weights = weigh([none, worse, better], CALIBRATED)
+    weights = posterior_weights([none, worse, better], CALIBRATED)
     assert weights[2] / weights[1] == pytest.approx((110 / 100) ** 20, rel=1e-3)
     judged = judge(Hypotheses(none, (worse, better), ()), CALIBRATED)
     assert judged.accepted.keys == (("quadratic_damping", "knee"),)
@@ -122,7 +123,7 @@ def test_the_initial_states_of_an_added_link_cost_what_unknowns_of_one_trial_do(
     assert (flexible.size, flexible.links, DRAG.links) == (1, 1, 0)
     none = assessed(held_out_error(200, 200, 200))
     alike = [assessed(held_out_error(100, 100, 100), each) for each in (flexible, DRAG)]
-    weights = weigh([none, *alike], CALIBRATED)
+    weights = posterior_weights([none, *alike], CALIBRATED)
     more = CALIBRATED.per_unknown_far * (DRAG.size - 1) - CALIBRATED.per_state_far * 2 * 3
     assert weights[1] / weights[2] == pytest.approx(np.exp(more), rel=1e-3)
 
@@ -134,11 +135,11 @@ def test_an_unusual_shape_costs_odds_far_from_the_noise(floors: float, factor: f
     usual = assessed(held_out_error(*[floors] * 3), DRAG, cost=100.0)
     assert (DRAG.shape.free, DRAG.effect.strengths) == (("coefficient", "exponent"), ("coefficient",))
 
-    def with_shape(coefficient: float, exponent: float) -> Assessed:
+    def with_shape(coefficient: float, exponent: float) -> Assessment:
         unknowns = np.array([coefficient, exponent])
         return replace(usual, fit=replace(usual.fit, unknowns=unknowns))
 
-    weights = weigh([none, usual, with_shape(30.0, 0.0), with_shape(0.0, 3.0)], CALIBRATED)
+    weights = posterior_weights([none, usual, with_shape(30.0, 0.0), with_shape(0.0, 3.0)], CALIBRATED)
     assert weights[2] == pytest.approx(weights[1])
     assert weights[3] / weights[1] == pytest.approx(np.exp(-factor * 0.5 * 3.0**2), rel=1e-3)
 
@@ -157,7 +158,7 @@ def test_fitted_trials_decide_between_causes_where_they_are_known() -> None:
     first = with_fitted(assessed(held_out_error(90, 90, 90), FRICTION), 50.0)
     second = with_fitted(assessed(held_out_error(60, 60, 60), DRAG), 55.0)
     assert FRICTION.size == DRAG.size
-    weights = weigh([none, first, second], CALIBRATED)
+    weights = posterior_weights([none, first, second], CALIBRATED)
     assert weights[1] / weights[2] == pytest.approx((55 / 50) ** 20, rel=1e-2)
 
 
@@ -208,8 +209,8 @@ def test_a_difference_due_to_one_trial_is_not_certain() -> None:
     none = assessed(held_out_error(200, 200, 200, 200))
     steady = assessed(held_out_error(60, 60, 60, 60), FRICTION)
     leading = assessed(held_out_error(12, 63, 63, 63), DRAG)
-    weights = weigh([none, steady, leading], CALIBRATED)
-    alike = weigh([none, steady, assessed(held_out_error(*[leading.unseen.typical] * 4), DRAG)], CALIBRATED)  # type: ignore[union-attr]
+    weights = posterior_weights([none, steady, leading], CALIBRATED)
+    alike = posterior_weights([none, steady, assessed(held_out_error(*[leading.unseen.typical] * 4), DRAG)], CALIBRATED)  # type: ignore[union-attr]
     assert 0.02 < weights[1] / weights[2] < 0.5
     assert alike[1] / alike[2] < 0.1 * weights[1] / weights[2]
 
@@ -241,9 +242,9 @@ def test_an_additional_cause_must_remove_a_tenth_on_left_out_trials() -> None:
     none, single = assessed(held_out_error(*[100] * 3)), assessed(held_out_error(*[50] * 3), FRICTION)
     tenth = replace(assessed(held_out_error(*[39] * 3), FRICTION, OFFSET), ratio=20.0)
     less = replace(tenth, unseen=held_out_error(*[41] * 3))
-    assert paying([none, single, tenth], CALIBRATED) == [none, single, tenth]
-    assert paying([none, single, less], CALIBRATED) == [none, single]
-    assert paying([none, single, replace(tenth, unseen=None)], CALIBRATED) == [none, single]
+    assert hypotheses_that_pay([none, single, tenth], CALIBRATED) == [none, single, tenth]
+    assert hypotheses_that_pay([none, single, less], CALIBRATED) == [none, single]
+    assert hypotheses_that_pay([none, single, replace(tenth, unseen=None)], CALIBRATED) == [none, single]
 
 
 def test_a_cause_with_initial_states_of_its_own_is_not_simpler_than_two_without() -> None:
@@ -254,8 +255,8 @@ def test_a_cause_with_initial_states_of_its_own_is_not_simpler_than_two_without(
         single = assessed(held_out_error(*[5.0 * floors] * 3), FRICTION)
         follows = assessed(held_out_error(*[floors] * 3), flexible)
         pair = assessed(held_out_error(*[floors] * 3), FRICTION, OFFSET)
-        assert (pair in paying([none, single, follows, pair], CALIBRATED)) is pays
-        assert pair in paying([none, single, pair], CALIBRATED)
+        assert (pair in hypotheses_that_pay([none, single, follows, pair], CALIBRATED)) is pays
+        assert pair in hypotheses_that_pay([none, single, pair], CALIBRATED)
 
 
 def test_at_the_noise_an_additional_cause_pays_by_the_fitted_trials() -> None:
@@ -263,20 +264,20 @@ def test_at_the_noise_an_additional_cause_pays_by_the_fitted_trials() -> None:
     none = replace(assessed(held_out_error(14, 1.4, 1.4)), ratio=9.0)
     single = replace(assessed(held_out_error(3, 1, 0.9), FRICTION), ratio=2.0)
     pair = replace(assessed(held_out_error(30, 0.9, 0.9), FRICTION, OFFSET), ratio=1.0)
-    assert paying([none, single, pair], CALIBRATED) == [none, single, pair]
-    assert paying([none, single, replace(pair, ratio=1.9)], CALIBRATED) == [none, single]
+    assert hypotheses_that_pay([none, single, pair], CALIBRATED) == [none, single, pair]
+    assert hypotheses_that_pay([none, single, replace(pair, ratio=1.9)], CALIBRATED) == [none, single]
 
 
 def test_one_outlying_trial_does_not_decide_the_share_removed() -> None:
     none, found = assessed(held_out_error(100, 100, 100, 100)), assessed(held_out_error(20, 20, 20, 300), FRICTION)
-    assert taken(found, none) == pytest.approx(1.0 - (0.2**3 * 3.0) ** 0.25, abs=1e-3)
+    assert share_removed(found, none) == pytest.approx(1.0 - (0.2**3 * 3.0) ** 0.25, abs=1e-3)
 
 
 def test_a_gap_below_the_requested_accuracy_gives_none() -> None:
     none, single = assessed(held_out_error(*[100] * 3)), assessed(held_out_error(*[10] * 3), FRICTION)
-    judged = of_no_account(judge(Hypotheses(none, (single,), ()), CALIBRATED), none)
+    judged = without_causes(judge(Hypotheses(none, (single,), ()), CALIBRATED), none)
     assert (judged.verdict, judged.accepted, judged.none) == ("none", none, 1.0)
-    counted = of_no_account(with_counts(judge(Hypotheses(none, (single,), ()), CALIBRATED), coarse=True), none)
+    counted = without_causes(with_coarse_counts(judge(Hypotheses(none, (single,), ()), CALIBRATED), coarse=True), none)
     assert (counted.counts, counted.none, counted.probability) == (0.0, 1.0, 0.0)
 
 

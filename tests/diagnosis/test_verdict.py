@@ -13,16 +13,23 @@ from diagnosis.simulated_releases import TWO, recorded
 from synth.diagnosis import odds
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.hypotheses import Assessed, Hypotheses, TrialErrors
-from synth.diagnosis.left_out_fold import DIVERGED
-from synth.diagnosis.odds import against_each, in_order_of_odds, price_of_unknown
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
-from synth.diagnosis.unknown_cause import of_unknown
-from synth.diagnosis.verdict import CALIBRATED, CONTRADICTED, doubted, judge, paying, weigh
+from synth.diagnosis.hypotheses import Assessment, Hypotheses, TrialErrors
+from synth.diagnosis.left_out_fold import DIVERGED_ERROR
+from synth.diagnosis.odds import costs_against, in_order_of_odds, price_of_unknown
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
+from synth.diagnosis.unknown_cause import probability_of_unknown
+from synth.diagnosis.verdict import (
+    CALIBRATED,
+    UNKNOWN_IF_CONTRADICTED,
+    hypotheses_that_pay,
+    judge,
+    posterior_weights,
+    with_doubt_of_held_out,
+)
 from synth.fit.recordings import recordings
 
 TRIALS = [angle_trial(recording, held_out=False) for recording in recordings(TWO, recorded(TWO), ())]
-FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
+FOUND = candidates(TWO, TRIALS, natural_sizes_of(TWO, TRIALS))
 
 
 def cause(effect: str, joint: str) -> Candidate:
@@ -33,8 +40,8 @@ FRICTION, OFFSET = cause("coulomb_friction", "hip"), cause("encoder_offset", "kn
 DRAG, SCALE = cause("quadratic_damping", "knee"), cause("encoder_scale", "knee")
 
 
-def assessed(cost: float, ratio: float, *causes: Candidate) -> Assessed:
-    return Assessed(EvaluatedHypothesis(tuple(causes), np.zeros(sum(c.size for c in causes)), ()), cost, ratio)
+def assessed(cost: float, ratio: float, *causes: Candidate) -> Assessment:
+    return Assessment(EvaluatedHypothesis(tuple(causes), np.zeros(sum(c.size for c in causes)), ()), cost, ratio)
 
 
 NONE = assessed(1000.0, 5.0)
@@ -62,8 +69,8 @@ def test_a_second_cause_with_little_gain_is_not_accepted() -> None:
     """Even if it fits better: a slightly wrong form leaves a remainder that any other cause reduces."""
     little = assessed(300.0, 2.4, FRICTION, OFFSET)
     much = assessed(300.0, 1.8, FRICTION, OFFSET)
-    assert paying([NONE, *SINGLES, little], CALIBRATED) == [NONE, *SINGLES]
-    assert paying([NONE, *SINGLES, much], CALIBRATED) == [NONE, *SINGLES, much]
+    assert hypotheses_that_pay([NONE, *SINGLES, little], CALIBRATED) == [NONE, *SINGLES]
+    assert hypotheses_that_pay([NONE, *SINGLES, much], CALIBRATED) == [NONE, *SINGLES, much]
     assert len(judge(Hypotheses(NONE, SINGLES, (little,)), CALIBRATED).accepted.keys) == 1
 
 
@@ -88,14 +95,14 @@ def test_near_the_noise_initial_states_of_an_added_link_are_charged() -> None:
         replace(item, seen=at_noise, unseen=at_noise)
         for item in (NONE, assessed(400.0, 1.1, base), assessed(400.0, 1.1, spring))
     )
-    _, of_base, of_spring = weigh([none, sways, slips], CALIBRATED)
+    _, of_base, of_spring = posterior_weights([none, sways, slips], CALIBRATED)
     assert np.log(of_spring / of_base) == pytest.approx(CALIBRATED.per_state * 4 * 2 / CALIBRATED.temperature)
 
 
 def test_a_diverged_hypothesis_comes_last_far_from_the_noise() -> None:
     """Its cost is infinite, and its errors are as large as they can be."""
     counts, independent = np.full((4, 1), 200.0), np.full(4, 20.0)
-    far, lost = (TrialErrors(np.full((4, 1), square), counts, independent) for square in (900.0, DIVERGED**2))
+    far, lost = (TrialErrors(np.full((4, 1), square), counts, independent) for square in (900.0, DIVERGED_ERROR**2))
     none, found = replace(NONE, ratio=40.0, seen=far), replace(assessed(400.0, 30.0, FRICTION), seen=far)
     gone = replace(assessed(np.inf, np.inf, OFFSET), seen=lost)
     assert in_order_of_odds([none, gone, found], CALIBRATED)[-1] is gone
@@ -106,7 +113,7 @@ def errors(floors: float) -> TrialErrors:
     return TrialErrors(np.full((4, 1), floors**2), np.full((4, 1), 200.0), np.full(4, 20.0))
 
 
-def far(item: Assessed, seen: float, unseen: float) -> Assessed:
+def far(item: Assessment, seen: float, unseen: float) -> Assessment:
     return replace(item, ratio=seen, seen=errors(seen), unseen=errors(unseen))
 
 
@@ -121,7 +128,7 @@ def test_an_unknown_that_takes_its_price_off_the_cost_has_even_odds(floors: floa
         replace(assessed(total * np.log1p(left**2), left, each), seen=errors(left))
         for each, left in ((OFFSET, floors), (DRAG, rich))
     ]
-    few, many = against_each(both, share, CALIBRATED)
+    few, many = costs_against(both, share, CALIBRATED)
     assert many == pytest.approx(few, abs=1e-9)
 
 
@@ -129,7 +136,7 @@ def test_every_part_of_a_verdict_uses_the_calibration_that_is_given() -> None:
     """At a high price of an unknown the cause alone is less probable than none, and no reason to distrust the pair."""
     none, pair = far(NONE, 170.0, 170.0), far(assessed(300.0, 44.0, FRICTION, OFFSET), 44.0, 62.0)
     spring = cause("one_sided_spring", "hip")
-    alone = far(Assessed(EvaluatedHypothesis((spring,), np.zeros(spring.size), ()), 400.0, 60.0), 60.0, 60.0)
+    alone = far(Assessment(EvaluatedHypothesis((spring,), np.zeros(spring.size), ()), 400.0, 60.0), 60.0, 60.0)
     found = Hypotheses(none, (alone,), (pair,))
     cheap, dear = (replace(CALIBRATED, per_unknown_far=price) for price in (2.0, 8.0))
     assert judge(found, cheap).accepted.keys == alone.keys
@@ -148,26 +155,26 @@ def test_a_cause_less_probable_than_none_is_no_reason_to_distrust_two() -> None:
     none, pair = far(NONE, 170.0, 170.0), far(assessed(300.0, 44.0, FRICTION, OFFSET), 44.0, 62.0)
     spring = cause("one_sided_spring", "hip")
     odd, usual = (
-        far(Assessed(EvaluatedHypothesis((spring,), np.full(spring.size, value), ()), 400.0, 60.0), 60.0, 60.0)
+        far(Assessment(EvaluatedHypothesis((spring,), np.full(spring.size, value), ()), 400.0, 60.0), 60.0, 60.0)
         for value in (6.0, 0.0)
     )
-    assert paying([none, usual, pair], CALIBRATED) == [none, usual]
-    assert paying([none, odd, pair], CALIBRATED) == [none, odd, pair]
+    assert hypotheses_that_pay([none, usual, pair], CALIBRATED) == [none, usual]
+    assert hypotheses_that_pay([none, odd, pair], CALIBRATED) == [none, odd, pair]
     useless = far(assessed(300.0, 160.0, FRICTION, OFFSET), 160.0, 160.0)
-    assert paying([none, odd, useless], CALIBRATED) == [none, odd]
+    assert hypotheses_that_pay([none, odd, useless], CALIBRATED) == [none, odd]
 
 
 def test_a_cause_that_holds_on_trials_left_out_beside_another_is_not_unknown() -> None:
     none, alone = far(NONE, 130.0, 130.0), far(SINGLES[0], 22.0, 125.0)
     beside = far(assessed(300.0, 16.0, FRICTION, OFFSET), 16.0, 50.0)
-    by_itself = of_unknown([none, alone], alone, 1.0, None, CALIBRATED)
-    with_it = of_unknown([none, alone, beside], alone, 1.0, None, CALIBRATED)
+    by_itself = probability_of_unknown([none, alone], alone, 1.0, None, CALIBRATED)
+    with_it = probability_of_unknown([none, alone, beside], alone, 1.0, None, CALIBRATED)
     assert with_it < 0.2 < 0.5 < by_itself
 
 
 def test_several_causes_are_kept_when_fewer_are_not_evaluated() -> None:
     pair = assessed(200.0, 1.5, FRICTION, OFFSET)
-    assert paying([NONE, pair], CALIBRATED) == [NONE, pair]
+    assert hypotheses_that_pay([NONE, pair], CALIBRATED) == [NONE, pair]
 
 
 def test_a_third_cause_is_compared_with_the_best_pair() -> None:
@@ -229,7 +236,7 @@ def test_the_verdict_is_none_when_no_cause_pays_for_its_parameters() -> None:
     assert judged.verdict == "none"
     assert judged.none > 0.5
     assert judged.unknown == 0.0
-    weights = weigh(
+    weights = posterior_weights(
         [still, *found.singles], replace(CALIBRATED, temperature=5.0, per_parameter=3.0, none=0.3, single=0.5, pair=0.2)
     )
     asked = [98.0 + 3.0 * FRICTION.size, 99.5 + 3.0 * OFFSET.size]  # cost with what its unknowns must earn
@@ -248,7 +255,7 @@ def test_weights_equal_the_closed_form_of_prior_and_cost() -> None:
             c.single / 2 * np.exp(-(999.0 + OFFSET.size * c.per_parameter - 990.0) / c.temperature),
         ]
     )
-    np.testing.assert_allclose(weigh(hypotheses, c), expected / expected.sum())
+    np.testing.assert_allclose(posterior_weights(hypotheses, c), expected / expected.sum())
 
 
 def test_unknown_has_probability_one_half_at_its_stated_share() -> None:
@@ -285,9 +292,9 @@ def test_only_close_weights_are_a_tie() -> None:
 def test_an_explanation_that_predicts_unseen_trials_worse_is_unknown() -> None:
     sure = judge(Hypotheses(NONE, (assessed(50.0, 1.0, FRICTION), *SINGLES[1:]), ()), CALIBRATED)
     for fails, verdict in ((0.0, "effect"), (0.2, "effect"), (0.7, "unknown"), (1.0, "unknown")):
-        found = doubted(sure, fails)
+        found = with_doubt_of_held_out(sure, fails)
         assert found.verdict == verdict
-        assert found.unknown == pytest.approx(1.0 - (1.0 - sure.unknown) * (1.0 - CONTRADICTED * fails))
+        assert found.unknown == pytest.approx(1.0 - (1.0 - sure.unknown) * (1.0 - UNKNOWN_IF_CONTRADICTED * fails))
         total = found.none + found.unknown + sum(probability for _, probability in found.singles)
         assert total == pytest.approx(1.0)
         assert found.accepted is sure.accepted  # the nearest explanation is shown

@@ -9,7 +9,7 @@ import pytest
 
 from diagnosis.simulated_releases import NOISE, TWO, with_effects
 from synth.diagnosis.angle_trials import angle_trial
-from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque, where
+from synth.diagnosis.plants.swinging_chain.chain_where import locate_gap, missing_torque
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
 from synth.swing.chain import simulate
@@ -28,7 +28,7 @@ def shares(leg: Leg, torque: float, noise: float, seed: int = 2) -> dict[str, fl
         trials.append(Trial(f"{k}.csv", TIME, moved + noise * rng.standard_normal(moved.shape)))
     given = [angle_trial(recording, held_out=False) for recording in recordings(leg, trials, ())]
     missing = [missing_torque(leg, trial) for trial in given]
-    return dict(where(leg, given, [t.measured for t in given], np.full(2, noise), missing, {}).joint)
+    return dict(locate_gap(leg, given, [t.measured for t in given], np.full(2, noise), missing, {}).joint)
 
 
 def heavier(leg: Leg, factor: float) -> Leg:

@@ -6,10 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from synth.diagnosis.cause_findings import LEAST_UNSEEN
-from synth.diagnosis.check.cause_responses import VISIBLE
-from synth.diagnosis.check.separability import ALIKE
-from synth.diagnosis.odds import AT_FLOOR, CALIBRATED, FAR, LEAST_SHARE, MOST_INDEPENDENT, MOST_TOGETHER
+from synth.diagnosis.cause_findings import LEAST_UNSEEN_SHARE
+from synth.diagnosis.check.cause_responses import VISIBLE_SIGNAL
+from synth.diagnosis.check.separability import ALIKE_SINE
+from synth.diagnosis.odds import (
+    CALIBRATED,
+    FLOOR_RATIO,
+    LEAST_FURTHER_SHARE,
+    MOST_INDEPENDENT_A_TRIAL,
+    MOST_INDEPENDENT_IN_ALL,
+    REMAINDER_RATIO,
+)
 from synth.diagnosis.verdict import MOST_TIED
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -19,18 +26,18 @@ WORDS = {0.1: "a tenth", 0.25: "a quarter", 7: "seven", 8.0: "eight", 20.0: "twe
 @pytest.mark.parametrize(
     ("page", "stated"),
     [
-        ("theory.md", f"stays above {AT_FLOOR:g} to {FAR:g} times the noise"),
-        ("theory.md", f"at most {WORDS[MOST_INDEPENDENT]}, or {WORDS[MOST_TOGETHER]} in all trials"),
+        ("theory.md", f"stays above {FLOOR_RATIO:g} to {REMAINDER_RATIO:g} times the noise"),
+        ("theory.md", f"at most {WORDS[MOST_INDEPENDENT_A_TRIAL]}, or {WORDS[MOST_INDEPENDENT_IN_ALL]} in all trials"),
         ("theory.md", f"must then take {CALIBRATED.most:.0%} of the gap's RMS".replace("%", " %")),
         ("theory.md", f"several together {CALIBRATED.most_of_several:.0%}, or".replace("%", " %")),
         ("theory.md", f"a gap of more than {CALIBRATED.accuracy:.2%} of the motion's RMS".replace(".00%", " %")),
         ("theory.md", f"{WORDS[MOST_TIED + 1].capitalize()} or more explanations that are tied"),
-        ("theory.md", f"takes less than {WORDS[LEAST_SHARE]} of the gap"),
-        ("theory.md", f"takes less than {WORDS[LEAST_UNSEEN]} of their gap"),
-        ("theory.md", f"it shows from {VISIBLE:g} on"),
-        ("theory.md", f"under arcsin {ALIKE:g} ="),
+        ("theory.md", f"takes less than {WORDS[LEAST_FURTHER_SHARE]} of the gap"),
+        ("theory.md", f"takes less than {WORDS[LEAST_UNSEEN_SHARE]} of their gap"),
+        ("theory.md", f"it shows from {VISIBLE_SIGNAL:g} on"),
+        ("theory.md", f"under arcsin {ALIKE_SINE:g} ="),
         ("why_otherwise.md", f"most of the gap: {CALIBRATED.most:.0%} of its RMS at least".replace("%", " %")),
-        ("why_otherwise.md", f"must remove {WORDS[LEAST_SHARE]} of the gap"),
+        ("why_otherwise.md", f"must remove {WORDS[LEAST_FURTHER_SHARE]} of the gap"),
         ("measured.md", f"own accuracy up to {CALIBRATED.accuracy:.2%} of the motion".replace(".00%", " %")),
     ],
 )

@@ -12,7 +12,7 @@ from synth.diagnosis.plants.swinging_chain import command_menu
 from synth.diagnosis.plants.swinging_chain.chain_menu import menu
 from synth.diagnosis.plants.swinging_chain.command_menu import CommandLimits, CommandMenu
 from synth.diagnosis.plants.swinging_chain.command_programme import Programme
-from synth.diagnosis.plants.swinging_chain.command_shapes import RATE, shapes
+from synth.diagnosis.plants.swinging_chain.command_shapes import COMMAND_RATE, shapes
 from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo
 from synth.swing.leg_model import Joint, Leg, Link, Spring
@@ -24,11 +24,11 @@ LENGTH = 6.0  # s
 @pytest.mark.parametrize("speed", [0.8, 6.0])
 def test_no_shape_leaves_the_range_or_is_too_fast(what: str, speed: float) -> None:
     limits = CommandLimits(np.array([-0.4]), np.array([1.0]), np.array([speed]), np.array([np.inf]))
-    time = np.arange(0.0, LENGTH, 1.0 / RATE)
+    time = np.arange(0.0, LENGTH, 1.0 / COMMAND_RATE)
     command = limits.shaped(shapes(LENGTH)[what], time)
     assert command.min() >= -0.4 - 1e-12
     assert command.max() <= 1.0 + 1e-12
-    assert np.abs(np.diff(command, axis=0)).max() * RATE <= speed * (1.0 + 1e-9)
+    assert np.abs(np.diff(command, axis=0)).max() * COMMAND_RATE <= speed * (1.0 + 1e-9)
     assert np.ptp(command) > 0.1 * 1.4  # and it moves
 
 
@@ -59,9 +59,9 @@ def test_a_passive_joint_starts_at_rest(
 ) -> None:
     """At rotation 0, straight, it started 64 deg from where its spring holds it, and was to be released there."""
     leg = replace(CARRIED.with_joints(knee={"range": travel} | ({} if gravity else {"spring": None})), gravity=gravity)
-    time = np.arange(0.0, 1.0, 1.0 / RATE)
+    time = np.arange(0.0, 1.0, 1.0 / COMMAND_RATE)
     command = np.stack([0.4 * np.sin(6.0 * time) + 0.3, np.full(len(time), -0.8)], axis=1)
-    recorded = [command_menu._imagined(leg, np.full(2, 1e-3), time, command)]
+    recorded = [command_menu._imagined_command_trial(leg, np.full(2, 1e-3), time, command)]
     monkeypatch.setattr(CommandMenu, "over", lambda self, trial, command: 0.5)  # it needs a bench
     for item in menu(leg, SimpleNamespace(noise=np.full(2, 1e-3)), recorded):  # type: ignore[arg-type]
         hip, knee = item.trial.measured[0]

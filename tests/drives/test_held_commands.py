@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import angle_trial
-from synth.diagnosis.sensor_noise import sensor
+from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo, ServoSignals
 from synth.files.leg_file import read_leg, write_leg
@@ -171,7 +171,7 @@ def test_rows_of_commands_alone_are_no_samples_of_the_motion(tmp_path: Path) -> 
         np.testing.assert_allclose(made.time, TIMES, atol=1e-12)
         assert made.counts.all()
         assert made.n_lost == 0
-        assert sensor([made]).noise[0] == pytest.approx(noise, rel=0.1)
+        assert estimate_sensor([made]).noise[0] == pytest.approx(noise, rel=0.1)
         assert angle_trial(made, held_out=False).counted[0] == len(TIMES)
         assert made.signals is not None
         late = 0.002 if rows is together else 0.0  # s, by which each command comes later

@@ -13,8 +13,8 @@ import pytest
 from hopper.recorded import DESIGN, PART, Effects, jumped, pulled, write
 from synth.cli import main
 from synth.commands import init
-from synth.diagnosis.next_experiment import DIGITS
-from synth.diagnosis.plants.jumping_leg.jump_across import Across, JumpAcrossDesigns, _slopes
+from synth.diagnosis.next_experiment import INFORMATION_DIGITS
+from synth.diagnosis.plants.jumping_leg.jump_across import DesignTrends, JumpAcrossDesigns, _slopes
 from synth.diagnosis.plants.jumping_leg.jump_predict import JumpPredictor
 from synth.jump.jump_lanes import JumpLanes
 
@@ -97,7 +97,7 @@ def test_the_next_trial_is_an_entry_of_a_project(found: dict[str, Any]) -> None:
     following = found["next_experiment"]
     assert following["trial"]["file"].endswith(".csv")
     assert set(following["trial"]) <= {"file", "motor", "length", "payload", "supply", "lean"}
-    bits = [round(item["information"]["value"], DIGITS) for item in following["menu"]]
+    bits = [round(item["information"]["value"], INFORMATION_DIGITS) for item in following["menu"]]
     assert bits == sorted(bits, reverse=True)
     assert bits[0] >= 0.0
     assert "hip" in following["release"]
@@ -261,7 +261,7 @@ def test_the_sentence_states_whether_the_error_grows() -> None:
     noisy = np.array([d.error("after") for d in made]) + rng.normal(0.0, 0.003, len(made))
     columns = {"length": np.array([d.length for d in made]), "gear_ratio": np.array([d.gear_ratio for d in made])}
     slopes = _slopes(columns, noisy)
-    said = Across(made, {by: dict.fromkeys(("as_designed", "before", "after"), slopes[by]) for by in slopes})
+    said = DesignTrends(made, {by: dict.fromkeys(("as_designed", "before", "after"), slopes[by]) for by in slopes})
     first, second = said.sentences()
     assert "grows (+2" in first
     assert "no significant trend" in second
@@ -275,12 +275,12 @@ def test_collinear_columns_get_no_slopes() -> None:
 def test_tolerances_change_their_own_quantity() -> None:
     """One deviation of each changes its column by its share; the rest stays."""
     from hopper.recorded import changed
-    from synth.diagnosis.plants.jumping_leg.jump_tolerances import OF_MOTOR, SHARED, JumpTolerances
+    from synth.diagnosis.plants.jumping_leg.jump_tolerances import MOTOR_TOLERANCES, SHARED_TOLERANCES, JumpTolerances
     from synth.files.hopper_gap_project import JumpTolerance
 
     tolerances = JumpTolerances(JumpTolerance(), 2)
     touched: dict[str, set[str]] = {}
-    for name in (*SHARED, *OF_MOTOR):
+    for name in (*SHARED_TOLERANCES, *MOTOR_TOLERANCES):
         x = np.zeros((tolerances.size, 1))
         x[tolerances.at(name, 1)] = 1.0
         moved, still = changed(0.12, 150, {}), changed(0.12, 150, {})
@@ -292,10 +292,11 @@ def test_tolerances_change_their_own_quantity() -> None:
         other = changed(0.12, 150, {})
         tolerances.apply(other, x, 0)
         alike = all(np.array_equal(getattr(other, key), value) for key, value in vars(still).items())
-        assert alike == (name in OF_MOTOR or name in ("angle", "force"))
+        assert alike == (name in MOTOR_TOLERANCES or name in ("angle", "force"))
     assert touched["damper"] == {"joint_damping"}
     assert touched["motor"] == {"torque_constant", "back_emf", "stall_torque", "no_load_speed"}
     assert touched["resistance"] == {"resistance", "stall_torque", "stall_current"}
     assert touched["angle"] == touched["force"] == set()
     assert isinstance(changed(0.12, 150, {}), JumpLanes)
-    assert JumpPredictor(tolerances, "upper", 5e-6).tolerances.size == len(SHARED) + 2 * len(OF_MOTOR)
+    sizes = len(SHARED_TOLERANCES) + 2 * len(MOTOR_TOLERANCES)
+    assert JumpPredictor(tolerances, "upper", 5e-6).tolerances.size == sizes

@@ -13,7 +13,7 @@ from hopper.hoppers import motor
 from hopper.recorded import changed, jumped, write
 from synth.arrays import Array
 from synth.cli import main
-from synth.diagnosis.plants.jumping_leg.jump_data import prepared
+from synth.diagnosis.plants.jumping_leg.jump_data import prepare_jumps
 from synth.errors import UserError
 from synth.files.hopper_gap_project import read_hopper_gap_project
 from synth.files.hopper_recordings import HopperRecording
@@ -113,7 +113,7 @@ def test_the_switch_on_is_found_on_a_large_clock_and_not_where_it_is_set_to_0(tm
     (tmp_path / "gap.yaml").write_text(GAP)
     write(tmp_path / "a.csv", begun)
     with pytest.raises(UserError, match=r"begins at 1700000000.00.* s, in the push: neither its clock nor a rest"):
-        prepared(read_hopper_gap_project(tmp_path / "gap.yaml"), Catalogue.load())
+        prepare_jumps(read_hopper_gap_project(tmp_path / "gap.yaml"), Catalogue.load())
 
 
 def test_a_gap_counts_time_from_the_switch_on(tmp_path: Path) -> None:
@@ -123,7 +123,7 @@ def test_a_gap_counts_time_from_the_switch_on(tmp_path: Path) -> None:
     found = []
     for values in (jumped(seed=4), rested(jumped(seed=4), 0.05, 10.0)):
         write(tmp_path / "a.csv", values)
-        (jump,), said = prepared(read_hopper_gap_project(tmp_path / "gap.yaml"), Catalogue.load())
+        (jump,), said = prepare_jumps(read_hopper_gap_project(tmp_path / "gap.yaml"), Catalogue.load())
         found.append((jump, [text for text in said if "switched on" in text]))
     (plain, nothing), (moved, told) = found
     assert nothing == []

@@ -16,10 +16,10 @@ from real_rigs.planted import FAULTS, diagnosed, is_right
 from real_rigs.recorded import RIGS, absent
 from synth.diagnosis.angle_search import AngleExplorer
 from synth.diagnosis.odds import CALIBRATED
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.score import from_state
-from synth.diagnosis.unseen import cells, unseen
+from synth.diagnosis.unseen import block_errors, errors_on_unseen_trials
 from synth.files.gap_project import read_gap_project
 from synth.fit.recordings import recordings
 
@@ -72,15 +72,15 @@ def test_left_out_pieces_of_a_swung_up_pendulum_err_from_their_best_states(tmp_p
     project = read_gap_project(RIGS["driven pendulum"](tmp_path).project(tmp_path, 0))
     scene, _ = scene_of(project.leg, project.trials, project.tolerance, 0)
     bench = scene.bench
-    every = candidates(project.leg, scene.given, scales(project.leg, scene.given))
+    every = candidates(project.leg, scene.given, natural_sizes_of(project.leg, scene.given))
     (friction,) = AngleExplorer(
         bench, [each for each in every if each.key == ("coulomb_friction", "hinge")], CALIBRATED
     ).singles()
-    (found,) = unseen(bench, [friction])
+    (found,) = errors_on_unseen_trials(bench, [friction])
     for index, trial in enumerate(bench.trials):
         fit = replace(friction, unknowns=found.refitted[index], frame=None)
         best = from_state(bench, fit, trial, {}, friction.states[index])
-        squares, counts, _ = cells(bench, index, best)
+        squares, counts, _ = block_errors(bench, index, best)
         assert found.by_trial[index] < 1.3**2 * float(squares @ counts) / counts.sum()
 
 

@@ -26,12 +26,12 @@ from synth.planting.simulation import release
 from synth.rehearsal import rehearse
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.ladder import next_rung, visible_from
-from synth.rehearsal.one_case import Call, diagnosed, perform
+from synth.rehearsal.one_case import CaseCall, diagnose_apart, plant_and_diagnose
 from synth.rehearsal.outcome import CANNOT, CaseOutcome, explanations_of, named_causes
-from synth.rehearsal.plants import RUNGS, Field, Planted, PlantingTask, places
+from synth.rehearsal.plants import RUNGS, Field, Planted, PlantingTask, cause_places
 from synth.rehearsal.rehearsal_result import RehearsalResult
 from synth.rehearsal.rehearse import Rehearsal
-from synth.rehearsal.users_rig import BACKGROUND, Rig, users_rig
+from synth.rehearsal.users_rig import BACKGROUND_SHARE, Rig, users_rig
 from synth.reports import write_rehearsal_report
 from synth.reports.openings.rehearsal_opening import rehearsal_opening
 from synth.reports.reading import read_result
@@ -112,7 +112,7 @@ def test_a_planted_case_has_the_gap_of_its_step_and_further_small_causes(field: 
     assert cause["gap"] == pytest.approx(RUNGS[2] * np.hypot(field.ground.floor, found["small_gap"]), rel=0.13)
     assert cause["size"] > 0.0
     assert len(found["small"]) == 3
-    assert field.rig.background == pytest.approx(BACKGROUND * 0.25, rel=0.6)  # swings of about 0.25 rad RMS
+    assert field.rig.background == pytest.approx(BACKGROUND_SHARE * 0.25, rel=0.6)  # swings of about 0.25 rad RMS
     assert found["small_gap"] == pytest.approx(field.rig.background, rel=0.3)
 
 
@@ -238,7 +238,7 @@ def test_the_causes_named_by_a_gap_file() -> None:
 
 def test_a_diagnosis_can_open_neither_answers_nor_generator(tmp_path: Path) -> None:
     write_leg(TWO, tmp_path / "my.leg.yaml")
-    document, said = diagnosed(tmp_path / "gap.yaml", tmp_path / "out", [tmp_path])
+    document, said = diagnose_apart(tmp_path / "gap.yaml", tmp_path / "out", [tmp_path])
     assert document is None
     assert "closed to a diagnosis" in said or "is closed" in said
 
@@ -250,9 +250,9 @@ class Fake:
         self.until, self.made = until, 0
 
     def __call__(
-        self, function: Any, calls: Iterable[tuple[str, Call]], workers: int
+        self, function: Any, calls: Iterable[tuple[str, CaseCall]], workers: int
     ) -> Iterator[tuple[str, TaskOutcome]]:
-        assert function is perform
+        assert function is plant_and_diagnose
         for name, call in calls:
             if self.made == self.until:
                 raise KeyboardInterrupt
@@ -325,13 +325,13 @@ def test_a_result_has_sizes_confusions_and_false_alarms(rig: Rig) -> None:
     assert found["not_in_the_library"]["right"] == 1
     assert "named in 1 of 2" in found["sentence"]
     assert "1 of 2 causes that were planted were found at some size." in found["sentence"]
-    left = len(places(rig, 0)) - 3
+    left = len(cause_places(rig, 0)) - 3
     assert f" {left} further causes that may act in this leg were not planted." in found["sentence"]
-    all_of_them = [outcome(effect, max(joint, 0), 2, True) for effect, joint in places(rig, 0)]
+    all_of_them = [outcome(effect, max(joint, 0), 2, True) for effect, joint in cause_places(rig, 0)]
     names = {-1: "base", **dict(enumerate(rig.nominal.names))}
     planted = [
         replace(made, planted=(effect, names[joint]))
-        for made, (effect, joint) in zip(all_of_them, places(rig, 0), strict=True)
+        for made, (effect, joint) in zip(all_of_them, cause_places(rig, 0), strict=True)
     ]
     sentence = RehearsalResult("leg", rig, 0, tuple(planted), {}).sentence
     assert f" of {len(planted)} causes that can act in this leg were found" in sentence
@@ -362,7 +362,7 @@ def test_joints_stand_in_the_leg_s_order_and_a_miss_with_its_cases(rig: Rig, tmp
 
 
 def test_every_cause_that_can_act_is_rehearsed(rig: Rig) -> None:
-    found = places(rig, 0)
+    found = cause_places(rig, 0)
     assert len(found) == len(set(found))
     assert ("base_tilt", -1) in found
     assert {("backlash", 0), ("backlash", 1)} <= set(found)

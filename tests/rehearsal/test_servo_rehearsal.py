@@ -21,9 +21,9 @@ from synth.planting.servo_errors import SERVO_ERRORS
 from synth.planting.simulation import release
 from synth.rehearsal import sizes
 from synth.rehearsal.case_files import write_case
-from synth.rehearsal.one_case import diagnosed
+from synth.rehearsal.one_case import diagnose_apart
 from synth.rehearsal.outcome import named_causes
-from synth.rehearsal.plants import LIBRARY, Field, PlantingTask, places
+from synth.rehearsal.plants import LIBRARY, Field, PlantingTask, cause_places
 from synth.rehearsal.users_rig import users_rig
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Joint, Leg, Link
@@ -137,7 +137,7 @@ def test_planted_causes_move_a_leg_as_the_effects_of_the_other_engine_do(name: s
 def test_a_servo_s_cause_is_planted_and_found(tmp_path: Path) -> None:
     project = read_gap_project(written(tmp_path / "mine"))
     rig = users_rig(project)
-    assert {("servo_gain", 0), ("gear_load_friction", 0), ("source_resistance", 0)} <= set(places(rig, 1))
+    assert {("servo_gain", 0), ("gear_load_friction", 0), ("source_resistance", 0)} <= set(cause_places(rig, 1))
     field = Field.of(rig, 3, 0)
     planted = field.plant(np.random.default_rng(1), PlantingTask("command_delay", 0, 3, 0))
     assert planted is not None
@@ -150,7 +150,7 @@ def test_a_servo_s_cause_is_planted_and_found(tmp_path: Path) -> None:
         assert second.inputs is not None
         for mine, theirs in zip(first.inputs, second.inputs, strict=True):
             np.testing.assert_allclose(theirs, mine, atol=1e-7)
-    document, said = diagnosed(case, tmp_path / "out", [])
+    document, said = diagnose_apart(case, tmp_path / "out", [])
     assert document is not None, said
     assert ("command_delay", "arm") in named_causes(document)
 
@@ -167,4 +167,4 @@ def test_control_steps_and_interpolated_commands_are_refused(tmp_path: Path) -> 
 
 def test_every_cause_has_a_size_in_its_usual_unit() -> None:
     """Without one the table shows how often it is found, but not from which size."""
-    assert set(sizes.MEANING) == set(LIBRARY)
+    assert set(sizes.SIZE_MEANINGS) == set(LIBRARY)

@@ -13,7 +13,7 @@ from rehearsal.test_rehearsal import outcome, project
 from synth.commands.gap_rehearse import rehearsal_text
 from synth.rehearsal.outcome import CaseOutcome
 from synth.rehearsal.rehearsal_result import RehearsalResult
-from synth.rehearsal.rehearse import Rehearsal, _TimeBudget
+from synth.rehearsal.rehearse import Rehearsal, _RunProgress
 from synth.rehearsal.users_rig import Rig, users_rig
 from synth.reports import write_rehearsal_report
 
@@ -54,7 +54,7 @@ def test_a_tie_is_counted_apart_and_not_as_a_name(rig: Rig, tmp_path: Path) -> N
     assert "spring preload  tied (1 of 1)" in text
     assert "not distinguished from:\n- spring preload (knee): encoder scale (knee)" in text
     said: list[str] = []
-    Rehearsal(tmp_path / "gap.yaml", rig, 3, 1, 2, {})._note(tie.task, tie, _TimeBudget(1), said.append)
+    Rehearsal(tmp_path / "gap.yaml", rig, 3, 1, 2, {})._tell_outcome(tie.task, tie, _RunProgress(1), said.append)
     assert said == ["  1/1 spring preload (knee), 10 times the remainder: tied with encoder scale (knee)"]
     (tmp_path / "rehearsal.json").write_text(json.dumps(found))
     page = write_rehearsal_report(tmp_path).read_text()

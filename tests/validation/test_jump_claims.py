@@ -23,8 +23,8 @@ from synth.validation.jump_claims import (
     ROTOR_INERTIA,
     ROTOR_LENGTH,
     Configuration,
-    calibrated,
-    deepest,
+    calibrate_crouch,
+    deepest_crouch,
     inertia_for,
     printed_work_share,
     rotor_diameter,
@@ -49,10 +49,10 @@ def test_the_printed_work_share_against_a_sum() -> None:
 
 
 def test_a_calibrated_crouch_gives_the_published_prediction_as_clearance() -> None:
-    found = calibrated(TWO_CELLS)
+    found = calibrate_crouch(TWO_CELLS)
     assert found is not None
     assert found.height("D") == pytest.approx(PREDICTED, rel=1e-3)
-    assert radians(30.0) < found.crouch < deepest()
+    assert radians(30.0) < found.crouch < deepest_crouch()
     best = found.best("D", 0.14)
     assert 180.0 <= best.ratio <= 240.0
     assert 0.11 <= best.length <= 0.15
@@ -60,12 +60,12 @@ def test_a_calibrated_crouch_gives_the_published_prediction_as_clearance() -> No
 
 
 def test_the_laboratorys_supply_does_not_reach_the_prediction() -> None:
-    assert calibrated(Configuration()) is None
-    assert replace(Configuration(), crouch=deepest()).height("D") == pytest.approx(0.2, abs=0.02)
+    assert calibrate_crouch(Configuration()) is None
+    assert replace(Configuration(), crouch=deepest_crouch()).height("D") == pytest.approx(0.2, abs=0.02)
 
 
 def test_the_measured_height_needs_a_lighter_rotor() -> None:
-    found = calibrated(TWO_CELLS)
+    found = calibrate_crouch(TWO_CELLS)
     assert found is not None
     inertia = inertia_for(found)
     assert inertia is not None
@@ -85,8 +85,8 @@ def test_the_rotor_of_an_inertia_by_thin_discs() -> None:
 
 
 def test_a_high_stop_clears_more_and_breaks_the_gear() -> None:
-    stopped = calibrated(Configuration(supply=11.1, extended=radians(40.0)))
-    stretched = calibrated(Configuration(supply=7.4))
+    stopped = calibrate_crouch(Configuration(supply=11.1, extended=radians(40.0)))
+    stretched = calibrate_crouch(Configuration(supply=7.4))
     assert stopped is not None
     assert stretched is not None
     assert stopped.height("full") > MEASURED > 1.5 * stretched.height("full")

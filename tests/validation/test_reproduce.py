@@ -26,12 +26,12 @@ from synth.fit.recordings import Recording
 from synth.fit.ridge import RIDGE, SOFTEST
 from synth.remarks import at_joint
 from synth.validation import robot_tables
-from synth.validation.built_leg import isolated
-from synth.validation.explanations import difference_sentences, found_rates, inside, on_bounds
+from synth.validation.built_leg import fit_isolated_joints
+from synth.validation.explanations import bound_sentences, difference_sentences, found_rates, within_interval
 from synth.validation.rat_tables import _medians, _swarm_terms
-from synth.validation.robot_tables import SLOWER, STRESS
+from synth.validation.robot_tables import STRESS_WEIGHT, TIME_SCALE
 from synth.validation.thesis_data import SEVEN, LabData, read_lab_data
-from synth.validation.thesis_method import ALL, ANKLE, NONE, Mistakes, Terms, ThesisMethod
+from synth.validation.thesis_method import ALL_MISTAKES, ANKLE, NO_MISTAKES, Mistakes, Terms, ThesisMethod
 
 LAB = Path(__file__).resolve().parents[3] / "shared" / "aarl"
 lab = pytest.mark.skipif(not LAB.is_dir(), reason="the lab's recordings (../shared/aarl) are not here")
@@ -140,7 +140,7 @@ def test_a_folder_without_the_data_is_refused(folder: Path, tmp_path: Path, caps
 def test_the_wrong_weight_of_the_foot_moves_the_ankles_free_angle_by_twice_its_torque(folder: Path) -> None:
     data = read_lab_data(folder)
     releases = data.releases()
-    methods = [ThesisMethod(data.dog, releases, _swarm_terms(), m) for m in (NONE, Mistakes(foot_weight=True))]
+    methods = [ThesisMethod(data.dog, releases, _swarm_terms(), m) for m in (NO_MISTAKES, Mistakes(foot_weight=True))]
     rests = [method.search.rests(SPRING[:, None])[:, :, 0] for method in methods]
     link, end = data.dog.joints[ANKLE].link, np.array([start.end for start in methods[0].search.starts])
     foot = 9.81 * link.mass * link.com * np.sin(end.sum(axis=1))
@@ -149,7 +149,7 @@ def test_the_wrong_weight_of_the_foot_moves_the_ankles_free_angle_by_twice_its_t
 
 def test_sentences_follow_from_the_figures(folder: Path) -> None:
     data = read_lab_data(folder)
-    target_fit = isolated(data)["hip"].fit
+    target_fit = fit_isolated_joints(data)["hip"].fit
     ours = found_rates(target_fit)
     same = difference_sentences(ours, target_fit, np.full(3, 0.01), np.full(3, 0.01))
     assert all("the same within 10 %" in text for text in same)
@@ -164,7 +164,7 @@ def test_sentences_follow_from_the_figures(folder: Path) -> None:
         ours, replace(target_fit, not_separable=(softest,)), np.full(3, 0.01), np.full(3, 0.01)
     )
     assert [f"but {SOFTEST}: 3 N*m/rad. The RMS residual" in text for text in moved] == [True, False, False]
-    edges = on_bounds(ours, ours * 0.5, ours * np.array([[1.0], [3.0]]), "the pair")
+    edges = bound_sentences(ours, ours * 0.5, ours * np.array([[1.0], [3.0]]), "the pair")
     assert len(edges) == 3
     assert all(" k of the pair lies on its upper bound" in text for text in edges)
 
@@ -179,12 +179,12 @@ def test_the_free_angle_is_the_cause_only_where_one_per_release_excludes_the_pub
     own = {"hip": of(20.0, 15.0, 25.0), "knee": of(3.0, 1.0, 4.0), "ankle": of(0.45, 0.42, 0.48)}
     fit: Any = SimpleNamespace(joints={name: SimpleNamespace(spring_rate=rate) for name, rate in own.items()})
     variant: Any = SimpleNamespace(spring_rate=common)
-    caused, open_ = robot_tables._common(np.array([[10.5, 2.1, 0.4], [1.0, 1.0, 1.0]]), fit, variant)
+    caused, open_ = robot_tables._free_angle_sentences(np.array([[10.5, 2.1, 0.4], [1.0, 1.0, 1.0]]), fit, variant)
     assert "of hip lies" in caused
     assert "the difference comes from the free angle" in caused
     assert "of knee and ankle lies" in open_
     assert "does not tell" in open_
-    (none,) = robot_tables._common(np.full((2, 3), 100.0), fit, variant)
+    (none,) = robot_tables._free_angle_sentences(np.full((2, 3), 100.0), fit, variant)
     assert "no published spring rate" in none
 
 
@@ -194,8 +194,10 @@ def data() -> LabData:
 
 
 def slow_method(data: LabData, mistakes: Mistakes) -> ThesisMethod:
-    slow: list[Recording] = [recording.stretched(SLOWER) for recording in data.releases()]
-    return ThesisMethod(data.dog, slow, Terms(200.0, 50.0, 1.0, 30.0, np.full((7, 3), STRESS)), mistakes, SLOWER)
+    slow: list[Recording] = [recording.stretched(TIME_SCALE) for recording in data.releases()]
+    return ThesisMethod(
+        data.dog, slow, Terms(200.0, 50.0, 1.0, 30.0, np.full((7, 3), STRESS_WEIGHT)), mistakes, TIME_SCALE
+    )
 
 
 @lab
@@ -203,7 +205,7 @@ def test_the_thesis_mistakes_reproduce_its_ankle_errors(data: LabData) -> None:
     """Table A-1: all negative, each within 0.2 deg; with the right sign of the foot's weight they scatter about 0."""
     published = np.degrees(data.published["thesis_table_A1"]["achieved"]["ankle_mean_signed_diff_rad"])
     rates = data.rates("thesis_table_3_target")
-    again, right = (np.degrees(slow_method(data, m).mean_errors(rates)[:, ANKLE]) for m in (ALL, NONE))
+    again, right = (np.degrees(slow_method(data, m).mean_errors(rates)[:, ANKLE]) for m in (ALL_MISTAKES, NO_MISTAKES))
     assert np.abs(again - published).max() < 0.2
     assert np.all(again < 0)
     assert abs(right.mean()) < 0.1
@@ -214,7 +216,9 @@ def test_the_thesis_mistakes_reproduce_its_ankle_errors(data: LabData) -> None:
 def test_the_thesis_mistakes_reproduce_its_median_angle_error(data: LabData) -> None:
     """Table 2 says 2.2 to 2.3 deg; without the mistakes the same rates give a quarter of it."""
     rates, releases = data.rates("thesis_table_1_rat", "swarm"), data.releases()
-    wrong, right = (ThesisMethod(data.rat, releases, _swarm_terms(), mistakes) for mistakes in (ALL, NONE))
+    wrong, right = (
+        ThesisMethod(data.rat, releases, _swarm_terms(), mistakes) for mistakes in (ALL_MISTAKES, NO_MISTAKES)
+    )
     assert 2.1 < float(_medians(wrong, rates)["angle"].split()[0]) < 2.4
     assert float(_medians(right, rates)["angle"].split()[0]) < 1.0
 
@@ -236,12 +240,12 @@ def test_fitted_initial_states_agree_with_the_recordings(data: LabData) -> None:
 @lab
 def test_joint_by_joint_fits_give_the_built_legs_knee_and_ankle_but_not_its_hip(data: LabData) -> None:
     """One-joint fits gave knee 2.14 and 0.147, ankle 0.267 and 0.018; the published knee k lies on its bound."""
-    found = isolated(data)
+    found = fit_isolated_joints(data)
     ankle = found["ankle"].found
     assert ankle.damper_rate is not None
     assert ankle.damper_rate.value / ankle.spring_rate.value == pytest.approx(0.018 / 0.267, rel=0.15)
-    assert inside(ankle.spring_rate, 0.267)
-    assert inside(ankle.damper_rate, 0.018)
+    assert within_interval(ankle.spring_rate, 0.267)
+    assert within_interval(ankle.damper_rate, 0.018)
     knee = found_rates(found["knee"].fit)[:, 0]
     assert knee[1] / knee[0] == pytest.approx(0.147 / 2.14, rel=0.2)
     assert 2.0 < knee[0] < 3.5

@@ -22,15 +22,16 @@ from synth.swing.leg_model import Leg
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
 
-SAMPLES = 120  # samples per trial: enough to see errors of degrees
-MOST = 6  # trials compared, those with the largest motion
-NEARER = 3.0  # least factor by which a change of columns must reduce the error; as in ``recordings_together``
-NEAR = np.radians(15.0)  # rad RMS: a recording farther from the design has other problems than its columns
-WORTH = np.radians(2.0)  # rad RMS from the design below which columns are accepted
+SAMPLES_A_TRIAL = 120  # samples per trial: enough to see errors of degrees
+MOST_TRIALS = 6  # trials compared, those with the largest motion
+# Least factor by which a change of columns must reduce the error; as in ``recordings_together``.
+LEAST_IMPROVEMENT = 3.0
+NEAR_DESIGN = np.radians(15.0)  # rad RMS: a recording farther from the design has other problems than its columns
+LEAST_ERROR = np.radians(2.0)  # rad RMS from the design below which columns are accepted
 
 
 @dataclass(frozen=True)
-class _Change:
+class _ColumnChange:
     """A change of a trial's columns, and its meaning."""
 
     joints: tuple[int, ...]
@@ -53,13 +54,13 @@ def column_findings(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> list
     The designed leg predicts each recording from the best-fitting initial state: unchanged, with two columns
     exchanged, or with one inverted about its joint's zero.
     """
-    chosen = sorted(trials, key=lambda t: -float(np.nanmax(np.nanstd(t.angles, axis=0))))[:MOST]
-    own = _misses(leg, chosen, bench)
-    best: dict[int, tuple[float, _Change]] = {}
-    for change in _changes(leg):
-        missed = _misses(leg, [change.of(leg, trial) for trial in chosen], bench)
+    chosen = sorted(trials, key=lambda t: -float(np.nanmax(np.nanstd(t.angles, axis=0))))[:MOST_TRIALS]
+    own = _errors_of_design(leg, chosen, bench)
+    best: dict[int, tuple[float, _ColumnChange]] = {}
+    for change in _column_changes(leg):
+        missed = _errors_of_design(leg, [change.of(leg, trial) for trial in chosen], bench)
         for k, value in enumerate(missed):
-            likelier = own[k] > WORTH and value < min(own[k] / NEARER, NEAR)
+            likelier = own[k] > LEAST_ERROR and value < min(own[k] / LEAST_IMPROVEMENT, NEAR_DESIGN)
             if likelier and value < best.get(k, (np.inf, change))[0]:
                 best[k] = float(value), change
     found = []
@@ -75,16 +76,16 @@ def column_findings(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> list
     return found
 
 
-def _changes(leg: Leg) -> list[_Change]:
+def _column_changes(leg: Leg) -> list[_ColumnChange]:
     names = leg.joint_names
     made = [
-        _Change(
+        _ColumnChange(
             (i, j), f"the columns of {names[i]} and {names[j]} look exchanged", "exchange the two names in its header"
         )
         for i, j in combinations(range(len(names)), 2)
     ]
     return made + [
-        _Change(
+        _ColumnChange(
             (j,),
             f"{names[j]} looks inverted",
             "turn the joint's `sign` in the leg file, or its column",
@@ -93,7 +94,7 @@ def _changes(leg: Leg) -> list[_Change]:
     ]
 
 
-def _misses(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> Array:
+def _errors_of_design(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> Array:
     """(n_trial,) rad RMS error of the designed leg for each trial; infinite if the simulation fails."""
     found = np.full(len(trials), np.inf)
     made: dict[int, AngleTrial] = {}
@@ -102,7 +103,7 @@ def _misses(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> Array:
             (recording,) = recordings(leg, [trial], ())
         except UserError:
             continue
-        made[k] = angle_trial(recording, held_out=False).thinner(SAMPLES)
+        made[k] = angle_trial(recording, held_out=False).thinner(SAMPLES_A_TRIAL)
     fit = EvaluatedHypothesis((), np.zeros(bench.n_tolerance), ())
     for k, (prediction, _) in zip(made, score(bench, fit, list(made.values())), strict=True):
         trial_made = made[k]

@@ -17,20 +17,20 @@ from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Key
-from synth.diagnosis.screening import DIVERGED, ScreeningFrame, rungs
+from synth.diagnosis.screening import DIVERGED_RESIDUAL, ScreeningFrame, ladder_starts
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.parameters import Prior
 
 # A cause is visible if its gain in log-likelihood, half the squared signal, exceeds the penalty of one unknown in the
 # odds (4, see ``verdict.Calibration``): 2.8, rounded up.
-VISIBLE = 3.0
+VISIBLE_SIGNAL = 3.0
 # Signal, before subtracting the tolerances' part, at which causes are compared: small, so that the tolerances' part is
 # subtracted to second order too. The integrator must then be finer than for finding sizes only.
-COMPARED, COMPARISON = 3.0, 1e-7
+COMPARED_SIGNAL, COMPARISON_TOLERANCE = 3.0, 1e-7
 
 
 @dataclass(frozen=True)
-class Products:
+class ResponseProducts:
     """Sums over trials of products between ``k`` responses and derivatives by ``p`` tolerances, states projected out.
 
     ``own`` (k, k), ``across`` (p, k), ``tolerances`` (p, p).
@@ -40,14 +40,14 @@ class Products:
     across: Array
     tolerances: Array
 
-    def __add__(self, other: Products) -> Products:
+    def __add__(self, other: ResponseProducts) -> ResponseProducts:
         """The responses with further trials."""
-        return Products(self.own + other.own, self.across + other.across, self.tolerances + other.tolerances)
+        return ResponseProducts(self.own + other.own, self.across + other.across, self.tolerances + other.tolerances)
 
-    def of(self, columns: Sequence[int]) -> Products:
+    def of(self, columns: Sequence[int]) -> ResponseProducts:
         """Those of some responses and derivatives, in this order."""
         chosen = list(columns)
-        return Products(self.own[np.ix_(chosen, chosen)], self.across[:, chosen], self.tolerances)
+        return ResponseProducts(self.own[np.ix_(chosen, chosen)], self.across[:, chosen], self.tolerances)
 
     @property
     def gram(self) -> Array:
@@ -79,7 +79,9 @@ class CauseResponse:
         return self.fit.hypothesis[0]
 
 
-def products(bench: Workbench, at: EvaluatedHypothesis, responses: Sequence[Sequence[Array]]) -> Products:
+def response_products(
+    bench: Workbench, at: EvaluatedHypothesis, responses: Sequence[Sequence[Array]]
+) -> ResponseProducts:
     """Responses (k, M), one list per trial, at a linearised fit; non-finite values count as diverged."""
     ground = ScreeningFrame.of(bench, at)
     count = len(responses[0])
@@ -88,22 +90,22 @@ def products(bench: Workbench, at: EvaluatedHypothesis, responses: Sequence[Sequ
         left = ground.left(i, rows)
         own += left @ left.T
         across += ground.slopes[i].T @ left.T
-    return Products(own, across, ground.matrix)
+    return ResponseProducts(own, across, ground.matrix)
 
 
 def responses_of(
     bench: Workbench, at: EvaluatedHypothesis, candidates: Sequence[ShapedEffect]
-) -> tuple[list[CauseResponse], Products]:
+) -> tuple[list[CauseResponse], ResponseProducts]:
     """Every candidate from every start at a small size, and the products of responses and derivatives."""
     starts = [
         EvaluatedHypothesis((candidate,), np.concatenate([at.unknowns, start]), at.states)
         for candidate in candidates
         for start in candidate.starts()
     ]
-    return compared(bench, at, placed_in_turn(_sized(bench, at, starts)))
+    return responses_for_comparison(bench, at, with_columns_numbered(_responses_with_sizes(bench, at, starts)))
 
 
-def placed_in_turn(responses: Sequence[CauseResponse]) -> list[CauseResponse]:
+def with_columns_numbered(responses: Sequence[CauseResponse]) -> list[CauseResponse]:
     """The responses, their columns numbered in this order: of each itself, then its derivatives."""
     made, count = [], 0
     for response in responses:
@@ -113,24 +115,26 @@ def placed_in_turn(responses: Sequence[CauseResponse]) -> list[CauseResponse]:
     return made
 
 
-def compared(
+def responses_for_comparison(
     bench: Workbench, at: EvaluatedHypothesis, responses: Sequence[CauseResponse]
-) -> tuple[list[CauseResponse], Products]:
+) -> tuple[list[CauseResponse], ResponseProducts]:
     """The responses evaluated at their size of comparison, in the order of their columns, and the products of these."""
-    finer = replace(bench, predictor=bench.predictor.coarser(COMPARISON))
+    finer = replace(bench, predictor=bench.predictor.coarser(COMPARISON_TOLERANCE))
     base, *fits = finer.evaluate([at, *(response.fit for response in responses)])
     rows: list[list[Array]] = [[] for _ in bench.trials]
     for fit in fits:
         for i, (residual, columns) in enumerate(zip(fit.residuals, fit.columns, strict=True)):
             rows[i] += [residual - base.residuals[i], *columns.T]
     placed = [replace(response, fit=fit) for response, fit in zip(responses, fits, strict=True)]
-    return placed, products(bench, at, rows)
+    return placed, response_products(bench, at, rows)
 
 
-def _sized(bench: Workbench, at: EvaluatedHypothesis, starts: Sequence[EvaluatedHypothesis]) -> list[CauseResponse]:
+def _responses_with_sizes(
+    bench: Workbench, at: EvaluatedHypothesis, starts: Sequence[EvaluatedHypothesis]
+) -> list[CauseResponse]:
     """For each start the size of comparison, and the smallest visible size, from a ladder of sizes."""
     first = bench.n_tolerance
-    ladders = [rungs(start, first) for start in starts]
+    ladders = [ladder_starts(start, first) for start in starts]
     flat = [rung for ladder in ladders for rung in ladder]
     signals, raw = _signals(bench, at, flat)
     made, place = [], 0
@@ -141,11 +145,11 @@ def _sized(bench: Workbench, at: EvaluatedHypothesis, starts: Sequence[Evaluated
         good = np.flatnonzero(np.isfinite(here) & (bare > 0.0))
         if not len(good):
             continue
-        best = int(good[np.argmin(np.abs(np.log(bare[good] / COMPARED)))])
+        best = int(good[np.argmin(np.abs(np.log(bare[good] / COMPARED_SIGNAL)))])
         sizes = np.array([rung.unknowns[first:] for rung in ladder])
-        shown = _first_shown(start, sizes[good], here[good], first)
+        shown = _smallest_visible(start, sizes[good], here[good], first)
         candidate = start.hypothesis[0]
-        size = candidate.strengthened(sizes[best], COMPARED / bare[best]) if has_size(candidate) else sizes[best]
+        size = candidate.strengthened(sizes[best], COMPARED_SIGNAL / bare[best]) if has_size(candidate) else sizes[best]
         point = np.concatenate([start.unknowns[:first], np.clip(size, *candidate.bounds())])
         made.append(CauseResponse(replace(start, unknowns=point), shown))
     return made
@@ -159,7 +163,7 @@ def _signals(bench: Workbench, at: EvaluatedHypothesis, fits: Sequence[Evaluated
     broken = np.zeros(len(fits), dtype=bool)
     for i, rows in enumerate(bench.residuals(fits)):
         found = np.array(rows)
-        broken |= ~np.isfinite(found.sum(axis=1)) | (np.abs(found).max(axis=1) >= DIVERGED)
+        broken |= ~np.isfinite(found.sum(axis=1)) | (np.abs(found).max(axis=1) >= DIVERGED_RESIDUAL)
         found[broken] = 0.0
         left = ground.project(i, found - at.residuals[i])
         squares += np.einsum("fm,fm->f", left, left)
@@ -168,18 +172,18 @@ def _signals(bench: Workbench, at: EvaluatedHypothesis, fits: Sequence[Evaluated
     return np.where(broken, np.nan, np.sqrt(np.maximum(lessened, 0.0))), np.where(broken, np.nan, np.sqrt(squares))
 
 
-def _first_shown(start: EvaluatedHypothesis, sizes: Array, signals: Array, first: int) -> Array | None:
+def _smallest_visible(start: EvaluatedHypothesis, sizes: Array, signals: Array, first: int) -> Array | None:
     """Whitened unknowns at the smallest visible size, interpolated between the ladder's rungs.
 
     ``sizes`` (n_rung, n_unknown) rising within each sense, ``signals`` (n_rung,).
     """
     candidate = start.hypothesis[0]
     if not has_size(candidate):
-        return sizes[int(np.argmax(signals))] if signals.max() >= VISIBLE else None
+        return sizes[int(np.argmax(signals))] if signals.max() >= VISIBLE_SIGNAL else None
     strengths = [k for k, name in enumerate(candidate.shape.free) if name in candidate.effect.strengths]
     strong = (sizes - candidate.absent)[:, strengths]
     magnitude = np.linalg.norm(strong, axis=1)
-    shown = np.flatnonzero(signals >= VISIBLE)
+    shown = np.flatnonzero(signals >= VISIBLE_SIGNAL)
     if not len(shown):
         return None
     k = int(shown[np.argmin(magnitude[shown])])
@@ -187,17 +191,17 @@ def _first_shown(start: EvaluatedHypothesis, sizes: Array, signals: Array, first
     below = [i for i in range(len(sizes)) if sense[i] == sense[k] and magnitude[i] < magnitude[k]]
     if below:
         b = max(below, key=lambda i: magnitude[i])
-        share = np.log(VISIBLE / signals[b]) / max(np.log(signals[k] / signals[b]), 1e-9)
+        share = np.log(VISIBLE_SIGNAL / signals[b]) / max(np.log(signals[k] / signals[b]), 1e-9)
         factor = float((magnitude[b] / magnitude[k]) ** (1.0 - np.clip(share, 0.0, 1.0)))
     else:
-        factor = VISIBLE / float(signals[k])
+        factor = VISIBLE_SIGNAL / float(signals[k])
     return candidate.strengthened(sizes[k], factor)
 
 
 def has_size(candidate: ShapedEffect) -> bool:
     """Whether its strengths start from zero; a stop's stiffness does not, its position makes it visible."""
-    return not any(prior.log for name, prior in _priors(candidate) if name in candidate.effect.strengths)
+    return not any(prior.log for name, prior in _named_priors(candidate) if name in candidate.effect.strengths)
 
 
-def _priors(candidate: ShapedEffect) -> list[tuple[str, Prior]]:
+def _named_priors(candidate: ShapedEffect) -> list[tuple[str, Prior]]:
     return list(zip(candidate.shape.free, candidate.priors, strict=True))

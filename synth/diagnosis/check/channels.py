@@ -10,18 +10,18 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.diagnosis.check.finding import Finding
-from synth.diagnosis.sensor_noise import FILTERED, AngleSensor
+from synth.diagnosis.sensor_noise import FILTERED_RATIO, AngleSensor
 from synth.fit.recordings import Recording
 from synth.units import quantity
 
 LONG_RUN = 10  # consecutive equal readings; a turning point has fewer
 # Least speed, relative to the recording's fastest, at which readings must stop or resume for the channel
 # to be frozen: friction slows a joint down before it stops.
-STILL_GOING = 0.1
-JUMP = 8.0  # usual changes between readings that are missing during the run, or appear as a jump after it
-MOVES = np.radians(2.0)  # rad, motion of another joint while a channel does not change at all
-SHOWS = 0.1  # of the noise; a smaller count is only the file's last digit
-COARSE = 0.02  # of a joint's motion (RMS): a larger count or noise hides effects
+LEAST_SPEED_SHARE = 0.1
+JUMP_CHANGES = 8.0  # usual changes between readings that are missing during the run, or appear as a jump after it
+OTHER_MOTION = np.radians(2.0)  # rad, motion of another joint while a channel does not change at all
+LEAST_COUNT_SHARE = 0.1  # of the noise; a smaller count is only the file's last digit
+COARSE_SHARE = 0.02  # of a joint's motion (RMS): a larger count or noise hides effects
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Channel:
         return {"joint": self.joint} | told
 
 
-def channels(
+def describe_channels(
     joints: Sequence[str], recordings: Sequence[Recording], sensor: AngleSensor, *, noise_seen: bool = True
 ) -> tuple[Channel, ...]:
     """Noise, count and motion of every joint's channel; ``noise_seen`` : whether the sensor's was read from them."""
@@ -53,7 +53,7 @@ def channels(
         motion = float(np.sqrt(np.mean(np.square(parts)))) if parts else 0.0
         noise, step = float(sensor.noise[j]), float(sensor.step[j])
         known = noise if noise_seen or j in sensor.known else None
-        made.append(Channel(name, known, step if step > SHOWS * noise else 0.0, motion))
+        made.append(Channel(name, known, step if step > LEAST_COUNT_SHARE * noise else 0.0, motion))
     return tuple(made)
 
 
@@ -61,31 +61,33 @@ def channel_findings(
     joints: Sequence[str], recordings: Sequence[Recording], sensor: AngleSensor, made: Sequence[Channel]
 ) -> list[Finding]:
     """Frozen channels in each recording; noise, counts and filters of all."""
-    found = [f for recording in recordings for f in _frozen(joints, recording, sensor)]
+    found = [f for recording in recordings for f in _frozen_findings(joints, recording, sensor)]
     for j, channel in enumerate(made):
-        found += _coarse(channel)
+        found += _coarse_findings(channel)
         if channel.noise is not None:
-            found += _filtered(joints[j], j, sensor)
+            found += _filtered_findings(joints[j], j, sensor)
     return found
 
 
-def _frozen(joints: Sequence[str], recording: Recording, sensor: AngleSensor) -> list[Finding]:
+def _frozen_findings(joints: Sequence[str], recording: Recording, sensor: AngleSensor) -> list[Finding]:
     """Runs of equal readings that begin or end while the joint moves, and channels that never change."""
     found = []
     for j in recording.free:
         value, good = recording.rotation[:, j], recording.counts[:, j]
         if good.sum() > LONG_RUN and np.ptp(value[good]) == 0.0:
-            others = [k for k in recording.free if k != j and np.ptp(recording.smoothed.angle[:, k]) > MOVES]
+            others = [k for k in recording.free if k != j and np.ptp(recording.smoothed.angle[:, k]) > OTHER_MOTION]
             if others:
-                text = f"reads {_degrees(recording.rotation[0, j])} from first to last sample while "
+                text = f"reads {_degrees_text(recording.rotation[0, j])} from first to last sample while "
                 text += f"{joints[others[0]]} moves: its channel is frozen, or the joint was held"
                 remedy = "list the joint under `locked` if it was held, else leave the recording out"
                 found.append(Finding("fault", text, remedy, recording.name, joints[j]))
             continue
-        for first, last in _runs(value, good):
-            if _stops_short(recording, j, first, last, max(_usual_change(value), float(sensor.noise[j]))):
+        for first, last in _equal_runs(value, good):
+            if _stops_while_moving(recording, j, first, last, max(_usual_change(value), float(sensor.noise[j]))):
                 start, end = recording.time[first], recording.time[last]
-                text = f"its reading stays at {_degrees(value[first])} from {start:.3g} s to {end:.3g} s while the "
+                text = (
+                    f"its reading stays at {_degrees_text(value[first])} from {start:.3g} s to {end:.3g} s while the "
+                )
                 text += "joint moves: the channel is frozen there"
                 remedy = "empty these cells (an empty cell is a missing sample), or leave the recording out"
                 found.append(Finding("fault", text, remedy, recording.name, joints[j]))
@@ -99,27 +101,27 @@ def _usual_change(value: Array) -> float:
     return float(np.median(change[change > 0.0])) if np.any(change > 0.0) else 0.0
 
 
-def _runs(value: Array, good: Mask) -> list[tuple[int, int]]:
+def _equal_runs(value: Array, good: Mask) -> list[tuple[int, int]]:
     """First and last indices of runs of at least ``LONG_RUN`` equal readings."""
     same = np.concatenate([[False], (np.diff(value) == 0.0) & good[1:] & good[:-1], [False]])
     edges = np.flatnonzero(np.diff(same.astype(int)))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a + 1 >= LONG_RUN]
 
 
-def _stops_short(recording: Recording, j: int, first: int, last: int, step: float) -> bool:
+def _stops_while_moving(recording: Recording, j: int, first: int, last: int, step: float) -> bool:
     """Whether the joint was moving at the start of a run, or has moved by its end."""
     time, value = recording.time, recording.rotation[:, j]
     fastest = float(np.percentile(np.abs(recording.smoothed.rate[:, j]), 98))  # not a single outlier
     back = max(first - LONG_RUN, 0)
     before = abs(value[first] - value[back]) / (time[first] - time[back]) if first > back else 0.0
     went = before * (time[min(last, first + 3 * LONG_RUN)] - time[first])  # any swing slows down later
-    going = before > STILL_GOING * fastest and went > JUMP * step and first - back >= LONG_RUN // 2
+    going = before > LEAST_SPEED_SHARE * fastest and went > JUMP_CHANGES * step and first - back >= LONG_RUN // 2
     jump = abs(value[last + 1] - value[last]) if last + 1 < len(value) else 0.0
     usual = fastest * (time[last] - time[max(last - 1, 0)])
-    return bool(going and _unslowed(value, first)) or bool(jump > JUMP * step and jump > 2.0 * usual)
+    return bool(going and _keeps_its_pace(value, first)) or bool(jump > JUMP_CHANGES * step and jump > 2.0 * usual)
 
 
-def _unslowed(value: Array, first: int) -> bool:
+def _keeps_its_pace(value: Array, first: int) -> bool:
     """Whether readings kept changing at the same pace up to the run, so that the joint did not slow down."""
     near = np.abs(np.diff(value[max(first - LONG_RUN, 0) : first + 1]))
     half = len(near) // 2
@@ -127,26 +129,26 @@ def _unslowed(value: Array, first: int) -> bool:
     return half > 1 and float(np.mean(late > 0.0)) > 0.5 and float(late.mean()) > 0.5 * float(early.mean())
 
 
-def _coarse(channel: Channel) -> list[Finding]:
+def _coarse_findings(channel: Channel) -> list[Finding]:
     noise = channel.noise or 0.0
-    if channel.motion <= 0.0 or max(channel.count, noise) < COARSE * channel.motion:
+    if channel.motion <= 0.0 or max(channel.count, noise) < COARSE_SHARE * channel.motion:
         return []
     if channel.count > noise:
-        text = f"one count is {_degrees(channel.count)}, {channel.count / channel.motion:.0%} of the motion (RMS "
-        text += f"{_degrees(channel.motion)})"
+        text = f"one count is {_degrees_text(channel.count)}, {channel.count / channel.motion:.0%} of the motion (RMS "
+        text += f"{_degrees_text(channel.motion)})"
         remedy = "an encoder with more counts, or larger releases"
     else:
-        text = f"the noise, {_degrees(noise)} RMS, is {noise / channel.motion:.0%} of the motion (RMS "
-        text += f"{_degrees(channel.motion)})"
+        text = f"the noise, {_degrees_text(noise)} RMS, is {noise / channel.motion:.0%} of the motion (RMS "
+        text += f"{_degrees_text(channel.motion)})"
         remedy = "a quieter sensor, or larger releases"
     return [Finding("doubt", text + "; smaller effects are hidden", remedy, joint=channel.joint)]
 
 
-def _filtered(name: str, j: int, sensor: AngleSensor) -> list[Finding]:
+def _filtered_findings(name: str, j: int, sensor: AngleSensor) -> list[Finding]:
     """Readings that agree far better with their neighbours than with a smooth motion."""
     if sensor.step[j] > 0.5 * sensor.noise[j]:
         return []  # rounded readings scatter by their count anyway
-    if sensor.scatter[j] < FILTERED:
+    if sensor.scatter[j] < FILTERED_RATIO:
         return []
     text = f"readings scatter {sensor.scatter[j]:.1f} times more about a smooth motion than from one to the next:"
     text += " they were low-pass filtered or interpolated, or the joint is shaken"
@@ -154,5 +156,5 @@ def _filtered(name: str, j: int, sensor: AngleSensor) -> list[Finding]:
     return [Finding("note", text, remedy, joint=name)]
 
 
-def _degrees(angle: float) -> str:
+def _degrees_text(angle: float) -> str:
     return f"{np.degrees(angle):.3g} deg"

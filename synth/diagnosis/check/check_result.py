@@ -14,7 +14,7 @@ from synth.diagnosis.check.clocks import Sampling
 from synth.diagnosis.check.coverage import Coverage
 from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.check.lags import Lag
-from synth.diagnosis.check.separability import InseparableCauses, Showing
+from synth.diagnosis.check.separability import InseparableCauses, VisibleCause
 
 FORMAT = "synth/gap-check/1"
 
@@ -34,7 +34,7 @@ class Check:
     channels: tuple[Channel, ...]
     coverage: tuple[Coverage, ...]
     lags: tuple[Lag, ...]
-    showings: tuple[Showing, ...]
+    showings: tuple[VisibleCause, ...]
     clusters: tuple[InseparableCauses, ...]
     sines: Array
     remainder: float
@@ -53,9 +53,9 @@ class Check:
         shown = sum(showing.visible_from is not None for showing in self.showings)
         count = f"{self.trials} recording{'s' if self.trials != 1 else ''}"
         if faults:
-            return f"{count}: {_counted(faults, 'fault')} to correct first; a diagnosis would be wrong."
-        begun = f"{count} can be used" + (f", with {_counted(doubts, 'doubt')}" if doubts else "")
-        open_ = f" {_counted(len(self.clusters), 'group')} of them cannot be separated." if self.clusters else ""
+            return f"{count}: {_count_text(faults, 'fault')} to correct first; a diagnosis would be wrong."
+        begun = f"{count} can be used" + (f", with {_count_text(doubts, 'doubt')}" if doubts else "")
+        open_ = f" {_count_text(len(self.clusters), 'group')} of them cannot be separated." if self.clusters else ""
         return f"{begun}. They could show {shown} of {len(self.showings)} causes.{open_}"
 
     def as_json(self) -> dict[str, Any]:
@@ -78,5 +78,5 @@ class Check:
         }
 
 
-def _counted(count: int, noun: str) -> str:
+def _count_text(count: int, noun: str) -> str:
     return f"{count} {noun}{'s' if count != 1 else ''}"

@@ -10,24 +10,24 @@ import numpy as np
 
 from synth.diagnosis.check.finding import Finding, Level
 from synth.diagnosis.check.undersampling import (
-    ENOUGH,
-    FEWEST,
-    Witness,
+    ENOUGH_SAMPLES,
+    LEAST_SAMPLES,
+    FrequencyDoubt,
     designed_swings,
+    doubt_of_frequency,
     hanging_stiffness,
-    jumps,
-    witness,
+    reading_jumps,
 )
 from synth.fit.recordings import Recording
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import outboard_inertia
 from synth.units import quantity
 
-HOLE = 4.5  # times the usual step, as in ``motion.smoothing``
-JITTER = 0.2  # of the step, RMS: more jitter suggests wrong time stamps rather than samples
-OF_PACE = 0.505  # a sinusoid's pace over its angular frequency, see ``motion.pace``
+HOLE_STEPS = 4.5  # times the usual step, as in ``motion.smoothing``
+MOST_JITTER = 0.2  # of the step, RMS: more jitter suggests wrong time stamps rather than samples
+SINUSOID_PACE = 0.505  # a sinusoid's pace over its angular frequency, see ``motion.pace``
 # A clock in ms is wrong by a thousand. Frequencies of a leg with effects lie within a few times the nominal ones.
-ANOTHER_CLOCK = 30.0
+OTHER_CLOCK_RATIO = 30.0
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Sampling:
     """One recording: samples, median ``step`` s, longest ``hole`` s, ``frequency`` Hz of its fastest joint.
 
     ``designed`` : Hz, slowest and fastest swing of the designed leg's free joints; None if nothing swings freely.
-    ``against`` : what speaks against ``frequency``, see ``undersampling.witness``.
+    ``against`` : what speaks against ``frequency``, see ``undersampling.doubt_of_frequency``.
     """
 
     name: str
@@ -44,7 +44,7 @@ class Sampling:
     hole: float
     frequency: float
     designed: tuple[float, float] | None = None
-    against: Witness = ""
+    against: FrequencyDoubt = ""
 
     @property
     def a_period(self) -> float:
@@ -69,41 +69,41 @@ class Sampling:
         }
 
 
-def sampling(leg: Leg, recording: Recording) -> Sampling:
+def describe_sampling(leg: Leg, recording: Recording) -> Sampling:
     """Sample steps of a recording, its pace as a frequency, and what speaks against that."""
     steps = np.diff(recording.time)
     step, hole = float(np.median(steps)), float(steps.max())
-    frequency = OF_PACE / recording.smoothed.pace / (2.0 * np.pi)
+    frequency = SINUSOID_PACE / recording.smoothed.pace / (2.0 * np.pi)
     designed = designed_swings(leg, recording)
-    against: Witness = witness(1.0 / step, frequency, designed, jumps(recording))
-    span = None if recording.driven else _natural(leg)
-    if span is not None and _off_by(frequency, span) is not None:
+    against: FrequencyDoubt = doubt_of_frequency(1.0 / step, frequency, designed, reading_jumps(recording))
+    span = None if recording.driven else _natural_rates(leg)
+    if span is not None and _clock_factor(frequency, span) is not None:
         against = ""  # the clock is another: nothing can be said by the designed leg's
     return Sampling(recording.name, len(recording.time), step, hole, frequency, designed, against)
 
 
 def clock_findings(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sampling]) -> list[Finding]:
     """Faults of the recordings' clocks, individually and relative to the leg."""
-    found = _another_clock(leg, recordings, made)
+    found = _clock_unit_findings(leg, recordings, made)
     for recording, one in zip(recordings, made, strict=True):
-        found += _holes(recording, one)
-        found += _jitter(recording, one)
-    found += _too_few(made)
+        found += _hole_findings(recording, one)
+        found += _jitter_findings(recording, one)
+    found += _sample_count_findings(made)
     return found
 
 
-def _another_clock(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sampling]) -> list[Finding]:
+def _clock_unit_findings(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sampling]) -> list[Finding]:
     """Motion far slower or faster than springs, gravity and dampers of the designed leg allow."""
     free = [(r, one) for r, one in zip(recordings, made, strict=True) if not r.driven]
-    span = _natural(leg)
+    span = _natural_rates(leg)
     if not free or span is None:
         return []
     slowest, fastest = span
     groups: dict[str, list[Sampling]] = {}
     for _, one in free:
-        off = _off_by(one.frequency, span)
+        off = _clock_factor(one.frequency, span)
         if off is not None:
-            groups.setdefault(_unit(off), []).append(one)
+            groups.setdefault(_clock_words(off), []).append(one)
     found = []
     for unit, group in groups.items():
         usual = float(np.median([one.frequency for one in group]))
@@ -115,13 +115,13 @@ def _another_clock(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sam
     return found
 
 
-def _off_by(frequency: float, span: tuple[float, float]) -> float | None:
+def _clock_factor(frequency: float, span: tuple[float, float]) -> float | None:
     """How many times too fast for another clock than the leg's ``span`` (Hz), below 1 too slow; None: possible."""
     off = frequency / span[0] if frequency < span[0] else frequency / span[1]
-    return None if 1.0 / ANOTHER_CLOCK < off < ANOTHER_CLOCK else off
+    return None if 1.0 / OTHER_CLOCK_RATIO < off < OTHER_CLOCK_RATIO else off
 
 
-def _unit(off: float) -> str:
+def _clock_words(off: float) -> str:
     """The probable clock of a motion ``off`` times as fast as expected."""
     thousands = round(np.log10(off) / 3.0)
     return {-1: "milliseconds labelled s", -2: "microseconds labelled s", 1: "seconds labelled ms"}.get(
@@ -129,7 +129,7 @@ def _unit(off: float) -> str:
     )
 
 
-def _natural(leg: Leg) -> tuple[float, float] | None:
+def _natural_rates(leg: Leg) -> tuple[float, float] | None:
     """Lowest and highest rate (Hz) of any joint alone with spring, gravity and damper; None without stiffness."""
     inertia, stiffness = outboard_inertia(leg), hanging_stiffness(leg)
     swing = np.sqrt(stiffness / inertia) / (2.0 * np.pi)
@@ -143,9 +143,9 @@ def _natural(leg: Leg) -> tuple[float, float] | None:
     return min([*swing[swing > 0.0].tolist(), *creep]), float(swing.max())
 
 
-def _holes(recording: Recording, one: Sampling) -> list[Finding]:
+def _hole_findings(recording: Recording, one: Sampling) -> list[Finding]:
     steps = np.diff(recording.time)
-    long = np.flatnonzero(steps > HOLE * one.step)
+    long = np.flatnonzero(steps > HOLE_STEPS * one.step)
     share = 1.0 - recording.counts[:, recording.free].mean() if recording.free else 0.0
     found = []
     if len(long):
@@ -161,11 +161,11 @@ def _holes(recording: Recording, one: Sampling) -> list[Finding]:
     return found
 
 
-def _jitter(recording: Recording, one: Sampling) -> list[Finding]:
+def _jitter_findings(recording: Recording, one: Sampling) -> list[Finding]:
     steps = np.diff(recording.time)
-    usual = steps[steps < HOLE * one.step]
+    usual = steps[steps < HOLE_STEPS * one.step]
     scatter = float(np.std(usual)) / one.step
-    if scatter < JITTER:
+    if scatter < MOST_JITTER:
         return []
     # 98 %: not a single outlier.
     moves = scatter * one.step * float(np.percentile(np.abs(recording.smoothed.rate), 98))
@@ -178,27 +178,29 @@ def _jitter(recording: Recording, one: Sampling) -> list[Finding]:
     return [Finding("doubt" if moves > np.radians(0.05) else "note", text, remedy, one.name)]
 
 
-def _too_few(made: Sequence[Sampling]) -> list[Finding]:
+def _sample_count_findings(made: Sequence[Sampling]) -> list[Finding]:
     """One finding a kind, of the worst recording; its own frequency only where nothing speaks against that."""
-    kinds: tuple[Witness, ...] = ("slow", "jumps", "unclear", "doubtful")
-    found = [_by_design(kind, group) for kind in kinds if (group := [one for one in made if one.against == kind])]
-    few = [one for one in made if not one.against and one.a_period < ENOUGH]
+    kinds: tuple[FrequencyDoubt, ...] = ("slow", "jumps", "unclear", "doubtful")
+    found = [
+        _finding_by_design(kind, group) for kind in kinds if (group := [one for one in made if one.against == kind])
+    ]
+    few = [one for one in made if not one.against and one.a_period < ENOUGH_SAMPLES]
     if few:
         worst = min(few, key=lambda one: one.a_period)
         text = f"{worst.a_period:.1f} samples per period of its fastest motion ({worst.frequency:.3g} Hz, sampled at "
         text += f"{1.0 / worst.step:.4g} Hz)"
-        level: Level = "fault" if worst.a_period < FEWEST else "doubt"
-        found.append(Finding(level, text, _faster(worst.frequency), _and_more(worst, few)))
+        level: Level = "fault" if worst.a_period < LEAST_SAMPLES else "doubt"
+        found.append(Finding(level, text, _rate_text(worst.frequency), _name_and_count(worst, few)))
     return found
 
 
-def _by_design(kind: Witness, group: Sequence[Sampling]) -> Finding:
+def _finding_by_design(kind: FrequencyDoubt, group: Sequence[Sampling]) -> Finding:
     """Too few samples, by the designed leg and by how readings jump."""
     worst = max(group, key=lambda one: one.step * (one.designed or (0.0, 1.0))[1])
-    rate, place = 1.0 / worst.step, _and_more(worst, group)
+    rate, place = 1.0 / worst.step, _name_and_count(worst, group)
     if worst.designed is None:
         text = "its readings jump from one to the next as those of a motion do that is sampled fewer than "
-        text += f"{FEWEST:g} times per period (sampled at {rate:.4g} Hz); noise would be a quarter of the motion"
+        text += f"{LEAST_SAMPLES:g} times per period (sampled at {rate:.4g} Hz); noise would be a quarter of the motion"
         return Finding("doubt", text, "sample faster; if the readings still jump, a quieter sensor", place)
     slowest, fastest = worst.designed
     span = " to ".join(dict.fromkeys([f"{slowest:.3g}", f"{fastest:.3g}"])) + " Hz"
@@ -207,17 +209,17 @@ def _by_design(kind: Witness, group: Sequence[Sampling]) -> Finding:
     )
     text += "of its fastest swing"
     if kind == "doubtful":
-        return Finding("doubt", text, _faster(fastest), place)
+        return Finding("doubt", text, _rate_text(fastest), place)
     if kind == "jumps":
-        text += f", and its readings jump as those of a motion do that has fewer than {FEWEST:g}"
+        text += f", and its readings jump as those of a motion do that has fewer than {LEAST_SAMPLES:g}"
     text += "; how fast it moves, and how large the noise is, cannot be read from it"
-    return Finding("fault", text, _faster(max(fastest, rate / FEWEST)), place)
+    return Finding("fault", text, _rate_text(max(fastest, rate / LEAST_SAMPLES)), place)
 
 
-def _and_more(worst: Sampling, group: Sequence[Sampling]) -> str:
+def _name_and_count(worst: Sampling, group: Sequence[Sampling]) -> str:
     return worst.name + (f" and {len(group) - 1} more" if len(group) > 1 else "")
 
 
-def _faster(frequency: float) -> str:
+def _rate_text(frequency: float) -> str:
     """The rate to record a motion of that frequency (Hz) at, to two digits."""
-    return f"sample at {float(f'{2.0 * ENOUGH * frequency:.2g}'):g} Hz or faster"
+    return f"sample at {float(f'{2.0 * ENOUGH_SAMPLES * frequency:.2g}'):g} Hz or faster"

@@ -16,11 +16,11 @@ from synth.units import quantity
 
 # Ratio of greatest to least below which a quantity counts as constant: effects that depend on it and effects that do
 # not then differ by no more than tolerances do.
-ONE_VALUE = 1.5
-ONE_SIDED = 0.1  # share of the range beyond the free angle for a joint to count as moving on both sides
-STILL_MOVING = 0.1  # of the top speed, at the end of a recording
-LAST = 0.1  # of a recording, its end
-MIDDLE = (5.0, 95.0)  # percentiles of a load's range: the extremes are noise
+CONSTANT_RATIO = 1.5
+ONE_SIDED_SHARE = 0.1  # share of the range beyond the free angle for a joint to count as moving on both sides
+MOVING_SHARE = 0.1  # of the top speed, at the end of a recording
+END_SHARE = 0.1  # of a recording, its end
+LOAD_PERCENTILES = (5.0, 95.0)  # percentiles of a load's range: the extremes are noise
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Coverage:
         }
 
 
-def coverage(leg: Leg, recordings: Sequence[Recording]) -> tuple[Coverage, ...]:
+def describe_coverage(leg: Leg, recordings: Sequence[Recording]) -> tuple[Coverage, ...]:
     """Coverage of each joint that is free in some trial."""
     loads = [bearing_forces(r.leg or leg, r.smoothed, r.conditions) for r in recordings]
     made = []
@@ -64,7 +64,7 @@ def coverage(leg: Leg, recordings: Sequence[Recording]) -> tuple[Coverage, ...]:
         # 98 %: not a single outlier.
         fastest = [float(np.percentile(np.abs(r.smoothed.rate[:, j]), 98)) for r, _ in free]
         force = np.concatenate([load for _, load in free])
-        low, high = np.percentile(force, MIDDLE)
+        low, high = np.percentile(force, LOAD_PERCENTILES)
         starts = np.array([r.smoothed.angle[0, j] - r.smoothed.angle[-1, j] for r, _ in free])
         sides = (int(np.sum(starts < 0.0)), int(np.sum(starts > 0.0)))
         made.append(
@@ -85,15 +85,15 @@ def coverage_findings(leg: Leg, recordings: Sequence[Recording], made: Sequence[
     for one in made:
         joint = leg.joints[leg.joint_names.index(one.joint)]
         if joint.spring is not None and joint.spring.rate > 0.0:
-            found += _one_sided(one)
-        found += _one_load(one) + _one_speed(one)
-    found += _cut_short(recordings)
+            found += _one_sided_findings(one)
+        found += _load_findings(one) + _speed_findings(one)
+    found += _cut_short_findings(recordings)
     return found
 
 
-def _one_sided(one: Coverage) -> list[Finding]:
+def _one_sided_findings(one: Coverage) -> list[Finding]:
     low, high = one.deflection
-    room = ONE_SIDED * (high - low)
+    room = ONE_SIDED_SHARE * (high - low)
     if low < -room and high > room:
         return []
     text = f"stays on one side of its spring's free angle ({np.degrees(low):.3g} to {np.degrees(high):.3g} deg from "
@@ -105,33 +105,33 @@ def _one_sided(one: Coverage) -> list[Finding]:
     ]
 
 
-def _one_load(one: Coverage) -> list[Finding]:
+def _load_findings(one: Coverage) -> list[Finding]:
     low, high = one.load
-    if high <= 0.0 or high > ONE_VALUE * low:
+    if high <= 0.0 or high > CONSTANT_RATIO * low:
         return []
     text = f"its bearing carries {low:.3g} to {high:.3g} N throughout: load-dependent and constant "
     text += "friction look alike"
     return [Finding("note", text, "trials with a tip mass, or faster ones", "", one.joint)]
 
 
-def _one_speed(one: Coverage) -> list[Finding]:
+def _speed_findings(one: Coverage) -> list[Finding]:
     low, high = one.speeds
-    if high > ONE_VALUE * low:
+    if high > CONSTANT_RATIO * low:
         return []
     text = f"all trials reach about the same speed ({np.degrees(low):.3g} to {np.degrees(high):.3g} deg/s): another "
     text += "damper rate and a nonlinear damper are hard to distinguish"
     return [Finding("note", text, "one release a third as large, and one as large as the joint allows", "", one.joint)]
 
 
-def _cut_short(recordings: Sequence[Recording]) -> list[Finding]:
+def _cut_short_findings(recordings: Sequence[Recording]) -> list[Finding]:
     """Free recordings that end before the leg comes to rest."""
     moving = []
     for recording in recordings:
         if recording.driven or not recording.free:
             continue
         rate = np.abs(recording.smoothed.rate[:, recording.free])
-        last = max(int(LAST * len(rate)), 1)
-        if rate[-last:].max() > STILL_MOVING * rate.max():
+        last = max(int(END_SHARE * len(rate)), 1)
+        if rate[-last:].max() > MOVING_SHARE * rate.max():
             moving.append(recording.name)
     if not moving:
         return []

@@ -42,7 +42,7 @@ class Finding:
         }
 
 
-def of_remark(remark: str, recordings: Sequence[str]) -> Finding:
+def finding_of_remark(remark: str, recordings: Sequence[str]) -> Finding:
     """A remark on the trials: for information if it says so, else a doubt; its place taken out of the words."""
     level: Level = "note" if severity_of(remark) == "note" else "doubt"
     named = [name for name in recordings if remark.startswith(f"{name}: ")]
@@ -55,7 +55,7 @@ def worst_first(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(findings, key=lambda finding: LEVELS.index(finding.level)))
 
 
-def of_alike(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+def merge_alike(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     """Merge equal findings of several recordings: name the first and count the others."""
     groups: dict[tuple[str, ...], list[Finding]] = {}
     for finding in findings:

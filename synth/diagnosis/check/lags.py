@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from synth.diagnosis.check.cause_responses import CauseResponse, products
+from synth.diagnosis.check.cause_responses import CauseResponse, response_products
 from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.intervals import NORMAL90, Estimate
 
-LEAST_FREE = 2  # joints that move in the same trial; a delay is relative to another channel
-SURE = 3.0  # standard deviations from zero for a lag to be reported
+LEAST_FREE_JOINTS = 2  # joints that move in the same trial; a delay is relative to another channel
+SURE_DEVIATIONS = 3.0  # standard deviations from zero for a lag to be reported
 
 
 @dataclass(frozen=True)
@@ -30,17 +30,17 @@ class Lag:
         return {"joint": self.joint, "late": self.late.as_json()}
 
 
-def lags(bench: Workbench, at: EvaluatedHypothesis, found: Sequence[CauseResponse]) -> tuple[Lag, ...]:
+def estimate_lags(bench: Workbench, at: EvaluatedHypothesis, found: Sequence[CauseResponse]) -> tuple[Lag, ...]:
     """One Gauss-Newton step from the designed leg: each channel's lag alone with tolerances and initial states.
 
     The deviation is widened by the design's error in the trials, because other causes may look like a lag.
     """
     late = [response for response in found if response.key[0] == "latency"]
-    if not late or all(len(trial.free) < LEAST_FREE for trial in bench.trials):
+    if not late or all(len(trial.free) < LEAST_FREE_JOINTS for trial in bench.trials):
         return ()
     moved = bench.residuals([response.fit for response in late])
     rows = [[*(residual - at.residuals[i] for residual in trial), at.residuals[i]] for i, trial in enumerate(moved)]
-    gram = products(bench, at, rows).gram
+    gram = response_products(bench, at, rows).gram
     left = float(np.sqrt(max(gram[-1, -1] / bench.total, 1.0)))
     made: dict[str, Lag] = {}
     for k, response in enumerate(late):
@@ -62,7 +62,7 @@ def lag_findings(made: Sequence[Lag]) -> list[Finding]:
     for lag in made:
         assert lag.late.low is not None
         deviation = (lag.late.value - lag.late.low) / NORMAL90
-        if lag.late.value > SURE * deviation:
+        if lag.late.value > SURE_DEVIATIONS * deviation:
             low, high = 1e3 * lag.late.low, 1e3 * (lag.late.high or 0.0)
             text = f"looks {low:.3g} to {high:.3g} ms later than the other channels, if no other effect is missing"
             remedy = "check whether this channel is read later or filtered more than the others"

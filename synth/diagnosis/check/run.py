@@ -12,30 +12,30 @@ from synth.diagnosis.angle_search import as_designed
 from synth.diagnosis.angle_trials import AngleTrial, largest_of_kinds
 from synth.diagnosis.check.against_nominal import column_findings
 from synth.diagnosis.check.cause_responses import responses_of
-from synth.diagnosis.check.channels import Channel, channel_findings, channels
+from synth.diagnosis.check.channels import Channel, channel_findings, describe_channels
 from synth.diagnosis.check.check_result import Check
-from synth.diagnosis.check.clocks import clock_findings, sampling
-from synth.diagnosis.check.coverage import coverage, coverage_findings
-from synth.diagnosis.check.finding import Finding, of_alike, of_remark, worst_first
-from synth.diagnosis.check.lags import Lag, lag_findings, lags
+from synth.diagnosis.check.clocks import clock_findings, describe_sampling
+from synth.diagnosis.check.coverage import coverage_findings, describe_coverage
+from synth.diagnosis.check.finding import Finding, finding_of_remark, merge_alike, worst_first
+from synth.diagnosis.check.lags import Lag, estimate_lags, lag_findings
 from synth.diagnosis.check.separability import Separability, separability
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.plants.swinging_chain.chain_menu import menu
-from synth.diagnosis.plants.swinging_chain.pieces import wholes
+from synth.diagnosis.plants.swinging_chain.pieces import whole_recordings
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
-from synth.diagnosis.sensor_noise import sensor
+from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.diagnosis.workbench import Workbench
 from synth.fit.recordings import recordings as as_recordings
 
 if TYPE_CHECKING:
     from synth.files.gap_project import GapProject
 
-# Share of a joint's motion (RMS) that no model of this kind follows, for any sensor. Six real rigs with their best
-# cause: .4 % (a double pendulum's small swings) to 4 % (a robot's knee), see ``make rigs``; the value is of a good rig.
-REMAINDER = 0.01
-SAMPLES, MOST = 300, 12  # samples per trial, and trials, for comparing responses
-INTEGRATION = 1e-5  # rad, of the integrator: responses are a hundred times larger
+# Share of a joint's motion (RMS) that no model of this kind follows, for any sensor: that of a good real rig with its
+# best cause, as ``make rigs`` prints it.
+UNEXPLAINED_SHARE = 0.01
+SAMPLES_COMPARED, TRIALS_COMPARED = 300, 12  # samples per trial, and trials, for comparing responses
+INTEGRATION_TOLERANCE = 1e-5  # rad, of the integrator: responses are a hundred times larger
 
 
 def check(project: GapProject, say: Callable[[str], None] | None = None) -> Check:
@@ -50,21 +50,23 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
     leg = project.leg
     # What an undersampled motion does from one sample to the next is no noise, and no reason to call it at rest.
     lost = {
-        recording.name for recording in as_recordings(leg, project.trials, ()) if not sampling(leg, recording).resolved
+        recording.name
+        for recording in as_recordings(leg, project.trials, ())
+        if not describe_sampling(leg, recording).resolved
     }
     kept = [trial for trial in project.trials if trial.name not in lost]
     warnings = check_trials(leg, kept) if any(not trial.held_out for trial in kept) else ()
     scene, more = scene_of(leg, project.trials, project.tolerance, project.seed, project.noise)
     # Whole, not the pieces that they are compared in: in a piece a joint may hold still while another moves.
-    learnt = [trial.recording for trial in wholes(scene.given)]
-    recordings = [*learnt, *(trial.recording for trial in wholes(scene.held))]
-    steps = tuple(sampling(leg, recording) for recording in recordings)
+    learnt = [trial.recording for trial in whole_recordings(scene.given)]
+    recordings = [*learnt, *(trial.recording for trial in whole_recordings(scene.held))]
+    steps = tuple(describe_sampling(leg, recording) for recording in recordings)
     resolved = [recording for recording in learnt if recording.name not in lost]
-    found = sensor(resolved or learnt).stated(leg.joint_names, project.noise)
-    read = channels(leg.joint_names, recordings, found, noise_seen=bool(resolved))
-    covered = coverage(leg, learnt)
+    found = estimate_sensor(resolved or learnt).stated(leg.joint_names, project.noise)
+    read = describe_channels(leg.joint_names, recordings, found, noise_seen=bool(resolved))
+    covered = describe_coverage(leg, learnt)
     names = [trial.name for trial in project.trials]
-    findings: list[Finding] = [of_remark(text, names) for text in (*warnings, *more)]
+    findings: list[Finding] = [finding_of_remark(text, names) for text in (*warnings, *more)]
     findings += clock_findings(leg, recordings, steps)
     findings += channel_findings(leg.joint_names, recordings, found, read)
     findings += coverage_findings(leg, learnt, covered)
@@ -72,19 +74,19 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
         told, late = Separability((), (), np.zeros((0, 0))), tuple[Lag, ...]()
     else:
         tell("the recordings against the designed leg")
-        compared = channels(leg.joint_names, [trial.recording for trial in scene.given], found)
-        bench = _bench(scene.bench, scene.given, compared)
+        compared = describe_channels(leg.joint_names, [trial.recording for trial in scene.given], found)
+        bench = _comparison_bench(scene.bench, scene.given, compared)
         findings += column_findings(leg, project.trials, bench)
         tell("causes that can be separated")
         at = as_designed(bench)
-        responses, made = responses_of(bench, at, candidates(leg, scene.given, scales(leg, scene.given)))
-        late = lags(bench, at, responses)
+        responses, made = responses_of(bench, at, candidates(leg, scene.given, natural_sizes_of(leg, scene.given)))
+        late = estimate_lags(bench, at, responses)
         findings += lag_findings(late)
         told = separability(bench, at, responses, made, menu(leg, bench, scene.given))
     return Check(
         project.name,
         len(recordings),
-        worst_first(of_alike(findings)),
+        worst_first(merge_alike(findings)),
         steps,
         read,
         covered,
@@ -92,14 +94,14 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
         told.showings,
         told.clusters,
         told.sines,
-        REMAINDER,
+        UNEXPLAINED_SHARE,
         {item.name: item.sha256 for item in project.inputs} | {t.name: t.sha256 for t in project.trials},
     )
 
 
-def _bench(bench: Workbench, given: Sequence[AngleTrial], read: Sequence[Channel]) -> Workbench:
+def _comparison_bench(bench: Workbench, given: Sequence[AngleTrial], read: Sequence[Channel]) -> Workbench:
     """Fewer samples, a coarser integration, and noise that includes a good rig's remainder."""
-    noise = np.hypot(bench.noise, REMAINDER * np.array([channel.motion for channel in read]))
-    thin = [trial.thinner(SAMPLES) for trial in given]
-    kept = tuple(thin[i] for i in sorted(largest_of_kinds(thin)[:MOST]))
-    return replace(bench, predictor=bench.predictor.coarser(INTEGRATION), trials=kept, noise=noise)
+    noise = np.hypot(bench.noise, UNEXPLAINED_SHARE * np.array([channel.motion for channel in read]))
+    thin = [trial.thinner(SAMPLES_COMPARED) for trial in given]
+    kept = tuple(thin[i] for i in sorted(largest_of_kinds(thin)[:TRIALS_COMPARED]))
+    return replace(bench, predictor=bench.predictor.coarser(INTEGRATION_TOLERANCE), trials=kept, noise=noise)

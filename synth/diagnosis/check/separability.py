@@ -14,7 +14,13 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.check.cause_responses import CauseResponse, Products, compared, has_size, placed_in_turn
+from synth.diagnosis.check.cause_responses import (
+    CauseResponse,
+    ResponseProducts,
+    has_size,
+    responses_for_comparison,
+    with_columns_numbered,
+)
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Key
@@ -23,12 +29,12 @@ from synth.diagnosis.workbench import Workbench
 from synth.estimation.intervals import Estimate
 from synth.units import shown_unit
 
-RIVALS = 4  # most similar causes listed for each cause
+MOST_RIVALS = 4  # most similar causes listed for each cause
 # Sine of the angle below which two causes count as inseparable unless seven times larger than the smallest visible
 # size:
 # such sizes are rare, and forms of one cause differ by as much among themselves.
-ALIKE = 0.15
-BETTER = 1.5  # times as well told apart with a trial, or it is not worth naming: a choice
+ALIKE_SINE = 0.15
+LEAST_IMPROVEMENT = 1.5  # times as well told apart with a trial, or it is not worth naming: a choice
 LEAST_SINE = 0.02  # smaller differences are within the accuracy of integrator and linearisation
 
 
@@ -52,7 +58,7 @@ class Rival:
 
 
 @dataclass(frozen=True)
-class Showing:
+class VisibleCause:
     """One cause: the smallest visible size, None if there is none, and similar causes.
 
     Of a cause without a size, a stop: its place, an angle at each end of travel from which it is visible.
@@ -100,7 +106,7 @@ class Separability:
     ``sines`` (k, k) of the angle between a row's cause, in its plain form, and the nearest form of a column's.
     """
 
-    showings: tuple[Showing, ...]
+    showings: tuple[VisibleCause, ...]
     clusters: tuple[InseparableCauses, ...]
     sines: Array
 
@@ -118,7 +124,7 @@ def separability(
     bench: Workbench,
     at: EvaluatedHypothesis,
     found: Sequence[CauseResponse],
-    made: Products,
+    made: ResponseProducts,
     menu: Sequence[MenuItem[AngleTrial]],
 ) -> Separability:
     """Every cause's smallest size, its rivals, and trials that would separate them.
@@ -133,29 +139,29 @@ def separability(
         by_key.setdefault(response.key, []).append(response)
     pairs: dict[Key, list[_Pair]] = {}
     for key, own in by_key.items():
-        true = _plainest(own)
-        against = [_nearest(gram, true, others) for other, others in by_key.items() if other != key]
+        true = _plainest_response(own)
+        against = [_nearest_form(gram, true, others) for other, others in by_key.items() if other != key]
         pairs[key] = sorted(against, key=lambda pair: pair.sine)
-    showings = tuple(_showing(own, pairs[key]) for key, own in by_key.items())
+    showings = tuple(_visible_cause(own, pairs[key]) for key, own in by_key.items())
     # Not a set, whose order differs from run to run.
     visible = [showing.key for showing in showings if showing.visible_from is not None]
-    alike = [pair for key in visible for pair in pairs[key] if pair.sine < ALIKE and pair.other.key in visible]
+    alike = [pair for key in visible for pair in pairs[key] if pair.sine < ALIKE_SINE and pair.other.key in visible]
     order = {key: place for place, key in enumerate(by_key)}
     sines = np.zeros((len(order), len(order)))
     for pair in (pair for each in pairs.values() for pair in each):
         sines[order[pair.true.key], order[pair.other.key]] = pair.sine
     both = {(pair.true.key, pair.other.key) for pair in alike}
     mutual = [pair for pair in alike if (pair.other.key, pair.true.key) in both]
-    clusters = _clusters(mutual, _with_each(bench, at, by_key, made, mutual, menu), menu)
+    clusters = _clusters(mutual, _sines_with_each_trial(bench, at, by_key, made, mutual, menu), menu)
     return Separability(showings, clusters, sines)
 
 
-def _plainest(responses: Sequence[CauseResponse]) -> CauseResponse:
+def _plainest_response(responses: Sequence[CauseResponse]) -> CauseResponse:
     """The first visible start of a cause: its plain form."""
     return next((response for response in responses if response.visible is not None), responses[0])
 
 
-def _nearest(gram: Array, true: CauseResponse, others: Sequence[CauseResponse]) -> _Pair:
+def _nearest_form(gram: Array, true: CauseResponse, others: Sequence[CauseResponse]) -> _Pair:
     """The form of another cause nearest to a response, with its own unknowns free."""
     place = true.columns[0]
     whole = float(gram[place, place])
@@ -172,20 +178,22 @@ def _nearest(gram: Array, true: CauseResponse, others: Sequence[CauseResponse]) 
     return best
 
 
-def _showing(responses: Sequence[CauseResponse], pairs: Sequence[_Pair]) -> Showing:
-    response = _plainest(responses)
+def _visible_cause(responses: Sequence[CauseResponse], pairs: Sequence[_Pair]) -> VisibleCause:
+    response = _plainest_response(responses)
     if response.visible is None:
-        return Showing(response.key, None, ())
+        return VisibleCause(response.key, None, ())
     rivals = []
-    for pair in pairs[:RIVALS]:
+    for pair in pairs[:MOST_RIVALS]:
         sine = max(pair.sine, LEAST_SINE)
-        rivals.append(Rival(pair.other.key, pair.sine, sized(response.candidate, response.visible, 1.0 / sine)))
+        rivals.append(
+            Rival(pair.other.key, pair.sine, scaled_strengths(response.candidate, response.visible, 1.0 / sine))
+        )
     has = has_size(response.candidate)
-    shown = sized(response.candidate, response.visible, 1.0) if has else _places(responses)
-    return Showing(response.key, shown, tuple(rivals))
+    shown = scaled_strengths(response.candidate, response.visible, 1.0) if has else _visible_places(responses)
+    return VisibleCause(response.key, shown, tuple(rivals))
 
 
-def _places(responses: Sequence[CauseResponse]) -> dict[str, Estimate]:
+def _visible_places(responses: Sequence[CauseResponse]) -> dict[str, Estimate]:
     """Where a cause without a size shows: the first visible place at each side; starts are in order from far to near.
 
     Its stiffness would say nothing: that of a rigid stop, or of the softest that can be told, is no design quantity.
@@ -197,11 +205,13 @@ def _places(responses: Sequence[CauseResponse]) -> dict[str, Estimate]:
         candidate, named = response.candidate, response.candidate.named(response.visible)
         for parameter in candidate.effect.parameters:
             if parameter.anchor and parameter.name in candidate.shape.free:
-                found.setdefault(parameter.name, Estimate(named[parameter.name], _shown(parameter.unit)))
+                found.setdefault(
+                    parameter.name, Estimate(named[parameter.name], _unit_of_smallest_size(parameter.unit))
+                )
     return found
 
 
-def sized(candidate: ShapedEffect, unknowns: Array, factor: float) -> dict[str, Estimate] | None:
+def scaled_strengths(candidate: ShapedEffect, unknowns: Array, factor: float) -> dict[str, Estimate] | None:
     """Strengths of a cause, ``factor`` times as large; None beyond the range of the diagnosis.
 
     Empty if the cause has no strength that could be larger.
@@ -216,13 +226,13 @@ def sized(candidate: ShapedEffect, unknowns: Array, factor: float) -> dict[str, 
     units = {parameter.name: parameter.unit for parameter in candidate.effect.parameters}
     named = candidate.named(point)
     return {
-        name: Estimate(value, _shown(units[name]))
+        name: Estimate(value, _unit_of_smallest_size(units[name]))
         for name, value in named.items()
         if name in candidate.effect.strengths and name in candidate.shape.free
     }
 
 
-def _shown(unit: str) -> str:
+def _unit_of_smallest_size(unit: str) -> str:
     """The unit of a smallest size: of shares and delays, which are small here, a smaller one than in other results."""
     return {"1": "%", "s": "ms"}.get(unit, shown_unit(unit))
 
@@ -247,66 +257,70 @@ def _clusters(
     made = []
     for members in linked:
         places = [kept.index(pair) for pair in members]
-        least, told = float(now[places].min()), [_told(members, sine[places]) for sine in sines]
+        least, told = float(now[places].min()), [_mean_distinction(members, sine[places]) for sine in sines]
         best = int(np.argmax(told)) if told else -1
-        better = bool(told) and told[best] > BETTER * _told(members, now[places])
+        better = bool(told) and told[best] > LEAST_IMPROVEMENT * _mean_distinction(members, now[places])
         keys = tuple(dict.fromkeys(key for pair in members for key in (pair.true.key, pair.other.key)))
         after = float(sines[best][places].min()) if better else least
         made.append(InseparableCauses(keys, least, menu[best].what if better else "", after))
     return tuple(sorted(made, key=lambda cluster: cluster.sine))
 
 
-def _told(pairs: Sequence[_Pair], sines: Array) -> float:
+def _mean_distinction(pairs: Sequence[_Pair], sines: Array) -> float:
     """How well causes are told apart: mean over pairs of the smaller sine, of either taken for the other.
 
-    ``sines`` (n_pair,), which count between ``LEAST_SINE`` and ``BETTER`` times ``ALIKE``.
+    ``sines`` (n_pair,), which count between ``LEAST_SINE`` and ``LEAST_IMPROVEMENT`` times ``ALIKE_SINE``.
     """
     smaller: dict[frozenset[Key], float] = {}
-    for pair, sine in zip(pairs, np.clip(sines, LEAST_SINE, BETTER * ALIKE), strict=True):
+    for pair, sine in zip(pairs, np.clip(sines, LEAST_SINE, LEAST_IMPROVEMENT * ALIKE_SINE), strict=True):
         both = frozenset((pair.true.key, pair.other.key))
         smaller[both] = min(float(sine), smaller.get(both, np.inf))
     return float(np.mean([*smaller.values()]))
 
 
-def _with_each(
+def _sines_with_each_trial(
     bench: Workbench,
     at: EvaluatedHypothesis,
     by_key: Mapping[Key, Sequence[CauseResponse]],
-    made: Products,
+    made: ResponseProducts,
     pairs: Sequence[_Pair],
     menu: Sequence[MenuItem[AngleTrial]],
 ) -> list[Array]:
-    """(n_pair,) sines per trial of the menu, with that trial added; by ``_nearest``, like those without it."""
+    """(n_pair,) sines per trial of the menu, with that trial added; by ``_nearest_form``, like those without it."""
     keys = dict.fromkeys(pair.true.key for pair in pairs)  # of both of each pair: they are mutual
     kept = [response for key in keys for response in by_key[key]]
     if not kept:
         return [np.zeros(0) for _ in menu]
-    here, placed = made.of([column for response in kept for column in response.columns]), placed_in_turn(kept)
+    here, placed = made.of([column for response in kept for column in response.columns]), with_columns_numbered(kept)
     forms = {key: [response for response in placed if response.key == key] for key in keys}
-    plain = {key: _plainest(forms[key]) for key in keys}
+    plain = {key: _plainest_response(forms[key]) for key in keys}
     found = []
     for item in menu:
-        both = _with_trial(bench, at, placed, here, item.trial)
+        both = _products_with_trial(bench, at, placed, here, item.trial)
         gram = here.gram if both is None else both.gram
-        found.append(np.array([_nearest(gram, plain[p.true.key], forms[p.other.key]).sine for p in pairs]))
+        found.append(np.array([_nearest_form(gram, plain[p.true.key], forms[p.other.key]).sine for p in pairs]))
     return found
 
 
-def _with_trial(
-    bench: Workbench, at: EvaluatedHypothesis, responses: Sequence[CauseResponse], here: Products, trial: AngleTrial
-) -> Products | None:
+def _products_with_trial(
+    bench: Workbench,
+    at: EvaluatedHypothesis,
+    responses: Sequence[CauseResponse],
+    here: ResponseProducts,
+    trial: AngleTrial,
+) -> ResponseProducts | None:
     """The products of all trials and a further one; None if the designed leg's motion diverges in it."""
     state = np.concatenate([trial.measured[0], np.zeros(trial.measured.shape[1])])
-    there = replace(bench, trials=(_moving(bench, at, trial, state),))
+    there = replace(bench, trials=(_imagined_trial(bench, at, trial, state),))
     begun = there.evaluate([at.start_at(states=(state,))])[0]
     if not np.isfinite(begun.cost):
         return None
     begun = replace(begun, frame=there.frame(begun))
     moved = [replace(each, fit=each.fit.start_at(states=(state,))) for each in responses]
-    return here + compared(there, begun, moved)[1]
+    return here + responses_for_comparison(there, begun, moved)[1]
 
 
-def _moving(bench: Workbench, at: EvaluatedHypothesis, trial: AngleTrial, state: Array) -> AngleTrial:
+def _imagined_trial(bench: Workbench, at: EvaluatedHypothesis, trial: AngleTrial, state: Array) -> AngleTrial:
     """An imagined trial with the motion of the designed leg from its initial state, as a recording would have it.
 
     The prior of its initial rate is as wide as its fastest motion. At rest, of two late channels one that is locked

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from synth.arrays import Array, finite_median
-from synth.diagnosis.sensor_noise import ORDER
+from synth.diagnosis.sensor_noise import DIFFERENCE_ORDER
 from synth.fit.recordings import Recording
 from synth.motion.noise import difference_scale, unit_differences
 from synth.swing.leg_model import Leg
@@ -23,28 +23,29 @@ from synth.swing.mechanics import coefficients, outboard_inertia
 
 # Samples per period of the fastest swing. A sinusoid sampled at 10 per period and interpolated by cubics is off by 1 %
 # of its amplitude at the turns; at 4 a turn is not resolved.
-ENOUGH, FEWEST = 10.0, 4.0
-GENEROUS = 2.0  # times a designed frequency: a stiffness or an inertia that is off by four
-QUARTER, LEAST = 4, 4  # part of a recording in which it moves most, and its least differences
-MOVING = 0.2  # of the motion of the joint that moves most, below which a joint's noise is no motion
+ENOUGH_SAMPLES, LEAST_SAMPLES = 10.0, 4.0
+FREQUENCY_MARGIN = 2.0  # times a designed frequency: a stiffness or an inertia that is off by four
+RECORDING_PARTS, LEAST_DIFFERENCES = 4, 4  # part of a recording in which it moves most, and its least differences
+MOVING_SHARE = 0.2  # of the motion of the joint that moves most, below which a joint's noise is no motion
 # Where readings jump less in some part than this share of where they move, they jump with the motion: noise is the same
-# everywhere. Two joints that swing at 3 and 9 Hz, sampled at 5 to 25 Hz: 0.04 to 0.26, noise 0.4 to 1.
-FALLS = 1.0 / 3.0
+# everywhere, so that its share is near 1 (less for the scatter of few differences); a swing that decays falls further.
+FALL_SHARE = 1.0 / 3.0
 
-Witness = Literal["", "slow", "jumps", "unclear", "doubtful"]
+FrequencyDoubt = Literal["", "slow", "jumps", "unclear", "doubtful"]
 
 
 def roughness_of(samples: float) -> float:
     """Sixth differences over a sinusoid of so many samples a period, scaled to white noise's own deviation."""
-    return float((2.0 * sin(pi / samples)) ** ORDER / difference_scale(ORDER))
+    return float((2.0 * sin(pi / samples)) ** DIFFERENCE_ORDER / difference_scale(DIFFERENCE_ORDER))
 
 
-# A sinusoid at ``FEWEST``: 0.26. A fast swing beside a slow one, or one that decays, shows less: as one of six samples.
-ROUGH, ROUGHER = roughness_of(6.0), roughness_of(FEWEST)
+# A sinusoid at ``LEAST_SAMPLES``: 0.26. A fast swing beside a slow one, or one that decays, shows less: as one of six
+# samples.
+ROUGHNESS_OF_SIX, ROUGHNESS_OF_LEAST = roughness_of(6.0), roughness_of(LEAST_SAMPLES)
 
 
 @dataclass(frozen=True)
-class Jumps:
+class ReadingJumps:
     """Of the roughest moving joint: sixth differences over its motion; ``falls`` : whether they end with it.
 
     ``roughness`` is nan for a recording that is too short for differences.
@@ -54,28 +55,28 @@ class Jumps:
     falls: bool
 
 
-def jumps(recording: Recording) -> Jumps:
+def reading_jumps(recording: Recording) -> ReadingJumps:
     """How readings jump from one to the next in the quarter of a recording in which each joint moves most."""
     found: list[tuple[float, float, bool]] = []
     for j in recording.free:
         value = recording.rotation[:, j]
-        good = np.lib.stride_tricks.sliding_window_view(recording.counts[:, j], ORDER + 1).all(axis=1)
-        if len(value) < ORDER + 2 * LEAST:
+        good = np.lib.stride_tricks.sliding_window_view(recording.counts[:, j], DIFFERENCE_ORDER + 1).all(axis=1)
+        if len(value) < DIFFERENCE_ORDER + 2 * LEAST_DIFFERENCES:
             continue
-        jump = np.where(good, np.abs(unit_differences(recording.time, value, ORDER)), np.nan)
-        width = max(len(jump) // QUARTER, LEAST)
-        motion = np.lib.stride_tricks.sliding_window_view(value, width + ORDER).std(axis=1)
+        jump = np.where(good, np.abs(unit_differences(recording.time, value, DIFFERENCE_ORDER)), np.nan)
+        width = max(len(jump) // RECORDING_PARTS, LEAST_DIFFERENCES)
+        motion = np.lib.stride_tricks.sliding_window_view(value, width + DIFFERENCE_ORDER).std(axis=1)
         # The median: of a sinusoid it is the RMS, and a single outlier does not count.
         jumped = np.array([finite_median(jump[k : k + width]) for k in range(len(motion))])
         most = int(np.argmax(motion))
         if motion[most] > 0.0 and np.isfinite(jumped[most]):
-            falls = bool(np.nanmin(jumped) < FALLS * jumped[most])
+            falls = bool(np.nanmin(jumped) < FALL_SHARE * jumped[most])
             found.append((float(motion[most]), float(jumped[most] / motion[most]), falls))
-    moving = [each for each in found if each[0] >= MOVING * max(each[0] for each in found)]
+    moving = [each for each in found if each[0] >= MOVING_SHARE * max(each[0] for each in found)]
     if not moving:
-        return Jumps(np.nan, False)
+        return ReadingJumps(np.nan, False)
     _, roughness, falls = max(moving, key=lambda each: each[1])
-    return Jumps(roughness, falls)
+    return ReadingJumps(roughness, falls)
 
 
 def designed_swings(leg: Leg, recording: Recording) -> tuple[float, float] | None:
@@ -98,25 +99,27 @@ def hanging_stiffness(leg: Leg, tip_mass: float = 0.0) -> Array:
     return np.asarray(leg.spring_rate + hanging)
 
 
-def witness(rate: float, frequency: float, designed: Sequence[float] | None, seen: Jumps) -> Witness:
+def doubt_of_frequency(
+    rate: float, frequency: float, designed: Sequence[float] | None, seen: ReadingJumps
+) -> FrequencyDoubt:
     """What speaks against a recording's own ``frequency`` (Hz) at a sampling ``rate`` (Hz); "" if nothing does.
 
-    ``slow`` : sampled too slowly even for a leg whose slowest swing is ``GENEROUS`` times slower than designed, or for
-    the designed one and too short to show more.
-    ``jumps`` : its readings jump with the motion, and the designed leg may swing that fast. ``unclear`` : they jump,
-    and there is no designed frequency. ``doubtful`` : the designed leg's fastest swing, if there, is badly sampled, and
-    its readings do not show a slower one: of few samples a period the frequency comes out up to a third too low.
+    ``slow`` : sampled too slowly even for a leg whose slowest swing is ``FREQUENCY_MARGIN`` times slower than designed,
+    or for the designed one and too short to show more. ``jumps`` : its readings jump with the motion, and the designed
+    leg may swing that fast. ``unclear`` : they jump, and there is no designed frequency. ``doubtful`` : the designed
+    leg's fastest swing, if there, is badly sampled, and its readings do not show a slower one: of few samples a period
+    the frequency comes out up to a third too low.
     """
     if designed is None:
-        return "unclear" if seen.roughness >= ROUGHER else ""
+        return "unclear" if seen.roughness >= ROUGHNESS_OF_LEAST else ""
     slowest, fastest = designed
-    if rate < FEWEST * slowest / GENEROUS or (isnan(seen.roughness) and rate < FEWEST * fastest):
+    if rate < LEAST_SAMPLES * slowest / FREQUENCY_MARGIN or (isnan(seen.roughness) and rate < LEAST_SAMPLES * fastest):
         return "slow"
-    if rate < FEWEST * fastest and seen.roughness >= ROUGH:
+    if rate < LEAST_SAMPLES * fastest and seen.roughness >= ROUGHNESS_OF_SIX:
         return "jumps"
-    if rate < GENEROUS * FEWEST * fastest and seen.roughness >= ROUGHER and seen.falls:
+    if rate < FREQUENCY_MARGIN * LEAST_SAMPLES * fastest and seen.roughness >= ROUGHNESS_OF_LEAST and seen.falls:
         return "jumps"
-    if rate >= ENOUGH * fastest:
+    if rate >= ENOUGH_SAMPLES * fastest:
         return ""
-    near = fastest / GENEROUS <= frequency < fastest
-    return "doubtful" if near or seen.roughness >= ROUGH or rate < FEWEST * fastest else ""
+    near = fastest / FREQUENCY_MARGIN <= frequency < fastest
+    return "doubtful" if near or seen.roughness >= ROUGHNESS_OF_SIX or rate < LEAST_SAMPLES * fastest else ""

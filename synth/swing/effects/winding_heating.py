@@ -39,7 +39,7 @@ EFFECT = Effect(
     way="torque",
     memory=True,
     uses_drive="warms its winding",
-    needs=("time to warm",),  # a motor, in logs of ``chain_candidates.WARMING`` s
+    needs=("time to warm",),  # a motor, in logs of ``chain_candidates.LEAST_WARMING_TIME`` s
     parameters=(
         Parameter(
             "rise",

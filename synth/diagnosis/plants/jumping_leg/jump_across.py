@@ -17,8 +17,8 @@ from synth.estimation.intervals import Estimate
 
 STAGES = ("as_designed", "before", "after")
 UNITS = {"length": "1/cm", "gear_ratio": "1"}
-SPREAD = 0.01  # of a mean: designs that differ by less count as one
-EVEN = 0.02  # of the rise, over the range of the designs: a smaller trend is not reported
+LEAST_SPREAD = 0.01  # of a mean: designs that differ by less count as one
+LEAST_TREND = 0.02  # of the rise, over the range of the designs: a smaller trend is not reported
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class JumpAcrossDesigns:
 
 
 @dataclass(frozen=True)
-class Across:
+class DesignTrends:
     """``slopes`` : "length" or "gear_ratio" -> stage -> change of the error per metre or unit of ratio."""
 
     designs: tuple[JumpAcrossDesigns, ...]
@@ -93,13 +93,13 @@ class Across:
         assert slope.high is not None
         change = f"{100 * slope.value * reach:+.0f} % from the least to the greatest"
         if slope.low > 0.0 or slope.high < 0.0:
-            if abs(slope.value * reach) < EVEN:
+            if abs(slope.value * reach) < LEAST_TREND:
                 return f"hardly changes ({change})"
             return f"{'grows' if slope.value > 0.0 else 'falls'} ({change})"
         return f"shows no significant trend ({change})"
 
 
-def across(gaps: JumpGaps) -> Across:
+def trends_across_designs(gaps: JumpGaps) -> DesignTrends:
     """The comparison from the jumps with a measured rise, scored ones first."""
     designs = []
     scored = list(zip(gaps.trials, gaps.rises, strict=True))
@@ -111,13 +111,15 @@ def across(gaps: JumpGaps) -> Across:
         design = (trial.name, trial.motor.name, trial.leg.length, trial.motor.gear_ratio)
         designs.append(JumpAcrossDesigns(*design, rise.measured, reach, rises))
     columns = {by: np.array([getattr(d, by) for d in designs]) for by in UNITS}
-    varied = [by for by, values in columns.items() if len(values) > 2 and np.std(values) > SPREAD * np.mean(values)]
+    varied = [
+        by for by, values in columns.items() if len(values) > 2 and np.std(values) > LEAST_SPREAD * np.mean(values)
+    ]
     slopes: dict[str, dict[str, Estimate]] = {by: {} for by in varied}
     for stage in STAGES if varied else ():
         errors = np.array([d.error(stage) for d in designs])
         for by, estimate in _slopes({by: columns[by] for by in varied}, errors).items():
             slopes[by][stage] = estimate
-    return Across(tuple(designs), {by: found for by, found in slopes.items() if len(found) == len(STAGES)})
+    return DesignTrends(tuple(designs), {by: found for by, found in slopes.items() if len(found) == len(STAGES)})
 
 
 def _slopes(columns: dict[str, Array], errors: Array) -> dict[str, Estimate]:

@@ -16,21 +16,22 @@ from synth.arrays import Array
 from synth.diagnosis.effect_shape import shape_places
 from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
 from synth.diagnosis.plants.jumping_leg.jump_data import Jump
-from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN, JumpPredictor
+from synth.diagnosis.plants.jumping_leg.jump_predict import N_TRIAL_UNKNOWN, JumpPredictor
 from synth.diagnosis.search_limits import LARGEST_TOLERANCE
 from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, Marquardt, minimise
 from synth.estimation.normal_equations import ParameterStep, ReducedNormal, StepLimits, TrialNormal
 from synth.threads import in_parallel
 
-STEP = 0.05  # whitened, step of the differences
+UNKNOWN_STEP = 0.05  # whitened, step of the differences
 # Most iterations; the last step gains less than CONVERGED_BY, or than SHARE of the cost.
-ROUNDS, CONVERGED_BY, SHARE = 25, 0.05, 1e-3
-HOPELESS, LAZY = 4.0, 0.05  # times the best hypothesis' cost; the share of the cost that a step must gain above that
-FARTHEST = 2.5  # whitened, largest step of a tolerance or a trial's own unknown
-SOFTENING = (8.0, 2.5)  # factors on the samples' uncertainty in successive fits, before they count fully
-SOFT_ROUNDS = 6  # iterations, see ``solve``
+MOST_ITERATIONS, CONVERGED_GAIN, CONVERGED_SHARE = 25, 0.05, 1e-3
+# Times the best hypothesis' cost; the share of the cost that a step must gain above that.
+HOPELESS_RATIO, LEAST_SHARE_IF_HOPELESS = 4.0, 0.05
+LARGEST_STEP = 2.5  # whitened, largest step of a tolerance or a trial's own unknown
+SOFTNESS_STAGES = (8.0, 2.5)  # factors on the samples' uncertainty in successive fits, before they count fully
+SOFT_ITERATIONS = 6  # iterations, see ``solve``
 # As Marquardt's: a tenth after a success, tenfold after a failure; above 1e6 no step lowers the cost.
-RULE = Marquardt(least=1e-7, most=1e6, down=10.0, up=10.0, least_after_failure=1e-2)
+DAMPING_RULE = Marquardt(least=1e-7, most=1e6, down=10.0, up=10.0, least_after_failure=1e-2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +114,7 @@ class JumpBench:
 
     def slopes(self, jump: Jump, fit: JumpFit, own: Array) -> tuple[Array, Array]:
         """(M,) residual and (M, n_unknown + 2) derivatives."""
-        everything = list(range(len(fit.unknowns) + N_OWN))
+        everything = list(range(len(fit.unknowns) + N_TRIAL_UNKNOWN))
         if not jump.leaning:
             return self._differences(jump, fit, own, everything)
         slid = self._leaning_unknowns(fit)
@@ -145,8 +146,8 @@ class JumpBench:
         x = np.repeat(fit.unknowns[:, None], 1 + len(moved), axis=1)
         mine = np.repeat(own[:, None], 1 + len(moved), axis=1)
         low, high = self.bounds(fit.hypothesis)
-        steps = np.full(count + N_OWN, STEP)
-        steps[:count] = np.where(high - fit.unknowns > fit.unknowns - low, STEP, -STEP)
+        steps = np.full(count + N_TRIAL_UNKNOWN, UNKNOWN_STEP)
+        steps[:count] = np.where(high - fit.unknowns > fit.unknowns - low, UNKNOWN_STEP, -UNKNOWN_STEP)
         for lane, k in enumerate(moved, start=1):
             if k < count:
                 x[k, lane] += steps[k]
@@ -163,8 +164,10 @@ class JumpBench:
         """Like ``normal``, with the derivatives of a fit and other residuals (M,) per trial."""
         trials = []
         for slopes, residual, own in zip(fit.slopes, residuals, fit.own, strict=True):
-            a, b = slopes[:, :count], slopes[:, slopes.shape[1] - N_OWN :]
-            trials.append(TrialNormal(a.T @ a, a.T @ b, b.T @ b + np.eye(N_OWN), a.T @ residual, b.T @ residual + own))
+            a, b = slopes[:, :count], slopes[:, slopes.shape[1] - N_TRIAL_UNKNOWN :]
+            trials.append(
+                TrialNormal(a.T @ a, a.T @ b, b.T @ b + np.eye(N_TRIAL_UNKNOWN), a.T @ residual, b.T @ residual + own)
+            )
         return ReducedNormal.of(trials, np.eye(count), fit.unknowns[:count])
 
     def prospects(self, hypothesis: tuple[JumpCandidate, ...], points: Array, base: JumpFit) -> Array:
@@ -206,19 +209,19 @@ class JumpBench:
         quick = [i for i, trial in enumerate(self.trials) if not trial.leaning] or list(range(len(self.trials)))
         trials = tuple(self.trials[i] for i in quick)
         current = fit.start_at(own=fit.own[quick])
-        for softness in SOFTENING:
+        for softness in SOFTNESS_STAGES:
             bench = replace(self, softness=softness, trials=trials)
-            current = bench.solve(current, SOFT_ROUNDS)
+            current = bench.solve(current, SOFT_ITERATIONS)
         own = fit.own.copy()
         own[quick] = current.own
         return self.solve(current.start_at(own=own), best=best)
 
-    def solve(self, fit: JumpFit, rounds: int = ROUNDS, best: float = np.inf) -> JumpFit:
+    def solve(self, fit: JumpFit, rounds: int = MOST_ITERATIONS, best: float = np.inf) -> JumpFit:
         """Iterate from a fit's point, whatever was computed there, until the cost no longer decreases.
 
         ``best`` : cost of another hypothesis; a fit far above it need not converge fully.
         """
-        (end,) = minimise(_Hypothesis(self, best), [Iterate(self.evaluate(fit))], RULE, rounds)
+        (end,) = minimise(_Hypothesis(self, best), [Iterate(self.evaluate(fit))], DAMPING_RULE, rounds)
         return end.point
 
 
@@ -242,9 +245,9 @@ class _Hypothesis(LeastSquares[JumpFit]):
         return self.bench.bounds(point.hypothesis)
 
     def limits(self, point: JumpFit) -> StepLimits:
-        """Tolerances and a trial's own unknowns move by ``FARTHEST`` at most; causes have their bounds."""
+        """Tolerances and a trial's own unknowns move by ``LARGEST_STEP`` at most; causes have their bounds."""
         p = self.bench.n_tolerance
-        return StepLimits(np.r_[np.full(p, FARTHEST), np.full(len(point.unknowns) - p, np.inf)], FARTHEST)
+        return StepLimits(np.r_[np.full(p, LARGEST_STEP), np.full(len(point.unknowns) - p, np.inf)], LARGEST_STEP)
 
     def moved(self, point: JumpFit, step: ParameterStep) -> JumpFit:
         """After a step, not evaluated."""
@@ -253,4 +256,6 @@ class _Hypothesis(LeastSquares[JumpFit]):
 
     def least_gain(self, cost: float) -> float:
         """A share of the cost, larger far above the best: such a fit need not converge fully."""
-        return max(CONVERGED_BY, (LAZY if cost > HOPELESS * self.best else SHARE) * cost)
+        return max(
+            CONVERGED_GAIN, (LEAST_SHARE_IF_HOPELESS if cost > HOPELESS_RATIO * self.best else CONVERGED_SHARE) * cost
+        )

@@ -26,13 +26,13 @@ from synth.jump.jump_models import MODELS, columns
 from synth.parts.catalogs import Catalogue
 from synth.remarks import noted
 
-EFFECTIVE = 50.0  # samples per trial and channel that count as independent
-DENSE = 1e-3  # s; faster recordings are averaged
-AFTER = 0.01  # s after the push that still count
+EFFECTIVE_SAMPLES = 50.0  # samples per trial and channel that count as independent
+DENSE_STEP = 1e-3  # s; faster recordings are averaged
+TIME_AFTER_PUSH = 0.01  # s after the push that still count
 STOP_MARGIN = np.radians(2.5)  # a pull-up that begins nearer to the stop may rest on it
 ANGLE, FORCE, CURRENT = "upper link", "ground force", "current"
 # Model error in addition to noise: share of a channel's largest value that our models do not resolve.
-CLAIM = {ANGLE: 0.0, FORCE: 0.03, CURRENT: 0.01, "supply": 0.002, "pitch": 0.05, "foot slide": 0.1}
+MODEL_ERROR_SHARE = {ANGLE: 0.0, FORCE: 0.03, CURRENT: 0.01, "supply": 0.002, "pitch": 0.05, "foot slide": 0.1}
 JITTER = 5e-5  # s, timing error of the samples, which matters where a channel is steep
 # Smoothed friction lets the foot creep: smaller slides and pitches are not resolved.
 LEAST_NOISE = {ANGLE: 2e-4, FORCE: 1e-3, CURRENT: 1e-3, "supply": 1e-3, "pitch": 2e-3, "foot slide": 5e-4}
@@ -43,7 +43,7 @@ class Jump:
     """One trial as used by the search.
 
     ``time`` (m,) s and ``measured`` channel -> (m,) SI, in the selected range; ``sigma`` channel -> (m,) uncertainty of
-    a sample from noise, ``CLAIM`` and ``JITTER``; ``noise`` the noise alone. ``jumps`` : one lane of
+    a sample from noise, ``MODEL_ERROR_SHARE`` and ``JITTER``; ``noise`` the noise alone. ``jumps`` : one lane of
     the nominal leg under the trial's conditions. ``group`` : index of its motor's tolerances. ``torque`` : a pull-up's,
     over all of ``time``. ``seen`` : takeoff and rise from the recording; None for a pull-up, or if the leg does not
     lift off. ``time`` counts from the switch-on; ``start_deviation`` s: of one that was found in the recording, 0 where
@@ -83,10 +83,10 @@ class Jump:
     @property
     def weight(self) -> float:
         """Weight of each sample's squared error."""
-        return min(1.0, EFFECTIVE / len(self.time))
+        return min(1.0, EFFECTIVE_SAMPLES / len(self.time))
 
 
-def prepared(project: HopperGapProject, catalogue: Catalogue) -> tuple[list[Jump], list[str]]:
+def prepare_jumps(project: HopperGapProject, catalogue: Catalogue) -> tuple[list[Jump], list[str]]:
     """All trials without copies, and warnings.
 
     Raises
@@ -98,12 +98,12 @@ def prepared(project: HopperGapProject, catalogue: Catalogue) -> tuple[list[Jump
     said: list[str] = []
     problems: list[Problem] = []
     for trial in project.trials:
-        twin = next((f.name for f in found if _same(f.trial, trial)), None)
+        twin = next((f.name for f in found if _is_copy(f.trial, trial)), None)
         if twin is not None:
             said.append(noted(f"{trial.name} is a copy of {twin} and is left out"))
             continue
         try:
-            found.append(_jump(project, trial, catalogue, groups))
+            found.append(_prepare_jump(project, trial, catalogue, groups))
         except UserError as error:
             problems += [p if p.file else replace(p, file=trial.name) for p in error.problems]
     if problems:
@@ -121,12 +121,12 @@ def prepared(project: HopperGapProject, catalogue: Catalogue) -> tuple[list[Jump
     return found, said
 
 
-def _same(one: JumpTrial, other: JumpTrial) -> bool:
+def _is_copy(one: JumpTrial, other: JumpTrial) -> bool:
     a, b = one.columns[ANGLE], other.columns[ANGLE]
     return one.kind == other.kind and a.shape == b.shape and bool(np.array_equal(a, b))
 
 
-def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, groups: dict[str, int]) -> Jump:
+def _prepare_jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, groups: dict[str, int]) -> Jump:
     design = project.design
     row = catalogue.find_motor(trial.motor)
     try:
@@ -147,7 +147,7 @@ def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, gro
     own: tuple[MeasuredJump | None, float, str] = (None, 0.0, "")
     if trial.kind == "pull-up":
         _refuse_out_of_reach(trial, leg)
-        recorded = _averaged(_off_the_stop(trial, leg))
+        recorded = _average_dense_samples(_before_the_stop(trial, leg))
         measured = {ANGLE: recorded[ANGLE]}
         torque = recorded[PULL_UP]
     else:
@@ -156,19 +156,21 @@ def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, gro
             HopperRecording(trial.name, trial.columns, begins=trial.begins), mass * leg.gravity
         )
         refuse_other_crouch(timed, leg)
-        own = (_seen(timed, mass, leg.gravity), begun.deviation, begun.sentence(trial.name))
+        own = (_jump_by_plate(timed, mass, leg.gravity), begun.deviation, begun.sentence(trial.name))
         last = _end_of_push(timed)
         stretch = {name: values[timed["time"] <= last] for name, values in timed.columns.items()}
-        recorded = _averaged(stretch)
-        measured = {name: recorded[name] for name in CLAIM if name in recorded and (name != "pitch" or trial.lean)}
+        recorded = _average_dense_samples(stretch)
+        measured = {
+            name: recorded[name] for name in MODEL_ERROR_SHARE if name in recorded and (name != "pitch" or trial.lean)
+        }
         torque = None
     noise = {name: max(noise_of(values), LEAST_NOISE[name]) for name, values in measured.items()}
-    sigma = {name: uncertain(recorded["time"], v, noise[name], name) for name, v in measured.items()}
+    sigma = {name: sample_deviation(recorded["time"], v, noise[name], name) for name, v in measured.items()}
     group = groups.setdefault(trial.motor, len(groups))
     return Jump(trial, leg, motor, recorded["time"], measured, sigma, noise, jumps, group, slip, torque, *own)
 
 
-def _off_the_stop(trial: JumpTrial, leg: HopperLeg) -> dict[str, Array]:
+def _before_the_stop(trial: JumpTrial, leg: HopperLeg) -> dict[str, Array]:
     """A pull-up until the leg approaches its stop; the bounce there is sensitive to small errors."""
     near = trial.columns[ANGLE] < leg.extended + STOP_MARGIN
     last = int(np.argmax(near)) if near.any() else len(near)
@@ -187,7 +189,7 @@ def _refuse_out_of_reach(trial: JumpTrial, leg: HopperLeg) -> None:
         raise UserError(Problem(f"{text}{most:.1f} deg", trial.name, key=ANGLE))
 
 
-def _seen(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump | None:
+def _jump_by_plate(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump | None:
     """Takeoff and rise from the force plate; empty without one. The motion shows whether the leg lifts off."""
     if FORCE not in jump.columns:
         return None
@@ -205,24 +207,24 @@ def _end_of_push(jump: HopperRecording) -> float:
     time, angle = jump["time"], jump[ANGLE]
     width = max(1, round(0.004 / float(np.median(np.diff(time)))))  # 4 ms: above the noise of an encoder, below a push
     rate = (angle[2 * width :] - angle[: -2 * width]) / (time[2 * width :] - time[: -2 * width])
-    return float(time[width + int(np.argmin(rate))]) + AFTER
+    return float(time[width + int(np.argmin(rate))]) + TIME_AFTER_PUSH
 
 
-def _averaged(columns: Mapping[str, Array]) -> dict[str, Array]:
-    """Samples finer than ``DENSE``, averaged in groups."""
+def _average_dense_samples(columns: Mapping[str, Array]) -> dict[str, Array]:
+    """Samples finer than ``DENSE_STEP``, averaged in groups."""
     time = columns["time"]
-    size = max(1, round(DENSE / float(np.median(np.diff(time)))))
+    size = max(1, round(DENSE_STEP / float(np.median(np.diff(time)))))
     whole = len(time) // size * size
     return {name: values[:whole].reshape(-1, size).mean(axis=1) for name, values in columns.items()}
 
 
-def uncertain(time: Array, values: Array, noise: float, channel: str) -> Array:
+def sample_deviation(time: Array, values: Array, noise: float, channel: str) -> Array:
     """(m,) standard deviation of each sample of a channel."""
-    claim = CLAIM[channel] * float(np.abs(values).max())
+    claim = MODEL_ERROR_SHARE[channel] * float(np.abs(values).max())
     return np.asarray(np.sqrt(noise**2 + claim**2 + (JITTER * np.gradient(values, time)) ** 2))
 
 
-def pooled(jumps: Sequence[Jump], channel: str) -> float:
+def pooled_noise(jumps: Sequence[Jump], channel: str) -> float:
     """Noise of a channel over trials, RMS; 0 if no trial has it."""
     found = [jump.noise[channel] ** 2 for jump in jumps if channel in jump.noise]
     return float(np.sqrt(np.mean(found))) if found else 0.0

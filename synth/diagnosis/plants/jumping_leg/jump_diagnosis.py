@@ -12,20 +12,20 @@ from synth.diagnosis.cause_findings import find_causes
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.hypotheses import Hypotheses
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
-from synth.diagnosis.plants.jumping_leg.jump_across import across
+from synth.diagnosis.plants.jumping_leg.jump_across import trends_across_designs
 from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench, JumpFit
 from synth.diagnosis.plants.jumping_leg.jump_candidates import candidates
-from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, Jump, pooled, prepared
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, Jump, pooled_noise, prepare_jumps
 from synth.diagnosis.plants.jumping_leg.jump_figures import JumpGaps, Rise, learnt_rises, rises_of, squares
 from synth.diagnosis.plants.jumping_leg.jump_menu import forecast, menu
 from synth.diagnosis.plants.jumping_leg.jump_predict import JumpPredictor
 from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
 from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump, score
 from synth.diagnosis.plants.jumping_leg.jump_search import as_designed, search
-from synth.diagnosis.plants.jumping_leg.jump_tolerances import OF_MOTOR, SHARED, JumpTolerances
-from synth.diagnosis.plants.jumping_leg.jump_where import missing, where
+from synth.diagnosis.plants.jumping_leg.jump_tolerances import MOTOR_TOLERANCES, SHARED_TOLERANCES, JumpTolerances
+from synth.diagnosis.plants.jumping_leg.jump_where import locate_gap, missing_hip_torque
 from synth.diagnosis.plants.jumping_leg.jump_words import cause_text, rise_text, wording
-from synth.diagnosis.prediction_error import BLOCKS, NO_BETTER, PredictionErrors
+from synth.diagnosis.prediction_error import BLOCKS_A_TRIAL, NO_BETTER_RATIO, PredictionErrors
 from synth.diagnosis.sentences import ErrorWording
 from synth.diagnosis.verdict import Calibration
 from synth.errors import UserError
@@ -35,9 +35,8 @@ from synth.files.hopper_gap_project import HopperGapProject
 from synth.parts.catalogs import Catalogue
 from synth.remarks import decisive
 
-# At the end of a push, a cause of another form than the library's leaves a larger error; from 14 cases of
-# ``tests/blind/jumps.py``
-# (seed 1000), which are enough only for this value and a cautious temperature.
+# At the end of a push, a cause of another form than the library's leaves a larger error. Decided by
+# ``make blind-jumps``, whose few cases determine only what may be left, and call for a cautious temperature.
 CALIBRATED_ON_JUMPS = Calibration(
     temperature=5.0,
     per_parameter=3.0,
@@ -56,7 +55,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
     calibration = CALIBRATED_ON_JUMPS
 
     def __init__(self, project: HopperGapProject, catalogue: Catalogue) -> None:
-        jumps, warnings = prepared(project, catalogue)
+        jumps, warnings = prepare_jumps(project, catalogue)
         given = tuple(jump for jump in jumps if not jump.trial.held_out)
         held = tuple(jump for jump in jumps if jump.trial.held_out)
         if not given:
@@ -100,8 +99,8 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         self, predicted: Sequence[ScoredJump], unread: Sequence[ScoredJump] = ()
     ) -> tuple[Mapping[str, float], Mapping[str, float]]:
         """The remainder by place and phase, over all channels in units of their samples' uncertainty."""
-        lacks = [missing(trial, told) for trial, told in zip(self.scored, predicted, strict=True)]
-        found = where(self.scored, predicted, lacks)
+        lacks = [missing_hip_torque(trial, told) for trial, told in zip(self.scored, predicted, strict=True)]
+        found = locate_gap(self.scored, predicted, lacks)
         return found.joint, found.phase
 
     def squares(self, predicted: Sequence[ScoredJump]) -> Array:
@@ -110,9 +109,9 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
 
     def samples(self, unread: Sequence[ScoredJump] = ()) -> tuple[Array, Array]:
         """Samples of the upper link, and the sum expected from noise alone."""
-        lengths = [[len(part) for part in np.array_split(trial.time, BLOCKS)] for trial in self.scored]
+        lengths = [[len(part) for part in np.array_split(trial.time, BLOCKS_A_TRIAL)] for trial in self.scored]
         counts = np.array(lengths, dtype=float)
-        return counts, counts * pooled(self.scored, ANGLE) ** 2
+        return counts, counts * pooled_noise(self.scored, ANGLE) ** 2
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
         """The words of the sentence for the errors."""
@@ -130,7 +129,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         """A warning if the explanation predicts trials no better, and worse than their noise allows."""
         before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
         # Besides, over 20 % above the noise, in squares.
-        poor = (after > NO_BETTER * before) & (after > 1.5 * errors.noise.sum(axis=1))
+        poor = (after > NO_BETTER_RATIO * before) & (after > 1.5 * errors.noise.sum(axis=1))
         names = [trial.name for trial, worse in zip(self.scored, poor, strict=True) if worse]
         if not names:
             return ()
@@ -176,21 +175,24 @@ def diagnose(
         learnt_rises(plant.bench, stages.fits) if plant.held_out else (),
         stages.alone,
     )
-    lacks = tuple(missing(trial, told) for trial, told in zip(gaps.trials, gaps.before, strict=True))
+    lacks = tuple(missing_hip_torque(trial, told) for trial, told in zip(gaps.trials, gaps.before, strict=True))
     return JumpGapResult(
         **findings.fields(),
         name=project.name,
-        where=where(gaps.trials, gaps.before, lacks),
+        where=locate_gap(gaps.trials, gaps.before, lacks),
         gaps=gaps,
         lacks=lacks,
-        across=across(gaps),
+        across=trends_across_designs(gaps),
         held_out=plant.held_out,
-        noise=pooled(gaps.trials, ANGLE),
+        noise=pooled_noise(gaps.trials, ANGLE),
         unknowns=_tolerances(plant.bench, findings.judged.accepted.fit),
     )
 
 
 def _tolerances(bench: JumpBench, fit: JumpFit) -> dict[str, float]:
     """The estimated values of the design's numbers, in standard deviations of their tolerances."""
-    names = [*SHARED, *(f"{name} {k + 1}" for k in range(bench.predictor.tolerances.motors) for name in OF_MOTOR)]
+    names = [
+        *SHARED_TOLERANCES,
+        *(f"{name} {k + 1}" for k in range(bench.predictor.tolerances.motors) for name in MOTOR_TOLERANCES),
+    ]
     return dict(zip(names, fit.unknowns[: bench.n_tolerance].tolist(), strict=True))

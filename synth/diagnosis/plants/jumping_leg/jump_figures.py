@@ -11,7 +11,7 @@ from synth.arrays import Array
 from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench, JumpFit
 from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, Jump
 from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
-from synth.diagnosis.prediction_error import BLOCKS, PredictionErrors
+from synth.diagnosis.prediction_error import BLOCKS_A_TRIAL, PredictionErrors
 from synth.jump.jump_runs import compiled_jump
 from synth.jump.outcomes import APEX, LANDED_AGAIN, STATUS
 
@@ -64,7 +64,7 @@ def squares(trials: Sequence[Jump], scored: Sequence[ScoredJump]) -> Array:
     found = []
     for trial, predicted in zip(trials, scored, strict=True):
         away = np.nan_to_num(predicted.channels[ANGLE] - trial.measured[ANGLE], nan=np.pi)
-        found.append([float(part @ part) for part in np.array_split(away, BLOCKS)])
+        found.append([float(part @ part) for part in np.array_split(away, BLOCKS_A_TRIAL)])
     return np.array(found)
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench, JumpFit
-from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CLAIM, CURRENT, FORCE, LEAST_NOISE, Jump
-from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CURRENT, FORCE, LEAST_NOISE, MODEL_ERROR_SHARE, Jump
+from synth.diagnosis.plants.jumping_leg.jump_predict import N_TRIAL_UNKNOWN
 from synth.estimation.information import TrialForecast
 from synth.files.hopper_gap_project import HopperGapProject, JumpTrial
 from synth.hopper.motors import motor_of
@@ -20,9 +20,14 @@ from synth.jump.jump_models import MODELS, columns
 from synth.parts.catalogs import Catalogue
 from synth.units import write
 
-PULL, PULL_TIME = 0.35, 1.0  # share of the stall torque, s: an imagined pull-up
-NOISE = {CURRENT: 0.01, "supply": 0.01, "pitch": 2e-3, "foot slide": 2e-4}  # of sensors that no trial has yet
-LEAN = np.radians(10.0)  # of a suggested leaning jump
+PULL_SHARE, PULL_TIME = 0.35, 1.0  # share of the stall torque, s: an imagined pull-up
+NOISE_OF_NEW_SENSORS = {
+    CURRENT: 0.01,
+    "supply": 0.01,
+    "pitch": 2e-3,
+    "foot slide": 2e-4,
+}  # of sensors that no trial has yet
+LEAN_ANGLE = np.radians(10.0)  # of a suggested leaning jump
 
 
 def menu(project: HopperGapProject, catalogue: Catalogue, trials: Sequence[Jump]) -> list[MenuItem[Jump]]:
@@ -31,28 +36,32 @@ def menu(project: HopperGapProject, catalogue: Catalogue, trials: Sequence[Jump]
     usual = jumps[0]
     made = []
     if usual.torque is None:
-        made.append(_item("another jump like the first", {}, _imagined(project, catalogue, usual, usual.trial)))
-        for what, keys, change in _changes(usual, catalogue):
-            made.append(_item(what, keys, _imagined(project, catalogue, usual, replace(usual.trial, **change))))
+        made.append(
+            _menu_item("another jump like the first", {}, _imagined_jump(project, catalogue, usual, usual.trial))
+        )
+        for what, keys, change in _single_changes(usual, catalogue):
+            made.append(
+                _menu_item(what, keys, _imagined_jump(project, catalogue, usual, replace(usual.trial, **change)))
+            )
         if CURRENT not in usual.measured:
-            imagined = _imagined(project, catalogue, usual, usual.trial, (CURRENT, "supply"))
-            made.append(_item("the motors' current and the supply's voltage recorded with a jump", {}, imagined))
+            imagined = _imagined_jump(project, catalogue, usual, usual.trial, (CURRENT, "supply"))
+            made.append(_menu_item("the motors' current and the supply's voltage recorded with a jump", {}, imagined))
         if any(trial.leaning for trial in trials):  # otherwise no candidate would show in a lean
-            leaning = replace(usual.trial, lean=LEAN)
-            imagined = _imagined(project, catalogue, usual, leaning, ("pitch", "foot slide"))
+            leaning = replace(usual.trial, lean=LEAN_ANGLE)
+            imagined = _imagined_jump(project, catalogue, usual, leaning, ("pitch", "foot slide"))
             what = "a jump that starts leaning by 10 deg, its pitch and the foot's slide recorded"
-            made.append(_item(what, {"lean": "10 deg"}, imagined))
-    made.append(_item("an inverted pull-up, with its torque recorded", {}, _pull_up(usual)))
+            made.append(_menu_item(what, {"lean": "10 deg"}, imagined))
+    made.append(_menu_item("an inverted pull-up, with its torque recorded", {}, _imagined_pull_up(usual)))
     return made
 
 
-def _item(what: str, keys: Mapping[str, object], jump: Jump) -> MenuItem[Jump]:
+def _menu_item(what: str, keys: Mapping[str, object], jump: Jump) -> MenuItem[Jump]:
     """The item with the release angle of the hip, or a pull-up's first angle."""
     start = float(jump.jumps.start[0]) if jump.torque is None else float(jump.measured[ANGLE][0])
     return MenuItem(what, {"file": "jumps/next.csv", **keys}, jump, {"hip": start})
 
 
-def _changes(usual: Jump, catalogue: Catalogue) -> list[tuple[str, dict[str, object], dict[str, Any]]]:
+def _single_changes(usual: Jump, catalogue: Catalogue) -> list[tuple[str, dict[str, object], dict[str, Any]]]:
     """Words, ``trials:`` keys and trial's values of single changes."""
     body = usual.leg.structure_mass + 2 * usual.motor.mass
     volts, load = float(f"{0.75 * usual.motor.voltage:.3g}"), float(f"{0.3 * body:.2g}")
@@ -74,7 +83,7 @@ def _changes(usual: Jump, catalogue: Catalogue) -> list[tuple[str, dict[str, obj
     return found + [(f"the motor {row.part}", {"motor": row.part}, {"motor": row.part}) for row in near]
 
 
-def _imagined(
+def _imagined_jump(
     project: HopperGapProject, catalogue: Catalogue, usual: Jump, trial: JumpTrial, more: Sequence[str] = ()
 ) -> Jump:
     """A jump under other conditions, with the usual and some more sensors, without readings."""
@@ -87,21 +96,24 @@ def _imagined(
     made = columns(leg, motor, design.contact, model, np.array([trial.length]))
     time = np.arange(0.0, 1.3 * usual.time[-1], float(np.median(np.diff(usual.time))))
     names = [*usual.measured, *(name for name in more if name not in usual.measured)]
-    noise = {name: usual.noise.get(name, NOISE.get(name, LEAST_NOISE[name])) for name in names}
+    noise = {name: usual.noise.get(name, NOISE_OF_NEW_SENSORS.get(name, LEAST_NOISE[name])) for name in names}
     sizes = {FORCE: 4.0 * float(made.total_mass[0]) * leg.gravity, CURRENT: 2 * motor.stall_current,
              "supply": motor.voltage}  # fmt: skip
-    sigma = {name: np.full(len(time), np.hypot(noise[name], CLAIM[name] * sizes.get(name, 0.0))) for name in names}
+    sigma = {
+        name: np.full(len(time), np.hypot(noise[name], MODEL_ERROR_SHARE[name] * sizes.get(name, 0.0)))
+        for name in names
+    }
     nothing = {name: np.zeros(len(time)) for name in names}
     group = usual.group if trial.motor == usual.trial.motor else -1
     return Jump(trial, leg, motor, time, nothing, sigma, noise, made, group, usual.slip_speed)
 
 
-def _pull_up(usual: Jump) -> Jump:
+def _imagined_pull_up(usual: Jump) -> Jump:
     """A pull-up of the usual leg with a torque that oscillates three times per second."""
     time = np.arange(0.0, PULL_TIME, 1e-3)
     weight = usual.leg.gravity * float(usual.jumps.total_mass[0])
     lever = usual.leg.leverage(np.radians(20.0))
-    torque = 0.5 * weight * lever * (1.0 + PULL * np.sin(6.0 * np.pi * time)) * 1.5
+    torque = 0.5 * weight * lever * (1.0 + PULL_SHARE * np.sin(6.0 * np.pi * time)) * 1.5
     angle = np.full(len(time), np.radians(15.0))
     noise = {ANGLE: usual.noise[ANGLE]}
     trial = replace(usual.trial, kind="pull-up", lean=0.0, supply=None, payload=0.0)
@@ -126,7 +138,7 @@ def forecast(bench: JumpBench, fit: JumpFit, trial: Jump, covariance: Array) -> 
         unknowns = fit.unknowns.copy()
         unknowns[first : first + width] = 0.0
         fit = fit.at(unknowns)
-    mean, slopes = bench.slopes(trial, fit, np.zeros(N_OWN))
+    mean, slopes = bench.slopes(trial, fit, np.zeros(N_TRIAL_UNKNOWN))
     count = len(fit.unknowns)
     if not np.all(np.isfinite(mean)):
         return None

@@ -22,9 +22,9 @@ from synth.jump.recorder import record
 
 TOLERANCE = 1e-5  # of the lanes: angles within 2e-5 rad of a run a hundred times finer
 PLANAR_TOLERANCE = 1e-4  # of the integrator, as ``jump_runs.TOLERANCE``
-N_OWN = 2  # unknowns per trial: start angle and switch-on time, or a pull-up's first angle and rate
+N_TRIAL_UNKNOWN = 2  # unknowns per trial: start angle and switch-on time, or a pull-up's first angle and rate
 START_ANGLE, START_RATE = np.radians(0.5), 0.5  # rad, rad/s: accuracy of a pull-up's start from its first samples
-LOST = 30.0  # whitened error of a sample that a simulation does not reach
+ERROR_WHERE_ENDED = 30.0  # whitened error of a sample that a simulation does not reach
 
 
 @dataclass(frozen=True)
@@ -46,14 +46,16 @@ class JumpPredictor:
             first += candidate.size
         if jump.torque is None:
             # Just short of the angle where the lower links lock.
-            made.start[:] = np.minimum(made.start + self.tolerances.tolerance.crouch * own[0], 0.999 * _locks(made))
+            made.start[:] = np.minimum(
+                made.start + self.tolerances.tolerance.crouch * own[0], 0.999 * _locking_angle(made)
+            )
         return made
 
     def predict(self, jump: Jump, hypothesis: Sequence[JumpCandidate], x: Array, own: Array) -> dict[str, Array]:
         """Channel -> (m, n_lane) for the trial's channels; nan after a simulation ends."""
         made = self.columns(jump, hypothesis, x, own)
         if jump.torque is not None:
-            found = {ANGLE: _pull_up(jump, made, own)}
+            found = {ANGLE: _pull_up_angle(jump, made, own)}
         elif jump.leaning:
             found = self._planar(jump, made, own)
         else:
@@ -104,17 +106,19 @@ class JumpPredictor:
             (predicted[name] - measured[:, None]) * (np.sqrt(jump.weight) / jump.sigma[name][:, None])
             for name, measured in jump.measured.items()
         ]
-        found: Array = np.nan_to_num(np.concatenate(parts), nan=LOST, posinf=LOST, neginf=-LOST)
+        found: Array = np.nan_to_num(
+            np.concatenate(parts), nan=ERROR_WHERE_ENDED, posinf=ERROR_WHERE_ENDED, neginf=-ERROR_WHERE_ENDED
+        )
         return found
 
 
-def _locks(jumps: JumpLanes) -> Array:
+def _locking_angle(jumps: JumpLanes) -> Array:
     """Largest upper angle that the lower links reach."""
     share = (jumps.lower_length - 0.5 * jumps.hip_spacing) / jumps.length
     return np.asarray(np.arcsin(np.minimum(share, 1.0)))
 
 
-def _pull_up(jump: Jump, made: JumpLanes, own: Array) -> Array:
+def _pull_up_angle(jump: Jump, made: JumpLanes, own: Array) -> Array:
     """Rigid links; the hip encoder's share of their bending is added afterwards: a quarter of torque over rate."""
     assert jump.torque is not None
     level, slope = first_state(jump.time, jump.measured[ANGLE])

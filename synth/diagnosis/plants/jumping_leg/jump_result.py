@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from synth.diagnosis.diagnosis_result import Diagnosis
-from synth.diagnosis.plants.jumping_leg.jump_across import Across
+from synth.diagnosis.plants.jumping_leg.jump_across import DesignTrends
 from synth.diagnosis.plants.jumping_leg.jump_figures import JumpGaps
 from synth.diagnosis.plants.jumping_leg.jump_where import MissingHipTorque
 from synth.diagnosis.prediction_error import shrink_of_best
@@ -27,7 +27,7 @@ class JumpGapResult(Diagnosis):
     name: str
     gaps: JumpGaps
     lacks: tuple[MissingHipTorque, ...]
-    across: Across
+    across: DesignTrends
     held_out: bool
     noise: float
     unknowns: Mapping[str, float]

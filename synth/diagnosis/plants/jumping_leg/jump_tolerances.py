@@ -10,13 +10,15 @@ from synth.arrays import Array
 from synth.files.hopper_gap_project import JumpTolerance
 from synth.jump.jump_lanes import JumpLanes
 
-SHARED = ("length", "mass", "spring", "damper", "supply", "ground", "stop", "bumper", "angle", "force")
-OF_MOTOR = ("motor", "resistance", "inductance", "friction", "rotor_inertia", "efficiency")
+SHARED_TOLERANCES = ("length", "mass", "spring", "damper", "supply", "ground", "stop", "bumper", "angle", "force")
+MOTOR_TOLERANCES = ("motor", "resistance", "inductance", "friction", "rotor_inertia", "efficiency")
 
 
 @dataclass(frozen=True)
 class JumpTolerances:
-    """Standard normal unknowns: ``SHARED`` by all trials, then ``OF_MOTOR`` for each of ``motors`` motors."""
+    """Standard normal unknowns: ``SHARED_TOLERANCES`` by all trials, then ``MOTOR_TOLERANCES`` for each of ``motors``
+    motors.
+    """
 
     tolerance: JumpTolerance
     motors: int
@@ -24,13 +26,13 @@ class JumpTolerances:
     @property
     def size(self) -> int:
         """Number of unknowns."""
-        return len(SHARED) + self.motors * len(OF_MOTOR)
+        return len(SHARED_TOLERANCES) + self.motors * len(MOTOR_TOLERANCES)
 
     def at(self, name: str, group: int) -> int:
         """Index of an unknown."""
-        if name in SHARED:
-            return SHARED.index(name)
-        return len(SHARED) + group * len(OF_MOTOR) + OF_MOTOR.index(name)
+        if name in SHARED_TOLERANCES:
+            return SHARED_TOLERANCES.index(name)
+        return len(SHARED_TOLERANCES) + group * len(MOTOR_TOLERANCES) + MOTOR_TOLERANCES.index(name)
 
     def shift(self, x: Array, name: str, group: int) -> Array:
         """Relative error or angle (n_lane,) from unknowns ``x`` (size, n_lane)."""

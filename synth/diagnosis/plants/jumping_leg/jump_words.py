@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from synth.diagnosis.diagnosis_result import Cause
 from synth.diagnosis.plants.jumping_leg.jump_figures import Rise
 from synth.diagnosis.prediction_error import PredictionErrors
-from synth.diagnosis.sentences import ErrorWording, angle, scored_on, stated
+from synth.diagnosis.sentences import ErrorWording, angle_text, scored_on, stated_parameters
 from synth.jump.effects import motor_effect_named
 
 SUBJECTS = {"hip": "the motors", "all": "the joints", "base": "the ground"}
@@ -16,7 +16,7 @@ SUBJECTS = {"hip": "the motors", "all": "the joints", "base": "the ground"}
 def cause_text(cause: Cause) -> str:
     """The joints have more damping than the design (damping 0.00046 N·m·s/rad)."""
     effect = motor_effect_named(cause.effect)
-    values = stated(cause, effect)
+    values = stated_parameters(cause, effect)
     return f"{SUBJECTS[cause.joint]} {effect.phrase}" + (f" ({values})" if values else "")
 
 
@@ -27,7 +27,7 @@ def wording(errors: PredictionErrors, *, held_out: bool) -> ErrorWording:
         nominal="the design's upper link",
         error="the upper link's error",
         on=scored_on("trials", held_out=held_out),
-        falls_from=f"{angle(designed)} as designed, {angle(before)} fitted within tolerances,",
+        falls_from=f"{angle_text(designed)} as designed, {angle_text(before)} fitted within tolerances,",
         before=before,
         after=after,
         floor=errors.floor,

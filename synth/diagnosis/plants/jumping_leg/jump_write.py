@@ -85,13 +85,13 @@ def gap_json(result: JumpGapResult, project: HopperGapProject, names: list[str])
     document["gap"]["joints"] = {"hip": {stage: document["gap"][stage] for stage in STAGES}}
     return {
         **document,
-        "trials": [_trial(result, i, name) for i, name in enumerate(names)],
+        "trials": [_trial_json(result, i, name) for i, name in enumerate(names)],
         "design_at": {name: quantity(value, "1") for name, value in result.unknowns.items()},
         **basis_json(result, project, motor_effect_named, ANGLES, {item.name: item.sha256 for item in project.inputs}),
     }
 
 
-def _trial(result: JumpGapResult, i: int, name: str) -> dict[str, Any]:
+def _trial_json(result: JumpGapResult, i: int, name: str) -> dict[str, Any]:
     trial, rise = result.gaps.trials[i], result.gaps.rises[i]
     errors = {}
     for stage in STAGES:

@@ -12,7 +12,7 @@ from synth.arrays import Array, Mask
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
-from synth.diagnosis.plants.swinging_chain.pieces import wholes
+from synth.diagnosis.plants.swinging_chain.pieces import whole_recordings
 from synth.drives.servo import Servo, fed_together
 from synth.estimation.parameters import Parameter
 from synth.motion.pace import paces
@@ -24,26 +24,26 @@ from synth.swing.leg_lanes import has_direction, turned_to_rotation
 from synth.swing.leg_model import Damper, Leg
 from synth.swing.mechanics import coefficients, outboard_inertia
 
-LEAST_ANGLE = 0.02  # rad, about a degree: natural size of a joint that hardly moves
-WARMING = 15.0  # s, least length of a log that shows a winding warm: a fifth of its rise at the usual 60 s
+LEAST_NATURAL_ANGLE = 0.02  # rad, about a degree: natural size of a joint that hardly moves
+LEAST_WARMING_TIME = 15.0  # s, least length of a log that shows a winding warm: a fifth of its rise at the usual 60 s
 # A mount sways at least so much faster than the slowest joint: a slower one would be seen. Without the limit it is a
 # second pendulum with a state of its own in each trial, which imitates what the library lacks and wrong masses.
-FASTER = 1.5
-MOVES = 0.1  # of its largest range in a trial, from which a joint's motion there counts for its pace
-RECIPROCAL = 2.0  # times the pace: the reciprocal of a sinusoid's angular frequency, see ``motion.pace``
+MOUNT_FREQUENCY_RATIO = 1.5
+MOVING_SHARE = 0.1  # of its largest range in a trial, from which a joint's motion there counts for its pace
+TIMES_THE_PACE = 2.0  # times the pace: the reciprocal of a sinusoid's angular frequency, see ``motion.pace``
 
 
 @dataclass(frozen=True)
 class NaturalSizes:
     """A joint's natural sizes from its motion, so that priors scale with the size of the leg.
 
-    ``angle`` (n,) rad and ``speed`` (n,) rad/s, amplitudes; ``torque`` (n,) N m, see ``_torques``; ``force`` N, the
-    leg's weight, or the driving force without gravity; ``length`` (n,) m of the link; ``middle`` (n,) rad of the
+    ``angle`` (n,) rad and ``speed`` (n,) rad/s, amplitudes; ``torque`` (n,) N m, see ``_natural_torques``; ``force`` N,
+    the leg's weight, or the driving force without gravity; ``length`` (n,) m of the link; ``middle`` (n,) rad of the
     motion's range, ``half`` (n,) its half width, ``settled`` (n,) the spring's deflection at the end of the trials
     (median), all in the sense of q; ``time`` (n,) s, the reciprocal of the joint's highest frequency in the trials: a
     slow hip may be read late by a whole period of a fast ankle; ``damping`` (n,) N m s/rad of the designed dampers;
-    ``mass`` kg of the whole leg; ``winding`` ohm, of the windings that one source feeds, in parallel; ``slow`` 1/s,
-    the lowest natural frequency of a joint.
+    ``mass`` kg of the whole leg; ``winding`` ohm, of the windings that one source feeds, in parallel; ``slow`` 1/s, the
+    lowest natural frequency of a joint.
     """
 
     angle: Array
@@ -83,13 +83,13 @@ class NaturalSizes:
         return float(sizes.get(unit, 1.0))
 
 
-def scales(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
+def natural_sizes_of(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
     """Natural sizes of each joint from the trials in which it is free; of cut recordings from the ``wholes``.
 
-    A piece of a fifth of a second shows a period that is mostly its own length: a motor's torque that acts 40 ms late
-    was then beyond the limit of a delay, which is two of these times.
+    A piece of a fifth of a second shows a period that is mostly its own length, and the limit of a delay, two of these
+    times, would be that of the piece.
     """
-    trials, n = wholes(trials), len(leg.joints)
+    trials, n = whole_recordings(trials), len(leg.joints)
     low, high, speed, known = np.full(n, np.inf), np.full(n, -np.inf), np.zeros(n), np.zeros(n)
     for trial in trials:
         smoothed, driven = trial.recording.smoothed, trial.recording.known_force(trial.recording.leg or leg)
@@ -103,48 +103,48 @@ def scales(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
     moved = np.isfinite(low)
     low, high = np.where(moved, low, -0.1), np.where(moved, high, 0.1)
     longest = max(float(trial.time[-1]) for trial in trials)
-    speed = np.maximum(speed, LEAST_ANGLE / longest)
+    speed = np.maximum(speed, LEAST_NATURAL_ANGLE / longest)
     # Rad: a joint that hardly moves.
     rest, half = leg.rest, np.maximum(0.5 * (high - low), 0.01)
-    angle = np.maximum(np.maximum(np.abs(low - rest), np.abs(high - rest)), LEAST_ANGLE)
+    angle = np.maximum(np.maximum(np.abs(low - rest), np.abs(high - rest)), LEAST_NATURAL_ANGLE)
     free = {j for trial in trials for j in trial.free}
     angle = np.where(_unsprung(leg, free), half, angle)
-    torque = _torques(leg, angle, half, speed, known)
+    torque = _natural_torques(leg, angle, half, speed, known)
     mass = sum(j.link.mass for j in leg.joints)
     weight = leg.gravity * mass
     length = np.array([j.link.length for j in leg.joints])
     force = weight if weight > 0.0 else float(np.max(torque / length))
-    damping = np.array([_rate(joint.damper, float(w)) for joint, w in zip(leg.joints, speed, strict=True)])
+    damping = np.array([_damper_rate(joint.damper, float(w)) for joint, w in zip(leg.joints, speed, strict=True)])
     middle = 0.5 * (low + high)
     settled = np.array([np.median(each) if each else at for each, at in zip(ends, rest, strict=True)]) - rest
-    time, winding = RECIPROCAL * _own_paces(trials, n), _in_parallel(leg)
+    time, winding = TIMES_THE_PACE * _own_paces(trials, n), _parallel_resistance(leg)
     sizes = angle, speed, torque, force, length, middle, half, settled, time, damping, mass, winding
-    return NaturalSizes(*sizes, slow=_slowest(leg, speed / half))
+    return NaturalSizes(*sizes, slow=_slowest_frequency(leg, speed / half))
 
 
 def _own_paces(trials: Sequence[AngleTrial], n: int) -> Array:
     """(n,) s, the least pace of each joint over the trials in which it moves; of the fastest joint if it never does.
 
-    What a joint shows that stands still is the sensor's or the torque's jitter: two pieces of a real pendulum's
-    recordings gave it 4 ms, where it swings with 40, and a reading 40 ms late was beyond the limit of a delay.
+    What a joint shows that stands still is the sensor's or the torque's jitter, whose pace is the sampling's and not
+    the joint's: the limit of a delay, which is counted in paces, would then be far too short.
     """
     found = np.full(n, np.inf)
     widths = np.array([np.ptp(trial.recording.smoothed.angle, axis=0) for trial in trials])
     for trial, width in zip(trials, widths, strict=True):
         smoothed = trial.recording.smoothed
         own = paces(float(smoothed.time[1] - smoothed.time[0]), smoothed.angle)
-        moves = [j for j in trial.free if width[j] >= MOVES * widths[:, j].max()]
+        moves = [j for j in trial.free if width[j] >= MOVING_SHARE * widths[:, j].max()]
         found[moves] = np.fmin(found[moves], own[moves])
     return np.where(np.isfinite(found), found, min(trial.recording.smoothed.pace for trial in trials))
 
 
-def _slowest(leg: Leg, swung: Array) -> float:
+def _slowest_frequency(leg: Leg, swung: Array) -> float:
     """1/s, lowest natural frequency of a joint of the straight hanging leg; without stiffness as it ``swung`` (n,)."""
     stiffness = leg.spring_rate + np.cumsum(coefficients(leg).gravity[::-1])[::-1]
     return float(np.min(np.where(stiffness > 0.0, np.sqrt(np.abs(stiffness) / outboard_inertia(leg)), swung)))
 
 
-def _in_parallel(leg: Leg) -> float:
+def _parallel_resistance(leg: Leg) -> float:
     """Ohm, of the windings that one source feeds; 1 without."""
     drives = [joint.drive for joint in leg.joints]
     motors = [drive.motor for j, drive in enumerate(drives) if drive is not None and j in fed_together(drives)]
@@ -160,7 +160,7 @@ def _unsprung(leg: Leg, free: AbstractSet[int]) -> Mask:
     )
 
 
-def _torques(leg: Leg, angle: Array, half: Array, speed: Array, known: Array) -> Array:
+def _natural_torques(leg: Leg, angle: Array, half: Array, speed: Array, known: Array) -> Array:
     """(n,) N m, natural torque of each joint: the largest of its driving torques.
 
     Spring and gravity at its deflection, gravity at most that of a horizontal link; the ``known`` torque; the outboard
@@ -173,7 +173,7 @@ def _torques(leg: Leg, angle: Array, half: Array, speed: Array, known: Array) ->
     return np.asarray(np.maximum(np.maximum(static, known), 0.5 * outboard_inertia(leg) * speed**2 / half))
 
 
-def _rate(damper: Damper | None, speed: float) -> float:
+def _damper_rate(damper: Damper | None, speed: float) -> float:
     """N m s/rad of a damper at a speed, rad/s."""
     if damper is None:
         return 0.0
@@ -241,7 +241,9 @@ class Candidate(ShapedEffect):
         found = super().values(x)
         if not self.effect.bounds:
             return found
-        return np.asarray(self.effect.function(self.effect.bounds)(self.leg, FASTER * self.scales.slow, found))
+        return np.asarray(
+            self.effect.function(self.effect.bounds)(self.leg, MOUNT_FREQUENCY_RATIO * self.scales.slow, found)
+        )
 
     def in_rotation(self, x: Array) -> Array:
         """Like ``values``, converted to the sense of q where direction matters."""
@@ -263,12 +265,12 @@ def compatible(first: ShapedEffect, second: ShapedEffect) -> bool:
     return not both and not (first.effect.kin and first.effect.kin == second.effect.kin)
 
 
-def _met(needs: Sequence[str], there: AbstractSet[str]) -> bool:
+def _has_one_of(needs: Sequence[str], there: AbstractSet[str]) -> bool:
     """Whether one of the required properties is present, or none is required."""
     return not needs or not there.isdisjoint(needs)
 
 
-def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[str]:
+def _properties_of_joint(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[str]:
     """What a joint has on which an effect can act: spring, damper, armature, known torque, servo, motor, supply."""
     spring, damper = leg.joints[joint].spring, leg.joints[joint].damper
     found: set[Need] = {"spring" if spring is not None and spring.rate > 0.0 else "no spring"}
@@ -284,7 +286,7 @@ def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[
         found |= {"held commands"} if drive.gain and not drive.linear_commands else set()
         found |= {"motor"} if drive.motor is not None else set()
         longest = max((float(trial.time[-1]) for trial in trials if joint in trial.free), default=0.0)
-        found |= {"time to warm"} if drive.motor is not None and longest >= WARMING else set()
+        found |= {"time to warm"} if drive.motor is not None and longest >= LEAST_WARMING_TIME else set()
         signals = [trial.recording.signals for trial in trials if joint in trial.free]
         measured = any(each is not None and np.ptp(each.supply[:, joint]) > 0.0 for each in signals)
         if drive.motor is not None and not measured:
@@ -294,10 +296,10 @@ def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[
     return found
 
 
-def _of_the_leg(leg: Leg, trials: Sequence[AngleTrial]) -> AbstractSet[str]:
-    """What a leg has on which an effect of the base can act, of what ``_present`` finds at a joint."""
+def _properties_of_leg(leg: Leg, trials: Sequence[AngleTrial]) -> AbstractSet[str]:
+    """What a leg has on which an effect of the base can act, of what ``_properties_of_joint`` finds at a joint."""
     free = {j for trial in trials for j in trial.free}
-    return {"shared supply"} if any("shared supply" in _present(leg, j, trials) for j in free) else set()
+    return {"shared supply"} if any("shared supply" in _properties_of_joint(leg, j, trials) for j in free) else set()
 
 
 def candidates(leg: Leg, trials: Sequence[AngleTrial], found: NaturalSizes) -> list[Candidate]:
@@ -309,10 +311,12 @@ def candidates(leg: Leg, trials: Sequence[AngleTrial], found: NaturalSizes) -> l
         first = min(free, default=0) if effect.way == "leg" else 0
         places = range(first, len(leg.joints)) if effect.shows_locked else free
         for joint in [0] if effect.where == "base" else places:
-            there = _of_the_leg(leg, trials) if effect.where == "base" else _present(leg, joint, trials)
+            there = (
+                _properties_of_leg(leg, trials) if effect.where == "base" else _properties_of_joint(leg, joint, trials)
+            )
             for shape in effect.shapes:
                 candidate = Candidate(effect, shape, joint, found, leg)
-                if not (_met(effect.needs, there) and _met(shape.needs, there)):
+                if not (_has_one_of(effect.needs, there) and _has_one_of(shape.needs, there)):
                     continue
                 if len(leg.joints) + candidate.links <= MOST_LINKS:
                     made.append(candidate)

@@ -11,38 +11,38 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_search import search
-from synth.diagnosis.angle_trials import AngleTrial, angle_trial, spread
+from synth.diagnosis.angle_trials import AngleTrial, angle_trial, spread_over_kinds
 from synth.diagnosis.cause_findings import Findings, find_causes
 from synth.diagnosis.companions import with_companions
 from synth.diagnosis.diagnosis_result import Cause, Verdict
-from synth.diagnosis.encoder_counts import Coarse, coarse_counts, noise_as_read, rounded, usual_noise
-from synth.diagnosis.encoder_transitions import at_edges
+from synth.diagnosis.encoder_counts import CoarseChannel, coarse_counts, noise_as_read, round_to_counts, usual_noise
+from synth.diagnosis.encoder_transitions import with_edges
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.held_out import moved_within
+from synth.diagnosis.held_out import moved_within_uncertainty
 from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
-from synth.diagnosis.influence import hangs_on
-from synth.diagnosis.lanes import Kept
+from synth.diagnosis.influence import verdict_dependence
+from synth.diagnosis.lanes import PredictorCache
 from synth.diagnosis.odds import far_share
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_figures import squares, trial_gaps
 from synth.diagnosis.plants.swinging_chain.chain_menu import forecast, menu, variations
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, GapResult
-from synth.diagnosis.plants.swinging_chain.chain_where import left_where, missing_torque, where
+from synth.diagnosis.plants.swinging_chain.chain_where import locate_gap, locate_remainder, missing_torque
 from synth.diagnosis.plants.swinging_chain.command_menu import has_servo
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
-from synth.diagnosis.plants.swinging_chain.free_torque import described, free_torques
-from synth.diagnosis.plants.swinging_chain.pieces import cut_sentence, in_pieces, joined, wholes
-from synth.diagnosis.plants.swinging_chain.tolerance_words import in_words
+from synth.diagnosis.plants.swinging_chain.free_torque import free_torque_sentence, free_torques
+from synth.diagnosis.plants.swinging_chain.pieces import cut_into_pieces, cut_sentence, join_pieces, whole_recordings
+from synth.diagnosis.plants.swinging_chain.tolerance_words import number_words
 from synth.diagnosis.poor_trials import no_better
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
-from synth.diagnosis.sensor_noise import sensor
-from synth.diagnosis.sentences import ErrorWording, angle, scored_on, stated
-from synth.diagnosis.settled import with_settled
-from synth.diagnosis.unseen import with_unseen
-from synth.diagnosis.verdict import Judged, with_counts, with_doubt
+from synth.diagnosis.sensor_noise import estimate_sensor
+from synth.diagnosis.sentences import ErrorWording, angle_text, scored_on, stated_parameters
+from synth.diagnosis.settled import settle_leading
+from synth.diagnosis.unseen import with_unseen_errors
+from synth.diagnosis.verdict import Judgement, rivals_with_doubt, with_coarse_counts
 from synth.diagnosis.workbench import Workbench
 from synth.errors import UserError
 from synth.estimation.information import RIVALS, TrialForecast
@@ -61,19 +61,17 @@ from synth.swing.tolerances import Tolerances
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
 
-MOST_LEARNT = 200  # trials: what is common to them is then known 14 times as well as from one; .5 s of a processor each
-EFFECTIVE = 50.0  # samples per trial and joint that count as independent, see Workbench
-
-# Rivals that a command should separate, and the weight of those that the trials reject. A stated choice: of three rigs
-# of seeds 6100 to 6102 with few trials, the cause that had .89 or more was wrong in one.
-MOST_RIVALS, DOUBT = 6, 0.3
+MOST_TRAINING = 200  # trials: what they share is then known 14 times as well as from one; .5 s of a processor each
+EFFECTIVE_SAMPLES = 50.0  # samples per trial and joint that count as independent, see Workbench
+# Rivals that a command should separate, and the weight of those that the trials reject: few trials may be wrong.
+MOST_RIVALS, DOUBT_SHARE = 6, 0.3
 
 
 @dataclass(frozen=True)
 class Scene:
     """The data that all stages of a diagnosis share.
 
-    ``given``, ``held`` : recordings, or pieces of them; ``scored`` too. Figures are of the ``wholes``.
+    ``given``, ``held`` : recordings, or pieces of them; ``scored`` too. Figures are of the ``whole_recordings``.
     """
 
     leg: Leg
@@ -81,7 +79,7 @@ class Scene:
     bench: Workbench
     given: tuple[AngleTrial, ...]
     held: tuple[AngleTrial, ...]
-    coarse: tuple[Coarse, ...]
+    coarse: tuple[CoarseChannel, ...]
     usual: Array  # (n,) rad, noise without coarse counts
     seed: int
     accuracy: float = 0.0  # rad, a gap below it does not matter
@@ -95,7 +93,8 @@ class Scene:
     @property
     def motion(self) -> float:
         """RMS of the motion about its mean over the noise, of all joints that are free."""
-        squares = [np.nanvar(t.measured[:, t.free], axis=0) / self.usual[t.free] ** 2 for t in wholes(self.given)]
+        given = whole_recordings(self.given)
+        squares = [np.nanvar(t.measured[:, t.free], axis=0) / self.usual[t.free] ** 2 for t in given]
         return float(np.sqrt(np.mean(np.concatenate(squares))))
 
     def motion_trusted(self, share: float) -> float:
@@ -111,11 +110,11 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def __init__(self, scene: Scene, warnings: tuple[str, ...]) -> None:
         self.scene, self.bench, self.warnings, self.seed = scene, scene.bench, warnings, scene.seed
         self.scored, self.held_out, self.n_tolerance = scene.scored, bool(scene.held), scene.bench.n_tolerance
-        self.whole = wholes(scene.scored)
+        self.whole = whole_recordings(scene.scored)
         self.accuracy, self.motion = scene.accuracy, scene.motion_trusted(self.calibration.accuracy)
         self.own_motion = scene.motion
         self.most_rivals = MOST_RIVALS if has_servo(scene.leg, scene.given) else RIVALS
-        self.independent = EFFECTIVE * len(scene.leg.joints)
+        self.independent = EFFECTIVE_SAMPLES * len(scene.leg.joints)
         self._free: dict[int, tuple[EvaluatedHypothesis, tuple[FreeTorque, ...]]] = {}  # a fit keeps its identity
         names = scene.leg.joint_names
         self.direct_causes = tuple(
@@ -126,11 +125,12 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def search(self, say: Callable[[str], None]) -> Hypotheses[EvaluatedHypothesis]:
         """Every effect at every place where it could be visible, alone and with others."""
         leg, given, bench, odds = self.scene.leg, self.scene.given, self.bench, self.calibration
-        found, done = with_settled(bench, search(bench, candidates(leg, given, scales(leg, given)), odds, say), odds)
+        found = search(bench, candidates(leg, given, natural_sizes_of(leg, given)), odds, say)
+        found, done = settle_leading(bench, found, odds)
         say("trials left out")
-        found = with_unseen(bench, found, odds)
+        found = with_unseen_errors(bench, found, odds)
         say("small causes beside the leading ones")
-        return with_settled(bench, with_companions(bench, found, odds), odds, done)[0]
+        return settle_leading(bench, with_companions(bench, found, odds), odds, done)[0]
 
     def designed(self) -> EvaluatedHypothesis:
         """The unchanged nominal leg."""
@@ -150,24 +150,24 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def within_uncertainty(self, fit: EvaluatedHypothesis) -> tuple[Array, ...]:
         """Predictions of the held-out trials, which the hypothesis follows as far as the other trials let it."""
-        moved = moved_within(self.bench, fit, self._begun(self.scored), self.covariance(fit))
+        moved = moved_within_uncertainty(self.bench, fit, self._begun(self.scored), self.covariance(fit))
         return self.predict(moved, self.scored)
 
     def _begun(self, trials: Sequence[AngleTrial]) -> list[AngleTrial]:
         """Trials from whose coarse counts the initial states can be found."""
-        return [at_edges(trial, self.scene.coarse, self.scene.usual) for trial in trials]
+        return [with_edges(trial, self.scene.coarse, self.scene.usual) for trial in trials]
 
     def as_read(self, predicted: tuple[Array, ...]) -> tuple[Array, ...]:
         """Predictions as channels with coarse counts would read them."""
         both = zip(self.scored, predicted, strict=True)
-        return tuple(rounded(trial, prediction, self.scene.coarse) for trial, prediction in both)
+        return tuple(round_to_counts(trial, prediction, self.scene.coarse) for trial, prediction in both)
 
     def left_where(
         self, predicted: Sequence[Array], unread: Sequence[Array] = ()
     ) -> tuple[dict[str, float], dict[str, float]]:
         """The remainder by joint and phase, in squared degrees above the noise."""
         noise, usual = self._noise(unread), self.scene.usual
-        return left_where(self.scene.leg, self.whole, joined(self.scored, predicted), noise, usual)
+        return locate_remainder(self.scene.leg, self.whole, join_pieces(self.scored, predicted), noise, usual)
 
     def freely(self, found: Hypotheses[EvaluatedHypothesis]) -> TrialErrors | None:
         """The remainder with the most effective free torque; None where causes reach the noise: nothing lacks."""
@@ -178,7 +178,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def squares(self, predicted: Sequence[Array]) -> Array:
         """Squared errors of the rotations, recording by recording."""
-        return squares(self.whole, joined(self.scored, predicted))
+        return squares(self.whole, join_pieces(self.scored, predicted))
 
     def samples(self, unread: Sequence[Array] = ()) -> tuple[Array, Array]:
         """Samples that count, and the sum expected from noise alone; of ``unread`` predictions, as coarse counts do."""
@@ -191,11 +191,11 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         coarse, usual = self.scene.coarse, self.scene.usual
         if not (coarse and unread):
             return tuple(np.broadcast_to(usual, trial.measured.shape) for trial in self.whole)
-        return joined(self.scored, noise_as_read(self.scored, unread, coarse, usual))
+        return join_pieces(self.scored, noise_as_read(self.scored, unread, coarse, usual))
 
-    def with_direct_causes(self, judged: Judged[EvaluatedHypothesis]) -> Judged[EvaluatedHypothesis]:
+    def with_direct_causes(self, judged: Judgement[EvaluatedHypothesis]) -> Judgement[EvaluatedHypothesis]:
         """The verdict with coarse counts included."""
-        return with_counts(judged, coarse=len(self.scene.coarse) > 0)
+        return with_coarse_counts(judged, coarse=len(self.scene.coarse) > 0)
 
     def shown(
         self, stages: StagePredictions[EvaluatedHypothesis, Array]
@@ -203,26 +203,26 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         """The predictions recording by recording."""
         return replace(
             stages,
-            as_designed=joined(self.scored, stages.as_designed),
-            before=joined(self.scored, stages.before),
-            after=joined(self.scored, stages.after),
-            alone={cause: joined(self.scored, predicted) for cause, predicted in stages.alone.items()},
+            as_designed=join_pieces(self.scored, stages.as_designed),
+            before=join_pieces(self.scored, stages.before),
+            after=join_pieces(self.scored, stages.after),
+            alone={cause: join_pieces(self.scored, predicted) for cause, predicted in stages.alone.items()},
         )
 
     def remarks(self, stages: StagePredictions[EvaluatedHypothesis, Array]) -> tuple[str, ...]:
         """Trials whose error by the nominal leg's best fit is far larger than the others'."""
         rms = []
-        for trial, predicted in zip(self.whole, joined(self.scored, stages.before), strict=True):
+        for trial, predicted in zip(self.whole, join_pieces(self.scored, stages.before), strict=True):
             squared = np.where(trial.counts, (predicted - trial.measured) ** 2, 0.0).sum(axis=0)
             rms.append(np.sqrt(np.where(trial.counted > 0, squared / np.maximum(trial.counted, 1.0), np.nan)))
         names = [trial.recording.name for trial in self.whole]
         return tuple(odd_trials(names, self.scene.leg.joint_names, np.array(rms)))
 
     def doubts(
-        self, found: Hypotheses[EvaluatedHypothesis], judged: Judged[EvaluatedHypothesis], motion: float
+        self, found: Hypotheses[EvaluatedHypothesis], judged: Judgement[EvaluatedHypothesis], motion: float
     ) -> tuple[tuple[str, ...], float]:
         """Recordings that the verdict depends on, and the probability that a further one changes it."""
-        hangs = hangs_on(self.bench, found, judged, self.calibration, self.freely(found), motion)
+        hangs = verdict_dependence(self.bench, found, judged, self.calibration, self.freely(found), motion)
         return hangs.warnings(), hangs.chance
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
@@ -234,7 +234,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
             on=scored_on(
                 "trials" if any(t.recording.driven for t in self.whole) else "releases", held_out=self.held_out
             ),
-            falls_from=angle(before),
+            falls_from=angle_text(before),
             before=before,
             after=after,
             floor=errors.floor,
@@ -243,15 +243,15 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def cause_text(self, cause: Cause) -> str:
         """The knee has dry friction (torque 0.052 N·m)."""
         effect = effect_named(cause.effect)
-        values = stated(cause, effect)
+        values = stated_parameters(cause, effect)
         phrase = effect.phrase or f"shows {effect.meaning}"
         plain = f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
-        return in_words(cause, plain, self.scene.leg, self.scene.tolerances)
+        return number_words(cause, plain, self.scene.leg, self.scene.tolerances)
 
     def free_torques(self, nominal: EvaluatedHypothesis) -> tuple[FreeTorque, ...]:
         """Free-form torques with the nominal leg's best fit, computed once for each."""
         if id(nominal) not in self._free:
-            leg, sizes = self.scene.leg, scales(self.scene.leg, self.scene.given)
+            leg, sizes = self.scene.leg, natural_sizes_of(self.scene.leg, self.scene.given)
             at_best = self.scene.tolerances.leg(leg, nominal.unknowns)
             self._free[id(nominal)] = nominal, free_torques(leg, at_best, self.bench, nominal, sizes)
         return self._free[id(nominal)][1]
@@ -262,7 +262,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def addendum(self, verdict: Verdict, stages: StagePredictions[EvaluatedHypothesis, Array]) -> str:
         """Place and shape of the missing torque, if no effect of the library explains it."""
-        return described(self.free_torques(stages.fits[1])) if verdict == "unknown" else ""
+        return free_torque_sentence(self.free_torques(stages.fits[1])) if verdict == "unknown" else ""
 
     def short_text(self, cause: Cause) -> str:
         """Effect and joint."""
@@ -276,11 +276,11 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         """Commands of a servo-driven leg drawn at random, then varied."""
         return variations(self.scene.leg, self.bench, self.scene.given, self.scene.next_command, best, number)
 
-    def rivals(self, judged: Judged[EvaluatedHypothesis]) -> list[tuple[EvaluatedHypothesis, float]]:
+    def rivals(self, judged: Judgement[EvaluatedHypothesis]) -> list[tuple[EvaluatedHypothesis, float]]:
         """For a servo-driven leg more than usual: a search finds a command that separates all."""
         if not has_servo(self.scene.leg, self.scene.given):
             return super().rivals(judged)
-        return with_doubt(judged, DOUBT, self.most_rivals)
+        return rivals_with_doubt(judged, DOUBT_SHARE, self.most_rivals)
 
     def remainder(self, fit: EvaluatedHypothesis) -> float:
         """RMS of the whitened residuals, in whose unit a sample of the noise is 1."""
@@ -293,7 +293,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return forecast(self.bench, fit, trial, covariance, kept)
 
     @cached_property
-    def _forecasts(self) -> dict[int, tuple[EvaluatedHypothesis, Kept]]:
+    def _forecasts(self) -> dict[int, tuple[EvaluatedHypothesis, PredictorCache]]:
         """What forecasts by one fit have in common; the fit is kept for its identity."""
         return {}
 
@@ -343,7 +343,7 @@ def diagnose(
     return GapResult(
         **findings.fields(),
         leg=leg,
-        where=where(nominal, plant.whole, shown.before, scene.usual, missing, _blamed(findings.odds, leg)),
+        where=locate_gap(nominal, plant.whole, shown.before, scene.usual, missing, _joint_odds(findings.odds, leg)),
         as_designed=errors.figure("as_designed"),
         before=errors.figure("before"),
         after=errors.figure("after"),
@@ -370,7 +370,7 @@ def scene_of(
     left_out = {later for later, _ in twice}
     kept = [(r, t.held_out) for k, (r, t) in enumerate(zip(made, trials, strict=True)) if k not in left_out]
     prepared = [angle_trial(recording, held_out=held) for recording, held in kept]
-    learnt, spare = spread([trial for trial in prepared if not trial.held_out], MOST_LEARNT)
+    learnt, spare = spread_over_kinds([trial for trial in prepared if not trial.held_out], MOST_TRAINING)
     if not learnt:
         raise UserError("every trial is held out; at least one training trial is needed")
     if spare:
@@ -379,18 +379,18 @@ def scene_of(
             f"learnt from; the other {len(spare)} only score"
         )
     held = (*(trial for trial in prepared if trial.held_out), *(replace(trial, held_out=True) for trial in spare))
-    found = sensor([trial.recording for trial in learnt]).stated(leg.joint_names, noise)
+    found = estimate_sensor([trial.recording for trial in learnt]).stated(leg.joint_names, noise)
     coarse = coarse_counts(found)
     tolerances = Tolerances.of(leg, tolerance)
     predictor = Predictor(leg, tolerances)
-    given, held = in_pieces(leg, predictor, learnt), in_pieces(leg, predictor, held)
+    given, held = cut_into_pieces(leg, predictor, learnt), cut_into_pieces(leg, predictor, held)
     warnings += filter(None, [cut_sentence([*given, *held])])
     usual = usual_noise(found, coarse)
-    bench = Workbench(predictor, tuple(at_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE)
+    bench = Workbench(predictor, tuple(with_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE_SAMPLES)
     return Scene(leg, tolerances, bench, given, held, coarse, usual, seed), tuple(warnings)
 
 
-def _blamed(judged: Judged[EvaluatedHypothesis], leg: Leg) -> dict[str, float]:
+def _joint_odds(judged: Judgement[EvaluatedHypothesis], leg: Leg) -> dict[str, float]:
     """Joint -> probability that it has a cause."""
     found: dict[str, float] = {}
     for item, probability in judged.singles:

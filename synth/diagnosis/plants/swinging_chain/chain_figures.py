@@ -12,18 +12,18 @@ from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plant import StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_result import TrialGap
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, phases
-from synth.diagnosis.prediction_error import BLOCKS
+from synth.diagnosis.prediction_error import BLOCKS_A_TRIAL
 from synth.drives.servo import Servo
 from synth.swing.leg_model import Leg
 
 
 def squares(trials: Sequence[AngleTrial], predicted: Sequence[Array]) -> Array:
     """(n_trial, BLOCKS) summed squared errors."""
-    found = np.zeros((len(trials), BLOCKS))
+    found = np.zeros((len(trials), BLOCKS_A_TRIAL))
     for i, (trial, prediction) in enumerate(zip(trials, predicted, strict=True)):
         away = np.where(np.isfinite(prediction), prediction - trial.measured, np.pi)
         square = np.where(trial.counts, away**2, 0.0).sum(axis=1)
-        found[i] = [part.sum() for part in np.array_split(square, BLOCKS)]
+        found[i] = [part.sum() for part in np.array_split(square, BLOCKS_A_TRIAL)]
     return found
 
 
@@ -62,13 +62,13 @@ def trial_gaps(
                 held_out=held_out,
                 scored=True,
                 alone={name: nominal.to_measured(each[index]) for name, each in stages.alone.items()},
-                command=_commands(nominal, trial),
+                command=_command_angles(nominal, trial),
             )
         )
     return tuple(made)
 
 
-def _commands(nominal: Leg, trial: AngleTrial) -> dict[str, Array]:
+def _command_angles(nominal: Leg, trial: AngleTrial) -> dict[str, Array]:
     """Name of each joint with a commanded servo -> (m,) rad, in its measured angle."""
     signals = trial.recording.signals
     if signals is None:

@@ -10,7 +10,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.lanes import Kept
+from synth.diagnosis.lanes import PredictorCache
 from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.plants.swinging_chain.command_menu import CommandLimits, CommandMenu, has_servo
 from synth.diagnosis.plants.swinging_chain.command_programme import Programme
@@ -24,10 +24,10 @@ from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
 from synth.units import write
 
-LENGTH, RATE = 3.0, 100.0  # s and samples per second of an imagined trial
-RAMP = 0.7  # of the way from rest to the widest release so far: the ramp stays within the observed range
-DRAWN, VARIED = 24, 12  # commands of the first round of a search, and of each later one
-TILT = np.radians(30.0)  # rad, of the base in a suggested trial
+TRIAL_LENGTH, TRIAL_RATE = 3.0, 100.0  # s and samples per second of an imagined trial
+RAMP_SHARE = 0.7  # of the way from rest to the widest release so far: the ramp stays within the observed range
+COMMANDS_DRAWN, COMMANDS_VARIED = 24, 12  # commands of the first round of a search, and of each later one
+TILT_ANGLE = np.radians(30.0)  # rad, of the base in a suggested trial
 
 
 def menu(
@@ -38,7 +38,7 @@ def menu(
     For a servo-driven leg: commands to follow, within the limits ``wanted``.
     """
     if has_servo(leg, trials):
-        return _commands(leg, bench, trials, wanted or NextCommand()).usual()
+        return _command_menu(leg, bench, trials, wanted or NextCommand()).usual()
     usual = [trial for trial in trials if not trial.recording.conditions.locked] or list(trials)
     starts = np.array([trial.recording.smoothed.angle[0] for trial in usual])
     ends = np.array([trial.recording.smoothed.angle[-1] for trial in usual])
@@ -55,9 +55,9 @@ def menu(
     ) -> MenuItem[AngleTrial]:
         release = leg.within_travel(rest + share * away)
         angles = dict(zip(leg.joint_names, leg.to_measured(release).tolist(), strict=True))
-        torque = None if ramp is None else (leg.joint_names[ramp[0]], ramp[1], LENGTH)
+        torque = None if ramp is None else (leg.joint_names[ramp[0]], ramp[1], TRIAL_LENGTH)
         entry = {"file": "trials/next.csv", **keys}
-        return MenuItem(what, entry, _imagined(leg, bench.noise, release, conditions, ramp), angles, torque)
+        return MenuItem(what, entry, _imagined_release(leg, bench.noise, release, conditions, ramp), angles, torque)
 
     made = [
         item("a release of one third of the amplitude", 0.33, {}, plain),
@@ -70,8 +70,8 @@ def menu(
     added = {"tip_mass": write(float(f"{tip:.3g}"), "kg")}
     made += [
         item(f"a mass of {tip * 1e3:.3g} g at the tip", 1.0, added, Conditions((), tip)),
-        item("the base tilted by 30 deg", 1.0, {"tilt": "30 deg"}, Conditions((), 0.0, TILT)),
-        item("the base tilted by -30 deg", 1.0, {"tilt": "-30 deg"}, Conditions((), 0.0, -TILT)),
+        item("the base tilted by 30 deg", 1.0, {"tilt": "30 deg"}, Conditions((), 0.0, TILT_ANGLE)),
+        item("the base tilted by -30 deg", 1.0, {"tilt": "-30 deg"}, Conditions((), 0.0, -TILT_ANGLE)),
     ]
     for j in range(n if n > 1 else 0):
         made.append(item(f"{names[j]} locked", 1.0, {"locked": [names[j]]}, Conditions((j,))))
@@ -80,9 +80,13 @@ def menu(
         held = {"locked": [names[k] for k in others]}
         made.append(item(f"all but {names[j]} locked", 1.0, held, Conditions(tuple(others))))
     for j, joint in enumerate(leg.joints):
-        torque = joint.sign * holding_torque(leg, rest, j, RAMP * float(away[j])) if joint.spring is not None else 0.0
+        torque = (
+            joint.sign * holding_torque(leg, rest, j, RAMP_SHARE * float(away[j])) if joint.spring is not None else 0.0
+        )
         if torque:
-            what = f"a torque on {names[j]} that rises slowly to {torque:.3g} N m in {LENGTH:g} s, recorded with it"
+            what = (
+                f"a torque on {names[j]} that rises slowly to {torque:.3g} N m in {TRIAL_LENGTH:g} s, recorded with it"
+            )
             made.append(item(what, 0.0, {}, plain, (j, torque)))
     return made
 
@@ -106,7 +110,7 @@ def holding_torque(leg: Leg, rest: Array, j: int, away: float) -> float:
     return found if found * (end[j] - begun[j]) > 0.0 else 0.0
 
 
-def _commands(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial], wanted: NextCommand) -> CommandMenu:
+def _command_menu(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial], wanted: NextCommand) -> CommandMenu:
     begun = np.median([trial.recording.smoothed.angle[0] for trial in trials], axis=0)
     return CommandMenu(leg, bench, CommandLimits.of(leg, trials, wanted), wanted.length, begun)
 
@@ -122,20 +126,22 @@ def variations(
     """Commands in round ``number`` of a search: drawn at random in the first, later varied from the ``best``."""
     if not has_servo(leg, trials):
         return []
-    commands, rng = _commands(leg, bench, trials, wanted), np.random.default_rng(number)
+    commands, rng = _command_menu(leg, bench, trials, wanted), np.random.default_rng(number)
     if number == 0:
-        return [commands.of_programme(Programme.drawn(rng, len(leg.joints), wanted.length)) for _ in range(DRAWN)]
+        return [
+            commands.of_programme(Programme.drawn(rng, len(leg.joints), wanted.length)) for _ in range(COMMANDS_DRAWN)
+        ]
     programmes = [item.source for item in best if isinstance(item.source, Programme)]
-    each = -(-VARIED // max(len(programmes), 1))
+    each = -(-COMMANDS_VARIED // max(len(programmes), 1))
     return [commands.of_programme(programme.varied(rng)) for programme in programmes for _ in range(each)]
 
 
-def _imagined(
+def _imagined_release(
     leg: Leg, noise: Array, release: Array, conditions: Conditions, ramp: tuple[int, float] | None
 ) -> AngleTrial:
     """A trial without readings; ``ramp``: joint and final torque, N m in the measured sense."""
     n = len(release)
-    time = np.arange(0.0, LENGTH, 1.0 / RATE)
+    time = np.arange(0.0, TRIAL_LENGTH, 1.0 / TRIAL_RATE)
     held = np.tile(release, (len(time), 1))
     smoothed = Smoothed(time, held, np.zeros_like(held), noise, np.zeros(len(time), dtype=bool))
     counts = np.ones((len(time), n), dtype=bool)
@@ -145,13 +151,13 @@ def _imagined(
         joint, torque = ramp
         applied = np.zeros((2, n))
         applied[1, joint] = leg.joints[joint].sign * torque
-        known = (np.array([0.0, LENGTH]), applied)
+        known = (np.array([0.0, TRIAL_LENGTH]), applied)
     recording = Recording("next", time, held, counts, conditions, smoothed, known)
     return AngleTrial(recording, time, held, counts, held_out=False)
 
 
 def forecast(
-    bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array, kept: Kept
+    bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array, kept: PredictorCache
 ) -> TrialForecast | None:
     """Prediction and its uncertainty, whitened by the noise; initial state free. None if it diverges.
 

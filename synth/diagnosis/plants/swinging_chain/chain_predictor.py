@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import unknown_slices
-from synth.diagnosis.lanes import Block, Hypothesis, Kept
+from synth.diagnosis.lanes import Block, Hypothesis, PredictorCache
 from synth.diagnosis.plants.swinging_chain import lane_packing
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
-from synth.diagnosis.plants.swinging_chain.lane_packing import of_chain
+from synth.diagnosis.plants.swinging_chain.lane_packing import chain_candidates
 from synth.swing.chain import Chain, compiled_chain
 from synth.swing.lane_groups import LaneGroups
 from synth.swing.lane_layout import LANES
@@ -25,12 +25,12 @@ from synth.swing.leg_model import Leg
 from synth.swing.tolerances import Tolerances
 
 Places = NDArray[np.intp]
-_Placed = tuple[Candidate, Array, Places]  # with its unknowns, or their values, in these lanes
+_LaneCandidate = tuple[Candidate, Array, Places]  # with its unknowns, or their values, in these lanes
 TOLERANCE = 1e-6  # of the integrator, rad: a 16-bit encoder resolves 1e-4
-STEPS = 12_000  # of one trajectory before it is aborted
+MOST_STEPS = 12_000  # of one trajectory before it is aborted
 
 
-class _Added(NamedTuple):
+class _AddedLinks(NamedTuple):
     """Links that a structure adds: its ``place``, the legs with them, and the new ``links``."""
 
     place: tuple[str, int]
@@ -39,7 +39,7 @@ class _Added(NamedTuple):
     links: range
 
 
-class _Common(NamedTuple):
+class _CommonLegs(NamedTuple):
     """Blocks without their states, as all trials of one leg under the same conditions have them.
 
     ``added`` : links of structures; ``legs``, ``workspace`` (n_row, n_lane) and its ``groups`` include them.
@@ -47,8 +47,8 @@ class _Common(NamedTuple):
     """
 
     legs: LegLanes
-    added: tuple[_Added, ...]
-    readings: tuple[_Placed, ...]
+    added: tuple[_AddedLinks, ...]
+    readings: tuple[_LaneCandidate, ...]
     chain: Chain
     groups: LaneGroups
 
@@ -84,7 +84,9 @@ class Predictor:
         """Indices of groups that one call of ``together`` predicts, see ``lane_packing.runs``."""
         return lane_packing.runs(hypotheses, groups, least)
 
-    def predict(self, trials: Sequence[AngleTrial], blocks: Sequence[Block], kept: Kept | None = None) -> list[Array]:
+    def predict(
+        self, trials: Sequence[AngleTrial], blocks: Sequence[Block], kept: PredictorCache | None = None
+    ) -> list[Array]:
         """(m, n, n_lane) rad in the sense of q for each block; nan if the motion diverged.
 
         ``trials``, ``kept`` : as in ``LanePredictor``.
@@ -104,7 +106,7 @@ class Predictor:
         return [found for found in result if found is not None]
 
     def together(
-        self, trials: Sequence[AngleTrial], groups: Sequence[Sequence[Block]], kept: Kept | None = None
+        self, trials: Sequence[AngleTrial], groups: Sequence[Sequence[Block]], kept: PredictorCache | None = None
     ) -> Array:
         """Like ``predict``, for the groups of one of the ``runs``; ``kept`` as in ``LanePredictor``."""
         found, first = self._together(trials, groups, {} if kept is None else kept), 0
@@ -119,7 +121,7 @@ class Predictor:
             first = last
         return found
 
-    def _together(self, trials: Sequence[AngleTrial], groups: Sequence[Sequence[Block]], kept: Kept) -> Array:
+    def _together(self, trials: Sequence[AngleTrial], groups: Sequence[Sequence[Block]], kept: PredictorCache) -> Array:
         """Readings (m, n, n_lane) of blocks of equal structures; those of a group share their steps."""
         blocks = [block for group in groups for block in group]
         widths = [block.unknowns.shape[1] for block in blocks]
@@ -133,7 +135,9 @@ class Predictor:
         if common.added:
             added = [_departures(blocks, i, n, int(ends[-1])) for i in range(len(trials))]
             each = zip(added, states, strict=True)
-            states = np.stack([_started(common.added, departures, state[:n], state[n:]) for departures, state in each])
+            states = np.stack(
+                [_initial_motion(common.added, departures, state[:n], state[n:]) for departures, state in each]
+            )
         legs, chain = common.legs, common.chain
         own = list(legs.own)
         known, signals = recording.known_torque, recording.signals
@@ -151,7 +155,7 @@ class Predictor:
             rates=bool(common.readings),
             known_torque=known,
             signals=signals,
-            max_steps=STEPS,
+            max_steps=MOST_STEPS,
             unit=trials[0].time_unit,
         )
         found = out if out.shape[1] == n else out[:, own]
@@ -162,7 +166,7 @@ class Predictor:
                     found[begin:end, j] = self._as_read(common.readings, j, trial.time, found[begin:end, j], turning)
         return found
 
-    def _common(self, trial: AngleTrial, blocks: Sequence[Block], between: Places, kept: Kept) -> _Common:
+    def _common(self, trial: AngleTrial, blocks: Sequence[Block], between: Places, kept: PredictorCache) -> _CommonLegs:
         """What trials of one leg under the same conditions have in common; it is looked up in ``kept``.
 
         Two threads may both make it: they make the same.
@@ -171,27 +175,27 @@ class Predictor:
         if key not in kept:
             legs = self._designed_of(trial.recording.leg or self.leg).repeated(sum(b.unknowns.shape[1] for b in blocks))
             self.tolerances.apply(legs, np.concatenate([b.unknowns[: self.tolerances.size] for b in blocks], axis=1))
-            pending: list[_Placed] = []
-            readings: list[_Placed] = []
+            pending: list[_LaneCandidate] = []
+            readings: list[_LaneCandidate] = []
             for candidate, x, lanes in self._gathered(blocks):
                 way = candidate.effect.way
                 if way == "torque":
-                    _put(legs, candidate, candidate.in_rotation(x), lanes)
+                    _switch_effect_on(legs, candidate, candidate.in_rotation(x), lanes)
                 elif way in ("leg", "drive"):
-                    _change(legs, candidate, candidate.values(x), lanes)
+                    _change_numbers(legs, candidate, candidate.values(x), lanes)
                 elif way == "reading":
                     readings.append((candidate, candidate.values(x), lanes))
                 else:
                     pending.append((candidate, candidate.values(x), lanes))
-            added = _extended(legs, pending, [place for block in blocks for place in _structures_of(block)])
+            added = _extend_chain(legs, pending, [place for block in blocks for place in _structures_of(block)])
             legs = added[-1].legs if added else legs
             chain = compiled_chain(legs.n)
             groups = chain.acting.groups(chain.lanes(legs, trial.recording.conditions), between)
-            kept[key] = _Common(legs, added, tuple(readings), chain, groups)
-        found: _Common = kept[key]
+            kept[key] = _CommonLegs(legs, added, tuple(readings), chain, groups)
+        found: _CommonLegs = kept[key]
         return found
 
-    def _hold(self, trial: AngleTrial, readings: Sequence[_Placed], state: Array) -> None:
+    def _hold(self, trial: AngleTrial, readings: Sequence[_LaneCandidate], state: Array) -> None:
         """Set the joints that were locked at the trial's reading in ``state`` (2 n, n_lane)."""
         n = len(state) // 2
         for j in trial.recording.conditions.locked:
@@ -213,7 +217,7 @@ class Predictor:
             self._designed[id(leg)] = leg, LegLanes.of(leg)
         return self._designed[id(leg)][1]
 
-    def _gathered(self, blocks: Sequence[Block]) -> list[_Placed]:
+    def _gathered(self, blocks: Sequence[Block]) -> list[_LaneCandidate]:
         """Each candidate once, with its unknowns (size, n_lane) in all of its lanes.
 
         Once for each of its positions in a hypothesis, in that order: a reading is shifted, then scaled.
@@ -223,7 +227,7 @@ class Predictor:
         for block in blocks:
             lanes = np.arange(first, first + block.unknowns.shape[1])
             first += len(lanes)
-            for place, (candidate, x) in enumerate(_split(block, self.tolerances.size)):
+            for place, (candidate, x) in enumerate(_candidate_unknowns(block, self.tolerances.size)):
                 _, unknowns, places = found.setdefault((place, id(candidate)), (candidate, [], []))
                 unknowns.append(x)
                 places.append(lanes)
@@ -232,7 +236,7 @@ class Predictor:
 
     def _as_read(
         self,
-        readings: Sequence[_Placed],
+        readings: Sequence[_LaneCandidate],
         joint: int,
         time: Array,
         rotation: Array,
@@ -248,13 +252,13 @@ class Predictor:
         return reading
 
 
-def _split(block: Block, first: int) -> list[tuple[Candidate, Array]]:
+def _candidate_unknowns(block: Block, first: int) -> list[tuple[Candidate, Array]]:
     """Each candidate with its unknowns (size, n_lane)."""
     places = unknown_slices(block.hypothesis, first)
-    return [(c, block.unknowns[place]) for c, place in zip(of_chain(block.hypothesis), places, strict=True)]
+    return [(c, block.unknowns[place]) for c, place in zip(chain_candidates(block.hypothesis), places, strict=True)]
 
 
-def _put(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> None:
+def _switch_effect_on(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> None:
     """Switch a torque effect on in some of the lanes."""
     name = candidate.effect.name
     if name not in legs.torques:
@@ -263,7 +267,7 @@ def _put(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> 
     legs.torques[name][:, candidate.joint, lanes] = values
 
 
-def _change(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> None:
+def _change_numbers(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> None:
     """Change the leg's numbers in some of the lanes only."""
     wide = np.zeros((len(values), legs.n_lane))
     wide[:, lanes] = values
@@ -291,7 +295,7 @@ def _departures(blocks: Sequence[Block], trial: int, n: int, total: int) -> dict
     first = 0
     for block in blocks:
         below, last = 2 * n, first + block.unknowns.shape[1]
-        for candidate in of_chain(block.hypothesis):
+        for candidate in chain_candidates(block.hypothesis):
             if candidate.effect.way == "structure":
                 given = block.state[trial, below : below + 2 * candidate.links]
                 wide = found.setdefault(_place(candidate), np.zeros((2 * candidate.links, total)))
@@ -303,10 +307,14 @@ def _departures(blocks: Sequence[Block], trial: int, n: int, total: int) -> dict
 
 def _structures_of(block: Block) -> list[tuple[str, int]]:
     """The places of the structures among a block's candidates, in their order."""
-    return [_place(candidate) for candidate in of_chain(block.hypothesis) if candidate.effect.way == "structure"]
+    return [
+        _place(candidate) for candidate in chain_candidates(block.hypothesis) if candidate.effect.way == "structure"
+    ]
 
 
-def _extended(legs: LegLanes, pending: Sequence[_Placed], places: Sequence[tuple[str, int]]) -> tuple[_Added, ...]:
+def _extend_chain(
+    legs: LegLanes, pending: Sequence[_LaneCandidate], places: Sequence[tuple[str, int]]
+) -> tuple[_AddedLinks, ...]:
     """The chain with the links of one structure effect after the other, in the order in which blocks name them."""
     added = []
     for place in dict.fromkeys(places):
@@ -316,13 +324,13 @@ def _extended(legs: LegLanes, pending: Sequence[_Placed], places: Sequence[tuple
         for _, values, lanes in items:
             wide[:, lanes] = values
         made = candidate.effect.function()(legs, legs.own[candidate.joint], *wide)
-        added.append(_Added(place, candidate, made, range(made.newest, made.newest + made.n - legs.n)))
+        added.append(_AddedLinks(place, candidate, made, range(made.newest, made.newest + made.n - legs.n)))
         legs = made
     return tuple(added)
 
 
-def _started(
-    added: Sequence[_Added], departures: Mapping[tuple[str, int], Array], rotation: Array, rates: Array
+def _initial_motion(
+    added: Sequence[_AddedLinks], departures: Mapping[tuple[str, int], Array], rotation: Array, rates: Array
 ) -> Array:
     """Initial rotations and rates (2 n_link, n_lane) with those of the added links."""
     for place, candidate, legs, links in added:

@@ -16,7 +16,7 @@ from synth.motion.smoothing import Smoothed, odd_points, smooth
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force, outboard_inertia
 
-WINDOW = 8 / 3  # of the smoothing's width, width of the test functions that replace the second derivative
+WINDOW_RATIO = 8 / 3  # of the smoothing's width, width of the test functions that replace the second derivative
 SWING_END = 0.2  # of the release's envelope
 LEAST_SQUARE = 1e-12  # rad^2, rad^2/s^2: of a joint that is locked in all trials, whose missing torque is not known
 Phases = NDArray[np.int64]
@@ -42,7 +42,7 @@ def missing_torque(leg: Leg, trial: AngleTrial) -> MissingTorque:
     smoothed = trial.recording.smoothed
     step = float(smoothed.time[1] - smoothed.time[0])
     count = len(smoothed.time)
-    support = max(8, min(round(WINDOW * smoothed.width / step), (count - 1) // 3))
+    support = max(8, min(round(WINDOW_RATIO * smoothed.width / step), (count - 1) // 3))
     u = np.linspace(-1.0, 1.0, support + 1)
     bump = (1.0 - u * u) ** 3
     slope = -6.0 * u * (1.0 - u * u) ** 2 * 2.0 / (support * step)
@@ -104,7 +104,7 @@ def _first_peaks(speed: Array) -> NDArray[np.bool_]:
     return np.asarray(np.maximum.accumulate(turning))
 
 
-def where(
+def locate_gap(
     leg: Leg,
     trials: Sequence[AngleTrial],
     predictions: Sequence[Array],
@@ -125,7 +125,7 @@ def where(
         excess = np.where(trial.counts, (prediction - trial.measured) ** 2 - noise**2, 0.0)
         phase = phases(trial, noise)
         rows = {"phase": np.broadcast_to(phase[:, None], excess.shape)}
-        rows |= _thirds(leg, trial)
+        rows |= _thirds_of_ranges(leg, trial)
         for name, index in rows.items():
             np.add.at(squares[name], index.ravel(), excess.ravel())
     by_name = {name: shares(_LABELS[name], total) for name, total in squares.items()}
@@ -136,7 +136,7 @@ def where(
     return Where({name: value / total for name, value in joint.items()}, **by_name)
 
 
-def left_where(
+def locate_remainder(
     leg: Leg, trials: Sequence[AngleTrial], predictions: Sequence[Array], noise: Sequence[Array], usual: Array
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Shares of each joint, and of each phase, in the squared prediction error above the noise.
@@ -159,7 +159,7 @@ _LABELS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 
 
-def _thirds(leg: Leg, trial: AngleTrial) -> dict[str, NDArray[np.int64]]:
+def _thirds_of_ranges(leg: Leg, trial: AngleTrial) -> dict[str, NDArray[np.int64]]:
     """Index 0..2 of each sample and joint by speed, deflection and carried torque, and by time.
 
     A trial with its own leg is deflected from that leg's free angles, and its springs and dampers carry
@@ -187,10 +187,10 @@ def _torque_shares(
         floor = _torque_noise(leg, trial, noise)
         square = np.nan_to_num(found.torque) ** 2 - floor**2
         energy += np.nansum(np.where(np.isfinite(found.torque), square, 0.0), axis=0)
-    return shares(leg.joint_names, np.maximum(energy, 0.0) / _stiffness(leg, trials) ** 2)
+    return shares(leg.joint_names, np.maximum(energy, 0.0) / _holding_stiffness(leg, trials) ** 2)
 
 
-def _stiffness(leg: Leg, trials: Sequence[AngleTrial]) -> Array:
+def _holding_stiffness(leg: Leg, trials: Sequence[AngleTrial]) -> Array:
     """(n,) N m/rad that holds each joint: of its spring, and of gravity on the links that hang straight from it.
 
     Where neither holds a joint, its motion tells: outboard inertia times the mean square of the rate over that of the

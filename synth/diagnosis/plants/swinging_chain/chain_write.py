@@ -95,20 +95,20 @@ def gap_json(result: GapResult, project: GapProject, names: Sequence[str]) -> di
         *(estimate.value for estimate in (result.before, result.after, result.best_possible, result.noise_floor))
     )
     gap["shrink_of_best"] = None if of_best is None else quantity(of_best, "1")
-    gap["joints"] = _by_joint([trial for trial in result.trials if trial.scored], result.leg.joint_names)
+    gap["joints"] = _errors_by_joint([trial for trial in result.trials if trial.scored], result.leg.joint_names)
     document["name"] = project.name
     return {
         **document,
         "gap": gap,
         "trials": [
-            {**_trial(trial, name, result.leg.joint_names), **_conditions(project, trial.name)}
+            {**_trial_json(trial, name, result.leg.joint_names), **_conditions(project, trial.name)}
             for trial, name in zip(result.trials, names, strict=True)
         ],
         **basis_json(result, project, effect_named, ANGLES, inputs),
     }
 
 
-def _by_joint(trials: Sequence[TrialGap], joints: Sequence[str]) -> dict[str, Any]:
+def _errors_by_joint(trials: Sequence[TrialGap], joints: Sequence[str]) -> dict[str, Any]:
     """Joint -> RMS angle error as designed, before and after, over the given trials; locked joints are left out."""
     found: dict[str, Any] = {}
     for j, name in enumerate(joints):
@@ -133,7 +133,7 @@ def _conditions(project: GapProject, name: str) -> dict[str, Any]:
     return {**found, "driven_by": by} if by else found
 
 
-def _trial(trial: TrialGap, name: str, joints: Sequence[str]) -> dict[str, Any]:
+def _trial_json(trial: TrialGap, name: str, joints: Sequence[str]) -> dict[str, Any]:
     return {
         "file": trial.name,
         "held_out": trial.held_out,
@@ -141,5 +141,5 @@ def _trial(trial: TrialGap, name: str, joints: Sequence[str]) -> dict[str, Any]:
         "predicted": f"predicted/{name}.csv" if trial.scored else None,
         "where": f"where/{name}.csv",
         **({"alone": f"alone/{name}.csv"} if trial.alone else {}),
-        "rms": _by_joint([trial], joints),
+        "rms": _errors_by_joint([trial], joints),
     }

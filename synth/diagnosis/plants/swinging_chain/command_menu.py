@@ -19,7 +19,7 @@ from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.lanes import Block
 from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.plants.swinging_chain.command_programme import Programme
-from synth.diagnosis.plants.swinging_chain.command_shapes import RATE, Shape, no_faster, shapes
+from synth.diagnosis.plants.swinging_chain.command_shapes import COMMAND_RATE, Shape, limit_rate, shapes
 from synth.diagnosis.workbench import Workbench
 from synth.drives.servo import Servo, ServoSignals
 from synth.files.next_command import JointLimits, NextCommand
@@ -29,8 +29,8 @@ from synth.swing.chain import Conditions
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import rest_pose
 
-MOSTLY = 98.0  # % of the time, so that a single outlier is no limit
-MOST_SHRINKS, MARGIN = 8, 0.98  # times that a command is made smaller, and the share of a limit aimed at
+LIMIT_PERCENTILE = 98.0  # % of the time, so that a single outlier is no limit
+MOST_SHRINKS, LIMIT_MARGIN = 8, 0.98  # times that a command is made smaller, and the share of a limit aimed at
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,8 @@ class CommandLimits:
         known = [signals for signals in recorded if signals is not None]
         low = np.min([signals.command.min(axis=0) for signals in known], axis=0)
         high = np.max([signals.command.max(axis=0) for signals in known], axis=0)
-        moved = [np.percentile(np.abs(trial.recording.smoothed.rate), MOSTLY, axis=0) for trial in trials]
-        speed = np.max([*moved, *(_fastest(signals) for signals in known)], axis=0)
+        moved = [np.percentile(np.abs(trial.recording.smoothed.rate), LIMIT_PERCENTILE, axis=0) for trial in trials]
+        speed = np.max([*moved, *(_fastest_command(signals) for signals in known)], axis=0)
         speed = np.maximum(speed, (high - low) / wanted.length)
         torque = np.full(len(low), np.inf)
         for j, joint in enumerate(leg.joints):
@@ -81,17 +81,17 @@ class CommandLimits:
     def shaped(self, shape: Shape, time: Array) -> Array:
         """(m, n) rad: a shape between every joint's limits, as a command no faster than its speed."""
         crossing = np.maximum(self.high - self.low, 1e-9) / np.maximum(self.speed, 1e-9)
-        return self.command(np.stack([no_faster(shape(time, each), 2.0 / each) for each in crossing], axis=1))
+        return self.command(np.stack([limit_rate(shape(time, each), 2.0 / each) for each in crossing], axis=1))
 
 
-def _fastest(signals: ServoSignals) -> Array:
+def _fastest_command(signals: ServoSignals) -> Array:
     """(n,) rad/s, the largest rate of change of a command apart from jumps; of a held one, from change to change."""
     command = signals.command.copy()
     for j in signals.held:
         told = np.flatnonzero(np.diff(command[:, j], prepend=np.inf) != 0.0)
         command[:, j] = np.interp(signals.time, signals.time[told], command[told, j])
     rate = np.abs(np.diff(command, axis=0)) / np.diff(signals.time)[:, None]
-    return np.asarray(np.percentile(rate, MOSTLY, axis=0))
+    return np.asarray(np.percentile(rate, LIMIT_PERCENTILE, axis=0))
 
 
 def has_servo(leg: Leg, trials: Sequence[AngleTrial]) -> bool:
@@ -116,7 +116,7 @@ class CommandMenu:
     @property
     def time(self) -> Array:
         """(m,) s."""
-        return np.arange(0.0, self.length, 1.0 / RATE)
+        return np.arange(0.0, self.length, 1.0 / COMMAND_RATE)
 
     def usual(self) -> list[MenuItem[AngleTrial]]:
         """One trial per well-known shape, the chirp first."""
@@ -137,7 +137,7 @@ class CommandMenu:
             over = self.over(trial, command)
             if over <= 1.0:
                 break
-            command = self.limits.middle + (command - self.limits.middle) * max(MARGIN / over, 0.5)
+            command = self.limits.middle + (command - self.limits.middle) * max(LIMIT_MARGIN / over, 0.5)
             command = self.at_rest(command, passive)
             trial = self.imagined(command)
         measured = dict(zip(leg.joint_names, leg.to_measured(command[:1])[0].tolist(), strict=True))
@@ -164,7 +164,7 @@ class CommandMenu:
         motion = self.bench.predictor.predict([trial], [block])[0][:, :, 0]
         if not np.all(np.isfinite(motion)):
             return np.inf
-        speed = np.gradient(motion, 1.0 / RATE, axis=0)
+        speed = np.gradient(motion, 1.0 / COMMAND_RATE, axis=0)
         worst = 0.0
         for j, joint in enumerate(self.leg.joints):
             if not isinstance(joint.drive, Servo):
@@ -178,10 +178,10 @@ class CommandMenu:
 
     def imagined(self, command: Array) -> AngleTrial:
         """A trial without readings that follows ``command`` (m, n) rad on q."""
-        return _imagined(self.leg, self.bench.noise, self.time, command)
+        return _imagined_command_trial(self.leg, self.bench.noise, self.time, command)
 
 
-def _imagined(leg: Leg, noise: Array, time: Array, command: Array) -> AngleTrial:
+def _imagined_command_trial(leg: Leg, noise: Array, time: Array, command: Array) -> AngleTrial:
     """A trial without readings that follows ``command`` (m, n) rad on q."""
     n = len(leg.joints)
     start = np.tile(command[0], (len(time), 1))

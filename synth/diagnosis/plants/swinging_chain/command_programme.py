@@ -12,10 +12,10 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 
-DWELL = 0.5  # s, usual time of a level: several rise times of a servo
-FEWEST = 3  # levels
-STEPS = 0.6  # share of levels that are reached by a step; the others by a ramp
-CHANGED, FAR = 0.3, 0.4  # share of numbers that a variation changes, and how far in half ranges
+USUAL_DWELL = 0.5  # s, usual time of a level: several rise times of a servo
+LEAST_LEVELS = 3  # levels
+STEP_SHARE = 0.6  # share of levels that are reached by a step; the others by a ramp
+CHANGED_SHARE, CHANGE_SIZE = 0.3, 0.4  # share of numbers that a variation changes, and how far in half ranges
 
 
 @dataclass(frozen=True)
@@ -33,22 +33,22 @@ class Programme:
     @classmethod
     def drawn(cls, rng: np.random.Generator, n: int, length: float) -> Programme:
         """A programme at random, for ``n`` joints and ``length`` s."""
-        count = max(FEWEST, round(length / DWELL))
+        count = max(LEAST_LEVELS, round(length / USUAL_DWELL))
         size = (count, n)
-        return cls(rng.uniform(-1.0, 1.0, size), rng.uniform(0.3, 1.7, size), rng.random(size) < STEPS)
+        return cls(rng.uniform(-1.0, 1.0, size), rng.uniform(0.3, 1.7, size), rng.random(size) < STEP_SHARE)
 
     def varied(self, rng: np.random.Generator) -> Programme:
         """A neighbour: some numbers changed."""
 
         def moved(values: Array, by: float, low: float, high: float) -> Array:
-            chosen = rng.random(values.shape) < CHANGED
+            chosen = rng.random(values.shape) < CHANGED_SHARE
             return np.asarray(np.clip(values + chosen * by * rng.standard_normal(values.shape), low, high))
 
-        swapped = rng.random(self.stepped.shape) < 0.5 * CHANGED
+        swapped = rng.random(self.stepped.shape) < 0.5 * CHANGED_SHARE
         return replace(
             self,
-            levels=moved(self.levels, FAR, -1.0, 1.0),
-            dwell=moved(self.dwell, FAR, 0.2, 2.0),
+            levels=moved(self.levels, CHANGE_SIZE, -1.0, 1.0),
+            dwell=moved(self.dwell, CHANGE_SIZE, 0.2, 2.0),
             stepped=self.stepped ^ swapped,
         )
 

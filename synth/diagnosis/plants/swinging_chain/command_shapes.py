@@ -9,10 +9,10 @@ import numpy as np
 from synth.arrays import Array
 
 # Samples per second of a command, each of which is held: as fast as a controller usually reads them.
-RATE = 200.0
-CHIRP = (0.2, 2.5)  # Hz: the bandwidth of a position servo with a limb
-LEVELS = 5  # angles of a staircase: with and against gravity, and between
-SEEDS = 3  # sums of sines with different phases, of which the best is used
+COMMAND_RATE = 200.0
+CHIRP_BAND = (0.2, 2.5)  # Hz: the bandwidth of a position servo with a limb
+STAIRCASE_LEVELS = 5  # angles of a staircase: with and against gravity, and between
+SINE_SEEDS = 3  # sums of sines with different phases, of which the best is used
 
 # Times (m,) s and the time (s) from one end to the other at full speed -> -1..1.
 Shape = Callable[[Array, float], Array]
@@ -20,12 +20,12 @@ Shape = Callable[[Array, float], Array]
 
 def _length(time: Array) -> float:
     """S, of a command with samples at ``time``."""
-    return float(time[-1]) + 1.0 / RATE
+    return float(time[-1]) + 1.0 / COMMAND_RATE
 
 
-def no_faster(wanted: Array, most: float) -> Array:
+def limit_rate(wanted: Array, most: float) -> Array:
     """(m,) a signal that follows ``wanted`` with at most ``most`` change per second, between -1 and 1."""
-    made, step = np.clip(wanted, -1.0, 1.0), most / RATE
+    made, step = np.clip(wanted, -1.0, 1.0), most / COMMAND_RATE
     for k in range(1, len(made)):
         made[k] = made[k - 1] + np.clip(made[k] - made[k - 1], -step, step)
     return np.asarray(made)
@@ -37,12 +37,12 @@ def _triangle(time: Array, crossing: float) -> Array:
 
 
 def _staircase(time: Array, crossing: float) -> Array:
-    """Up and down over ``LEVELS`` angles, with a pause at each and full speed between."""
-    places = np.r_[np.linspace(0.0, 1.0, LEVELS), np.linspace(1.0, -1.0, 2 * LEVELS - 1)[1:], 0.0]
+    """Up and down over ``STAIRCASE_LEVELS`` angles, with a pause at each and full speed between."""
+    places = np.r_[np.linspace(0.0, 1.0, STAIRCASE_LEVELS), np.linspace(1.0, -1.0, 2 * STAIRCASE_LEVELS - 1)[1:], 0.0]
     hold = _length(time) / len(places)
     starts = hold * np.arange(len(places))
     # A pause of at least a tenth of each level's time.
-    knots = np.column_stack([starts, starts + hold - np.minimum(0.9 * hold, 0.5 * crossing / LEVELS)])
+    knots = np.column_stack([starts, starts + hold - np.minimum(0.9 * hold, 0.5 * crossing / STAIRCASE_LEVELS)])
     return np.asarray(np.interp(time, knots.ravel(), np.repeat(places, 2)))
 
 
@@ -62,8 +62,8 @@ def _hard_steps(time: Array, crossing: float) -> Array:
 
 
 def chirp(time: Array, crossing: float) -> Array:
-    """A sine with rising frequency over ``CHIRP``, with smaller amplitude where it would be too fast."""
-    first, last = CHIRP
+    """A sine with rising frequency over ``CHIRP_BAND``, with smaller amplitude where it would be too fast."""
+    first, last = CHIRP_BAND
     length = _length(time)
     rate = (last / first) ** (time / length) * first
     phase = 2.0 * np.pi * first * length / np.log(last / first) * ((last / first) ** (time / length) - 1.0)
@@ -71,21 +71,21 @@ def chirp(time: Array, crossing: float) -> Array:
 
 
 def _sines(seed: int) -> Shape:
-    """A sum of sines over ``CHIRP`` with phases of this seed, with the largest possible amplitude."""
+    """A sum of sines over ``CHIRP_BAND`` with phases of this seed, with the largest possible amplitude."""
 
     def shape(time: Array, crossing: float) -> Array:
         generator = np.random.default_rng(seed)
-        rates = np.geomspace(*CHIRP, 8)
+        rates = np.geomspace(*CHIRP_BAND, 8)
         phases = generator.uniform(0.0, 2.0 * np.pi, len(rates))
         total = np.sum(np.sin(2.0 * np.pi * rates * time[:, None] + phases) / rates**0.5, axis=1)
         total /= np.abs(total).max()
-        fastest = np.abs(np.diff(total)).max() * RATE
+        fastest = np.abs(np.diff(total)).max() * COMMAND_RATE
         return np.asarray(total * min(1.0, 2.0 / crossing / fastest))
 
     return shape
 
 
-def _then(first: Shape, second: Shape) -> Shape:
+def _one_after_other(first: Shape, second: Shape) -> Shape:
     """One in the first half, the other from its own start in the second."""
 
     def shape(time: Array, crossing: float) -> Array:
@@ -114,10 +114,10 @@ def shapes(length: float) -> dict[str, Shape]:
         "small steps about three angles": _small_steps,
         "hard steps from end to end": _hard_steps,
     }
-    whole |= {f"a sum of sines ({seed + 1})": _sines(seed) for seed in range(SEEDS)}
+    whole |= {f"a sum of sines ({seed + 1})": _sines(seed) for seed in range(SINE_SEEDS)}
     whole |= {
-        "a slow ramp, then hard steps": _then(creep, _hard_steps),
-        "hard steps, then small ones": _then(_hard_steps, _small_steps),
-        "a sum of sines, then a slow ramp": _then(_sines(0), creep),
+        "a slow ramp, then hard steps": _one_after_other(creep, _hard_steps),
+        "hard steps, then small ones": _one_after_other(_hard_steps, _small_steps),
+        "a sum of sines, then a slow ramp": _one_after_other(_sines(0), creep),
     }
     return whole

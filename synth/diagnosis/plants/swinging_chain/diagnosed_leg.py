@@ -8,22 +8,26 @@ from dataclasses import replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.encoder_counts import Coarse
+from synth.diagnosis.encoder_counts import CoarseChannel
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
-from synth.diagnosis.plants.swinging_chain.lane_packing import of_chain
+from synth.diagnosis.plants.swinging_chain.lane_packing import chain_candidates
 from synth.swing.damper_curves import with_rate
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import Tolerances
 
 
-def diagnosed_leg(leg: Leg, tolerances: Tolerances, fit: EvaluatedHypothesis, coarse: Sequence[Coarse]) -> Leg:
+def diagnosed_leg(leg: Leg, tolerances: Tolerances, fit: EvaluatedHypothesis, coarse: Sequence[CoarseChannel]) -> Leg:
     """A leg for a leg file; effects that change a number of the leg are included in that number."""
     made = tolerances.leg(leg, fit.unknowns[: tolerances.size])
-    for candidate, place in zip(of_chain(fit.hypothesis), fit.slices, strict=True):
+    for candidate, place in zip(chain_candidates(fit.hypothesis), fit.slices, strict=True):
         x = fit.unknowns[place]
-        made = _changed(made, candidate, x) if candidate.effect.way == "leg" else _with_effect(made, candidate, x)
+        made = (
+            _with_changed_numbers(made, candidate, x)
+            if candidate.effect.way == "leg"
+            else _with_effect(made, candidate, x)
+        )
     for item in coarse:
         joint = made.joints[item.joint]
         effects = {**joint.effects, "encoder_quantisation": {"step": item.step}}
@@ -39,7 +43,7 @@ def _with_effect(leg: Leg, candidate: Candidate, x: Array) -> Leg:
     return leg.with_joints(**{joint.name: {"effects": {**joint.effects, candidate.effect.name: values}}})
 
 
-def _changed(leg: Leg, candidate: Candidate, x: Array) -> Leg:
+def _with_changed_numbers(leg: Leg, candidate: Candidate, x: Array) -> Leg:
     """The leg with the numbers changed by the effect."""
     legs = LegLanes.of(leg)
     values = candidate.values(x[:, None])

@@ -18,15 +18,15 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import TrialErrors
-from synth.diagnosis.left_out_fold import FitWithoutFold, judged_without_fold, normal_without_fold
+from synth.diagnosis.left_out_fold import FitWithoutFold, evaluated_without_fold, normal_without_fold
 from synth.diagnosis.plants.swinging_chain.chain_candidates import NaturalSizes
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, Over
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, missing_torque
 from synth.diagnosis.plants.swinging_chain.torque_hats import Hats
 from synth.diagnosis.prediction_error import LEAST_GAP
 from synth.diagnosis.sifting import few_trials
-from synth.diagnosis.unseen import cells, folds, jackknife, unseen
-from synth.diagnosis.workbench import RULE, Workbench
+from synth.diagnosis.unseen import block_errors, errors_on_unseen_trials, folds, jackknife
+from synth.diagnosis.workbench import DAMPING_RULE, Workbench
 from synth.estimation.intervals import NORMAL90
 from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, minimise
 from synth.estimation.linearisation import LinearisedNormal
@@ -34,18 +34,18 @@ from synth.estimation.normal_equations import ParameterStep, StepLimits
 from synth.swing.leg_model import Leg
 from synth.threads import in_parallel
 
-SHAPES: tuple[Over, ...] = ("deflection", "speed")
+INDEPENDENT_VARIABLES: tuple[Over, ...] = ("deflection", "speed")
 # Prior deviation of a hat, in natural torques: a missing torque as large as the driving torque is rare. It is fixed:
 # choosing it by the error on left-out trials would bias that error.
-SIZE = 0.1
-TELLING = 0.2  # least share of the error on unseen trials for a free torque to be mentioned
-FRAMES = 3  # times that derivatives are renewed along the resulting motion
-RANKED = 2  # joints that continue: those with the best fit on a few trials after the first step
-STEPS = 2  # iterations with the same derivatives
-FOLD_STEPS = 2  # iterations of the fit without a fold, with the derivatives of the fit to all trials
-SAMPLES, TOLERANCE = 200, 1e-5  # per trial; of the integrator: sufficient for a shape
-CLOSE = 0.5  # decrease of the cost below which a step is the last
-FACTORS = (1.0, 1e3)  # on the damping, tried in parallel
+PRIOR_DEVIATION = 0.1
+LEAST_MENTIONED_SHARE = 0.2  # least share of the error on unseen trials for a free torque to be mentioned
+RENEWALS = 3  # times that derivatives are renewed along the resulting motion
+JOINTS_CONTINUED = 2  # joints that continue: those with the best fit on a few trials after the first step
+STEPS_A_RENEWAL = 2  # iterations with the same derivatives
+STEPS_A_FOLD = 2  # iterations of the fit without a fold, with the derivatives of the fit to all trials
+SAMPLES_A_TRIAL, INTEGRATION_TOLERANCE = 200, 1e-5  # per trial; of the integrator: sufficient for a shape
+LAST_STEP_FALL = 0.5  # decrease of the cost below which a step is the last
+DAMPING_FACTORS = (1.0, 1e3)  # on the damping, tried in parallel
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
     @cached_property
     def root(self) -> Array:
         """(k, k) heights in natural torques from whitened ones."""
-        return SIZE * self.hats.prior_root()
+        return PRIOR_DEVIATION * self.hats.prior_root()
 
     def heights(self, point: _TorqueFit) -> Array:
         """(k,) in natural torques."""
@@ -86,7 +86,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
     def _evaluated(self, point: _TorqueFit) -> _TorqueFit:
         plain = EvaluatedHypothesis((), point.unknowns[: self.bench.n_tolerance], point.states)
         residuals = self.driven(point).evaluate([plain])[0].residuals
-        return judged_without_fold(self.bench, replace(point, residuals=residuals))
+        return evaluated_without_fold(self.bench, replace(point, residuals=residuals))
 
     def framed(self, point: _TorqueFit) -> _TorqueFit:
         """The fit with derivatives at its own point."""
@@ -118,7 +118,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
 
     def damping_factors(self, point: _TorqueFit) -> tuple[float, ...]:
         """Limited, because a free shape diverges easily where the motion is nonlinear."""
-        return FACTORS
+        return DAMPING_FACTORS
 
     def moved(self, point: _TorqueFit, step: ParameterStep) -> _TorqueFit:
         """After a step, not evaluated."""
@@ -127,11 +127,11 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
 
     def least_gain(self, cost: float) -> float:
         """Independent of the cost."""
-        return CLOSE
+        return LAST_STEP_FALL
 
     def improved(self, points: Sequence[_TorqueFit], steps: int) -> list[_TorqueFit]:
         """Evaluated points with derivatives after at most so many steps."""
-        ends = minimise(self, [Iterate(point, 1e-3) for point in points], RULE, steps)
+        ends = minimise(self, [Iterate(point, 1e-3) for point in points], DAMPING_RULE, steps)
         return [end.point for end in ends]
 
 
@@ -153,22 +153,22 @@ def free_torques(
         return ()
     coarse = replace(
         bench,
-        predictor=bench.predictor.coarser(TOLERANCE),
-        trials=tuple(trial.thinner(SAMPLES) for trial in bench.trials),
+        predictor=bench.predictor.coarser(INTEGRATION_TOLERANCE),
+        trials=tuple(trial.thinner(SAMPLES_A_TRIAL) for trial in bench.trials),
     )
     missing = [missing_torque(nominal, trial) for trial in bench.trials]
-    promising = _promising(leg, coarse, base, scales, missing)
+    promising = _promising_hats(leg, coarse, base, scales, missing)
     (start,) = coarse.evaluate([EvaluatedHypothesis((), base.unknowns, base.states)])
-    (before,) = unseen(coarse, [start])
+    (before,) = errors_on_unseen_trials(coarse, [start])
     found = []
-    for hats in promising[:RANKED]:
+    for hats in promising[:JOINTS_CONTINUED]:
         problem = _TorqueFits(coarse, hats)
-        fit = _begun(problem, start, hats.from_missing(bench.trials, missing))
-        found.append(_result(leg, problem, *_left_out(problem, fit), before))
+        fit = _best_start(problem, start, hats.from_missing(bench.trials, missing))
+        found.append(_free_torque_of(leg, problem, *_errors_on_unseen_trials(problem, fit), before))
     return tuple(sorted(found, key=lambda item: -item.taken))
 
 
-def _promising(
+def _promising_hats(
     leg: Leg, bench: Workbench, base: EvaluatedHypothesis, scales: NaturalSizes, missing: Sequence[MissingTorque]
 ) -> list[Hats]:
     """The better shape of each joint, joints in order of their fit on a few trials."""
@@ -176,43 +176,43 @@ def _promising(
     some = replace(bench, trials=tuple(bench.trials[i] for i in few))
     best: dict[int, tuple[float, Hats]] = {}
     for joint in sorted({j for trial in bench.trials for j in trial.free}):
-        for over in SHAPES:
+        for over in INDEPENDENT_VARIABLES:
             hats = Hats.of(bench.trials, joint, over, scales, float(leg.rest[joint]))
             problem = _TorqueFits(some, hats)
             here = EvaluatedHypothesis((), base.unknowns, tuple(base.states[i] for i in few))
-            begun = _begun(problem, here, hats.from_missing(bench.trials, missing))
+            begun = _best_start(problem, here, hats.from_missing(bench.trials, missing))
             cost = problem.improved([problem.framed(begun)], 1)[0].cost
             if joint not in best or cost < best[joint][0]:
                 best[joint] = cost, hats
     return [hats for _, hats in sorted(best.values(), key=lambda item: item[0])]
 
 
-def _begun(problem: _TorqueFits, base: EvaluatedHypothesis, heights: Array) -> _TorqueFit:
+def _best_start(problem: _TorqueFits, base: EvaluatedHypothesis, heights: Array) -> _TorqueFit:
     """Starting from the torque missing along the recordings, from a part of it, or from zero, whichever fits best."""
     white = np.linalg.solve(problem.root, heights)
     starts = [_TorqueFit((), np.concatenate([base.unknowns, share * white]), base.states) for share in (1.0, 0.3, 0.0)]
     return min(problem.evaluate(starts), key=lambda fit: fit.cost)
 
 
-def _left_out(problem: _TorqueFits, fit: _TorqueFit) -> tuple[TrialErrors, Array]:
+def _errors_on_unseen_trials(problem: _TorqueFits, fit: _TorqueFit) -> tuple[TrialErrors, Array]:
     """The error of the shape on unseen trials, and its heights (n_fold, k) without each fold."""
-    for _ in range(FRAMES - 1):
+    for _ in range(RENEWALS - 1):
         before = fit.cost
-        fit = problem.improved([problem.framed(fit)], STEPS)[0]
-        if before - fit.cost < CLOSE:
+        fit = problem.improved([problem.framed(fit)], STEPS_A_RENEWAL)[0]
+        if before - fit.cost < LAST_STEP_FALL:
             break
     framed = problem.framed(fit)
     starts = problem.evaluate([replace(framed, out=out) for out in folds(problem.bench)])
-    ends = problem.improved(starts, FOLD_STEPS)
+    ends = problem.improved(starts, STEPS_A_FOLD)
     left = {index: end for end in ends for index in end.out}
-    made = [cells(problem.bench, i, left[i].residuals[i]) for i in range(len(problem.bench.trials))]
+    made = [block_errors(problem.bench, i, left[i].residuals[i]) for i in range(len(problem.bench.trials))]
     found = TrialErrors(*(np.array(column) for column in zip(*made, strict=True)))
     return found, np.array([problem.heights(end) for end in ends])
 
 
-def described(found: Sequence[FreeTorque]) -> str:
+def free_torque_sentence(found: Sequence[FreeTorque]) -> str:
     """The sentence on the first of them for an unexplained gap; empty if it removes too little."""
-    if not found or found[0].taken < TELLING:
+    if not found or found[0].taken < LEAST_MENTIONED_SHARE:
         return ""
     first = found[0]
     over = "its deflection and direction" if first.over == "deflection" else "its speed"
@@ -222,7 +222,7 @@ def described(found: Sequence[FreeTorque]) -> str:
     )
 
 
-def _result(leg: Leg, problem: _TorqueFits, left: TrialErrors, each: Array, before: TrialErrors) -> FreeTorque:
+def _free_torque_of(leg: Leg, problem: _TorqueFits, left: TrialErrors, each: Array, before: TrialErrors) -> FreeTorque:
     """From the heights (n_fold, k), each without one fold, to a curve in the measured angle's sense."""
     hats = problem.hats
     sign = leg.joints[hats.joint].sign

@@ -16,11 +16,11 @@ def groups(hypotheses: Sequence[Hypothesis], widths: Sequence[int]) -> list[list
     """Indices of blocks that step together: of equal structure, at most sixteen lanes."""
     kinds: dict[tuple[tuple[str, int], ...], list[int]] = {}
     for index, hypothesis in enumerate(hypotheses):
-        kinds.setdefault(_kind(hypothesis), []).append(index)
+        kinds.setdefault(_structure_and_memory(hypothesis), []).append(index)
     made = []
     for indices in kinds.values():
-        indices.sort(key=lambda i: _cost(hypotheses[i]))
-        made += [[indices[k] for k in group] for group in _packed([widths[i] for i in indices])]
+        indices.sort(key=lambda i: _packing_order(hypotheses[i]))
+        made += [[indices[k] for k in group] for group in _pack_lanes([widths[i] for i in indices])]
     return made
 
 
@@ -41,16 +41,16 @@ def runs(hypotheses: Sequence[Hypothesis], packed: Sequence[Sequence[int]], leas
     return made
 
 
-def of_chain(hypothesis: Hypothesis) -> tuple[Candidate, ...]:
+def chain_candidates(hypothesis: Hypothesis) -> tuple[Candidate, ...]:
     """The candidates of a hypothesis about this plant."""
     return cast(tuple[Candidate, ...], hypothesis)
 
 
-def _kind(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
+def _structure_and_memory(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
     """The properties that legs stepping together must share: structures, and memories joint by joint."""
     memories = {
         (candidate.effect.kin or candidate.effect.name, candidate.joint)
-        for candidate in of_chain(hypothesis)
+        for candidate in chain_candidates(hypothesis)
         if candidate.effect.way != "structure" and candidate.effect.memory
     }
     return (*_structures(hypothesis), *sorted(memories))
@@ -60,28 +60,28 @@ def _structures(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
     """The part of the kind that changes the number of links."""
     found = {
         (f"{candidate.effect.name} {candidate.shape.free} {candidate.shape.held}", candidate.joint)
-        for candidate in of_chain(hypothesis)
+        for candidate in chain_candidates(hypothesis)
         if candidate.effect.way == "structure"
     }
     return tuple(sorted(found))
 
 
-def _cost(hypothesis: Hypothesis) -> tuple[bool, list[str]]:
+def _packing_order(hypothesis: Hypothesis) -> tuple[bool, list[str]]:
     """Sort key of blocks: lanes of a group should need the same effects, because each is computed for all.
 
     The bearing force costs most, then each further effect.
     """
-    load = any(_by_load(candidate) for candidate in of_chain(hypothesis))
+    load = any(_needs_bearing_force(candidate) for candidate in chain_candidates(hypothesis))
     return load, sorted(candidate.effect.name for candidate in hypothesis)
 
 
-def _by_load(candidate: Candidate) -> bool:
+def _needs_bearing_force(candidate: Candidate) -> bool:
     """Whether it needs the bearing force in this shape."""
     effect, shape = candidate.effect, candidate.shape
     return effect.uses_load and any(name in shape.free or name in shape.held for name in effect.by_load or shape.free)
 
 
-def _packed(widths: Sequence[int]) -> list[list[int]]:
+def _pack_lanes(widths: Sequence[int]) -> list[list[int]]:
     """Blocks in groups of at most sixteen lanes, first fit in order."""
     groups: list[list[int]] = []
     room: list[int] = []

@@ -47,7 +47,7 @@ def acting_torques(leg: Leg, recording: Recording) -> Array:
             angle, rate = smoothed.angle[:, j], smoothed.rate[:, j]
             spring = joint.spring.rate if joint.spring is not None else 0.0
             damper = (joint.damper.rate or 0.0) if joint.damper is not None else 0.0
-            resisting = _resisting(joint.damper, rate)
+            resisting = _damper_torque(joint.damper, rate)
             motion = AlongMotion(smoothed.time, angle, rate, angle - joint.rest, spring, damper, resisting, force)
             torque[:, j] += torque_along(effect, motion, in_rotation(effect, joint.sign, joint.zero, given))
     return torque
@@ -58,11 +58,11 @@ def joint_torques(leg: Leg, angle: Array, rate: Array) -> Array:
     torque = np.zeros_like(angle)
     for j, joint in enumerate(leg.joints):
         spring = joint.spring.rate if joint.spring else 0.0
-        torque[:, j] -= spring * (angle[:, j] - joint.rest) + _resisting(joint.damper, rate[:, j])
+        torque[:, j] -= spring * (angle[:, j] - joint.rest) + _damper_torque(joint.damper, rate[:, j])
     return torque
 
 
-def _resisting(damper: Damper | None, rate: Array) -> Array:
+def _damper_torque(damper: Damper | None, rate: Array) -> Array:
     """(n_time,) N m of a damper, which resists positive rates."""
     if damper is not None and damper.curve is not None:
         return torque_at(damper.curve, rate)
@@ -72,7 +72,7 @@ def _resisting(damper: Damper | None, rate: Array) -> Array:
 def driving_torques(leg: Leg, recording: Recording) -> Array | None:
     """(n_time, n) N m on q of known torques and servos, with the errors that the leg file states; None without both."""
     effects = [effect_named(name) for joint in leg.joints for name in joint.effects]
-    if not recording.driven or not any(effect.way == "drive" or _warms(effect) for effect in effects):
+    if not recording.driven or not any(effect.way == "drive" or _warms_winding(effect) for effect in effects):
         return recording.known_force(leg)
     legs, torque = LegLanes.of(leg), np.zeros_like(recording.smoothed.angle)
     if recording.known_torque is not None:
@@ -95,16 +95,16 @@ def _servo_torques(leg: Leg, numbers: Array, signals: ServoSignals, smoothed: Sm
         if isinstance(joint.drive, Servo):
             error, law = command[:, j] - smoothed.angle[:, j], numbers[:OF_THE_LAW, j].tolist()
             inputs = [error, smoothed.rate[:, j], supply[:, j], enabled[:, j]]
-            warm = _warmth(joint, smoothed.time, inputs, law)
+            warm = _winding_resistance(joint, smoothed.time, inputs, law)
             torque[:, j] = along(*inputs, *law, warm)
     return torque
 
 
-def _warms(effect: Effect) -> bool:
+def _warms_winding(effect: Effect) -> bool:
     return effect.uses_drive == "warms its winding"
 
 
-def _warmth(joint: Joint, time: Array, inputs: Sequence[Array], law: Sequence[float]) -> Array:
+def _winding_resistance(joint: Joint, time: Array, inputs: Sequence[Array], law: Sequence[float]) -> Array:
     """(m,) resistance of a joint's winding over the stated one, by Euler's method from sample to sample.
 
     ``inputs``, ``law`` : arguments of ``servo_torque``. A winding warms in seconds to minutes.
@@ -112,7 +112,7 @@ def _warmth(joint: Joint, time: Array, inputs: Sequence[Array], law: Sequence[fl
     from synth.drives.servo_law import servo_torque  # with numba, see ``Servo.torque``
 
     warm = np.ones(len(time))
-    for effect in (found for found in map(effect_named, joint.effects) if _warms(found)):
+    for effect in (found for found in map(effect_named, joint.effects) if _warms_winding(found)):
         given = in_rotation(effect, joint.sign, joint.zero, joint.effects[effect.name])
         grows: Any = effect.function()
         memory = 0.0
@@ -128,7 +128,7 @@ def bearing_forces(leg: Leg, smoothed: Smoothed, conditions: Conditions) -> Arra
     """(n_time, n) N in each hinge: weight and inertial force of all that is outboard (Newton's law), tip included.
 
     The rate is smoothed once more before its derivative is taken, by polynomials as wide as its own: differences from
-    sample to sample made the greatest force of a swing twice as large with 0.3 deg of noise at 1 kHz.
+    sample to sample amplify the noise, by the sampling's frequency, until it decides the greatest force of a swing.
     """
     phi, omega = absolute(smoothed.angle, leg.tilt + conditions.tilt), np.cumsum(smoothed.rate, axis=1)
     step = float(smoothed.time[1] - smoothed.time[0])

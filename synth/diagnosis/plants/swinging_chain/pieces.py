@@ -3,9 +3,7 @@
 Over the top of a pendulum a deviation grows like exp(t sqrt(g / l)). A prediction from the initial state alone then
 tells little about the leg after a few such times: the cost gets many minima, and the best fit to the whole recording
 need not follow any part of it. Pieces with initial states of their own are followed by a model that is nearly right
-(multiple shooting: Bock, *Recent advances in parameter identification techniques for O.D.E.*, 1983). On a pendulum
-that a known torque swings up (``tests/real_rigs``) a torque that is a quarter too small left 120 noise floors in the
-minimum found on whole recordings, and 57 in the one reached by way of pieces.
+(multiple shooting: Bock, *Recent advances in parameter identification techniques for O.D.E.*, 1983).
 """
 
 from __future__ import annotations
@@ -26,59 +24,59 @@ from synth.swing.mechanics import coefficients, momentum_and_force
 from synth.threads import in_parallel
 
 # Times that a deviation grows in a whole recording, beyond which it is cut: limbs stay below 6, a pendulum of .5 m at
-# its top reaches it in .6 s. In a piece it grows less: near the top what the torque's readings are off decides what
-# is left. In a real pendulum's swing up that then balances, dry friction took -16 % of the unseen gap in pieces of 8
-# times, and 50 % in those of 4.
-MOST_GROWTH, IN_PIECE = 8.0, 4.0
-PERIOD = 4.0 * np.pi  # paces, which are half a radian of the motion's phase each
-KEPT = 0.5  # share of a deviation left after a period, from which on a leg hardly forgets: a damping ratio of .11
-LOST = 0.25  # of the motion, error of the nominal leg beyond which it does not follow it
+# its top reaches it in .6 s. In a piece it grows less: near the top the errors of the torque's readings grow too, and
+# in longer pieces they decide what is left. Decided by ``make rigs`` (a pendulum that swings up and balances).
+MOST_GROWTH, MOST_GROWTH_IN_PIECE = 8.0, 4.0
+PERIOD_IN_PACES = 4.0 * np.pi  # paces, which are half a radian of the motion's phase each
+# Share of a deviation left after a period, from which on a leg hardly forgets: a damping ratio of .11.
+FORGETTING_SHARE = 0.5
+LOST_SHARE = 0.25  # of the motion, error of the nominal leg beyond which it does not follow it
 LEAST_SAMPLES = 24  # of a piece, which has an initial angle and rate a joint
-EVERY = 8  # samples between the deviations that are followed
-STEP = 1e-6  # rad, and that over the motion's unit of time in rad/s, of the derivatives
+SAMPLES_BETWEEN = 8  # samples between the deviations that are followed
+DERIVATIVE_STEP = 1e-6  # rad, and that over the motion's unit of time in rad/s, of the derivatives
 
 
-def in_pieces(leg: Leg, predictor: LanePredictor, trials: Sequence[AngleTrial]) -> tuple[AngleTrial, ...]:
+def cut_into_pieces(leg: Leg, predictor: LanePredictor, trials: Sequence[AngleTrial]) -> tuple[AngleTrial, ...]:
     """The trials, those along whose motion errors grow or add up in pieces.
 
     A recording along which deviations grow more than ``MOST_GROWTH`` times is cut. So is one where a known torque
     drives a leg that hardly forgets, and the nominal leg loses the motion, into pieces of about half a period: what the
-    torque is off acts all along, and the motion adds it up. In a piece deviations grow at most ``IN_PIECE`` times. A
-    leg that loses the motion is judged without its springs and dampers, since one of them may be what is wrong: a
-    stated damper that is not there would let it forget, and the pieces get too long.
-    Legs that servos drive are left whole: a servo holds them, and has a memory that a piece would not know.
+    torque is off acts all along, and the motion adds it up. In a piece deviations grow at most ``MOST_GROWTH_IN_PIECE``
+    times. A leg that loses the motion is judged without its springs and dampers, since one of them may be what is
+    wrong: a stated damper that is not there would let it forget, and the pieces get too long. Legs that servos drive
+    are left whole: a servo holds them, and has a memory that a piece would not know.
     """
-    found = in_parallel(lambda i: _pieces(leg, predictor, trials[i]), len(trials))
+    found = in_parallel(lambda i: _pieces_of_trial(leg, predictor, trials[i]), len(trials))
     return tuple(piece for pieces in found for piece in pieces)
 
 
-def _pieces(leg: Leg, predictor: LanePredictor, trial: AngleTrial) -> list[AngleTrial]:
+def _pieces_of_trial(leg: Leg, predictor: LanePredictor, trial: AngleTrial) -> list[AngleTrial]:
     if trial.recording.signals is not None:
         return [trial]
-    lost = trial.recording.known_torque is not None and _lost(predictor, trial)
+    lost = trial.recording.known_torque is not None and _loses_the_motion(predictor, trial)
     nominal = trial.recording.leg or leg
-    along = Deviations.of(_bare(nominal) if lost else nominal, trial)
-    period, longest = PERIOD * trial.recording.smoothed.pace, len(trial.time)
-    if lost and along.kept(period) > KEPT:
+    along = Deviations.of(_without_springs_and_dampers(nominal) if lost else nominal, trial)
+    period, longest = PERIOD_IN_PACES * trial.recording.smoothed.pace, len(trial.time)
+    if lost and along.kept(period) > FORGETTING_SHARE:
         number = round(float(trial.time[-1]) / (0.5 * period))
         longest = max(-(-len(trial.time) // max(number, 1)), LEAST_SAMPLES)
     if len(along.cuts(longest, MOST_GROWTH)) == 1:
         return [trial]
-    begins = along.cuts(longest, IN_PIECE)
+    begins = along.cuts(longest, MOST_GROWTH_IN_PIECE)
     return [trial.piece(first, last) for first, last in zip(begins, [*begins[1:], len(trial.time)], strict=True)]
 
 
-def _bare(leg: Leg) -> Leg:
+def _without_springs_and_dampers(leg: Leg) -> Leg:
     """The leg without springs and dampers."""
     return leg.with_joints(**{name: {"spring": None, "damper": None} for name in leg.joint_names})
 
 
-def _lost(predictor: LanePredictor, trial: AngleTrial) -> bool:
+def _loses_the_motion(predictor: LanePredictor, trial: AngleTrial) -> bool:
     """Whether the unchanged nominal leg, from the state that the first samples show, does not follow the motion."""
     block = Block((), np.zeros((predictor.n_tolerance, 1)), first_state(trial)[None, :, None])
     error = np.where(trial.counts, predictor.predict([trial], [block])[0][:, :, 0] - trial.measured, 0.0)
     motion = np.where(trial.counts, trial.measured - trial.measured.mean(axis=0), 0.0)
-    return not float(np.sum(error**2)) <= LOST**2 * float(np.sum(motion**2))
+    return not float(np.sum(error**2)) <= LOST_SHARE**2 * float(np.sum(motion**2))
 
 
 @dataclass(frozen=True)
@@ -106,7 +104,7 @@ class Deviations:
         count, n = len(self.momentum), self.momentum.shape[1]
         begins, followed = [0], np.zeros((0, 2 * n, n))
         for sample in range(count - LEAST_SAMPLES):
-            if (sample - begins[-1]) % EVERY == 0:
+            if (sample - begins[-1]) % SAMPLES_BETWEEN == 0:
                 begun = np.concatenate([np.eye(n), self.momentum[sample]])
                 followed = np.concatenate([followed, begun[None]])
             followed = self.step[sample] @ followed
@@ -131,8 +129,10 @@ class Deviations:
             return np.concatenate([momentum, force + joint_torques(leg, angle, rate)], axis=1)
 
         here, moved = flow(angle, rate), np.eye(n)
-        by_angle = np.stack([(flow(angle + STEP * one, rate) - here) / STEP for one in moved], axis=2)
-        fast = STEP / trial.time_unit
+        by_angle = np.stack(
+            [(flow(angle + DERIVATIVE_STEP * one, rate) - here) / DERIVATIVE_STEP for one in moved], axis=2
+        )
+        fast = DERIVATIVE_STEP / trial.time_unit
         by_rate = np.stack([(flow(angle, rate + fast * one) - here) / fast for one in moved], axis=2)
         free = trial.free
         momentum, mass = by_angle[:, free][:, :, free], by_rate[:, free][:, :, free]
@@ -149,13 +149,13 @@ class Deviations:
         return cls(step, momentum, forgetting)
 
 
-def wholes(trials: Sequence[AngleTrial]) -> tuple[AngleTrial, ...]:
+def whole_recordings(trials: Sequence[AngleTrial]) -> tuple[AngleTrial, ...]:
     """The recordings that trials are, or are pieces of; in order, each once."""
     return tuple({id(trial.whole): trial.whole for trial in trials}.values())
 
 
-def joined(trials: Sequence[AngleTrial], predicted: Sequence[Array]) -> tuple[Array, ...]:
-    """(m, n) of each of the ``wholes``, from (m, n) of each trial or piece."""
+def join_pieces(trials: Sequence[AngleTrial], predicted: Sequence[Array]) -> tuple[Array, ...]:
+    """(m, n) of each of the ``whole_recordings``, from (m, n) of each trial or piece."""
     rows: dict[int, list[Array]] = {}
     for trial, rotation in zip(trials, predicted, strict=True):
         rows.setdefault(id(trial.whole), []).append(rotation)
@@ -167,8 +167,8 @@ def cut_sentence(trials: Sequence[AngleTrial]) -> str:
     cut = [trial for trial in trials if trial.part_of]
     if not cut:
         return ""
-    whole, length = wholes(cut), float(np.median([trial.time[-1] for trial in cut]))
-    of = whole[0].recording.name if len(whole) == 1 else f"{len(whole)} of {len(wholes(trials))} recordings"
+    whole, length = whole_recordings(cut), float(np.median([trial.time[-1] for trial in cut]))
+    of = whole[0].recording.name if len(whole) == 1 else f"{len(whole)} of {len(whole_recordings(trials))} recordings"
     return noted(
         f"{of}: errors grow or add up along the motion, so it is compared in {len(cut)} pieces of {length:.2g} s "
         "(median), each from an initial state of its own"

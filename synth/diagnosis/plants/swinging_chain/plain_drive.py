@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth.diagnosis.plants.swinging_chain.stand_in import MOST_TRIALS, motion, rms_degrees
+from synth.diagnosis.plants.swinging_chain.stand_in import MOST_TRIALS, rms_degrees, simulate_motion
 from synth.drives.servo import Servo
 from synth.files.drive_terms import DriveTerms, drive_terms
 from synth.files.trial_list import Trial
@@ -20,7 +20,7 @@ from synth.fit.recordings import Recording, recordings
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Joint, Leg
 
-SHARED = "shared_source_resistance"
+SHARED_EFFECT = "shared_source_resistance"
 
 
 def drive_error(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
@@ -30,32 +30,34 @@ def drive_error(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
     """
     terms = drive_terms(leg)
     known = [each for each in terms if each is not None]
-    if not any(each.lost for each in known) and SHARED not in leg.effects:
+    if not any(each.lost for each in known) and SHARED_EFFECT not in leg.effects:
         return ()
-    if any(each.volt for each in known) or any(_curved(joint) for joint in leg.joints):
+    if any(each.volt for each in known) or any(_has_damper_curve(joint) for joint in leg.joints):
         return ()
     made = recordings(leg, trials, ())
     few = [made[k] for k in sorted({round(x) for x in np.linspace(0, len(made) - 1, MOST_TRIALS)})]
-    plain = _plain(leg, terms)
-    apart = np.concatenate([(motion(plain, _at_one_volt(each)) - motion(leg, each)).ravel() for each in few])
+    plain = _with_plain_drives(leg, terms)
+    apart = np.concatenate(
+        [(simulate_motion(plain, _at_one_volt(each)) - simulate_motion(leg, each)).ravel() for each in few]
+    )
     if not np.all(np.isfinite(apart)):
         return ("in the trials the drive as it stands here diverges from the diagnosed leg's motion",)
     error = rms_degrees(apart)
     return (f"in the trials the drive as it stands here moves {error:.2g} deg RMS away from the diagnosed leg",)
 
 
-def _curved(joint: Joint) -> bool:
+def _has_damper_curve(joint: Joint) -> bool:
     return isinstance(joint.drive, Servo) and joint.damper is not None and joint.damper.rate is None
 
 
-def _plain(leg: Leg, terms: Sequence[DriveTerms | None]) -> Leg:
+def _with_plain_drives(leg: Leg, terms: Sequence[DriveTerms | None]) -> Leg:
     """The leg with each servo as a torque that follows at once, and its winding's braking in the joint's damper."""
-    joints = [_with_terms(joint, own) for joint, own in zip(leg.joints, terms, strict=True)]
-    base = {name: values for name, values in leg.effects.items() if name != SHARED}
+    joints = [_joint_with_terms(joint, own) for joint, own in zip(leg.joints, terms, strict=True)]
+    base = {name: values for name, values in leg.effects.items() if name != SHARED_EFFECT}
     return replace(leg, joints=tuple(joints), effects=base)
 
 
-def _with_terms(joint: Joint, own: DriveTerms | None) -> Joint:
+def _joint_with_terms(joint: Joint, own: DriveTerms | None) -> Joint:
     if own is None or not isinstance(joint.drive, Servo):
         return joint
     servo = Servo(

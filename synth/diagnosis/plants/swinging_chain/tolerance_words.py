@@ -7,7 +7,7 @@ from synth.swing.leg_model import Leg
 from synth.swing.tolerances import QUANTITIES, Tolerances
 
 # Effect -> its parameter, and the number of the leg whose tolerance is the unit.
-COUNTED = {
+COUNTED_EFFECTS = {
     "link_mass": (("share", "mass"),),
     "link_inertia": (("com", "com"), ("inertia", "inertia")),
     "spring_rate": (("rate", "spring_rate"),),
@@ -21,48 +21,48 @@ NUMBER_WORDS = {
     "viscous_damping": ("damper", "stronger", "weaker"),
 }
 RATES = ("spring_rate", "damper_rate")  # their values are given in N m/rad, not as a share
-MOST = 12.0  # tolerances; beyond it the number was never measured, and a count of tolerances is meaningless
-LEAST = 1.5  # tolerances; a smaller deviation is expected
+MOST_TOLERANCES = 12.0  # tolerances; beyond it the number was never measured, and a count of tolerances is meaningless
+LEAST_TOLERANCES = 1.5  # tolerances; a smaller deviation is expected
 NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 
 
-def in_tolerances(cause: Cause, leg: Leg, tolerances: Tolerances) -> str:
+def count_of_tolerances(cause: Cause, leg: Leg, tolerances: Tolerances) -> str:
     """``three of your tolerances``; empty if the cause is not a wrong number, or is far larger."""
-    if cause.effect not in COUNTED or cause.joint not in leg.joint_names:
+    if cause.effect not in COUNTED_EFFECTS or cause.joint not in leg.joint_names:
         return ""
     joint = leg.joint_names.index(cause.joint)
     most = 0.0
-    for parameter, quantity in COUNTED[cause.effect]:
+    for parameter, quantity in COUNTED_EFFECTS[cause.effect]:
         width = float(tolerances.width[QUANTITIES.index(quantity), joint])
-        size = _nominal(leg, joint, quantity) if quantity in RATES else 1.0
+        size = _nominal_rate(leg, joint, quantity) if quantity in RATES else 1.0
         if parameter in cause.parameters and width * size > 0.0:
             most = max(most, abs(cause.parameters[parameter].value) / (width * size))
-    if not LEAST <= most <= MOST + 0.5:
+    if not LEAST_TOLERANCES <= most <= MOST_TOLERANCES + 0.5:
         return ""
     return f"{NUMBERS[max(round(most), 2) - 2]} of your tolerances"
 
 
-def in_words(cause: Cause, plain: str, leg: Leg, tolerances: Tolerances) -> str:
+def number_words(cause: Cause, plain: str, leg: Leg, tolerances: Tolerances) -> str:
     """``the knee's link is 3.1 % heavier than designed, three of your tolerances``; ``plain`` without a nominal."""
-    share = _share(cause, leg)
+    share = _relative_change(cause, leg)
     if share:
         part, more, less = NUMBER_WORDS[cause.effect]
         sense = more if share > 0.0 else less
         plain = f"the {cause.joint}'s {part} is {abs(100.0 * share):.2g} % {sense} than designed"
-    counted = in_tolerances(cause, leg, tolerances)
+    counted = count_of_tolerances(cause, leg, tolerances)
     return f"{plain}, {counted}" if counted else plain
 
 
-def _share(cause: Cause, leg: Leg) -> float:
+def _relative_change(cause: Cause, leg: Leg) -> float:
     """The change of a number as a share of the design's; 0 if it is no such number, or the design has none."""
     if cause.effect not in NUMBER_WORDS or cause.joint not in leg.joint_names:
         return 0.0
-    ((parameter, quantity),) = COUNTED[cause.effect]
-    nominal = _nominal(leg, leg.joint_names.index(cause.joint), quantity) if quantity in RATES else 1.0
+    ((parameter, quantity),) = COUNTED_EFFECTS[cause.effect]
+    nominal = _nominal_rate(leg, leg.joint_names.index(cause.joint), quantity) if quantity in RATES else 1.0
     return cause.parameters[parameter].value / nominal if parameter in cause.parameters and nominal > 0.0 else 0.0
 
 
-def _nominal(leg: Leg, joint: int, quantity: str) -> float:
+def _nominal_rate(leg: Leg, joint: int, quantity: str) -> float:
     """N m/rad or N m s/rad of the designed leg; 0 if there is none, or only a curve."""
     spring, damper = leg.joints[joint].spring, leg.joints[joint].damper
     if quantity == "spring_rate":

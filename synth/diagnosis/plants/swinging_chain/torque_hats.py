@@ -21,14 +21,14 @@ from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque
 from synth.diagnosis.workbench import Workbench
 from synth.fit.recordings import Recording
 
-PLACES = 9  # hats over the range of deflection, for each direction of motion
-SPEEDS = 15  # hats over speed, both directions
-FINE = 0.05  # of the largest speed: below it hats are evenly spaced, above it logarithmically
-TURNING = 0.02  # of the largest speed, width of the transition between directions of motion
-SMOOTH = 2.0  # in hats, correlation length of the smooth part of the prior
-ALIKE = 0.5  # prior correlation between the curves of both directions of motion
-KNOTS = 250  # points of the torque along a trial, linear between them
-STEP = 0.01  # of the joint's natural torque, step of the derivative by each hat
+HATS_OVER_DEFLECTION = 9  # hats over the range of deflection, for each direction of motion
+HATS_OVER_SPEED = 15  # hats over speed, both directions
+FINE_SPEED_SHARE = 0.05  # of the largest speed: below it hats are evenly spaced, above it logarithmically
+TURNING_SHARE = 0.02  # of the largest speed, width of the transition between directions of motion
+CORRELATION_LENGTH = 2.0  # in hats, correlation length of the smooth part of the prior
+DIRECTION_CORRELATION = 0.5  # prior correlation between the curves of both directions of motion
+KNOTS_A_TRIAL = 250  # points of the torque along a trial, linear between them
+HEIGHT_STEP = 0.01  # of the joint's natural torque, step of the derivative by each hat
 
 
 @dataclass(frozen=True)
@@ -50,9 +50,13 @@ class Hats:
         # The largest speed without the fastest hundredth, which may contain smoothing artefacts.
         speed = float(np.percentile(np.abs(np.concatenate([smoothed.rate[:, joint] for smoothed in moving])), 99))
         if over == "deflection":
-            nodes = np.linspace(angle.min(), angle.max(), PLACES)
+            nodes = np.linspace(angle.min(), angle.max(), HATS_OVER_DEFLECTION)
         else:
-            nodes = FINE * speed * np.sinh(np.linspace(-1.0, 1.0, SPEEDS) * np.arcsinh(1.0 / FINE))
+            nodes = (
+                FINE_SPEED_SHARE
+                * speed
+                * np.sinh(np.linspace(-1.0, 1.0, HATS_OVER_SPEED) * np.arcsinh(1.0 / FINE_SPEED_SHARE))
+            )
         return cls(joint, over, nodes, rest, float(scales.torque[joint]), max(speed, 1e-9))
 
     @property
@@ -62,9 +66,11 @@ class Hats:
 
     def prior_root(self) -> Array:
         """(k, k) square root of the hats' prior covariance, in natural torques."""
-        covariance = _smooth(len(self.nodes))
+        covariance = _smooth_covariance(len(self.nodes))
         if self.over == "deflection":
-            covariance = np.asarray(np.kron([[1.0, ALIKE], [ALIKE, 1.0]], covariance), dtype=float)
+            covariance = np.asarray(
+                np.kron([[1.0, DIRECTION_CORRELATION], [DIRECTION_CORRELATION, 1.0]], covariance), dtype=float
+            )
         return np.asarray(np.linalg.cholesky(covariance + 1e-9 * np.eye(len(covariance))))
 
     def along(self, trial: AngleTrial) -> Array:
@@ -72,10 +78,10 @@ class Hats:
         smoothed = trial.recording.smoothed
         angle, rate = smoothed.angle[:, self.joint], smoothed.rate[:, self.joint]
         if self.over == "speed":
-            scaled = np.arcsinh(rate / (FINE * self.speed))
-            return _hats(scaled, np.arcsinh(self.nodes / (FINE * self.speed)))
-        direction = np.tanh(rate / (TURNING * self.speed))
-        hats = _hats(angle, self.nodes)
+            scaled = np.arcsinh(rate / (FINE_SPEED_SHARE * self.speed))
+            return _hat_values(scaled, np.arcsinh(self.nodes / (FINE_SPEED_SHARE * self.speed)))
+        direction = np.tanh(rate / (TURNING_SHARE * self.speed))
+        hats = _hat_values(angle, self.nodes)
         forth, back = (np.maximum(side * direction, 0.0)[:, None] for side in (1.0, -1.0))
         return np.concatenate([hats * forth, hats * back], axis=1)
 
@@ -97,7 +103,7 @@ class Hats:
         key = id(trial.recording)
         if key not in self._kept:
             smoothed, driven = trial.recording.smoothed, trial.recording.known_torque
-            every = max(1, len(smoothed.time) // KNOTS)
+            every = max(1, len(smoothed.time) // KNOTS_A_TRIAL)
             time = smoothed.time[::every] if driven is None else np.union1d(smoothed.time[::every], driven[0])
             along = self.along(trial)
             basis = np.column_stack([np.interp(time, smoothed.time, column) for column in along.T])
@@ -124,7 +130,9 @@ class Hats:
             return np.asarray(white.lanes(bench.predictor.predict([self.driven(trial, at)], [block])[0])[0])
 
         still = predicted(heights)
-        return np.column_stack([(predicted(heights + STEP * hat) - still) / STEP for hat in np.eye(self.count)])
+        return np.column_stack(
+            [(predicted(heights + HEIGHT_STEP * hat) - still) / HEIGHT_STEP for hat in np.eye(self.count)]
+        )
 
     def from_missing(self, trials: Sequence[AngleTrial], missing: Sequence[MissingTorque]) -> Array:
         """(k,) heights, in natural torques, nearest to the torque missing along the recordings.
@@ -148,7 +156,7 @@ class Hats:
         return np.asarray(root @ white)
 
 
-def _smooth(count: int) -> Array:
+def _smooth_covariance(count: int) -> Array:
     """(k, k) prior covariance of consecutive hats: a constant, a straight line, and a smooth part (squared
     exponential).
 
@@ -157,10 +165,10 @@ def _smooth(count: int) -> Array:
     place = np.arange(float(count))
     line = np.linspace(-1.0, 1.0, count)
     apart = place[:, None] - place[None, :]
-    return np.asarray(1.0 + np.outer(line, line) + np.exp(-0.5 * (apart / SMOOTH) ** 2))
+    return np.asarray(1.0 + np.outer(line, line) + np.exp(-0.5 * (apart / CORRELATION_LENGTH) ** 2))
 
 
-def _hats(x: Array, nodes: Array) -> Array:
+def _hat_values(x: Array, nodes: Array) -> Array:
     """(n, k) hats at evenly spaced ``nodes`` (k,), constant beyond the ends."""
     place = np.clip((x - nodes[0]) / (nodes[1] - nodes[0]), 0.0, len(nodes) - 1.0)
     return np.asarray(np.maximum(0.0, 1.0 - np.abs(place[:, None] - np.arange(len(nodes)))))

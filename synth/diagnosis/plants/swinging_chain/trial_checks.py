@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from synth.files.trial_list import Trial
 
 LEAST_MOTION = np.radians(0.5)  # rad; a smaller motion is not a release
-LOOSE = np.radians(2.0)  # rad; acceptable motion of a locked joint
+LOOSE_MOTION = np.radians(2.0)  # rad; acceptable motion of a locked joint
 
 
 @dataclass(frozen=True)
@@ -47,14 +47,14 @@ def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
     learnt = [k for k, trial in enumerate(trials) if not trial.held_out]
     _refuse_rest([trials[k].name for k in learnt], [seen[k] for k in learnt])
     return (
-        *_loose(leg, trials, made),
+        *_loose_joints(leg, trials, made),
         *_still_trials(trials, seen, learnt),
         *_still_joints(leg, [seen[k] for k in learnt]),
-        *_few(
+        *_few_trials(
             len(learnt) - len({later for later, _ in copies([made[k] for k in learnt], [False] * len(learnt))}),
             len(trials) - len(learnt),
         ),
-        *_driven(leg, trials),
+        *_driven_trials(leg, trials),
     )
 
 
@@ -89,13 +89,13 @@ def _refuse_rest(names: Sequence[str], seen: Sequence[dict[int, JointMotion]]) -
     raise UserError(problems)
 
 
-def _loose(leg: Leg, trials: Sequence[Trial], made: Sequence[Recording]) -> list[str]:
+def _loose_joints(leg: Leg, trials: Sequence[Trial], made: Sequence[Recording]) -> list[str]:
     """Joints listed as locked that move nevertheless."""
     found = []
     for trial, recording in zip(trials, made, strict=True):
         for j in recording.conditions.locked:
             low, high = np.nanpercentile(trial.angles[:, j], [2.0, 98.0])
-            if high - low > max(LOOSE, 6.0 * recording.smoothed.noise[j]):
+            if high - low > max(LOOSE_MOTION, 6.0 * recording.smoothed.noise[j]):
                 text = f"{trial.name}: {leg.joint_names[j]} is listed as locked but moves by "
                 held = f"{np.degrees(high - low):.2g} deg; it is assumed locked at its median"
                 found.append(decisive(text + held))
@@ -126,7 +126,7 @@ def _still_joints(leg: Leg, seen: Sequence[dict[int, JointMotion]]) -> list[str]
     return found
 
 
-def _few(learnt: int, held_out: int) -> list[str]:
+def _few_trials(learnt: int, held_out: int) -> list[str]:
     """``learnt`` : distinct training trials."""
     if learnt > 1:
         return []
@@ -135,7 +135,7 @@ def _few(learnt: int, held_out: int) -> list[str]:
     return [text + "separated, and the variation between trials is unknown; add two more, from other poses"]
 
 
-def _driven(leg: Leg, trials: Sequence[Trial]) -> list[str]:
+def _driven_trials(leg: Leg, trials: Sequence[Trial]) -> list[str]:
     driven = [trial for trial in trials if trial.torques is not None]
     if not driven:
         return []
