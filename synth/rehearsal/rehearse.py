@@ -24,7 +24,6 @@ from synth.rehearsal.users_rig import Rig
 OTHER_CASES = 8
 CASES_A_CAUSE = 2  # default; fewer do not bisect for a rung
 UNLISTED_RUNG = 2  # rung of causes outside the library: large enough to matter
-MOST_CASES = 20_000  # beyond any practical waiting time
 OUTCOME_FILE = "outcome.json"
 # Raised where a task is planted or recorded otherwise: finished cases of before are then not reused.
 CASE_FORMAT = "2"
