@@ -63,7 +63,7 @@ MUTANTS = (
            "fit/test_weak_form.py", "tilted"),
     Mutant("a tip mass forgotten", "momentum_and_force(coefficients(leg, tip), angle",
            "momentum_and_force(coefficients(leg), angle", "fit/test_weak_form.py", "tilted"),
-    Mutant("a known torque turned round", "force += averaged(", "force -= averaged(",
+    Mutant("a known torque turned round", "force += average_torques(", "force -= average_torques(",
            "fit/test_weak_form.py", "torque"),
     Mutant("the bump's slope halved", "(1.0 - u * u) ** 3, -6.0 * u *", "(1.0 - u * u) ** 3, -3.0 * u *",
            "fit/test_weak_form.py", "quadrature"),

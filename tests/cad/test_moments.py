@@ -50,7 +50,9 @@ def test_mass_and_inertia_of_every_part_equal_those_of_its_mesh(leg: BuiltLeg) -
 
 
 def test_moments_of_facets_are_those_of_the_solids(leg: BuiltLeg) -> None:
-    """Every part of every joint; 1e-5 is the kernel's own error where a screw's hole crosses a tube.
+    """Every part of every joint; 1e-5 is the kernel's own error where a screw's hole crosses a tube, for each hole.
+
+    The damper's bracket has three such holes, for keys and for the adapter's screw.
 
     The facets of a spring are straight between points 2.5 deg apart: its centre is within 5e-3 mm, its inertia 3e-4.
     """
@@ -59,7 +61,8 @@ def test_moments_of_facets_are_those_of_the_solids(leg: BuiltLeg) -> None:
     for exact, quick in zip(leg.parts, fine.parts, strict=True):
         wanted, found = exact.moments(), quick.moments()
         assert is_faceted(quick.solid), quick.name
-        assert found.volume == pytest.approx(wanted.volume, rel=1e-5), quick.name
+        holes = 3 if exact.name.endswith("damper_bracket") else 1
+        assert found.volume == pytest.approx(wanted.volume, rel=1e-5 * holes), quick.name
         atol = 5e-3 if exact.family == "spring" else 1e-3
         np.testing.assert_allclose(found.centre, wanted.centre, atol=atol, err_msg=quick.name)
         error = np.abs(np.subtract(found.tensor, wanted.tensor)).max() / max(wanted.tensor)

@@ -106,7 +106,7 @@ def test_what_only_the_whole_catalogue_refuses_is_named_in_the_vendor_s_table(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The converted files are loaded before anything is written; their mistakes are shown at their origin."""
-    monkeypatch.setattr("synth.parts.catalog_import.allowed", lambda value, *_: value)
+    monkeypatch.setattr("synth.parts.catalog_import.require_allowed", lambda value, *_: value)
     before = contents(folder)
     assert imported("\nA1" + ROW + "A2,-1,0.75,6.17,120,4.18,100\n", "Alpha") == 2
     assert 'table.csv:4: Wire Dia. (in): "-25.4" must be above 0' in capsys.readouterr().err

@@ -13,7 +13,8 @@ from fit.simulated_legs import errors, fitted
 from robustness.random_legs import Recorder, random_case
 from synth.fit.least_squares import HUBER
 from synth.fit.recordings import recordings
-from synth.fit.rounding import COARSE, Rounding, encoder_counts, rounding_of
+from synth.fit.rounding import Rounding, encoder_counts, rounding_of
+from synth.motion.counts import COARSE_NOISE
 
 COUNT = 2 * math.pi / 512
 
@@ -57,7 +58,7 @@ def test_noise_before_rounding_is_estimated(share: float) -> None:
 def test_rounding_is_not_modelled_for_fine_counts_or_a_wrong_model() -> None:
     rng = np.random.default_rng(5)
     truth = np.linspace(0.0, 30 * COUNT, 4000)
-    noisy = truth + 1.5 * COARSE * COUNT * rng.standard_normal(4000)
+    noisy = truth + 1.5 * COARSE_NOISE * COUNT * rng.standard_normal(4000)
     assert rounding_of(truth - COUNT * np.round(noisy / COUNT), COUNT) is None
     assert rounding_of(truth - noisy, 0.0) is None
     assert rounding_of(5 * COUNT * np.sin(truth), COUNT) is None
