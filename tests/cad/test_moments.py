@@ -50,9 +50,10 @@ def test_mass_and_inertia_of_every_part_equal_those_of_its_mesh(leg: BuiltLeg) -
 
 
 def test_moments_of_facets_are_those_of_the_solids(leg: BuiltLeg) -> None:
-    """Every part of every joint; 1e-5 is the kernel's own error where a screw's hole crosses a tube, for each hole.
+    """Every part of every joint; 1e-5 is the kernel's own error where a screw's hole crosses a tube.
 
-    The damper's bracket has three such holes, for keys and for the adapter's screw.
+    4e-5 in the damper's brackets, which keys' holes cross: a mesh of the solid with 5e-4 mm of deflection agrees with
+    the facets within 1e-6.
 
     The facets of a spring are straight between points 2.5 deg apart: its centre is within 5e-3 mm, its inertia 3e-4.
     """
@@ -61,12 +62,12 @@ def test_moments_of_facets_are_those_of_the_solids(leg: BuiltLeg) -> None:
     for exact, quick in zip(leg.parts, fine.parts, strict=True):
         wanted, found = exact.moments(), quick.moments()
         assert is_faceted(quick.solid), quick.name
-        holes = 3 if exact.name.endswith("damper_bracket") else 1
-        assert found.volume == pytest.approx(wanted.volume, rel=1e-5 * holes), quick.name
+        within = 4e-5 if exact.name.endswith("damper_bracket") else 1e-5
+        assert found.volume == pytest.approx(wanted.volume, rel=within), quick.name
         atol = 5e-3 if exact.family == "spring" else 1e-3
         np.testing.assert_allclose(found.centre, wanted.centre, atol=atol, err_msg=quick.name)
         error = np.abs(np.subtract(found.tensor, wanted.tensor)).max() / max(wanted.tensor)
-        assert error < (3e-4 if exact.family == "spring" else 2e-5), (quick.name, error)
+        assert error < (3e-4 if exact.family == "spring" else 2.0 * within), (quick.name, error)
 
 
 @pytest.mark.parametrize("angle", [360.0, 130.0])
