@@ -5,18 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from synth.cad.by_torques import BY_TORQUES
 from synth.cad.joint import BuiltJoint
 from synth.cad.parts import BuiltPart, Mesh
 
 FEELER = 0.05  # mm, feeler gauge under a collar: half of the allowed axial play
 SPREAD = 0.75  # of the joint's width: distance between the parts of successive steps in the exploded view
 BELOW = 1.5  # of the joint's width: distance by which parts from between the ears are drawn below them
-
-BY_TORQUES = (
-    "turn the link off the stop with a spring scale, square to it at a known distance from the hinge, to two angles A "
-    "and B some 15 deg apart; with the torques M and N there (scale times distance, the mean of going there from "
-    "either side) the free angle is A - M (B - A)/(N - M)"
-)
 
 APART = ("shaft",)  # families drawn away from the largest part of their step: numbered too
 

@@ -11,7 +11,7 @@ from synth.reports.reading import Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 MEASURES = {"clearance": "ground clearance", "total_height": "rise of the centre of mass"}
-# M, clearance: Knaup & Aukes, simulation D and experiment.
+# m, clearance: Knaup & Aukes, simulation D and experiment.
 PUBLISHED = (("22 cm predicted", 0.22), ("18.3 cm measured", 0.183))
 
 

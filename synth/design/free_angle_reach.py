@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from math import degrees, radians
 
+from synth.cad.by_torques import BY_TORQUES
 from synth.design.forecast import MEASURED_ANGLE
 from synth.design.leg_design import LegDesign
 from synth.errors import Problem, UserError
 
-BY_TORQUES = (
-    "turn the link off the stop with a spring scale, square to it at a known distance from the hinge, to two angles A "
-    "and B some 15 deg apart; with the torques M and N there (scale times distance, the mean of going there from "
-    "either side) the free angle is A - M (B - A)/(N - M)"
-)
 WRITE_IT = "write it with free_angle_by: torque"
 
 

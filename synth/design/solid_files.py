@@ -9,7 +9,8 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from synth.design.free_angle_reach import BY_TORQUES, WRITE_IT, out_of_reach
+from synth.cad.by_torques import BY_TORQUES
+from synth.design.free_angle_reach import WRITE_IT, out_of_reach
 from synth.design.measured_forecast import measured_free_angles
 from synth.errors import Problem, UserError
 from synth.files.output import write_json

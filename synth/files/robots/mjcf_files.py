@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
-from xml.etree.ElementTree import Element, ParseError, XMLParser, fromstring
+from xml.etree.ElementTree import Element
 
 from synth.errors import Problem, UserError
-from synth.files.paths import read_bytes, refuse_outside
+from synth.files.paths import refuse_outside
+from synth.files.robots.xml_root import root_element
 
 LARGEST = 200_000_000  # bytes; as of a robot's file
 MOST = 200  # included files; a robot's file has a few
@@ -35,7 +36,7 @@ def require_files_inside(path: Path) -> None:
         if len(seen) > MOST:
             raise UserError(Problem(f"includes more than {MOST} files", str(path)))
         file = waiting.pop()
-        root = _root(file)
+        root = root_element(file, LARGEST, "a robot's file names its meshes and does not hold them")
         folders |= {item.get(key, "") for item in root.iter("compiler") for key in FOLDERS}
         bare = any(item.get("strippath") == "true" for item in root.iter("compiler"))
         for item, key in _named(root):
@@ -60,13 +61,3 @@ def require_files_inside(path: Path) -> None:
 def _named(root: Element) -> Iterator[tuple[Element, str]]:
     """Every element and attribute that names a file."""
     return ((item, key) for item in root.iter() for key in FILES if item.get(key, "").strip())
-
-
-def _root(file: Path) -> Element:
-    data = read_bytes(file, LARGEST, "a robot's file names its meshes and does not hold them")
-    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:  # entities that name each other fill the memory
-        raise UserError(Problem("declares entities, which are not read; write it out without", str(file)))
-    try:
-        return fromstring(data, XMLParser())
-    except ParseError as error:
-        raise UserError(Problem(f"is not XML: {error.msg}", str(file), line=error.position[0])) from None

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from xml.etree.ElementTree import Element, ParseError, XMLParser, fromstring
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.files.paths import read_bytes
 from synth.files.robots.mesh_points import mesh_points
 from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
 from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint
+from synth.files.robots.xml_root import root_element
 
 LARGEST = 20_000_000  # bytes; meshes are files of their own
 GRAVITY = 9.81  # m/s^2; URDF leaves it to the simulator
@@ -68,13 +68,7 @@ def read_urdf(path: Path) -> Robot:
 
 
 def _root(path: Path) -> Element:
-    data = read_bytes(path, LARGEST, "a URDF holds no meshes")
-    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:  # entities that name each other fill the memory
-        raise UserError(Problem("declares entities, which are not read; write it out without (xacro does)", str(path)))
-    try:
-        root = fromstring(data, XMLParser())
-    except ParseError as error:
-        raise UserError(Problem(f"is not XML: {error.msg}", str(path), line=error.position[0])) from None
+    root = root_element(path, LARGEST, "a URDF holds no meshes", write_out="xacro")
     if root.tag != "robot":
         raise UserError(Problem(f"is no URDF: its root is <{root.tag}>, not <robot>", str(path)))
     if any("xacro" in str(item.tag) or "${" in " ".join(item.attrib.values()) for item in root.iter()):

@@ -15,7 +15,7 @@ from synth.arrays import Array
 
 TURN = 360.0  # deg, the unit of commands in a trial
 STEP = 90.0  # deg; a longer change of a command, whole turns aside, begins a new one
-REACHED_SHARE = 90.0  # deg from the command: the joint went there, and to no other turn of it
+REACHED_WITHIN = 90.0  # deg from the command: the joint went there, and to no other turn of it
 TIMES_SHOWN = 4  # times in a note
 
 
@@ -45,12 +45,12 @@ def same_turn(name: str, time: Array, value: Array, joint: TurnedAngle, notes: l
     wrapped = _as_wrapped(given, start, joint)
     if wrapped is not None:
         turns, ends, away = wrapped
-        near = np.abs(np.interp(start, joint.time, joint.cleaned) - turns) < REACHED_SHARE
+        near = np.abs(np.interp(start, joint.time, joint.cleaned) - turns) < REACHED_WITHIN
         if (near & (np.abs(turns - whole) > TURN / 2)).any():  # the joint shows that a shift as a whole is wrong
             result[known] = turns
             moved = np.flatnonzero(np.abs(np.diff(turns - given, prepend=0.0)) > 1.0)
             notes.append(f"{name}: wraps with the angle; unwrapped at {_times(start[moved])}")
-            doubtful = np.flatnonzero(np.abs(away) >= REACHED_SHARE)
+            doubtful = np.flatnonzero(np.abs(away) >= REACHED_WITHIN)
             if len(doubtful):
                 begins = np.concatenate([[0], ends[:-1] + 1])[doubtful]
                 notes.append(

@@ -29,7 +29,7 @@ WORDS = {
     "enabled": ("enabled", "torque enable", "torque enabled"),
 }  # fmt: skip
 SUPPLIES = ("supply", "supply voltage", "input voltage", "input volts", "battery voltage")
-# S, stamps closer than this share a row: below any controller's period, above rounding of stamps
+# s, stamps closer than this share a row: below any controller's period, above rounding of stamps
 INPUTS_TOGETHER = 1e-6
 
 
