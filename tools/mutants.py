@@ -14,13 +14,14 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 WANTED = 0.95  # share of the mutants that the tests must catch
-LONGEST = 900.0  # s for the tests of one mutant; longer counts as caught, since a hang is noticed
+LONGEST = 900.0  # s for the tests of one mutant; longer counts as caught: without it they pass in that time
 COPIED = ("synth", "cad", "reports", "catalogs", "tests", "tools", "pyproject.toml", "README.md", "CHANGELOG.md")
 
 
@@ -167,9 +168,8 @@ def file_of(mutant: Mutant, root: Path = ROOT) -> Path:
     return next(iter(holding))
 
 
-def judge(mutant: Mutant, folder: Path) -> Verdict:
-    """Apply the mutant to a copy of the repository in ``folder``, and run its tests there."""
-    copy = folder / f"mutant-{hash(mutant) & 0xFFFFFFFF:08x}"
+def _copied(copy: Path) -> Path:
+    """A copy of what the tests need of the repository."""
     shutil.rmtree(copy, ignore_errors=True)
     copy.mkdir(parents=True)
     for name in COPIED:
@@ -178,26 +178,52 @@ def judge(mutant: Mutant, folder: Path) -> Verdict:
             shutil.copytree(source, copy / name, symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
         elif source.exists():
             shutil.copy(source, copy / name)
-    target = file_of(mutant, copy)
-    target.write_text(target.read_text(encoding="utf-8").replace(mutant.text, mutant.changed), encoding="utf-8")
+    return copy
+
+
+def _failure(tests: str, words: str, copy: Path) -> str:
+    """The first failure of these tests in a copy of the repository; empty if all pass."""
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider"]
-    command += [f"tests/{place}" for place in mutant.tests.split()]
-    command += ["-k", mutant.words] if mutant.words else []
+    command += [f"tests/{place}" for place in tests.split()]
+    command += ["-k", words] if words else []
     environment = {**os.environ, "PYTHONPATH": str(copy), "SYNTH_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
-    begun = time.perf_counter()
     try:
         ended = subprocess.run(
             command, cwd=copy, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False
         )
-        # 1: tests failed. Any status except 0 and 1 is a broken run and must not count as caught.
-        if ended.returncode not in (0, 1):
-            raise RuntimeError(f"{mutant.name}: pytest ended with {ended.returncode}\n{ended.stdout[-2000:]}")
-        caught = ended.returncode == 1
-        message = next((line for line in ended.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))), "")
     except subprocess.TimeoutExpired:
-        caught, message = True, f"longer than {LONGEST:g} s"
+        return f"longer than {LONGEST:g} s"
+    if ended.returncode not in (0, 1):  # 1: tests failed; any other status is a broken run
+        raise RuntimeError(f"tests {tests}: pytest ended with {ended.returncode}\n{ended.stdout[-2000:]}")
+    lines = ended.stdout.splitlines()
+    return next((line for line in lines if line.startswith(("FAILED", "ERROR"))), "failed") if ended.returncode else ""
+
+
+def check_unchanged(mutants: Sequence[Mutant], folder: Path, workers: int) -> None:
+    """Run each mutant's tests on an unchanged copy: only tests that pass there can catch a mutant.
+
+    Raises
+    ------
+    RuntimeError : a test fails without a mutant.
+    """
+    copy = _copied(folder / "unchanged")
+    wanted = sorted({(mutant.tests, mutant.words) for mutant in mutants})
+    with ThreadPoolExecutor(workers) as pool:
+        for (tests, _), message in zip(wanted, pool.map(lambda one: _failure(*one, copy), wanted), strict=True):
+            if message:
+                raise RuntimeError(f"the tests {tests} fail without a mutant: {message}")
     shutil.rmtree(copy)
-    return Verdict(mutant, str(target.relative_to(copy)), caught, time.perf_counter() - begun, message)
+
+
+def judge(mutant: Mutant, folder: Path) -> Verdict:
+    """Apply the mutant to a copy of the repository in ``folder``, and run its tests there."""
+    copy = _copied(folder / f"mutant-{hash(mutant) & 0xFFFFFFFF:08x}")
+    target = file_of(mutant, copy)
+    target.write_text(target.read_text(encoding="utf-8").replace(mutant.text, mutant.changed), encoding="utf-8")
+    begun = time.perf_counter()
+    message = _failure(mutant.tests, mutant.words, copy)
+    shutil.rmtree(copy)
+    return Verdict(mutant, str(target.relative_to(copy)), bool(message), time.perf_counter() - begun, message)
 
 
 def main(words: list[str] | None = None) -> int:
@@ -210,6 +236,7 @@ def main(words: list[str] | None = None) -> int:
     for mutant in chosen:
         file_of(mutant)  # before anything runs
     asked.to.mkdir(parents=True, exist_ok=True)
+    check_unchanged(chosen, asked.to, asked.workers)
     with ThreadPoolExecutor(asked.workers) as pool:
         verdicts = []
         for verdict in pool.map(lambda mutant: judge(mutant, asked.to), chosen):
