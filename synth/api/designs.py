@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from synth.api.design_input import inputs_of, read_design
+from synth.api.design_input import read_design
 from synth.api.report import Cell, Panel, Report, Stage, silent
 from synth.design.leg_design import LegDesign, design_leg
 from synth.design.solid_work import load_kernel
 from synth.errors import UserError
+from synth.files.input_hashes import input_hashes
 from synth.files.leg_project import LegProject
 from synth.files.plain_value import Remade, digest_of
 from synth.files.project_options import CadOptions
@@ -203,7 +204,7 @@ def design(
     bed, anywhere = project.cad.bed, CadOptions().bed
     stated = tuple(default for default in project.defaults if default.key != "cad.bed")
     rest = replace(project, cad=replace(project.cad, bed=anywhere), defaults=stated, inputs=(), measured_springs={})
-    read = inputs_of(replace(project, inputs=project.inputs[1:]))
+    read = input_hashes(replace(project, inputs=project.inputs[1:]))
     key = key_of("design", digest_of(rest), digest_of(catalogue), read, solids)
     remade = {
         Chain: Remade(lambda chain: chain.layout.n, compiled_chain),  # without its machine code
