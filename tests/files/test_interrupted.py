@@ -305,3 +305,49 @@ def test_standard_output_may_be_full_or_closed(name: str, tmp_path: Path) -> Non
 def test_leftovers_are_distinguished_by_the_result_s_whole_name() -> None:
     assert not PARTIAL.format("a.b").startswith(PARTIAL.format("a"))
     assert PARTIAL.format("a") != REPLACED.format("a")
+
+
+@pytest.mark.parametrize("half", ["/old", "/out"])
+@pytest.mark.parametrize("sent", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_during_the_exchange_leaves_a_whole_result(
+    sent: signal.Signals, half: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It arrives after the rename that moves the earlier result aside, or after the one that brings the new one."""
+    run(tmp_path / "out", "1")
+    rename = Path.rename
+
+    def renamed(self: Path, to: Path) -> Path:
+        there = rename(self, to)
+        if str(to).endswith(half):
+            os.kill(os.getpid(), sent)
+            os.kill(os.getpid(), sent)
+        return there
+
+    monkeypatch.setattr(Path, "rename", renamed)
+    outer = signal.signal(sent, signal.default_int_handler if sent == signal.SIGINT else signal.SIG_DFL)
+    try:
+        with pytest.raises((SystemExit, KeyboardInterrupt)):
+            run(tmp_path / "out", "2")
+    finally:
+        signal.signal(sent, outer)
+    assert names(tmp_path) == ["out"]
+    assert (tmp_path / "out" / "fit.json").read_text() == "2"
+
+
+def test_an_earlier_result_that_cannot_be_moved_back_at_once_is_not_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run(tmp_path / "out", "1")
+    rename = Path.rename
+
+    def refused(self: Path, to: Path) -> Path:
+        if to == tmp_path / "out":
+            raise OSError(5, "Input/output error")
+        return rename(self, to)
+
+    with monkeypatch.context() as patch, pytest.raises(UserError, match="Input/output error"):
+        patch.setattr(Path, "rename", refused)
+        run(tmp_path / "out", "2")
+    with pytest.raises(RuntimeError), output_folder(tmp_path / "out"):
+        raise RuntimeError
+    assert (tmp_path / "out" / "fit.json").read_text() == "1"
