@@ -61,5 +61,5 @@ def signals_held_back() -> Iterator[None]:
     finally:
         for number, handler in held.items():
             signal.signal(number, handler)
-        for number in dict.fromkeys(arrived):
-            signal.raise_signal(number)
+        for received in dict.fromkeys(arrived):
+            signal.raise_signal(received)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import signal
 import subprocess
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -18,7 +19,7 @@ import pytest
 from synth.batch.folder import RunCheckpoint
 from synth.cli import main
 from synth.errors import UserError
-from synth.files import output
+from synth.files import leftovers, output
 from synth.files.leftovers import PARTIAL, REPLACED, held_folder
 from synth.files.output import output_folder, write_bytes_whole, write_csv
 from synth.hopper.checkpoint import MANIFEST, Checkpoint
@@ -345,9 +346,32 @@ def test_an_earlier_result_that_cannot_be_moved_back_at_once_is_not_removed(
             raise OSError(5, "Input/output error")
         return rename(self, to)
 
-    with monkeypatch.context() as patch, pytest.raises(UserError, match="Input/output error"):
+    with monkeypatch.context() as patch:
         patch.setattr(Path, "rename", refused)
-        run(tmp_path / "out", "2")
+        with pytest.raises(UserError, match="Input/output error"):
+            run(tmp_path / "out", "2")
     with pytest.raises(RuntimeError), output_folder(tmp_path / "out"):
         raise RuntimeError
     assert (tmp_path / "out" / "fit.json").read_text() == "1"
+
+
+def without_system_locks(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(leftovers, "fcntl", None)
+
+
+def without_file_system_locks(patch: pytest.MonkeyPatch) -> None:
+    def flock(handle: int, how: int) -> None:
+        raise OSError(errno.ENOTSUP, "Operation not supported")
+
+    patch.setattr(leftovers.fcntl, "flock", flock)
+
+
+@pytest.mark.parametrize("without", [without_system_locks, without_file_system_locks])
+def test_without_locks_a_killed_run_does_not_block_its_result(
+    without: Callable[[pytest.MonkeyPatch], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / ".out.partial-dead").mkdir()
+    without(monkeypatch)
+    run(tmp_path / "out", "1")
+    run(tmp_path / "out", "2")
+    assert names(tmp_path) == [".out.partial-dead", "out"]  # nobody knows whether its run lives
