@@ -87,13 +87,15 @@ def diagnose_apart(
     """``gap.json`` of a case from a process that cannot read these folders or the generator; or None and the reason."""
     folders = [*closed, PACKAGE / "planting", PACKAGE / "rehearsal"]
     command = [sys.executable, str(PACKAGE / "commands" / "watched.py")]
-    command += [os.pathsep.join(os.path.realpath(folder) for folder in folders), "--"]
+    command += [os.pathsep.join(os.path.realpath(folder) for folder in folders), "--ends-with-input", "--"]
     command += ["gap", str(case), "--out", str(out), "--quiet"]
     command += [word for file in effects for word in ("--effect", file)]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")])}
+    heard, held = os.pipe()  # closes with this process, however it ends, and the diagnosis ends then
     try:
         ended = subprocess.run(
             command,
+            stdin=heard,
             cwd=case.parent,
             env=environment,
             capture_output=True,
@@ -103,6 +105,9 @@ def diagnose_apart(
         )
     except subprocess.TimeoutExpired:
         return None, f"longer than {LONGEST_DIAGNOSIS:g} s"
+    finally:
+        os.close(heard)
+        os.close(held)
     if ended.returncode:
         return None, f"{_end_in_words(ended.returncode)}: {ended.stderr[-MOST_MESSAGE:].strip()}".removesuffix(": ")
     return json.loads((out / "gap.json").read_text(encoding="utf-8")), ""
