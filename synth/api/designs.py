@@ -144,7 +144,7 @@ class Design(Report):
         if not self.solids:
             design = not_weighed(design)
         else:
-            with stage("drawing, checking and writing the joints"), drawing(design.project):
+            with stage("drawing, checking and writing the joints"), drawing(design.project, stage=stage):
                 drawn = draw_solids(design, folder, cache or StageCache(on=False), pictures=pictures)
                 design, extra = with_drawn_masses(design, drawn.masses), drawn.extra
                 friction = bearing_friction(design)
@@ -213,7 +213,7 @@ def design(
     kept = cache.value(key, LegDesign, remade)
     if kept is not None:
         return Design(on_bed(replace(kept, project=project), bed), solids)
-    with drawing(project, solids=solids):  # their start overlaps the fits
+    with drawing(project, solids=solids, stage=stage):  # their start overlaps the fits
         if compiling is not None:
             compiling(len(project.target.joints))
         made = _make_design(project, catalogue, solids=solids, stage=stage)
@@ -221,9 +221,9 @@ def design(
     return Design(made, solids)
 
 
-def drawing(project: LegProject, *, solids: bool = True) -> AbstractContextManager[None]:
+def drawing(project: LegProject, *, solids: bool = True, stage: Stage = silent) -> AbstractContextManager[None]:
     """The processes that draw the project's joints, open within the block; with one thread, or no solids, none."""
-    return side_processes(len(project.target.joints), load_kernel) if solids else nullcontext()
+    return side_processes(len(project.target.joints), load_kernel, stage) if solids else nullcontext()
 
 
 def _make_design(project: LegProject, catalogue: Catalogue, *, solids: bool, stage: Stage) -> LegDesign:

@@ -111,7 +111,7 @@ def _make_leg(
     """Do all the work into ``folder``. If a check fails, return the error to raise once the folder is complete."""
     from synth.api.designs import design, drawing
 
-    with drawing(project, solids=not arguments.no_cad):
+    with drawing(project, solids=not arguments.no_cad, stage=progress.stage):
         found = design(
             project,
             catalogue,
