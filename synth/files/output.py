@@ -61,7 +61,7 @@ def output_folder(path: str | Path, *, overwrite: bool = True) -> Iterator[Path]
             put_back(target)
             _check_target(target, name, overwrite=overwrite)
             made = _make_parents(target.parent)
-            temporary, lock = _own_place(target, name)
+            temporary, lock = own_place(target, name)
     except BaseException:
         _remove_empty(made)
         raise
@@ -101,7 +101,7 @@ def disk_errors_as(name: str, folder: Path | None = None) -> Iterator[None]:
         raise UserError(Problem(f"cannot be written: {error.strerror or error}", place)) from None
 
 
-def _own_place(target: Path, name: str) -> tuple[Path, int | None]:
+def own_place(target: Path, name: str) -> tuple[Path, int | None]:
     """A temporary folder beside the target, locked by this process; leftovers of killed runs are removed.
 
     Raises
