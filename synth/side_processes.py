@@ -18,13 +18,15 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, BinaryIO
 
 from synth.threads import LIBRARIES, VARIABLE, thread_count
 
+Stage = Callable[[str], AbstractContextManager[None]]  # names a stage of the work
+ENDED = "a side process has ended, for lack of memory most likely"
 _LENGTH = 8  # bytes of a message's length before it
 MOST = 4  # processes; each takes 0.3 GB with the solids' kernel loaded, most of it shared where they are copies
 AT_REST = 0.5  # s in which a process that works on nothing ends
@@ -40,10 +42,19 @@ class SideCall:
 
 
 class SideProcess:
-    """One process; calls are answered in order. ``twin``: one that the first process forks, by its pipe's two ends."""
+    """One process; calls are answered in order.
 
-    def __init__(self, calls: IO[bytes], answers: IO[bytes], process: subprocess.Popen[bytes] | None = None) -> None:
-        self._calls, self._answers, self._process = calls, answers, process
+    ``process``: it; of a twin None, and ``first`` is the process that forked it.
+    """
+
+    def __init__(
+        self,
+        calls: IO[bytes],
+        answers: IO[bytes],
+        process: subprocess.Popen[bytes] | None = None,
+        first: subprocess.Popen[bytes] | None = None,
+    ) -> None:
+        self._calls, self._answers, self._process, self._first = calls, answers, process, first
         self._lock = threading.Lock()
         self._pid: int | None = None
 
@@ -85,8 +96,10 @@ class SideProcess:
 
     def close(self) -> None:
         """End it now, whatever it does; of twins the first one last, which waits for the others."""
-        if self._process is None and self._pid is not None:
-            with suppress(OSError):  # not reaped while the first process lives, so the number is no other process's
+        # A twin is not reaped while the first process lives; later its number may be another program's, and the end of
+        # its calls must do.
+        if self._first is not None and self._pid is not None and self._first.poll() is None:
+            with suppress(OSError):
                 os.kill(self._pid, signal.SIGKILL)
         with suppress(OSError):
             self._calls.close()  # at the end of its calls a process ends
@@ -161,8 +174,15 @@ def _family(count: int, prepare: Callable[[], None]) -> list[SideProcess]:
     assert process.stdout is not None
     for end in (end for pair in theirs for end in pair):
         os.close(end)
-    twins = [SideProcess(os.fdopen(calls[1], "wb"), os.fdopen(answers[0], "rb")) for calls, answers in pipes]
+    twins = [
+        SideProcess(os.fdopen(calls[1], "wb"), os.fdopen(answers[0], "rb"), first=process) for calls, answers in pipes
+    ]
     return [SideProcess(process.stdin, process.stdout, process), *twins]
+
+
+def _unseen(text: str) -> AbstractContextManager[None]:
+    """A stage that is not shown."""
+    return nullcontext()
 
 
 class _SideProcesses:
@@ -170,15 +190,24 @@ class _SideProcesses:
 
     def __init__(self) -> None:
         self.processes: tuple[SideProcess, ...] = ()
+        self.stage: Stage = _unseen
         self._blocks = 0
         self._lock = threading.Lock()
 
-    def begin(self, count: int, prepare: Callable[[], None]) -> None:
+    def begin(self, count: int, prepare: Callable[[], None], stage: Stage) -> None:
         """A block begins: the first one starts ``count`` processes."""
         with self._lock:
             if self._blocks == 0:
-                self.processes = tuple(_started(count, prepare))
+                self.processes, self.stage = tuple(_started(count, prepare)), stage
             self._blocks += 1
+
+    def drop(self, process: SideProcess) -> None:
+        """Take out a process that has ended; the others go on."""
+        with self._lock:
+            if process not in self.processes:
+                return
+            self.processes = tuple(each for each in self.processes if each is not process)
+        process.close()
 
     def end(self) -> None:
         """A block ends: the last one closes the processes, the twins before the first, which waits for them."""
@@ -199,17 +228,17 @@ def process_count() -> int:
 
 
 @contextmanager
-def side_processes(most: int, prepare: Callable[[], None]) -> Iterator[None]:
+def side_processes(most: int, prepare: Callable[[], None], stage: Stage = _unseen) -> Iterator[None]:
     """Within the block ``carried_out`` uses up to ``most`` processes, each of which begins with ``prepare()``.
 
     Blocks may be nested, and stand in several threads: all use the processes of the first, and the last to end closes
-    them.
+    them. ``stage``: what is done again because a process has ended, a stage of the work.
     """
     count = min(most, MOST, thread_count())
     if count < 2:
         yield
         return
-    _pool.begin(count, prepare)
+    _pool.begin(count, prepare, stage)
     try:
         yield
     finally:
@@ -218,6 +247,8 @@ def side_processes(most: int, prepare: Callable[[], None]) -> Iterator[None]:
 
 def carried_out(calls: Sequence[SideCall]) -> list[Any]:
     """The calls' results, in order; in the side processes if any are open, else here.
+
+    What a process leaves that ends, for lack of memory most likely, the others do, and without any this one.
 
     Raises
     ------
@@ -228,37 +259,61 @@ def carried_out(calls: Sequence[SideCall]) -> list[Any]:
     if not processes:
         return [call.function(*call.arguments) for call in calls]
     shared = _Shared(calls)
-    threads = [threading.Thread(target=shared.work, args=(k, each), daemon=True) for k, each in enumerate(processes)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    shared.work_in(processes)
+    while shared.left and (processes := _pool.processes):
+        with _pool.stage(f"{ENDED}; what it left is done by {len(processes)} of them"):
+            shared.work_in(processes)
+    if shared.left:
+        with _pool.stage(f"{ENDED}, the last of them; what it left is done here"):
+            return shared.results()
     return shared.results()
 
 
 class _Shared:
-    """Calls that several processes share: each takes those of its own place first, then those of none."""
+    """Calls that several processes share: each takes those of its own place first, then those of none.
+
+    A place beyond the processes that are left is one of theirs.
+    """
 
     def __init__(self, calls: Sequence[SideCall]) -> None:
         self._calls = calls
         self._left = set(range(len(calls)))
         self._lock = threading.Lock()
+        self._count = 1
         self._found: dict[int, tuple[bool, Any] | None] = {}
+
+    @property
+    def left(self) -> int:
+        """Number of calls that no process has taken, or whose process has ended."""
+        return len(self._left)
+
+    def work_in(self, processes: Sequence[SideProcess]) -> None:
+        """Let the processes take calls until none is left or all have ended; one that ends is dropped."""
+        self._count = len(processes)
+        threads = [threading.Thread(target=self.work, args=(k, each), daemon=True) for k, each in enumerate(processes)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
 
     def work(self, number: int, process: SideProcess) -> None:
         """Take calls until none is left."""
         while (index := self._next(number)) is not None:
             try:
                 self._found[index] = process.answer(self._calls[index])
-            except (EOFError, OSError):  # the process has ended, for lack of memory most likely: the call is done here
+            except (EOFError, OSError):  # the process has ended
+                with self._lock:
+                    self._left.add(index)
+                _pool.drop(process)
                 return
             except Exception as error:  # a call or an answer that cannot be sent is a bug of ours, raised to the caller
                 self._found[index] = False, error
 
     def _next(self, number: int) -> int | None:
         with self._lock:
-            own = [k for k in sorted(self._left) if self._calls[k].place == number]
-            free = [k for k in sorted(self._left) if self._calls[k].place is None]
+            places = {k: self._calls[k].place for k in sorted(self._left)}
+            own = [k for k, place in places.items() if place is not None and place % self._count == number]
+            free = [k for k, place in places.items() if place is None]
             index = next(iter((*own, *free)), None)
             if index is not None:
                 self._left.discard(index)

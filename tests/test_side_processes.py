@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import AbstractContextManager, nullcontext
 
 import pytest
 
@@ -63,6 +64,45 @@ def test_what_a_dead_process_leaves_is_done_here() -> None:
         for each in beside._pool.processes:
             os.kill(each.pid, signal.SIGKILL)
         assert carried_out([SideCall(square, (k,), k) for k in range(2)]) == [(0, os.getpid()), (1, os.getpid())]
+        assert process_count() == 0
+
+
+@pytest.mark.usefixtures("two")
+@pytest.mark.parametrize("dead", [0, 1])  # the first process, and the twin that it forked
+def test_what_a_dead_process_leaves_another_does_and_that_is_told(dead: int) -> None:
+    """It was done here after all other calls, in every later batch too, and nothing said so."""
+    told: list[str] = []
+
+    def stage(text: str) -> AbstractContextManager[None]:
+        told.append(text)
+        return nullcontext()
+
+    with side_processes(2, nothing, stage):
+        pids = [each.pid for each in beside._pool.processes]
+        os.kill(pids.pop(dead), signal.SIGKILL)
+        found = carried_out([SideCall(square, (k,), k % 2) for k in range(4)])
+        assert found == [(k * k, pids[0]) for k in range(4)]
+        assert process_count() == 1
+        assert carried_out([SideCall(square, (k,), k) for k in range(3)]) == [(k * k, pids[0]) for k in range(3)]
+    assert told == [f"{beside.ENDED}; what it left is done by 1 of them"]
+
+
+@pytest.mark.usefixtures("two")
+def test_a_twin_s_number_is_not_killed_when_the_first_process_is_gone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody of ours reaps the twin then, so that its number may be another program's."""
+    killed: list[int] = []
+    with side_processes(2, nothing):
+        first, twin = beside._pool.processes
+        number = twin.pid
+        os.kill(first.pid, signal.SIGKILL)
+        assert first._process is not None
+        first._process.wait()
+        monkeypatch.setattr(os, "kill", lambda number, sent: killed.append(number))
+    assert killed == []
+    until = time.monotonic() + 30.0
+    while _lives(number) and time.monotonic() < until:
+        time.sleep(0.02)
+    assert not _lives(number)
 
 
 @pytest.mark.parametrize("kept", [0, 4, 8, 20, -1])

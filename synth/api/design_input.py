@@ -25,10 +25,3 @@ def read_design(path: str | Path) -> tuple[LegProject, Catalogue]:
 
         project = with_wanted_leg(project)
     return project, Catalogue.load(project.catalogs)
-
-
-def inputs_of(project: LegProject) -> list[tuple[str, str]]:
-    """Name and hash of every input file."""
-    trials = [*project.trials, *(trial for damper in project.dampers.values() for trial in damper.trials)]
-    files = [(item.name, item.sha256) for item in project.inputs]
-    return [*files, *((trial.name, trial.sha256) for trial in trials)]

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from synth.api.design_input import inputs_of, read_design
+from synth.api.design_input import read_design
 from synth.api.report import Cell, Panel, Report, Stage, silent
 from synth.design.leg_design import LegDesign, design_leg
 from synth.design.solid_work import load_kernel
 from synth.errors import UserError
+from synth.files.input_hashes import input_hashes
 from synth.files.leg_project import LegProject
 from synth.files.plain_value import Remade, digest_of
 from synth.files.project_options import CadOptions
@@ -143,7 +144,7 @@ class Design(Report):
         if not self.solids:
             design = not_weighed(design)
         else:
-            with stage("drawing, checking and writing the joints"), drawing(design.project):
+            with stage("drawing, checking and writing the joints"), drawing(design.project, stage=stage):
                 drawn = draw_solids(design, folder, cache or StageCache(on=False), pictures=pictures)
                 design, extra = with_drawn_masses(design, drawn.masses), drawn.extra
                 friction = bearing_friction(design)
@@ -203,7 +204,7 @@ def design(
     bed, anywhere = project.cad.bed, CadOptions().bed
     stated = tuple(default for default in project.defaults if default.key != "cad.bed")
     rest = replace(project, cad=replace(project.cad, bed=anywhere), defaults=stated, inputs=(), measured_springs={})
-    read = inputs_of(replace(project, inputs=project.inputs[1:]))
+    read = input_hashes(replace(project, inputs=project.inputs[1:]))
     key = key_of("design", digest_of(rest), digest_of(catalogue), read, solids)
     remade = {
         Chain: Remade(lambda chain: chain.layout.n, compiled_chain),  # without its machine code
@@ -212,7 +213,7 @@ def design(
     kept = cache.value(key, LegDesign, remade)
     if kept is not None:
         return Design(on_bed(replace(kept, project=project), bed), solids)
-    with drawing(project, solids=solids):  # their start overlaps the fits
+    with drawing(project, solids=solids, stage=stage):  # their start overlaps the fits
         if compiling is not None:
             compiling(len(project.target.joints))
         made = _make_design(project, catalogue, solids=solids, stage=stage)
@@ -220,9 +221,9 @@ def design(
     return Design(made, solids)
 
 
-def drawing(project: LegProject, *, solids: bool = True) -> AbstractContextManager[None]:
+def drawing(project: LegProject, *, solids: bool = True, stage: Stage = silent) -> AbstractContextManager[None]:
     """The processes that draw the project's joints, open within the block; with one thread, or no solids, none."""
-    return side_processes(len(project.target.joints), load_kernel) if solids else nullcontext()
+    return side_processes(len(project.target.joints), load_kernel, stage) if solids else nullcontext()
 
 
 def _make_design(project: LegProject, catalogue: Catalogue, *, solids: bool, stage: Stage) -> LegDesign:

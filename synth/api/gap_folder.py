@@ -10,8 +10,7 @@ from typing import Any
 from synth.api.gaps import CheckedGap, gap, read_gap, with_checked_trials
 from synth.api.jump_gaps import jump_gap, read_jump_gap
 from synth.batch.folder_summary import add_failed, add_row
-from synth.batch.folder_task import FolderTask, files_of
-from synth.batch.task_outcome import versions
+from synth.batch.folder_task import FolderTask, files_of, identity_of
 from synth.files.gap_kind import is_hopper_gap
 from synth.files.hopper_gap_project import HopperGapProject
 from synth.parts.catalogs import Catalogue
@@ -31,7 +30,7 @@ def gaps() -> FolderTask:
         made="gaps",
         done="diagnosed",
         read=_read_project,
-        identity=_identity,
+        identity=lambda given: identity_of(_project(given)),
         checked=lambda given: len(_project(given).trials),
         files=gap_files,
         entry=_entry,
@@ -54,12 +53,6 @@ def _read_project(path: Path) -> CheckedGap | JumpTask:
 
 def _project(given: CheckedGap | JumpTask) -> Any:
     return given.project if isinstance(given, CheckedGap) else given[0]
-
-
-def _identity(given: CheckedGap | JumpTask) -> dict[str, str]:
-    project = _project(given)
-    trials = {} if isinstance(given, tuple) else {trial.name: trial.sha256 for trial in project.trials}
-    return {item.name: item.sha256 for item in project.inputs} | trials | versions()
 
 
 def _entry(name: str, folder: Path) -> dict[str, Any]:

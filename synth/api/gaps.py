@@ -23,6 +23,7 @@ from synth.errors import UserError
 from synth.files.gap_kind import is_hopper_gap
 from synth.files.gap_project import GapProject, check_in_code, with_rates
 from synth.files.gap_project import read_gap_project as _read_gap_project
+from synth.files.input_hashes import input_hashes
 from synth.files.leg_in_code import check_leg
 from synth.files.made_in_code import in_code
 from synth.files.output import sha256_file
@@ -219,6 +220,4 @@ def _overridden(project: GapProject, tolerance: Tolerance | None, seed: int | No
 
 def _inputs(checked: CheckedGap) -> Mapping[str, str]:
     """Every input file with its SHA-256: project, leg, the user's effects, recordings."""
-    found = {item.name: item.sha256 for item in checked.project.inputs}
-    found |= {Path(file).name: sha256_file(file) for file in checked.effects}
-    return found | {trial.name: trial.sha256 for trial in checked.project.trials}
+    return input_hashes(checked.project) | {Path(file).name: sha256_file(file) for file in checked.effects}

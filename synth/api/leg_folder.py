@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from synth.api.design_input import inputs_of, read_design
+from synth.api.design_input import read_design
 from synth.api.designs import design
 from synth.batch.folder_summary import add_failed, add_row
-from synth.batch.folder_task import FolderTask, files_of
-from synth.batch.task_outcome import versions
+from synth.batch.folder_task import FolderTask, files_of, identity_of
 from synth.files.leg_project import LegProject
 from synth.parts.catalogs import Catalogue
 from synth.remarks import of_joint
@@ -43,7 +42,7 @@ def legs(
 
     def identity(task: LegTask) -> dict[str, str]:
         asked = {"parts": repr(task.project.parts), "drawn": f"{solids} {pictures}"}
-        return dict(inputs_of(task.project)) | asked | versions()
+        return identity_of(task.project) | asked
 
     return FolderTask(
         kind="leg-design",

@@ -6,9 +6,14 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from synth.batch.folder_summary import Failed
+from synth.batch.task_outcome import versions
+from synth.files.input_hashes import input_hashes
+
+if TYPE_CHECKING:
+    from synth.files.input_hashes import Project
 
 Content = dict[str, Any]
 
@@ -34,6 +39,11 @@ class FolderTask:
     page: Callable[[Path], object]  # writes the page over all
     effects: bool = True  # whether the equations with all effects are needed
     refused: Callable[[Content], tuple[str, ...]] = lambda entry: ()  # faults that an entry reports of its own result
+
+
+def identity_of(project: Project) -> dict[str, str]:
+    """What determines the numbers of a project's result: its input files by their SHA-256, and versions."""
+    return input_hashes(project) | versions()
 
 
 def files_of(write: Callable[[Path], object]) -> dict[str, bytes]:

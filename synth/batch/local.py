@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import tempfile
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -22,12 +23,15 @@ DIED = "its process was killed twice, probably for lack of memory. Try it alone,
 
 
 class _Pool:
-    """Processes that end when this object is closed or when this process dies, even if killed."""
+    """Processes that end when this object is closed or when this process dies, even if killed.
 
-    def __init__(self, workers: int) -> None:
+    ``folder``: where they and what they start make temporary files; they may end before they have removed them.
+    """
+
+    def __init__(self, workers: int, folder: str) -> None:
         context = multiprocessing.get_context("spawn")
         watched, self._lifeline = context.Pipe(duplex=False)
-        self.processes = ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(watched,))
+        self.processes = ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(watched, folder))
 
     def close(self, *, finished: bool) -> None:
         if not finished:
@@ -37,9 +41,11 @@ class _Pool:
             self._lifeline.close()
 
 
-def _begin(watched: Connection) -> None:
-    """Leave interrupts to the parent, and exit with it."""
+def _begin(watched: Connection, folder: str) -> None:
+    """Leave interrupts to the parent, exit with it, and put temporary files where it removes them."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    tempfile.tempdir = folder
+    os.environ["TMPDIR"] = folder  # of processes that this one starts
 
     def watch() -> None:
         with suppress(EOFError, OSError):
@@ -57,8 +63,10 @@ def run_here(
     Tasks that were running when a process died are repeated one at a time, so that none affects another.
     """
     rest = iter(calls)
-    with children_of_one_thread():
-        pool, finished = _Pool(workers), False
+    # What a process still writes as it ends must not become the error of an interrupted run.
+    place = tempfile.TemporaryDirectory(prefix="synth-run-", ignore_cleanup_errors=True)
+    with children_of_one_thread(), place as folder:
+        pool, finished = _Pool(workers, folder), False
         waiting: dict[Future[TaskOutcome], tuple[str, Any]] = {}
         try:
             while True:
@@ -80,17 +88,17 @@ def run_here(
                     waiting.clear()
                     pool.close(finished=True)
                     for key, argument in broken:
-                        yield key, _alone(function, argument)
-                    pool = _Pool(workers)
+                        yield key, _alone(function, argument, folder)
+                    pool = _Pool(workers, folder)
             finished = True
         finally:
             pool.close(finished=finished)
 
 
-def _alone(function: Callable[[Any], Any], argument: Any) -> TaskOutcome:
+def _alone(function: Callable[[Any], Any], argument: Any, folder: str) -> TaskOutcome:
     """Run in a separate process; try twice, because the first attempt may have been the task's first start."""
     for _ in range(2):
-        pool, finished = _Pool(1), False
+        pool, finished = _Pool(1, folder), False
         try:
             ended = pool.processes.submit(performed, function, argument).result()
             finished = True

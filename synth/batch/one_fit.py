@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from synth.batch.folder_summary import fit_columns, fit_entry
-from synth.batch.folder_task import FolderTask, files_of
-from synth.batch.task_outcome import versions
+from synth.batch.folder_task import FolderTask, files_of, identity_of
 from synth.design.fit_responses import write_fit_responses
 from synth.errors import Problem, UserError
+from synth.files.input_hashes import input_hashes
 from synth.files.leg_file import write_leg
 from synth.files.output import write_json
 from synth.files.page_outline import outline_json
@@ -96,12 +96,10 @@ def fit_project(given: Ready) -> FitResult:
         result = with_held_out(result, recordings_from(given.held_out, result.cut) or given.held_out)
     messages = (*given.messages, *doubts(project.leg, given.fitted, result))
     result = replace(result, warnings=(*messages, *result.warnings))
-    inputs = {item.name: item.sha256 for item in project.inputs}
-    inputs |= {trial.name: trial.sha256 for trial in project.trials}
     defaults = [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults]
     tolerance = links_json(project.tolerance, project.leg)
     shown = {} if given.wanted is None else given.wanted.as_json()
-    return replace(result, inputs=inputs, tolerance=tolerance, defaults=tuple(defaults), wanted=shown)
+    return replace(result, inputs=input_hashes(project), tolerance=tolerance, defaults=tuple(defaults), wanted=shown)
 
 
 def write_fit(result: FitResult, folder: Path) -> None:
@@ -125,12 +123,6 @@ def fit_files(project: FitProject) -> dict[str, bytes]:
     """A fit's files as content by relative name: what a worker returns, on any machine."""
     result = fit_project(ready(project))
     return files_of(lambda folder: write_fit(result, folder))
-
-
-def identity_of(project: FitProject) -> dict[str, str]:
-    """Inputs that determine a fit's numbers: its files by their SHA-256, and versions."""
-    files = {item.name: item.sha256 for item in project.inputs}
-    return files | {trial.name: trial.sha256 for trial in project.trials} | versions()
 
 
 def fits() -> FolderTask:

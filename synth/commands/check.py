@@ -90,19 +90,21 @@ def _check_file(file: str, progress: Progress) -> ModelChecks:
 def _leg(file: str, progress: Progress) -> ModelChecks:
     from synth.files.leg_file import read_leg
     from synth.files.output import sha256_file
+    from synth.files.paths import name_from
     from synth.model_checks.checked import ModelChecks
     from synth.model_checks.other_engine import same_release
     from synth.model_checks.swinging import swinging_checks
     from synth.parts.resolver import resolver
 
-    leg = read_leg(file, resolve_part=resolver())
+    named = [Path(file)]
+    leg = read_leg(file, resolve_part=resolver(), opened=named.append)
     curves = any(joint.damper and joint.damper.curve for joint in leg.joints)
     progress.compiling(len(leg.joints), effects=curves)
     with progress.stage("pendulums, oscillators, equilibrium, energy"):
         checks, left_out = swinging_checks(leg)
     with progress.stage("the same release by another engine"):
         more, missing = same_release(leg)
-    inputs = ((Path(file).name, sha256_file(file)),)
+    inputs = tuple((name_from(Path(file).parent, each), sha256_file(each)) for each in named)
     return ModelChecks(leg.name, "leg", (*checks, *more), (*left_out, *missing), inputs)
 
 

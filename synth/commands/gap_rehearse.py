@@ -24,7 +24,7 @@ MOST_WRONG = 8  # confusions and ties on the screen; JSON and page list all
 def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: GapProject) -> int:
     """Rehearse; write ``rehearsal.json`` and a page. Finished cases of an earlier run are reused."""
     from synth.batch.folder import RunCheckpoint
-    from synth.batch.task_outcome import versions
+    from synth.batch.folder_task import identity_of
     from synth.files.output import output_folder, sha256_file, write_json
     from synth.rehearsal.rehearsal_result import RehearsalResult
     from synth.rehearsal.rehearse import CASE_FORMAT, FOLDER_NOTE, Rehearsal, default_count
@@ -33,10 +33,9 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
     from synth.threads import core_count
 
     rig = users_rig(project)
-    identity = {item.name: item.sha256 for item in project.inputs} | {t.name: t.sha256 for t in project.trials}
     effects = tuple(os.path.realpath(file) for file in arguments.effect)
-    identity |= {file: sha256_file(file) for file in effects}
-    identity |= {"project": project.path.name, "seed": str(project.seed), "cases": CASE_FORMAT} | versions()
+    identity = identity_of(project) | {file: sha256_file(file) for file in effects}
+    identity |= {"project": project.path.name, "seed": str(project.seed), "cases": CASE_FORMAT}
     count = arguments.count or default_count(rig, project.seed)
     earlier = _earlier(Path(arguments.out), identity)
     progress.compiling(len(project.leg.joints))

@@ -113,12 +113,13 @@ def _identity(project: HopperProject, catalogue: Catalogue) -> dict[str, str]:
     """The input on which the sweep's results depend."""
     from hashlib import sha256
 
-    import synth
+    from synth.batch.task_outcome import versions
+    from synth.files.input_hashes import input_hashes
 
-    motors = sha256(repr(catalogue.motors).encode()).hexdigest()
-    files = {item.name: item.sha256 for item in project.inputs}
-    return {"project file": sha256(repr(sorted(files.items())).encode()).hexdigest(), "catalogue": motors,
-            "version of synth": synth.__version__}  # fmt: skip
+    files = sorted(input_hashes(project).items())
+    named = {"project file": repr(files), "catalogue": repr(catalogue.motors)}
+    of_programs = {f"version of {name}": version for name, version in versions().items()}
+    return {name: sha256(text.encode()).hexdigest() for name, text in named.items()} | of_programs
 
 
 def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> None:

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING
 
 from synth.commands.arguments import one_of
 from synth.errors import Problem, UserError
-from synth.files.leftovers import PARTIAL, held_folder, remove_leftovers
+from synth.files.leftovers import put_back
+from synth.files.signals import signals_held_back, terminated_as_exception
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
@@ -126,11 +127,14 @@ def copy_example(source: Path, target: Path, prepare: Callable[[Path], None] | N
     Raises
     ------
     UserError
-        If the target is a file, is not empty, or cannot be written.
+        If the target is a file, is not empty, is being written by another run, or cannot be written.
     """
+    from synth.files.output import own_place
+
     name = str(target)
     try:
         whole = Path(os.path.realpath(target))
+        put_back(whole)
         if whole.is_dir() and any(whole.iterdir()):
             raise UserError(Problem("is not empty; name a new folder", name))
         if whole.exists() and not whole.is_dir():
@@ -139,22 +143,18 @@ def copy_example(source: Path, target: Path, prepare: Callable[[Path], None] | N
         if not above.is_dir():
             raise UserError(Problem(f"cannot be written: {above} is a file", name))
         whole.parent.mkdir(parents=True, exist_ok=True)
-        remove_leftovers(whole.parent, PARTIAL.format(whole.name))
-        temporary, lock = held_folder(whole.parent, PARTIAL.format(whole.name))
+        temporary, lock = own_place(whole, name)
         try:
-            made = temporary / "project"
-            # Contents only: an installed package may be read-only, but a project must be editable.
-            ignore = shutil.ignore_patterns("__pycache__", ".*")
-            shutil.copytree(source, made, ignore=ignore, copy_function=shutil.copyfile)
-            for folder in (made, *(path for path in made.rglob("*") if path.is_dir())):
-                folder.chmod(folder.stat().st_mode | 0o700)
-            if prepare is not None:
-                prepare(made)
-            if whole.exists():  # an empty folder, perhaps the current one: keep it
-                for entry in made.iterdir():
-                    entry.rename(whole / entry.name)
-            else:
-                made.rename(whole)
+            with terminated_as_exception():
+                made = temporary / "project"
+                # Contents only: an installed package may be read-only, but a project must be editable.
+                ignore = shutil.ignore_patterns("__pycache__", ".*")
+                shutil.copytree(source, made, ignore=ignore, copy_function=shutil.copyfile)
+                for folder in (made, *(path for path in made.rglob("*") if path.is_dir())):
+                    folder.chmod(folder.stat().st_mode | 0o700)
+                if prepare is not None:
+                    prepare(made)
+                _bring(made, whole)
         finally:
             shutil.rmtree(temporary, ignore_errors=True)
             if lock is not None:
@@ -162,3 +162,19 @@ def copy_example(source: Path, target: Path, prepare: Callable[[Path], None] | N
     except (OSError, ValueError) as error:  # ValueError: a null character in the name
         reason = getattr(error, "strerror", None) or str(error)
         raise UserError(Problem(f"cannot be written: {reason}", name)) from None
+
+
+def _bring(made: Path, whole: Path) -> None:
+    """Move the finished folder into place; an empty folder there, perhaps the current one, stays and is filled."""
+    if not whole.exists():
+        made.rename(whole)
+        return
+    moved: list[Path] = []
+    with signals_held_back():
+        try:
+            for entry in sorted(made.iterdir()):
+                moved.append(entry.rename(whole / entry.name))
+        except BaseException:
+            for entry in moved:
+                entry.rename(made / entry.name)
+            raise

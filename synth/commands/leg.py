@@ -39,9 +39,10 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     _only_for_folders(arguments)
     from functools import partial
 
-    from synth.api.design_input import inputs_of, read_design
+    from synth.api.design_input import read_design
     from synth.commands.answers import tell
     from synth.commands.leg_parts import parts_text, require_known_joints, with_options
+    from synth.files.input_hashes import input_hashes
     from synth.files.output import output_folder
     from synth.files.shown_units import shown_for
     from synth.files.stage_cache import StageCache, key_of
@@ -55,7 +56,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         return 0
     cache = StageCache(on=not arguments.no_cache)
     options = (arguments.no_cad, arguments.no_pictures, repr(project.parts))
-    key = key_of("leg", arguments.file, inputs_of(project), *options)
+    key = key_of("leg", arguments.file, input_hashes(project), *options)
     report = Path(arguments.out) / "report.html"
     failure: UserError | None = None
     with output_folder(arguments.out) as folder:
@@ -110,7 +111,7 @@ def _make_leg(
     """Do all the work into ``folder``. If a check fails, return the error to raise once the folder is complete."""
     from synth.api.designs import design, drawing
 
-    with drawing(project, solids=not arguments.no_cad):
+    with drawing(project, solids=not arguments.no_cad, stage=progress.stage):
         found = design(
             project,
             catalogue,

@@ -18,6 +18,7 @@ from synth.design.fit_responses import write_fit_responses as write_fit_response
 from synth.design.leg_design import LegDesign
 from synth.design.measured_forecast import measured_free_angles, tolerance_json
 from synth.files.curve import write_curve
+from synth.files.input_hashes import input_hashes
 from synth.files.leg_file import write_leg
 from synth.files.output import place, sha256_file, stems, write_csv
 from synth.fit.fit_result import TrialFit
@@ -126,10 +127,7 @@ def _file(path: Path, folder: Path, parts: Mapping[str, Mapping[str, Any]]) -> d
 
 def _inputs(design: LegDesign) -> list[dict[str, str]]:
     """Every input file of the design: project, legs, catalogues and curves, then the recordings."""
-    project = design.project
-    trials = [*project.trials, *(trial for damper in project.dampers.values() for trial in damper.trials)]
-    found = {item.name: item.sha256 for item in project.inputs} | {trial.name: trial.sha256 for trial in trials}
-    return [{"file": name, "sha256": digest} for name, digest in found.items()]
+    return [{"file": name, "sha256": digest} for name, digest in input_hashes(design.project).items()]
 
 
 def _held_out(trials: Sequence[TrialFit], names: Sequence[str]) -> dict[str, Any] | None:

@@ -127,14 +127,20 @@ def read_hopper_project(path: str | Path) -> HopperProject:
 
 
 def design_named(reader: ProjectReader, key: str) -> HopperProject | None:
-    """The hopper-design that another project names under ``key``; None after a reported mistake."""
+    """The hopper-design that another project names under ``key``; None after a reported mistake.
+
+    It and the files that it names, its catalogues and its link's bending, are inputs of the other project.
+    """
     name = reader.written.get(key)
     if not isinstance(name, str):
         return None  # reported by the file's own check
     with gathering(reader.problems, reader.document, (key,)):
         path = shared(reader.folder, name)
         reader.note(path)
-        return read_hopper_project(path)
+        design = read_hopper_project(path)
+        for item in design.inputs:
+            reader.note(path.parent / item.name)
+        return design
     return None
 
 

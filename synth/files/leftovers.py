@@ -2,69 +2,75 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 try:
     import fcntl
 except ImportError:  # no such locks on Windows: other runs are unknown there, and their folders are left alone
     fcntl = None  # type: ignore[assignment]
 
+_HELD = (errno.EWOULDBLOCK, errno.EACCES)  # of flock; its other errors come from a file system without locks
 PARTIAL = ".{}.partial-"  # output of a run, by the result's name
 REPLACED = ".{}.replaced-"  # an earlier result while it is being replaced
 
 
 def held_folder(parent: Path, prefix: str) -> tuple[Path, int | None]:
-    """Create a folder owned by this process: its path and the lock's handle, to be closed at the end.
+    """Create a folder owned by this process: its path and the lock's handle, to be closed at the end; None: no locks.
 
     The kernel releases the lock when the process ends in any way.
     """
     while True:
         path = Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
-        handle = _locked(path, wait=True)
+        lock = _lock(path, wait=True)
         if path.is_dir():
-            return path, handle
-        if handle is not None:  # another run removed it before it was locked
-            os.close(handle)
+            return path, lock.handle
+        lock.release()  # another run removed it before it was locked
 
 
 @contextmanager
 def one_at_a_time(folder: Path) -> Iterator[None]:
     """Let one process at a time read and extend the folder, if locks are available."""
-    handle = _locked(folder, wait=True)
+    lock = _lock(folder, wait=True)
     try:
         yield
     finally:
-        if handle is not None:
-            os.close(handle)
+        lock.release()
 
 
 def remove_leftovers(parent: Path, prefix: str) -> list[Path]:
-    """Remove the folders of that prefix that no living process holds; return those still held."""
+    """Remove the folders of that prefix that no living process holds; return those still held.
+
+    Where no locks tell, a folder is left alone and not returned: it may be a killed run's, which would refuse its
+    result to every later run.
+    """
     living: list[Path] = []
     for path in _named(parent, prefix):
-        handle = _locked(path)
-        if handle is None:
+        lock = _lock(path)
+        if lock.holder == "another":
             living.append(path)
-        else:
+        elif lock.holder == "this process":
             remove_tree(path)
-            os.close(handle)
+            lock.release()
     return living
 
 
 def put_back(target: Path) -> None:
     """Restore an earlier result that a killed run had moved aside, unless it was replaced."""
     for path in _named(target.parent, REPLACED.format(target.name)):
-        handle = _locked(path)
-        if handle is not None:
+        lock = _lock(path)
+        if lock.holder == "this process":
             with suppress(OSError):
                 if (path / "old").is_dir() and not os.path.lexists(target):
                     (path / "old").rename(target)
-            os.close(handle)
+            lock.release()
 
 
 def remove_tree(folder: Path) -> None:
@@ -83,17 +89,29 @@ def _named(parent: Path, prefix: str) -> list[Path]:
         return []
 
 
-def _locked(folder: Path, *, wait: bool = False) -> int | None:
-    """A handle that locks the folder; None if another process holds it, or the file system has no locks."""
+@dataclass(frozen=True)
+class _Lock:
+    """Who holds a folder; ``handle`` of a lock of this process."""
+
+    holder: Literal["this process", "another", "unknown"]
+    handle: int | None = None
+
+    def release(self) -> None:
+        if self.handle is not None:
+            os.close(self.handle)
+
+
+def _lock(folder: Path, *, wait: bool = False) -> _Lock:
+    """Lock the folder unless another process holds it; unknown: the system or file system has no locks, or denies."""
     if fcntl is None:
-        return None
+        return _Lock("unknown")
     try:
         handle = os.open(folder, os.O_RDONLY)
     except OSError:
-        return None
+        return _Lock("unknown")
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-    except OSError:
+    except OSError as error:
         os.close(handle)
-        return None
-    return handle
+        return _Lock("another" if error.errno in _HELD else "unknown")
+    return _Lock("this process", handle)

@@ -30,6 +30,7 @@ def read_leg(
     *,
     resolve_part: PartResolver | None = None,
     effects: Sequence[Effect] | None = None,
+    opened: Callable[[Path], object] | None = None,
 ) -> Leg:
     """Read a leg file.
 
@@ -43,6 +44,8 @@ def read_leg(
     effects
         the effects that a joint may list; None: all registered ones. Changes of a number that the file gives
         anyway (a link's mass, the free angle, the tilt) are not effects here.
+    opened
+        called with the path of every file that the leg file names and that was read: the results depend on it too.
 
     Raises
     ------
@@ -52,7 +55,8 @@ def read_leg(
     document = load(path)
     check_kind(document, "leg")
     problems: list[Problem] = []
-    leg = leg_of(document, problems, resolve_part=resolve_part, effects=effects)
+    curve_of = _curve_file(document, opened)
+    leg = leg_of(document, problems, resolve_part=resolve_part, effects=effects, curve_of=curve_of)
     problems.sort(key=lambda problem: problem.line or 0)
     raise_if_any(problems)
     assert leg is not None
@@ -84,9 +88,17 @@ def leg_of(
     return Leg(file.name, tuple(joint for joint in joints if joint is not None), file.gravity, file.tilt, base)
 
 
-def _curve_file(document: Document) -> Callable[[str], DamperCurve]:
-    """Reads a curve's file, which must lie below the document's folder."""
-    return lambda name: read_curve(inside(document.path.parent, name))
+def _curve_file(document: Document, opened: Callable[[Path], object] | None = None) -> Callable[[str], DamperCurve]:
+    """Reads a curve's file, which must lie below the document's folder, and tells ``opened`` its path."""
+
+    def read(name: str) -> DamperCurve:
+        path = inside(document.path.parent, name)
+        curve = read_curve(path)
+        if opened is not None:
+            opened(path)
+        return curve
+
+    return read
 
 
 def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Effect] | None = None) -> None:

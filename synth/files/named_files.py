@@ -92,11 +92,13 @@ class ProjectReader:
                 self.inputs.append(InputFile(name, sha256(data).hexdigest()))
 
     def leg(self, name: str, key: Key) -> Leg | None:
-        """The leg file named at ``key``."""
+        """The leg file named at ``key``; it and the files that it names are inputs."""
         with gathering(self.problems, self.document, key):
             path = shared(self.folder, name)
-            leg = read_leg(path, resolve_part=self.resolve_part)
-            self.note(path)
+            named = [path]
+            leg = read_leg(path, resolve_part=self.resolve_part, opened=named.append)
+            for each in named:
+                self.note(each)
             return leg
         return None
 

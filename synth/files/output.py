@@ -6,14 +6,12 @@ import csv
 import errno
 import hashlib
 import os
-import signal
 import tempfile
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -21,6 +19,7 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.files.leftovers import PARTIAL, REPLACED, held_folder, one_at_a_time, put_back, remove_leftovers, remove_tree
 from synth.files.names import written_name
+from synth.files.signals import signals_held_back, terminated_as_exception
 from synth.files.text_forms import cells, clock_cells, defused, json_text, plain
 
 MANIFEST = ".synth-output"  # lists a run's files, so that the next run may replace only these
@@ -62,7 +61,7 @@ def output_folder(path: str | Path, *, overwrite: bool = True) -> Iterator[Path]
             put_back(target)
             _check_target(target, name, overwrite=overwrite)
             made = _make_parents(target.parent)
-            temporary, lock = _own_place(target, name)
+            temporary, lock = own_place(target, name)
     except BaseException:
         _remove_empty(made)
         raise
@@ -102,7 +101,7 @@ def disk_errors_as(name: str, folder: Path | None = None) -> Iterator[None]:
         raise UserError(Problem(f"cannot be written: {error.strerror or error}", place)) from None
 
 
-def _own_place(target: Path, name: str) -> tuple[Path, int | None]:
+def own_place(target: Path, name: str) -> tuple[Path, int | None]:
     """A temporary folder beside the target, locked by this process; leftovers of killed runs are removed.
 
     Raises
@@ -302,15 +301,17 @@ def _move(temporary: Path, target: Path) -> None:
     aside, lock = held_folder(target.parent, REPLACED.format(target.name))
     old = aside / "old"
     try:
-        target.rename(old)
-        try:
-            temporary.rename(target)
-        except BaseException:
-            old.rename(target)
-            raise
+        with signals_held_back():
+            target.rename(old)
+            try:
+                temporary.rename(target)
+            except BaseException:
+                old.rename(target)
+                raise
         _flush(target.parent)
     finally:
-        remove_tree(aside)
+        if os.path.lexists(target):  # else the earlier result is still aside: the next run puts it back
+            remove_tree(aside)
         if lock is not None:
             os.close(lock)
 
@@ -329,33 +330,3 @@ def _remove_empty(folders: Sequence[Path]) -> None:
     for folder in folders:
         with suppress(OSError):
             folder.rmdir()
-
-
-@contextmanager
-def terminated_as_exception() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP raise like an interrupt, so that the temporary folder is removed; main thread only.
-
-    An ignored hang-up (``nohup``) stays ignored. A library being imported may convert the exception;
-    whatever is raised after a signal counts as the signal's.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    asked: list[BaseException] = []
-
-    def stop(number: int, frame: FrameType | None) -> None:
-        asked.append(KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number))
-        raise asked[-1]
-
-    numbers = [signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
-    heard = [number for number in numbers if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler)]
-    previous = [signal.signal(number, stop) for number in heard]
-    try:
-        yield
-    except BaseException as error:
-        if asked and error is not asked[-1]:
-            raise asked[-1] from None
-        raise
-    finally:
-        for number, handler in zip(heard, previous, strict=True):
-            signal.signal(number, handler)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from synth.rehearsal.outcome import CANNOT, CaseOutcome
+from synth.rehearsal.outcome import CANNOT, FAILED, CaseOutcome
 from synth.rehearsal.plants import RUNGS, PlantingTask
 
 
@@ -18,6 +18,9 @@ def next_rung(outcomes: Sequence[CaseOutcome]) -> tuple[int, int]:
     for outcome in outcomes:
         if outcome.task.draw != draw:
             draw, low, high = outcome.task.draw, -1, len(RUNGS)
+        if outcome.verdict == FAILED:  # it says nothing about this size
+            draw, low, high = draw + 1, -1, len(RUNGS)
+            continue
         if outcome.verdict == CANNOT or outcome.right:
             high = min(high, outcome.task.rung)
         else:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -45,17 +45,16 @@ class CaseCall:
 def plant_and_diagnose(call: CaseCall) -> dict[str, Any]:
     """Plant and diagnose; ``CaseOutcome.as_json``."""
     project, rig = _read_project_and_rig(call.project)
-    started = time.perf_counter()
     planted = _plant_case(call)
     task = call.task
     if planted is None:
         names = {-1: "base", -2: "all", **dict(enumerate(rig.nominal.names))}
-        none = CaseOutcome(task, (task.effect, names[task.joint]), "", 0.0, None, (), CANNOT, (), 0.0, 0.0)
+        none = CaseOutcome(task, (task.effect, names[task.joint]), "", 0.0, None, (), CANNOT, (), 0.0)
         return none.as_json()
     with tempfile.TemporaryDirectory(prefix="synth-rehearsal-") as folder:
         case = write_case(project, rig, planted, Path(folder))
         document, message = diagnose_apart(case, Path(folder) / "out", [Path(call.kept)], call.effects)
-    return _case_outcome(task, planted, document, message, time.perf_counter() - started).as_json()
+    return _case_outcome(task, planted, document, message).as_json()
 
 
 @lru_cache(maxsize=1)
@@ -88,13 +87,15 @@ def diagnose_apart(
     """``gap.json`` of a case from a process that cannot read these folders or the generator; or None and the reason."""
     folders = [*closed, PACKAGE / "planting", PACKAGE / "rehearsal"]
     command = [sys.executable, str(PACKAGE / "commands" / "watched.py")]
-    command += [os.pathsep.join(os.path.realpath(folder) for folder in folders), "--"]
+    command += [os.pathsep.join(os.path.realpath(folder) for folder in folders), "--ends-with-input", "--"]
     command += ["gap", str(case), "--out", str(out), "--quiet"]
     command += [word for file in effects for word in ("--effect", file)]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")])}
+    heard, held = os.pipe()  # closes with this process, however it ends, and the diagnosis ends then
     try:
         ended = subprocess.run(
             command,
+            stdin=heard,
             cwd=case.parent,
             env=environment,
             capture_output=True,
@@ -104,24 +105,35 @@ def diagnose_apart(
         )
     except subprocess.TimeoutExpired:
         return None, f"longer than {LONGEST_DIAGNOSIS:g} s"
+    finally:
+        os.close(heard)
+        os.close(held)
     if ended.returncode:
-        return None, ended.stderr[-MOST_MESSAGE:]
+        return None, f"{_end_in_words(ended.returncode)}: {ended.stderr[-MOST_MESSAGE:].strip()}".removesuffix(": ")
     return json.loads((out / "gap.json").read_text(encoding="utf-8")), ""
 
 
-def _case_outcome(
-    task: PlantingTask, planted: Planted, document: dict[str, Any] | None, message: str, seconds: float
-) -> CaseOutcome:
+def _end_in_words(status: int) -> str:
+    """How a process ended: by its exit status, or by a signal, which says nothing on its error output."""
+    if status >= 0:
+        return f"exit status {status}"
+    try:
+        return f"killed by {signal.Signals(-status).name}"
+    except ValueError:
+        return f"killed by signal {-status}"
+
+
+def _case_outcome(task: PlantingTask, planted: Planted, document: dict[str, Any] | None, message: str) -> CaseOutcome:
     causes = planted.answer["causes"]
     main: dict[str, Any] = causes[0] if causes else {"form": "", "gap": 0.0, "size": None}
     key = (main["effect"], main["joint"]) if causes else None
     small = tuple((effect, joint) for effect, joint in planted.answer["small"])
     if document is None:
-        return CaseOutcome(task, key, main["form"], main["gap"], main["size"], small, FAILED, (), 0.0, seconds, message)
+        return CaseOutcome(task, key, main["form"], main["gap"], main["size"], small, FAILED, (), 0.0, message)
     named = named_causes(document)
     first = [c["probability"] for c in document["ranked"] if named and (c["effect"], c["joint"]) == named[0]]
     probability = float(first[0]) if first else 0.0
     made = CaseOutcome(
-        task, key, main["form"], main["gap"], main["size"], small, document["verdict"], named, probability, seconds
+        task, key, main["form"], main["gap"], main["size"], small, document["verdict"], named, probability
     )
     return replace(made, explanations=explanations_of(document), small_gap=planted.answer["small_gap"])

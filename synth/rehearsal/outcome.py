@@ -21,7 +21,7 @@ class CaseOutcome:
     ``sizes.SIZE_MEANINGS``) of it; ``small`` : additional causes, which leave ``small_gap`` rad together. ``verdict`` :
     of the diagnosis, ``cannot`` or ``failed``; ``named`` : the causes of all its explanations, the most probable first;
     ``probability`` of the first. ``explanations`` : the accepted one and those tied with it; None: one only.
-    ``message`` : the end of the error output if the diagnosis failed.
+    ``message`` : how the diagnosis ended if it failed, and the end of its error output.
     """
 
     task: PlantingTask
@@ -33,7 +33,6 @@ class CaseOutcome:
     verdict: str
     named: tuple[Key, ...]
     probability: float
-    seconds: float
     message: str = ""
     explanations: tuple[tuple[Key, ...], ...] | None = None
     small_gap: float = 0.0
@@ -121,7 +120,6 @@ class CaseOutcome:
             "verdict": self.verdict,
             "named": [list(key) for key in self.named],
             "probability": self.probability,
-            "seconds": self.seconds,
             "message": self.message,
             "explanations": None if self.explanations is None else [[list(k) for k in e] for e in self.explanations],
         }
@@ -141,7 +139,6 @@ class CaseOutcome:
             content["verdict"],
             _cause_keys(content["named"]),
             content["probability"],
-            content["seconds"],
             content["message"],
             None if explanations is None else tuple(_cause_keys(each) for each in explanations),
             content["small_gap"],

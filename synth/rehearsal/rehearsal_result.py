@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from synth.rehearsal.ladder import visible_from
-from synth.rehearsal.outcome import CANNOT, CaseOutcome, Key
+from synth.rehearsal.outcome import CANNOT, FAILED, CaseOutcome, Key
 from synth.rehearsal.plants import RUNGS, cause_places
 from synth.rehearsal.sizes import SIZE_MEANINGS
 from synth.rehearsal.users_rig import BACKGROUND_SHARE, Rig
 from synth.remarks import remarks_json
 from synth.units import quantity
 
+MOST_ENDS = 3  # ways in which diagnoses failed, in the sentence; each case has its own message
 FORMAT = "synth/rehearsal/1"
 LARGE_RUNG = 2  # rung from which a cause counts as large, for the sentence and the picture
 
@@ -35,8 +36,8 @@ class CauseSummary:
 
     @property
     def highest(self) -> int | None:
-        """The highest rung that could be planted."""
-        planted = [o.task.rung for o in self.outcomes if o.verdict != CANNOT]
+        """The highest rung that could be planted and was diagnosed."""
+        planted = [o.task.rung for o in self.outcomes if o.counts]
         return max(planted) if planted else None
 
     def size(self) -> dict[str, Any] | None:
@@ -130,7 +131,18 @@ class RehearsalResult:
             text += (
                 f" Causes outside the library are called unknown in {_hits(sum(o.right for o in others), len(others))}."
             )
-        return text
+        return f"{text} {self.failed}".rstrip()
+
+    @property
+    def failed(self) -> str:
+        """How many diagnoses failed, and how; empty if none did."""
+        found = [o for o in self.outcomes if o.verdict == FAILED]
+        if not found:
+            return ""
+        ends = Counter(o.message.partition(":")[0] or "no message" for o in found)
+        told = ", ".join(f"{end} ({count} times)" if count > 1 else end for end, count in ends.most_common(MOST_ENDS))
+        verb = "diagnosis failed and is" if len(found) == 1 else "diagnoses failed and are"
+        return f"{len(found)} {verb} not counted: {told}. The same command again repeats only what failed."
 
     def _found_words(self, kind: str) -> str:
         """How many of these causes were found, and how many were only tied with others."""
@@ -168,7 +180,7 @@ class RehearsalResult:
             "left_out": list(self.rig.left_out),
             "plants": [outcome.as_json() for outcome in self.outcomes],
             "identity": dict(self.identity),
-            **remarks_json(self.rig.left_out),
+            **remarks_json((*self.rig.left_out, *filter(None, [self.failed]))),
         }
 
     def _small_causes_json(self) -> dict[str, Any]:

@@ -26,7 +26,7 @@ CASES_A_CAUSE = 2  # default; fewer do not bisect for a rung
 UNLISTED_RUNG = 2  # rung of causes outside the library: large enough to matter
 OUTCOME_FILE = "outcome.json"
 # Raised where a task is planted or recorded otherwise: finished cases of before are then not reused.
-CASE_FORMAT = "2"
+CASE_FORMAT = "3"
 FOLDER_NOTE = "finished cases of an interrupted `synth gap --rehearse`; repeat the command to resume\n"
 
 
@@ -44,7 +44,9 @@ class Rehearsal:
     outcomes: list[CaseOutcome] = field(default_factory=list)
 
     def run(self, kept: RunCheckpoint, earlier: Mapping[str, CaseOutcome], tell: Callable[[str], None]) -> None:
-        """All cases; stored ones and those of ``earlier`` are reused.
+        """All cases; stored ones and those of ``earlier`` are reused, but a failed one is neither stored nor reused.
+
+        It may have failed by the machine: killed for lack of memory, or slow beside other work.
 
         Raises
         ------
@@ -66,8 +68,9 @@ class Rehearsal:
                     raise UserError(list(end.problems))
                 if end.crash:
                     raise RuntimeError(end.crash)
-                kept.save(name, self.identity, {OUTCOME_FILE: json.dumps(end.value).encode()})
                 ended[name] = CaseOutcome.from_json(end.value)
+                if ended[name].verdict != FAILED:
+                    kept.save(name, self.identity, {OUTCOME_FILE: json.dumps(end.value).encode()})
                 task = ended[name].task
                 self._tell_outcome(task, ended[name], clock, tell, counted=False)
             self.outcomes += [made[t] if t in made else ended[t.name] for t in tasks]
@@ -96,7 +99,7 @@ class Rehearsal:
     ) -> list[tuple[PlantingTask, CaseOutcome]]:
         found = []
         for task in tasks:
-            if task.name in earlier:
+            if task.name in earlier and earlier[task.name].verdict != FAILED:
                 found.append((task, earlier[task.name]))
             elif kept.has(task.name, self.identity):
                 content = json.loads((kept.files(task.name) / OUTCOME_FILE).read_text(encoding="utf-8"))
@@ -120,7 +123,8 @@ class Rehearsal:
         times = f", {RUNGS[task.rung]:g} times the remainder" if task.effect else ""
         word = "named" if outcome.right and outcome.kind == "cause" else outcome.taken_for
         word = "tied with " + ", ".join(outcome.tied_with) if outcome.tied and task.effect else word
-        word = word.replace("_", " ") + (", with one that is not there" if outcome.with_absent else "")
+        word = "failed: " + " ".join(outcome.message.split()) if outcome.verdict == FAILED else word.replace("_", " ")
+        word += ", with one that is not there" if outcome.with_absent else ""
         tell(f"  {clock.done}/{self.count} {name}{where}{times}: {word}{'' if counted is True else clock.left()}")
 
 

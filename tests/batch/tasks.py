@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
+import tempfile
 from pathlib import Path
 
 from synth.errors import Problem, UserError
@@ -23,3 +25,30 @@ def task(words: str) -> str:
     if words == "kill":
         os.kill(os.getpid(), signal.SIGKILL)
     return words.upper()
+
+
+DIAGNOSIS = """
+import json, os, sys, tempfile, time
+from pathlib import Path
+from synth.commands.watched import ENDS_WITH_INPUT, end_with_input
+if ENDS_WITH_INPUT in sys.argv:
+    end_with_input()
+place = Path({note!r})
+part = place.with_suffix(".part")
+part.write_text(json.dumps(dict(process=os.getpid(), folder=tempfile.mkdtemp())))
+part.rename(place)
+time.sleep(60)
+"""
+
+
+def diagnose_for_long(note: str) -> None:
+    """A rehearsal's diagnosis that notes its number and a temporary folder in a file, and lasts a minute."""
+    from synth.rehearsal import one_case
+
+    with tempfile.TemporaryDirectory(prefix="synth-one-") as name:
+        folder = Path(name)
+        (folder / "commands").mkdir()
+        (folder / "commands" / "watched.py").write_text(DIAGNOSIS.format(note=note))
+        one_case.PACKAGE = folder
+        os.environ["PYTHONPATH"] = os.pathsep.join(sys.path)
+        one_case.diagnose_apart(folder / "gap.yaml", folder / "out", [])

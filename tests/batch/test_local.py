@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
+
+import pytest
 
 from batch.tasks import task
 from synth.batch.local import DIED, run_here
@@ -50,3 +58,40 @@ def test_a_process_among_many_has_one_thread_unless_the_user_says_otherwise() ->
     finally:
         del os.environ[VARIABLE]
     assert thread_count() == core_count()
+
+
+RUN = """
+import signal, sys
+from batch.tasks import diagnose_for_long
+from synth.batch.local import run_here
+from synth.files.signals import terminated_as_exception
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    with terminated_as_exception():
+        print(*run_here(diagnose_for_long, [("one", sys.argv[1])], 1))
+"""
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="no list of processes here")
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_leaves_no_diagnosis_and_no_temporary_folder(sent: signal.Signals, tmp_path: Path) -> None:
+    program, temporary, note = tmp_path / "run.py", tmp_path / "temporary", tmp_path / "note.json"
+    program.write_text(RUN)
+    temporary.mkdir()
+    words = [sys.executable, str(program), str(note)]
+    environment = os.environ | {"TMPDIR": str(temporary)}
+    process = subprocess.Popen(words, env=environment, stderr=subprocess.DEVNULL, start_new_session=True)
+    assert _in_time(note.exists)
+    diagnosis = json.loads(note.read_text())
+    assert Path(diagnosis["folder"]).is_relative_to(temporary)
+    process.send_signal(sent)
+    assert process.wait(30) != 0
+    assert _in_time(lambda: not Path(f"/proc/{diagnosis['process']}").exists())
+    assert not list(temporary.iterdir())
+
+
+def _in_time(holds: Callable[[], bool]) -> bool:
+    until = time.monotonic() + 40.0
+    while not holds() and time.monotonic() < until:
+        time.sleep(0.05)
+    return holds()

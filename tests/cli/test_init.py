@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import shlex
+import signal
 from pathlib import Path
 
 import pytest
 
 from synth.cli import main
 from synth.commands import init
+from synth.files.leftovers import held_folder
 
 EXAMPLES = Path(init.__file__).resolve().parent.parent / "examples"
 
@@ -94,3 +97,58 @@ def test_existing_files_are_not_replaced(
     assert message in shown.err
     assert shown.err.count("\n") == 1
     assert files_in(tmp_path) == {str(Path("full", "mine.txt")): b"mine"}
+
+
+@pytest.mark.parametrize("sent", [None, signal.SIGTERM])
+def test_an_empty_folder_is_filled_completely_or_not_at_all(
+    sent: signal.Signals | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A full disk, or a signal, came after the third entry: the next `synth init` refused the half project."""
+    target, rename, moved = tmp_path / "project", Path.rename, list[str]()
+    target.mkdir()
+
+    def renamed(self: Path, to: Path) -> Path:
+        if to.parent == target:
+            moved.append(to.name)
+            if len(moved) == 3 and sent is None:
+                raise OSError(28, "No space left on device")
+            if len(moved) == 3 and sent is not None:
+                os.kill(os.getpid(), sent)
+        return rename(self, to)
+
+    before = None if sent is None else signal.signal(sent, signal.SIG_DFL)
+    try:
+        with monkeypatch.context() as patch:
+            patch.setattr(Path, "rename", renamed)
+            if sent is None:
+                assert main(["-q", "init", "fit", str(target)]) == 2
+            else:
+                with pytest.raises(SystemExit):
+                    main(["-q", "init", "fit", str(target)])
+    finally:
+        if sent is not None:
+            signal.signal(sent, before)
+    assert [path.name for path in tmp_path.iterdir()] == ["project"]
+    whole = {path.name for path in (init.EXAMPLES / "fit").iterdir() if path.name != "__pycache__"} | {init.SCHEMAS}
+    assert {path.name for path in target.iterdir()} == (set() if sent is None else whole)
+
+
+def test_a_signal_during_the_copy_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(init, "with_schemas", lambda folder: os.kill(os.getpid(), signal.SIGTERM))
+    before = signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
+        with pytest.raises(SystemExit):
+            main(["-q", "init", "fit", str(tmp_path / "project")])
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_two_copies_into_one_folder_the_second_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _, lock = held_folder(tmp_path, ".project.partial-")
+    try:
+        assert main(["init", "fit", str(tmp_path / "project")]) == 2
+    finally:
+        if lock is not None:
+            os.close(lock)
+    assert "being written by another run" in capsys.readouterr().err

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import signal
 import subprocess
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -18,7 +19,7 @@ import pytest
 from synth.batch.folder import RunCheckpoint
 from synth.cli import main
 from synth.errors import UserError
-from synth.files import output
+from synth.files import leftovers, output
 from synth.files.leftovers import PARTIAL, REPLACED, held_folder
 from synth.files.output import output_folder, write_bytes_whole, write_csv
 from synth.hopper.checkpoint import MANIFEST, Checkpoint
@@ -305,3 +306,72 @@ def test_standard_output_may_be_full_or_closed(name: str, tmp_path: Path) -> Non
 def test_leftovers_are_distinguished_by_the_result_s_whole_name() -> None:
     assert not PARTIAL.format("a.b").startswith(PARTIAL.format("a"))
     assert PARTIAL.format("a") != REPLACED.format("a")
+
+
+@pytest.mark.parametrize("half", ["/old", "/out"])
+@pytest.mark.parametrize("sent", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_during_the_exchange_leaves_a_whole_result(
+    sent: signal.Signals, half: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It arrives after the rename that moves the earlier result aside, or after the one that brings the new one."""
+    run(tmp_path / "out", "1")
+    rename = Path.rename
+
+    def renamed(self: Path, to: Path) -> Path:
+        there = rename(self, to)
+        if str(to).endswith(half):
+            os.kill(os.getpid(), sent)
+            os.kill(os.getpid(), sent)
+        return there
+
+    monkeypatch.setattr(Path, "rename", renamed)
+    outer = signal.signal(sent, signal.default_int_handler if sent == signal.SIGINT else signal.SIG_DFL)
+    try:
+        with pytest.raises((SystemExit, KeyboardInterrupt)):
+            run(tmp_path / "out", "2")
+    finally:
+        signal.signal(sent, outer)
+    assert names(tmp_path) == ["out"]
+    assert (tmp_path / "out" / "fit.json").read_text() == "2"
+
+
+def test_an_earlier_result_that_cannot_be_moved_back_at_once_is_not_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run(tmp_path / "out", "1")
+    rename = Path.rename
+
+    def refused(self: Path, to: Path) -> Path:
+        if to == tmp_path / "out":
+            raise OSError(5, "Input/output error")
+        return rename(self, to)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "rename", refused)
+        with pytest.raises(UserError, match="Input/output error"):
+            run(tmp_path / "out", "2")
+    with pytest.raises(RuntimeError), output_folder(tmp_path / "out"):
+        raise RuntimeError
+    assert (tmp_path / "out" / "fit.json").read_text() == "1"
+
+
+def without_system_locks(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(leftovers, "fcntl", None)
+
+
+def without_file_system_locks(patch: pytest.MonkeyPatch) -> None:
+    def flock(handle: int, how: int) -> None:
+        raise OSError(errno.ENOTSUP, "Operation not supported")
+
+    patch.setattr(leftovers.fcntl, "flock", flock)
+
+
+@pytest.mark.parametrize("without", [without_system_locks, without_file_system_locks])
+def test_without_locks_a_killed_run_does_not_block_its_result(
+    without: Callable[[pytest.MonkeyPatch], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / ".out.partial-dead").mkdir()
+    without(monkeypatch)
+    run(tmp_path / "out", "1")
+    run(tmp_path / "out", "2")
+    assert names(tmp_path) == [".out.partial-dead", "out"]  # nobody knows whether its run lives

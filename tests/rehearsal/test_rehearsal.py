@@ -23,11 +23,11 @@ from synth.files.leg_file import write_leg
 from synth.files.trial_list import Trial
 from synth.planting.model import Truth
 from synth.planting.simulation import release
-from synth.rehearsal import rehearse
+from synth.rehearsal import one_case, rehearse
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.ladder import next_rung, visible_from
 from synth.rehearsal.one_case import CaseCall, diagnose_apart, plant_and_diagnose
-from synth.rehearsal.outcome import CANNOT, CaseOutcome, explanations_of, named_causes
+from synth.rehearsal.outcome import CANNOT, FAILED, CaseOutcome, explanations_of, named_causes
 from synth.rehearsal.plants import RUNGS, Field, Planted, PlantingTask, cause_places
 from synth.rehearsal.rehearsal_result import RehearsalResult
 from synth.rehearsal.rehearse import Rehearsal
@@ -203,7 +203,6 @@ def outcome(effect: str, joint: int, rung: int, right: bool, draw: int = 0, verd
         said,
         named,
         0.9,
-        1.0,
     )
 
 
@@ -261,7 +260,7 @@ class Fake:
             key = (task.effect, "knee") if task.effect else None
             right = task.rung >= 1
             made = CaseOutcome(
-                task, key, "", 0.01, 0.1, (), "effect" if right else "none", (key,) if right and key else (), 0.9, 2.0
+                task, key, "", 0.01, 0.1, (), "effect" if right else "none", (key,) if right and key else (), 0.9
             )
             yield name, TaskOutcome(value=made.as_json())
 
@@ -297,6 +296,59 @@ def test_an_interrupted_rehearsal_resumes_to_the_same_result(
     few.run(RunCheckpoint(tmp_path / "c", "rehearsal", "words"), {o.task.name: o for o in whole.outcomes}, said.append)
     assert len(few.outcomes) == 50
     assert more.made < 50
+
+
+class SometimesKilled(Fake):
+    """Answers as ``Fake`` does, but the diagnosis of one case is killed at first."""
+
+    def __init__(self) -> None:
+        super().__init__(10**6)
+        self.killed = ""
+
+    def __call__(self, *words: Any) -> Iterator[tuple[str, TaskOutcome]]:
+        for name, ended in super().__call__(*words):
+            if not self.killed and ended.value["effect"]:
+                self.killed = name
+                yield name, TaskOutcome(value=ended.value | {"verdict": FAILED, "message": "killed by SIGKILL"})
+            else:
+                yield name, ended
+
+
+def test_a_failed_diagnosis_is_told_and_made_again(rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was stored, reused for ever, and counted as a cause that was not found."""
+    fake, said = SometimesKilled(), list[str]()
+    monkeypatch.setattr(rehearse, "run_here", fake)
+    first, kept = rehearsal(rig, tmp_path, 12), RunCheckpoint(tmp_path / "a", "rehearsal", "words")
+    first.run(kept, {}, said.append)
+    assert not kept.has(fake.killed, first.identity)
+    assert any(line.partition(";")[0].endswith("failed: killed by SIGKILL") for line in said)
+    found = RehearsalResult("leg", rig, 3, tuple(first.outcomes), {}).as_json()
+    told = "1 diagnosis failed and is not counted: killed by SIGKILL. The same command again repeats only what failed."
+    assert found["sentence"].endswith(told)
+    assert told in found["warnings"]
+    assert "seconds" not in found["plants"][0]
+
+    earlier = {o.task.name: o for o in first.outcomes}
+    for kept_cases, before in ((kept, {}), (RunCheckpoint(tmp_path / "b", "rehearsal", "words"), earlier)):
+        again, whole = Fake(10**6), rehearsal(rig, tmp_path, 12)
+        monkeypatch.setattr(rehearse, "run_here", again)
+        whole.run(kept_cases, before, said.append)
+        assert 1 <= again.made < 12
+        assert all(o.verdict != FAILED for o in whole.outcomes)
+
+
+def test_a_cause_whose_diagnoses_failed_is_neither_found_nor_missed(rig: Rig) -> None:
+    failed = outcome("backlash", 1, 1, False, verdict=FAILED)
+    assert next_rung([failed]) == (1, 1)  # the same size with the next draw
+    found = RehearsalResult("leg", rig, 0, (failed, outcome("coulomb_friction", 1, 2, True)), {})
+    assert "1 of 1 causes that were planted were found" in found.sentence
+
+
+def test_a_killed_diagnosis_says_by_which_signal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(one_case, "PACKAGE", tmp_path)
+    (tmp_path / "commands").mkdir()
+    (tmp_path / "commands" / "watched.py").write_text("import os; os.kill(os.getpid(), 9)")
+    assert diagnose_apart(tmp_path / "gap.yaml", tmp_path / "out", []) == (None, "killed by SIGKILL")
 
 
 def test_a_result_has_sizes_confusions_and_false_alarms(rig: Rig) -> None:

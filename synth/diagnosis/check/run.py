@@ -26,6 +26,7 @@ from synth.diagnosis.plants.swinging_chain.pieces import whole_recordings
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.diagnosis.workbench import Workbench
+from synth.files.input_hashes import input_hashes
 from synth.fit.recordings import recordings as as_recordings
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
         told.clusters,
         told.sines,
         UNEXPLAINED_SHARE,
-        {item.name: item.sha256 for item in project.inputs} | {t.name: t.sha256 for t in project.trials},
+        input_hashes(project),
     )
 
 

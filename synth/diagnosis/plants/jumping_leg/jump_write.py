@@ -14,6 +14,7 @@ from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
 from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
 from synth.diagnosis.write import STAGES, basis_json, rms
 from synth.files.hopper_gap_project import HopperGapProject
+from synth.files.input_hashes import input_hashes
 from synth.files.output import place, stems, write_csv, write_json
 from synth.jump.effects import motor_effect_named
 from synth.units import factor, quantity
@@ -87,7 +88,7 @@ def gap_json(result: JumpGapResult, project: HopperGapProject, names: list[str])
         **document,
         "trials": [_trial_json(result, i, name) for i, name in enumerate(names)],
         "design_at": {name: quantity(value, "1") for name, value in result.unknowns.items()},
-        **basis_json(result, project, motor_effect_named, ANGLES, {item.name: item.sha256 for item in project.inputs}),
+        **basis_json(result, project, motor_effect_named, ANGLES, input_hashes(project)),
     }
 
 

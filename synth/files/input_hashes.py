@@ -1,0 +1,21 @@
+"""The files that a project was read from, with their hashes: what its results depend on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from synth.files.gap_project import GapProject
+    from synth.files.hopper_gap_project import HopperGapProject
+    from synth.files.hopper_project import HopperProject
+    from synth.files.leg_project import LegProject
+    from synth.files.projects import FitProject
+
+    Project: TypeAlias = FitProject | GapProject | LegProject | HopperProject | HopperGapProject
+
+
+def input_hashes(project: Project) -> dict[str, str]:
+    """SHA-256 by name of every file read: the project, all files named in it or in those, then the recordings."""
+    trials = [*getattr(project, "trials", ())]
+    trials += [trial for damper in getattr(project, "dampers", {}).values() for trial in damper.trials]
+    return {item.name: item.sha256 for item in project.inputs} | {trial.name: trial.sha256 for trial in trials}
