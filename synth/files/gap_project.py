@@ -22,7 +22,7 @@ from synth.files.trial_list import Trial
 from synth.files.validate import Quantity, Title, gathering, raise_if_any
 from synth.swing.leg_model import Damper, Leg, Spring
 
-NOISE = Quantity("rad", above=0, most=radians(10))
+NOISE = Quantity("rad", above=0, most=radians(10))  # a sensor that scatters more shows no swing
 Angle = Annotated[float, Quantity("rad", least=0, most=radians(90))]
 
 
