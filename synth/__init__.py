@@ -1,9 +1,8 @@
 """From recorded limb motion to springs, dampers and joints, and why the built limb moves differently.
 
-The library: ``read_leg``, ``read_trials``, ``fit``, ``gap``, ``design``, ``spring``, ``hopper``,
-``compare``. Their results are
-tables (``to_frame``), figures (``plot``), notebook cells and folders of files (``save``). The command line calls
-nothing else. Everything is loaded when it is first used.
+The library: ``read_leg``, ``write_leg``, ``read_trials``, ``fit``, ``gap``, ``jump_gap``, ``design``, ``spring``,
+``hopper``, ``compare``. Their results are tables (``to_frame``), figures (``plot``), notebook cells and folders of
+files (``save``). Everything is loaded when it is first used.
 """
 
 from __future__ import annotations

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 LONGEST_WORD = 80  # characters of a value in a message
 LONGEST = 2_000  # characters of a message: about a screen
 LONGEST_PLACE = 500  # characters of a file's or key's name; twice what a disk takes for one name
-_QUOTED = re.compile(r"""(["'])((?:(?!\1).){%d,})\1""" % (LONGEST_WORD + 1), re.DOTALL)  # noqa: UP031
+_OPENING = re.compile(r"""(?<!\w)["']""")
+_CLOSING = re.compile(r"""["'](?!\w)""")
 _WORD = re.compile(r"\S{%d,}" % (3 * LONGEST_WORD))  # noqa: UP031
 
 
@@ -45,9 +46,30 @@ def _without_middle(name: str) -> str:
 
 def readable(text: str) -> str:
     """A message with long values shortened, so that the text around them stays visible."""
-    text = _QUOTED.sub(lambda found: f"{found[1]}{found[2][: LONGEST_WORD - 3]}...{found[1]}", text)
+    text = _with_short_quotes(text)
     text = _WORD.sub(lambda found: f"{found[0][:LONGEST_WORD]}...", text)
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+
+
+def _with_short_quotes(text: str) -> str:
+    """The text with long words in quotes shortened, in one pass.
+
+    Marks are paired from the left, so that what stands between two words in quotes is never taken for one. A mark
+    after a letter opens none and one before a letter closes none: apostrophes, and marks in a user's own words.
+    """
+    closes = {mark.start() for mark in _CLOSING.finditer(text)}
+    last = {mark: max((at for at in closes if text[at] == mark), default=-1) for mark in "\"'"}
+    opens = {mark.start() for mark in _OPENING.finditer(text) if last[mark[0]] > mark.start()}
+    kept, done, start = list[str](), 0, -1
+    for at in sorted(opens | closes):
+        if start < 0:
+            start = at if at in opens else -1
+        elif at in closes and text[at] == text[start]:
+            if at - start - 1 > LONGEST_WORD:
+                kept += [text[done : start + LONGEST_WORD - 2], "..."]
+                done = at
+            start = -1
+    return "".join([*kept, text[done:]])
 
 
 def did_you_mean(value: str, names: Iterable[str], most: int = 1, cutoff: float = 0.6) -> str:

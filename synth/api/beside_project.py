@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 from synth.errors import Problem, UserError
 from synth.files.project_options import RatePrior
@@ -58,6 +59,19 @@ def require_project(what: object, function: str) -> None:
         raise UserError(f"{text}synth.{function}(leg, trials)")
 
 
+def require_fields(given: Mapping[str, object], of: type[Any], path: Path, key: str) -> None:
+    """Refuse names that are no field of a dataclass of options.
+
+    Raises
+    ------
+    UserError
+        With every such name, and a similar one.
+    """
+    known = [item.name for item in fields(of)]
+    unknown = [name for name in given if name not in known]
+    raise_if_any([Problem(f'"{name}" is not allowed{near(name, known)}', str(path), key=key) for name in unknown])
+
+
 def require_known(tolerance: Tolerance, leg: Leg, path: Path) -> None:
     """Refuse tolerances of a joint that the leg does not have, or of an unknown quantity.
 
@@ -90,5 +104,7 @@ def require_values(prior: RatePrior, leg: Leg, path: Path) -> None:
 
 
 def not_overridden(defaults: Sequence[Default], keys: Container[str]) -> tuple[Default, ...]:
-    """The defaults of a project's file whose section is not among the overridden ``keys``."""
-    return tuple(default for default in defaults if default.key.partition(".")[0] not in keys)
+    """The defaults of a project's file of which neither section nor key is among the overridden ``keys``."""
+    return tuple(
+        default for default in defaults if default.key.partition(".")[0] not in keys and default.key not in keys
+    )

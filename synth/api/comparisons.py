@@ -83,7 +83,7 @@ def compare(
     Parameters
     ----------
     sources
-        a ``Fit``, ``Gap`` or ``Design``, a ``Leg``, ``Trial``s that were read, or as on the command line ``PATH``,
+        a ``Fit``, ``Gap`` or ``Design``, a ``Leg``, recordings (``Trial``), or as on the command line ``PATH``,
         ``NAME=PATH``, ``PATH#built,wanted``; ``{"new": fit, "old": other}`` names them. A ``Design`` is compared as its
         ``leg``; its saved folder has the friction of the drawn bearings too.
     reference

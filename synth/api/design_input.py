@@ -6,6 +6,7 @@ from pathlib import Path
 
 from synth.files.leg_project import LegProject, read_leg_project
 from synth.parts.catalogs import Catalogue
+from synth.parts.part_names import require_known_names
 from synth.parts.resolver import resolver
 
 
@@ -17,11 +18,14 @@ def read_design(path: str | Path) -> tuple[LegProject, Catalogue]:
     Raises
     ------
     UserError
-        With every mistake of the project, its legs, trials and curves.
+        With every mistake of the project, its legs, trials and curves; then with every part, vendor and wire that the
+        catalogues do not have.
     """
     project = read_leg_project(path, open_catalogue=lambda paths: resolver(Catalogue.load(paths)))
+    catalogue = Catalogue.load(project.catalogs)
+    require_known_names(project, catalogue)
     if project.wanted:
         from synth.fit.wanted_motion import with_wanted_leg  # with the equations of motion, 0.3 s
 
         project = with_wanted_leg(project)
-    return project, Catalogue.load(project.catalogs)
+    return project, catalogue

@@ -187,8 +187,10 @@ def design(
     cache
         folder of an earlier design of the same input; options of the printer's bed and measured springs may differ.
         None: nothing is stored.
-    stage, compiling
-        called with the current stage, and with the number of links before their equations are needed.
+    stage
+        called with the current stage.
+    compiling
+        called with the number of links before their equations are needed.
 
     Raises
     ------

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from synth.api.beside_project import (
     not_overridden,
     recordings_of,
     refuse_trials,
+    require_fields,
     require_known,
     require_project,
     require_values,
@@ -40,11 +42,12 @@ class FitSettings:
     None: as in the project, for a leg the default of the project file.
     ``free_angle``: ``common``, ``per_trial`` or ``auto``. ``release``: ``free`` cuts the driven part at the beginning,
     ``recorded`` fits all samples. ``laws``: ``auto`` adds dry friction or quadratic damping where it explains the
-    motion, ``linear`` never. ``options``, ``tolerance`` and ``prior`` replace the project's section as a whole. Without
+    motion, ``linear`` never. ``options``: a mapping such as ``{"weight": "equal"}`` changes what it names;
+    ``FitOptions`` replaces the project's section ``fit`` as a whole, as ``tolerance`` and ``prior`` do theirs. Without
     a prior, as with ``RatePrior()``, values in the leg are only starting points.
     """
 
-    options: FitOptions | None = None
+    options: FitOptions | Mapping[str, Any] | None = None
     free_angle: FreeAngle | None = None
     release: Release | None = None
     laws: Laws | None = None
@@ -190,11 +193,18 @@ def _in_code(project: FitProject) -> FitProject:
 def _with_settings(project: FitProject, settings: FitSettings) -> FitProject:
     """The project with the given settings; those that override a default of its file are no longer listed as one."""
     given = {name: value for name, value in vars(settings).items() if value is not None}
-    if "options" in given:
-        given["fit"] = given.pop("options")
+    over = set(given)
+    options = given.pop("options", None)
+    if isinstance(options, Mapping):
+        require_fields(options, FitOptions, project.path, "options")
+        over |= {f"fit.{name}" for name in options}
+        given["fit"] = replace(project.fit, **options)
+    elif options is not None:
+        over.add("fit")
+        given["fit"] = options
     if settings.prior == RatePrior():
         given["prior"] = None
-    changed = replace(project, **given, defaults=not_overridden(project.defaults, given))
+    changed = replace(project, **given, defaults=not_overridden(project.defaults, over))
     check_in_code(changed)
     require_known(changed.tolerance, changed.leg, changed.path)
     if changed.prior is not None:

@@ -152,8 +152,10 @@ def gap(
         a project file, a read project, or the designed leg with the ``trials`` of the built one.
     trials
         of the built leg; a project has its own.
-    tolerance, seed
-        override a project's; None: the project's, of a leg the default of the project file.
+    tolerance
+        overrides a project's as a whole; None: the project's, of a leg the default of the project file.
+    seed
+        of everything random, likewise.
     stage
         called with the current stage.
 

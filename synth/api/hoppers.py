@@ -42,7 +42,7 @@ class Hopper(Report):
 
     @property
     def chosen(self) -> bool:
-        """Whether a design was chosen: one lifts off, and with ``gearbox: stop`` its gearbox bears the push."""
+        """Whether a design lifts off and, where ``gearbox`` is ``stop``, its gearbox bears the push."""
         return self.study.best is not None
 
     @property
@@ -129,10 +129,16 @@ def hopper(
     ----------
     what
         a project file, or a project that was read.
-    checkpoint, cluster
-        folder of finished chunks, and remote workers; both optional.
-    stage, progress
-        called with the current stage, and with the number of finished chunks.
+    catalogue
+        the motors to sweep; default: the built-in tables and those that the project names.
+    checkpoint
+        folder of finished chunks, from which an interrupted sweep goes on; None: none is kept.
+    cluster
+        remote workers; None: the cores of this machine.
+    stage
+        called with the current stage.
+    progress
+        called with the number of finished chunks.
 
     Raises
     ------

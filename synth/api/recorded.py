@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -57,19 +58,19 @@ def write_leg(leg: Leg, path: str | Path) -> None:
 
 
 def read_trials(
-    files: str | Path | Sequence[str | Mapping[str, Any]], leg: Leg, *, folder: str | Path | None = None
+    files: str | Path | Sequence[str | Path | Mapping[str, Any]], leg: Leg, *, folder: str | Path | None = None
 ) -> tuple[Trial, ...]:
     """Read recordings of a leg.
 
     Parameters
     ----------
     files
-        one file, or what a project lists under ``trials:``: files, globs, or mappings such as
-        ``{"file": "heavy.csv", "tip_mass": "50 g"}``.
+        one file, a list of paths such as ``sorted(folder.glob("*.csv"))``, or what a project lists under ``trials:``:
+        files, globs, or mappings such as ``{"file": "heavy.csv", "tip_mass": "50 g"}``.
     leg
         the leg whose joints the columns belong to.
     folder
-        the folder that the names are relative to; default: the current one, or the single file's own.
+        the folder that the names are relative to; default: the current one, of paths alone the one that holds all.
 
     Raises
     ------
@@ -83,4 +84,17 @@ def read_trials(
     entries = [files] if isinstance(files, str) else list(files)
     if not entries:
         raise UserError('name a recording: read_trials(["trials/*.csv"], leg)')
-    return tuple(_read_trials(entries, Path(folder or "."), leg))
+    paths = [entry for entry in entries if isinstance(entry, Path)]
+    where = Path(folder or ".")
+    if folder is None and len(paths) == len(entries):
+        where = Path(os.path.commonpath([path.absolute().parent for path in paths]))
+    names = [_name_in(where, entry) if isinstance(entry, Path) else entry for entry in entries]
+    return tuple(_read_trials(names, where, leg))
+
+
+def _name_in(folder: Path, path: Path) -> str:
+    """A path as a project's list names it: relative to the folder, as given or where the whole path lies below it."""
+    given = folder.absolute() / path  # the path itself, if it is absolute
+    whole = given if given.exists() else path.absolute()
+    top = folder.absolute()
+    return whole.relative_to(top).as_posix() if whole.is_relative_to(top) else str(path)

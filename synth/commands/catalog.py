@@ -107,9 +107,12 @@ def _show(name: str, extra: list[Path], progress: Progress) -> None:
         return
     from synth.commands.fitting_parts import fitting_blocks
     from synth.files.part_request import read_part_request
+    from synth.parts.part_names import require_known_wishes
 
     wish = read_part_request(name)
-    blocks = fitting_blocks(wish, Catalogue.load([*wish.catalogs, *extra]))
+    catalogue = Catalogue.load([*wish.catalogs, *extra])
+    require_known_wishes(wish, catalogue)
+    blocks = fitting_blocks(wish, catalogue)
     content = {"format": FORMAT, "wishes": [block.as_json() for block in blocks]}
     tell_document(progress, content, "\n\n".join(block.text() for block in blocks))
 

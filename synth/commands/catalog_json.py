@@ -39,7 +39,7 @@ def rows_json(rows: Iterable[CatalogueRow]) -> dict[str, Any]:
 
 
 def row_json(row: CatalogueRow) -> dict[str, Any]:
-    """One row without empty cells."""
+    """One row without empty cells; ``assumed`` : its columns whose value is not the table's."""
     found: dict[str, Any] = {"family": row.family}
     for item in type(row).columns():
         value, unit = getattr(row, item.name), item.metadata["unit"]
@@ -50,6 +50,8 @@ def row_json(row: CatalogueRow) -> dict[str, Any]:
             continue
         shown = item.metadata.get("shown", unit)
         found[item.name] = {"value": value / (1.0 if unit == shown else factor(shown, unit)), "unit": shown}
+    if assumed := getattr(row, "assumed", ()):
+        found["assumed"] = list(assumed)
     return {**found, "place": row.place}
 
 

@@ -125,6 +125,7 @@ def _identity(project: HopperProject, catalogue: Catalogue) -> dict[str, str]:
 def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> None:
     """One of the study's three experiments from recorded data."""
     from synth.api.hopper_experiments import hopper_experiment
+    from synth.commands.answers import tell
     from synth.files.output import output_folder, place, write_csv, write_json
 
     with output_folder(arguments.out) as folder, progress.stage(f"reading and identifying, {kind}"):
@@ -132,8 +133,7 @@ def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> N
         if found.first_jump is not None:
             write_csv(folder / "first_jump.csv", found.first_jump)
         write_json(place(folder, found.file_name), dict(found.content))
-    for line in found.lines():
-        progress.say(line)
+    tell(progress, Path(arguments.out) / found.file_name, lambda _: "\n".join(found.lines()), notes=())
     progress.say(f"result: {Path(arguments.out) / found.file_name}")
 
 
@@ -149,4 +149,6 @@ def _truth(arguments: argparse.Namespace, progress: Progress) -> None:
             write_json(folder / "truth.json", truth_json(Catalogue.load()))
         with progress.stage("writing the page"):
             write_truth_report(folder)
+    if progress.as_json:
+        progress.document((Path(arguments.out) / "truth.json").read_text(encoding="utf-8"))
     progress.say(f"page: {Path(arguments.out) / 'report.html'}")

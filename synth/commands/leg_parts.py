@@ -16,7 +16,6 @@ from synth.files.shown_units import METRIC, ShownUnits
 if TYPE_CHECKING:
     from synth.files.leg_project import LegProject
     from synth.parts.catalogs import Catalogue
-    from synth.parts.rows import DamperRow, TorsionSpringRow
 
 SUBSTITUTES_SHOWN = 2  # substitutes of each part on the screen
 
@@ -34,13 +33,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def with_options(project: LegProject, arguments: argparse.Namespace, catalogue: Catalogue) -> LegProject:
-    """The project with the command line's options; refuses names that no catalogue row has.
+    """The project with the command line's options; refuses those that no catalogue row has.
 
     Raises
     ------
     UserError
         With every unknown vendor and part, and similar names.
     """
+    from synth.parts.part_names import NameList, unknown_names
+
+    lists: dict[str, NameList] = {"vendor": "vendors", "without": "without"}
     given = project.parts
     parts = replace(
         given,
@@ -48,22 +50,12 @@ def with_options(project: LegProject, arguments: argparse.Namespace, catalogue: 
         without=(*given.without, *arguments.without),
         system=arguments.system or given.system,
     )
-    sold: list[TorsionSpringRow | DamperRow] = [*catalogue.springs, *catalogue.dampers]
     file = str(project.path)
-    problems = []
-    for names, option, key, known in (
-        (parts.vendors, "vendor", "select.vendors", {row.vendor for row in sold if row.vendor}),
-        (parts.without, "without", "select.without", {row.part for row in sold}),
-    ):
-        folded = {name.casefold() for name in known}
-        for name in names:
-            if name.casefold() not in folded:
-                where = f"--{option}" if name in getattr(arguments, option) else key
-                what = "no vendor" if option == "vendor" else "no part"
-                hint = near_miss(name, sorted(known), 3)
-                listed = f"; there are {', '.join(sorted(known))}" if option == "vendor" else ""
-                text = f'"{name}" is {what} in the catalogues{hint}{listed}'
-                problems.append(Problem(text, None if where.startswith("--") else file, key=where))
+    problems = [
+        Problem(text, key=f"--{option}")
+        for option, key in lists.items()
+        for _, text in unknown_names(getattr(arguments, option), key, catalogue)
+    ]
     refused = {name.casefold() for name in parts.without}
     for joint, choice in project.joints.items():
         for kind, part in (("spring", choice.spring.part), ("damper", choice.damper.part)):

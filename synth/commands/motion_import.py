@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--topic", metavar="NAME", help="topic of the joint states in a robot's log")
     parser.add_argument("--commands", metavar="NAME", help="topic of the commands, if it is another one")
     parser.add_argument("--frame-rate", metavar="RATE", help='camera frame rate, such as "250 Hz"')
-    kept = "release (default): cut to the release; free: cut the driven part too; keep: keep all"
+    kept = "cut (default): cut to the release; free: cut the driven part too; keep: keep all"
     parser.add_argument("--release", type=one_of(CUTS), metavar="|".join(CUTS), help=kept)
     parser.add_argument("--dry-run", action="store_true", help="read and check all input, write nothing")
 

@@ -33,16 +33,19 @@ def stock_text(material: str, catalogue: Catalogue) -> str:
 
 
 def _published_lines(row: CatalogueRow) -> Iterator[Line]:
+    """The columns; a value that is not the table's says so, as ``status`` says where it is from."""
+    assumed = getattr(row, "assumed", ())
     for item in type(row).columns():
+        mark = " (not published, see status)" if item.name in assumed else ""
         value = getattr(row, item.name)
         unit, shown = item.metadata["unit"], item.metadata.get("shown", "")
         if value is None or value == "":
             continue
         if isinstance(value, str):
-            yield item.name, value
+            yield item.name, value + mark
         else:
             scale = 1.0 if unit == shown else factor(shown, unit)
-            yield item.name, f"{value / scale:.6g}" + ("" if shown == "1" else f" {shown}")
+            yield item.name, f"{value / scale:.6g}" + ("" if shown == "1" else f" {shown}") + mark
 
 
 def _derived_lines(row: CatalogueRow, catalogue: Catalogue) -> Iterator[Line]:

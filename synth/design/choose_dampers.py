@@ -159,7 +159,8 @@ def _options(
 ) -> list[DamperOption]:
     options = []
     for row in rows:
-        if measured is not None and law is None and measured.part in (None, row.part) and (measured.part or forced):
+        own = measured is not None and (measured.part or row.part).casefold() == row.part.casefold()
+        if measured is not None and law is None and own and (measured.part or forced):
             why = f"measured: {measured.source}"
             options.append(DamperOption(row, Damper(curve=measured.curve, part=row.part), "curve", why))
             continue

@@ -11,6 +11,7 @@ from synth import units
 from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo, TorqueDrive
 from synth.errors import UserError
+from synth.files.schema import Written
 from synth.files.validate import FileModel, Quantity, refusal
 
 Drive = Servo | TorqueDrive
@@ -44,8 +45,8 @@ class DriveKeys(FileModel):
     """
 
     kind: Literal["servo", "voltage", "torque"]
-    gain: Annotated[Any, Field(examples=["20 N*m/rad"])] = None
-    damping_gain: Annotated[Any, Field(examples=["0.5 N*m*s/rad"])] = None
+    gain: Annotated[Any, Field(examples=["20 N*m/rad"]), Written("quantity")] = None
+    damping_gain: Annotated[Any, Field(examples=["0.5 N*m*s/rad"]), Written("quantity")] = None
     delay: Annotated[float, Quantity("s", least=0, most=2)] = 0.0
     dead_band: Annotated[float, Quantity("rad", least=0, most=1)] = 0.0
     duty_limit: Annotated[float, Quantity("1", above=0, most=1)] | None = None

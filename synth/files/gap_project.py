@@ -15,19 +15,20 @@ from synth.files.leg_file import PartResolver
 from synth.files.made_in_code import check_values, in_code
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.next_command import NextCommand, read_next_command
-from synth.files.schema import Default
+from synth.files.schema import Default, Written
 from synth.files.tolerance import Tolerance as Tolerance
 from synth.files.tolerance import check_tolerance, read_tolerance
 from synth.files.trial_list import Trial
 from synth.files.validate import Quantity, Title, gathering, raise_if_any
 from synth.swing.leg_model import Damper, Leg, Spring
 
+NOISE = Quantity("rad", above=0, most=radians(10))  # a sensor that scatters more shows no swing
 Angle = Annotated[float, Quantity("rad", least=0, most=radians(90))]
 
 
 @dataclass(frozen=True)
 class _SensorNoise:
-    noise: Annotated[float, Quantity("rad", above=0, most=radians(10))]
+    noise: Annotated[float, NOISE]
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,9 @@ class _GapFile:
     leg: Annotated[str, Field(examples=["nominal.leg.yaml"])]
     trials: Annotated[list[Any], Field(min_length=1, examples=["[trials/*.csv]"])]
     tolerance: Any = None
-    noise: Any = None
+    noise: Annotated[
+        Any, Field(examples=["{knee: 0.02 deg}"]), Written("mapping of quantities, one key per joint", NOISE)
+    ] = None
     accuracy: Annotated[Angle, Field(examples=["0.3 deg"])] = 0.0
     next_command: Any = None
     name: Title | None = None

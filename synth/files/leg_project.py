@@ -124,7 +124,7 @@ class _SourceSection:
 
 @dataclass(frozen=True)
 class _Scale:
-    time: Annotated[Any, Because("the motion keeps the animal's time scale")] = 1.0
+    time: Annotated[Any, Field(examples=["froude"]), Because("the motion keeps the animal's time scale")] = 1.0
 
 
 def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None = None) -> LegProject:

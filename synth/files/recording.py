@@ -16,7 +16,7 @@ from synth.errors import Problem, UserError, did_you_mean
 from synth.files import drive_columns
 from synth.files.csv_table import CsvTable, in_si, read_table
 from synth.files.recordings_together import ANOTHER_UNIT, IN_CODE, IN_HEADER, clock_fault
-from synth.files.turns import WIDEST, unwrapped, usual_angle, widest
+from synth.files.turns import WIDEST, unusual_travel, unwrapped, usual_angle, widest
 from synth.swing.leg_model import Leg
 from synth.units import factor
 
@@ -28,7 +28,11 @@ EXAMPLES = {"rad": "deg", "rad/s": "deg/s", "N*m": "N*m", "s": "s"}
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """The columns of a recording, as in ``Trial``; ``jumps`` : of each joint by whole turns, which were removed."""
+    """The columns of a recording, as in ``Trial``.
+
+    ``jumps`` : of each joint by whole turns, which were removed. ``unusual`` : rad that the angles of each joint cover
+    where they were given in radians and this is more than the joint is known to do, else 0.
+    """
 
     time: Array
     angles: Array
@@ -37,6 +41,7 @@ class Recorded:
     sha256: str
     signals: ServoSignals | None = None
     jumps: tuple[int, ...] = ()
+    unusual: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -148,7 +153,11 @@ def checked_columns(columns: Columns, leg: Leg) -> Recorded:
         torques, problems = _between_samples(columns, leg, angles, torques)
     if problems:
         raise UserError(problems)
-    return Recorded(time, angles, velocities, torques, "", None, jumps)
+    unusual = tuple(
+        0.0 if _is_degrees(columns.units[joint.name]) else unusual_travel(joint, angles[:, j])
+        for j, joint in enumerate(leg.joints)
+    )
+    return Recorded(time, angles, velocities, torques, "", None, jumps, unusual)
 
 
 def _scaled(table: CsvTable, leg: Leg) -> dict[str, Array]:

@@ -28,6 +28,14 @@ class Because:
     shown: str | None = None
 
 
+@dataclass(frozen=True)
+class Written:
+    """What a key that its reader checks itself holds, in words, for the reference; ``each`` : of a mapping's values."""
+
+    type: str
+    each: Quantity | None = None
+
+
 class Default(NamedTuple):
     """A default that was applied because the file omits the key."""
 

@@ -101,6 +101,8 @@ def _changed(trial: Trial, arrays: Mapping[str, Array], recorded: Recorded) -> T
         made["jumps"] = tuple(old + new for old, new in zip(before, recorded.jumps, strict=True))
     if "torques" in arrays and np.isnan(arrays["torques"]).any():
         made["torques"] = recorded.torques
+    if any(recorded.unusual) and not trial.sha256:  # a file states the unit of its angles
+        made["unusual"] = recorded.unusual
     if not isinstance(trial.locked, tuple):
         made["locked"] = tuple(trial.locked)
     return replace(trial, **made) if made else trial
@@ -115,9 +117,10 @@ def _arrays(trial: Trial, leg: Leg, name: str, problems: list[Problem]) -> dict[
         if given is None and key not in ("time", "angles"):
             continue
         try:
-            array = np.asarray(given, dtype=float)
+            array = _numbers(given)
         except (TypeError, ValueError):
-            problems.append(Problem(f"{given!r:.60} is not allowed: an array of numbers is needed", name, key=key))
+            shown = f"an array of {given.dtype}" if isinstance(given, np.ndarray) else f"{given!r:.60}"
+            problems.append(Problem(f"{shown} is not allowed: an array of numbers is needed", name, key=key))
             continue
         rows = len(found["time"]) if "time" in found else array.shape[0] if array.ndim else 0
         wanted = array.shape[:1] if key == "time" else (rows, wide)
@@ -132,6 +135,24 @@ def _arrays(trial: Trial, leg: Leg, name: str, problems: list[Problem]) -> dict[
             problems.append(Problem("inf is not allowed; nan where a sample is missing", name, key=f"{key}[{at}]"))
         found[key] = array
     return found
+
+
+def _numbers(given: object) -> Array:
+    """An attribute as floating point numbers, nan where a masked array has its mask.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where these are no real numbers. numpy would take the real part of complex ones and count the ticks of a date.
+    """
+    rows = given if isinstance(given, (list, tuple)) else ()
+    if isinstance(given, np.ma.MaskedArray) or any(isinstance(row, np.ma.MaskedArray) for row in rows):
+        given = np.ma.asarray(given)
+        if given.dtype.kind in "fiub":
+            given = np.ma.filled(given.astype(float), np.nan)
+    if np.asarray(given).dtype.kind in "cmM":
+        raise TypeError
+    return np.asarray(given, dtype=float)
 
 
 def _columns(trial: Trial, arrays: Mapping[str, Array], leg: Leg, name: str) -> Columns:
@@ -213,7 +234,7 @@ def _signal_problems(signals: object, leg: Leg, name: str) -> list[Problem]:
             problems.append(
                 Problem(f"has the shape {array.shape}, where {wanted} is needed", name, key=f"signals.{key}")
             )
-        elif array.dtype.kind not in "fiub" or not np.isfinite(array).all():
+        elif array.dtype.kind not in "fiub" or not np.isfinite(array).all() or np.ma.is_masked(getattr(signals, key)):
             problems.append(Problem("holds something that is no finite number", name, key=f"signals.{key}"))
     if not problems and (np.diff(signals.time) <= 0.0).any():
         problems.append(Problem("time must increase from sample to sample", name, key="signals.time"))

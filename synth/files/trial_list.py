@@ -61,6 +61,9 @@ class Trial:
         of the file.
     jumps
         by whole turns that were removed from each joint's angles; empty: not looked for.
+    unusual
+        rad that each joint's angles cover where they were given in radians and it is known to do less, else 0: they may
+        be degrees. Empty: not looked for.
     """
 
     name: str
@@ -78,6 +81,7 @@ class Trial:
     leg: Leg | None = None
     signals: ServoSignals | None = None
     jumps: tuple[int, ...] = ()
+    unusual: tuple[float, ...] = ()
 
 
 class TipMass(FileModel):
@@ -269,6 +273,7 @@ def _trial(recorded: Recorded, listed: _Listed, leg: Leg, other: Leg | None) -> 
         other,
         recorded.signals,
         recorded.jumps,
+        recorded.unusual,
     )
 
 

@@ -21,6 +21,9 @@ NOISE = np.radians(5.0)  # added to that: far above any encoder's noise, far bel
 RUN = 3  # wrong readings in a run, as in ``motion.smoothing``
 NEAR = 0.25  # of a turn from a whole one, up to which a step that is no jump is questioned
 WIDEST = radians(400)  # beyond any joint's travel; a joint that turns farther must state its range
+# Of a joint without a stated range. A knee or an elbow bends by 140 to 150 deg, farther than any other joint of a limb
+# (American Academy of Orthopaedic Surgeons, Joint Motion, 1965). Degrees taken for radians are 57 times as wide.
+UNUSUAL_TRAVEL = radians(150)
 YIELDING = radians(30)  # beyond a stated range: stops yield and zeros are off by some degrees
 
 
@@ -74,6 +77,21 @@ def usual_angle(joint: Joint) -> float:
 def widest(joint: Joint) -> float:
     """The largest angle, rad, either way, that a recording of the joint may hold."""
     return max([WIDEST, *(abs(end) + YIELDING for end in joint.range or ())])
+
+
+def unusual_travel(joint: Joint, angle: Array) -> float:
+    """What readings (n,) rad of the joint cover, rad, where that is more than it is known to do; else 0.
+
+    A joint does what its stated range says, and without one what a limb's joint does.
+    """
+    known = np.sort(angle[np.isfinite(angle)])
+    wrong = min(RUN, len(known) // 8)  # at either end: a run of wrong readings does not count
+    low, high = float(known[wrong]), float(known[-1 - wrong])
+    if joint.range is not None:
+        usual = joint.range[0] - YIELDING <= low and high <= joint.range[1] + YIELDING
+    else:
+        usual = high - low <= UNUSUAL_TRAVEL
+    return 0.0 if usual else high - low
 
 
 def _whole_and_usual(step: Array) -> tuple[Array, Array]:

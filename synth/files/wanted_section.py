@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from math import pi, radians
 from typing import Annotated, Any
 
+from pydantic import Field
+
 from synth import units
 from synth.errors import UserError
 from synth.files.named_files import ProjectReader
@@ -42,11 +44,13 @@ class WantedCharacteristics:
     ``damped_frequency`` in rad/s, ``rise_time`` from 10 to 90 % of the way: one of the two, or both.
     """
 
-    rest: Annotated[float, Quantity("rad")]
-    amplitude: Annotated[float, Quantity("rad", least=-radians(180), most=radians(180))]
-    damping_ratio: Annotated[float, Quantity("1", above=0, most=20)]
-    damped_frequency: Annotated[float | None, HertzOrRadians("rad/s", above=0, most=1e4)] = None
-    rise_time: Annotated[float | None, Quantity("s", above=0, most=1e3)] = None
+    rest: Annotated[float, Quantity("rad"), Field(examples=["111 deg"])]
+    amplitude: Annotated[float, Quantity("rad", least=-radians(180), most=radians(180)), Field(examples=["25 deg"])]
+    damping_ratio: Annotated[float, Quantity("1", above=0, most=20), Field(examples=["0.38"])]
+    damped_frequency: Annotated[
+        float | None, HertzOrRadians("rad/s", above=0, most=1e4), Field(examples=["2.2 Hz"])
+    ] = None
+    rise_time: Annotated[float | None, Quantity("s", above=0, most=1e3), Field(examples=["60 ms"])] = None
 
 
 def read_wanted(

@@ -17,7 +17,7 @@ from synth.motion.smoothing import Smoothed, lost_samples, smooth
 from synth.motion.thinning import thin_recording
 from synth.motion.time_step import stepped_unit
 from synth.motion.velocity import unlike, with_velocities
-from synth.remarks import noted
+from synth.remarks import decisive, noted
 from synth.swing.chain import Conditions
 from synth.swing.known_torque import average_torques, with_least_spacing
 from synth.swing.leg_model import Leg
@@ -40,7 +40,7 @@ class Recording:
     samples used in the fit; ``known_torque`` as for ``Chain.run`` or None; ``thinning`` : message on a
     recording with more samples than its motion needs, else empty; ``unit`` : s, of the constants of a fit and of
     the integrator, one for all recordings (``motion.time_step``); ``unwrapped`` : message on jumps by whole turns that
-    were removed, else empty.
+    were removed, else empty; ``unusual`` : names of joints and rad that their angles cover, as of a trial.
     """
 
     name: str
@@ -57,6 +57,7 @@ class Recording:
     averaged: tuple[int, ...] = ()  # readings whose mean each angle is, joint by joint; empty: 1
     unit: float = 1.0
     unwrapped: str = ""
+    unusual: tuple[tuple[str, float], ...] = ()
 
     @property
     def driven(self) -> bool:
@@ -244,6 +245,7 @@ def _read_recording(leg: Leg, trial: Trial) -> Recording:
         signals,
         thin.averaged,
         unwrapped=_jump_message(leg, trial),
+        unusual=tuple((name, wide) for name, wide in zip(leg.joint_names, trial.unusual, strict=False) if wide),
     )
 
 
@@ -330,13 +332,30 @@ def _unmoved_joints(leg: Leg, made: Sequence[Recording], sought: Sequence[str] |
 
 
 def sentences_on_reading(recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """Messages on recordings with jumps by whole turns, and on those with more samples than their motion needs."""
-    return tuple(
+    """Messages on recordings with angles that may be degrees or jump by whole turns, or with needless samples."""
+    doubts = [_unit_doubt(name, recordings) for name in dict(pair for each in recordings for pair in each.unusual)]
+    notes = [
         noted(f"{recording.name}: {text}")
         for recording in recordings
         for text in (recording.unwrapped, recording.thinning)
         if text
+    ]
+    return (*doubts, *notes)
+
+
+def _unit_doubt(joint: str, recordings: Sequence[Recording]) -> str:
+    """The sentence on angles of a joint that are wide for radians."""
+    wide = {each.name: dict(each.unusual)[joint] for each in recordings if joint in dict(each.unusual)}
+    name = max(wide, key=wide.__getitem__)
+    more = f" and of {len(wide) - 1} more" if len(wide) > 1 else ""
+    text = (
+        f"{joint}: the angles of {name}{more}, in radians, cover {np.degrees(wide[name]):.0f} deg, more than the joint "
     )
+    text += "is known to do. If the numbers are degrees, all that is estimated from them is wrong."
+    remedy = (
+        f"Are these radians? In a file write {joint} [deg] for degrees, in code numpy.radians(...). If the joint turns "
+    )
+    return decisive(text, f"{remedy}so far, give it a range in the leg.")
 
 
 def relative_amplitudes(recordings: Sequence[Recording]) -> Array:

@@ -41,10 +41,7 @@ def spring_candidates(
     A spring named by part is the only candidate, regardless of its values.
     """
     if choice.part is not None:
-        row = catalogue.find_spring(choice.part)
-        if row.rate is None or row.included_angle is None:
-            raise UserError(f"spring {row.part} ({row.place}) cannot be used: {row.status}{MEASURE_IT}")
-        return Candidates((row,), {})
+        return Candidates((named_spring(catalogue, choice.part),), {})
     kept, reasons = [], Counter[str]()
     parts = of_family(parts, catalogue.springs)
     rate /= count
@@ -64,6 +61,34 @@ def spring_candidates(
         off = f"{nearest.rate / rate - 1:+.0%} from {rate:.4g}"
         comparison = f"{nearest.part} comes nearest with {nearest.rate:.4g} N*m/rad as sold, without its arms, {off}"
     return Candidates(tuple(kept), dict(sorted(reasons.items())), comparison)
+
+
+def named_spring(catalogue: Catalogue, part: str) -> TorsionSpringRow:
+    """The spring that a design names.
+
+    Raises
+    ------
+    UserError
+        If there is none, or values are missing without which it cannot be simulated.
+    """
+    row = catalogue.find_spring(part)
+    if row.rate is None or row.included_angle is None:
+        raise UserError(f"spring {row.part} ({row.place}) cannot be used: {row.status}{MEASURE_IT}")
+    return row
+
+
+def named_damper(catalogue: Catalogue, part: str) -> DamperRow:
+    """The damper that a design names.
+
+    Raises
+    ------
+    UserError
+        If there is none, or values are missing without which it cannot be simulated.
+    """
+    row = catalogue.find_damper(part)
+    if row.max_torque is None or row.speed is None:
+        raise UserError(f"damper {row.part} ({row.place}) cannot be used: {row.status}{MEASURE_IT}")
+    return row
 
 
 def of_family(parts: PartsOptions, rows: Sequence[TorsionSpringRow] | Sequence[DamperRow]) -> PartsOptions:
@@ -130,9 +155,7 @@ def damper_candidates(
     CannotBeHad : none remains, and the message counts the reasons; or the named part damps one way only.
     """
     if choice.part is not None:
-        row = catalogue.find_damper(choice.part)
-        if row.max_torque is None or row.speed is None:
-            raise UserError(f"damper {row.part} ({row.place}) cannot be used: {row.status}{MEASURE_IT}")
+        row = named_damper(catalogue, choice.part)
         if row.direction not in ("both", "") and choice.parallel < 2:
             raise CannotBeHad(
                 f"{joint}: damper {row.part} ({row.place}) damps one way only, and the leg swings both ways. Write "

@@ -119,6 +119,7 @@ class TorsionSpringRow(CatalogueRow):
 
     derived: tuple[str, ...] = field(default=(), metadata={"column": False})
     measure: tuple[str, ...] = field(default=(), metadata={"column": False})
+    assumed: tuple[str, ...] = field(default=(), metadata={"column": False})  # columns whose value is not the table's
 
     needed: ClassVar[tuple[str, ...]] = (
         "part", "rate", "material", "wire_diameter", "outer_diameter", "body_coils", "included_angle",
@@ -192,6 +193,7 @@ class DamperRow(CatalogueRow):
     ordered: bool = field(default=False, metadata={"column": False})
     derived: tuple[str, ...] = field(default=(), metadata={"column": False})
     measure: tuple[str, ...] = field(default=(), metadata={"column": False})
+    assumed: tuple[str, ...] = field(default=(), metadata={"column": False})  # columns whose value is not the table's
 
     needed: ClassVar[tuple[str, ...]] = ("part", "max_torque", "speed", "direction")
 

@@ -51,7 +51,7 @@ def usable_spring(row: TorsionSpringRow, modulus_of: ModulusOf) -> TorsionSpring
         measure.append("hand")
     if not derived or not judge_row(tried, modulus_of).complete:
         return row
-    return _usable(tried, derived, measure)
+    return _usable(row, tried, derived, measure)
 
 
 def _by_dimensions(row: TorsionSpringRow) -> str:
@@ -102,7 +102,7 @@ def usable_damper(row: DamperRow, modulus_of: ModulusOf) -> DamperRow:
         tried = replace(tried, travel=None)
     if not derived or _lacks_values(tried, modulus_of):
         return row
-    return _usable(tried, derived, measure)
+    return _usable(row, tried, derived, measure)
 
 
 def offers(row: DamperRow) -> tuple[DamperRow, ...]:
@@ -122,6 +122,9 @@ def _lacks_values(row: DamperRow, modulus_of: ModulusOf) -> bool:
     return not found.complete and found.reasons != (NO_TRAVEL,)
 
 
-def _usable(row: R, derived: list[str], measure: list[str]) -> R:
+def _usable(published: R, row: R, derived: list[str], measure: list[str]) -> R:
+    """The row, usable, with the columns that differ from the published row."""
     reasons = [*derived, f"measure before printing: {', '.join(measure)}"] if measure else derived
-    return replace(row.judged("usable", reasons), derived=tuple(derived), measure=tuple(measure))
+    names = [item.name for item in type(row).columns() if item.name != "status"]
+    assumed = tuple(name for name in names if getattr(row, name) != getattr(published, name))
+    return replace(row.judged("usable", reasons), derived=tuple(derived), measure=tuple(measure), assumed=assumed)

@@ -106,7 +106,7 @@ class Joint:
 
     @property
     def with_rotor(self) -> float:
-        """Inertia that turns with the joint, kg m^2: its armature and the rotor of its drive.
+        """Inertia in kg m^2 that turns with the joint, its armature and the rotor of its drive.
 
         Less than 0 where a winding's lag takes more than these have, see ``GearedMotor.armature``.
         """

@@ -40,6 +40,23 @@ def test_only_given_settings_override_a_projects(project: Path) -> None:
     assert "tolerance" not in {default.key.partition(".")[0] for default in loose.project.defaults}
 
 
+def test_a_mapping_of_options_changes_what_it_names(project: Path) -> None:
+    own = synth.fit(project).project
+    one = synth.fit(project, settings=synth.FitSettings(options={"weight": "equal"})).project
+    assert (one.fit.seed, one.fit.weight) == (5, "equal")
+    listed = {default.key for default in one.defaults}
+    assert listed == {default.key for default in own.defaults} - {"fit.weight"}
+    assert "fit.weight" in {default.key for default in own.defaults}
+    whole = synth.fit(project, settings=synth.FitSettings(options=synth.FitOptions(weight="equal"))).project
+    assert whole.fit == synth.FitOptions(weight="equal")
+    for options, said in (
+        ({"wieght": "equal"}, '"wieght" is not allowed; did you mean weight'),
+        ({"seed": -1}, "seed"),
+    ):
+        with pytest.raises(synth.UserError, match=said):
+            synth.fit(project, settings=synth.FitSettings(options=options))
+
+
 def test_tolerance_and_prior_beside_a_project_act_as_beside_a_leg(project: Path) -> None:
     leg = synth.read_leg(project.parent / "robot.leg.yaml")
     trials = synth.read_trials("one.csv", leg, folder=project.parent)

@@ -1,4 +1,4 @@
-"""``import synth`` as a library: its functions and results; the command line adds no functionality."""
+"""``import synth`` as a library: its functions and results, which are those of the commands."""
 
 from __future__ import annotations
 
@@ -249,3 +249,21 @@ def test_modules_of_packages_that_share_a_functions_name_are_imported(first):
         "assert synth.fit.__qualname__ == 'fit' and callable(synth.fit) and callable(synth.hopper)"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def test_recordings_are_named_by_paths(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """``sorted(folder.glob("*.csv"))`` was refused: "PosixPath(...) is not a trial"."""
+    fit = Path(synth.__file__).parent / "examples" / "fit"
+    leg = synth.read_leg(fit / "robot.leg.yaml")
+    for name in ("b [1].csv", "a.csv", "deep/c.csv"):
+        (tmp_path / "t" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "t" / name).write_text((fit / "trials" / "free_1.csv").read_text())
+    monkeypatch.chdir(tmp_path)
+    for folder in (tmp_path / "t", Path("t")):
+        assert [trial.name for trial in synth.read_trials(sorted(folder.glob("*.csv")), leg)] == ["a.csv", "b [1].csv"]
+        assert [trial.name for trial in synth.read_trials(sorted(folder.rglob("*.csv")), leg)][-1] == "deep/c.csv"
+    for path in (Path("a.csv"), tmp_path / "t" / "a.csv"):
+        assert synth.read_trials([path], leg, folder="t")[0].name == "a.csv"
+    assert synth.read_trials([Path("t/a.csv"), "t/deep/*.csv"], leg)[1].name == "t/deep/c.csv"
+    with pytest.raises(synth.UserError, match=r"gone\.csv"):
+        synth.read_trials([Path("t/gone.csv")], leg)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from math import inf, nan, pi, radians
@@ -16,6 +17,7 @@ import synth
 from synth.drives.servo import Servo, ServoSignals
 from synth.files.made_in_code import in_code
 from synth.files.trial_in_code import checked_trials
+from synth.remarks import severity_of
 
 FIT = Path(synth.__file__).parent / "examples" / "fit"
 TIME = np.arange(0.0, 1.5, 0.0075)
@@ -214,3 +216,71 @@ def test_recordings_in_code_are_continued_as_a_side_too() -> None:
     assert np.nanmax(np.abs(np.diff(motion.rotation[:, 0]))) < 1.0
     with pytest.raises(synth.UserError, match=r"^a: angles: has the shape \(200,\)"):
         synth.compare([trial(angles=ANGLES[:, 0])], {"model": leg})
+
+
+@pytest.mark.parametrize("first", [radians(2.0), radians(6.0)])
+def test_degrees_of_a_small_swing_given_for_radians_are_doubted(first: float) -> None:
+    """Their numbers are no larger than radians may be, but the joint would turn farther than a limb's does."""
+    doubt = "cover [0-9]+ deg, more than the joint is known to do. If the numbers are degrees"
+    given = trial(angles=swing(first)[:, None])
+    right = synth.fit(of(), [given])
+    assert not any(re.search(doubt, text) for text in right.warnings)
+    wrong = synth.fit(of(), [replace(given, angles=np.degrees(given.angles))])
+    (found,) = [text for text in wrong.warnings if re.search(doubt, text)]
+    assert found.startswith("knee: the angles of a, in radians, cover ")
+    assert severity_of(found) == "decide"
+    turning = synth.fit(of(range=(radians(-360.0), radians(360.0))), [replace(given, angles=np.degrees(given.angles))])
+    assert not any(re.search(doubt, text) for text in turning.warnings)
+
+
+def test_only_angles_that_are_called_radians_are_doubted(tmp_path: Path) -> None:
+    """A header that says degrees states the unit, and a single wrong reading is no travel."""
+    wide = np.degrees(swing(radians(2.0)))
+    leg, made = of(), trial(name="rad.csv", angles=wide[:, None])
+    text = (tmp_path / written(tmp_path, [made])[0]).read_text(encoding="utf-8")
+    (tmp_path / "deg.csv").write_text(
+        text.partition("\n")[0].replace("[rad]", "[deg]")
+        + "\n"
+        + "".join(f"{t!r},{a!r}\n" for t, a in zip(TIME.tolist(), np.degrees(wide).tolist(), strict=True))
+    )
+    (by_radians,) = synth.read_trials("rad.csv", leg, folder=tmp_path)
+    (by_degrees,) = synth.read_trials("deg.csv", leg, folder=tmp_path)
+    assert by_radians.unusual[0] > radians(150.0)
+    place = in_code(tmp_path)
+    for file, expected in ((by_radians, True), (by_degrees, False)):
+        assert any(file.unusual) is expected
+        assert any(checked_trials([file], leg, place)[0].unusual) is expected
+    glitch = swing(0.6)
+    glitch[MIDDLE : MIDDLE + 2] += 3.0
+    (found,) = checked_trials([trial(angles=glitch[:, None])], leg, place)
+    assert not any(found.unusual)
+
+
+@pytest.mark.parametrize("form", [lambda a: a, lambda a: list(a), lambda a: a.astype(np.float32)])
+def test_the_mask_of_an_array_marks_missing_samples(form: Any) -> None:
+    """A logger's filler behind the mask was fitted as if it were measured."""
+    bad = np.zeros((len(TIME), 1), dtype=bool)
+    bad[40:60] = True
+    filled = np.where(bad, 9.0, ANGLES)
+    (found,) = checked_trials([trial(angles=form(np.ma.masked_array(filled, mask=bad)))], of(), in_code(Path("x")))
+    np.testing.assert_array_equal(np.isnan(found.angles), bad)
+    np.testing.assert_allclose(found.angles[~bad], ANGLES[~bad], atol=1e-6)
+    assert not isinstance(found.angles, np.ma.MaskedArray)
+
+
+def test_numbers_that_are_not_real_are_refused() -> None:
+    whole = np.ma.masked_array(np.zeros((len(TIME), 1), dtype=int), mask=np.arange(len(TIME))[:, None] == 9)
+    (found,) = checked_trials([trial(torques=whole)], of(), in_code(Path("x")))
+    assert found.torques is not None
+    assert found.torques.dtype == float
+    for changed, key in (
+        ({"angles": ANGLES + 0j}, "angles"),
+        ({"angles": np.ma.masked_array(ANGLES + 0j, mask=ANGLES > 0.1)}, "angles"),
+        ({"time": (TIME * 1e9).astype("datetime64[ns]")}, "time"),
+        ({"time": (TIME * 1e9).astype("timedelta64[ns]")}, "time"),
+    ):
+        with pytest.raises(synth.UserError, match=rf"a: {key}: an array of \S+ is not allowed: "):
+            checked_trials([trial(**changed)], of(), in_code(Path("x")))
+    masked = np.ma.masked_array(TIME, mask=np.arange(len(TIME)) == 3)
+    with pytest.raises(synth.UserError, match=r"a: time\[3\]: has no time"):
+        checked_trials([trial(time=masked)], of(), in_code(Path("x")))

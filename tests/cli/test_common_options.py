@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -229,3 +230,15 @@ def test_a_pipe_to_import_is_refused_at_once(
 def test_a_project_s_name_that_is_too_long_is_a_mistake(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([command, "x" * 5000, "--out", "out"]) == 2
     assert "too long" in capsys.readouterr().err
+
+
+def test_a_help_describes_only_words_that_its_option_takes() -> None:
+    """`--release cut|free|keep` was described as `release (default): ...`."""
+    described = 0
+    for command in COMMANDS:
+        for action in parser_of(command)._actions:
+            words = getattr(action.type, "words", ())
+            named = re.findall(r"(?:^|[;:] )([\w.]+)(?: \(default\))?: ", action.help or "") if words else []
+            assert set(named) <= set(words), (command, action.option_strings, named)
+            described += bool(named)
+    assert described >= 3

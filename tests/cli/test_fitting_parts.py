@@ -54,6 +54,24 @@ def test_fitting_parts_are_listed_nearest_first_in_both_unit_systems(
     assert lines[dampers + 3].split()[:3] == ["6597K19", "McMaster-Carr", "0.1022"]
 
 
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("without: [Lee Spring]", 'knee.yaml:5: without[1]: "Lee Spring" is no part in the catalogues'),
+        (
+            "vendors: [McMaster-Carr, Lee Sprng]",
+            'vendors[2]: "Lee Sprng" is no vendor in the catalogues; did you mean Lee',
+        ),
+    ],
+)
+def test_unknown_vendors_and_parts_to_leave_out_are_refused(
+    folder: Path, capsys: pytest.CaptureFixture[str], line: str, message: str
+) -> None:
+    (folder / "knee.yaml").write_text(f"{WISH}{line}\n")
+    assert main(["catalog", "show", "knee.yaml"]) == 2
+    assert message in capsys.readouterr().err
+
+
 def test_reasons_are_given_for_parts_that_do_not_fit(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = "\n".join(shown(capsys, "knee.yaml"))
     assert "outer diameter over 31.75 mm" in text  # Big

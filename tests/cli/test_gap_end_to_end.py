@@ -20,6 +20,7 @@ from synth.swing.effects.users_own import load_file
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "gap"
+DOCS = EXAMPLE.parents[2] / "docs"
 Json = dict[str, Any]
 
 LINK = Link(0.3, 0.5, 0.15, 0.004)
@@ -210,3 +211,13 @@ def test_the_example_names_the_friction_at_the_knee(tmp_path: Path) -> None:
     assert friction["parameters"]["torque"]["value"] == pytest.approx(truth["torque"]["value"], rel=0.03)
     assert gap["gap"]["shrink"]["value"] > 0.9
     assert sum(e["probability"] for e in gap["ranked"] if "friction" in e["effect"]) > 0.93  # some doubt is always left
+    (falling,) = (e for e in gap["ranked"] if (e["effect"], e["joint"]) == ("stribeck_friction", truth["joint"]))
+    errors = {stage: gap["gap"][stage]["value"] for stage in ("as_designed", "before", "after")}
+    for stated in (
+        f"finds {friction['parameters']['torque']['value']:.3f} N·m of friction",
+        f"({100 * friction['probability']:.0f} %; that it falls with speed, {100 * falling['probability']:.0f} %)",
+        "from {as_designed:.2f}° as designed, or {before:.2f}° at best within the tolerances, to {after:.2f}°".format(
+            **errors
+        ),
+    ):
+        assert stated in " ".join((DOCS / "why_otherwise.md").read_text(encoding="utf-8").split())

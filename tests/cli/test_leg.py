@@ -60,6 +60,12 @@ def test_the_example_gives_a_complete_design(result: Path, design: dict) -> None
     assert all(check["passed"] for check in design["solids"]["checks"])
 
 
+def test_the_page_on_parts_states_what_the_bought_spring_costs(design: dict) -> None:  # type: ignore[type-arg]
+    (bought,) = (o for o in design["joints"]["knee"]["spring_alternatives"] if o["part"] == "LTR135H 10 M")
+    page = (EXAMPLES.parents[1] / "docs" / "order_parts.md").read_text(encoding="utf-8")
+    assert f"LTR135H 10 M, for {bought['cost']['value']:.2f}° more" in page
+
+
 def test_listed_hashes_match_the_written_files(result: Path, design: dict) -> None:  # type: ignore[type-arg]
     found = hashes(result)
     for item in design["files"]:

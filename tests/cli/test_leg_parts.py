@@ -77,7 +77,24 @@ def test_unknown_part_and_vendor_names_are_refused(
     ("old", "new", "message"),
     [
         ("within: 4 deg", "within: 0 deg", "must be more than 0 deg"),
-        ("within: 4 deg", "vendors: [Lee Sprng]", "select.vendors"),
+        ("within: 4 deg", "vendors: [Lee Sprng]", 'leg-design.yaml:12: select.vendors[1]: "Lee Sprng" is no vendor'),
+        ("within: 4 deg", "without: [Lee Spring]", 'select.without[1]: "Lee Spring" is no part in the catalogues'),
+        (
+            "rate_tolerance: 25 %, parallel: 2",
+            "part: 6597K21",
+            'leg-design.yaml:17: select.joints.ankle.spring.part: no spring "6597K21" in the catalogues',
+        ),
+        (
+            "rate_tolerance: 25 %, parallel: 2",
+            "part: LTR135HH",
+            'select.joints.ankle.spring.part: no spring "LTR135HH" in the catalogues; did you mean LTR135H',
+        ),
+        (
+            "rate_tolerance: 25 %, parallel: 2",
+            "wire: musik",
+            'ankle.spring.wire: no wire material "musik"; did you mean',
+        ),
+        ("parallel: 2, ratios: [1, 2]", "part: 6597K211", 'ankle.damper.part: no damper "6597K211"'),
         ("free_angle: 2 deg", "free_angel: 2 deg", "free_angle"),
         ("free_angle: 2 deg", "temperature: -5 K", "at least 0"),
         ("parallel: 2, ratios", "parallel: 9, ratios", "parallel"),

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import ast
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import synth
 from synth.cli import main
-from synth.errors import LONGEST, Problem, did_you_mean
+from synth.errors import LONGEST, LONGEST_WORD, Problem, did_you_mean, readable
 from synth.files.csv_table import read_table
 
 SPRING = ["spring", "--rate", "38 N*m/rad", "--travel", "60 deg", "--json", "x.json"]
@@ -84,3 +86,42 @@ def test_a_long_value_is_shortened_in_the_message(
     assert len(error_text(["spring", "--rate", value, "--travel", "1 rad"], capsys)) < 700
     assert len(error_text([value], capsys)) < 700
     assert len(str(Problem(f"it says {value}"))) <= LONGEST + 100
+
+
+def literals(path: Path) -> list[str]:
+    """The texts of a module that might be shortened, with XX for what is filled in; without docstrings."""
+    left, found = [ast.parse(path.read_text(encoding="utf-8"))], list[str]()
+    while left:
+        node: ast.AST = left.pop()
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            found.append(node.value)
+        elif isinstance(node, ast.JoinedStr):
+            found.append("".join(str(part.value) if isinstance(part, ast.Constant) else "XX" for part in node.values))
+        elif not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
+            left += ast.iter_child_nodes(node)
+    return [text for text in found if LONGEST_WORD < len(text) < 900 and "\n" not in text]
+
+
+def test_no_text_of_the_program_loses_its_middle() -> None:
+    """The closing mark of one word in quotes was paired with the opening one of the next, and two apostrophes too."""
+    root = Path(synth.__file__).parent
+    modules = [*root.rglob("*.py"), *(root / "cad").rglob("*.py"), *(root / "reports").rglob("*.py")]
+    texts = {text for path in modules for text in literals(path)}
+    assert len(texts) > 400
+    assert {text: readable(text) for text in texts if readable(text) != text} == {}
+
+
+@pytest.mark.parametrize("mark", ['"', "'"])
+def test_only_what_stands_in_quotes_is_shortened(mark: str) -> None:
+    between = "the leg's and the links' own words stand here, " * 3
+    long = "x y " * 50
+    for value in (long, f"it{mark}s so " + long):
+        text = f"{mark}a{mark} {between}{mark}{value}{mark} is not allowed: {between}{mark}b{mark}"
+        cut = f"{mark}{value[: LONGEST_WORD - 3]}...{mark}"
+        assert readable(text) == f"{mark}a{mark} {between}{cut} is not allowed: {between}{mark}b{mark}"
+
+
+def test_a_fit_without_trials_says_all_that_may_be_stated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "fit.yaml").write_text("kind: fit\n")
+    text = error_text(["fit", str(tmp_path / "fit.yaml"), "--out", str(tmp_path / "out")], capsys)
+    assert '"trials" is missing: write it, for example trials: [trials/*.csv], or state characteristics under ' in text

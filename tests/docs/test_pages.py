@@ -7,6 +7,8 @@ files that it names exist, ``sh yours`` names the reader's files and is only par
 from __future__ import annotations
 
 import contextlib
+import dataclasses
+import inspect
 import re
 import shlex
 from collections.abc import Iterator
@@ -19,8 +21,10 @@ import pytest
 import yaml
 
 import synth
+from synth.api.spring_wish import LIMITS, TWICE, UNITS
 from synth.cli import COMMANDS, main, parser_of
 from synth.files.gap_project import read_gap_project
+from synth.spring.spring_requirements import SpringRequirements
 from tool_modules import tool
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -189,6 +193,30 @@ def test_all_public_names_are_on_the_page_of_the_library() -> None:
     text = (DOCS / "api.md").read_text(encoding="utf-8")
     shown = re.findall(r"^\.\. auto\w+:: synth\.(\w+)$", text, re.MULTILINE)
     assert sorted(shown) == sorted(set(synth.__all__) - {"__version__"})
+
+
+def test_the_page_of_the_library_names_all_functions_and_all_requirements_on_a_spring() -> None:
+    text = (DOCS / "library.md").read_text(encoding="utf-8")
+    functions = {name for name in synth.__all__ if inspect.isfunction(getattr(synth, name))}
+    assert "offers the ten functions below" in text
+    assert len(functions) == 10
+    assert functions == set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (`\w+`[^|]*)\|", text, re.MULTILINE))))
+    wish = set(UNITS) | {item.name for item in dataclasses.fields(SpringRequirements)} | set(LIMITS)
+    assert {name for name in wish - set(TWICE) if f"`{name}`" not in text} == set()
+
+
+def test_the_docstrings_of_public_names_are_shown_as_they_are_written() -> None:
+    """Sphinx's napoleon takes what stands before a property's first colon for its type, and ``Trial``s for no code."""
+    for name in set(synth.__all__) - {"__version__"}:
+        public = getattr(synth, name)
+        properties = [(key, item.fget) for key, item in inspect.getmembers(public) if isinstance(item, property)]
+        for key, made in [("", public), *properties, *inspect.getmembers(public, inspect.isfunction)]:
+            text = inspect.getdoc(made) or ""
+            assert not re.search(r"``\w", re.sub(r"(?<!`)``[^`]+``(?!\w)", "", text)), (name, key)
+            if (key, made) in properties:
+                assert ": " not in text.splitlines()[0], (name, key)
+            sections = re.findall(r"^(\w+(?:, \w+)+)\n {4}", text, re.MULTILINE)
+            assert not sections or not inspect.isfunction(made), (name, key, sections)
 
 
 def test_the_page_of_effects_is_that_of_the_effects() -> None:

@@ -125,6 +125,9 @@ def test_the_example_s_cause_is_found_from_another_engines_jumps(tmp_path: Path)
     (cause,) = found["explanation"]
     truth = json.loads((example / "truth.json").read_text())[cause["effect"]]
     assert cause["parameters"]["damping"]["value"] == pytest.approx(truth["damping"]["value"], rel=0.3)
+    page = (example.parents[2] / "docs" / "jumping_legs.md").read_text(encoding="utf-8")
+    stated = f"{cause['parameters']['damping']['value']:.1e} of {truth['damping']['value']:.1e}".replace("e-0", "e-")
+    assert stated in page
     designs = found["across"]["designs"]
     assert len({(d["leg_length"]["value"], d["gear_ratio"]) for d in designs}) == 7
     errors = {stage: np.mean([d["error"][stage]["value"] for d in designs]) for stage in ("as_designed", "after")}

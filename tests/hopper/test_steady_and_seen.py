@@ -171,7 +171,9 @@ def test_video_and_meter_of_model_d_agree_with_model_d(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("on", [0.06, 0.15, 0.3])
-def test_a_charge_is_that_of_the_time_for_which_the_motors_are_on(on: float, tmp_path: Path) -> None:
+def test_a_charge_is_that_of_the_time_for_which_the_motors_are_on(
+    on: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """A meter of the complete model: in the push, in flight with the leg on its stop, and after the landing."""
     shutil.copy(EXAMPLE, tmp_path)
     project = read_hopper_project(EXAMPLE)
@@ -185,8 +187,14 @@ def test_a_charge_is_that_of_the_time_for_which_the_motors_are_on(on: float, tmp
     (tmp_path / "jumps.yaml").write_text(
         'kind: hopper-jumps\ndesign: hopper.yaml\nmotor: "N20 HP 6V 150:1"\nlength: 120 mm\ncurrents: [meter.csv]\n'
     )
-    assert main(["-q", "hopper", str(tmp_path / "jumps.yaml"), "--out", str(tmp_path / "out")]) == 0
-    seen = json.loads((tmp_path / "out" / "jumps.json").read_text())["seen"]
+    words = ["hopper", str(tmp_path / "jumps.yaml"), "--out", str(tmp_path / "out"), "-q"]
+    assert main(words if on < 0.1 else [*words, "--json"]) == 0
+    written, printed = (tmp_path / "out" / "jumps.json").read_text(), capsys.readouterr().out
+    seen = json.loads(written)["seen"]
+    if on < 0.1:
+        assert "charge" in printed
+    else:
+        assert json.loads(printed) == json.loads(written)
     assert seen["charge"]["measured"][0]["lasting"]["value"] == pytest.approx(on, abs=2.5e-3)
     assert abs(seen["charge"]["models"]["full"]["over_measured"]) < 0.02
     assert abs(seen["peak_current"]["models"]["full"]["over_measured"]) < 0.02

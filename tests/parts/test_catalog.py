@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import math
 import re
 from dataclasses import replace
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from synth.cli import main
 from synth.errors import UserError
 from synth.parts.catalog_table import read_table
 from synth.parts.catalogs import Catalogue, catalog_folder, catalogue_rows_as_table, check_catalogue
@@ -290,6 +292,18 @@ def test_an_angle_that_is_not_published_is_open_until_it_is_measured() -> None:
     assert "included angle" in row.measure
     counted = CATALOGUE.find_spring("BC001")
     assert counted.body_coils == pytest.approx(3.0 + 1.0 / 6.0)
+    assert counted.assumed == ("body_coils",)
+    assert (counted.state, row.assumed) == ("usable", ("included_angle", "free_angle_tolerance"))
+
+
+def test_an_assumed_value_is_shown_as_such(capsys: pytest.CaptureFixture[str]) -> None:
+    """The coils of BC001, 3 in the table, stood as 3.16667 among its published values."""
+    assert main(["catalog", "show", "BC001"]) == 0
+    lines = [line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines()]
+    assert [value for name, value in lines if name == "body_coils"] == ["3.16667 (not published, see status)"]
+    assert [value for name, value in lines if name == "included_angle"] == ["120 deg"]
+    assert main(["catalog", "show", "BC001", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["rows"][0]["assumed"] == ["body_coils"]
 
 
 def test_as_many_springs_and_dampers_can_be_chosen_as_the_readme_says() -> None:

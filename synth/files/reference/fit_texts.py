@@ -18,6 +18,8 @@ SECTIONS: dict[str, str] = {
     "input_column": "A column with an input of a drive; the column's name alone is also allowed.",
     "commands": "A topic of commands; its name alone is also allowed, and one without the list.",
     "column": "The column of a joint's angle; the column's name alone is also allowed.",
+    "wanted": "In place of recordings: how each joint moves when the whole leg is released from rest. Every joint is "
+    "named, with `damped_frequency`, `rise_time` or both.",
     "foreign_file": "One item under `files:`; a file or glob alone is also allowed.",
 }
 
@@ -29,6 +31,11 @@ KEYS: dict[str, str] = {
     "fit.release": "`free`: the driven beginning is cut; `recorded`: all samples are fitted.",
     "fit.laws": "`auto`: dry friction or quadratic damping is added where it explains the motion; `linear`: never.",
     "fit.wanted": "In place of `trials`: characteristics of each joint's motion: frequency, damping, rise time.",
+    "wanted.rest": "Measured angle at which the joint rests.",
+    "wanted.amplitude": "From there to the release, in the measured angle's sense.",
+    "wanted.damping_ratio": "By the logarithmic decrement; 1 or more: no oscillation.",
+    "wanted.damped_frequency": "Of the damped oscillation; not of a joint whose damping ratio is 1 or more.",
+    "wanted.rise_time": "From 10 to 90 % of the way to rest.",
     "fit.name": NAME,
     "fit.fit": "How springs and dampers are estimated.",
     "fit.tolerance": "Uncertainty of the leg file's links, included in the intervals.",

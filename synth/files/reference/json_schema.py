@@ -6,6 +6,7 @@ from typing import Any, get_origin
 
 from synth.files.reference.keys import choices, example, marks, model_of, options, rows
 from synth.files.reference.sections import KINDS, KeySection, kind_word
+from synth.files.schema import Written
 from synth.files.validate import Quantity
 
 DRAFT = "http://json-schema.org/draft-07/schema#"  # what the YAML language server reads
@@ -30,7 +31,7 @@ def _mapping(section: KeySection) -> dict[str, Any]:
         unit = f" Unit: {row.unit}." if row.unit else ""
         default = "" if row.default is None else f" Default: {row.default}."
         found["description"] = f"{row.meaning}{unit}{default}"
-        if shown := example(row.name, item, next(marks(item, Quantity), None)):
+        if shown := example(section, row.name, item, next(marks(item, Quantity), None)):
             found["examples"] = [shown]
         properties[row.name] = found
     required = [row.name for row in rows(section) if row.default is None]
@@ -55,6 +56,9 @@ def _placed(inner: KeySection, key: str) -> dict[str, Any]:
 def _value(item: Any) -> dict[str, Any]:
     if values := choices(item):
         return {"enum": list(values)}
+    written = next(marks(item, Written), None)
+    if written is not None and written.each is not None:
+        return {"type": "object", "additionalProperties": {"type": "string", "pattern": QUANTITY}}
     quantity = next(marks(item, Quantity), None)
     one: dict[str, Any] = {}
     if quantity is not None:

@@ -15,7 +15,7 @@ from pydantic_core import PydanticUndefined
 from synth import units
 from synth.files.reference.sections import KeySection
 from synth.files.reference.texts import TEXTS
-from synth.files.schema import Because, schema_model
+from synth.files.schema import Because, Written, schema_model
 from synth.files.validate import Quantity
 
 
@@ -49,7 +49,8 @@ def rows(section: KeySection) -> list[KeyRow]:
     """
     found = []
     for name, item in model_of(section).model_fields.items():
-        quantity = next(marks(item, Quantity), None)
+        written = next(marks(item, Written), None)
+        quantity = next(marks(item, Quantity), written.each if written is not None else None)
         because = next(marks(item, Because), None)
         meaning = TEXTS[f"{section.name}.{name}"]
         found.append(
@@ -61,7 +62,7 @@ def rows(section: KeySection) -> list[KeyRow]:
                 default_text(item, quantity, because),
                 "" if because is None else because.reason,
                 meaning,
-                example(name, item, quantity),
+                example(section, name, item, quantity),
             )
         )
     return found
@@ -104,6 +105,9 @@ def choices(item: FieldInfo) -> tuple[Any, ...]:
 
 def _type(name: str, item: FieldInfo, section: KeySection) -> str:
     inner = section.inner.get(name)
+    written = next(marks(item, Written), None)
+    if written is not None:
+        return str(written.type)
     if inner is not None:
         what = {"mapping": "mapping", "list": "list of mappings", "by name": "mapping, one key per joint"}[inner.how]
         return f"{what}: {inner.name.replace('_', ' ')}"
@@ -167,8 +171,10 @@ def shown(value: Any, quantity: Quantity | None) -> str:
     return str(value)
 
 
-def example(name: str, item: FieldInfo, quantity: Quantity | None) -> str:
-    """An example of the key."""
+def example(section: KeySection, name: str, item: FieldInfo, quantity: Quantity | None) -> str:
+    """An example of a section's key; its own before one that keys of this name share."""
+    if (own := f"{section.name}.{name}") in OWN_EXAMPLES:
+        return OWN_EXAMPLES[own]
     given = [str(text) for found in (item.examples or (), *(mark.examples or () for mark in marks(item, FieldInfo)))
              for text in found]  # fmt: skip
     if given:
@@ -202,12 +208,22 @@ QUANTITIES = {
     ("cycles", "1"): "100000", ("roll", "rad"): "3 deg", ("travel", "rad"): "40 deg",
     ("included_angle", "rad"): "120 deg", ("torque", "1"): "10 %", ("motor", "1"): "5 %",
 }  # fmt: skip
+DAMPER, SPRING, MOTOR = "6597K21", "LTR135H 10 M", '"N20 HP 6V 210:1"'  # rows of the built-in catalogues
+# Of keys that mean something else elsewhere.
+OWN_EXAMPLES = {
+    "spring.part": SPRING, "spring_choice.part": SPRING, "select.without": f"[{DAMPER}]",
+    "part_wish.without": f"[{DAMPER}]", "drive.motor": "{torque_constant: 0.02 N*m/A, resistance: 2 ohm}",
+    "hopper.leg": "{hip_spacing: 30 mm, structure_mass: 17.9 g}", "command_limits.lowest": "60 deg",
+    "command_limits.highest": "150 deg", "plate_jumps.jumps": "[jumps/*.csv]", "plate_jumps.currents": "[meter/*.csv]",
+    "hopper_leg.crouch_lower": "50 deg", "run_ups.stall": "[stall.csv]", "run_ups.free_speed": "[free_speed.csv]",
+    "input_column.unit": "",  # of a voltage, a current, a torque ...: the examples of these keys have theirs
+}  # fmt: skip
 EXAMPLES = {
-    "name": "dog hind leg", "seed": "1", "duty_steps": "885", "part": "6597K21",
+    "name": "dog hind leg", "seed": "1", "duty_steps": "885", "part": DAMPER,
     "curve": "damper.csv", "held_out": "true",
     "locked": "[hip]", "mirror": "true", "individual": "rat1", "topic": "/joint_states", "format": "deeplabcut",
     "catalogs": "[my_parts/*.csv]", "make": "true", "wire": "music", "parallel": "2", "encoder": "false",
-    "mount": "false", "supported": "true", "file": "a.csv", "design": "hopper.yaml", "motor": "N20 HP 210:1",
+    "mount": "false", "supported": "true", "file": "a.csv", "design": "hopper.yaml", "motor": MOTOR,
     "range": "[60 deg, 150 deg]", "tilt": "20 deg", "torque": "{hip: 1.9 N*m}", "free_angle": "105 deg",
     "runs": "[run_ups/*.csv]", "jumps": "[jumps/*.csv]", "leg": "rat.leg.yaml", "unit": "deg",
 }  # fmt: skip

@@ -24,6 +24,7 @@ from synth.files import (
     static_points_file,
     tolerance,
     trial_list,
+    wanted_section,
 )
 
 How = Literal["mapping", "list", "by name"]
@@ -51,6 +52,7 @@ _INPUT = KeySection("input_column", import_project._InputColumn)
 _TRIALS = _many("trial", trial_list.TrialEntry, "list", tip_mass=_TIP)
 _TOLERANCE = KeySection("tolerance", tolerance.JointTolerance)
 _FIT = KeySection("fit_options", project_options.FitOptions)
+_WANTED = _many("wanted", wanted_section.WantedCharacteristics, "by name")
 _MOTOR = KeySection("motor", drive.MotorKeys)
 _LEG_JOINT = _many(
     "joint",
@@ -88,6 +90,7 @@ KINDS: dict[str, KeySection] = {
         projects._FitFile,
         {
             "trials": _TRIALS,
+            "wanted": _WANTED,
             "fit": _FIT,
             "tolerance": _TOLERANCE,
             "prior": KeySection("prior", project_options.RatePrior),
@@ -103,7 +106,7 @@ KINDS: dict[str, KeySection] = {
         "leg_design",
         leg_project._LegDesignFile,
         {
-            "source": KeySection("source", leg_project._SourceSection, {"trials": _TRIALS}),
+            "source": KeySection("source", leg_project._SourceSection, {"trials": _TRIALS, "wanted": _WANTED}),
             "scale": KeySection("scale", leg_project._Scale),
             "fit": _FIT,
             "tolerance": _TOLERANCE,
