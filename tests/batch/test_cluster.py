@@ -122,6 +122,6 @@ def test_a_folder_only_goes_to_a_cluster(tmp_path: Path, capsys: pytest.CaptureF
     legs = folder_of_legs(tmp_path / "legs", 1)
     (project,) = legs.rglob("fit.yaml")
     assert main(["-q", "fit", str(project), "--out", str(tmp_path / "out"), "--scheduler", "tcp://a:1"]) == 2
-    assert "--scheduler: applies to a folder of projects" in capsys.readouterr().err
+    assert "is a single project; this applies to a folder of projects" in capsys.readouterr().err
     assert main(["-q", "fit", str(legs), "--out", str(tmp_path / "o"), "--scheduler", "a", "--workers", "2"]) == 2
     assert "--workers: applies to this machine" in capsys.readouterr().err
