@@ -63,6 +63,11 @@ def sequence(parent: object, *keys: str) -> list[Any]:
     return list(found) if isinstance(found, list) else []
 
 
+def records(parent: object, *keys: str) -> list[Json]:
+    """The mappings of the nested list at these keys; what else it holds is left out."""
+    return [dict(item) for item in sequence(parent, *keys) if isinstance(item, Mapping)]
+
+
 def fit_of(result: Result) -> Json:
     """The fit to recorded motion: ``stages.source`` of a design, all of a ``fit.json``."""
     return mapping(result.content, "stages", "source") if "stages" in result.content else result.content

@@ -45,6 +45,7 @@ COMMANDS = {
 MODULES = {"import": "motion_import"}  # commands whose name cannot be a module name
 TOP_OPTIONS = ("--help", "--version", "--quiet")
 CANNOT_BE_HAD, MISTAKE, BUG = 1, 2, 70  # exit statuses; 70 is EX_SOFTWARE of sysexits.h
+INTERRUPTED, READER_GONE = 130, 141  # as shells report a process that SIGINT or SIGPIPE ended: 128 and its number
 
 
 class Parser(argparse.ArgumentParser):
@@ -57,6 +58,20 @@ class Parser(argparse.ArgumentParser):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
+    try:
+        return _ended(argv)
+    except BrokenPipeError:  # of messages too: standard error may be a pipe
+        streams.read_by_nobody()
+        return READER_GONE
+
+
+def _ended(argv: Sequence[str] | None) -> int:
+    """The exit status of a command whose errors are told.
+
+    Raises
+    ------
+    BrokenPipeError : the reader of the output or of the messages has gone.
+    """
     streams.prepare()
     _quick_start()
     try:
@@ -74,10 +89,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return CANNOT_BE_HAD if isinstance(error, CannotBeHad) else MISTAKE
     except KeyboardInterrupt:
         streams.write_message("synth: interrupted; nothing was left half-written\n")
-        return 130
+        return INTERRUPTED
     except BrokenPipeError:
-        streams.read_by_nobody()
-        return 141
+        raise
     except Exception:
         if argv is not None:  # called from Python: the caller wants the exception
             raise

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from markupsafe import Markup
 
 from synth.reports.opening import Cell, Figures, Opening, joined_names
@@ -32,20 +30,16 @@ def comparison_opening(result: Result) -> Opening:
     )
 
 
-def _sides(document: Json) -> list[Json]:
-    return [dict(side) for side in sequence(document, "sides") if isinstance(side, Mapping)]
-
-
 def _verdict(document: Json) -> str:
     """The others by their difference from the reference."""
     reference = document.get("reference")
-    family = [side for side in _sides(document) if side.get("pace") and side.get("kind") == "model"]
+    family = [side for side in compared.sides_of(document) if side.get("pace") and side.get("kind") == "model"]
     if len(family) > 1:
         return _family_verdict(family)
-    known = [(value_of(mapping(side, "off_reference").get("overall")), side) for side in _sides(document)]
+    known = [(value_of(mapping(side, "off_reference").get("overall")), side) for side in compared.sides_of(document)]
     ranked = sorted(((value, side) for value, side in known if value is not None), key=lambda item: item[0])
     if not ranked:
-        names = joined_names([str(side.get("name")) for side in _sides(document)])
+        names = joined_names([str(side.get("name")) for side in compared.sides_of(document)])
         return f"{names} share no start: only figures are compared."
     words = [f"{side.get('name')} {brief(mapping(side, 'off_reference').get('overall'))}" for _, side in ranked]
     if len(words) == 1:
@@ -82,7 +76,8 @@ def _trust(document: Json) -> str:
     from_where = {"standard": "a standard release", "given": "the given start"}.get(
         whose, f"the recorded starts of {whose}"
     )
-    bases = {str(mapping(side, "off_reference").get("basis")) for side in _sides(document) if side.get("off_reference")}
+    sides = compared.sides_of(document)
+    bases = {str(mapping(side, "off_reference").get("basis")) for side in sides if side.get("off_reference")}
     how = {
         frozenset({"measured"}): "all differences are between recordings",
         frozenset({"predicted"}): "each difference has at least one simulated leg",
@@ -92,8 +87,8 @@ def _trust(document: Json) -> str:
 
 
 def _steps(document: Json) -> list[str]:
-    kinds = {str(side.get("kind")) for side in _sides(document)}
-    if any(side.get("pace") for side in _sides(document)):
+    kinds = {str(side.get("kind")) for side in compared.sides_of(document)}
+    if any(side.get("pace") for side in compared.sides_of(document)):
         return ["Choose a time scale, write it under `scale:` of the project, and run `synth leg`."]
     if kinds == {"model"}:
         return ["Record one of these legs from such a start and include the recording, to measure a difference."]
@@ -103,7 +98,7 @@ def _steps(document: Json) -> list[str]:
 def _figures(document: Json) -> Figures:
     joints = [str(name) for name in sequence(document, "joints")][:MOST_JOINTS]
     rows = []
-    for side in _sides(document):
+    for side in compared.sides_of(document):
         off = mapping(side, "off_reference")
         shown = "reference" if side.get("name") == document.get("reference") else brief(off.get("overall"))
         row = [Cell(str(side.get("name")), str(side.get("kind"))), Cell(shown, str(off.get("basis") or ""))]

@@ -11,8 +11,8 @@ from markupsafe import Markup
 from synth.reports.opening import Cell, Figures, Opening, joined_names
 from synth.reports.quantities import text
 from synth.reports.reading import Result
-from synth.reports.section import AbsentResult, mapping, sequence
-from synth.reports.sections import many_gaps, many_legs
+from synth.reports.section import AbsentResult, mapping, records, sequence
+from synth.reports.sections import many_gaps
 from synth.reports.sections.warnings import of_leg
 
 WORDS = {
@@ -26,7 +26,7 @@ MOST_ROWS = 5  # of the opening's table
 
 def gaps_opening(result: Result) -> Opening:
     """How many were diagnosed, which causes are common, and what failed."""
-    legs = many_gaps.items(result)
+    legs = records(result.content, "legs")
     verdicts = Counter(str(leg.get("verdict")) for leg in legs)
     verdict_counts = [f"{verdicts[key]} {words}" for key, words in WORDS.items() if verdicts[key]]
     found = many_gaps.CAUSES.content(result)
@@ -51,7 +51,7 @@ def gaps_opening(result: Result) -> Opening:
 
 def legs_opening(result: Result) -> Opening:
     """How many were designed, which are farthest from the wanted motion, and what failed."""
-    legs = many_legs.items(result)
+    legs = records(result.content, "legs")
     refused = [str(leg["name"]) for leg in legs if sequence(leg, "failed_checks")]
     steps = (
         [f"The joints of {_some_names(refused)} fail a check and are not exported: see their reports."]

@@ -16,7 +16,7 @@ from synth.reports.figures.trials import Curve, TrialPanel, shared_limits, trial
 from synth.reports.quantities import brief, interval_of, number, text, unit_text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.response_files import Response, read_response
-from synth.reports.section import AbsentResult, FirstFigure, ReportSection, mapping, sequence
+from synth.reports.section import AbsentResult, FirstFigure, ReportSection, mapping, records, sequence
 from synth.reports.stick_figure import figure_of_trial
 
 FOLDER = "responses"
@@ -33,7 +33,7 @@ ALONE = (("natural_frequency", "natural frequency, joint alone"), ("damping_rati
 
 def sides_of(document: Json) -> list[Json]:
     """The sides that are well formed."""
-    return [dict(side) for side in sequence(document, "sides") if isinstance(side, Mapping)]
+    return records(document, "sides")
 
 
 def lines_of(document: Json) -> dict[str, Line]:

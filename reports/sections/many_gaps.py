@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
 from typing import Any
 
 from synth.reports.figures.bars import Bar, BarColumn, bar_figure
 from synth.reports.quantities import share_text
-from synth.reports.reading import Json, Result
-from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.reading import Result
+from synth.reports.section import AbsentResult, ReportSection, mapping, records, sequence
 from synth.reports.sections.gap_which import name_of
 
 MOST_ROWS = 400  # of the table; the CSV holds all
@@ -18,15 +17,10 @@ MOST_NAMED = 5  # legs that are named beside a cause
 WIDTH, LABEL = 800.0, 236.0  # px
 
 
-def items(result: Result) -> list[Json]:
-    """The legs that were diagnosed."""
-    return [dict(leg) for leg in sequence(result.content, "legs") if isinstance(leg, Mapping)]
-
-
 def causes(result: Result) -> dict[str, list[str]]:
     """Cause -> the legs whose explanation holds it, the commonest first."""
     found: dict[str, list[str]] = defaultdict(list)
-    for leg in items(result):
+    for leg in records(result.content, "legs"):
         for cause in sequence(leg, "explanation"):
             found[name_of(cause)].append(str(leg["name"]))
     return dict(sorted(found.items(), key=lambda item: (-len(item[1]), item[0])))
@@ -35,7 +29,7 @@ def causes(result: Result) -> dict[str, list[str]]:
 def _legs(result: Result) -> dict[str, Any] | AbsentResult:
     """Each leg's verdict and likeliest cause."""
     rows = []
-    for leg in items(result):
+    for leg in records(result.content, "legs"):
         ranked = sequence(leg, "ranked")
         first = ranked[0] if ranked else {}
         rows.append(

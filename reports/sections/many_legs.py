@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from synth.reports.reading import Json, Result
-from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.section import AbsentResult, ReportSection, mapping, records, sequence
 
 MOST_ROWS = 400  # of the table; the CSV holds all
-
-
-def items(result: Result) -> list[Json]:
-    """The legs that were designed."""
-    return [dict(leg) for leg in sequence(result.content, "legs") if isinstance(leg, Mapping)]
 
 
 def _legs(result: Result) -> dict[str, Any] | AbsentResult:
     """Each leg's joints with their parts."""
     rows: list[Json] = []
-    for leg in items(result):
+    for leg in records(result.content, "legs"):
         for index, (joint, about) in enumerate(mapping(leg, "joints").items()):
             rows.append(
                 {
@@ -42,12 +36,12 @@ def _checks(result: Result) -> dict[str, Any] | AbsentResult:
     """Legs whose drawn joints fail a check."""
     found = [
         {"name": leg["name"], "messages": sequence(leg, "failed_checks")}
-        for leg in items(result)
+        for leg in records(result.content, "legs")
         if sequence(leg, "failed_checks")
     ]
     if found:
         return {"failed": found}
-    drawn = any(leg.get("drawn") is not False for leg in items(result))
+    drawn = any(leg.get("drawn") is not False for leg in records(result.content, "legs"))
     return AbsentResult("every drawn joint passes its checks" if drawn else "no joint is drawn (--no-cad)")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from synth.api.beside_project import not_overridden, recordings_of, refuse_trials, require_known, require_project
 from synth.api.diagnosed import Diagnosed
-from synth.api.report import IN_CODE, Panel, Stage, silent
+from synth.api.report import IN_CODE, Panel, Stage, silent, stage_by_stage
 from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Diagnosis
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
@@ -179,12 +178,7 @@ def gap(
         refuse_trials(trials, checked.project.path, "gap")
     checked = replace(checked, project=_overridden(checked.project, tolerance, seed))
     project = checked.project
-    with stage("diagnosing"), ExitStack() as within:
-
-        def say(text: str) -> None:
-            within.close()
-            within.enter_context(stage(text))
-
+    with stage("diagnosing"), stage_by_stage(stage) as say:
         result = diagnose(
             project.leg,
             project.trials,

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from synth.api.diagnosed import Diagnosed
-from synth.api.report import Panel, Stage, silent
+from synth.api.report import Panel, Stage, silent, stage_by_stage
 from synth.diagnosis.diagnosis_result import Diagnosis
 from synth.diagnosis.plants.jumping_leg.jump_data import prepare_jumps
 from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
@@ -68,10 +67,5 @@ def jump_gap(
         from synth.jump.jump_runs import compiled_jump
 
         compiled_jump(project.design.leg.bending)
-    with stage("diagnosing"), ExitStack() as within:
-
-        def say(text: str) -> None:
-            within.close()
-            within.enter_context(stage(text))
-
+    with stage("diagnosing"), stage_by_stage(stage) as say:
         return JumpGap(project, diagnose_jumps(project, catalogue or Catalogue.load(project.design.catalogs), say))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +26,18 @@ Stage = Callable[[str], AbstractContextManager[None]]
 def silent(text: str) -> AbstractContextManager[None]:
     """A stage without output."""
     return nullcontext()
+
+
+@contextmanager
+def stage_by_stage(stage: Stage) -> Iterator[Callable[[str], None]]:
+    """Within the block, a call with a text ends the stage that the last one began, and begins the next."""
+    with ExitStack() as current:
+
+        def begin(text: str) -> None:
+            current.close()
+            current.enter_context(stage(text))
+
+        yield begin
 
 
 @dataclass(frozen=True, eq=False)

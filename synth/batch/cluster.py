@@ -13,8 +13,9 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from synth.batch.task_outcome import TaskOutcome, differences, performed, versions
+from synth.batch.task_outcome import TaskOutcome, differences, performed
 from synth.errors import Problem, UserError
+from synth.files.program_versions import versions
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -26,7 +27,7 @@ OPTION = "--scheduler"
 
 
 class Cluster:
-    """A connection to a scheduler whose workers have the same package versions; see ``connected``."""
+    """A connection to a scheduler whose workers have the same program and packages; see ``connected``."""
 
     def __init__(self, client: Client, address: str) -> None:
         self._client, self._address = client, address

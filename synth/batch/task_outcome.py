@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import os
-import platform
 import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import synth
 from synth.errors import Problem, UserError
+from synth.files.program_versions import versions as versions
 from synth.threads import VARIABLE
-
-PACKAGES = ("numpy", "numba", "scipy")  # packages whose version can change results
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,12 +24,6 @@ class TaskOutcome:
     problems: tuple[Problem, ...] = ()
     crash: str = ""
     other: str = ""
-
-
-def versions() -> dict[str, str]:
-    """The versions that a worker must share with its client for identical output."""
-    found = {"python": ".".join(platform.python_version_tuple()[:2]), "synth": synth.__version__}
-    return found | {name: importlib.metadata.version(name) for name in PACKAGES}
 
 
 def differences(wanted: Mapping[str, str], found: Mapping[str, str | None]) -> str:

@@ -31,15 +31,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project and fit; write ``fit.json``, the fitted leg, responses and a report."""
+    from synth.commands.project_folder import only_for_folders, run_folder
     from synth.files.paths import is_folder
 
     if is_folder(arguments.file):
         from synth.batch.one_fit import fits
-        from synth.commands.project_folder import run_folder
 
         not_for_folders(arguments)
         return run_folder(arguments, progress, fits())
-    _only_for_folders(arguments)
+    only_for_folders(arguments)
     from dataclasses import replace
     from functools import partial
 
@@ -66,15 +66,6 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     progress.say(f"fit: {Path(arguments.out) / 'fit.json'}")
     progress.say(f"report: {Path(arguments.out) / 'report.html'}")
     return 0
-
-
-def _only_for_folders(arguments: argparse.Namespace) -> None:
-    from synth.errors import Problem, UserError
-
-    given = [name for name in ("--scheduler", "--workers") if getattr(arguments, name[2:]) is not None]
-    if given:
-        text = f"applies to a folder of projects; {arguments.file} is a single project"
-        raise UserError([Problem(text, key=name) for name in given])
 
 
 def _usable(file: str, ready: Ready) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,15 +22,11 @@ ASKED = ("coulomb_friction", "backlash", "spring_preload", "spring_hysteresis", 
 
 def run_check(arguments: argparse.Namespace, progress: Progress, project: GapProject) -> int:
     """Check the recordings and print the answer; write ``check.json`` and a page if ``--out`` is given."""
+    from synth.api.report import stage_by_stage
     from synth.diagnosis.check.run import check
 
     progress.compiling(len(project.leg.joints))
-    with progress.stage("checking"), ExitStack() as open_stage:
-
-        def say(text: str) -> None:
-            open_stage.close()
-            open_stage.enter_context(progress.stage(text))
-
+    with progress.stage("checking"), stage_by_stage(progress.stage) as say:
         found = check(project, say)
     document = found.as_json()
     if arguments.out:

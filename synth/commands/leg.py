@@ -32,11 +32,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read; then copy an earlier result of the same input, or fit, choose, draw and write."""
+    from synth.commands.project_folder import only_for_folders
     from synth.files.paths import is_folder
 
     if is_folder(arguments.file):
         return _run_folder(arguments, progress)
-    _only_for_folders(arguments)
+    only_for_folders(arguments)
     from functools import partial
 
     from synth.api.design_input import read_design
@@ -90,14 +91,6 @@ def _run_folder(arguments: argparse.Namespace, progress: Progress) -> int:
 
     drawn = {"solids": not arguments.no_cad, "pictures": not arguments.no_pictures}
     return run_folder(arguments, progress, legs(wished, **drawn))
-
-
-def _only_for_folders(arguments: argparse.Namespace) -> None:
-    from synth.errors import Problem, UserError
-
-    given = [name for name in ("--scheduler", "--workers") if getattr(arguments, name[2:]) is not None]
-    if given:
-        raise UserError([Problem(f"is for a folder of projects; {arguments.file} is one", key=name) for name in given])
 
 
 def _make_leg(

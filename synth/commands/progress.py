@@ -128,8 +128,8 @@ class Progress:
         text = f"loading the equations of motion for {links}"
         if not is_compiled(n_link, plain=not effects):
             without_products()
-            # Measured on two idle cores, nothing on disk: 3 s for three links, 9 s with effects; since then the
-            # implicit step of bent damper curves is compiled too, 9 s of a busy processor.
+            # Measured on two idle cores, nothing on disk: 3 s for three links, 9 s with effects, and 9 s more of a busy
+            # processor for the implicit step of bent damper curves.
             what, spent = ("with effects", "8 to 20") if effects else ("without effects", "3 to 6")
             once = f"{what}, once on this machine, {spent} s; stored in {cache_folder()}"
             text = f"compiling the equations of motion for {links} ({once})"

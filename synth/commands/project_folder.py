@@ -49,6 +49,16 @@ def refuse_options(arguments: argparse.Namespace, names: tuple[str, ...], why: s
         raise UserError([Problem(f"{arguments.file} {why}", key=f"--{name}") for name in given])
 
 
+def only_for_folders(arguments: argparse.Namespace) -> None:
+    """Refuse ``--scheduler`` and ``--workers`` for a single project.
+
+    Raises
+    ------
+    UserError : one of them was given.
+    """
+    refuse_options(arguments, ("scheduler", "workers"), "is a single project; this applies to a folder of projects")
+
+
 def run_folder(arguments: argparse.Namespace, progress: Progress, task: FolderTask) -> int:
     """Perform the task on every project of a folder; exit status 2 if one failed, 70 after an internal error."""
     _require_outside(Path(arguments.file), Path(arguments.out))

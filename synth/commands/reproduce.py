@@ -77,6 +77,6 @@ def _jump(progress: Progress) -> Gone:
 
 
 def _seed(text: str) -> int:
-    if not text.isdigit() or int(text) > 2**32 - 1:  # numpy's seeds have 32 bits
+    if not (text.isascii() and text.isdigit() and float(text) < 2**32):  # numpy's seeds have 32 bits
         raise argparse.ArgumentTypeError(f'"{text}" is not allowed: a whole number from 0 to {2**32 - 1}')
     return int(text)

@@ -170,7 +170,7 @@ def _fast(data: bytes, width: int) -> Array | None:
     data = data.removeprefix(b"\xef\xbb\xbf").lstrip(b"\r\n \t")
     if b'"' in data.partition(b"\n")[0] and data.partition(b"\n")[0].count(b'"') % 2:
         return None  # a header cell that continues on the next line
-    body = data.partition(b"\n")[2]
+    written = body = data.partition(b"\n")[2]
     if not body.strip():
         return np.empty((0, width))
     if body.startswith(b",") or b"\n," in body:
@@ -184,6 +184,8 @@ def _fast(data: bytes, width: int) -> Array | None:
     except (ValueError, OverflowError):
         return None
     usable = values.shape[1] >= width and np.isnan(values[:, width:]).all() and not np.isinf(values).any()
+    if values.shape[1] > width and b"n" in written.lower():
+        return None  # beyond the last column only empty cells are allowed, and these may say nan
     return np.asarray(values, dtype=np.float64) if usable else None
 
 

@@ -74,8 +74,8 @@ def refuse_unreadable_name(path: str | Path) -> None:
         )
 
 
-def read_bytes(path: Path, limit: int, remedy: str) -> bytes:
-    """Read a whole regular file of at most ``limit`` bytes.
+def read_bytes(path: Path, limit: int, remedy: str, *, first: int | None = None) -> bytes:
+    """Read a regular file of at most ``limit`` bytes, all of it or the ``first`` so many bytes.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def read_bytes(path: Path, limit: int, remedy: str) -> bytes:
         if size > limit:
             raise UserError(Problem(f"has {size / 1e6:.0f} MB; at most {limit / 1e6:g} MB: {remedy}", name))
         with path.open("rb") as stream:
-            data = stream.read(limit + 1)
+            data = stream.read(limit + 1 if first is None else first)
     except FileNotFoundError:
         raise UserError(Problem(f"does not exist{_near_file(path)}", name)) from None
     except (OSError, ValueError) as error:

@@ -8,29 +8,24 @@ one is removed and made again. Values are stored as JSON and arrays (``plain_val
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import json
 import os
 import shutil
 import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
-import synth
 from synth.cache import is_own_folder, own_folder, read_own
 from synth.files.leftovers import held_folder, remove_leftovers
 from synth.files.plain_value import NotPlain, Remade, from_bytes, to_bytes
+from synth.files.program_versions import versions
 
 FOLDER = "stages"
 KEPT = 24  # entries; a leg with pictures takes 25 MB
-LIBRARIES = (
-    "numpy", "scipy", "numba", "cadquery", "cadquery-ocp", "vtk", "trimesh", "manifold3d", "ezdxf", "jinja2",
-)  # fmt: skip
 _VALUE = "value.npz"
 _PARTIAL = ".partial-"
 _LIST = ".kept.json"  # of an entry: each of its files with its SHA-256
@@ -38,34 +33,12 @@ _LIST = ".kept.json"  # of an entry: each of its files with its SHA-256
 Value = TypeVar("Value")
 
 
-@cache
-def program() -> str:
-    """Hash of the program's source, data, templates and libraries' versions."""
-    digest = hashlib.sha256()
-    root = Path(synth.__file__).parent
-    for package in (root, *(root / name for name in ("cad", "reports", "_catalogs"))):
-        for path in sorted(package.rglob("*")):
-            if path.is_file() and path.suffix != ".pyc":
-                digest.update(path.relative_to(package).as_posix().encode())
-                digest.update(path.read_bytes())
-    for name in LIBRARIES:
-        digest.update(f"{name} {_version(name)}\n".encode())
-    return digest.hexdigest()
-
-
-def _version(library: str) -> str:
-    """A library's version; older cadquery-ocp brings VTK within itself, so that it has none."""
-    with suppress(importlib.metadata.PackageNotFoundError):
-        return importlib.metadata.version(library)
-    return "absent"
-
-
 def key_of(stage: str, *parts: object) -> str:
     """A key for a stage from values fully described by their ``repr``, and from the program itself.
 
     Arrays count with all their elements and digits; of large ones ``plain_value.digest_of`` is faster.
     """
-    digest = hashlib.sha256(f"{stage}\n{program()}\n".encode())
+    digest = hashlib.sha256(f"{stage}\n{versions()}\n".encode())
     with np.printoptions(threshold=sys.maxsize, floatmode="unique"):  # usually the middle and later digits are left out
         for part in parts:
             digest.update(repr(part).encode() + b"\0")

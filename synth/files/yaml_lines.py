@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -172,9 +173,9 @@ class _Builder:
             return text.lower() in ("true", "yes", "on")
         if tag in ("int", "float") and _INTEGER.fullmatch(text):
             return int(text)
-        if tag in ("int", "float") and _FLOAT.fullmatch(text):
+        if tag in ("int", "float") and _FLOAT.fullmatch(text) and math.isfinite(float(text)):
             return float(text)
-        # Dates, sexagesimal and other special numbers are kept as text: our files have none.
+        # Dates, sexagesimal, numbers beyond all doubles and other special ones are kept as text: our files have none.
         if tag not in ("str", "int", "float", "timestamp", "value", "merge"):
             self._refuse_tag(node, key)
         return text

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from synth.errors import Problem, UserError
-from synth.files.output import umask, write_json
+from synth.files.output import umask, write_bytes_whole, write_json
 from synth.files.shown_units import METRIC, ShownUnits
+from synth.files.text_forms import json_text, plain
 from synth.spring.spring_result import SpringDesign
 from synth.spring.unit_text import in_units
 from synth.spring.winding_sheet import request_lines, winding_sheet
@@ -33,14 +32,8 @@ def write_result(path: Path, content: Mapping[str, Any]) -> str:
     try:
         if path.exists() and not (path.is_file() and _is_result(path)):
             raise UserError(Problem("exists and is no result of synth spring; name another with --json", name))
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        os.close(handle)
-        try:
-            write_json(Path(temporary), content)
-            Path(temporary).chmod(0o666 & ~umask())
-            Path(temporary).replace(path)
-        finally:
-            Path(temporary).unlink(missing_ok=True)
+        text = json_text(plain(content, ""), 0) + "\n"
+        write_bytes_whole(path, text.encode(), 0o666 & ~umask())
     except OSError as error:
         reason = error.strerror or str(error)
         raise UserError(Problem(f"cannot be written: {reason}; name another place with --json", name)) from None

@@ -7,6 +7,8 @@ import json
 import runpy
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import FrozenInstanceError, replace
 from importlib.util import find_spec
 from math import radians
@@ -16,7 +18,7 @@ import numpy as np
 import pytest
 
 import synth
-from synth.api.report import Report
+from synth.api.report import Report, stage_by_stage
 from synth.cli import main
 
 ROOT = Path(synth.__file__).parent
@@ -267,3 +269,27 @@ def test_recordings_are_named_by_paths(tmp_path: Path, monkeypatch: pytest.Monke
     assert synth.read_trials([Path("t/a.csv"), "t/deep/*.csv"], leg)[1].name == "t/deep/c.csv"
     with pytest.raises(synth.UserError, match=r"gone\.csv"):
         synth.read_trials([Path("t/gone.csv")], leg)
+
+
+def test_each_stage_ends_where_the_next_begins_and_an_error_ends_the_last() -> None:
+    told: list[str] = []
+
+    @contextmanager
+    def stage(text: str) -> Iterator[None]:
+        told.append(f"{text} ...")
+        try:
+            yield
+        except ValueError:
+            told.append(f"{text} stopped")
+            raise
+        told.append(f"{text} done")
+
+    def broken() -> None:
+        with stage_by_stage(stage) as begin:
+            begin("one")
+            begin("two")
+            raise ValueError("broken")
+
+    with pytest.raises(ValueError, match="broken"):
+        broken()
+    assert told == ["one ...", "one done", "two ...", "two stopped"]

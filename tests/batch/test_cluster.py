@@ -14,11 +14,12 @@ import pytest
 from batch.clusters import cluster, wait_until
 from batch.legs import folder_of_legs, same_bytes
 from synth.batch import cluster as ours
-from synth.batch import task_outcome
 from synth.batch.cluster import connected
-from synth.batch.task_outcome import performed, versions
+from synth.batch.task_outcome import performed
 from synth.cli import main
 from synth.errors import UserError
+from synth.files import program_versions
+from synth.files.program_versions import versions
 
 
 @pytest.mark.slow  # ``make kill`` kills clusters too
@@ -32,9 +33,8 @@ def test_neither_a_killed_worker_nor_a_killed_scheduler_loses_a_fit_or_changes_a
 
     with cluster(tmp_path) as made:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(
-                task_outcome, "PACKAGES", (*task_outcome.PACKAGES, "pytest")
-            )  # the worker asks for no such thing
+            more = (*program_versions.LIBRARIES, "pytest")  # the worker asks for no such thing
+            patch.setattr(program_versions, "LIBRARIES", more)
             with pytest.raises(UserError, match=r"worker at .* has pytest missing"):
                 connected(made.address).__enter__()
         words = ["-q", "fit", str(legs), "--out", str(tmp_path / "far")]
@@ -122,6 +122,6 @@ def test_a_folder_only_goes_to_a_cluster(tmp_path: Path, capsys: pytest.CaptureF
     legs = folder_of_legs(tmp_path / "legs", 1)
     (project,) = legs.rglob("fit.yaml")
     assert main(["-q", "fit", str(project), "--out", str(tmp_path / "out"), "--scheduler", "tcp://a:1"]) == 2
-    assert "--scheduler: applies to a folder of projects" in capsys.readouterr().err
+    assert "is a single project; this applies to a folder of projects" in capsys.readouterr().err
     assert main(["-q", "fit", str(legs), "--out", str(tmp_path / "o"), "--scheduler", "a", "--workers", "2"]) == 2
     assert "--workers: applies to this machine" in capsys.readouterr().err

@@ -134,6 +134,14 @@ def test_a_closed_output_pipe_is_no_error() -> None:
     assert said == ""
 
 
+@pytest.mark.parametrize("words", [("fit", "missing.yaml"), ("no-such-command",)])
+def test_messages_that_nobody_reads_are_no_error_of_ours(words: tuple[str, ...], tmp_path: Path) -> None:
+    process = subprocess.Popen([*SYNTH, *words], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, cwd=tmp_path)
+    assert process.stderr is not None
+    process.stderr.close()
+    assert process.wait(timeout=60) == 141
+
+
 def test_output_that_the_terminal_cannot_show_is_escaped() -> None:
     done = synth_run("catalog", "show", "μ", env={**os.environ, "PYTHONIOENCODING": "ascii"})
     assert done.returncode == 2

@@ -13,9 +13,10 @@ from pathlib import Path
 import pytest
 
 from synth.cli import COMMANDS, main, parser_of
-from synth.commands import warmup
+from synth.commands import log_file, warmup
 from synth.commands.completion import SHELLS, options_of
 from synth.errors import CannotBeHad, UserError
+from synth.files.output import output_folder
 from synth.files.paths import allowing_outside, name_from, repository_root, shared
 from synth.files.shown_units import ShownUnits, shown_for, written_system
 
@@ -43,6 +44,50 @@ def test_a_log_replaces_no_other_file(tmp_path: Path, capsys: pytest.CaptureFixt
     assert main([*SPRING, "--log", str(other)]) == 2
     assert "is not a log of synth" in capsys.readouterr().err
     assert other.read_text() == "time [s],hip [deg]\n"
+
+
+def test_a_log_is_a_regular_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A pipe would wait for its reader for ever."""
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(tmp_path / "pipe")
+        assert main([*SPRING, "--log", str(tmp_path / "pipe")]) == 2
+        assert "pipe: is not a regular file; name another with --log" in capsys.readouterr().err
+    assert main([*SPRING, "--log", str(tmp_path)]) == 2
+    assert "is a folder; name the file in it" in capsys.readouterr().err
+
+
+@pytest.fixture
+def full_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A log on a disk that is full from its first line on."""
+    if not Path("/dev/full").exists():
+        pytest.skip("this system has no full disk to try")
+    monkeypatch.setattr(log_file, "_open_log", lambda path: open("/dev/full", "a"))  # noqa: SIM115, PTH123
+    return str(tmp_path / "run.log")
+
+
+def written_beside(log: log_file.LogFile, out: Path) -> None:
+    """A result whose writing is logged."""
+    with log, output_folder(out) as folder:
+        (folder / "a.txt").write_text("whole")
+        log.line("written")
+
+
+def test_a_log_on_a_full_disk_is_told_and_costs_no_result(
+    full_log: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*SPRING, "--log", full_log]) == 2
+    shown = capsys.readouterr()
+    assert shown.out
+    assert (
+        shown.err == f"synth: {full_log}: cannot be written: No space left on device; the command itself is complete\n"
+    )
+    assert main(["spring", "--rate", "1 N", "--travel", "20 deg", "--log", full_log]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert said[0] == f"synth: {full_log}: cannot be written: No space left on device"
+    assert said[1].startswith("synth: --rate:")
+    with pytest.raises(UserError, match=r"run\.log: cannot be written"):
+        written_beside(log_file.LogFile(Path(full_log), []), tmp_path / "out")
+    assert (tmp_path / "out" / "a.txt").read_text() == "whole"
 
 
 def test_a_log_contains_the_traceback_of_an_internal_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

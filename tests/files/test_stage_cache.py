@@ -52,7 +52,7 @@ def test_a_kept_folder_comes_back_under_its_key_alone(tmp_path: Path) -> None:
 
 def test_keys_distinguish_inputs_stages_and_program(monkeypatch: pytest.MonkeyPatch) -> None:
     keys = {key_of("solids", 1.0), key_of("solids", 1), key_of("leg", 1.0), key_of("solids", 1.0, None)}
-    monkeypatch.setattr(stage_cache, "program", lambda: "another version")
+    monkeypatch.setattr(stage_cache, "versions", lambda: {"synth": "another"})
     assert len(keys | {key_of("solids", 1.0)}) == 5
 
 

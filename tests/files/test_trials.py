@@ -434,3 +434,12 @@ def test_an_angle_beyond_a_stated_range_is_told_with_that_range(tmp_path: Path, 
     (found,) = refused(tmp_path, csv_text(f"time [s],hip [{unit}],knee [rad]", [*rows, f"0.2,{value!r},0.5"]), turning)
     assert "760 deg" in found.text
     assert "outside the joint's range in the leg file, -720 to 720 deg" in found.text
+
+
+@pytest.mark.parametrize("surplus", ["NaN", "nan", " nan "])
+def test_a_cell_beyond_the_header_is_refused_though_it_says_nan(surplus: str, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(f"time [s],hip [deg]\n0,1,\n1,5,{surplus}\n")
+    with pytest.raises(UserError, match=r"a\.csv:3: has 3 cells where the header has 2 columns"):
+        read_table(tmp_path / "a.csv")
+    (tmp_path / "a.csv").write_text("time [s],hip [deg]\n0,1,\n1,nan, \n2,5,\n")
+    np.testing.assert_array_equal(read_table(tmp_path / "a.csv").values, [[0, 1], [1, np.nan], [2, 5]])

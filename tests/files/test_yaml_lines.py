@@ -45,6 +45,13 @@ def test_plain_values(tmp_path: Path) -> None:
     assert isinstance(value["i"], str)
 
 
+@pytest.mark.parametrize("number", ["1.0e+999", "-1.0e+400", "9" * 400])
+def test_a_number_beyond_all_doubles_is_no_infinity(number: str, tmp_path: Path) -> None:
+    """It stays as it is written, so that the message on it shows it."""
+    assert read(tmp_path, f"a: {number}\n").value["a"] == number
+    assert read(tmp_path, "a: 1.0e-999\n").value["a"] == 0.0
+
+
 @pytest.mark.parametrize(
     ("text", "line", "words"),
     [

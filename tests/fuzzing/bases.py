@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from hopper.recorded import jumped, pulled
-from motion.importers.simulated_leg import PARTS, angles, pixels, points
+from motion.importers.simulated_leg import PARTS, RATE, angles, pixels, points
 from swing.effects.test_users_own import MAGNET
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
@@ -211,6 +212,33 @@ def video() -> bytes:
     return "\n".join([*lines, ""]).encode()
 
 
+def captured() -> bytes:
+    """Points in the plane z = 0, y up, in mm, as TRC."""
+    places = 1e3 * points(angles()[1])
+    labels = "\t".join(f"{part}\t\t" for part in PARTS)
+    axes = "\t".join(f"X{k}\tY{k}\tZ{k}" for k in range(1, len(PARTS) + 1))
+    lines = [
+        "PathFileType\t4\t(X/Y/Z)\ta.trc",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits",
+        f"{RATE:g}\t{RATE:g}\t{len(places)}\t{len(PARTS)}\tmm",
+        f"Frame#\tTime\t{labels}",
+        f"\t\t{axes}",
+        "",
+    ]
+    for k, frame in enumerate(places):
+        cells = (f"{x:.3f}\t{y:.3f}\t0.0" for x, y in frame)
+        lines.append("\t".join([str(k + 1), f"{k / RATE:.4f}", *cells]))
+    return "\n".join([*lines, ""]).encode()
+
+
+def logged() -> bytes:
+    """Angles as JSON, a list of records with the time."""
+    time, measured = angles()
+    titles = ("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]")
+    rows = (dict(zip(titles, map(float, (t, *row)), strict=True)) for t, row in zip(time, measured, strict=True))
+    return json.dumps({"logger": 7, "rows": list(rows)}).encode()
+
+
 @cache
 def bases() -> tuple[Base, ...]:
     """Every kind of project, and every command that reads a file."""
@@ -230,6 +258,8 @@ def bases() -> tuple[Base, ...]:
     table_of_parts = {"parts/mine.csv": CATALOGUE.encode()}
     out = ("--out", "{out}")
     imported = IMPORT.replace("{parts}", ", ".join(PARTS)).encode()
+    marked = IMPORT.replace("{parts}", ", ".join(PARTS)).replace("csv", "trc")
+    marked = marked.replace("frame_rate: 250 Hz", "plane: [x, y]").encode()
     spring = ("spring", "--rate", "2 N*m/rad", "--travel", "60 deg", *out)
     return (
         Base("fit", leg | {"fit.yaml": FIT.encode()} | swings(), ("fit", "fit.yaml", *out), False, dry + fitted),
@@ -253,6 +283,10 @@ def bases() -> tuple[Base, ...]:
         Base("import csv", rat | {"a.csv": plain}, ("import", "a.csv", "--leg", "rat.leg.yaml", *out), False,
              (*dry, ("--release", "free"), ("--frame-rate", "250 Hz"))),
         Base("import mot", rat | {"import.yaml": MOT, "a.mot": mot}, ("import", "import.yaml", *out), False, dry),
+        Base("import trc", rat | {"import.yaml": marked, "videos/a.trc": captured()},
+             ("import", "import.yaml", *out), False, dry),
+        Base("import json", rat | {"a.json": logged()},
+             ("import", "a.json", "--leg", "rat.leg.yaml", *out), False, dry),
         Base("catalogue", table_of_parts, ("catalog", "check", "parts/mine.csv")),
         Base("catalogue list", table_of_parts, ("catalog", "list", "torsion_springs", "--catalog", "parts/mine.csv")),
         Base("catalogue part", {}, ("catalog", "show", "6597K21")),

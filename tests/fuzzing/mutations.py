@@ -30,7 +30,7 @@ NASTY: tuple[Any, ...] = (
 )  # fmt: skip
 CELLS = ("", "nan", "inf", "-inf", "abc", "1e308", "-1e308", "1e-320", "0", "1_000", "0x1", "1,5", '"', "'", "=1", "#",
          " ",
-         "9" * 400, "1e999", "é", "\t1", "-0")  # fmt: skip
+         "9" * 400, "1e999", "0e400", "²", "٣", "\u2028", "\x1c", "\\ud800", "é", "\t1", "-0")  # fmt: skip
 UNITS = ("deg", "rad", "s", "ms", "us", "N*m", "mm", "V", "", "furlong", "1", "%", "deg/s", "min", "h", "kg", "°", "[")
 NAMES = (
     "x y.csv",
@@ -51,12 +51,15 @@ def change(generator: random.Random, folder: Path, command: list[str], names: li
     kinds: list[tuple[int, Callable[[], str]]] = [(2, lambda: flag(generator, command))]
     projects = [name for name in names if name.endswith((".yaml", ".yml"))]
     tables = [name for name in names if name.endswith((".csv", ".mot"))]
+    foreign = [name for name in names if name.endswith((".mot", ".trc", ".json"))]
     if projects:
         kinds += [(6, lambda: structure(generator, folder / generator.choice(projects)))]
         kinds += [(2, lambda: text(generator, folder / generator.choice(projects)))]
     if tables:
         kinds += [(5, lambda: cells(generator, folder / generator.choice(tables)))]
         kinds += [(1, lambda: text(generator, folder / generator.choice(tables)))]
+    if foreign:
+        kinds += [(8, lambda: words(generator, folder / generator.choice(foreign)))]
     if names:
         kinds += [(2, lambda: place(generator, folder, generator.choice(names)))]
     return generator.choices([kind for _, kind in kinds], [weight for weight, _ in kinds])[0]()
@@ -163,6 +166,19 @@ def text(generator: random.Random, path: Path) -> str:
         data[at:at] = added[kind]
     path.write_bytes(data)
     return f"{path.name}: {kind}"
+
+
+def words(generator: random.Random, path: Path) -> str:
+    """Put odd cells in place of some characters, half of them in the header."""
+    content = path.read_text(encoding="utf-8", errors="replace")
+    changes = []
+    for _ in range(generator.randint(1, 4)):
+        at = generator.randrange(min(len(content), generator.choice([500, len(content)])) + 1)
+        odd = generator.choice(CELLS)
+        content = content[:at] + odd + content[at + generator.choice([0, 1, 1, 2, 5]) :]
+        changes.append(f"{odd[:20]!r} at {at}")
+    path.write_text(content, encoding="utf-8")
+    return f"{path.name}: {', '.join(changes)}"
 
 
 def cells(generator: random.Random, path: Path) -> str:

@@ -27,7 +27,7 @@ def read_robot(path: str | Path) -> Robot:
         If the file is neither, or has mistakes.
     """
     file = Path(path)
-    start = read_bytes(file, 200_000_000, "a robot's file names its meshes and does not hold them")[:HEAD]
+    start = read_bytes(file, 200_000_000, "a robot's file names its meshes and does not hold them", first=HEAD)
     if b"<mujoco" in start and b"<robot" not in start.partition(b"<mujoco")[0]:
         from synth.files.robots.read_mjcf import read_mjcf
 

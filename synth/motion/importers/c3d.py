@@ -52,7 +52,7 @@ def read_c3d(path: Path, mapping: Mapping, name: str) -> Markers:
     ------
     UserError : the file is not C3D or damaged, or it has no points or no rate.
     """
-    if not read_bytes(path, SIZE_LIMIT, "cut it in the capture software")[1:2] == b"\x50":
+    if not read_bytes(path, SIZE_LIMIT, "cut it in the capture software", first=2)[1:2] == b"\x50":
         raise UserError(Problem("is not a C3D file: its second byte is not the mark 50h", name))
     content = read_in_child(f"LONGER = {_LONGER!r}\n{_READ}", path, name, "C3D")
     names = tuple(str(label).strip() for label in content["labels"])

@@ -124,6 +124,11 @@ def name_list(names: Iterable[str]) -> str:
     return ", ".join(every[:NAMES_SHOWN]) + (f" ... ({len(every)} in all)" if len(every) > NAMES_SHOWN else "")
 
 
+def states_otherwise(text: str, count: int) -> bool:
+    """Whether a header's text is a whole number other than ``count``; of other text, and of none, no."""
+    return text.isascii() and text.isdigit() and (text.lstrip("0") or "0") != str(count)
+
+
 def same_name(one: str, other: str) -> bool:
     """Equal except for case, blanks, underscores and a path before the name."""
     return _parts(one)[-1] == _parts(other)[-1]

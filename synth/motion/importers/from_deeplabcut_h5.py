@@ -22,7 +22,7 @@ import h5py
 with h5py.File(path, "r") as file:
     tables = [name for name in file if "table" in file[name]]
     found = [name for name in tables if "values_block_0" in (file[name]["table"].dtype.names or ())]
-    table = file[found[0]]["table"]
+    table = held(file[found[0]]["table"])
     axes = file[found[0]].attrs["non_index_axes"]
     arrays = {
         "tables": numpy.array(found, dtype=str),

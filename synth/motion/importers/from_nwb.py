@@ -32,11 +32,11 @@ with h5py.File(path, "r") as file:
               "groups": numpy.array(sorted({name.rsplit("/", 1)[0] for name in names}), dtype=str)}
     for k, name in enumerate(names):
         item = series[name]
-        arrays[f"data{k}"] = numpy.asarray(item["data"], dtype=float)
+        arrays[f"data{k}"] = numpy.asarray(held(item["data"]), dtype=float)
         if "confidence" in item:
-            arrays[f"confidence{k}"] = numpy.asarray(item["confidence"], dtype=float)
+            arrays[f"confidence{k}"] = numpy.asarray(held(item["confidence"]), dtype=float)
         if "timestamps" in item:
-            arrays[f"time{k}"] = numpy.asarray(item["timestamps"], dtype=float)
+            arrays[f"time{k}"] = numpy.asarray(held(item["timestamps"]), dtype=float)
         else:
             start = item["starting_time"]
             arrays[f"rate{k}"] = float(start.attrs["rate"])

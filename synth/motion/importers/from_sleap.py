@@ -22,11 +22,11 @@ from synth.motion.importers.registry import HDF5, hdf5_names, loader
 _ANALYSIS = """
 import h5py
 with h5py.File(path, "r") as file:
-    texts = lambda name: numpy.array([bytes(item).decode() for item in file[name][...].ravel()], dtype=str)
-    arrays = {"points": numpy.asarray(file["tracks"], dtype=float), "nodes": texts("node_names"),
+    texts = lambda name: numpy.array([bytes(item).decode() for item in held(file[name])[...].ravel()], dtype=str)
+    arrays = {"points": numpy.asarray(held(file["tracks"]), dtype=float), "nodes": texts("node_names"),
               "tracks": texts("track_names") if "track_names" in file else numpy.array([], dtype=str)}
     if "point_scores" in file:
-        arrays["scores"] = numpy.asarray(file["point_scores"], dtype=float)
+        arrays["scores"] = numpy.asarray(held(file["point_scores"]), dtype=float)
 """
 _SLP = """
 import sleap_io

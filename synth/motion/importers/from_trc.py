@@ -15,12 +15,14 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
+from synth.files.log_clock import exact_number
 from synth.files.paths import read_bytes
-from synth.motion.importers.foreign_data import Markers
+from synth.motion.importers.foreign_data import Markers, states_otherwise
 from synth.motion.importers.registry import loader, text_start
 
 SIZE_LIMIT = 400_000_000  # bytes; the whole file is read into memory
 UP = "y"
+MOST_DIGITS = 100  # of a time before or after its point; beyond 308 a double has none
 SAME_RATE = 5e-3  # relative; 60 Hz is also written for the 59.94 Hz of NTSC video, a difference of 1e-3
 
 
@@ -46,7 +48,7 @@ def read_trc(path: Path, mapping: Mapping, name: str) -> Markers:
     names = [label for label in labels[2:] if label]
     if labels[:1] != ["Frame#"] or not names:
         raise UserError(Problem('has no row of markers that begins with "Frame#"', name, 4))
-    if count.isdigit() and int(count) != len(names):
+    if states_otherwise(count, len(names)):
         raise UserError(Problem(f"states {count} markers but names {len(names)}", name, 4))
     rows: list[list[str]] = []
     numbers = []
@@ -74,8 +76,9 @@ def read_trc(path: Path, mapping: Mapping, name: str) -> Markers:
 
 def _resolution(rows: list[list[str]]) -> float:
     """The last digit of the times as written, s."""
-    mantissas = [row[1].strip().casefold().partition("e") for row in rows]
-    return float(min(10.0 ** (float(power or 0) - len(digits.partition(".")[2])) for digits, _, power in mantissas))
+    times = [number for row in rows if (number := exact_number(row[1])) is not None and number.is_finite()]
+    powers = [power for number in times if isinstance(power := number.as_tuple().exponent, int)]
+    return float(10.0 ** np.clip(min(powers, default=0), -MOST_DIGITS, MOST_DIGITS))
 
 
 def _clock(

@@ -66,7 +66,7 @@ def read_matlab(path: Path, mapping: Mapping, name: str) -> Channels:
     ------
     UserError : version 7.3, not a MAT-file, or a name that is missing or not a row or column of numbers.
     """
-    start = read_bytes(path, SIZE_LIMIT, "save the angles alone")[:128]
+    start = read_bytes(path, SIZE_LIMIT, "save the angles alone", first=128)
     if start.startswith(b"MATLAB 7.3") or start.startswith(b"\x89HDF"):
         way = WAY_OUT.format(name=path.name.replace("'", "''"), stem=path.stem.replace("'", "''"))
         raise UserError(Problem(f"is a MAT-file of version 7.3 (HDF5); save it as version 7, {way}", name))

@@ -126,6 +126,7 @@ def _is_unit(text: str, of: str | None = None) -> bool:
 def _values(rows: list[list[str]], lines: list[int], titles: list[str], separator: str, name: str) -> np.ndarray:
     """(n, n_column), nan for an empty cell or text such as a remark."""
     values = np.full((len(rows), len(titles)), np.nan)
+    numeric = [False] * len(titles)  # whether a column has held a number: text below one is a fault
     for k, (row, line) in enumerate(zip(rows, lines, strict=True)):
         if len(row) < len(titles) or any(cell.strip() for cell in row[len(titles) :]):
             text = f"has {len(row)} cells where the header has {len(titles)} columns"
@@ -134,7 +135,8 @@ def _values(rows: list[list[str]], lines: list[int], titles: list[str], separato
             number = _number(row[column], separator)
             if number is not None:
                 values[k, column] = number
-            elif row[column].strip().casefold() not in _MISSING and not np.isnan(values[:k, column]).all():
+                numeric[column] |= number == number
+            elif row[column].strip().casefold() not in _MISSING and numeric[column]:
                 shown = row[column].strip()[:40]
                 text = f'"{shown}" is not a number; leave the cell empty where a sample is missing'
                 raise UserError(Problem(text, name, line, titles[column]))

@@ -62,7 +62,8 @@ def _build(name: str, stack: list[Any]) -> None:
     elif name in ("LIST", "TUPLE", "APPENDS"):
         items: list[Any] = []
         while (item := stack.pop()) is not _MARK:
-            items.insert(0, item)
+            items.append(item)
+        items.reverse()
         if name == "APPENDS":
             stack[-1].extend(items)
         else:

@@ -13,6 +13,7 @@ from motion.importers.simulated_leg import leg
 from synth.errors import UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.motion.importers.convert import ImportedRecording, import_file
+from synth.motion.importers.foreign_data import states_otherwise
 
 Array = NDArray[np.float64]
 DATA = Path(__file__).parent / "data"
@@ -97,3 +98,10 @@ def test_vectors_missing_columns_and_stated_units(tmp_path: Path) -> None:
         imported(DATA / "degrees.mot", COLUMNS | {"hip": JointColumn("hip_flexion_r", unit="rad")})
     with pytest.raises(UserError, match='there is no column "hip"'):
         imported(DATA / "degrees.mot", {})
+
+
+def test_a_count_in_the_header_that_is_no_number_states_nothing() -> None:
+    assert states_otherwise("7", 8)
+    assert states_otherwise("9" * 5000, 8)  # more digits than Python turns into a number
+    assert not any(states_otherwise(text, 8) for text in ("8", "008", "²", "٣", "", "-", "8.0"))
+    assert not states_otherwise("0", 0)

@@ -13,6 +13,7 @@ from synth.errors import UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.motion.importers.convert import ImportedRecording, import_file
 from synth.motion.importers.foreign_data import indices_of_name, other_side
+from synth.motion.importers.plain_csv import read_plain_csv
 
 PLAIN = Mapping()
 
@@ -245,3 +246,33 @@ def test_setpoints_are_not_taken_for_angles(tmp_path: Path) -> None:
     data.to_csv(tmp_path / "b.csv", index=False)
     with pytest.raises(UserError, match='"hip" is the name of several columns: /js/hip/position, /setpoint/hip'):
         imported(tmp_path / "b.csv")
+
+
+def test_text_stands_above_a_column_s_first_number_and_not_below(tmp_path: Path) -> None:
+    data = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]")
+    data["note"] = ["started", "nan", "+nan", "ready"] + ["on"] * (len(data) - 4)
+    data.to_csv(tmp_path / "a.csv", index=False)
+    assert len(imported(tmp_path / "a.csv").time) == len(data)
+    data.loc[4, "note"] = "7"
+    data.to_csv(tmp_path / "a.csv", index=False)
+    with pytest.raises(UserError, match=':7: note: "on" is not a number'):
+        imported(tmp_path / "a.csv")
+
+
+def test_a_column_of_text_is_not_searched_for_numbers_at_each_of_its_cells(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """80 000 rows with a column `running` took 9 s, four times as long as half of them."""
+    rows, looked = 2000, [0]
+    isnan = np.isnan
+
+    def counted(values: object, *arguments: object, **named: object) -> object:
+        looked[0] += np.size(values)  # type: ignore[arg-type]
+        return isnan(values, *arguments, **named)  # type: ignore[call-overload]
+
+    (tmp_path / "a.csv").write_text(
+        "time [s],hip [deg],state\n" + "".join(f"{k},{k % 90},running\n" for k in range(rows))
+    )
+    monkeypatch.setattr(np, "isnan", counted)
+    read_plain_csv(tmp_path / "a.csv", PLAIN, "a.csv")
+    assert looked[0] <= 10 * rows

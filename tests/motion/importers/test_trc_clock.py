@@ -63,6 +63,18 @@ def test_rounded_times_and_rates_are_no_difference(tmp_path: Path) -> None:
     assert not found.notes
 
 
+@pytest.mark.parametrize("cell", ["0e400", "0e-400", "0e99999999999999999999", "0.0e+2", "nan", "-0"])
+def test_any_number_may_be_the_first_time(cell: str, tmp_path: Path) -> None:
+    """0e400 is 0, and 10**400 no double."""
+    times = [cell, *written(200.0)[1:]]
+    path = trc(tmp_path / "a.trc", "200", AT + 1, times)
+    if cell == "nan":
+        with pytest.raises(UserError, match="has empty or repeated times"):
+            clock(path)
+    else:
+        np.testing.assert_allclose(clock(path)[0], AT / 200.0, atol=1e-9)
+
+
 def test_two_clocks_are_refused_until_one_is_stated(tmp_path: Path) -> None:
     path = trc(tmp_path / "a.trc", "100", AT + 1, written(200.0))
     with pytest.raises(UserError, match=r"Time has 200 rows a second, and the header says DataRate 100; state the ri"):
