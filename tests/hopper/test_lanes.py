@@ -145,6 +145,15 @@ def test_a_lane_does_not_depend_on_its_neighbours_beyond_the_tolerance() -> None
     assert max(abs(a.clearance - b.clearance) for a, b in zip(together, alone, strict=True)) < 1e-4
 
 
+def test_a_leg_that_is_too_stiff_leaves_its_neighbours_alone() -> None:
+    usual, tiny = HopperLeg(bending="all"), HopperLeg(length=0.005, hip_spacing=0.002, bending="all")
+    stiff, *others = simulate([(tiny, motor()), *[(usual, motor())] * 3], GROUND, MODELS["A"])
+    alone = simulate([(usual, motor())], GROUND, MODELS["A"])[0]
+    assert stiff.limit.startswith("too stiff")
+    assert others == [alone] * 3
+    assert alone.clearance > 0.03
+
+
 def test_height_is_insensitive_to_the_ground() -> None:
     """The contact's constants are not known; a tenth or ten times of each moves the clearance by less than 6 %."""
     usual = simulate([(HopperLeg(), motor())], GROUND, MODELS["full"])[0].clearance

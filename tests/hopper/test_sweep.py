@@ -14,12 +14,13 @@ from synth import threads
 from synth.arrays import Array
 from synth.errors import UserError
 from synth.hopper import sweep as sweeping
-from synth.hopper.hopper_tolerances import QUANTITIES, UNIFORM, copies, groups, intervals
+from synth.hopper.hopper_tolerances import QUANTITIES, UNIFORM, contributions, copies, groups, intervals
 from synth.hopper.motors import chosen_rows, motor_of, with_speed, with_torque
 from synth.hopper.sweep import OBJECTIVES, SweepProblem, pareto_front, run_sweep
 from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, MotorOptions
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump
+from synth.jump.outcomes import CLEARANCE, LANDED_AGAIN, N_OUTCOME, STATUS, TOO_STIFF, known_heights
 from synth.jump.point_mass import point_mass_outcomes
 
 
@@ -55,6 +56,21 @@ def test_intervals_are_what_random_draws_give() -> None:
     assert least == pytest.approx(low, abs=0.2 * (high - low))
     assert most == pytest.approx(high, abs=0.2 * (high - low))
     assert UNIFORM == 0.9
+
+
+def test_a_copy_that_is_too_stiff_is_unknown_and_not_a_height_of_zero(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = np.zeros((N_OUTCOME, 16))
+    found[STATUS], found[CLEARANCE] = LANDED_AGAIN, np.linspace(0.05, 0.06, 16)
+    found[STATUS, 1 + QUANTITIES.index("rotor inertia")] = TOO_STIFF
+    nominal, low, high = intervals(known_heights(found)[None, :])
+    assert nominal[0] == 0.05
+    assert np.isnan(low[0])
+    assert np.isnan(high[0])
+    assert list(contributions(known_heights(found))) == [name for name in QUANTITIES if name != "rotor inertia"]
+    monkeypatch.setattr(sweeping.compiled_jump("upper").__class__, "run", lambda self, lanes: found)
+    sweep = run_sweep(problem(everywhere=True))
+    assert np.isnan(sweep.clearance_low).all()
+    assert (sweep.values["clearance"] == 0.05).all()
 
 
 @pytest.mark.parametrize("objectives", [["clearance"], ["clearance", "energy"], list(OBJECTIVES)])
