@@ -15,7 +15,7 @@ torque the equation lacks, are left out. ``genetic``: differential evolution (St
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -85,7 +85,9 @@ def folding_mechanics(leg: HopperLeg, body_mass: float) -> FoldingMechanics:
 
 
 def identify_damping(project: PullUps) -> DampingEstimate:
-    """One damping for all lengths.
+    """One damping for all lengths, and each length's, both by the project's method.
+
+    Recordings are refused by the weak form, whatever the method: it takes milliseconds.
 
     Raises
     ------
@@ -94,18 +96,20 @@ def identify_damping(project: PullUps) -> DampingEstimate:
     tables = [_table(project, trial) for trial in project.trials]
     rows = [_windows(table, trial) for table, trial in zip(tables, project.trials, strict=True)]
     _refuse_odd_pull_up(project.trials, rows)
-    found = _damping_by_rows(np.vstack(rows), "the legs")
-    _refuse_no_leg(project.trials, found, np.vstack(rows))
+    _refuse_no_leg(project.trials, _damping_by_rows(np.vstack(rows), "the legs"), np.vstack(rows))
+
+    def estimate(trials: Sequence[HopperRecording], legs: str) -> IdentifiedConstant:
+        if project.method == "genetic":
+            return _genetic(replace(project, trials=tuple(trials)))
+        chosen = [part for part, trial in zip(rows, project.trials, strict=True) if trial in trials]
+        return _damping_by_rows(np.vstack(chosen), legs)
+
+    found = estimate(project.trials, "the legs")
     lengths = sorted({trial.length for trial in project.trials if trial.length is not None})
     by_length = {
-        length: _damping_by_rows(
-            np.vstack([row for row, trial in zip(rows, project.trials, strict=True) if trial.length == length]),
-            f"the links of {length * 1e3:g} mm",
-        )
+        length: estimate([trial for trial in project.trials if trial.length == length], f"links of {length * 1e3:g} mm")
         for length in lengths
     }
-    if project.method == "genetic":
-        found = _genetic(project)
     errors = [simulate_fold(project, trial, np.array([found.value]))[:, 0] - trial["upper link"]
               for trial in project.trials]  # fmt: skip
     error = float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))

@@ -213,6 +213,10 @@ def test_the_genetic_search_finds_the_same(pulls: tuple[Path, str]) -> None:
     found = run(folder, text + "method: genetic\nseed: 3\n", "pull-ups.json")
     assert found["method"] == "genetic"
     assert found["joint_damping"]["value"] == pytest.approx(4e-4, rel=0.08)
+    exact = run(folder, text, "pull-ups.json")
+    for item, other in zip(found["by_length"], exact["by_length"], strict=True):
+        assert item["joint_damping"]["value"] == pytest.approx(4e-4, rel=0.15)
+        assert item["joint_damping"] != other["joint_damping"]  # by simulation, not by the weak form
 
 
 def test_the_deviation_of_the_genetic_search_holds_the_scatter() -> None:
