@@ -141,13 +141,13 @@ def sweep_problem(project: HopperProject, catalogue: Catalogue) -> tuple[SweepPr
 
     Raises
     ------
-    UserError : a pattern matches no motor, or an incomplete one.
+    UserError : a pattern matches no motor, or an incomplete one; the resistance does not suit a motor.
     """
     try:
         rows = chosen_rows(catalogue.motors, project.motors)
+        motors = tuple(motor_of(row, project.motor_options) for row in rows)
     except UserError as error:
         raise UserError([motor_problem(project, problem.text) for problem in error.problems]) from None
-    motors = tuple(motor_of(row, project.motor_options) for row in rows)
     size = len(motors) * len(project.lengths)
     if MODELS[project.model].engine == "mujoco":
         require_mujoco()

@@ -156,6 +156,22 @@ def test_every_complete_row_makes_a_motor_that_has_the_makers_line() -> None:
         assert 0.1 <= made.efficiency <= 1.0
 
 
+@pytest.mark.parametrize("factor", [0.7, 1.4])
+def test_with_a_given_resistance_the_free_speed_is_the_maker_s_and_the_stall_torque_is_not(factor: float) -> None:
+    row = catalogue().find_motor("N20 HPCB 12V 75:1")
+    assert row.voltage
+    assert row.stall_current
+    assert row.stall_torque
+    usual = row.voltage / row.stall_current
+    made = motor_of(row, MotorOptions(resistance=factor * usual))
+    assert made.no_load_speed == pytest.approx(row.no_load_speed)
+    assert made.no_load_current == pytest.approx(row.no_load_current)
+    share = (row.stall_current / factor - made.no_load_current) / (row.stall_current - made.no_load_current)
+    assert made.stall_torque / row.stall_torque == pytest.approx(share)
+    with pytest.raises(UserError, match=r"the resistance must be below \d+ ohm"):
+        motor_of(row, MotorOptions(resistance=1.01 * row.voltage / made.no_load_current))
+
+
 def test_at_another_supply_speed_and_torque_follow_the_winding() -> None:
     row = catalogue().find_motor("N20 HP 6V 150:1")
     rated, less = motor_of(row), motor_of(row, MotorOptions(supply=3.0))
