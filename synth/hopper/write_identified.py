@@ -48,7 +48,7 @@ def motor_json(found: MotorEstimate) -> dict[str, Any]:
 def steady_json(found: SteadyMotor) -> dict[str, Any]:
     """Constants from stall and free-speed tests, and what these leave open."""
     units = {"resistance": "ohm", "back_emf": "V/(rad/s)", "friction": "N*m", "viscous": "N*m*s/rad",
-             "torque_constant": "N*m/A"}  # fmt: skip
+             "torque_constant": "N*m/A", "torque_per_current_at_stall": "N*m/A"}  # fmt: skip
     names = {"back_emf": "back_emf_constant"}
     constants = {names.get(key, key): _estimate(value, units[key]) for key, value in found.constants.items()}
     return {"steady": {"motor": constants, "points": found.points, "not_determined": list(found.not_determined)}}
