@@ -85,5 +85,5 @@ def contributions(clearance: Array) -> dict[str, tuple[float, float]]:
     """Change of one design's clearance (16,) at each quantity's lower and upper end, m; known ones only."""
     count = len(QUANTITIES)
     ends = (clearance[1 : 1 + count] - clearance[0], clearance[1 + count : 1 + 2 * count] - clearance[0])
-    known = np.isfinite(ends).all(axis=0)
-    return {name: (float(ends[0][i]), float(ends[1][i])) for i, name in enumerate(QUANTITIES) if known[i]}
+    changes = zip(QUANTITIES, *(end.tolist() for end in ends), strict=True)
+    return {name: (low, high) for name, low, high in changes if np.isfinite(low) and np.isfinite(high)}

@@ -19,9 +19,7 @@ from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.identify_motor import IdentifiedConstant
 
-SAME = (
-    1.2  # largest over smallest voltage of the free runs, or current of stall tests; below it they count as one point
-)
+SAME = 1.2  # largest over smallest voltage of free runs, or current of stall tests; below it they count as one point
 LEFT_SHARE = 0.02  # of a value: least deviation assumed for a few readings
 
 
@@ -90,6 +88,11 @@ def _torque_constant(
         (constant,), spread = _solve(ratio * current[:, None], torque)
         return {"torque_per_current_at_stall": IdentifiedConstant(constant, spread[0])}
     lost = friction.value / found["back_emf"].value
+    if lost >= amount.min():
+        text = (
+            f"a stall current of {amount.min():g} A is not above the {lost:g} A that friction takes when running free"
+        )
+        raise UserError(Problem(f"{text}; are columns exchanged?", key="stall"))
     driving = np.sign(current) * (amount - lost)
     (constant,), spread = _solve(ratio * driving[:, None], torque)
     of_friction = constant * friction.deviation / found["back_emf"].value / float(np.mean(amount - lost))
