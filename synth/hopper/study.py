@@ -262,8 +262,7 @@ def _neighbours(problem: SweepProblem, rows: tuple[GearMotorRow, ...], best: int
     for change, other in (("1 cm shorter", length - 0.01), ("1 cm longer", length + 0.01)):
         if other > 0.0 and in_reach(problem.leg, np.array([other]))[0]:
             cases.append((change, problem.motors[m], other))
-    own = (rows[m].vendor, rows[m].product_line, rows[m].variant)
-    same = [i for i, row in enumerate(rows) if (row.vendor, row.product_line, row.variant) == own]
+    same = [i for i, row in enumerate(rows) if row.same_motor == rows[m].same_motor]
     same.sort(key=lambda i: problem.motors[i].gear_ratio)
     place = same.index(m)
     if place > 0:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +17,9 @@ from synth.errors import UserError
 from synth.hopper import sweep as sweeping
 from synth.hopper.hopper_tolerances import QUANTITIES, UNIFORM, contributions, copies, groups, intervals
 from synth.hopper.motors import chosen_rows, motor_of, with_speed, with_torque
+from synth.hopper.study import _neighbours
 from synth.hopper.sweep import OBJECTIVES, SweepProblem, pareto_front, run_sweep
+from synth.hopper.write_study import _map
 from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, MotorOptions
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump
@@ -179,6 +182,27 @@ def test_at_another_supply_speed_and_torque_follow_the_winding() -> None:
     slope = (rated.no_load_speed - less.no_load_speed) / 3.0
     assert slope * row.gear_ratio * rated.back_emf_constant == pytest.approx(1.0)
     assert less.stall_torque == pytest.approx(row.gear_ratio * less.torque_constant * (less.stall_current - 0.1))
+
+
+def test_the_map_and_the_neighbours_of_a_motor_are_of_its_own_family() -> None:
+    """Two vendors' motors without a product line have nothing in common."""
+    rows = [
+        replace(catalogue().find_motor(part), vendor=vendor, product_line="", variant="")
+        for part, vendor in (("N20 HP 6V 75:1", "ACME"), ("N20 HP 6V 150:1", "Bolt"), ("N20 HP 6V 210:1", "Bolt"))
+    ]
+    own = [catalogue().find_motor(f"N20 HP 6V {ratio}:1") for ratio in (75, 150)]
+    asked = replace(problem("point_mass"), motors=tuple(motor_of(row) for row in (*rows, *own)))
+    asked = replace(asked, tolerances=(HopperTolerances(),) * 5)
+    sweep, found = run_sweep(asked), []
+    for best in range(0, asked.size, len(asked.lengths)):
+        study = SimpleNamespace(best=best, sweep=sweep, rows=(*rows, *own), project=SimpleNamespace(gearbox="warn"))
+        shown = _map(study)  # type: ignore[arg-type]
+        found.append((shown["family"], shown["gear_ratio"]))
+        ratios = {each.motor.gear_ratio for each in _neighbours(asked, (*rows, *own), best)}
+        assert ratios == set(shown["gear_ratio"])
+    alone = [(f"{row.vendor} {row.part}", [row.gear_ratio]) for row in rows]
+    both = (f"{own[0].vendor} {own[0].product_line} {own[0].variant}", [row.gear_ratio for row in own])
+    assert found == [*alone, both, both]
 
 
 def test_motors_are_chosen_by_pattern_and_missing_values_are_reported() -> None:
