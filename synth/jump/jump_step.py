@@ -33,6 +33,9 @@ G = 0.2837703455755491  # the stability function of A alone then vanishes for la
 # From the order conditions of a W-method (the same test).
 G21, G31, G32 = -1.5 * G, 1.125 * G, -2.25 * G
 
+# In the norm of the error, where metres and radians have 1: of their rates a second, and of a winding's current, A.
+RATE_WEIGHT, CURRENT_WEIGHT = 1.0 / 30.0, 0.3
+
 # First indices of state, derivatives of the stages, slopes, weights and auxiliary lanes in the step's own array. With
 # constant indices in one array LLVM can prove that stores and loads do not overlap; separate arrays would cost checks.
 _ROOM = 12 * LANES  # the largest state has 11 rows
@@ -56,7 +59,7 @@ def _views(S, n):  # type: ignore[no-untyped-def]
     n_own = (n - 3) // 2
     size = n * LANES
     for j in range(n):
-        weight = 1.0 if j <= n_own else (1.0 / 30.0 if j < n - 2 else (0.3 if j == n - 2 else 0.0))
+        weight = 1.0 if j <= n_own else (RATE_WEIGHT if j < n - 2 else (CURRENT_WEIGHT if j == n - 2 else 0.0))
         for lane in range(LANES):
             S[_W + j * LANES + lane] = weight
     return (

@@ -11,6 +11,7 @@ import pytest
 from hopper.hoppers import catalogue, motor
 from synth.hopper.motors import motor_of
 from synth.jump import outcomes
+from synth.jump import planar_jump as planar
 from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, Laminate, MotorOptions
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, Model, columns, lane
@@ -152,6 +153,13 @@ def test_a_leg_that_is_too_stiff_leaves_its_neighbours_alone() -> None:
     assert stiff.limit.startswith("too stiff")
     assert others == [alone] * 3
     assert alone.clearance > 0.03
+
+
+def test_the_planar_form_has_the_lanes_limit_of_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(planar, "MAX_STEPS", 10)
+    found = planar_jump(HopperLeg(), motor(), GROUND, MODELS["full"])
+    assert found.outcome.limit.startswith("too stiff")
+    assert len(found.trace) <= 10
 
 
 def test_height_is_insensitive_to_the_ground() -> None:
