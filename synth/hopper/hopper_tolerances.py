@@ -69,7 +69,10 @@ def groups(
 
 
 def intervals(clearance: Array) -> tuple[Array, Array, Array]:
-    """Nominal, low and high (n,) of clearances (n, 16) in the order of ``groups``; never below 0."""
+    """Nominal, low and high (n,) of clearances (n, 16) in the order of ``groups``; never below 0.
+
+    Both ends are nan where a copy's clearance is, as ``outcomes.known_heights`` gives it.
+    """
     count = len(QUANTITIES)
     nominal = clearance[:, 0]
     change = np.stack([clearance[:, 1 : 1 + count], clearance[:, 1 + count : 1 + 2 * count]]) - nominal[:, None]
@@ -79,7 +82,8 @@ def intervals(clearance: Array) -> tuple[Array, Array, Array]:
 
 
 def contributions(clearance: Array) -> dict[str, tuple[float, float]]:
-    """Change of one design's clearance (16,) at each quantity's lower and upper end, m."""
+    """Change of one design's clearance (16,) at each quantity's lower and upper end, m; known ones only."""
     count = len(QUANTITIES)
     ends = (clearance[1 : 1 + count] - clearance[0], clearance[1 + count : 1 + 2 * count] - clearance[0])
-    return {name: (float(ends[0][i]), float(ends[1][i])) for i, name in enumerate(QUANTITIES)}
+    changes = zip(QUANTITIES, *(end.tolist() for end in ends), strict=True)
+    return {name: (low, high) for name, low, high in changes if np.isfinite(low) and np.isfinite(high)}

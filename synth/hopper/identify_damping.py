@@ -7,14 +7,15 @@ motor,
     d/dt (M a') - M' a'^2 / 2 + V' = 2 tau - b D a'
 
 (Lagrange; V holds gravity, which pulls the body away from the foot, and the flexures; M, V and D are those of
-``fold``). ``least_squares``: weak form, one column, no simulation. ``genetic``: differential evolution (Storn &
-Price, J. Global Optimization 11 (1997)) on simulated against recorded angles, the study's kind of search.
+``fold``). ``least_squares``: weak form, one column, no simulation; windows in which the leg touches its stop, whose
+torque the equation lacks, are left out. ``genetic``: differential evolution (Storn & Price, J. Global Optimization 11
+(1997)) on simulated against recorded angles, the study's kind of search.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,10 @@ GRID = 2001  # points of the tables over a
 
 @dataclass(frozen=True, eq=False)
 class FoldingMechanics:
-    """The leg's mechanics over its angle a: tables on ``angle`` (n,) rad of M, M', V', D and the integrals of M, D."""
+    """The leg's mechanics over its angle a: tables on ``angle`` (n,) rad of M, M', V', D and the integrals of M, D.
+
+    ``extended`` : rad, at and below which the leg is on its stop.
+    """
 
     angle: Array
     inertia: Array
@@ -47,6 +51,7 @@ class FoldingMechanics:
     joints: Array
     momentum: Array
     travel: Array
+    extended: float
 
     def at(self, name: str, angle: Array) -> Array:
         """A table's values at angles of any shape."""
@@ -55,12 +60,17 @@ class FoldingMechanics:
 
 @dataclass(frozen=True)
 class DampingEstimate:
-    """Damping of one joint, N m s/rad; for each length (m); ``angle_error`` rad: simulated minus recorded, RMS."""
+    """Damping of one joint, N m s/rad; for each length (m); ``angle_error`` rad: simulated minus recorded, RMS.
+
+    ``windows`` : of the weak form, those at the leg's stop excluded, of which there are ``windows_at_stop``.
+    """
 
     damping: IdentifiedConstant
     by_length: dict[float, IdentifiedConstant]
     angle_error: float
     method: str
+    windows: int
+    windows_at_stop: int
 
 
 def folding_mechanics(leg: HopperLeg, body_mass: float) -> FoldingMechanics:
@@ -71,11 +81,13 @@ def folding_mechanics(leg: HopperLeg, body_mass: float) -> FoldingMechanics:
     def summed(values: Array) -> Array:
         return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(a))])
 
-    return FoldingMechanics(a, inertia, slope, force, joints, summed(inertia), summed(joints))
+    return FoldingMechanics(a, inertia, slope, force, joints, summed(inertia), summed(joints), leg.extended)
 
 
 def identify_damping(project: PullUps) -> DampingEstimate:
-    """One damping for all lengths.
+    """One damping for all lengths, and each length's, both by the project's method.
+
+    Recordings are refused by the weak form, whatever the method: it takes milliseconds.
 
     Raises
     ------
@@ -84,21 +96,26 @@ def identify_damping(project: PullUps) -> DampingEstimate:
     tables = [_table(project, trial) for trial in project.trials]
     rows = [_windows(table, trial) for table, trial in zip(tables, project.trials, strict=True)]
     _refuse_odd_pull_up(project.trials, rows)
-    found = _damping_by_rows(np.vstack(rows))
-    _refuse_no_leg(project.trials, found, np.vstack(rows))
+    _refuse_no_leg(project.trials, _damping_by_rows(np.vstack(rows), "the legs"), np.vstack(rows))
+
+    def estimate(trials: Sequence[HopperRecording], legs: str) -> IdentifiedConstant:
+        if project.method == "genetic":
+            return _genetic(replace(project, trials=tuple(trials)))
+        chosen = [part for part, trial in zip(rows, project.trials, strict=True) if trial in trials]
+        return _damping_by_rows(np.vstack(chosen), legs)
+
+    found = estimate(project.trials, "the legs")
     lengths = sorted({trial.length for trial in project.trials if trial.length is not None})
     by_length = {
-        length: _damping_by_rows(
-            np.vstack([row for row, trial in zip(rows, project.trials, strict=True) if trial.length == length])
-        )
+        length: estimate([trial for trial in project.trials if trial.length == length], f"links of {length * 1e3:g} mm")
         for length in lengths
     }
-    if project.method == "genetic":
-        found = _genetic(project)
     errors = [simulate_fold(project, trial, np.array([found.value]))[:, 0] - trial["upper link"]
               for trial in project.trials]  # fmt: skip
     error = float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
-    return DampingEstimate(found, by_length, error, project.method)
+    used = sum(len(part) for part in rows)
+    count = sum(len(list(windows(trial["time"], WIDTH))) for trial in project.trials)
+    return DampingEstimate(found, by_length, error, project.method, used, count - used)
 
 
 def _refuse_odd_pull_up(trials: Sequence[HopperRecording], rows: Sequence[Array]) -> None:
@@ -109,7 +126,7 @@ def _refuse_odd_pull_up(trials: Sequence[HopperRecording], rows: Sequence[Array]
         if not others or not len(rows[index]):
             return None
         try:
-            damping = _damping_by_rows(np.vstack(others)).value
+            damping = _damping_by_rows(np.vstack(others), "the legs").value
         except UserError:
             return None
         return _unexplained_share(damping, rows[index]), max(_unexplained_share(damping, part) for part in others)
@@ -155,7 +172,10 @@ def _table(project: PullUps, trial: HopperRecording) -> FoldingMechanics:
 
 
 def _windows(table: FoldingMechanics, trial: HopperRecording) -> Array:
-    """(n, 3): joint travel against bumps, all other torques (their ratio is the damping), and the motors' torque."""
+    """(n, 3): joint travel against bumps, all other torques (their ratio is the damping), and the motors' torque.
+
+    Of the windows in which the leg does not touch its stop.
+    """
     time, angle, torque = trial["time"], trial["upper link"], trial["hip torque"]
     rate = _rate(time, angle)
     momentum, travel = table.at("momentum", angle), table.at("travel", angle)
@@ -163,6 +183,8 @@ def _windows(table: FoldingMechanics, trial: HopperRecording) -> Array:
     rows = []
     for window in windows(time, WIDTH):
         inside, t, u = window.inside, window.time, window.place
+        if angle[inside].min() <= table.extended:
+            continue
         psi = (1.0 - u**2) ** 4
         first = -8.0 * u * (1.0 - u**2) ** 3 * (2.0 / WIDTH)
         second = (-8.0 * (1.0 - u**2) ** 3 + 48.0 * u**2 * (1.0 - u**2) ** 2) * (2.0 / WIDTH) ** 2
@@ -183,11 +205,18 @@ def _rate(time: Array, angle: Array, width: float = 0.02) -> Array:
     return rate
 
 
-def _damping_by_rows(rows: Array) -> IdentifiedConstant:
+def _damping_by_rows(rows: Array, legs: str) -> IdentifiedConstant:
+    """From the rows of ``_windows``; ``legs`` : whose they are, for the message.
+
+    Raises
+    ------
+    UserError : the legs do not move away from their stop.
+    """
     moved, other = rows[:, 0], rows[:, 1]
     power = float(moved @ moved)
     if power == 0.0 or len(rows) < 4:
-        raise UserError(Problem("the legs hardly move in these recordings, which therefore do not show their damping"))
+        text = f"{legs} hardly move in these recordings, or only on the leg's stop (leg: extended)"
+        raise UserError(Problem(f"{text}; these do not show their damping. Pull up further, or longer"))
     value = float(moved @ other) / power
     left = other - value * moved
     return IdentifiedConstant(value, float(np.sqrt(left @ left / max(1, len(rows) - 1) * OVERLAP / power)))

@@ -1,10 +1,11 @@
 """Catalogue rows as motors of a leg; unpublished constants are derived or estimated, and marked as such.
 
-Derived at the rated voltage: R = V/I_stall; K_e = (V - I_free R)/(G omega_free), equation 5 of Knaup & Aukes; friction
-K_e I_free at the rotor, equation 6, all of it independent of speed because one no-load point does not separate a
-viscous part; with a ``friction_share`` s below 1 the rest is viscous, b = (1 - s) K_e I_free/(G omega_free). K_t =
-T_stall/(G (I_stall - s I_free)): at rest only the dry part is lost. These are the motor's own; at another supply V' the
-free speed is that of K_e i = s K_e I_free + b w with i = (V' - K_e w)/R.
+Derived at the rated voltage: R = V/I_stall where none is given; K_e = (V - I_free R)/(G omega_free), equation 5 of
+Knaup & Aukes; friction K_e I_free at the rotor, equation 6, all of it independent of speed because one no-load point
+does not separate a viscous part; with a ``friction_share`` s below 1 the rest is viscous, b = (1 - s) K_e I_free/(G
+omega_free). K_t = T_stall/(G (I_stall - s I_free)): at rest only the dry part is lost. With a given R free speed and
+current are still the maker's, but the stall torque is K_t G (V/R - s I_free), not the published one. These are the
+motor's own; at another supply V' the free speed is that of K_e i = s K_e I_free + b w with i = (V' - K_e w)/R.
 
 Estimated if neither the row nor the project gives them. Rotor inertia: 1.5e-8 kg m^2 for a motor of 9.5 g (a public
 estimate for micro metal motors, marked as one by its author), for others by geometric similarity, inertia as mass to
@@ -33,6 +34,7 @@ def motor_of(row: GearMotorRow, options: MotorOptions | None = None) -> Motor:
     Raises
     ------
     ValueError : the row is not complete.
+    UserError : the given resistance takes all the voltage at the no-load current.
     """
     options = options or MotorOptions()
     known = (row.gear_ratio, row.voltage, row.no_load_speed, row.stall_torque, row.stall_current, row.no_load_current,
@@ -43,7 +45,10 @@ def motor_of(row: GearMotorRow, options: MotorOptions | None = None) -> Motor:
     given = options.resistance or row.resistance
     resistance = given or rated / stall
     supply, share = options.supply or rated, options.friction_share
-    back_emf = (rated - free * rated / stall) / (ratio * speed)
+    if free * resistance >= rated:
+        text = f"{row.part}: with a resistance of {resistance:g} ohm its no-load current of {free:g} A takes all of its"
+        raise UserError(f"{text} {rated:g} V; the resistance must be below {rated / free:g} ohm")
+    back_emf = (rated - free * resistance) / (ratio * speed)
     constant = torque / (ratio * (stall - share * free))
     friction, viscous = back_emf * free * share, back_emf * free * (1.0 - share) / (speed * ratio)
     no_load = (supply - friction / back_emf * resistance) / (back_emf + viscous / back_emf * resistance)

@@ -1,8 +1,10 @@
 """A gear motor's constants from stall and free-speed tests: steady points, no run-up.
 
-At rest V = R i, and the output's torque is G (K_t i - f0) with K_t the effective constant at the output; running freely
-V = R i + K_e G omega and K_e i = f0 + b G omega (equations 3 to 6 of Knaup & Aukes without their rates of change). Each
-is one linear least squares; inductance and rotor inertia are left to run-ups.
+At rest V = R i, and the output's torque is G (K_t i - f) with K_t the effective constant at the output and f the
+friction there, with the gear's; running freely V = R i + K_e G omega and K_e i = f0 + b G omega (equations 3 to 6 of
+Knaup & Aukes without their rates of change). Each is one linear least squares; inductance and rotor inertia are left to
+run-ups. Stall currents that hardly differ do not separate K_t and f: then f = f0 K_t/K_e, as for the motors of a
+catalogue (``synth.hopper.motors``).
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.identify_motor import IdentifiedConstant
 
-SAME_VOLTAGE = 1.2  # largest over smallest voltage of the free runs; below it they count as one point
+SAME = 1.2  # largest over smallest voltage of free runs, or current of stall tests; below it they count as one point
 LEFT_SHARE = 0.02  # of a value: least deviation assumed for a few readings
 
 
@@ -25,6 +27,7 @@ LEFT_SHARE = 0.02  # of a value: least deviation assumed for a few readings
 class SteadyMotor:
     """Constants at the rotor, except ``torque_constant``, the effective one at the output over ratio and current.
 
+    Where friction at rest is not known, ``torque_per_current_at_stall`` stands for it, less that friction.
     ``not_determined``: constants that these tests leave open, and why.
     """
 
@@ -66,14 +69,34 @@ def steady_motor(stall: Sequence[HopperRecording], free: Sequence[HopperRecordin
         found["resistance"] = IdentifiedConstant(resistance, spread[0])
         not_determined.append("back-EMF constant and friction: give a free-speed test")
     if held and "torque" in held:
-        found["torque_constant"] = _torque_constant(held, ratio)
+        found |= _torque_constant(held, ratio, found, not_determined)
     return SteadyMotor(found, tuple(not_determined), len(volts))
 
 
-def _torque_constant(held: Mapping[str, Array], ratio: float) -> IdentifiedConstant:
-    """Torque at the output over ratio and current, including friction at rest."""
-    (constant,), spread = _solve(held["current"][:, None] * ratio, held["torque"])
-    return IdentifiedConstant(constant, spread[0])
+def _torque_constant(
+    held: Mapping[str, Array], ratio: float, found: Mapping[str, IdentifiedConstant], not_determined: list[str]
+) -> dict[str, IdentifiedConstant]:
+    """Torque at the output over ratio and current, without friction at rest where that can be separated."""
+    current, torque = held["current"], held["torque"]
+    amount = np.abs(current)
+    if len(current) > 2 and amount.max() >= SAME * amount.min():
+        (constant, _), spread = _solve(ratio * np.column_stack([current, -np.sign(current)]), torque)
+        return {"torque_constant": IdentifiedConstant(constant, spread[0])}
+    friction = found.get("friction")
+    if friction is None:
+        not_determined.append("torque constant apart from friction: give stall currents that differ, or a free speed")
+        (constant,), spread = _solve(ratio * current[:, None], torque)
+        return {"torque_per_current_at_stall": IdentifiedConstant(constant, spread[0])}
+    lost = friction.value / found["back_emf"].value
+    if lost >= amount.min():
+        text = (
+            f"a stall current of {amount.min():g} A is not above the {lost:g} A that friction takes when running free"
+        )
+        raise UserError(Problem(f"{text}; are columns exchanged?", key="stall"))
+    driving = np.sign(current) * (amount - lost)
+    (constant,), spread = _solve(ratio * driving[:, None], torque)
+    of_friction = constant * friction.deviation / found["back_emf"].value / float(np.mean(amount - lost))
+    return {"torque_constant": IdentifiedConstant(constant, float(np.hypot(spread[0], of_friction)))}
 
 
 def _friction(
@@ -82,7 +105,7 @@ def _friction(
     """Friction at the rotor, and its viscous part if the free runs differ enough in voltage."""
     speed, torque = running["speed"] * ratio, back_emf.value * running["current"]
     share = back_emf.deviation / back_emf.value
-    if running["voltage"].max() < SAME_VOLTAGE * running["voltage"].min() or len(speed) < 3:
+    if running["voltage"].max() < SAME * running["voltage"].min() or len(speed) < 3:
         not_determined.append("friction's viscous part: give free speeds at two or more voltages; it is assumed zero")
         level = float(np.mean(torque))
         spread = float(np.std(torque) / np.sqrt(max(1, len(torque) - 1)))

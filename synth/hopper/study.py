@@ -23,7 +23,7 @@ from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump, simulate
 from synth.jump.mujoco_model import mujoco_jump, require_mujoco
-from synth.jump.outcomes import APEX, LANDED_AGAIN, TOO_STIFF, JumpOutcome, heights, outcome_of
+from synth.jump.outcomes import APEX, LANDED_AGAIN, TOO_STIFF, JumpOutcome, known_heights, outcome_of
 from synth.jump.planar_jump import planar_jump
 from synth.jump.point_mass import point_mass_outcomes
 from synth.parts.catalogs import Catalogue
@@ -141,13 +141,13 @@ def sweep_problem(project: HopperProject, catalogue: Catalogue) -> tuple[SweepPr
 
     Raises
     ------
-    UserError : a pattern matches no motor, or an incomplete one.
+    UserError : a pattern matches no motor, or an incomplete one; the resistance does not suit a motor.
     """
     try:
         rows = chosen_rows(catalogue.motors, project.motors)
+        motors = tuple(motor_of(row, project.motor_options) for row in rows)
     except UserError as error:
         raise UserError([motor_problem(project, problem.text) for problem in error.problems]) from None
-    motors = tuple(motor_of(row, project.motor_options) for row in rows)
     size = len(motors) * len(project.lengths)
     if MODELS[project.model].engine == "mujoco":
         require_mujoco()
@@ -179,7 +179,7 @@ def study(
     if not problem.with_intervals and problem.model.engine == "lanes":
         with stage("intervals of the front"):
             for index in {*front, *([] if best is None else [best])}:
-                found = heights(_group(problem, index))
+                found = known_heights(_group(problem, index))
                 _, low[index : index + 1], high[index : index + 1] = intervals(found[None, :])
     if best is None:
         return Study(project, rows, sweep, front, low, high, None, (), {}, [], {}, [], None)
@@ -193,9 +193,9 @@ def study(
     shown, changes, ends = MODELS["A"], {}, None
     if _has_lanes(problem):
         shown, copies = problem.model, _group(problem, best)
-        changes = contributions(heights(copies))
-        _, least, most = intervals(heights(copies, APEX)[None, :])
-        ends = (float(least[0]), float(most[0]))
+        changes = contributions(known_heights(copies))
+        _, least, most = intervals(known_heights(copies, APEX)[None, :])
+        ends = None if np.isnan(least[0]) else (float(least[0]), float(most[0]))
     return Study(
         project, rows, sweep, front, low, high, best, ladder, notes, _neighbours(problem, rows, best), changes,
         leaning, compiled_jump(leg.bending).trace(lane(leg, motor, problem.contact, shown)), ends,
@@ -262,8 +262,7 @@ def _neighbours(problem: SweepProblem, rows: tuple[GearMotorRow, ...], best: int
     for change, other in (("1 cm shorter", length - 0.01), ("1 cm longer", length + 0.01)):
         if other > 0.0 and in_reach(problem.leg, np.array([other]))[0]:
             cases.append((change, problem.motors[m], other))
-    own = (rows[m].vendor, rows[m].product_line, rows[m].variant)
-    same = [i for i, row in enumerate(rows) if (row.vendor, row.product_line, row.variant) == own]
+    same = [i for i, row in enumerate(rows) if row.same_motor == rows[m].same_motor]
     same.sort(key=lambda i: problem.motors[i].gear_ratio)
     place = same.index(m)
     if place > 0:
@@ -286,6 +285,16 @@ def _jump_of_design(problem: SweepProblem, motor: Motor, length: float) -> JumpO
     return simulate([(leg, motor)], problem.contact, problem.model)[0]
 
 
+def _without_interval(found: Study) -> int:
+    """Designs that jump and for which an interval was asked, but could not be found."""
+    asked = found.sweep.status == LANDED_AGAIN
+    if not found.sweep.problem.with_intervals:
+        shown = np.zeros_like(asked)
+        shown[[*found.front, *([] if found.best is None else [found.best])]] = True
+        asked &= shown & _has_lanes(found.sweep.problem)
+    return int((asked & np.isnan(found.low)).sum())
+
+
 def overvoltage_sentence(found: Study) -> str:
     """A sentence on motors whose supply is far above their rated voltage; empty if there are none."""
     supply = found.project.motor_options.supply
@@ -305,12 +314,16 @@ def warnings_of(found: Study) -> list[str]:
     texts: list[str] = []
     if hot := overvoltage_sentence(found):
         texts.append(decisive(hot))
+    if stiff := int((sweep.status == TOO_STIFF).sum()):
+        texts.append(f"{stiff} of {len(sweep.status)} designs are too stiff to simulate and count as not jumping")
+    if unknown := _without_interval(found):
+        texts.append(f"{unknown} designs have no interval: at a tolerance's end they are too stiff to simulate")
     if found.best is None:
         if (sweep.status == LANDED_AGAIN).any():
             way_out = "choose a stronger gearbox, a lower supply, or motors: {gearbox: warn}"
             texts.append(decisive(f"{found.none_because}: {way_out}"))
         else:
-            why = "every motor is too weak or too slow for this leg; the height is zero"
+            why = "every motor that can be simulated is too weak or too slow for this leg; the height is zero"
             texts.append(decisive(f"no design lifts off: {why}"))
         return texts
     row = found.rows[sweep.motor[found.best]]
@@ -328,8 +341,5 @@ def warnings_of(found: Study) -> list[str]:
     edge = {found.project.lengths[0]: "shortest", found.project.lengths[-1]: "longest"}
     if len(found.project.lengths) > 2 and (word := edge.get(float(sweep.length[found.best]))):
         texts.append(f"the chosen length is the {word} of the sweep: the optimum may lie beyond")
-    stiff = int((sweep.status == TOO_STIFF).sum())
-    if stiff:
-        texts.append(noted(f"{stiff} designs are too stiff for the step and count as not jumping"))
     texts += [noted(text) for text in found.ladder_notes.values()]
     return texts

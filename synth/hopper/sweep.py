@@ -17,7 +17,7 @@ from synth.hopper.hopper_tolerances import groups, intervals
 from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_models import Model, lanes
 from synth.jump.jump_runs import compiled_jump
-from synth.jump.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, column_of, heights
+from synth.jump.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, column_of, known_heights
 from synth.jump.point_mass import point_mass_outcomes
 from synth.threads import as_they_finish
 
@@ -55,7 +55,7 @@ class SweepProblem:
 class Sweep:
     """Every design's outcome; all arrays (n_design,), motor by motor, lengths rising.
 
-    ``clearance_low``, ``clearance_high``: nan if no interval was requested.
+    ``clearance_low``, ``clearance_high``: nan if no interval was requested, or a copy for it is too stiff.
     """
 
     problem: SweepProblem
@@ -199,7 +199,7 @@ def _jumps(problem: SweepProblem, index: int, length: Array) -> Array:
     for i, each in enumerate(made):
         outcome = jumper.run(each)
         found[:N_OUTCOME, i] = outcome[:, 0]
-        _, low, high = intervals(heights(outcome)[None, :])
+        _, low, high = intervals(known_heights(outcome)[None, :])
         found[N_OUTCOME, i], found[N_OUTCOME + 1, i] = low[0], high[0]
     return found
 

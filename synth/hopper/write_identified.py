@@ -48,7 +48,7 @@ def motor_json(found: MotorEstimate) -> dict[str, Any]:
 def steady_json(found: SteadyMotor) -> dict[str, Any]:
     """Constants from stall and free-speed tests, and what these leave open."""
     units = {"resistance": "ohm", "back_emf": "V/(rad/s)", "friction": "N*m", "viscous": "N*m*s/rad",
-             "torque_constant": "N*m/A"}  # fmt: skip
+             "torque_constant": "N*m/A", "torque_per_current_at_stall": "N*m/A"}  # fmt: skip
     names = {"back_emf": "back_emf_constant"}
     constants = {names.get(key, key): _estimate(value, units[key]) for key, value in found.constants.items()}
     return {"steady": {"motor": constants, "points": found.points, "not_determined": list(found.not_determined)}}
@@ -64,6 +64,8 @@ def damping_json(found: DampingEstimate) -> dict[str, Any]:
             for length, value in found.by_length.items()
         ],
         "angle_error": quantity(found.angle_error, "deg"),
+        "windows": found.windows,
+        "windows_at_stop": found.windows_at_stop,
     }
 
 
@@ -125,7 +127,11 @@ def lines(result: dict[str, Any]) -> list[str]:
         return [*shown, *(f"not determined: {text}" for text in left_open)]
     if "joint_damping" in result:
         each = [_line(f"  {item['length']['value'] * 100:g} cm", item["joint_damping"]) for item in result["by_length"]]
-        return [_line("joint_damping", result["joint_damping"]), *each]
+        stopped = result["windows_at_stop"]
+        text = (
+            f"note: {stopped} of {stopped + result['windows']} windows, in which the leg is on its stop, are left out"
+        )
+        return [_line("joint_damping", result["joint_damping"]), *each, *([text] if stopped else [])]
     if "measured" not in result:
         return seen_lines(result["seen"])
     rise = result["mean_rise"]

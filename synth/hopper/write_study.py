@@ -234,14 +234,14 @@ def _map(found: Study) -> dict[str, Any]:
     sweep = found.sweep
     rows = found.rows
     own = rows[sweep.motor[found.best]]
-    family = [i for i, row in enumerate(rows) if (row.product_line, row.variant) == (own.product_line, own.variant)]
+    family = [i for i, row in enumerate(rows) if row.same_motor == own.same_motor]
     family.sort(key=lambda i: sweep.problem.motors[i].gear_ratio)
     n = len(sweep.problem.lengths)
     every = max(1, -(-n // 60))
     lengths = list(range(0, n, every))
     feasible = sweep.feasible(found.project.gearbox).reshape(-1, n)
     return {
-        "family": f"{own.vendor} {own.product_line} {own.variant}",
+        "family": " ".join(word for word in own.same_motor if word),
         "gear_ratio": [sweep.problem.motors[i].gear_ratio for i in family],
         "leg_length_m": [sweep.problem.lengths[k] for k in lengths],
         **{

@@ -16,7 +16,7 @@ from synth.jump import jump_integrator, jump_source
 from synth.jump.hopper_leg import Contact, HopperLeg, Motor
 from synth.jump.jump_layout import LANES, LAYOUTS, JumpLayout
 from synth.jump.jump_models import Model, lane
-from synth.jump.outcomes import N_OUTCOME, JumpOutcome, outcome_of
+from synth.jump.outcomes import N_OUTCOME, STATUS, TOO_STIFF, JumpOutcome, outcome_of
 
 TOLERANCE = 1e-4  # clearance within 0.1 mm of a hundred times finer one, see tests/hopper
 DURATION = 1.0  # s, for the push; a leg still on the ground by then does not lift off. A flight may take longer
@@ -42,18 +42,29 @@ class Jumper:
         return np.array([self.layout.n_state, *(self.layout.row(name) for name in names), 0], dtype=np.int64)
 
     def run(self, lanes: Array, tolerance: float = TOLERANCE, duration: float = DURATION) -> Array:
-        """Outcomes (n_outcome, n_lane), rows as ``outcomes.OUTCOMES``, of ``jump_models`` lanes (n_row, n_lane)."""
-        outcome, (jump, right_hand_side) = np.empty((N_OUTCOME, lanes.shape[1])), self._compiled
-        where, untraced = self.where, np.empty((0, 1 + self.layout.n_row))
-        workspace, found = np.empty((self.layout.n_row, LANES)), np.empty((N_OUTCOME, LANES))
-        for first in range(0, lanes.shape[1], LANES):
-            group = lanes[:, first : first + LANES]
-            workspace[:, : group.shape[1]] = group
-            workspace[:, group.shape[1] :] = group[:, :1]
-            jump(right_hand_side, workspace, where, duration, NO_END, tolerance, FIRST_STEP, MAX_STEPS, FALL, found,
-                 untraced)  # fmt: skip
-            outcome[:, first : first + LANES] = found[:, : group.shape[1]]
+        """Outcomes (n_outcome, n_lane), rows as ``outcomes.OUTCOMES``, of ``jump_models`` lanes (n_row, n_lane).
+
+        Lanes of a group share their steps, and one stiff lane ends all: those that are too stiff together run alone.
+        """
+        count = lanes.shape[1]
+        outcome = np.empty((N_OUTCOME, count))
+        for first in range(0, count, LANES):
+            outcome[:, first : first + LANES] = self._together(lanes[:, first : first + LANES], tolerance, duration)
+        if count > 1:
+            for k in np.flatnonzero(outcome[STATUS] == TOO_STIFF):
+                outcome[:, k : k + 1] = self._together(lanes[:, k : k + 1], tolerance, duration)
         return outcome
+
+    def _together(self, group: Array, tolerance: float, duration: float) -> Array:
+        """Outcomes (n_outcome, m) of at most sixteen lanes (n_row, m) with common steps."""
+        jump, right_hand_side = self._compiled
+        workspace, found = np.empty((self.layout.n_row, LANES)), np.empty((N_OUTCOME, LANES))
+        workspace[:, : group.shape[1]] = group
+        workspace[:, group.shape[1] :] = group[:, :1]
+        untraced = np.empty((0, 1 + self.layout.n_row))
+        jump(right_hand_side, workspace, self.where, duration, NO_END, tolerance, FIRST_STEP, MAX_STEPS, FALL, found,
+             untraced)  # fmt: skip
+        return found[:, : group.shape[1]]
 
     @cached_property
     def _compiled(self) -> tuple[Any, Any]:

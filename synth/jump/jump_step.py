@@ -1,15 +1,17 @@
-"""One step for sixteen jumps in common: Bogacki and Shampine's 3(2) pair, linearly implicit in the motor's friction.
+"""One step for sixteen jumps in common: Bogacki and Shampine's 3(2) pair, linearly implicit in what brakes the motor.
 
 Coefficients: Bogacki & Shampine, Applied Mathematics Letters 2 (1989) 321-325; the last stage is the next step's
-first. In flight the motor stands, held by its friction, whose smoothed sign decays at up to 3e4/s. That would limit an
-explicit step to a sixth of what its accuracy needs, so this part A of the Jacobian is treated as in a W-method
-(Steihaug & Wolfbrandt, Mathematics of Computation 33 (1979) 521-534; Hairer & Wanner, *Solving Ordinary Differential
-Equations II*, section IV.7):
+first. In flight the motor stands, held by its friction, whose smoothed sign decays at up to 3e4/s. A maker's line
+without rotor inertia decays at up to 9e6/s (25D LP 6V 498.87:1, links of 5 cm), the leg's stop at up to 6e6/s where a
+strong motor presses a light link on it. They would limit an explicit step to a sixth of what its accuracy needs and
+much less, so this part A of the Jacobian is treated as in a W-method (Steihaug & Wolfbrandt, Mathematics of Computation
+33 (1979) 521-534; Hairer & Wanner, *Solving Ordinary Differential Equations II*, section IV.7):
 
     (1 - g h A) k_i = f(x + h sum_j a_ij k_j) + h A sum_j g_ij k_j,    x_new = x + h sum_i b_i k_i
 
-A is one column, the slopes of the accelerations over the motor's rate by friction and gear (the rows ``own_slope`` of
-the right-hand side at the start of the step), so that the solution is one division. The g_ij follow from the conditions
+A is one column, the slopes of the accelerations over the motor's rate by friction, gear, a maker's line and the stop
+(rows ``own_slope`` of the right-hand side at the start of the step), so that the solution is one division. Of a line it
+has what exceeds ``jump_source.EXPLICIT_DECAY``. The g_ij follow from the conditions
 of a W-method up to the third order but for that of A A f, whose error is g^2/2 h^3; g from a motion of A alone, which
 is damped for all steps, and at once for a large one. With A = 0 the pair is the explicit one. The winding, which decays
 at 4e3/s, is not part of A: its error of that kind made clearances 0.14 mm wrong where they are 0.05 mm wrong now.
@@ -30,6 +32,9 @@ from synth.jump.jump_layout import LANES
 G = 0.2837703455755491  # the stability function of A alone then vanishes for large steps: ``tests/hopper/test_step``
 # From the order conditions of a W-method (the same test).
 G21, G31, G32 = -1.5 * G, 1.125 * G, -2.25 * G
+
+# In the norm of the error, where metres and radians have 1: of their rates a second, and of a winding's current, A.
+RATE_WEIGHT, CURRENT_WEIGHT = 1.0 / 30.0, 0.3
 
 # First indices of state, derivatives of the stages, slopes, weights and auxiliary lanes in the step's own array. With
 # constant indices in one array LLVM can prove that stores and loads do not overlap; separate arrays would cost checks.
@@ -54,7 +59,7 @@ def _views(S, n):  # type: ignore[no-untyped-def]
     n_own = (n - 3) // 2
     size = n * LANES
     for j in range(n):
-        weight = 1.0 if j <= n_own else (1.0 / 30.0 if j < n - 2 else (0.3 if j == n - 2 else 0.0))
+        weight = 1.0 if j <= n_own else (RATE_WEIGHT if j < n - 2 else (CURRENT_WEIGHT if j == n - 2 else 0.0))
         for lane in range(LANES):
             S[_W + j * LANES + lane] = weight
     return (

@@ -78,6 +78,11 @@ def heights(found: Array, row: int = CLEARANCE) -> Array:
     return np.where(found[STATUS] == LANDED_AGAIN, found[row], 0.0)
 
 
+def known_heights(found: Array, row: int = CLEARANCE) -> Array:
+    """``heights``, but nan for a lane that is too stiff for the step, whose height is not known."""
+    return np.where(found[STATUS] == TOO_STIFF, np.nan, heights(found, row))
+
+
 def column_of(outcome: JumpOutcome) -> Array:
     """(n_outcome,) the inverse, for engines that give a ``JumpOutcome``; missing values are 0."""
     status = next(code for code, text in LIMITS.items() if text == outcome.limit)

@@ -9,9 +9,11 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.jump.hopper_leg import Contact, HopperLeg, Motor
+from synth.jump.jump_integrator import LONGEST
 from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import Model, columns
-from synth.jump.jump_runs import DURATION, FALL, NO_END, TOLERANCE
+from synth.jump.jump_runs import DURATION, FALL, FIRST_STEP, MAX_STEPS, NO_END, TOLERANCE
+from synth.jump.jump_step import CURRENT_WEIGHT, RATE_WEIGHT
 from synth.jump.outcomes import LANDED_AGAIN, LIFTED, LIMITS, JumpOutcome
 from synth.jump.planar_engine import SCALARS, com_speed, integrate
 
@@ -99,13 +101,14 @@ def _run(
     x[3 : 3 + count], x[3 + count : n] = angles + pitch, -angles + pitch
     x[2] = pitch
     x[0], x[1] = -height * np.sin(pitch), height * np.cos(pitch)
-    weight = np.concatenate([np.ones(n), np.full(n, 1 / 30.0), np.full(2, 0.3), np.zeros(1)])
+    weight = np.concatenate([np.ones(n), np.full(n, RATE_WEIGHT), np.full(2, CURRENT_WEIGHT), np.zeros(1)])
     body = np.array([jumps.body_mass[0], body_inertia])
     ground = np.array([jumps.ground_friction[0], slip_speed, float(layout.knee)])
     foot_mass = float(jumps.foot_mass[0])
     arguments = (lengths, masses, parameters[layout.block("beam")], body, ground, scalars, foot_mass)
-    trace = np.empty((60_000, 1 + len(x) + 8))
-    rows, status = integrate(x, n, arguments, weight, tolerance, ends, fall, float(jumps.total_mass[0]), 60_000, trace)
+    trace = np.empty((MAX_STEPS, 1 + len(x) + 8))
+    steps_of, mass = (FIRST_STEP, LONGEST, MAX_STEPS), float(jumps.total_mass[0])
+    rows, status = integrate(x, n, arguments, weight, tolerance, ends, fall, mass, steps_of, trace)
     return _Run(trace[:rows], n, status, arguments)
 
 

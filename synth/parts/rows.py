@@ -379,6 +379,11 @@ class GearMotorRow(CatalogueRow):
         return self.basis.partition(";")[0].strip() == INTERPOLATED
 
     @property
+    def same_motor(self) -> tuple[str, ...]:
+        """What rows of one motor behind different gears have in common; without a product line a row is alone."""
+        return (self.vendor, self.product_line, self.variant) if self.product_line else (self.vendor, self.part)
+
+    @property
     def torque_gain(self) -> float | None:
         """Torque constant seen through the gear over the back-EMF constant: the gear's efficiency at stall.
 

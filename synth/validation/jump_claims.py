@@ -19,7 +19,7 @@ from synth.hopper.hopper_tolerances import contributions, groups, intervals
 from synth.jump.hopper_leg import LOCKED, Contact, Flexures, HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_models import MODELS, lanes
 from synth.jump.jump_runs import compiled_jump
-from synth.jump.outcomes import CLEARANCE, heights
+from synth.jump.outcomes import CLEARANCE, heights, known_heights
 from synth.jump.point_mass import point_mass_outcomes
 
 # The study's text: model D's prediction and the mean of three jumps for the built leg, m; its length and gear.
@@ -120,7 +120,7 @@ class Configuration:
     def interval(self, model: str, tolerances: HopperTolerances = TOLERANCES) -> tuple[float, float, float]:
         """Nominal value and both ends of the 90 % interval of the 12 cm leg's clearance, m."""
         made = groups(self.leg, self.motor(RATIO), GROUND, MODELS[model], tolerances, np.array([LENGTH]))
-        found = heights(compiled_jump(self.leg.bending).run(made[0]))
+        found = known_heights(compiled_jump(self.leg.bending).run(made[0]))
         nominal, low, high = intervals(found[None, :])
         return float(nominal[0]), float(low[0]), float(high[0])
 
@@ -128,7 +128,7 @@ class Configuration:
 def height_spreads(given: Configuration, model: str) -> dict[str, tuple[float, float]]:
     """Quantity -> lowest and highest clearance, m, of the 12 cm leg over the tolerance of that quantity alone."""
     made = groups(given.leg, given.motor(RATIO), GROUND, MODELS[model], TOLERANCES, np.array([LENGTH]))
-    found = heights(compiled_jump(given.leg.bending).run(made[0]))
+    found = known_heights(compiled_jump(given.leg.bending).run(made[0]))
     return {name: (float(found[0] + min(ends)), float(found[0] + max(ends)))
             for name, ends in contributions(found).items()}  # fmt: skip
 

@@ -25,7 +25,7 @@ from synth.hopper.motors import chosen_rows, motor_of
 from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, Motor, MotorOptions, in_reach
 from synth.jump.jump_models import MODELS, lanes
 from synth.jump.jump_runs import compiled_jump, simulate
-from synth.jump.outcomes import APEX, CLEARANCE, heights
+from synth.jump.outcomes import APEX, CLEARANCE, heights, known_heights
 from synth.jump.point_mass import point_mass_outcomes
 from synth.parts.catalogs import Catalogue
 from synth.units import quantity
@@ -112,7 +112,7 @@ def prediction(leg: HopperLeg, motor: Motor, model: str) -> dict[str, tuple[floa
     found = compiled_jump(leg.bending).run(made)
     shown = {}
     for name, row in MEASURES.items():
-        nominal, low, high = intervals(heights(found, row)[None, :])
+        nominal, low, high = intervals(known_heights(found, row)[None, :])
         shown[name] = (float(nominal[0]), float(low[0]), float(high[0]))
     return shown
 

@@ -16,9 +16,10 @@ from hopper.experiments import TrueMotor, plate_jump, pull_up, run_up
 from hopper.hoppers import motor
 from synth.arrays import Array
 from synth.cli import main
+from synth.errors import UserError
 from synth.files.hopper_recordings import HopperRecording, PullUps
-from synth.hopper.fold import fold, leg_parameters
-from synth.hopper.identify_damping import _genetic
+from synth.hopper.fold import fold, leg_parameters, mechanics
+from synth.hopper.identify_damping import _genetic, identify_damping
 from synth.jump.hopper_leg import HopperLeg
 
 DESIGN = 'kind: hopper-design\nmotors: {use: ["N20 HP 6V 150:1"]}\nleg: {bending: none}\n'
@@ -187,11 +188,35 @@ def test_pull_ups_that_all_have_the_wrong_sign_are_refused(
     assert "the designed leg leaves" in capsys.readouterr().err
 
 
+def test_pull_ups_from_the_stop_show_the_damping() -> None:
+    """A heavy body hangs on the leg's stop, whose torque the weak form's equation lacks."""
+    leg, time = HopperLeg(bending="none"), np.arange(0.0, 2.0, 1e-3)
+    parameters = leg_parameters(leg, 0.3, np.array([2.5e-4]))
+    torque = np.interp(time, [0.0, 0.6, 0.9, 1.2, 1.5, 2.0], [0.0, 0.0, 0.36, 0.36, 0.0, 0.0])
+    tried = np.linspace(0.02, leg.extended, 20_000)
+    standing = 2.0 * leg.stop_rate * (leg.extended - tried) - mechanics(tried, parameters[:, 0])[2]
+    angle = fold(parameters, time, torque, tried[[np.argmin(np.abs(standing))]], np.zeros(1))[:, 0]
+    assert angle.min() < leg.extended < angle.max()
+    trial = HopperRecording("", {"time": time, "upper link": angle, "hip torque": torque}, length=leg.length)
+    project = PullUps("", SimpleNamespace(leg=leg), 0.3, "least_squares", 0, (trial,), ())  # type: ignore[arg-type]
+    found = identify_damping(project)
+    assert found.damping.value == pytest.approx(2.5e-4, rel=0.01)
+    assert found.windows > 4
+    assert found.windows_at_stop > 4
+    never = replace(trial, columns={**trial.columns, "upper link": np.minimum(angle, leg.extended)})
+    with pytest.raises(UserError, match="only on the leg's stop"):
+        identify_damping(replace(project, trials=(never,)))
+
+
 def test_the_genetic_search_finds_the_same(pulls: tuple[Path, str]) -> None:
     folder, text = pulls
     found = run(folder, text + "method: genetic\nseed: 3\n", "pull-ups.json")
     assert found["method"] == "genetic"
     assert found["joint_damping"]["value"] == pytest.approx(4e-4, rel=0.08)
+    exact = run(folder, text, "pull-ups.json")
+    for item, other in zip(found["by_length"], exact["by_length"], strict=True):
+        assert item["joint_damping"]["value"] == pytest.approx(4e-4, rel=0.15)
+        assert item["joint_damping"] != other["joint_damping"]  # by simulation, not by the weak form
 
 
 def test_the_deviation_of_the_genetic_search_holds_the_scatter() -> None:

@@ -11,6 +11,7 @@ import pytest
 from hopper.hoppers import catalogue, motor
 from synth.hopper.motors import motor_of
 from synth.jump import outcomes
+from synth.jump import planar_jump as planar
 from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, Laminate, MotorOptions
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, Model, columns, lane
@@ -145,6 +146,22 @@ def test_a_lane_does_not_depend_on_its_neighbours_beyond_the_tolerance() -> None
     assert max(abs(a.clearance - b.clearance) for a, b in zip(together, alone, strict=True)) < 1e-4
 
 
+def test_a_leg_that_is_too_stiff_leaves_its_neighbours_alone() -> None:
+    usual, tiny = HopperLeg(bending="all"), HopperLeg(length=0.005, hip_spacing=0.002, bending="all")
+    stiff, *others = simulate([(tiny, motor()), *[(usual, motor())] * 3], GROUND, MODELS["A"])
+    alone = simulate([(usual, motor())], GROUND, MODELS["A"])[0]
+    assert stiff.limit.startswith("too stiff")
+    assert others == [alone] * 3
+    assert alone.clearance > 0.03
+
+
+def test_the_planar_form_has_the_lanes_limit_of_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(planar, "MAX_STEPS", 10)
+    found = planar_jump(HopperLeg(), motor(), GROUND, MODELS["full"])
+    assert found.outcome.limit.startswith("too stiff")
+    assert len(found.trace) <= 10
+
+
 def test_height_is_insensitive_to_the_ground() -> None:
     """The contact's constants are not known; a tenth or ten times of each moves the clearance by less than 6 %."""
     usual = simulate([(HopperLeg(), motor())], GROUND, MODELS["full"])[0].clearance
@@ -173,7 +190,7 @@ def test_a_leg_that_cannot_jump_is_reported() -> None:
     folded = simulate([(HopperLeg(), weak)], GROUND, MODELS["A"])[0]
     assert folded.limit.startswith("too weak")
     assert folded.clearance == 0.0
-    tiny = HopperLeg(length=0.01, hip_spacing=0.002, bending="all")  # links that swing at 50 kHz
+    tiny = HopperLeg(length=0.005, hip_spacing=0.002, bending="all")  # links that swing at 200 kHz
     found = simulate([(tiny, motor())], GROUND, MODELS["A"])[0]
     assert found.clearance == 0.0
     assert found.limit.startswith("too stiff")

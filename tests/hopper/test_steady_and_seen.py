@@ -36,7 +36,7 @@ def motor_tests(folder: Path, noise: float = 0.0) -> None:
     held, free = [], []
     for volts in (1.5, 3.0, 4.5, 6.0):
         current = volts / RESISTANCE
-        held.append((volts, current, RATIO * EFFICIENCY * EMF * current))
+        held.append((volts, current, RATIO * EFFICIENCY * (EMF * current - FRICTION)))
         # V = R i + K w, K i = f + b w with w at the rotor
         speed = (volts * EMF / RESISTANCE - FRICTION) / (VISCOUS + EMF**2 / RESISTANCE)
         free.append((volts, (FRICTION + VISCOUS * speed) / EMF, speed / RATIO))
@@ -69,6 +69,19 @@ def test_noisy_points_lie_in_their_intervals(tmp_path: Path) -> None:
     for key, value in (("resistance", RESISTANCE), ("back_emf_constant", EMF), ("torque_constant", EFFICIENCY * EMF)):
         low, high = found[key]["interval90"]
         assert low < value < high, key
+
+
+def test_one_stall_current_gives_the_torque_constant_with_the_friction_of_free_runs(tmp_path: Path) -> None:
+    motor_tests(tmp_path)
+    one = np.loadtxt(tmp_path / "stall.csv", delimiter=",", skiprows=1)[1:2]
+    write(tmp_path / "stall.csv", "voltage [V],current [A],torque [N*m]", one)
+    found = motor_result(tmp_path, "stall: [stall.csv]\nfree_speed: [free.csv]\n")["motor"]["torque_constant"]
+    assert found["value"] == pytest.approx(EFFICIENCY * EMF, rel=1e-6)
+    alone = motor_result(tmp_path, "stall: [stall.csv]\n", "alone")
+    assert set(alone["motor"]) == {"resistance", "torque_per_current_at_stall"}
+    lost = EFFICIENCY * FRICTION / one[0, 1]
+    assert alone["motor"]["torque_per_current_at_stall"]["value"] == pytest.approx(EFFICIENCY * EMF - lost)
+    assert any("apart from friction" in text for text in alone["not_determined"])
 
 
 def test_what_one_test_cannot_determine_is_reported(tmp_path: Path) -> None:

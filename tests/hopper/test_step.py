@@ -1,4 +1,4 @@
-"""The step of the jumps: conditions of a W-method, damping of the motor's friction, and the slopes that it uses."""
+"""The step of the jumps: conditions of a W-method, damping of what brakes the motor, and the slopes that it uses."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from hopper.hoppers import motor
+from hopper.hoppers import catalogue, motor
+from synth.hopper.motors import motor_of
 from synth.jump.hopper_leg import Contact, HopperLeg
-from synth.jump.jump_models import MODELS, lane
-from synth.jump.jump_runs import Jumper, compiled_jump
+from synth.jump.jump_models import MODELS, lane, lanes
+from synth.jump.jump_runs import TOLERANCE, Jumper, compiled_jump, simulate
 from synth.jump.jump_step import G21, G31, G32, G
+from synth.jump.outcomes import STATUS, TOO_STIFF
 
 EXPLICIT = np.array([[0, 0, 0], [1 / 2, 0, 0], [0, 3 / 4, 0]])
 COUPLED = np.array([[G, 0, 0], [G21, G, 0], [G31, G32, G]])
@@ -69,6 +71,26 @@ def test_the_same_jump_in_flight_takes_no_more_steps_than_before_it(ratio: int) 
     lifted = foot > 1e-3
     pace = [float(np.median(np.diff(time[part]))) for part in (~lifted, lifted)]
     assert pace[1] > 0.5 * pace[0]
+
+
+@pytest.mark.parametrize("name", ["A", "D"])
+def test_no_motor_of_the_catalogue_is_too_stiff(name: str) -> None:
+    """Strong slow motors brake light links, and press them on the stop, at up to 1e7/s: they jump like others."""
+    motors = [motor_of(row) for row in catalogue().motors if row.complete]
+    lengths = np.linspace(0.05, 0.2, 4)
+    found = compiled_jump("upper").run(
+        np.concatenate([lanes(HopperLeg(), each, Contact(), MODELS[name], lengths) for each in motors], axis=1)
+    )
+    stiff = (found[STATUS] == TOO_STIFF).reshape(len(motors), -1).any(axis=1)
+    assert [each.name for each, yes in zip(motors, stiff, strict=True) if yes] == []
+
+
+@pytest.mark.parametrize(("part", "least"), [("25D LP 6V 98.78:1", 0.003), ("25D HP 12V 98.78:1", 0.1)])
+def test_a_motor_that_brakes_fast_jumps_as_by_short_steps(part: str, least: float) -> None:
+    design = (HopperLeg(), motor_of(catalogue().find_motor(part)))
+    usual, fine = (simulate([design], Contact(), MODELS["A"], tolerance=each)[0] for each in (TOLERANCE, 1e-6))
+    assert usual.clearance > least
+    assert usual.clearance == pytest.approx(fine.clearance, abs=2e-4)
 
 
 def _in_flight(jumper: Jumper, ratio: int) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,12 +15,15 @@ from synth import threads
 from synth.arrays import Array
 from synth.errors import UserError
 from synth.hopper import sweep as sweeping
-from synth.hopper.hopper_tolerances import QUANTITIES, UNIFORM, copies, groups, intervals
+from synth.hopper.hopper_tolerances import QUANTITIES, UNIFORM, contributions, copies, groups, intervals
 from synth.hopper.motors import chosen_rows, motor_of, with_speed, with_torque
+from synth.hopper.study import _neighbours
 from synth.hopper.sweep import OBJECTIVES, SweepProblem, pareto_front, run_sweep
+from synth.hopper.write_study import _map
 from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, MotorOptions
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump
+from synth.jump.outcomes import CLEARANCE, LANDED_AGAIN, N_OUTCOME, STATUS, TOO_STIFF, known_heights
 from synth.jump.point_mass import point_mass_outcomes
 
 
@@ -55,6 +59,21 @@ def test_intervals_are_what_random_draws_give() -> None:
     assert least == pytest.approx(low, abs=0.2 * (high - low))
     assert most == pytest.approx(high, abs=0.2 * (high - low))
     assert UNIFORM == 0.9
+
+
+def test_a_copy_that_is_too_stiff_is_unknown_and_not_a_height_of_zero(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = np.zeros((N_OUTCOME, 16))
+    found[STATUS], found[CLEARANCE] = LANDED_AGAIN, np.linspace(0.05, 0.06, 16)
+    found[STATUS, 1 + QUANTITIES.index("rotor inertia")] = TOO_STIFF
+    nominal, low, high = intervals(known_heights(found)[None, :])
+    assert nominal[0] == 0.05
+    assert np.isnan(low[0])
+    assert np.isnan(high[0])
+    assert list(contributions(known_heights(found))) == [name for name in QUANTITIES if name != "rotor inertia"]
+    monkeypatch.setattr(sweeping.compiled_jump("upper").__class__, "run", lambda self, lanes: found)
+    sweep = run_sweep(problem(everywhere=True))
+    assert np.isnan(sweep.clearance_low).all()
+    assert (sweep.values["clearance"] == 0.05).all()
 
 
 @pytest.mark.parametrize("objectives", [["clearance"], ["clearance", "energy"], list(OBJECTIVES)])
@@ -140,6 +159,22 @@ def test_every_complete_row_makes_a_motor_that_has_the_makers_line() -> None:
         assert 0.1 <= made.efficiency <= 1.0
 
 
+@pytest.mark.parametrize("factor", [0.7, 1.4])
+def test_with_a_given_resistance_the_free_speed_is_the_maker_s_and_the_stall_torque_is_not(factor: float) -> None:
+    row = catalogue().find_motor("N20 HPCB 12V 75:1")
+    assert row.voltage
+    assert row.stall_current
+    assert row.stall_torque
+    usual = row.voltage / row.stall_current
+    made = motor_of(row, MotorOptions(resistance=factor * usual))
+    assert made.no_load_speed == pytest.approx(row.no_load_speed)
+    assert made.no_load_current == pytest.approx(row.no_load_current)
+    share = (row.stall_current / factor - made.no_load_current) / (row.stall_current - made.no_load_current)
+    assert made.stall_torque / row.stall_torque == pytest.approx(share)
+    with pytest.raises(UserError, match=r"the resistance must be below \d+ ohm"):
+        motor_of(row, MotorOptions(resistance=1.01 * row.voltage / made.no_load_current))
+
+
 def test_at_another_supply_speed_and_torque_follow_the_winding() -> None:
     row = catalogue().find_motor("N20 HP 6V 150:1")
     rated, less = motor_of(row), motor_of(row, MotorOptions(supply=3.0))
@@ -147,6 +182,27 @@ def test_at_another_supply_speed_and_torque_follow_the_winding() -> None:
     slope = (rated.no_load_speed - less.no_load_speed) / 3.0
     assert slope * row.gear_ratio * rated.back_emf_constant == pytest.approx(1.0)
     assert less.stall_torque == pytest.approx(row.gear_ratio * less.torque_constant * (less.stall_current - 0.1))
+
+
+def test_the_map_and_the_neighbours_of_a_motor_are_of_its_own_family() -> None:
+    """Two vendors' motors without a product line have nothing in common."""
+    rows = [
+        replace(catalogue().find_motor(part), vendor=vendor, product_line="", variant="")
+        for part, vendor in (("N20 HP 6V 75:1", "ACME"), ("N20 HP 6V 150:1", "Bolt"), ("N20 HP 6V 210:1", "Bolt"))
+    ]
+    own = [catalogue().find_motor(f"N20 HP 6V {ratio}:1") for ratio in (75, 150)]
+    asked = replace(problem("point_mass"), motors=tuple(motor_of(row) for row in (*rows, *own)))
+    asked = replace(asked, tolerances=(HopperTolerances(),) * 5)
+    sweep, found = run_sweep(asked), []
+    for best in range(0, asked.size, len(asked.lengths)):
+        study = SimpleNamespace(best=best, sweep=sweep, rows=(*rows, *own), project=SimpleNamespace(gearbox="warn"))
+        shown = _map(study)  # type: ignore[arg-type]
+        found.append((shown["family"], shown["gear_ratio"]))
+        ratios = {each.motor.gear_ratio for each in _neighbours(asked, (*rows, *own), best)}
+        assert ratios == set(shown["gear_ratio"])
+    alone = [(f"{row.vendor} {row.part}", [row.gear_ratio]) for row in rows]
+    both = (f"{own[0].vendor} {own[0].product_line} {own[0].variant}", [row.gear_ratio for row in own])
+    assert found == [*alone, both, both]
 
 
 def test_motors_are_chosen_by_pattern_and_missing_values_are_reported() -> None:

@@ -1,4 +1,4 @@
-"""Sliding foot: less ground friction than designed. Only a leaning jump needs friction."""
+"""Sliding foot: another ground friction than designed, usually less. Only a leaning jump needs friction."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def change(jumps: JumpLanes, friction: Array) -> None:
-    """Replace the design's coefficient if it is larger."""
+    """Replace the design's coefficient, whose value is a guess, by ``friction`` if that is above 0."""
     jumps.ground_friction[:] = jumps.ground_friction * (friction <= 0.0) + friction
 
 
