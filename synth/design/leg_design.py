@@ -18,11 +18,10 @@ from synth.design.choose_dampers import (
     DamperChoiceMade,
     MeasuredCurve,
     choose_dampers,
-    curve_warnings,
     measured_curves,
-    size_warnings,
 )
 from synth.design.choose_springs import SpringChoiceMade, travels
+from synth.design.damper_warnings import curve_warnings, size_warnings
 from synth.design.link_masses import BuiltLink
 from synth.design.part_sets import SetsMade
 from synth.design.response import WantedResponse
@@ -247,9 +246,8 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
     names = project.target.joint_names
     fastest = fastest_rates(wanted.motions, [release.time for release in wanted.releases])
     for j, name in enumerate(names):
-        speeds = (laws[name].speeds.low, laws[name].speeds.high) if name in laws else (0.0, np.inf)
         texts = [*springs.warnings[j], *spring_warnings(name, springs.chosen[j], project.joints[name].spring)]
-        texts += curve_warnings(name, dampers.chosen[j], speeds, float(fastest[j]))
+        texts += curve_warnings(name, dampers.chosen[j], design.measured.get(name), float(fastest[j]))
         texts += size_warnings(name, dampers.chosen[j], project.joints[name].damper)
         texts += laws[name].warnings if name in laws else []
         texts += _rate_warning(name, target, refit)

@@ -11,9 +11,9 @@ from synth.design.choose_dampers import (
     DamperOption,
     MeasuredCurve,
     choose_dampers,
-    curve_warnings,
-    size_warnings,
+    measured_curves,
 )
+from synth.design.damper_warnings import curve_warnings, size_warnings
 from synth.design.response import WantedRelease, WantedResponse
 from synth.errors import UserError
 from synth.files.project_options import DamperChoice, JointChoice, SpringChoice
@@ -158,11 +158,42 @@ def test_a_maximum_speed_is_told_from_a_rated_point(
     assert row.max_speed == row.speed == pytest.approx(50 * RPM)  # published as "50 rpm max speed"
     row = replace(row, max_speed=None if most is None else most * RPM)
     option = DamperOption(row, row.damper(), "table", "")
-    found = [text for text in curve_warnings("knee", option, (0.0, np.inf), rpm * RPM) if "turned" in text]
+    found = [text for text in curve_warnings("knee", option, None, rpm * RPM) if "turned" in text]
     assert bool(found) is bool(said)
     for text in found:
         assert said in text
         assert severity_of(text) == severity
+
+
+RISING = DamperCurve((5 * RPM, 10 * RPM, 20 * RPM), (0.06, 0.1, 0.12))
+FALLING = DamperCurve((5 * RPM, 15 * RPM, 20 * RPM), (0.08, 0.135, 0.12))
+
+
+@pytest.mark.parametrize("catalogued", [False, True])
+@pytest.mark.parametrize(
+    ("table", "rpm", "said"),
+    [
+        (RISING, 21.0, []),  # a tenth beyond the table
+        (RISING, 64.0, ["at up to 64 rpm; its torque-speed table ends at 20 rpm, and beyond it goes on along its"]),
+        (FALLING, 19.0, ["falls from 0.135 N*m at 15 rpm to 0.12 N*m at 20 rpm"]),
+        (FALLING, 64.0, ["ends at 20 rpm, and beyond it keeps its last torque", "falls from 0.135 N*m at 15 rpm"]),
+    ],
+)
+def test_a_damper_turned_beyond_its_table_is_told(
+    catalogue: Catalogue, table: DamperCurve, rpm: float, said: list[str], catalogued: bool
+) -> None:
+    """The user's own table, and the points of a catalogue: in neither is the torque beyond known."""
+    row = replace(catalogue.find_damper("6597K19"), max_speed=100 * RPM)
+    if catalogued:
+        row = replace(row, curve_speed=table.speed, curve_torque=table.torque)
+        option, measured = DamperOption(row, row.damper(), "table", ""), None
+    else:
+        option = DamperOption(row, Damper(curve=table), "curve", "")
+        measured = measured_curves({}, {"knee": (None, table)}, {})["knee"]
+    found = [text for text in curve_warnings("knee", option, measured, rpm * RPM) if "table" in text]
+    assert len(found) == len(said)
+    for text, part in zip(found, said, strict=True):
+        assert part in text
 
 
 def test_a_similar_part_number_is_suggested(catalogue: Catalogue) -> None:

@@ -81,7 +81,7 @@ KEYS: dict[str, str] = {
     "part_tolerance.measured": "Of a damper whose curve was measured.",
     "part_tolerance.temperature": "Change from the temperature at which dampers' torques are stated.",
     "measured_damper.part": "The part that was measured.",
-    "measured_damper.curve": "A CSV with `speed [rpm],torque [N*m]`.",
+    "measured_damper.curve": "A CSV with `speed [rpm],torque [N*m]`, up to the speed that the joint reaches.",
     "measured_damper.leg": "The leg of the drops, with only that damper.",
     "measured_damper.trials": "Recordings of the drops.",
     "measured_damper.locked": "Joints that were locked in all of them.",
