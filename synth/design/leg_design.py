@@ -38,6 +38,7 @@ from synth.fit.uncertainty import MASS_SCALE
 from synth.parts.catalogs import Catalogue
 from synth.remarks import decisive, joint_of, kind_of, like, noted
 from synth.swing.leg_model import Leg
+from synth.swing.mechanics import FROUDE, froude_time_scale
 
 Effort = Literal["first", "found", "chosen", "full"]
 
@@ -262,11 +263,11 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
             warnings.append((joint_of(text), like(text, f"with the real dampers: {text}")))
     if target.lost_samples:
         warnings.append((None, noted(f"{target.lost_samples} lost samples were left out of the fit")))
-    if motion.factor != 1.0 and project.dynamic_similarity is False:
-        ratio = float(np.sqrt(project.target.total_length / project.source.total_length))
+    alike = froude_time_scale(project.source, project.target)
+    if motion.factor != 1.0 and not project.dynamic_similarity and alike is not None:
         text = (
-            f"time is stretched by {motion.factor:g}; dynamic similarity would stretch it by {ratio:.3g} (square root "
-            "of the ratio of leg lengths), so gravity acts differently on the robot than on the animal"
+            f"time is stretched by {motion.factor:g}; dynamic similarity would stretch it by {alike:.3g} ({FROUDE}), "
+            "so gravity acts differently on the robot than on the animal"
         )
         warnings.append((None, noted(text)))
     return warnings

@@ -35,7 +35,7 @@ KEYS: dict[str, str] = {
     "source.leg": "The animal's leg file; its joints have the target's names.",
     "source.trials": TRIALS,
     "source.wanted": "In place of `trials`: characteristics of each joint's motion: frequency, damping, rise time.",
-    "scale.time": "A factor, or `froude`: the square root of the ratio of leg lengths.",
+    "scale.time": "A factor, or `froude`: the square root of the ratio of leg length over gravity.",
     "select.catalogs": "Your own catalogue tables, in addition to the built-in ones.",
     "select.joints": "Requirements of each joint's parts.",
     "select.vendors": "Springs and dampers of these vendors only; default: all.",
