@@ -188,11 +188,18 @@ def _options(
 def _arrangements(
     options: list[DamperOption], choice: DamperChoice, travel: float, parts: PartsOptions
 ) -> list[DamperOption]:
-    """Each damper in every arrangement that the choice allows and in which it turns far enough (``travel`` rad)."""
+    """Each damper in every arrangement that the choice allows and in which it turns far enough (``travel`` rad).
+
+    A damper named by part that turns too little in all of them is kept, for ``travel_warnings`` to tell.
+    """
     made = []
     wanted = choice.travel if choice.travel is not None else travel
     for option in options:
-        for arrangement in arrangements(option.row, choice.parallel, choice.ratios, choice.direction):
+        allowed = arrangements(option.row, choice.parallel, choice.ratios, choice.direction)
+        if choice.part is not None and option.row is not None:
+            row = option.row
+            allowed = [each for each in allowed if row.allows_travel(wanted * each.ratio) is not False] or allowed
+        for arrangement in allowed:
             turned = replace(choice, travel=wanted * arrangement.ratio, ratios=(1.0,))
             if choice.part is None and option.row is not None and damper_reason(option.row, turned, 0.0, parts):
                 continue

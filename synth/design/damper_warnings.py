@@ -1,6 +1,8 @@
-"""Warnings on a joint's damper: an assumed law, speeds beyond its data, a table that falls, limits not checked."""
+"""Warnings on a joint's damper: an assumed law, speeds beyond its data, a falling table, travel, unstated sizes."""
 
 from __future__ import annotations
+
+from math import degrees
 
 from synth.design.choose_dampers import DamperOption, MeasuredCurve
 from synth.files.project_options import DamperChoice
@@ -13,6 +15,7 @@ from synth.swing.leg_model import DamperCurve
 
 SLOWER = "Ask the vendor whether it bears that speed, turn it slower (ratios below 1), or choose a damper sold for it."
 DROPS = "Record drops with that damper alone and name them under `dampers:`."
+TURN_IT_LESS = "Choose a damper that turns further, turn it less (ratios below 1), or give the joint a smaller range."
 MEASURE_FASTER = "Measure the damper up to that speed, turn it slower (ratios below 1), or choose another."
 MEASURE_AGAIN = "The torque of a rotary damper rises with speed: measure these points again."
 LITTLE = 1.1  # a tenth beyond the data: little extrapolation
@@ -82,6 +85,27 @@ def _speed_warnings(joint: str, row: DamperRow, reached: float) -> list[str]:
         speed, stated = unlike(reached / RPM, row.speed / RPM, ".0f")
         return [f"{turned} {speed} rpm; its vendor states torque at {stated} rpm and gives no data beyond it"]
     return []
+
+
+def travel_warnings(joint: str, option: DamperOption, choice: DamperChoice, travel: float) -> list[str]:
+    """A warning on a damper named by part that does not turn as far as the joint turns it (``travel`` rad), or may not.
+
+    Others are chosen among those that do.
+    """
+    if option.row is None:
+        return []
+    wanted = (choice.travel if choice.travel is not None else travel) * option.arrangement.ratio
+    allowed = option.row.allows_travel(wanted)
+    if allowed is None:
+        text = f"{joint}: the catalogue does not state how far {option.part} turns; that it turns "
+        return [f"{text}{degrees(wanted):.0f} deg was not checked"]
+    if allowed:
+        return []
+    assert option.row.travel is not None
+    most, turned = unlike(degrees(option.row.travel), degrees(wanted), ".0f")
+    asked = "the joint turns it by" if choice.travel is None else "travel asks for"
+    text = f"{joint}: {option.part} turns by {most} deg only, and {asked} {turned} deg"
+    return [decisive(text, TURN_IT_LESS)]
 
 
 def size_warnings(joint: str, option: DamperOption, choice: DamperChoice) -> list[str]:

@@ -21,7 +21,7 @@ from synth.design.choose_dampers import (
     measured_curves,
 )
 from synth.design.choose_springs import SpringChoiceMade, travels
-from synth.design.damper_warnings import curve_warnings, size_warnings
+from synth.design.damper_warnings import curve_warnings, size_warnings, travel_warnings
 from synth.design.link_masses import BuiltLink
 from synth.design.part_sets import SetsMade
 from synth.design.response import WantedResponse
@@ -177,7 +177,7 @@ def design_for(
         fitted = with_held_out(fitted, motion.held_out_scaled, begun_late=motion.begun_late)
     with stage("choosing dampers"):
         wanted = WantedResponse.of(fitted.leg, releases(scaled, fitted))
-        turned = [t.winding + t.opening for t in travels(fitted.leg, wanted.motions)]
+        turned = _turned(fitted.leg, wanted)
         real = _real(fitted.leg, into)
         dampers = choose_dampers(
             wanted, project.joints, catalogue, known.measured, turned, leg=real, parts=project.parts
@@ -224,6 +224,11 @@ def with_report_figures(design: LegDesign, motion: SourceMotion) -> LegDesign:
     return replace(design, warnings=(*warnings, *notes(design.target_effects)))
 
 
+def _turned(leg: Leg, wanted: WantedResponse) -> list[float]:
+    """How far each joint turns, rad."""
+    return [travel.winding + travel.opening for travel in travels(leg, wanted.motions)]
+
+
 def _real(leg: Leg, target: TargetLeg) -> Leg:
     """A fitted leg with the effects of the target's joints."""
     return with_effects(leg, {joint.name: joint.effects for joint in target.real.joints})
@@ -246,9 +251,11 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
     warnings: list[tuple[str | None, str]] = []
     names = project.target.joint_names
     fastest = fastest_rates(wanted.motions, [release.time for release in wanted.releases])
+    turned = _turned(target.leg, wanted)
     for j, name in enumerate(names):
         texts = [*springs.warnings[j], *spring_warnings(name, springs.chosen[j], project.joints[name].spring)]
         texts += curve_warnings(name, dampers.chosen[j], design.measured.get(name), float(fastest[j]))
+        texts += travel_warnings(name, dampers.chosen[j], project.joints[name].damper, turned[j])
         texts += size_warnings(name, dampers.chosen[j], project.joints[name].damper)
         texts += laws[name].warnings if name in laws else []
         texts += _rate_warning(name, target, refit)

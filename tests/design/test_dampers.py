@@ -13,7 +13,7 @@ from synth.design.choose_dampers import (
     choose_dampers,
     measured_curves,
 )
-from synth.design.damper_warnings import curve_warnings, size_warnings
+from synth.design.damper_warnings import curve_warnings, size_warnings, travel_warnings
 from synth.design.response import WantedRelease, WantedResponse
 from synth.errors import UserError
 from synth.files.project_options import DamperChoice, JointChoice, SpringChoice
@@ -163,6 +163,35 @@ def test_a_maximum_speed_is_told_from_a_rated_point(
     for text in found:
         assert said in text
         assert severity_of(text) == severity
+
+
+@pytest.mark.parametrize(
+    ("damper", "ratio", "said"),
+    [
+        ({"part": "6597K19"}, 1.0, "turns by 40 deg only, and the joint turns it by 115 deg"),
+        ({"part": "6597K19", "travel": 6.2832}, 1.0, "turns by 40 deg only, and travel asks for 360 deg"),
+        ({"part": "6597K19", "ratios": (0.25, 1.0)}, 0.25, ""),  # a quarter as far: the one that bears it is taken
+    ],
+)
+def test_a_named_damper_that_turns_too_little_is_told(
+    catalogue: Catalogue, damper: dict[str, object], ratio: float, said: str
+) -> None:
+    rows = tuple(replace(row, continuous="no", travel=np.radians(40)) for row in catalogue.dampers)
+    asked = choices(**damper)
+    made = choose_dampers(response(one_link(Damper(0.1))), asked, replace(catalogue, dampers=rows), {}, TRAVEL)
+    assert made.chosen[0].arrangement.ratio == ratio
+    found = travel_warnings("knee", made.chosen[0], asked["knee"].damper, TRAVEL[0])
+    assert bool(found) is bool(said)
+    for text in found:
+        assert said in text
+        assert severity_of(text) == "decide"
+
+
+def test_a_named_damper_of_unknown_travel_is_told(catalogue: Catalogue) -> None:
+    row = replace(catalogue.find_damper("6597K19"), continuous="", travel=None)
+    option, choice = DamperOption(row, row.damper(), "concave", ""), choices(part="6597K19")["knee"].damper
+    (said,) = travel_warnings("knee", option, choice, 1.0)
+    assert said.endswith("does not state how far 6597K19 turns; that it turns 57 deg was not checked")
 
 
 RISING = DamperCurve((5 * RPM, 10 * RPM, 20 * RPM), (0.06, 0.1, 0.12))
