@@ -28,25 +28,25 @@ def curve_warnings(joint: str, option: DamperOption, measured: MeasuredCurve | N
     ``measured``: of the joint's damper, used if the option's law is ``curve``; ``fastest``: highest speed of the wanted
     motion, rad/s.
     """
-    warnings = []
+    warnings, reached = [], fastest * option.arrangement.ratio
     if option.row is not None and option.row.derived and option.law != "curve":
         warnings.append(f"{joint}: {option.row.order} is {option.row.status}")
     if option.law == "concave":
         text = f"{joint}: the torque-speed law of {option.part} is {option.why}: its rate at low speed may be off by a "
         warnings.append(decisive(f"{text}factor of two", DROPS))
     if option.law == "curve" and measured is not None and measured.table:
-        warnings += _table_warnings(joint, option.part, measured.curve, fastest * option.arrangement.ratio)
-    elif option.law == "curve" and measured is not None and fastest > LITTLE * measured.upto:
-        reached, most = unlike(fastest, measured.upto, ".2g")
+        warnings += _table_warnings(joint, option.part, measured.curve, reached)
+    elif option.law == "curve" and measured is not None and reached > LITTLE * measured.upto:
+        speed, most = unlike(reached, measured.upto, ".2g")
         warnings.append(
-            f"{joint}: the wanted motion reaches {reached} rad/s; the damper was measured up to {most} rad/s, and "
-            "its law is extrapolated beyond"
+            f"{joint}: {option.part} is turned at up to {speed} rad/s; it was measured up to {most} rad/s, and its law "
+            "is extrapolated beyond"
         )
     if option.law == TABLE and option.row is not None and option.row.default_law == TABLE:
         table = option.row.torque_speed(TABLE)
-        warnings += _table_warnings(joint, option.part, table, fastest * option.arrangement.ratio)
+        warnings += _table_warnings(joint, option.part, table, reached)
     if option.row is not None:
-        warnings += _speed_warnings(joint, option.row, fastest * option.arrangement.ratio)
+        warnings += _speed_warnings(joint, option.row, reached)
     if option.damper.curve is not None:
         error = thinning_error(option.damper.curve)
         if error > 0.005:  # a smaller one is far below a damper's tolerance of 15 %

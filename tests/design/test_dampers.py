@@ -17,6 +17,7 @@ from synth.design.damper_warnings import curve_warnings, size_warnings, travel_w
 from synth.design.response import WantedRelease, WantedResponse
 from synth.errors import UserError
 from synth.files.project_options import DamperChoice, JointChoice, SpringChoice
+from synth.parts.arrangement import Arrangement
 from synth.parts.catalogs import Catalogue
 from synth.parts.damper_law import power_law_curve
 from synth.parts.rows import RPM
@@ -223,6 +224,17 @@ def test_a_damper_turned_beyond_its_table_is_told(
     assert len(found) == len(said)
     for text, part in zip(found, said, strict=True):
         assert part in text
+
+
+@pytest.mark.parametrize(("ratio", "said"), [(0.5, None), (1.0, "6.7 rad/s"), (3.0, "20 rad/s")])
+def test_the_measured_range_is_of_the_dampers_own_speed(catalogue: Catalogue, ratio: float, said: str | None) -> None:
+    """A joint of 6.7 rad/s turns a damper geared 0.5 at 3.35 rad/s, within drops that reached 5.1."""
+    row, measured = catalogue.find_damper("6597K19"), MeasuredCurve("6597K19", RISING, "drops", 5.1)
+    option = DamperOption(row, Damper(curve=RISING), "curve", "", arrangement=Arrangement(ratio=ratio))
+    found = [text for text in curve_warnings("knee", option, measured, 6.7) if "measured" in text]
+    assert bool(found) is (said is not None)
+    for text in found:
+        assert f"turned at up to {said}; it was measured up to 5.1 rad/s" in text
 
 
 def test_a_similar_part_number_is_suggested(catalogue: Catalogue) -> None:
