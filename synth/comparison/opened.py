@@ -145,7 +145,10 @@ def _design(source: Source, resolve_part: PartResolver) -> list[Side]:
 def _with_parts(joint: ComparedJoint, written: Mapping[str, Any]) -> ComparedJoint:
     """A built joint with its bought or wound part."""
     spring, damper = written["spring"], written["damper"]
-    part = _wound(spring["make"]) if spring.get("make") else spring.get("part") or ""
+    make = spring.get("make")
+    part = _wound(make) if make else spring.get("part") or ""
+    count = int((make or spring).get("count") or 1)
+    part = f"{count} x {part}" if part and count > 1 else part
     laws = {"curve": "measured curve", "linear": ""}
     law = laws.get(str(damper.get("law")), f"{damper.get('law')} curve") if damper.get("law") else joint.damper_law
     return replace(joint, spring_part=part, damper_part=str(damper.get("arrangement") or ""), damper_law=law)

@@ -27,5 +27,12 @@ def _made(count: int = 1) -> dict[str, Any]:
     }
 
 
+def test_springs_side_by_side_are_counted_bought_or_wound() -> None:
+    """Their rate stands beside it and is that of all."""
+    assert _stated({"part": "H2", "count": 2}) == "2 x H2"
+    assert _stated({"part": "K2", "count": 1}) == "K2"
+    assert _stated(_made(2)) == "2 x wind 4.75 mm music wire, 4.167 coils"
+
+
 def test_a_wound_spring_states_the_coils_to_wind_and_not_those_that_bend() -> None:
     assert _stated(_made()) == "wind 4.75 mm music wire, 4.167 coils"
