@@ -59,7 +59,7 @@ def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
         cut = f"{length * 1e3:.0f} mm" if in_millimetres(make) else text(make.get("cut_length"))
         steps.append(f"Cut {cut} of {wire}, {text(make.get('wire_diameter'))}; {spring}.")
     steps.append(
-        f"Wind {text(mandrel.get('turns'))} turns, {hand}-hand and touching, on a mandrel of "
+        f"Wind {text(mandrel.get('turns'))} turns, {hand}-hand and {_coils_apart(make)}, on a mandrel of "
         f"{text(mandrel.get('diameter'))}: after spring-back that leaves {text(make.get('body_coils'))} coils of "
         f"{text(make.get('inside_diameter'))} inside. Spring-back differs from wire to wire: wind a trial coil first "
         "and correct the mandrel by the coil's error."
@@ -82,6 +82,17 @@ def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
         told += " Set the joint's arm to the measured angle."
     steps.append(told)
     return steps
+
+
+def _coils_apart(make: Json) -> str:
+    """How close the coils lie, by the length of the free body: d (1 + pitch coils)."""
+    wire, body, coils = (value_of(make.get(key)) for key in ("wire_diameter", "body_length", "body_coils"))
+    pitch = 1.0 if wire is None or body is None or coils is None else (body / wire - 1.0) / coils
+    if pitch < 1.0 + 1e-6:  # 1e-6: rounding of the result's digits
+        return "touching"
+    assert wire is not None
+    gap = {"value": float(f"{(pitch - 1.0) * wire:.2g}"), "unit": unit_of(make.get("wire_diameter"))}
+    return f"{text(gap)} between coils (pitch {number(pitch, 4)} wire diameters)"
 
 
 def in_millimetres(make: Json) -> bool:

@@ -145,14 +145,19 @@ def _design(source: Source, resolve_part: PartResolver) -> list[Side]:
 def _with_parts(joint: ComparedJoint, written: Mapping[str, Any]) -> ComparedJoint:
     """A built joint with its bought or wound part."""
     spring, damper = written["spring"], written["damper"]
-    make = spring.get("make") or {}
-    part = spring.get("part") or ""
-    if make:
-        wire = make["wire_diameter"]
-        part = f"wind {wire['value']:.4g} {wire['unit']} {make['material']}, {make['active_coils']['value']:.3g} coils"
+    make = spring.get("make")
+    part = _wound(make) if make else spring.get("part") or ""
+    count = int((make or spring).get("count") or 1)
+    part = f"{count} x {part}" if part and count > 1 else part
     laws = {"curve": "measured curve", "linear": ""}
     law = laws.get(str(damper.get("law")), f"{damper.get('law')} curve") if damper.get("law") else joint.damper_law
     return replace(joint, spring_part=part, damper_part=str(damper.get("arrangement") or ""), damper_law=law)
+
+
+def _wound(make: Mapping[str, Any]) -> str:
+    """How a spring is wound, with the coils of its body as the bill of materials counts them."""
+    wire, coils = make["wire_diameter"], make["body_coils"]["value"]
+    return f"wind {wire['value']:.4g} {wire['unit']} {make['material']}, {coils:.4g} coils"
 
 
 def _fit_project(source: Source, resolve_part: PartResolver) -> list[Side]:

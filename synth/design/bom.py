@@ -111,7 +111,7 @@ def _spring_line(joint: str, option: SpringOption) -> BomLine:
     """A spring to buy, or a length of wire with the allowance for winding."""
     if option.row is not None:
         row = option.row
-        item = f"torsion spring, {option.rate / option.count:.4g} N*m/rad" + _to_measure(row.measure)
+        item = f"torsion spring, {_rates(option.rate / option.count, row.rate)}{_to_measure(row.measure)}"
         return BomLine(joint, item, vendor=row.vendor, part=row.part, quantity=option.count, price=row.price,
                        source=row.source, family="spring")  # fmt: skip
     design = option.design
@@ -124,6 +124,12 @@ def _spring_line(joint: str, option: SpringOption) -> BomLine:
     return BomLine(joint, item, "wind", size=f"{design.wire_diameter * 1e3:.4g} mm",
                    length=f"{design.cut_length * 1e3:.0f}", vendor="any", quantity=design.count,
                    source=design.strength_source, family="spring")  # fmt: skip
+
+
+def _rates(held: float, sold: float | None) -> str:
+    """The rate (N m/rad) by which a part is recognised on arrival, and that in the joint, which clamps its arms."""
+    in_joint = f"{held:.4g} N*m/rad in the joint"
+    return in_joint if sold is None else f"{sold:.4g} N*m/rad as sold, {in_joint}"
 
 
 def _damper_line(joint: str, option: DamperOption) -> BomLine:

@@ -61,7 +61,7 @@ class ChoiceRobustness:
 def choice_robustness(wanted: WantedResponse, fit: FitResult, sets: Sequence[Leg]) -> ChoiceRobustness | None:
     """Compare sets of parts with legs drawn from the fit's uncertainty; None if the fit has no draws.
 
-    A drawn leg whose simulation diverges is left out.
+    A drawn leg whose simulation diverges is left out; a set whose own does is off by pi throughout.
     """
     if not fit.drawn:
         return None
@@ -75,7 +75,7 @@ def choice_robustness(wanted: WantedResponse, fit: FitResult, sets: Sequence[Leg
     for parts, legs, nominal, joints in zip(moved, drawn, wanted.motions, free, strict=True):
         legs = legs[:, joints][:, :, good]
         apart = parts[:, joints, :, None] - legs[:, :, None, :]
-        square += np.nan_to_num((apart**2).sum(axis=(0, 1)), nan=np.pi**2 * apart.shape[0])
+        square += np.nan_to_num((apart**2).sum(axis=(0, 1)), nan=np.pi**2 * apart.shape[0] * apart.shape[1])
         off += ((legs - nominal[:, joints, None]) ** 2).sum(axis=(0, 1))
         count += len(nominal) * len(joints)
     return ChoiceRobustness(np.sqrt(square / count), np.sqrt(off / count))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from math import inf
 
 import numpy as np
 
@@ -13,11 +14,10 @@ from synth.files.project_options import DamperChoice, JointChoice, PartsOptions
 from synth.fit.damper_laws import DamperLaw
 from synth.parts.arrangement import Arrangement, arrangements
 from synth.parts.catalogs import Catalogue
-from synth.parts.part_candidates import ANY, damper_candidates, damper_limits, damper_reason, of_family
-from synth.parts.rows import RPM, DamperRow
+from synth.parts.part_candidates import ANY, damper_candidates, damper_reason, of_family
+from synth.parts.rows import DamperRow
 from synth.parts.usable import offers
-from synth.remarks import decisive, noted, unlike
-from synth.swing.damper_curves import thinning_error, torque_at
+from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
 
 DAMPERS_KEPT = 2  # dampers per joint in the combined choice for all joints
@@ -28,11 +28,16 @@ FAR = 8.0  # ratio to the wanted damper's torque, above or below, beyond which a
 
 @dataclass(frozen=True)
 class MeasuredCurve:
-    """A measured damper curve for a joint: its part number (None: not stated) and its source."""
+    """A measured damper curve for a joint: its part number (None: not stated) and its source.
+
+    ``upto``: the highest measured speed of the damper, rad/s. ``table``: whether it is the user's own table.
+    """
 
     part: str | None
     curve: DamperCurve
     source: str
+    upto: float = inf
+    table: bool = False
 
 
 @dataclass(frozen=True)
@@ -101,11 +106,14 @@ def measured_curves(
     laws: Mapping[str, DamperLaw], tables: Mapping[str, tuple[str | None, DamperCurve]], parts: Mapping[str, str | None]
 ) -> dict[str, MeasuredCurve]:
     """Measured curves by joint: from drop tests (``laws``) or from the user's torque-speed tables."""
-    found = {joint: MeasuredCurve(part, curve, "torque-speed table") for joint, (part, curve) in tables.items()}
+    found = {
+        joint: MeasuredCurve(part, curve, "torque-speed table", curve.speed[-1], table=True)
+        for joint, (part, curve) in tables.items()
+    }
     for joint, law in laws.items():
         low, high = law.speeds.low, law.speeds.high
         source = f"drops, {law.used.law.name} law, {low:.3g} to {high:.3g} rad/s"
-        found[joint] = MeasuredCurve(parts.get(joint), law.used.curve, source)
+        found[joint] = MeasuredCurve(parts.get(joint), law.used.curve, source, high)
     return found
 
 
@@ -181,11 +189,18 @@ def _options(
 def _arrangements(
     options: list[DamperOption], choice: DamperChoice, travel: float, parts: PartsOptions
 ) -> list[DamperOption]:
-    """Each damper in every arrangement that the choice allows and in which it turns far enough (``travel`` rad)."""
+    """Each damper in every arrangement that the choice allows and in which it turns far enough (``travel`` rad).
+
+    A damper named by part that turns too little in all of them is kept, for ``travel_warnings`` to tell.
+    """
     made = []
     wanted = choice.travel if choice.travel is not None else travel
     for option in options:
-        for arrangement in arrangements(option.row, choice.parallel, choice.ratios, choice.direction):
+        allowed = arrangements(option.row, choice.parallel, choice.ratios, choice.direction)
+        if choice.part is not None and option.row is not None:
+            row = option.row
+            allowed = [each for each in allowed if row.allows_travel(wanted * each.ratio) is not False] or allowed
+        for arrangement in allowed:
             turned = replace(choice, travel=wanted * arrangement.ratio, ratios=(1.0,))
             if choice.part is None and option.row is not None and damper_reason(option.row, turned, 0.0, parts):
                 continue
@@ -219,60 +234,3 @@ def _with(leg: Leg, options: Mapping[int, DamperOption]) -> Leg:
         for j, joint in enumerate(leg.joints)
     )
     return replace(leg, joints=joints)
-
-
-SLOWER = "Ask the vendor whether it bears that speed, turn it slower (ratios below 1), or choose a damper sold for it."
-DROPS = "Record drops with that damper alone and name them under `dampers:`."
-
-
-def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float], fastest: float) -> list[str]:
-    """Warnings on a chosen damper: an assumed law, a thinned table, speeds beyond the measured or published ones.
-
-    ``speeds``: lowest and highest measured speed, rad/s; ``fastest``: highest speed of the wanted motion, rad/s.
-    """
-    warnings = []
-    if option.row is not None and option.row.derived and option.law != "curve":
-        warnings.append(f"{joint}: {option.row.order} is {option.row.status}")
-    if option.law == "concave":
-        text = f"{joint}: the torque-speed law of {option.part} is {option.why}: its rate at low speed may be off by a "
-        warnings.append(decisive(f"{text}factor of two", DROPS))
-    if option.law == "curve" and fastest > 1.1 * speeds[1]:  # a tenth beyond the data: little extrapolation
-        reached, measured = unlike(fastest, speeds[1], ".2g")
-        warnings.append(
-            f"{joint}: the wanted motion reaches {reached} rad/s; the damper was measured up to {measured} rad/s, and "
-            "its law is extrapolated beyond"
-        )
-    if option.row is not None:
-        warnings += _speed_warnings(joint, option.row, fastest * option.arrangement.ratio)
-    if option.damper.curve is not None:
-        error = thinning_error(option.damper.curve)
-        if error > 0.005:  # a smaller one is far below a damper's tolerance of 15 %
-            warnings.append(
-                noted(f"{joint}: the damper's table was reduced to 12 points; the error is at most {error:.1%}")
-            )
-    return warnings
-
-
-def _speed_warnings(joint: str, row: DamperRow, reached: float) -> list[str]:
-    """Warnings on a damper turned at ``reached`` rad/s: beyond its vendor's maximum speed, else beyond its point."""
-    turned = f"{joint}: {row.part} is turned at up to"
-    if row.max_speed is not None and reached > row.max_speed:
-        speed, most = unlike(reached / RPM, row.max_speed / RPM, ".0f")
-        return [decisive(f"{turned} {speed} rpm; its vendor's maximum speed is {most} rpm", SLOWER)]
-    # A tenth beyond the vendor's point: little extrapolation.
-    if row.speed is not None and reached > 1.1 * row.speed:
-        speed, stated = unlike(reached / RPM, row.speed / RPM, ".0f")
-        return [f"{turned} {speed} rpm; its vendor states torque at {stated} rpm and gives no data beyond it"]
-    return []
-
-
-def size_warnings(joint: str, option: DamperOption, choice: DamperChoice) -> list[str]:
-    """A warning for each limit of the choice on a size that the catalogue does not state for the chosen damper."""
-    if option.row is None or choice.part is not None:
-        return []
-    return [
-        f"{joint}: the catalogue does not state the {what} of {option.part}; the limit of {most * 1e3:.4g} mm was not "
-        "checked"
-        for what, size, most in damper_limits(option.row, choice)
-        if size is None
-    ]

@@ -24,12 +24,20 @@ from synth.design.choose_springs import SpringOption
 from synth.design.part_lanes import ROWS, PartLanes, column
 from synth.files.project_options import ToleranceOptions
 from synth.parts.damper_law import CONCAVE_EXPONENT
-from synth.parts.part_tolerance import DamperTolerance, SpringTolerance, bought_damper, bought_spring, measured_damper
+from synth.parts.part_tolerance import (
+    PROJECT,
+    DamperTolerance,
+    SpringTolerance,
+    bought_damper,
+    bought_spring,
+    measured_damper,
+)
 from synth.swing.lane_layout import CURVE_POINTS
 from synth.units import quantity
 
 CAUSES = ("spring rate", "free angle", "damper torque", "law of the damper")  # of each joint
 TEMPERATURE = "temperature"
+OF_WIRE = "by the wire's and the coil's tolerances"
 EXPONENTS = 9  # levels of an assumed law's exponent
 OUTER_NODE = sqrt(3.0 / 5.0)  # Gauss and Legendre's three points on [-1, 1]: weights 5/18, 8/18, 5/18 of a uniform draw
 
@@ -109,11 +117,12 @@ def spring_tolerance(option: SpringOption, asked: ToleranceOptions) -> SpringTol
     else:
         assert option.design is not None
         plus, count = option.design.tolerance, option.design.count
-        known = SpringTolerance(plus.rate, plus.free_angle, "wire's and coil's tolerances")
-    rate = known.rate if asked.rate is None else asked.rate
-    angle = known.free_angle if asked.free_angle is None else asked.free_angle
-    source = known.source if None in (asked.rate, asked.free_angle) else "the project file"
-    return SpringTolerance(rate / sqrt(count), angle / sqrt(count), source)
+        known = SpringTolerance(plus.rate, plus.free_angle, OF_WIRE, OF_WIRE)
+    if asked.rate is not None:
+        known = replace(known, rate=asked.rate, rate_source=PROJECT)
+    if asked.free_angle is not None:
+        known = replace(known, free_angle=asked.free_angle, free_angle_source=PROJECT)
+    return replace(known, rate=known.rate / sqrt(count), free_angle=known.free_angle / sqrt(count))
 
 
 def free_angles_measured(asked: ToleranceOptions) -> ToleranceOptions:
@@ -129,9 +138,8 @@ def damper_tolerance(option: DamperOption, asked: ToleranceOptions) -> DamperTol
     else:
         known = bought_damper(option.row, option.law)
         if asked.torque is not None:
-            known = DamperTolerance(asked.torque, known.per_kelvin, known.exponents, "torque by the project file")
-    share = known.torque / sqrt(option.arrangement.pieces)
-    return DamperTolerance(share, known.per_kelvin, known.exponents, known.source)
+            known = replace(known, torque=asked.torque, torque_source=PROJECT)
+    return replace(known, torque=known.torque / sqrt(option.arrangement.pieces))
 
 
 @lru_cache(maxsize=8)

@@ -18,11 +18,10 @@ from synth.design.choose_dampers import (
     DamperChoiceMade,
     MeasuredCurve,
     choose_dampers,
-    curve_warnings,
     measured_curves,
-    size_warnings,
 )
 from synth.design.choose_springs import SpringChoiceMade, travels
+from synth.design.damper_warnings import curve_warnings, size_warnings, travel_warnings
 from synth.design.link_masses import BuiltLink
 from synth.design.part_sets import SetsMade
 from synth.design.response import WantedResponse
@@ -39,6 +38,7 @@ from synth.fit.uncertainty import MASS_SCALE
 from synth.parts.catalogs import Catalogue
 from synth.remarks import decisive, joint_of, kind_of, like, noted
 from synth.swing.leg_model import Leg
+from synth.swing.mechanics import FROUDE, froude_time_scale
 
 Effort = Literal["first", "found", "chosen", "full"]
 
@@ -177,7 +177,7 @@ def design_for(
         fitted = with_held_out(fitted, motion.held_out_scaled, begun_late=motion.begun_late)
     with stage("choosing dampers"):
         wanted = WantedResponse.of(fitted.leg, releases(scaled, fitted))
-        turned = [t.winding + t.opening for t in travels(fitted.leg, wanted.motions)]
+        turned = _turned(fitted.leg, wanted)
         real = _real(fitted.leg, into)
         dampers = choose_dampers(
             wanted, project.joints, catalogue, known.measured, turned, leg=real, parts=project.parts
@@ -224,6 +224,11 @@ def with_report_figures(design: LegDesign, motion: SourceMotion) -> LegDesign:
     return replace(design, warnings=(*warnings, *notes(design.target_effects)))
 
 
+def _turned(leg: Leg, wanted: WantedResponse) -> list[float]:
+    """How far each joint turns, rad."""
+    return [travel.winding + travel.opening for travel in travels(leg, wanted.motions)]
+
+
 def _real(leg: Leg, target: TargetLeg) -> Leg:
     """A fitted leg with the effects of the target's joints."""
     return with_effects(leg, {joint.name: joint.effects for joint in target.real.joints})
@@ -246,10 +251,11 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
     warnings: list[tuple[str | None, str]] = []
     names = project.target.joint_names
     fastest = fastest_rates(wanted.motions, [release.time for release in wanted.releases])
+    turned = _turned(target.leg, wanted)
     for j, name in enumerate(names):
-        speeds = (laws[name].speeds.low, laws[name].speeds.high) if name in laws else (0.0, np.inf)
         texts = [*springs.warnings[j], *spring_warnings(name, springs.chosen[j], project.joints[name].spring)]
-        texts += curve_warnings(name, dampers.chosen[j], speeds, float(fastest[j]))
+        texts += curve_warnings(name, dampers.chosen[j], design.measured.get(name), float(fastest[j]))
+        texts += travel_warnings(name, dampers.chosen[j], project.joints[name].damper, turned[j])
         texts += size_warnings(name, dampers.chosen[j], project.joints[name].damper)
         texts += laws[name].warnings if name in laws else []
         texts += _rate_warning(name, target, refit)
@@ -264,11 +270,11 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
             warnings.append((joint_of(text), like(text, f"with the real dampers: {text}")))
     if target.lost_samples:
         warnings.append((None, noted(f"{target.lost_samples} lost samples were left out of the fit")))
-    if motion.factor != 1.0 and project.dynamic_similarity is False:
-        ratio = float(np.sqrt(project.target.total_length / project.source.total_length))
+    alike = froude_time_scale(project.source, project.target)
+    if motion.factor != 1.0 and not project.dynamic_similarity and alike is not None:
         text = (
-            f"time is stretched by {motion.factor:g}; dynamic similarity would stretch it by {ratio:.3g} (square root "
-            "of the ratio of leg lengths), so gravity acts differently on the robot than on the animal"
+            f"time is stretched by {motion.factor:g}; dynamic similarity would stretch it by {alike:.3g} ({FROUDE}), "
+            "so gravity acts differently on the robot than on the animal"
         )
         warnings.append((None, noted(text)))
     return warnings

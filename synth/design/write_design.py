@@ -23,6 +23,7 @@ from synth.files.leg_file import write_leg
 from synth.files.output import place, sha256_file, stems, write_csv
 from synth.fit.fit_result import TrialFit
 from synth.remarks import remark_json
+from synth.swing.mechanics import FROUDE
 from synth.units import quantity
 
 FORMAT = "synth/leg-design/1"
@@ -68,7 +69,7 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
     project = design.project
     names = design.built.joint_names
     parts = {part["part"]: part for part in extra.get("solids", {}).get("parts", [])}
-    how = "square root of the ratio of leg lengths" if project.dynamic_similarity else "a factor"
+    how = FROUDE if project.dynamic_similarity else "a factor"
     return {
         "format": FORMAT,
         "name": project.name,

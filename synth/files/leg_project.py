@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import sqrt
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -38,6 +37,7 @@ from synth.files.validate import Title, gathering
 from synth.files.wanted_section import WantedCharacteristics, read_wanted
 from synth.files.yaml_lines import Key
 from synth.swing.leg_model import Leg
+from synth.swing.mechanics import froude_time_scale
 
 # The user's catalogue files -> a function that looks up parts in them and in the built-in ones.
 CatalogueOpener = Callable[[Sequence[Path]], PartResolver]
@@ -237,12 +237,15 @@ def _source(
 
 def _time_scale(reader: ProjectReader, source: Leg | None, target: Leg | None) -> float:
     """The time scale; 1 after a reported mistake."""
-    section = reader.section(_Scale, "scale")
+    section, key = reader.section(_Scale, "scale"), ("scale", "time")
     if section is None or (section.time == "froude" and (source is None or target is None)):
         return 1.0
     if section.time == "froude" and source is not None and target is not None:
-        return sqrt(target.total_length / source.total_length)
-    key: Key = ("scale", "time")
+        alike = froude_time_scale(source, target)
+        if alike is None:
+            weightless = (source if source.gravity == 0.0 else target).name
+            reader.refuse(f'"froude" is not allowed: {weightless} has gravity 0; write a factor such as 2', key)
+        return alike or 1.0
     if isinstance(section.time, str) and not any(sign.isdigit() for sign in section.time):
         reader.refuse(f'"{section.time}" is not allowed: write a factor such as 2, or froude', key)
         return 1.0

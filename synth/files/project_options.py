@@ -17,6 +17,8 @@ Length = Annotated[float, Quantity("m", above=0)]
 Pressure = Annotated[float, Quantity("Pa", above=0)]
 Density = Annotated[float, Quantity("kg/m^3", above=0)]
 Share = Annotated[float, Quantity("1", above=0, most=10)]
+WIDEST = 0.9  # of a tolerance, plus or minus: from 1 on, rates and torques of zero and below would be drawn
+PlusMinus = Annotated[float, Quantity("1", above=0, most=WIDEST)]
 Travel = Annotated[float, Quantity("rad", above=0, most=radians(720))]  # of a joint, whose angle lies within two turns
 Included = Annotated[float, Quantity("rad", above=0, most=radians(360))]  # between two legs
 Deviation = Annotated[float, Quantity("rad", above=0, most=radians(180))]  # of an angle: a larger one says nothing
@@ -174,10 +176,10 @@ class ToleranceOptions:
     curve was measured. ``temperature`` K of deviation from the one at which a damper's torque is stated.
     """
 
-    rate: Share | None = None
+    rate: PlusMinus | None = None
     free_angle: Annotated[Deviation | None, Field(examples=["5 deg"])] = None
-    torque: Share | None = None
-    measured: Annotated[Share, Because("remaining uncertainty after drops with only the damper")] = 0.05
+    torque: PlusMinus | None = None
+    measured: Annotated[PlusMinus, Because("remaining uncertainty after drops with only the damper")] = 0.05
     temperature: Annotated[float, Quantity("K", least=0, most=100), Because("a room, winter and summer")] = 5.0
 
 

@@ -72,12 +72,13 @@ def _by_mujoco(mujoco: Any, leg: Leg, start: Array, times: Array) -> Array:
 
 
 def _torque(curve: DamperCurve, rate: float) -> float:
-    """Torque against ``rate``: odd, piecewise linear from (0, 0) and extrapolated along the last segment, N m."""
+    """Torque against ``rate``: odd, piecewise linear from (0, 0), and on along the last segment if it rises, N m."""
     speed, torque = [0.0, *curve.speed], [0.0, *curve.torque]
     value = abs(rate)
     last = len(speed) - 1
     k = next((i for i in range(1, last) if value < speed[i]), last)
     slope = (torque[k] - torque[k - 1]) / (speed[k] - speed[k - 1])
+    value = min(value, speed[last]) if slope < 0.0 else value
     return math.copysign(torque[k - 1] + slope * (value - speed[k - 1]), rate)
 
 

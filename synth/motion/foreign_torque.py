@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array, Mask
-from synth.motion.smoothing import Smoothed, savitzky_golay
+from synth.motion.smoothing import Smoothed, polynomial_noise, savitzky_golay
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
@@ -44,13 +44,6 @@ class Drive:
     until: float
     joint: int
     share: float
-
-
-def polynomial_noise(points: int, degree: int, step: float) -> tuple[float, float]:
-    """Standard deviation of a local polynomial's value (1) and rate (1/s) for independent noise of 1 a sample."""
-    offset = np.arange(-(points // 2), points // 2 + 1.0)
-    inverse = np.linalg.pinv(np.vander(offset, degree + 1, increasing=True))
-    return float(np.linalg.norm(inverse[0])), float(np.linalg.norm(inverse[1])) / step
 
 
 def drive_after(leg: Leg, smoothed: Smoothed, points: int, free: list[int], tip_mass: float = 0.0) -> Drive | None:

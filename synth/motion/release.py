@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array, Mask
-from synth.motion.foreign_torque import drive_after, polynomial_noise
+from synth.motion.foreign_torque import drive_after
 from synth.motion.local_fits import by_samples
-from synth.motion.smoothing import Smoothed, lost_samples, odd_points, smooth
+from synth.motion.smoothing import Smoothed, lost_samples, odd_points, polynomial_noise, smooth
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import absolute, coefficients, mass_matrix
 

@@ -205,6 +205,12 @@ def smoothing_weights(points: int, degree: int) -> Array:
     return np.linalg.pinv(np.vander(np.arange(-half, half + 1.0), degree + 1, increasing=True))
 
 
+def polynomial_noise(points: int, degree: int, step: float) -> tuple[float, float]:
+    """Standard deviation of a local polynomial's value (1) and rate (1/s) for independent noise of 1 a sample."""
+    value, rate = smoothing_weights(points, degree)[:2]
+    return float(np.linalg.norm(value)), float(np.linalg.norm(rate)) / step
+
+
 def savitzky_golay(value: Array, points: int, degree: int, step: float) -> tuple[Array, Array, float]:
     """Value and rate by local polynomials of an odd number of ``points`` along axis 0, one-sided at the ends.
 

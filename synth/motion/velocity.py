@@ -8,7 +8,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.motion.noise import white_noise
-from synth.motion.smoothing import Smoothed, odd_points, savitzky_golay, smoothing_weights
+from synth.motion.smoothing import Smoothed, odd_points, polynomial_noise, savitzky_golay
 
 SCALE_ERROR = 0.15  # largest scale error of a velocity that is accepted as the angle's
 # Least correlation of a velocity with the slope; deg/s labelled rad/s, or another joint's, has less
@@ -48,8 +48,7 @@ def with_velocities(smoothed: Smoothed, time: Array, velocities: Array) -> Smoot
     """
     step = float(smoothed.time[1] - smoothed.time[0])
     points = min(odd_points(smoothed.width, step), len(smoothed.time) // 2 * 2 - 1)
-    inverse = smoothing_weights(points, 3)
-    of_slope, of_value = float(np.linalg.norm(inverse[1])) / step, float(np.linalg.norm(inverse[0]))
+    of_value, of_slope = polynomial_noise(points, 3, step)
     rate = smoothed.rate.copy()
     for j in range(rate.shape[1]):
         good = np.isfinite(velocities[:, j])

@@ -72,11 +72,14 @@ def number_cell(text: str, scale: float, rules: Mapping[str, Any]) -> float:
 
 
 def require_allowed(value: float, text: str, rules: Mapping[str, Any]) -> float:
-    """The value; ValueError if it is not finite, or has a sign that the column does not allow."""
+    """The value; ValueError if it is not finite, or has a sign or a size that the column does not allow."""
     if not math.isfinite(value):
         raise ValueError(f'"{text}" is too large a number')
     if not rules["signed"] and (value < 0.0 or (value == 0.0 and not rules["zero"])):
         raise ValueError(f'"{text}" must be {"at least" if rules["zero"] else "above"} 0')
+    if value > rules["most"] * (1.0 + 1e-9):  # 1e-9: rounding of converted units
+        most = rules["most"] / (1.0 if rules["unit"] == rules["shown"] else factor(rules["shown"], rules["unit"]))
+        raise ValueError(f'"{text}" must be at most {most:.6g} {rules["shown"]}')
     return value
 
 

@@ -6,6 +6,7 @@ that does not favour its ends.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import log, radians
 
@@ -27,13 +28,22 @@ PER_KELVIN = log(6.0 / 7.3) / 40.0
 PER_KELVIN_SOURCE = "TOK TD14: 7.3 s at 0 degC, 6 s at 40 degC"
 
 
+ROW, PROJECT = "by the catalogue row", "by the project file"
+
+
 @dataclass(frozen=True)
 class SpringTolerance:
-    """Plus or minus: ``rate`` as a share, ``free_angle`` rad."""
+    """Plus or minus: ``rate`` as a share, ``free_angle`` rad, each with its source."""
 
     rate: float
     free_angle: float
-    source: str
+    rate_source: str
+    free_angle_source: str
+
+    @property
+    def source(self) -> str:
+        """Where each quantity comes from."""
+        return _stated({"rate": self.rate_source, "free angle": self.free_angle_source})
 
 
 @dataclass(frozen=True)
@@ -43,7 +53,23 @@ class DamperTolerance:
     torque: float
     per_kelvin: float
     exponents: tuple[float, float] | None
-    source: str
+    torque_source: str
+    per_kelvin_source: str
+
+    @property
+    def source(self) -> str:
+        """Where each quantity comes from."""
+        text = _stated({"torque": self.torque_source, "temperature": self.per_kelvin_source})
+        if self.exponents is None:
+            return text
+        return f"{text}; exponent of the assumed law {self.exponents[0]:g} to {self.exponents[1]:g}"
+
+
+def _stated(sources: Mapping[str, str]) -> str:
+    """Each quantity with its source; of all only the source if it is the same."""
+    if len(set(sources.values())) == 1:
+        return next(iter(sources.values())).removeprefix("by ")
+    return "; ".join(f"{name} {source}" for name, source in sources.items())
 
 
 def free_angle_tolerance(body_coils: float | None) -> float:
@@ -54,35 +80,27 @@ def free_angle_tolerance(body_coils: float | None) -> float:
 
 def bought_spring(row: TorsionSpringRow) -> SpringTolerance:
     """From the row if stated, else usual values."""
-    sources = []
     rate, angle = row.rate_tolerance, row.free_angle_tolerance
-    if rate is None:
-        rate = RATE
-        sources.append(f"rate {RATE_SOURCE}")
-    if angle is None:
-        angle = free_angle_tolerance(row.body_coils)
-        sources.append(f"free angle {FREE_ANGLE_SOURCE}")
-    return SpringTolerance(rate, angle, "; ".join(sources) or "the catalogue row")
+    return SpringTolerance(
+        RATE if rate is None else rate,
+        free_angle_tolerance(row.body_coils) if angle is None else angle,
+        RATE_SOURCE if rate is None else ROW,
+        FREE_ANGLE_SOURCE if angle is None else ROW,
+    )
 
 
 def bought_damper(row: DamperRow, law: str) -> DamperTolerance:
     """From the row if stated, else assumed; an assumed law's exponent is uncertain as well."""
-    sources = []
     torque, per_kelvin = row.torque_tolerance, row.torque_per_kelvin
-    if torque is None:
-        torque = TORQUE
-        sources.append(f"torque {TORQUE_SOURCE}")
-    if per_kelvin is None:
-        per_kelvin = PER_KELVIN
-        sources.append(f"temperature {PER_KELVIN_SOURCE}")
-    exponents = CONCAVE_EXPONENT_RANGE if law == CONCAVE else None
-    if exponents is not None:
-        sources.append(f"exponent of the assumed law {exponents[0]:g} to {exponents[1]:g}")
-    return DamperTolerance(torque, per_kelvin, exponents, "; ".join(sources) or "the catalogue row")
+    return DamperTolerance(
+        TORQUE if torque is None else torque,
+        PER_KELVIN if per_kelvin is None else per_kelvin,
+        CONCAVE_EXPONENT_RANGE if law == CONCAVE else None,
+        TORQUE_SOURCE if torque is None else ROW,
+        PER_KELVIN_SOURCE if per_kelvin is None else ROW,
+    )
 
 
 def measured_damper(torque: float) -> DamperTolerance:
     """A damper whose curve was measured."""
-    return DamperTolerance(
-        torque, PER_KELVIN, None, f"measured curve within {torque:.0%}; temperature {PER_KELVIN_SOURCE}"
-    )
+    return DamperTolerance(torque, PER_KELVIN, None, f"within {torque:.0%} of the measured curve", PER_KELVIN_SOURCE)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import Field, dataclass, field, fields, replace
 from typing import Any, ClassVar, Literal, Self
 
+from synth.files.project_options import WIDEST
 from synth.parts.damper_law import CONCAVE, CONCAVE_EXPONENT, LINEAR, TABLE, power_law_curve
 from synth.swing.leg_model import Damper, DamperCurve
 
@@ -32,9 +33,12 @@ def declared_state(status: str) -> State:
     return next((state for state in DECLARED if status.startswith(state)), "other")
 
 
-def _quantity(unit: str, shown: str, *, key: bool = False, zero: bool = False, signed: bool = False) -> Any:
-    """A column with a unit. ``shown``: display unit. ``zero``, ``signed``: whether values <= 0 are allowed."""
-    return field(default=None, metadata={"unit": unit, "shown": shown, "key": key, "zero": zero, "signed": signed})
+def _quantity(
+    unit: str, shown: str, *, key: bool = False, zero: bool = False, signed: bool = False, most: float = math.inf
+) -> Any:
+    """A column; ``shown``: display unit; ``zero``, ``signed``: values <= 0 are allowed; ``most``: largest, ``unit``."""
+    rules = {"unit": unit, "shown": shown, "key": key, "zero": zero, "signed": signed, "most": most}
+    return field(default=None, metadata=rules)
 
 
 def _text(*, key: bool = False, choices: tuple[str, ...] = ()) -> Any:
@@ -100,7 +104,7 @@ class TorsionSpringRow(CatalogueRow):
     vendor: str = _text()
     material: str = _text()
     hand: str = _text(choices=("left", "right"))
-    included_angle: float | None = _quantity("rad", "deg", zero=True)
+    included_angle: float | None = _quantity("rad", "deg", zero=True, most=math.tau)
     leg_convention: str = _text(choices=("tangent", "radial", "axial"))
     rate: float | None = _quantity("N*m/rad", "N*m/rad", key=True)
     rate_basis: str = _text()
@@ -114,8 +118,8 @@ class TorsionSpringRow(CatalogueRow):
     max_arbor_diameter: float | None = _quantity("m", "mm")
     max_torque: float | None = _quantity("N*m", "N*m")
     max_deflection: float | None = _quantity("rad", "deg")
-    rate_tolerance: float | None = _quantity("1", "%")
-    free_angle_tolerance: float | None = _quantity("rad", "deg")
+    rate_tolerance: float | None = _quantity("1", "%", most=WIDEST)
+    free_angle_tolerance: float | None = _quantity("rad", "deg", most=math.pi)
 
     derived: tuple[str, ...] = field(default=(), metadata={"column": False})
     measure: tuple[str, ...] = field(default=(), metadata={"column": False})
@@ -185,7 +189,7 @@ class DamperRow(CatalogueRow):
     shaft_size: float | None = _quantity("m", "mm")
     min_temperature: float | None = _quantity("degC", "degC", signed=True)
     max_temperature: float | None = _quantity("degC", "degC", signed=True)
-    torque_tolerance: float | None = _quantity("1", "%")
+    torque_tolerance: float | None = _quantity("1", "%", most=WIDEST)
     torque_per_kelvin: float | None = _quantity("1/K", "%/K", signed=True)
     curve_speed: tuple[float, ...] = field(default=(), metadata={"column": False})
     curve_torque: tuple[float, ...] = field(default=(), metadata={"column": False})
@@ -218,7 +222,7 @@ class DamperRow(CatalogueRow):
         """Whether the damper turns through ``travel`` rad; None if unknown."""
         if self.continuous == "yes":
             return True
-        return None if self.travel is None else self.travel >= travel * (1.0 - 1e-9)
+        return None if self.travel is None else bool(self.travel >= travel * (1.0 - 1e-9))  # also of a numpy number
 
     def torque_speed(self, law: str | None = None, exponent: float = CONCAVE_EXPONENT) -> DamperCurve:
         """The torque-speed curve by a law.
@@ -357,8 +361,8 @@ class GearMotorRow(CatalogueRow):
     no_load_current: float | None = _quantity("A", "A")
     mass: float | None = _quantity("kg", "g")
     torque_limit: float | None = _quantity("N*m", "N*m")
-    speed_tolerance: float | None = _quantity("1", "%", zero=True)
-    current_tolerance: float | None = _quantity("1", "%", zero=True)
+    speed_tolerance: float | None = _quantity("1", "%", zero=True, most=WIDEST)
+    current_tolerance: float | None = _quantity("1", "%", zero=True, most=WIDEST)
     resistance: float | None = _quantity("ohm", "ohm")
     inductance: float | None = _quantity("H", "mH")
     rotor_inertia: float | None = _quantity("kg*m^2", "kg*m^2")

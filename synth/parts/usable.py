@@ -13,7 +13,7 @@ import math
 from dataclasses import replace
 from typing import TypeVar
 
-from synth.parts.coil_angle import CONVENTIONS, angle_mismatch, coil_fraction, included_angle
+from synth.parts.coil_angle import CONVENTIONS, TOLERANCE, angle_mismatch, coil_fraction, included_angle
 from synth.parts.damper_law import CONCAVE_EXPONENT
 from synth.parts.part_tolerance import TORQUE
 from synth.parts.row_check import NO_TRAVEL, ModulusOf, judge_row
@@ -68,7 +68,7 @@ def _contradicted_coils(row: TorsionSpringRow) -> float | None:
     angle, coils = row.included_angle, row.body_coils
     if angle is None or coils is None or abs(coils - round(coils)) > WHOLE or row.leg_convention:
         return None
-    if abs(angle_mismatch(coils, angle, CONVENTIONS[0])) < math.radians(4.0):
+    if abs(angle_mismatch(coils, angle, CONVENTIONS[0])) < TOLERANCE:
         return None
     return round(coils) + coil_fraction(angle)
 

@@ -193,13 +193,13 @@ def interpolated(table, first, count, x, extrapolate):
     """Linear interpolation in rows ``first`` to ``first + count - 1`` of ``table``.
 
     Before the first row the value is constant. After the last row it is constant, or linearly extrapolated if
-    ``extrapolate``.
+    ``extrapolate`` and the last two rows do not fall: a damper's torque held there never drives.
     """
     low, high = first, first + count - 1
     if x <= table[low, 0]:
         return table[low, 1]
     if x >= table[high, 0]:
-        if not extrapolate:
+        if not extrapolate or table[high, 1] < table[high - 1, 1]:
             return table[high, 1]
         low = high - 1
     low = last_row(table, low, high, x)

@@ -1,6 +1,9 @@
 """The space that a torsion spring takes: as it winds, its diameter decreases and its length increases.
 
 Lengths in m, ``travel`` in rad, positive in the direction that winds the coil (the intended direction of loading).
+The whole travel is taken for the body's. Of it the arms bend the share ``1 - Nb/Na`` (``arms.arm_share``), so a real
+body changes less, and clearances to an arbor, a tube and cheeks err on the safe side: for 4.17 coils of 23.67 mm with
+4.60 active ones, wound by 14.5 deg, the inside is 18.69 mm here, 18.72 mm by the body's own turns.
 """
 
 from __future__ import annotations
@@ -9,7 +12,7 @@ import math
 
 
 def wound_mean_diameter(mean_diameter: float, body_coils: float, travel: float) -> float:
-    """``D' = Nb D / (Nb + turns)``: the wire's length is constant (Shigley eq. 10-53)."""
+    """``D' = Nb D / (Nb + turns)``: the wire's length is constant (Shigley eq. 10-53, of the body's turns)."""
     return mean_diameter * body_coils / (body_coils + travel / math.tau)
 
 

@@ -22,7 +22,7 @@ def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
         "",
         f"Wire: {spring.material}, {shown.text(spring.wire_diameter, 'm')}; cut {_long(spring.cut_length, shown)}, "
         f"of which the spring takes {_long(spring.wire_length, shown)}",
-        f"Coil: {spring.body_coils:.3f} coils, {spring.hand}-hand, touching",
+        f"Coil: {spring.body_coils:.3f} coils, {spring.hand}-hand, {_coils_apart(spring, shown)}",
         f"      inside diameter {_size(spring.inside_diameter, shown)}, mean {_size(spring.mean_diameter, shown)}",
         f"      body {_size(spring.body_length, shown)} long",
         f"Legs: straight, {spring.convention}, {math.degrees(spring.included_angle):.1f} deg between them when free;",
@@ -76,7 +76,7 @@ def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC) -> list[str]
         f"Quantity: {spring.count}",
         f"Wire: {spring.material}, {shown.text(spring.wire_diameter, 'm')}, within "
         f"{shown.text(plus.wire_diameter, 'm', '.3g')}",
-        f"Body: {spring.body_coils:.3f} coils, {spring.hand}-hand, touching; mean diameter "
+        f"Body: {spring.body_coils:.3f} coils, {spring.hand}-hand, {_coils_apart(spring, shown)}; mean diameter "
         f"{_size(spring.mean_diameter, shown)}, within {shown.text(plus.mean_diameter, 'm', '.2g')}",
         f"Arms: {spring.convention}, {arms[0]} and {arms[1]} {shown.unit('m')}",
         f"Free angle: {math.degrees(spring.included_angle):.1f} deg, within {math.degrees(plus.free_angle):.2g} deg",
@@ -130,6 +130,14 @@ def _friction(spring: SpringDesign, shown: ShownUnits) -> list[str]:
         f"{shown.text(in_test * spring.rate_friction_form, 'N*m/rad')} instead of",
         f"{shown.text(in_test * spring.rate_bending_form, 'N*m/rad')}.",
     ]
+
+
+def _coils_apart(spring: SpringDesign, shown: ShownUnits) -> str:
+    """How close the free coils lie: the body's length holds the gaps between them."""
+    if spring.pitch == 1.0:
+        return "touching"
+    gap = (spring.pitch - 1.0) * spring.wire_diameter
+    return f"pitch {spring.pitch:.4g} x wire, coils {shown.text(gap, 'm', '.2g')} apart"
 
 
 def _size(length: float, shown: ShownUnits) -> str:

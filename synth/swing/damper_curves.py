@@ -1,6 +1,10 @@
 """Torque-speed curves in the form of the compiled chain: a sum of clamped speeds.
 
 An odd curve, linear between points, is ``sum_m c_m * clamp(speed, -s_m, s_m)``: branch-free, and exact.
+
+Beyond its last point a curve that rises there goes on along its last slope, and one that falls there keeps its last
+torque: on along a falling slope it would drive the joint. Of a law ``w^0.47`` with points at half of and at the last
+speed, the slope is 12 % above the law at twice the last speed; the last torque kept would be 28 % below it.
 """
 
 from __future__ import annotations
@@ -18,7 +22,7 @@ REMEMBERED = 1024  # curves, each two rows of a dozen numbers; choosing parts us
 
 
 def torque_at(curve: DamperCurve, speed: Array) -> Array:
-    """Resisting torque (N m) at ``speed`` (rad/s, any shape): odd, linear between points and beyond the last one."""
+    """Resisting torque (N m) at ``speed`` (rad/s, any shape): odd, linear between points, never below zero."""
     clamp_speed, clamp_slope = clamps(curve)
     return np.asarray(np.sum(clamp_slope * np.clip(speed[..., None], -clamp_speed, clamp_speed), axis=-1))
 
@@ -27,11 +31,14 @@ def clamps(curve: DamperCurve) -> tuple[Array, Array]:
     """Clamp speeds (rad/s) and slopes (N m s/rad), each (n_point,), whose clamped sum is the curve."""
     speed, torque = np.array(curve.speed), np.array(curve.torque)
     slope = np.diff(torque, prepend=0.0) / np.diff(speed, prepend=0.0)
-    return np.append(speed[:-1], UNBOUNDED), slope - np.append(slope[1:], 0.0)
+    end = speed[-1] if slope[-1] < 0.0 else UNBOUNDED
+    return np.append(speed[:-1], end), slope - np.append(slope[1:], 0.0)
 
 
 def with_rate(curve: DamperCurve, rate: float) -> DamperCurve:
     """The curve of this damper in parallel with a linear damper of ``rate`` N m s/rad."""
+    if curve.torque[-1] < (0.0, *curve.torque)[-2]:  # held beyond the last point: a further one carries the rate on
+        curve = DamperCurve((*curve.speed, 2.0 * curve.speed[-1]), (*curve.torque, curve.torque[-1]))
     return DamperCurve(curve.speed, tuple(t + rate * s for s, t in zip(curve.speed, curve.torque, strict=True)))
 
 

@@ -12,12 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.swing.leg_model import Leg, Tip
 
+FROUDE = "equal Froude numbers: the square root of the ratio of leg length over gravity"
 STEPS = 100  # of a search for the rest pose
 FAR = 0.3  # rad, the longest step of one joint, over which sines are nearly linear
 LEVEL = 1e-9  # of the largest stiffness, below which a curvature is rounding
@@ -224,3 +226,13 @@ def _descend_energy(balance: _Balance, start: Array, name: str) -> Array:
             step *= 0.5
         rotation = rotation + step
     raise ArithmeticError(f"no stable rest pose found for {name!r}: the last torque imbalance was {residual} N m")
+
+
+def froude_time_scale(source: Leg, target: Leg) -> float | None:
+    """How much slower ``target`` moves than ``source`` at equal Froude numbers; None if one is without gravity.
+
+    With Fr = v^2 / (g L) and angles kept, times go as sqrt(L / g) (Alexander & Jayes, J. Zoology 201 (1983) 135).
+    """
+    if source.gravity == 0.0 or target.gravity == 0.0:
+        return None
+    return sqrt(target.total_length / target.gravity / (source.total_length / source.gravity))

@@ -18,7 +18,9 @@ from synth.cad.layout import place
 from synth.cad.standard_part import CutPart, StandardPart, made_from, screw
 from synth.design import bom
 from synth.design.bom import BomLine, write_bom
+from synth.design.choose_springs import SpringOption
 from synth.files.text_forms import defused
+from synth.parts.catalogs import Catalogue
 
 
 @pytest.mark.parametrize("cell", ["=cmd|' /C calc'!A0", "+1", "-2", "@SUM(A1)", "\t=1", "  =1", "|x", "%x", "\n=1"])
@@ -67,6 +69,14 @@ def rows_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
             return list(csv.DictReader(stream))
 
     return found
+
+
+def test_a_bought_springs_line_states_the_vendors_rate_beside_that_in_the_joint() -> None:
+    """A pair of LTR135H 10 M, whose clamped arms soften it: by 2.2247 N m/rad a correct spring is known on arrival."""
+    row = Catalogue.load().find_spring("LTR135H 10 M")
+    line = bom._spring_line("knee", SpringOption(2 * 2.103, 2.0, row=row, count=2))
+    assert line.item.startswith("torsion spring, 2.225 N*m/rad as sold, 2.103 N*m/rad in the joint")
+    assert line.quantity == 2
 
 
 def test_equal_lines_are_merged_with_quantity_and_mass(rows_of) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -88,3 +90,15 @@ def test_without_draws_there_is_no_warning() -> None:
     fit, wanted = fit_of(robot(), 0.2)
     assert choice_robustness(wanted, replace(fit, drawn=()), [fit.leg]) is None
     assert ChoiceRobustness(np.array([[1.0, 2.0]]), np.array([1.0, 2.0])).warning is None
+
+
+def test_a_set_that_diverges_is_off_by_pi_whatever_the_number_of_joints() -> None:
+    motion = np.zeros((5, 3, 1))
+    sets: Any = ("diverging", "same")
+    simulated = {sets: [np.concatenate([np.full_like(motion, np.nan), motion], axis=2)], "draws": [motion]}
+    release = SimpleNamespace(conditions=SimpleNamespace(locked=()))
+    wanted: Any = SimpleNamespace(releases=[release], motions=[motion[:, :, 0]], simulate=simulated.__getitem__)
+    fit: Any = SimpleNamespace(drawn="draws", leg=SimpleNamespace(joints=(1, 2, 3)))
+    made = choice_robustness(wanted, fit, sets)
+    assert made is not None
+    assert made.errors[:, 0] == pytest.approx([np.pi, 0.0])

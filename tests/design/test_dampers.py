@@ -11,12 +11,13 @@ from synth.design.choose_dampers import (
     DamperOption,
     MeasuredCurve,
     choose_dampers,
-    curve_warnings,
-    size_warnings,
+    measured_curves,
 )
+from synth.design.damper_warnings import curve_warnings, size_warnings, travel_warnings
 from synth.design.response import WantedRelease, WantedResponse
 from synth.errors import UserError
 from synth.files.project_options import DamperChoice, JointChoice, SpringChoice
+from synth.parts.arrangement import Arrangement
 from synth.parts.catalogs import Catalogue
 from synth.parts.damper_law import power_law_curve
 from synth.parts.rows import RPM
@@ -158,11 +159,82 @@ def test_a_maximum_speed_is_told_from_a_rated_point(
     assert row.max_speed == row.speed == pytest.approx(50 * RPM)  # published as "50 rpm max speed"
     row = replace(row, max_speed=None if most is None else most * RPM)
     option = DamperOption(row, row.damper(), "table", "")
-    found = [text for text in curve_warnings("knee", option, (0.0, np.inf), rpm * RPM) if "turned" in text]
+    found = [text for text in curve_warnings("knee", option, None, rpm * RPM) if "turned" in text]
     assert bool(found) is bool(said)
     for text in found:
         assert said in text
         assert severity_of(text) == severity
+
+
+@pytest.mark.parametrize(
+    ("damper", "ratio", "said"),
+    [
+        ({"part": "6597K19"}, 1.0, "turns by 40 deg only, and the joint turns it by 115 deg"),
+        ({"part": "6597K19", "travel": 6.2832}, 1.0, "turns by 40 deg only, and travel asks for 360 deg"),
+        ({"part": "6597K19", "ratios": (0.25, 1.0)}, 0.25, ""),  # a quarter as far: the one that bears it is taken
+    ],
+)
+def test_a_named_damper_that_turns_too_little_is_told(
+    catalogue: Catalogue, damper: dict[str, object], ratio: float, said: str
+) -> None:
+    rows = tuple(replace(row, continuous="no", travel=np.radians(40)) for row in catalogue.dampers)
+    asked = choices(**damper)
+    made = choose_dampers(response(one_link(Damper(0.1))), asked, replace(catalogue, dampers=rows), {}, TRAVEL)
+    assert made.chosen[0].arrangement.ratio == ratio
+    found = travel_warnings("knee", made.chosen[0], asked["knee"].damper, TRAVEL[0])
+    assert bool(found) is bool(said)
+    for text in found:
+        assert said in text
+        assert severity_of(text) == "decide"
+
+
+def test_a_named_damper_of_unknown_travel_is_told(catalogue: Catalogue) -> None:
+    row = replace(catalogue.find_damper("6597K19"), continuous="", travel=None)
+    option, choice = DamperOption(row, row.damper(), "concave", ""), choices(part="6597K19")["knee"].damper
+    (said,) = travel_warnings("knee", option, choice, 1.0)
+    assert said.endswith("does not state how far 6597K19 turns; that it turns 57 deg was not checked")
+
+
+RISING = DamperCurve((5 * RPM, 10 * RPM, 20 * RPM), (0.06, 0.1, 0.12))
+FALLING = DamperCurve((5 * RPM, 15 * RPM, 20 * RPM), (0.08, 0.135, 0.12))
+
+
+@pytest.mark.parametrize("catalogued", [False, True])
+@pytest.mark.parametrize(
+    ("table", "rpm", "said"),
+    [
+        (RISING, 21.0, []),  # a tenth beyond the table
+        (RISING, 64.0, ["at up to 64 rpm; its torque-speed table ends at 20 rpm, and beyond it goes on along its"]),
+        (FALLING, 19.0, ["falls from 0.135 N*m at 15 rpm to 0.12 N*m at 20 rpm"]),
+        (FALLING, 64.0, ["ends at 20 rpm, and beyond it keeps its last torque", "falls from 0.135 N*m at 15 rpm"]),
+    ],
+)
+def test_a_damper_turned_beyond_its_table_is_told(
+    catalogue: Catalogue, table: DamperCurve, rpm: float, said: list[str], catalogued: bool
+) -> None:
+    """The user's own table, and the points of a catalogue: in neither is the torque beyond known."""
+    row = replace(catalogue.find_damper("6597K19"), max_speed=100 * RPM)
+    if catalogued:
+        row = replace(row, curve_speed=table.speed, curve_torque=table.torque)
+        option, measured = DamperOption(row, row.damper(), "table", ""), None
+    else:
+        option = DamperOption(row, Damper(curve=table), "curve", "")
+        measured = measured_curves({}, {"knee": (None, table)}, {})["knee"]
+    found = [text for text in curve_warnings("knee", option, measured, rpm * RPM) if "table" in text]
+    assert len(found) == len(said)
+    for text, part in zip(found, said, strict=True):
+        assert part in text
+
+
+@pytest.mark.parametrize(("ratio", "said"), [(0.5, None), (1.0, "6.7 rad/s"), (3.0, "20 rad/s")])
+def test_the_measured_range_is_of_the_dampers_own_speed(catalogue: Catalogue, ratio: float, said: str | None) -> None:
+    """A joint of 6.7 rad/s turns a damper geared 0.5 at 3.35 rad/s, within drops that reached 5.1."""
+    row, measured = catalogue.find_damper("6597K19"), MeasuredCurve("6597K19", RISING, "drops", 5.1)
+    option = DamperOption(row, Damper(curve=RISING), "curve", "", arrangement=Arrangement(ratio=ratio))
+    found = [text for text in curve_warnings("knee", option, measured, 6.7) if "measured" in text]
+    assert bool(found) is (said is not None)
+    for text in found:
+        assert f"turned at up to {said}; it was measured up to 5.1 rad/s" in text
 
 
 def test_a_similar_part_number_is_suggested(catalogue: Catalogue) -> None:

@@ -104,6 +104,21 @@ def test_the_sheet_gives_the_rate_that_a_maker_measures(wound: LegDesign) -> Non
     assert arms["axis_force"]["value"] < 0.5 * made.moment / made.leg_lengths[0]
 
 
+def test_only_coils_without_a_gap_are_said_to_touch(wound: LegDesign) -> None:
+    """The body's length on the sheet, d + p N, is that of the coils as described beside it."""
+    made = wound.springs.chosen[0].design
+    assert made is not None
+    gap = (made.body_length / made.wire_diameter - 1.0) / made.body_coils * made.wire_diameter - made.wire_diameter
+    assert gap == pytest.approx(0.03 * made.wire_diameter)
+    touching = replace(made, pitch=1.0, body_length=made.wire_diameter * (1.0 + made.body_coils))
+    for spring, said in ((made, f"{gap * 1e3:.2g} mm "), (touching, "touching")):
+        sheet, order = winding_sheet(spring), "\n".join(request_lines(spring))
+        for text in (sheet, order, winding_of(spring.as_json())["steps"][1].replace("\xa0", " ")):
+            assert said in text
+            assert ("touching" in text) is (spring is touching)
+    assert f"pitch 1.03 x wire, coils {gap * 1e3:.2g} mm apart" in winding_sheet(made)
+
+
 def test_a_measured_rate_is_converted_into_the_joints(wound: LegDesign, bought: LegDesign) -> None:
     made = wound.springs.chosen[0].design
     assert made is not None

@@ -149,6 +149,19 @@ def test_tolerances_of_row_and_project_override_the_default(spring: SpringOption
     assert spring_tolerance(stated, ToleranceOptions(rate=0.2)).rate == 0.2
 
 
+def test_each_tolerance_is_reported_with_its_own_source(catalogue: Catalogue, spring: SpringOption) -> None:
+    of_rate = spring_tolerance(spring, ToleranceOptions(rate=0.02)).source
+    assert of_rate.startswith("rate by the project file; free angle usual: Lee")
+    assert spring_tolerance(spring, ToleranceOptions(rate=0.02, free_angle=0.1)).source == "the project file"
+    assert spring.row is not None
+    stated = replace(spring, row=replace(spring.row, free_angle_tolerance=0.02))
+    assert spring_tolerance(stated, ToleranceOptions()).source.endswith("; free angle by the catalogue row")
+    row = catalogue.find_damper("6597K19")
+    of_torque = damper_tolerance(DamperOption(row, row.damper(), "concave", ""), ToleranceOptions(torque=0.05)).source
+    assert of_torque.startswith("torque by the project file; temperature TOK TD14")
+    assert of_torque.endswith("; exponent of the assumed law 0.44 to 0.5")
+
+
 def test_the_same_seed_gives_the_same_forecast(spring: SpringOption) -> None:
     one, two = (forecaster(spring.rate, ToleranceOptions()).forecast([(spring, MEASURED)], 32) for _ in range(2))
     assert one == two

@@ -187,6 +187,23 @@ cad: {bed: [320 mm, 20 cm, 15 cm]}
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize(("gravity", "factor"), [("9.81 m/s^2", 2.0), ("1.62 m/s^2", 2.0 * math.sqrt(9.81 / 1.62))])
+def test_equal_froude_numbers_hold_between_gravities(folder: Path, gravity: str, factor: float) -> None:
+    """Times go as sqrt(length / gravity): a leg with its weight relieved, or on the Moon, moves slower."""
+    robot = folder / "robot/r.leg.yaml"
+    robot.write_text(f"{robot.read_text()}gravity: {gravity}\n")
+    project = read_leg_project(write(folder, DESIGN + "scale: {time: froude}\n"))
+    assert project.time_scale == pytest.approx(factor)
+
+
+def test_without_gravity_there_is_no_froude_number(folder: Path) -> None:
+    robot = folder / "robot/r.leg.yaml"
+    robot.write_text(f"{robot.read_text()}gravity: 0 m/s^2\n")
+    with pytest.raises(UserError, match="has gravity 0; write a factor") as caught:
+        read_leg_project(write(folder, DESIGN + "scale: {time: froude}\n"))
+    assert caught.value.problems[0].key == "scale.time"
+
+
 def test_leg_project_defaults(folder: Path) -> None:
     project = read_leg_project(write(folder, DESIGN))
     assert (project.time_scale, project.dynamic_similarity) == (1.0, False)

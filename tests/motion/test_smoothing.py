@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
+from scipy.signal import savgol_coeffs, savgol_filter
 
-from synth.motion.smoothing import initial_state, lost_samples, savitzky_golay, smooth
+from synth.motion.smoothing import initial_state, lost_samples, polynomial_noise, savitzky_golay, smooth
 
 Array = NDArray[np.float64]
 
@@ -17,6 +17,11 @@ Array = NDArray[np.float64]
 def swing(time: Array, frequency: float = 3.0, amplitude: float = 0.4) -> Array:
     """(n, 1) rad, a decaying swing."""
     return (amplitude * np.exp(-2 * time) * np.cos(2 * np.pi * frequency * time))[:, None]
+
+
+def test_the_noise_of_a_polynomial_is_the_norm_of_scipys_coefficients() -> None:
+    wanted = [float(np.linalg.norm(savgol_coeffs(11, 3, deriv=order, delta=0.01))) for order in (0, 1)]
+    assert polynomial_noise(11, 3, 0.01) == pytest.approx(wanted)
 
 
 @settings(max_examples=40, deadline=None)

@@ -165,6 +165,28 @@ def test_the_list_of_problems_of_a_wrong_file_is_shortened(tmp_path: Path) -> No
     assert len(read_table(path).problems) == MAX_PROBLEMS + 2
 
 
+@pytest.mark.parametrize(
+    ("column", "cell", "most"),
+    [
+        ("included_angle [deg]", "480", "360 deg"),
+        ("rate_tolerance [1]", "10", "90 %"),
+        ("rate_tolerance [%]", "100", "90 %"),
+        ("free_angle_tolerance [rad]", "4", "180 deg"),
+        ("torque_tolerance [1]", "15", "90 %"),
+        ("speed_tolerance [%]", "120", "90 %"),
+    ],
+)
+def test_angles_and_tolerances_that_no_part_has_are_refused(tmp_path: Path, column: str, cell: str, most: str) -> None:
+    """A rate plus or minus ten times itself would be drawn negative, and its simulation does not end."""
+    motor = "gear_ratio [1],no_load_speed [rpm],stall_torque [N*m]"
+    families = {"torque": "max_torque [N*m],speed [rpm]", "speed": motor}
+    key = families.get(column.partition("_")[0], "rate [N*m/rad]")
+    path = _file(tmp_path, f"part,{key},{column}\nA{',1' * (key.count(',') + 1)},{cell}\n")
+    assert [problem.text for problem in _problems(path)] == [f'"{cell}" must be at most {most}']
+    path = _file(tmp_path, path.read_text().replace(f",{cell}\n", f",{0.5 if cell != '480' else 360}\n"))
+    assert not check_catalogue([path])
+
+
 def test_same_part_twice_in_one_file(tmp_path: Path) -> None:
     path = _file(tmp_path, "part,rate [N*m/rad]\nA1,1\nA1,2\n")
     assert "is given twice in this file, first in line 2" in _problems(path)[0].text

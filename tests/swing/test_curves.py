@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from synth.model_checks.other_engine import _torque
 from synth.swing.chain import compiled_chain
-from synth.swing.damper_curves import clamps, compiled_rows, thin, thinning_error, torque_at
+from synth.swing.damper_curves import clamps, compiled_rows, thin, thinning_error, torque_at, with_rate
 from synth.swing.lane_layout import CURVE_POINTS
 from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link
 
@@ -61,6 +62,19 @@ def test_thinning_drops_points_on_a_chord_first_and_gives_its_error() -> None:
     by_hand = np.abs(np.interp(speed, [0, *thinned.speed], [0, *thinned.torque]) - speed**0.45).max() / 2**0.45
     assert thinning_error(power) == pytest.approx(by_hand, abs=1e-12)
     assert 1e-4 < by_hand < 0.02
+
+
+FALLING = DamperCurve((0.2, 0.5, 1.6, 2.1), (0.05, 0.08, 0.135, 0.12))
+
+
+@pytest.mark.parametrize("speed", [0.1, 1.9, 2.1, 6.7, 100.0])
+def test_a_curve_that_falls_at_its_end_keeps_its_last_torque_and_never_drives(speed: float) -> None:
+    expected = np.interp(speed, [0.0, *FALLING.speed], [0.0, *FALLING.torque])
+    assert torque_at(FALLING, np.array(speed)) == pytest.approx(expected)
+    assert torque_at(FALLING, np.array(-speed)) == pytest.approx(-expected)
+    assert _torque(FALLING, speed) == pytest.approx(expected)  # of the independent engine
+    beside = torque_at(with_rate(FALLING, 0.01), np.array(speed))
+    assert beside == pytest.approx(expected + 0.01 * speed)  # held, with a linear damper that goes on
 
 
 def test_padding_adds_nothing() -> None:

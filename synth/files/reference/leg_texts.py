@@ -39,7 +39,8 @@ KEYS: dict[str, str] = {
     "spring.free_angle": "Measured angle at which the spring is unloaded.",
     "spring.part": "A catalogue part, whose rate is used if none is given.",
     "damper.rate": "Torque per speed of a linear damper.",
-    "damper.curve": "A CSV with `speed [rpm],torque [N*m]`, rising from (0, 0).",
+    "damper.curve": "A CSV with `speed [rpm],torque [N*m]`, straight from (0, 0) to its first point; one that falls at "
+    "its end keeps its last torque beyond.",
     "damper.part": "A catalogue part, whose law is used if neither rate nor curve is given.",
     "drive.kind": "`servo` follows a commanded angle, `voltage` a known voltage, `torque` a known current or torque.",
     "drive.gain": "Torque (with a motor: duty) per angle from the command.",

@@ -1,0 +1,120 @@
+"""Warnings on a joint's damper: an assumed law, speeds beyond its data, a falling table, travel, unstated sizes."""
+
+from __future__ import annotations
+
+from math import degrees
+
+from synth.design.choose_dampers import DamperOption, MeasuredCurve
+from synth.files.project_options import DamperChoice
+from synth.parts.damper_law import TABLE
+from synth.parts.part_candidates import damper_limits
+from synth.parts.rows import RPM, DamperRow
+from synth.remarks import Remark, decisive, noted, unlike
+from synth.swing.damper_curves import thinning_error
+from synth.swing.leg_model import DamperCurve
+
+SLOWER = "Ask the vendor whether it bears that speed, turn it slower (ratios below 1), or choose a damper sold for it."
+DROPS = "Record drops with that damper alone and name them under `dampers:`."
+TURN_IT_LESS = "Choose a damper that turns further, turn it less (ratios below 1), or give the joint a smaller range."
+MEASURE_FASTER = "Measure the damper up to that speed, turn it slower (ratios below 1), or choose another."
+MEASURE_AGAIN = "The torque of a rotary damper rises with speed: measure these points again."
+LITTLE = 1.1  # a tenth beyond the data: little extrapolation
+FALLEN = 0.01  # of the highest torque: more than the rounding of its digits
+
+
+def curve_warnings(joint: str, option: DamperOption, measured: MeasuredCurve | None, fastest: float) -> list[str]:
+    """Warnings on a chosen damper: an assumed law, a thinned or falling table, speeds beyond the known ones.
+
+    ``measured``: of the joint's damper, used if the option's law is ``curve``; ``fastest``: highest speed of the wanted
+    motion, rad/s.
+    """
+    warnings, reached = [], fastest * option.arrangement.ratio
+    if option.row is not None and option.row.derived and option.law != "curve":
+        warnings.append(f"{joint}: {option.row.order} is {option.row.status}")
+    if option.law == "concave":
+        text = f"{joint}: the torque-speed law of {option.part} is {option.why}: its rate at low speed may be off by a "
+        warnings.append(decisive(f"{text}factor of two", DROPS))
+    if option.law == "curve" and measured is not None and measured.table:
+        warnings += _table_warnings(joint, option.part, measured.curve, reached)
+    elif option.law == "curve" and measured is not None and reached > LITTLE * measured.upto:
+        speed, most = unlike(reached, measured.upto, ".2g")
+        warnings.append(
+            f"{joint}: {option.part} is turned at up to {speed} rad/s; it was measured up to {most} rad/s, and its law "
+            "is extrapolated beyond"
+        )
+    if option.law == TABLE and option.row is not None and option.row.default_law == TABLE:
+        table = option.row.torque_speed(TABLE)
+        warnings += _table_warnings(joint, option.part, table, reached)
+    if option.row is not None:
+        warnings += _speed_warnings(joint, option.row, reached)
+    if option.damper.curve is not None:
+        error = thinning_error(option.damper.curve)
+        if error > 0.005:  # a smaller one is far below a damper's tolerance of 15 %
+            warnings.append(
+                noted(f"{joint}: the damper's table was reduced to 12 points; the error is at most {error:.1%}")
+            )
+    return warnings
+
+
+def _table_warnings(joint: str, part: str, table: DamperCurve, reached: float) -> list[str]:
+    """Warnings on a table of points whose damper is turned at ``reached`` rad/s: beyond its end, and where it falls."""
+    warnings: list[str] = []
+    falls = table.torque[-1] < (0.0, *table.torque)[-2]
+    if reached > LITTLE * table.speed[-1]:
+        speed, most = unlike(reached / RPM, table.speed[-1] / RPM, ".0f")
+        beyond = "keeps its last torque" if falls else "goes on along its last slope"
+        text = f"{joint}: {part} is turned at up to {speed} rpm; its torque-speed table ends at {most} rpm, and beyond "
+        warnings.append(Remark(f"{text}it {beyond}", "check", MEASURE_FASTER))
+    highest = max(table.torque)
+    lowest = min(table.torque[table.torque.index(highest) :])
+    if lowest < (1.0 - FALLEN) * highest:
+        text = f"{joint}: the torque-speed table of {part} falls from {highest:.4g} N*m at "
+        text += f"{table.speed[table.torque.index(highest)] / RPM:.4g} rpm to {lowest:.4g} N*m at "
+        at = len(table.torque) - 1 - table.torque[::-1].index(lowest)
+        warnings.append(Remark(f"{text}{table.speed[at] / RPM:.4g} rpm", "check", MEASURE_AGAIN))
+    return warnings
+
+
+def _speed_warnings(joint: str, row: DamperRow, reached: float) -> list[str]:
+    """Warnings on a damper turned at ``reached`` rad/s: beyond its maximum speed, else beyond its one point."""
+    turned = f"{joint}: {row.part} is turned at up to"
+    if row.max_speed is not None and reached > row.max_speed:
+        speed, most = unlike(reached / RPM, row.max_speed / RPM, ".0f")
+        return [decisive(f"{turned} {speed} rpm; its vendor's maximum speed is {most} rpm", SLOWER)]
+    if row.default_law != TABLE and row.speed is not None and reached > LITTLE * row.speed:
+        speed, stated = unlike(reached / RPM, row.speed / RPM, ".0f")
+        return [f"{turned} {speed} rpm; its vendor states torque at {stated} rpm and gives no data beyond it"]
+    return []
+
+
+def travel_warnings(joint: str, option: DamperOption, choice: DamperChoice, travel: float) -> list[str]:
+    """A warning on a damper named by part that does not turn as far as the joint turns it (``travel`` rad), or may not.
+
+    Others are chosen among those that do.
+    """
+    if option.row is None:
+        return []
+    wanted = (choice.travel if choice.travel is not None else travel) * option.arrangement.ratio
+    allowed = option.row.allows_travel(wanted)
+    if allowed is None:
+        text = f"{joint}: the catalogue does not state how far {option.part} turns; that it turns "
+        return [f"{text}{degrees(wanted):.0f} deg was not checked"]
+    if allowed:
+        return []
+    assert option.row.travel is not None
+    most, turned = unlike(degrees(option.row.travel), degrees(wanted), ".0f")
+    asked = "the joint turns it by" if choice.travel is None else "travel asks for"
+    text = f"{joint}: {option.part} turns by {most} deg only, and {asked} {turned} deg"
+    return [decisive(text, TURN_IT_LESS)]
+
+
+def size_warnings(joint: str, option: DamperOption, choice: DamperChoice) -> list[str]:
+    """A warning for each limit of the choice on a size that the catalogue does not state for the chosen damper."""
+    if option.row is None or choice.part is not None:
+        return []
+    return [
+        f"{joint}: the catalogue does not state the {what} of {option.part}; the limit of {most * 1e3:.4g} mm was not "
+        "checked"
+        for what, size, most in damper_limits(option.row, choice)
+        if size is None
+    ]
