@@ -11,7 +11,7 @@ from synth.reports.quantities import brief, percent_interval, share_text, whole_
 from synth.reports.reading import Json, Result
 from synth.reports.section import mapping, sequence
 from synth.reports.sections import gap_how_far
-from synth.reports.sections.gap_next import entry_text
+from synth.reports.sections.gap_next import entry_text, without_trial
 from synth.reports.sections.gap_which import meaning_of, name_of, within_accuracy
 
 MOST_CAUSES = 3  # in the opening; its section has all
@@ -63,7 +63,7 @@ def _trust(document: Json, verdict: str) -> str:
 def _steps(document: Json) -> list[str]:
     experiment = mapping(document, "next_experiment")
     if not experiment:
-        return ["No further recording needed: no trial of the list would change the diagnosis."]
+        return [without_trial(document, "No further recording needed")]
     trial = mapping(experiment, "trial")
     entry = f" Write it as `{entry_text(trial)}` under `trials:`." if trial else ""
     command = experiment.get("command")

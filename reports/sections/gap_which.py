@@ -38,6 +38,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "means": meaning_of(document),
         "explanation": [_cause(item, effects) for item in sequence(document, "explanation")],
         "tied": [[_cause(item, effects) for item in causes] for causes in sequence(document, "tied")],
+        "has_trial": bool(mapping(document, "next_experiment")),
         "figure": _figure(document, ranked),
         "unknown": verdict == "unknown",
         "ranked": [{**_cause(entry, effects), "probability": share_text(entry.get("probability"))} for entry in ranked],

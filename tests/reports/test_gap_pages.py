@@ -450,3 +450,21 @@ def test_the_next_trial_is_an_entry_that_a_project_takes(trial: dict[str, Any], 
 def test_shares_as_per_cent(value: float | None, text: str) -> None:
     assert quantities.share_text(value) == text
     assert quantities.share_text({"value": value, "unit": "1"}) == text
+
+
+@pytest.mark.parametrize(
+    ("verdict", "words"),
+    [
+        ("tie", "No usual trial separates the tied explanations"),
+        ("unknown", "No usual trial shows more of the unknown"),
+    ],
+)
+def test_without_a_trial_to_record_a_tie_is_not_told_as_settled(
+    written: Folder, effect: GapResult, verdict: Any, words: str
+) -> None:
+    open_ended = replace(made_result(verdict), next_experiment=None)
+    _, page = page_of(written(open_ended) / "report.html")
+    assert page.text.count(words) == 2  # in the opening and in its section
+    assert "would change the diagnosis" not in page.text
+    assert "No further recording needed" not in page.text
+    assert "names the trial that would" not in page.text
