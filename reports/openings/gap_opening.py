@@ -12,7 +12,7 @@ from synth.reports.reading import Json, Result
 from synth.reports.section import mapping, sequence
 from synth.reports.sections import gap_how_far
 from synth.reports.sections.gap_next import entry_text, without_trial
-from synth.reports.sections.gap_which import meaning_of, name_of, within_accuracy
+from synth.reports.sections.gap_which import meaning_of, name_of, sure_of_none, within_accuracy
 
 MOST_CAUSES = 3  # in the opening; its section has all
 # In words, how the scored trials were predicted if none was held out.
@@ -40,9 +40,16 @@ def gap_opening(result: Result) -> Opening:
         figure.drawing if figure else Markup(""),
         figure.caption if figure else "",
         _figures(document),
-        {"effect": True, "none": True, "unknown": False}.get(verdict),
+        _is_good(document, verdict),
         beside=figure.pose if figure else Markup(""),
     )
+
+
+def _is_good(document: Json, verdict: str) -> bool | None:
+    """Of the verdict none only where it is sure: the probability of a missing effect may be larger."""
+    if verdict == "none" and not (within_accuracy(document) or sure_of_none(document)):
+        return None
+    return {"effect": True, "none": True, "unknown": False}.get(verdict)
 
 
 def _trust(document: Json, verdict: str) -> str:

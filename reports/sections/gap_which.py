@@ -19,7 +19,9 @@ VERDICTS = {
     "unknown": "no effect in the library explains the trials",
 }
 WITHIN = "the gap is below the required accuracy; causes were not judged"
-SURE_PROBABILITY = 0.8  # probability of the first cause from which the trials identify it; below, they favour it
+# Probability from which the trials identify the first cause, or show that none is missing; below, they favour the
+# cause, and cannot show whether one is missing.
+SURE_PROBABILITY = 0.8
 WIDTH, LABEL = 800.0, 236.0  # px
 MOST_BARS = 10  # candidates drawn
 LEAST_PROBABILITY = 0.005  # a candidate less probable than this is counted among the others
@@ -52,10 +54,18 @@ def meaning_of(document: Json) -> str:
         return WITHIN
     verdict, first = str(document.get("verdict")), sequence(document, "ranked")[:1]
     sure = bool(first) and isinstance(first[0], Mapping) and _number(first[0].get("probability")) >= SURE_PROBABILITY
+    if verdict == "none" and not sure_of_none(document):
+        none = share_text(document.get("probability_none"))
+        return f"these trials cannot show whether an effect is missing; the probability that none is missing is {none}"
     if verdict != "effect" or sure:
         return VERDICTS.get(verdict, "")
     unknown = share_text(document.get("probability_unknown"))
     return f"the trials favour this cause; the probability that it is not in the library is {unknown}"
+
+
+def sure_of_none(document: Mapping[str, Any]) -> bool:
+    """Whether the trials show that no effect is missing; a result that does not state the probability is taken so."""
+    return _number(document.get("probability_none", 1.0)) >= SURE_PROBABILITY
 
 
 def within_accuracy(document: Json) -> bool:

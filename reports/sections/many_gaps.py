@@ -24,12 +24,17 @@ def items(result: Result) -> list[Json]:
 
 
 def causes(result: Result) -> dict[str, list[str]]:
-    """Cause -> the legs whose explanation holds it, the commonest first."""
+    """Cause -> the legs whose accepted explanation holds it, the commonest first."""
     found: dict[str, list[str]] = defaultdict(list)
     for leg in items(result):
-        for cause in sequence(leg, "explanation"):
+        for cause in sequence(leg, "explanation") if is_accepted(leg) else ():
             found[name_of(cause)].append(str(leg["name"]))
     return dict(sorted(found.items(), key=lambda item: (-len(item[1]), item[0])))
+
+
+def is_accepted(leg: Json) -> bool:
+    """Whether the leg's ``explanation`` was accepted; with the verdict unknown it is the nearest that was not."""
+    return leg.get("verdict") != "unknown"
 
 
 def _legs(result: Result) -> dict[str, Any] | AbsentResult:
@@ -44,6 +49,7 @@ def _legs(result: Result) -> dict[str, Any] | AbsentResult:
                 "report": leg["report"],
                 "verdict": leg["verdict"],
                 "causes": [name_of(cause) for cause in sequence(leg, "explanation")],
+                "accepted": is_accepted(leg),
                 "likeliest": name_of(first) if first else "",
                 "probability": share_text(first.get("probability")) if first else "",
                 "shrink": first.get("shrink"),

@@ -468,3 +468,17 @@ def test_without_a_trial_to_record_a_tie_is_not_told_as_settled(
     assert "would change the diagnosis" not in page.text
     assert "No further recording needed" not in page.text
     assert "names the trial that would" not in page.text
+
+
+@pytest.mark.parametrize("probability", [0.46, 0.91])
+def test_no_missing_effect_is_told_and_green_only_where_it_is_probable(
+    written: Folder, effect: GapResult, probability: float
+) -> None:
+    ranked = tuple(replace(entry, probability=0.05) for entry in effect.ranked)
+    result = replace(made_result("none"), ranked=ranked, probability_none=probability, probability_unknown=0.0)
+    html, page = page_of(written(result) / "report.html")
+    sure = probability > 0.8
+    assert ('class="verdict good"' in html) is sure
+    assert ("no effect is missing: the designed leg" in page.text.lower()) is sure
+    told = "these trials cannot show whether an effect is missing; the probability that none is missing is 46 %"
+    assert (told in page.text) is not sure
