@@ -12,7 +12,15 @@ from synth.reports.reading import Json, Result
 from synth.reports.section import mapping, sequence
 from synth.reports.sections import gap_how_far
 from synth.reports.sections.gap_next import entry_text, without_trial
-from synth.reports.sections.gap_which import meaning_of, name_of, sure_of_none, within_accuracy
+from synth.reports.sections.gap_which import (
+    LEAST_PROBABILITY,
+    OTHERS,
+    meaning_of,
+    name_of,
+    others_probability,
+    sure_of_none,
+    within_accuracy,
+)
 
 MOST_CAUSES = 3  # in the opening; its section has all
 # In words, how the scored trials were predicted if none was held out.
@@ -89,6 +97,9 @@ def _figures(document: Json) -> Figures | None:
         ]
         for entry in ranked[:MOST_CAUSES]
     ]
+    others = others_probability(document, ranked[:MOST_CAUSES])
+    if others >= LEAST_PROBABILITY:
+        rows.append([Cell(OTHERS), Cell(share_text(others)), Cell("–")])
     none = "below the required accuracy" if within_accuracy(document) else "no missing effect"
     for key, words in (("none", none), ("unknown", "not in the library")):
         if f"probability_{key}" in document:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
@@ -25,6 +25,7 @@ SURE_PROBABILITY = 0.8
 WIDTH, LABEL = 800.0, 236.0  # px
 MOST_BARS = 10  # candidates drawn
 LEAST_PROBABILITY = 0.005  # a candidate less probable than this is counted among the others
+OTHERS = "all others together"  # less probable candidates, most of which are not in the result
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -45,6 +46,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "unknown": verdict == "unknown",
         "ranked": [{**_cause(entry, effects), "probability": share_text(entry.get("probability"))} for entry in ranked],
         "shown": MOST_BARS,
+        "others": _others_text(document, ranked),
     }
 
 
@@ -79,6 +81,25 @@ def name_of(cause: Mapping[str, Any]) -> str:
     return f"{str(cause.get('effect')).replace('_', ' ')}, {where}"
 
 
+def others_probability(document: Json, shown: Sequence[Mapping[str, Any]]) -> float:
+    """Probability of the candidates that are not shown, those that the result does not list too.
+
+    If several causes act together, each has the probability of being one of them, which does not add up: of those
+    that are listed only.
+    """
+    ranked = [entry for entry in sequence(document, "ranked") if isinstance(entry, Mapping)]
+    if len(sequence(document, "explanation")) > 1:
+        return sum(_number(entry.get("probability")) for entry in ranked if entry not in shown)
+    known = sum(_number(document.get(f"probability_{key}")) for key in ("none", "unknown"))
+    return max(0.0, 1.0 - known - sum(_number(entry.get("probability")) for entry in shown))
+
+
+def _others_text(document: Json, ranked: Sequence[Mapping[str, Any]]) -> str:
+    """The probability of the candidates that the result does not list; empty if negligible."""
+    others = others_probability(document, ranked)
+    return share_text(others) if others >= LEAST_PROBABILITY else ""
+
+
 def _cause(entry: Mapping[str, Any], effects: Json) -> Json:
     described = mapping(effects, str(entry.get("effect")))
     return {
@@ -98,12 +119,13 @@ def _figure(document: Json, ranked: list[Mapping[str, Any]]) -> Markup:
     """
     shown = [entry for entry in ranked if _number(entry.get("probability")) >= LEAST_PROBABILITY][:MOST_BARS]
     shown = shown or ranked[:3]
-    others = sum(_number(entry.get("probability")) for entry in ranked if entry not in shown)
+    others, unlisted = others_probability(document, shown), others_probability(document, ranked)
     labels = [name_of(entry) for entry in shown]
     chances = [_number(entry.get("probability")) for entry in shown]
     shrinks = [_shrink(entry.get("shrink")) for entry in shown]
-    if len(shown) < len(ranked):
-        labels.append(f"{len(ranked) - len(shown)} others together")
+    if len(shown) < len(ranked) or unlisted >= LEAST_PROBABILITY:
+        listed = unlisted < LEAST_PROBABILITY
+        labels.append(f"{len(ranked) - len(shown)} others together" if listed else OTHERS)
         chances.append(others)
         shrinks.append(None)
     none = "none: below the required accuracy" if within_accuracy(document) else "none: no effect is missing"
