@@ -73,30 +73,33 @@ def with_decimals(value: float | None, decimals: int | None) -> str:
     """A number with ``decimals`` decimals; as ``number`` formats it if they are None."""
     if value is None or decimals is None:
         return number(value)
-    text = _minus(f"{value:.{decimals}f}")
+    text = _minus(f"{round(value, decimals):.{max(0, decimals)}f}")
     return text[1:] if text.startswith("−") and not text.strip("−0.") else text
 
 
 def decimals_of(quantity: object) -> int | None:
     """Decimals justified by the 90 % interval: two digits of its half width, or of the distance to its only end.
 
-    None: as ``number`` formats it.
+    Negative: so many digits before the point are not known. None: as ``number`` formats it.
     """
-    interval = interval_of(quantity)
-    value = value_of(quantity)
-    if interval is None or value is None:
-        return None
-    low, high = interval
-    if low is not None and high is not None:
-        half = (high - low) / 2
-    else:
-        end = high if low is None else low
-        half = 0.0 if end is None else abs(value - end)
-    if not half > 0.0 or not -4 <= math.floor(math.log10(max(abs(value), half))) < 6:
+    half, value = _half_width(quantity), value_of(quantity)
+    if value is None or not half > 0.0 or not -4 <= math.floor(math.log10(max(abs(value), half))) < 6:
         return None
     wanted = 1 - math.floor(math.log10(half))
     most = 5 - math.floor(math.log10(max(abs(value), half)))  # never more than six digits
-    return max(0, min(wanted, most))
+    return min(wanted, most)
+
+
+def _half_width(quantity: object) -> float:
+    """Half the width of the 90 % interval, or the distance to its only end; 0 without one."""
+    interval, value = interval_of(quantity), value_of(quantity)
+    if interval is None or value is None:
+        return 0.0
+    low, high = interval
+    if low is not None and high is not None:
+        return (high - low) / 2
+    end = high if low is None else low
+    return 0.0 if end is None else abs(value - end)
 
 
 def interval_of(quantity: object) -> tuple[float | None, float | None] | None:
@@ -127,7 +130,11 @@ def _as_known(value: float | None, quantity: object) -> str:
         return "0"
     if is_wide(quantity):
         return number(value, WIDE_DIGITS, bare=False)
-    return with_decimals(value, decimals_of(quantity))
+    decimals, half = decimals_of(quantity), _half_width(quantity)
+    if decimals is None and value and half > 0.0:  # very small or large: as many digits of the power's factor
+        known = math.floor(math.log10(abs(value))) - math.floor(math.log10(half)) + 2
+        return number(value, max(1, min(known, 6)), bare=False)
+    return with_decimals(value, decimals)
 
 
 def value_text(quantity: object) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from synth.reports.figures.bars import Bar, BarColumn, bar_figure
+from synth.reports.parameter_rows import parameter_rows
 from synth.reports.quantities import share_text, whole_percent
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
@@ -35,16 +36,17 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     if not ranked and "verdict" not in document:
         return AbsentResult(f"{result.name} ranks no candidate")
     verdict = str(document.get("verdict"))
-    effects = mapping(document, "effects")
     return {
         "verdict": verdict,
         "means": meaning_of(document),
-        "explanation": [_cause(item, effects) for item in sequence(document, "explanation")],
-        "tied": [[_cause(item, effects) for item in causes] for causes in sequence(document, "tied")],
+        "explanation": [_cause(item, document) for item in sequence(document, "explanation")],
+        "tied": [[_cause(item, document) for item in causes] for causes in sequence(document, "tied")],
         "has_trial": bool(mapping(document, "next_experiment")),
         "figure": _figure(document, ranked),
         "unknown": verdict == "unknown",
-        "ranked": [{**_cause(entry, effects), "probability": share_text(entry.get("probability"))} for entry in ranked],
+        "ranked": [
+            {**_cause(entry, document), "probability": share_text(entry.get("probability"))} for entry in ranked
+        ],
         "shown": MOST_BARS,
         "others": _others_text(document, ranked),
     }
@@ -100,13 +102,13 @@ def _others_text(document: Json, ranked: Sequence[Mapping[str, Any]]) -> str:
     return share_text(others) if others >= LEAST_PROBABILITY else ""
 
 
-def _cause(entry: Mapping[str, Any], effects: Json) -> Json:
-    described = mapping(effects, str(entry.get("effect")))
+def _cause(entry: Mapping[str, Any], document: Json) -> Json:
+    described = mapping(document, "effects", str(entry.get("effect")))
     return {
         "name": name_of(entry),
         "effect": str(entry.get("effect")),
         "joint": str(entry.get("joint")),
-        "parameters": mapping(entry, "parameters"),
+        "parameters": parameter_rows(entry, document),
         "shrink": entry.get("shrink"),
         **{key: described.get(key) for key in ("meaning", "formula", "source")},
     }

@@ -85,7 +85,7 @@ def stated_parameters(cause: Cause, effect: PlantEffect) -> str:
     found = cause.parameters
     matter = [name for name in effect.stated or effect.stated_by_default if name in found]
     matter = [name for name in matter if not _may_have_value(found, *effect.idle.get(name, ("", 0.0)))]
-    return parameters_text(cause, matter[:MOST_PARAMETERS])
+    return parameters_text(cause, matter[:MOST_PARAMETERS], effect)
 
 
 def _may_have_value(found: Mapping[str, Estimate], name: str, value: float) -> bool:
@@ -97,9 +97,10 @@ def _may_have_value(found: Mapping[str, Estimate], name: str, value: float) -> b
     return low <= value <= high
 
 
-def parameters_text(cause: Cause, names: Sequence[str]) -> str:
+def parameters_text(cause: Cause, names: Sequence[str], effect: PlantEffect) -> str:
     """Torque 0.052 N·m, speed 0.3 rad/s: these parameters of the cause."""
-    return ", ".join(f"{name.replace('_', ' ')} {_value_text(cause.parameters[name])}" for name in names)
+    words = {parameter.name: parameter.words for parameter in effect.parameters}
+    return ", ".join(f"{words[name]} {_value_text(cause.parameters[name])}" for name in names)
 
 
 def _digits(estimate: Estimate) -> int:

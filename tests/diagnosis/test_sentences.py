@@ -101,7 +101,7 @@ STATED = [
     ("quadratic_damping", {**DRAG, "exponent": 2.6}, "coefficient exponent speed"),
     ("gear_load_friction", {"torque": 0.01, "share": 0.3, "fall": 0.4, "speed": 1.0}, "share torque fall"),
     ("base_compliance", MOUNT, "stiffness rocking_stiffness mass"),
-    ("viscous_damping", {"rate": 0.1}, "rate"),
+    ("viscous_damping", {"rate": 0.1}, "change_of_rate"),
 ]
 
 

@@ -17,6 +17,7 @@ from synth.reports.figures.spring_drawing import DrawnSpring, arms_of, spring_dr
 from synth.reports.figures.svg import polyline_path, thin_curve
 from synth.reports.figures.torque_speed import RPM, law_points
 from synth.reports.opening import cut_short
+from synth.reports.parameter_rows import parameter_rows
 from synth.reports.reading import ReportError, ResultTable, read_table
 from synth.reports.response_files import Response, extremes, file_of
 from synth.reports.sections.spring_sheet import drawing_of
@@ -259,3 +260,39 @@ def test_a_long_text_is_cut_where_a_reader_expects_it() -> None:
     assert cut_short("A clause goes here; another one", 25) == "A clause goes here …"
     assert cut_short("words without any stop at all", 25) == "words without any stop …"
     assert cut_short("short", 25) == "short"
+
+
+def test_digits_that_an_interval_does_not_justify_are_not_shown() -> None:
+    """A rate of a big machine was "746741 N·m/rad 597216 to 896266", an insect's spring had four digits."""
+    big = {"value": 746741.4, "unit": "N*m/rad", "interval90": [597216.4, 896266.4]}
+    assert (quantities.text(big), quantities.interval_text(big)) == ("750000\u00a0N·m/rad", "600000 to 900000")
+    small = {"value": 9.513e-8, "unit": "N*m/rad", "interval90": [7.501e-8, 1.1526e-7]}
+    assert quantities.interval_text(small) == "7.5·10⁻⁸ to 1.15·10⁻⁷"
+    assert quantities.value_text({"value": -3.0, "unit": "N*m", "interval90": [-400.0, 394.0]}) == "0"
+
+
+def test_parameters_are_read_as_what_they_are() -> None:
+    """A change was listed as the rate itself, and a parameter was called "knee" in rows whose joint is the knee."""
+    shown = {
+        "rate": {"label": "change of rate", "form": "change", "added_to": "spring_rate"},
+        "error": {"label": "error", "form": "relative change"},
+        "knee": {"label": "sharpness", "form": "value"},
+    }
+    document = {
+        "effects": {"made_up": {"parameters": shown}},
+        "designed": {"slew": {"spring_rate": {"value": 2.5e6, "unit": "N*m/rad"}}},
+    }
+    values = {
+        "rate": {"value": 746741.4, "unit": "N*m/rad", "interval90": [597216.4, 896266.4]},
+        "error": {"value": -0.0291, "unit": "1", "interval90": [-0.04, -0.018]},
+        "knee": {"value": 1.5, "unit": "1"},
+    }
+    rate, error, knee = parameter_rows({"effect": "made_up", "joint": "slew", "parameters": values}, document)
+    assert (rate["name"], rate["value"], rate["interval"]) == (
+        "change of rate", "+750000\u00a0N·m/rad", "600000 to 900000",
+    )  # fmt: skip
+    assert rate["becomes"] == "gives 3.25·10⁶\u00a0N·m/rad for 2.50·10⁶\u00a0N·m/rad designed"
+    assert (error["value"], error["interval"], error["becomes"]) == ("−2.9\u00a0%", "−4.0 to −1.8", "")
+    assert (knee["name"], knee["value"]) == ("sharpness", "1.5")
+    (plain,) = parameter_rows({"effect": "old", "joint": "slew", "parameters": {"in_an_older": values["knee"]}}, {})
+    assert (plain["name"], plain["value"]) == ("in an older", "1.5")
