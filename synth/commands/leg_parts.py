@@ -118,6 +118,13 @@ def parts_text(design: Mapping[str, Any], shown: ShownUnits = METRIC) -> str:
             f"with measured free angles of {'the springs' if not known else 'all springs'} "
             f"{measured['expected']['value']:.2f} deg, chance {measured['chance']['value']:.0%}."
         )
+    laws = forecast.get("assumed_laws")
+    if laws:
+        lines.append(
+            f"This holds if the assumed damper laws of {', '.join(laws['joints'])} are right; off by a factor of "
+            f"{laws['factor']['value']:g} at low speed, nominal parts give {laws['least']['value']:.2f} to "
+            f"{laws['most']['value']:.2f} deg."
+        )
     return "\n".join(lines)
 
 

@@ -155,3 +155,22 @@ def test_the_leg_beside_plots_has_no_colour_of_their_curves(fit_folder: FitFolde
     for colour in (palette.BLUE, palette.VERMILION, palette.GREEN):
         assert colour not in beside
     assert "first pose" in beside
+
+
+def test_a_chance_that_rests_on_assumed_laws_says_so(leg_folder: LegFolder) -> None:
+    """The chance, from 6 % to 100 %, stood beside the warning that the dampers may be off by a factor of two."""
+    folder, design = leg_folder()
+    design = _buildable(design)
+    assert "assumed damper law" not in _opening(folder, design)
+    laws = {"joints": ["hip", "ankle"], "factor": {"value": 2.0, "unit": "1"}}
+    laws |= {key: {"value": value, "unit": "deg"} for key, value in (("least", 1.9), ("most", 3.21))}
+    for key in ("forecast", "forecast_free_angles_measured"):
+        design["response"][key]["assumed_laws"] = laws
+    text = re.sub(r"\s+", " ", _opening(folder, design))
+    assert "from 6 % to 100 % if the assumed damper laws hold." in text
+    assert (
+        "This holds if the assumed damper laws of hip and ankle are right; off by a factor of 2 at low speed, nominal "
+        "parts give 1.90° to 3.21° instead of 1.10°, more than allowed."
+    ) in text
+    _, page = page_of(folder / "report.html")
+    assert page.text.count("off by a factor of 2 at low speed") >= 2  # also beside the figure of the forecast
