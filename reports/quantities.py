@@ -22,6 +22,7 @@ _IN_PROSE = (
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 # Factors to SI of the units that figures convert to a common axis.
+_LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 1e-3}
 _SI_OF_UNIT = {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30, "Hz": math.tau}
 _SI_OF_UNIT |= {"N*m": 1.0, "mN*m": 1e-3, "N*m*s/rad": 1.0, "N*m*s/deg": 180 / math.pi, "N*m/rpm": 30 / math.pi}
 _SI_OF_UNIT |= {"rad": 1.0, "deg": math.pi / 180, "mm": 1e-3, "m": 1.0, "in": 0.0254, "N*m/rad": 1.0, "1": 1.0}
@@ -34,6 +35,18 @@ def in_si(quantity: object) -> float | None:
     """A quantity in SI and radians; None if it has no value or a unit that figures do not use."""
     value, factor = value_of(quantity), _SI_OF_UNIT.get(unit_of(quantity))
     return None if value is None or factor is None else value * factor
+
+
+def in_length_unit(quantity: object, unit: str) -> object:
+    """A length and its interval in another unit of length; anything else as it is."""
+    ratio = _LENGTHS.get(unit_of(quantity), 0.0) / _LENGTHS[unit]
+    value, interval = value_of(quantity), interval_of(quantity)
+    if not ratio or value is None or not isinstance(quantity, Mapping):
+        return quantity
+    moved = {**quantity, "value": ratio * value, "unit": unit}
+    if interval is not None:
+        moved["interval90"] = [None if end is None else ratio * end for end in interval]
+    return moved
 
 
 def factor(unit: str) -> float | None:
