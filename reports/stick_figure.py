@@ -95,7 +95,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         file, motion = str(trial.get("file")), motions[str(trial.get("file"))]
         item: dict[str, Any] = {"file": file, "source": trial.get("source"), "notes": sequence(trial, "notes")}
         item |= {"form": trial.get("source_format"), "samples": trial.get("samples"), "rate": trial.get("rate")}
-        item["total"] = trial.get("samples_in_source")
+        item["total"], item["missing"] = trial.get("samples_in_source"), missing_words(trial)
         if motion is not None and motion.seen and len(shown) < MOST_TRIALS:
             item["stick"] = moving_drawing(
                 PurePosixPath(file).stem,
@@ -113,6 +113,11 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         lines += [(MEASURED, "measured"), (TOLD, "command")]
     drawn = sum("stick" in item for item in shown)
     return {"trials": shown, "legend": legend(lines), "drawn": drawn, "total": len(trials), "told": told}
+
+
+def missing_words(trial: Mapping[str, Any]) -> str:
+    """Where readings are missing, ``ankle missing in 4``; empty if none is."""
+    return ", ".join(f"{name} missing in {count}" for name, count in mapping(trial, "missing").items())
 
 
 def stick_figure(
