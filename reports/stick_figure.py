@@ -15,7 +15,7 @@ from markupsafe import Markup
 
 from synth.reports.figures.legend import legend
 from synth.reports.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, RULE, VERMILION, Line
-from synth.reports.figures.svg import Point, Svg
+from synth.reports.figures.svg import Point, Svg, shorten
 from synth.reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
 from synth.reports.reading import Json, Result, ResultTable, value_of
 from synth.reports.scripts import data_block
@@ -149,14 +149,15 @@ def stick_figure(
     for index, joint in enumerate(stick.joints):
         x, y = place(poses[0][index])
         sense = "↺" if joint.sign > 0 else "↻"
-        words = f"{joint.name} {first[index] if abs(first[index]) >= 0.5 else 0.0:.0f}° {sense}"
+        angle = f" {first[index] if abs(first[index]) >= 0.5 else 0.0:.0f}° {sense}"
         halo = 'font-size="12" fill="none" stroke="#fff" stroke-width="4" aria-hidden="true"'
         beside = [place(pose[k])[0] for pose in (poses[0], poses[-1]) for k in (index - 1, index + 1) if k >= 0]
         left = _words_left(x, beside)
         most, anchor = int((x if left else SIZE - x) / 7.3) - 2, ' text-anchor="end"' if left else ""
+        # Letters: longer names would cross the figure; the angle is never cut.
+        short = shorten(joint.name, max(2, min(28, most) - len(angle))) + angle
         for style in (halo, f'font-size="12" fill="{BLACK}"'):
-            # Letters: longer names would cross the figure.
-            svg.text((x - 10 if left else x + 10, y - 7), words, style + anchor, most=min(28, most))
+            svg.text((x - 10 if left else x + 10, y - 7), joint.name + angle, style + anchor, short=short)
     return svg.markup
 
 

@@ -140,7 +140,7 @@ def _spring_words(spring: Mapping[str, Any], shown: ShownUnits) -> str:
 
 
 def _substitute_lines(alternatives: Sequence[Mapping[str, Any]]) -> list[list[str]]:
-    """The substitutes with the least effect on the response, one per line."""
+    """The substitutes with the least effect on the response, one per line, the least first."""
     return [
         [
             "",
@@ -150,5 +150,5 @@ def _substitute_lines(alternatives: Sequence[Mapping[str, Any]]) -> list[list[st
             f"{item['response_error']['value']:.2f} deg",
             f"{round(item['cost']['value'], 2) + 0.0:+.2f} deg",
         ]
-        for item in alternatives[:SUBSTITUTES_SHOWN]
+        for item in sorted(alternatives, key=lambda item: float(item["cost"]["value"]))[:SUBSTITUTES_SHOWN]
     ]
