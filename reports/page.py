@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -220,6 +220,8 @@ def environment(compiled: BytecodeCache | None = None) -> Environment:
     )
     filters: dict[str, Any] = {
         "quantity": quantities.text,
+        "cm": partial(quantities.in_length_unit, unit="cm"),
+        "mm": partial(quantities.in_length_unit, unit="mm"),
         "brief": quantities.brief,
         "interval": quantities.interval_text,
         "number": quantities.number,

@@ -22,6 +22,7 @@ _IN_PROSE = (
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 # Factors to SI of the units that figures convert to a common axis.
+_LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 1e-3}
 _SI_OF_UNIT = {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30, "Hz": math.tau}
 _SI_OF_UNIT |= {"N*m": 1.0, "mN*m": 1e-3, "N*m*s/rad": 1.0, "N*m*s/deg": 180 / math.pi, "N*m/rpm": 30 / math.pi}
 _SI_OF_UNIT |= {"rad": 1.0, "deg": math.pi / 180, "mm": 1e-3, "m": 1.0, "in": 0.0254, "N*m/rad": 1.0, "1": 1.0}
@@ -34,6 +35,18 @@ def in_si(quantity: object) -> float | None:
     """A quantity in SI and radians; None if it has no value or a unit that figures do not use."""
     value, factor = value_of(quantity), _SI_OF_UNIT.get(unit_of(quantity))
     return None if value is None or factor is None else value * factor
+
+
+def in_length_unit(quantity: object, unit: str) -> object:
+    """A length and its interval in another unit of length; anything else as it is."""
+    ratio = _LENGTHS.get(unit_of(quantity), 0.0) / _LENGTHS[unit]
+    value, interval = value_of(quantity), interval_of(quantity)
+    if not ratio or value is None or not isinstance(quantity, Mapping):
+        return quantity
+    moved = {**quantity, "value": ratio * value, "unit": unit}
+    if interval is not None:
+        moved["interval90"] = [None if end is None else ratio * end for end in interval]
+    return moved
 
 
 def factor(unit: str) -> float | None:
@@ -73,30 +86,33 @@ def with_decimals(value: float | None, decimals: int | None) -> str:
     """A number with ``decimals`` decimals; as ``number`` formats it if they are None."""
     if value is None or decimals is None:
         return number(value)
-    text = _minus(f"{value:.{decimals}f}")
+    text = _minus(f"{round(value, decimals):.{max(0, decimals)}f}")
     return text[1:] if text.startswith("−") and not text.strip("−0.") else text
 
 
 def decimals_of(quantity: object) -> int | None:
     """Decimals justified by the 90 % interval: two digits of its half width, or of the distance to its only end.
 
-    None: as ``number`` formats it.
+    Negative: so many digits before the point are not known. None: as ``number`` formats it.
     """
-    interval = interval_of(quantity)
-    value = value_of(quantity)
-    if interval is None or value is None:
-        return None
-    low, high = interval
-    if low is not None and high is not None:
-        half = (high - low) / 2
-    else:
-        end = high if low is None else low
-        half = 0.0 if end is None else abs(value - end)
-    if not half > 0.0 or not -4 <= math.floor(math.log10(max(abs(value), half))) < 6:
+    half, value = _half_width(quantity), value_of(quantity)
+    if value is None or not half > 0.0 or not -4 <= math.floor(math.log10(max(abs(value), half))) < 6:
         return None
     wanted = 1 - math.floor(math.log10(half))
     most = 5 - math.floor(math.log10(max(abs(value), half)))  # never more than six digits
-    return max(0, min(wanted, most))
+    return min(wanted, most)
+
+
+def _half_width(quantity: object) -> float:
+    """Half the width of the 90 % interval, or the distance to its only end; 0 without one."""
+    interval, value = interval_of(quantity), value_of(quantity)
+    if interval is None or value is None:
+        return 0.0
+    low, high = interval
+    if low is not None and high is not None:
+        return (high - low) / 2
+    end = high if low is None else low
+    return 0.0 if end is None else abs(value - end)
 
 
 def interval_of(quantity: object) -> tuple[float | None, float | None] | None:
@@ -127,7 +143,11 @@ def _as_known(value: float | None, quantity: object) -> str:
         return "0"
     if is_wide(quantity):
         return number(value, WIDE_DIGITS, bare=False)
-    return with_decimals(value, decimals_of(quantity))
+    decimals, half = decimals_of(quantity), _half_width(quantity)
+    if decimals is None and value and half > 0.0:  # very small or large: as many digits of the power's factor
+        known = math.floor(math.log10(abs(value))) - math.floor(math.log10(half)) + 2
+        return number(value, max(1, min(known, 6)), bare=False)
+    return with_decimals(value, decimals)
 
 
 def value_text(quantity: object) -> str:

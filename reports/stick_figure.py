@@ -15,7 +15,7 @@ from markupsafe import Markup
 
 from synth.reports.figures.legend import legend
 from synth.reports.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, RULE, VERMILION, Line
-from synth.reports.figures.svg import Point, Svg
+from synth.reports.figures.svg import Point, Svg, shorten
 from synth.reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
 from synth.reports.reading import Json, Result, ResultTable, value_of
 from synth.reports.scripts import data_block
@@ -95,7 +95,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         file, motion = str(trial.get("file")), motions[str(trial.get("file"))]
         item: dict[str, Any] = {"file": file, "source": trial.get("source"), "notes": sequence(trial, "notes")}
         item |= {"form": trial.get("source_format"), "samples": trial.get("samples"), "rate": trial.get("rate")}
-        item["total"] = trial.get("samples_in_source")
+        item["total"], item["missing"] = trial.get("samples_in_source"), missing_words(trial)
         if motion is not None and motion.seen and len(shown) < MOST_TRIALS:
             item["stick"] = moving_drawing(
                 PurePosixPath(file).stem,
@@ -113,6 +113,11 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         lines += [(MEASURED, "measured"), (TOLD, "command")]
     drawn = sum("stick" in item for item in shown)
     return {"trials": shown, "legend": legend(lines), "drawn": drawn, "total": len(trials), "told": told}
+
+
+def missing_words(trial: Mapping[str, Any]) -> str:
+    """Where readings are missing, ``ankle missing in 4``; empty if none is."""
+    return ", ".join(f"{name} missing in {count}" for name, count in mapping(trial, "missing").items())
 
 
 def stick_figure(
@@ -144,14 +149,15 @@ def stick_figure(
     for index, joint in enumerate(stick.joints):
         x, y = place(poses[0][index])
         sense = "↺" if joint.sign > 0 else "↻"
-        words = f"{joint.name} {first[index] if abs(first[index]) >= 0.5 else 0.0:.0f}° {sense}"
+        angle = f" {first[index] if abs(first[index]) >= 0.5 else 0.0:.0f}° {sense}"
         halo = 'font-size="12" fill="none" stroke="#fff" stroke-width="4" aria-hidden="true"'
         beside = [place(pose[k])[0] for pose in (poses[0], poses[-1]) for k in (index - 1, index + 1) if k >= 0]
         left = _words_left(x, beside)
         most, anchor = int((x if left else SIZE - x) / 7.3) - 2, ' text-anchor="end"' if left else ""
+        # Letters: longer names would cross the figure; the angle is never cut.
+        short = shorten(joint.name, max(2, min(28, most) - len(angle))) + angle
         for style in (halo, f'font-size="12" fill="{BLACK}"'):
-            # Letters: longer names would cross the figure.
-            svg.text((x - 10 if left else x + 10, y - 7), words, style + anchor, most=min(28, most))
+            svg.text((x - 10 if left else x + 10, y - 7), joint.name + angle, style + anchor, short=short)
     return svg.markup
 
 

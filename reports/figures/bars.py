@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from synth.reports.figures.axes import AxisScale
 from synth.reports.figures.palette import BLACK, BLUE, GREY, RULE
-from synth.reports.figures.svg import Svg
+from synth.reports.figures.svg import Svg, shorten_apart
 
 ROW, HEAD, FOOT = 24.0, 24.0, 4.0  # px
 WORDS = 70.0  # right of a bar, for its words
@@ -46,10 +46,9 @@ def bar_figure(title: str, labels: Sequence[str], columns: Sequence[BarColumn], 
     svg = Svg(width, HEAD + ROW * len(labels) + FOOT, title)
     each = (width - label - GAP * (len(columns) - 1)) / len(columns)
     bottom = HEAD + ROW * len(labels)
-    for index, words in enumerate(labels):
-        height = HEAD + ROW * (index + 0.5)
-        most = max(4, int((label - 10) / LETTER))
-        svg.text((label - 8, height + 4), words, f'font-size="11.5" fill="{BLACK}" text-anchor="end"', most=most)
+    style = f'font-size="11.5" fill="{BLACK}" text-anchor="end"'
+    for index, short in enumerate(shorten_apart(labels, max(4, int((label - 10) / LETTER)))):
+        svg.text((label - 8, HEAD + ROW * (index + 0.5) + 4), labels[index], style, short=short)
     for index, column in enumerate(columns):
         start = label + index * (each + GAP)
         scale = AxisScale(0.0, column.most if column.most > 0 else 1.0, start, start + each - column.words)

@@ -60,9 +60,9 @@ def map_figure(
     every = max(1, columns // 8)
     for k in range(0, columns, every):
         place = (LEFT + (k + 0.5) * cell, TOP + rows * high + 13)
-        svg.text(place, f"{data.lengths[k] * 100:.3g}", f'text-anchor="middle" {TICK}')
+        svg.text(place, f"{data.lengths[k] * 1000:.4g}", f'text-anchor="middle" {TICK}')
     axis = f'font-size="11" fill="{BLACK}" text-anchor="middle"'
-    svg.text((LEFT + (WIDTH - LEFT - KEY) / 2, height - 12), "upper link length [cm]", axis)
+    svg.text((LEFT + (WIDTH - LEFT - KEY) / 2, height - 12), "upper link length [mm]", axis)
     svg.text((LEFT - 5, TOP - 10), "gear ratio", f'font-size="11" fill="{BLACK}" text-anchor="end"')
 
     def centre(design: tuple[float, float]) -> tuple[float, float] | None:

@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 Point = tuple[float, float]
 NARROW = 480.0  # a wider drawing is not reduced below ``LEGIBLE`` of its width; it is scrolled instead
+HEADS = (0.5, 0.7, 0.85, 0.3, 1.0)  # shares of a cut label before its ellipsis that are tried
 LEGIBLE = 0.72  # its 11-unit letters are then 8 pixels high
 
 
@@ -90,9 +91,11 @@ class Svg:
         """A path whose data we wrote."""
         self._parts.append(f'<path d="{data}" {style}/>')
 
-    def text(self, place: Point, words: str, style: str = "", most: int | None = None) -> None:
-        """Text; longer than ``most`` characters it is cut, with the whole text as tooltip."""
-        shown = words if most is None else shorten(words, most)
+    def text(
+        self, place: Point, words: str, style: str = "", most: int | None = None, short: str | None = None
+    ) -> None:
+        """Text; longer than ``most`` characters it is cut, or as ``short``, with the whole text as tooltip."""
+        shown = short if short is not None else words if most is None else shorten(words, most)
         tip = "" if shown == words else f"<title>{escape(words)}</title>"
         position = f'x="{coordinate(place[0])}" y="{coordinate(place[1])}"'
         self._parts.append(f"<text {position} {style}>{escape(shown)}{tip}</text>")
@@ -103,9 +106,19 @@ class Svg:
         return Markup("".join(self._parts) + "</svg>")
 
 
-def shorten(words: str, most: int) -> str:
-    """Text of at most ``most`` characters, with an ellipsis at the end if it is cut."""
-    return words if len(words) <= most else words[: max(1, most - 1)] + "…"
+def shorten(words: str, most: int, head: float = 0.5) -> str:
+    """Text of at most ``most`` characters; if it is cut an ellipsis stands in it, ``head`` of what is left before."""
+    if len(words) <= most:
+        return words
+    first = max(1, round(head * (most - 1)))
+    last = max(0, most - 1 - first)
+    return f"{words[:first]}…{words[-last:] if last else ''}"
+
+
+def shorten_apart(labels: Sequence[str], most: int) -> list[str]:
+    """Every label of at most ``most`` characters, cut where as many as possible stay different."""
+    made = [[shorten(words, most, head) for words in labels] for head in HEADS]
+    return max(made, key=lambda short: len(set(short)))  # the first of those with most
 
 
 def polyline_path(points: Iterable[Point]) -> str:

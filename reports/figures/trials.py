@@ -11,12 +11,13 @@ from markupsafe import Markup
 
 from synth.reports.figures.axes import Axes, AxisScale, with_margin
 from synth.reports.figures.palette import BLACK, GREY, Line
-from synth.reports.figures.svg import Point, Svg, shorten, thin_curve
+from synth.reports.figures.svg import Point, Svg, shorten_apart, thin_curve
 from synth.reports.quantities import unit_text
 from synth.reports.scripts import data_block
 
 WIDTH, HEIGHT = 340.0, 172.0  # of a panel: as wide as a telephone
 LEFT, RIGHT, TOP, BOTTOM = 40.0, 12.0, 22.0, 34.0  # px
+TITLE_LETTER, REMARK_LETTER = 7.3, 6.4  # px, of a bold letter of 11.5 px and one of 11, on average
 BUCKETS = 150  # least and greatest value of each are drawn: one every 2 px
 MOST_SAMPLES = 600  # of a curve for the page's cursor and tables; the folder's file has all samples
 LEAST_RANGE = 2.0  # degrees on the angle axis, so that noise does not fill a panel of a joint at rest
@@ -71,11 +72,21 @@ def trial_figure(title: str, panels: Sequence[TrialPanel], limits: AxisRanges, t
 
     ``trial`` names the recording; plots of the same one share the page's cursor.
     """
-    shown = Markup("").join(_drawing(f"{title}, {panel.joint}", panel, limits) for panel in panels)
+    most = min((_letters(panel) for panel in panels), default=0)
+    names = shorten_apart([panel.joint for panel in panels], most)
+    shown = Markup("").join(
+        _drawing(f"{title}, {panel.joint}", panel, limits, name) for panel, name in zip(panels, names, strict=True)
+    )
     return Markup('<div class="panels" data-trial="{}">{}</div>').format(trial, shown)
 
 
-def _drawing(title: str, panel: TrialPanel, limits: AxisRanges) -> Markup:
+def _letters(panel: TrialPanel) -> int:
+    """Letters of a joint's name that fit before what is drawn, its unit and the panel's remark."""
+    room = WIDTH - RIGHT - 4 - 10 - REMARK_LETTER * len(panel.remark)
+    return max(6, int(room / TITLE_LETTER) - len(unit_text(panel.unit)) - len(panel.what) - 4)
+
+
+def _drawing(title: str, panel: TrialPanel, limits: AxisRanges, name: str) -> Markup:
     """The panel's drawing and its numbers for the cursor."""
     start, end = limits.time or (panel.times[0], panel.times[-1])
     low, high = limits.angle[panel.joint]
@@ -86,12 +97,9 @@ def _drawing(title: str, panel: TrialPanel, limits: AxisRanges) -> Markup:
     svg = Svg(WIDTH, HEIGHT, title)
     axes.frame(svg)
     unit = unit_text(panel.unit)
-    most = max(8, int((WIDTH - 110) / 6.2))
-    svg.text(
-        (4, 13),
-        f"{shorten(panel.joint, most - len(unit) - len(panel.what) - 4)} {panel.what} [{unit}]",
-        f'font-size="11.5" fill="{BLACK}" font-weight="600"',
-    )
+    words = f"{panel.what} [{unit}]"
+    style = f'font-size="11.5" fill="{BLACK}" font-weight="600"'
+    svg.text((4, 13), f"{panel.joint} {words}", style, short=f"{name} {words}")
     svg.text((axes.x.end, 13), panel.remark, f'font-size="11" fill="{BLACK}" text-anchor="end"')
     middle = (axes.x.start + axes.x.end) / 2
     svg.text((middle, HEIGHT - 7), "time [s]", f'font-size="10" fill="{GREY}" text-anchor="middle"')

@@ -11,8 +11,16 @@ from synth.reports.quantities import brief, percent_interval, share_text, whole_
 from synth.reports.reading import Json, Result
 from synth.reports.section import mapping, sequence
 from synth.reports.sections import gap_how_far
-from synth.reports.sections.gap_next import entry_text
-from synth.reports.sections.gap_which import meaning_of, name_of, within_accuracy
+from synth.reports.sections.gap_next import entry_text, without_trial
+from synth.reports.sections.gap_which import (
+    LEAST_PROBABILITY,
+    OTHERS,
+    meaning_of,
+    name_of,
+    others_probability,
+    sure_of_none,
+    within_accuracy,
+)
 
 MOST_CAUSES = 3  # in the opening; its section has all
 # In words, how the scored trials were predicted if none was held out.
@@ -40,9 +48,16 @@ def gap_opening(result: Result) -> Opening:
         figure.drawing if figure else Markup(""),
         figure.caption if figure else "",
         _figures(document),
-        {"effect": True, "none": True, "unknown": False}.get(verdict),
+        _is_good(document, verdict),
         beside=figure.pose if figure else Markup(""),
     )
+
+
+def _is_good(document: Json, verdict: str) -> bool | None:
+    """Of the verdict none only where it is sure: the probability of a missing effect may be larger."""
+    if verdict == "none" and not (within_accuracy(document) or sure_of_none(document)):
+        return None
+    return {"effect": True, "none": True, "unknown": False}.get(verdict)
 
 
 def _trust(document: Json, verdict: str) -> str:
@@ -63,7 +78,7 @@ def _trust(document: Json, verdict: str) -> str:
 def _steps(document: Json) -> list[str]:
     experiment = mapping(document, "next_experiment")
     if not experiment:
-        return ["No further recording needed: no trial of the list would change the diagnosis."]
+        return [without_trial(document, "No further recording needed")]
     trial = mapping(experiment, "trial")
     entry = f" Write it as `{entry_text(trial)}` under `trials:`." if trial else ""
     command = experiment.get("command")
@@ -82,6 +97,9 @@ def _figures(document: Json) -> Figures | None:
         ]
         for entry in ranked[:MOST_CAUSES]
     ]
+    others = others_probability(document, ranked[:MOST_CAUSES])
+    if others >= LEAST_PROBABILITY:
+        rows.append([Cell(OTHERS), Cell(share_text(others)), Cell("–")])
     none = "below the required accuracy" if within_accuracy(document) else "no missing effect"
     for key, words in (("none", none), ("unknown", "not in the library")):
         if f"probability_{key}" in document:

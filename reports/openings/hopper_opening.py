@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from markupsafe import Markup
 
-from synth.reports.opening import Cell, Figures, Opening
-from synth.reports.quantities import brief, interval_text, text
+from synth.reports.opening import Cell, Figures, Opening, joined_names
+from synth.reports.quantities import brief, in_length_unit, interval_text, text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, mapping, sequence
 from synth.reports.sections import hopper_choice, hopper_jump
@@ -33,12 +33,14 @@ def study_opening(result: Result) -> Opening:
     key, limit = hopper_choice.shown_height(document), str(best.get("limit") or "")
     how = str(mapping(document, "settings").get("choose") or "").replace("_", " ")
     verdict = (
-        f"{best.get('motor')} with upper links of {_millimetres(best.get('leg_length'))}: {_RISES[key]} "
+        f"{best.get('motor')} with upper links of {_millimetres(best.get('leg_length'))}: as simulated {_RISES[key]} "
         f"{_centimetres(best.get(key))}{_interval_text(best.get(key))}, the best {how} of {_number(counts)}."
+        f"{_as_drawn(document)}"
     )
     figure, caption = _picture(result)
-    good = False if limit else None if _after_takeoff(best) else True
-    return Opening(verdict, _trust(document, limit), _steps(limit), figure, caption, _figures(document), good)
+    good = not (limit or _after_takeoff(best) or _missing(document))
+    steps = _steps(document, limit)
+    return Opening(verdict, _trust(document, limit), steps, figure, caption, _figures(document), good)
 
 
 def truth_opening(result: Result) -> Opening:
@@ -74,8 +76,8 @@ def _millimetres(quantity: object) -> str:
 
 
 def _centimetres(quantity: object) -> str:
-    value = value_of(quantity)
-    return "–" if value is None else f"{1e2 * value:.3g}\u00a0cm"
+    value = value_of(in_length_unit(quantity, "cm"))
+    return "–" if value is None else f"{value:.3g}\u00a0cm"
 
 
 def _interval_text(quantity: object) -> str:
@@ -112,13 +114,32 @@ def _after_takeoff(best: Json) -> str:
     )
 
 
-def _steps(limit: str) -> list[str]:
+def _missing(document: Json) -> list[str]:
+    """What keeps the drawn parts from being the simulated leg."""
+    return [str(what) for what in sequence(document, "parts", "missing")]
+
+
+def _as_drawn(document: Json) -> str:
+    """How high the leg jumps with its flexures as drawn, and that its parts are not the simulated leg."""
+    drawn, missing = mapping(document, "parts", "as_drawn"), _missing(document)
+    words = ""
+    if drawn:
+        height, simulated = (_centimetres(drawn.get(key)) for key in ("clearance", "clearance_simulated"))
+        words = f" With its flexures as drawn the foot clears {height} instead of {simulated}."
+    return words + (f" Not ready to build: {joined_names(missing)}." if missing else "")
+
+
+def _steps(document: Json, limit: str) -> list[str]:
     if limit:
         return ["To leave such designs out, write `motors: {gearbox: stop}`; otherwise expect wear of the gear."]
-    return [
-        "Read the notes of the parts, cut those of `parts/` and record jumps on a force plate; `synth gap` then shows "
-        "what the model lacks."
-    ]
+    record = "record jumps on a force plate; `synth gap` then shows what the model lacks."
+    if not mapping(document, "parts"):
+        return [f"Run without `--no-cad` for the parts, cut them and {record}"]
+    if not _missing(document):
+        return [f"Cut the parts of `parts/` and {record}"]
+    drawn = mapping(document, "parts", "as_drawn")
+    again = "enter the drawn flexures' rate under `flexures:` and run again, " if drawn else ""
+    return [f"Decide on the warnings of the parts: {again}complete the rest by hand. Then cut `parts/` and {record}"]
 
 
 def _picture(result: Result) -> tuple[Markup, str]:

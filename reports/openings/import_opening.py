@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from markupsafe import Markup
 
@@ -17,6 +18,7 @@ def import_opening(result: Result) -> Opening:
     """How many trials, the first as a stick figure, and a row a trial."""
     trials = [trial for trial in sequence(result.content, "trials") if isinstance(trial, Mapping)]
     joints = [str(mapping(joint).get("name")) for joint in sequence(result.content, "leg", "joints")]
+    missing = sum(_missing(trial) for trial in trials)
     kept = sum(int(trial.get("samples") or 0) for trial in trials)
     total = sum(int(trial.get("samples_in_source") or 0) for trial in trials)
     notes = sum(len(sequence(trial, "notes")) for trial in trials)
@@ -27,7 +29,7 @@ def import_opening(result: Result) -> Opening:
     rows = [
         [
             Cell(str(trial.get("file"))),
-            Cell(f"{trial.get('samples')} of {trial.get('samples_in_source')}"),
+            Cell(f"{trial.get('samples')} of {trial.get('samples_in_source')}", stick_figure.missing_words(trial)),
             Cell(text(trial.get("rate"))),
         ]
         for trial in trials[:8]
@@ -35,7 +37,7 @@ def import_opening(result: Result) -> Opening:
     many = f"The first 8 of {len(trials)} trials." if len(trials) > 8 else ""
     return Opening(
         f"{len(trials)} trial{'s' if len(trials) != 1 else ''} of a leg with {joined_names(joints) or 'no joint'}: "
-        f"{kept} of {total} samples kept.",
+        f"{kept} of {total} samples kept{f', {missing} joint readings in them missing' if missing else ''}.",
         f"{notes} note{'s' if notes != 1 else ''} on what was changed or left out, with each trial below."
         if notes
         else "No sample was changed or left out.",
@@ -44,6 +46,10 @@ def import_opening(result: Result) -> Opening:
         "Blue: first pose; vermilion: last." if figure else "",
         Figures(("Trial", "Samples kept", "Rate"), rows, many) if rows else None,
     )
+
+
+def _missing(trial: Mapping[str, Any]) -> int:
+    return sum(int(count) for count in mapping(trial, "missing").values())
 
 
 def _next(result: Result) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from synth.reports.assumed_laws import assumed_laws_words
 from synth.reports.opening import Cell, Figures, Opening, joined_names
 from synth.reports.openings.leg_steps import left_out, measured_joints, slipping_dampers, steps
 from synth.reports.quantities import brief, interval_text, percent, share_text, text
@@ -91,7 +92,7 @@ def _trust(document: Json) -> str:
     start = f"With the free angle measured at {joined_names(known)}, and other parts" if known else "With parts"
     return (
         f"{start} within their tolerances, {share_text(chance)} of such legs stay within the allowed "
-        f"{brief(within)} (expected {expected})."
+        f"{brief(within)} (expected {expected}).{assumed_laws_words(forecast)}"
     )
 
 

@@ -130,10 +130,12 @@ def _measurement_step(document: Json) -> list[str]:
     if not left or chance is None or measured is None or measured - chance <= GAIN:
         return []
     within = brief(mapping(response, "forecast").get("within"))
+    assumed = sequence(response, "forecast", "assumed_laws", "joints")
+    condition = f" if the assumed damper {'laws hold' if len(assumed) > 1 else 'law holds'}" if assumed else ""
     return [
         f"{_free_angle_step(document, left)} Run again: "
         f"the page then says how far to turn the seats, and the chance of staying within {within} changes from "
-        f"{share_text(chance)} to {share_text(measured)}. Then set the seats and put the dampers on."
+        f"{share_text(chance)} to {share_text(measured)}{condition}. Then set the seats and put the dampers on."
     ]
 
 

@@ -13,13 +13,15 @@ from synth.reports.quantities import text
 from synth.reports.reading import Result
 from synth.reports.section import AbsentResult, mapping, records, sequence
 from synth.reports.sections import many_gaps
+from synth.reports.sections.gap_which import sure_of_none
 from synth.reports.sections.warnings import of_leg
 
-WORDS = {
-    "effect": "have a cause",
-    "tie": "are tied between causes",
-    "unknown": "have an unknown cause",
-    "none": "lack nothing",
+WORDS = {  # of one leg, and of several
+    "effect": ("has a cause", "have a cause"),
+    "tie": ("is tied between causes", "are tied between causes"),
+    "unknown": ("has an unknown cause", "have an unknown cause"),
+    "none": ("lacks nothing", "lack nothing"),
+    "unsure": ("cannot show whether an effect is missing", "cannot show whether an effect is missing"),
 }
 MOST_ROWS = 5  # of the opening's table
 
@@ -27,8 +29,8 @@ MOST_ROWS = 5  # of the opening's table
 def gaps_opening(result: Result) -> Opening:
     """How many were diagnosed, which causes are common, and what failed."""
     legs = records(result.content, "legs")
-    verdicts = Counter(str(leg.get("verdict")) for leg in legs)
-    verdict_counts = [f"{verdicts[key]} {words}" for key, words in WORDS.items() if verdicts[key]]
+    verdicts = Counter(_kind(leg) for leg in legs)
+    verdict_counts = [f"{verdicts[key]} {words[verdicts[key] > 1]}" for key, words in WORDS.items() if verdicts[key]]
     found = many_gaps.CAUSES.content(result)
     figure, caption = Markup(""), ""
     if not isinstance(found, AbsentResult):
@@ -36,7 +38,7 @@ def gaps_opening(result: Result) -> Opening:
     rows = [
         [Cell(name), Cell(str(len(where)), joined_names(where[:3]))] for name, where in many_gaps.causes(result).items()
     ][:MOST_ROWS]
-    unsure = [str(leg["name"]) for leg in legs if leg.get("verdict") in ("tie", "unknown")]
+    unsure = [str(leg["name"]) for leg in legs if _kind(leg) in ("tie", "unknown", "unsure")]
     steps = [f"Record the trials proposed in the reports of {_some_names(unsure)}."] if unsure else []
     return Opening(
         f"{_diagnosed_count(result)} diagnosed{f': {joined_names(verdict_counts)}' if verdict_counts else ''}.",
@@ -47,6 +49,12 @@ def gaps_opening(result: Result) -> Opening:
         Figures(("Cause", "Legs"), rows) if rows else None,
         not sequence(result.content, "failed"),
     )
+
+
+def _kind(leg: Mapping[str, Any]) -> str:
+    """The verdict of a leg; ``unsure`` where nothing was found and the trials cannot show whether something is."""
+    verdict = str(leg.get("verdict"))
+    return "unsure" if verdict == "none" and not sure_of_none(leg) else verdict
 
 
 def legs_opening(result: Result) -> Opening:
@@ -82,12 +90,18 @@ def _next_of_legs(legs: Sequence[Mapping[str, Any]]) -> str:
 
 def _diagnosed_count(result: Result) -> str:
     legs, failed = sequence(result.content, "legs"), sequence(result.content, "failed")
-    return f"{len(legs)} of {len(legs) + len(failed)} projects were"
+    return f"{len(legs)} of {len(legs) + len(failed)} projects {'was' if len(legs) == 1 else 'were'}"
 
 
 def _warned_count(legs: Sequence[Mapping[str, Any]]) -> str:
     warned = sum(bool(of_leg(leg)) for leg in legs)
-    return f"{warned} of them have warnings." if warned else "None has a warning." if legs else ""
+    return (
+        f"{warned} of them {'has' if warned == 1 else 'have'} warnings."
+        if warned
+        else "None has a warning."
+        if legs
+        else ""
+    )
 
 
 def _mend(result: Result, done: str) -> list[str]:

@@ -10,12 +10,13 @@ from synth.reports.quantities import brief
 from synth.reports.reading import Result
 from synth.reports.section import mapping, sequence
 
+MOST_CAUSES = 8  # in the opening; their section has all
 # Causes shown first, of a leg with servos too
 ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency", "servo_gain", "gear_load_friction")
 
 
 def rehearsal_opening(result: Result) -> Opening:
-    """The sentence, and the sizes of what people ask for first."""
+    """The sentence, and the sizes of the planted causes, what people ask for first."""
     document = result.content
     trust = (
         f"{document.get('cases')} cases in simulations of this leg with these trials, this noise and these tolerances, "
@@ -23,7 +24,8 @@ def rehearsal_opening(result: Result) -> Opening:
         "access to the answer."
     )
     more = "For surer counts plant more: the same command with a larger `--count` goes on from here."
-    return Opening(str(document.get("sentence") or ""), trust, [more], figures=_figures(result))
+    coverage = str(document.get("coverage") or "")
+    return Opening(str(document.get("sentence") or ""), f"{coverage} {trust}".strip(), [more], figures=_figures(result))
 
 
 def _planted_beside(document: Mapping[str, Any]) -> str:
@@ -43,12 +45,17 @@ def _figures(result: Result) -> Figures | None:
     joints = [str(name) for name in sequence(result.content, "joints") if name in planted_at]
     found = {(c.get("effect"), c.get("joint")): c for c in causes}
     rows = []
-    planted = [effect for effect in ASKED if any((effect, joint) in found for joint in joints)]
-    for effect in planted or list(dict.fromkeys(str(c.get("effect")) for c in causes))[: len(ASKED)]:
+    planted = {str(c.get("effect")): False for c in causes}
+    planted |= {str(c.get("effect")): True for c in causes if c.get("visible_from") is not None}
+    # Of those that people ask for and of the others, the found ones first.
+    order = sorted(planted, key=lambda effect: (effect not in ASKED, not planted[effect]))
+    for effect in order[:MOST_CAUSES]:
         cells = [visible_cell(found.get((effect, joint))) for joint in joints]
         if any((effect, joint) in found for joint in joints):
             rows.append([Cell(effect.replace("_", " ")), *cells])
-    return Figures(("Smallest size found", *joints), rows) if rows else None
+    more = len(order) - MOST_CAUSES
+    note = f"{more} more planted cause{'s are' if more > 1 else ' is'} in the table below." if more > 0 else ""
+    return Figures(("Smallest size found", *joints), rows, note) if rows else None
 
 
 def visible_cell(cause: object) -> Cell:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from markupsafe import Markup
 
@@ -32,8 +33,12 @@ def fits_opening(result: Result, across: ReportSection) -> Opening:
     names = [str(mapping(item).get("name")) for item in failed[:3]]
     more = f" and {len(failed) - 3} more" if len(failed) > 3 else ""
     return Opening(
-        f"{len(legs)} of {total} projects were fitted.",
-        f"{warned} of the fits have warnings." if warned else "No fit has a warning." if legs else "",
+        f"{len(legs)} of {total} projects {'was' if len(legs) == 1 else 'were'} fitted.",
+        f"{warned} of the fits {'has' if warned == 1 else 'have'} warnings."
+        if warned
+        else "No fit has a warning."
+        if legs
+        else "",
         [f"Correct {joined_names(names)}{more}, and repeat the command: finished fits are kept."] if failed else [NEXT],
         figure,
         caption,
@@ -44,15 +49,26 @@ def fits_opening(result: Result, across: ReportSection) -> Opening:
 
 
 def reproduction_opening(result: Result) -> Opening:
-    """The reproduced tables."""
+    """Which claims hold, if the tables judge claims, and the reproduced tables."""
     tables = [table for table in sequence(result.content, "tables") if isinstance(table, Mapping)]
     rows = [
         [Cell(str(table.get("name"))), Cell(str(table.get("title"))), Cell(str(len(sequence(table, "rows"))))]
         for table in tables
     ]
     return Opening(
-        f"{len(tables)} tables, each with published values, ours, and the reasons of differences.",
+        _answer(tables),
         "Nothing is tuned to the published numbers unless a table says so.",
         ["Open a table below; its last lines explain the differences."],
         figures=Figures(("Table", "Content", "Rows"), rows) if rows else None,
     )
+
+
+def _answer(tables: Sequence[Mapping[str, Any]]) -> str:
+    """How many of the published claims hold and which do not; without claims what the tables compare."""
+    judged = [row for table in tables for row in sequence(table, "rows") if "holds" in mapping(row)]
+    if judged:
+        failed = [str(row["label"]) for row in judged if not row["holds"]]
+        but = f"; not: {'; '.join(failed)}" if failed else ""
+        return f"{len(judged) - len(failed)} of {len(judged)} published claims hold{but}."
+    beside = sum(any("published" in str(head) for head in sequence(table, "columns")) for table in tables)
+    return f"{len(tables)} tables, {beside} of them with published values beside ours, and the reasons of differences."

@@ -7,10 +7,17 @@ from typing import Any
 
 from synth.reports.figures.bars import Bar, BarColumn, bar_figure
 from synth.reports.quantities import number
-from synth.reports.reading import Result, value_of
+from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import ReportSection, mapping, sequence
 
 WIDTH, LABEL = 860.0, 515.0  # px
+# What to do where no trial of the list tells the explanations apart; of other verdicts nothing is left to record.
+NO_TRIAL = {
+    "tie": "No usual trial separates the tied explanations: measure what they blame by itself, a spring on a bench for "
+    "example. Until then take either; they predict these trials alike.",
+    "unknown": "No usual trial shows more of the unknown cause: look at the rig where the remainder is largest.",
+}
+NOTHING_NEEDED = "no trial of the list would change the diagnosis"
 MOST_TRIALS = 8  # trials of the menu that are drawn
 
 
@@ -18,7 +25,8 @@ def content(result: Result) -> dict[str, Any]:
     """The trial as an entry of ``trials:``, its release, and the menu by expected information."""
     experiment = mapping(result.content, "next_experiment")
     if not experiment:
-        return {"experiment": None}
+        settled = str(result.content.get("verdict")) not in NO_TRIAL
+        return {"experiment": None, "no_trial": without_trial(result.content, "Nothing"), "settled": settled}
     menu = [item for item in sequence(experiment, "menu") if isinstance(item, Mapping)]
     menu = sorted(menu, key=lambda item: -(value_of(item.get("information")) or 0.0))
     if all(item.get("information") != experiment.get("information") for item in menu):
@@ -35,6 +43,11 @@ def content(result: Result) -> dict[str, Any]:
         "left_out": max(left_out, 0),
         "figure": bar_figure("Trials by expected information", labels, [column], WIDTH, LABEL) if menu else None,
     }
+
+
+def without_trial(document: Json, nothing: str) -> str:
+    """What to do if the result proposes no trial; ``nothing`` begins the sentence where nothing is left to do."""
+    return NO_TRIAL.get(str(document.get("verdict")), f"{nothing}: {NOTHING_NEEDED}.")
 
 
 def entry_text(trial: Mapping[str, Any]) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
 
 from synth.reports.figures.bars import Bar, BarColumn, bar_figure
+from synth.reports.parameter_rows import parameter_rows
 from synth.reports.quantities import share_text, whole_percent
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
@@ -19,10 +20,13 @@ VERDICTS = {
     "unknown": "no effect in the library explains the trials",
 }
 WITHIN = "the gap is below the required accuracy; causes were not judged"
-SURE_PROBABILITY = 0.8  # probability of the first cause from which the trials identify it; below, they favour it
+# Probability from which the trials identify the first cause, or show that none is missing; below, they favour the
+# cause, and cannot show whether one is missing.
+SURE_PROBABILITY = 0.8
 WIDTH, LABEL = 800.0, 236.0  # px
 MOST_BARS = 10  # candidates drawn
 LEAST_PROBABILITY = 0.005  # a candidate less probable than this is counted among the others
+OTHERS = "all others together"  # less probable candidates, most of which are not in the result
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -32,16 +36,19 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     if not ranked and "verdict" not in document:
         return AbsentResult(f"{result.name} ranks no candidate")
     verdict = str(document.get("verdict"))
-    effects = mapping(document, "effects")
     return {
         "verdict": verdict,
         "means": meaning_of(document),
-        "explanation": [_cause(item, effects) for item in sequence(document, "explanation")],
-        "tied": [[_cause(item, effects) for item in causes] for causes in sequence(document, "tied")],
+        "explanation": [_cause(item, document) for item in sequence(document, "explanation")],
+        "tied": [[_cause(item, document) for item in causes] for causes in sequence(document, "tied")],
+        "has_trial": bool(mapping(document, "next_experiment")),
         "figure": _figure(document, ranked),
         "unknown": verdict == "unknown",
-        "ranked": [{**_cause(entry, effects), "probability": share_text(entry.get("probability"))} for entry in ranked],
+        "ranked": [
+            {**_cause(entry, document), "probability": share_text(entry.get("probability"))} for entry in ranked
+        ],
         "shown": MOST_BARS,
+        "others": _others_text(document, ranked),
     }
 
 
@@ -51,10 +58,18 @@ def meaning_of(document: Json) -> str:
         return WITHIN
     verdict, first = str(document.get("verdict")), sequence(document, "ranked")[:1]
     sure = bool(first) and isinstance(first[0], Mapping) and _number(first[0].get("probability")) >= SURE_PROBABILITY
+    if verdict == "none" and not sure_of_none(document):
+        none = share_text(document.get("probability_none"))
+        return f"these trials cannot show whether an effect is missing; the probability that none is missing is {none}"
     if verdict != "effect" or sure:
         return VERDICTS.get(verdict, "")
     unknown = share_text(document.get("probability_unknown"))
     return f"the trials favour this cause; the probability that it is not in the library is {unknown}"
+
+
+def sure_of_none(document: Mapping[str, Any]) -> bool:
+    """Whether the trials show that no effect is missing; a result that does not state the probability is taken so."""
+    return _number(document.get("probability_none", 1.0)) >= SURE_PROBABILITY
 
 
 def within_accuracy(document: Json) -> bool:
@@ -68,13 +83,32 @@ def name_of(cause: Mapping[str, Any]) -> str:
     return f"{str(cause.get('effect')).replace('_', ' ')}, {where}"
 
 
-def _cause(entry: Mapping[str, Any], effects: Json) -> Json:
-    described = mapping(effects, str(entry.get("effect")))
+def others_probability(document: Json, shown: Sequence[Mapping[str, Any]]) -> float:
+    """Probability of the candidates that are not shown, those that the result does not list too.
+
+    If several causes act together, each has the probability of being one of them, which does not add up: of those
+    that are listed only.
+    """
+    ranked = [entry for entry in sequence(document, "ranked") if isinstance(entry, Mapping)]
+    if len(sequence(document, "explanation")) > 1:
+        return sum(_number(entry.get("probability")) for entry in ranked if entry not in shown)
+    known = sum(_number(document.get(f"probability_{key}")) for key in ("none", "unknown"))
+    return max(0.0, 1.0 - known - sum(_number(entry.get("probability")) for entry in shown))
+
+
+def _others_text(document: Json, ranked: Sequence[Mapping[str, Any]]) -> str:
+    """The probability of the candidates that the result does not list; empty if negligible."""
+    others = others_probability(document, ranked)
+    return share_text(others) if others >= LEAST_PROBABILITY else ""
+
+
+def _cause(entry: Mapping[str, Any], document: Json) -> Json:
+    described = mapping(document, "effects", str(entry.get("effect")))
     return {
         "name": name_of(entry),
         "effect": str(entry.get("effect")),
         "joint": str(entry.get("joint")),
-        "parameters": mapping(entry, "parameters"),
+        "parameters": parameter_rows(entry, document),
         "shrink": entry.get("shrink"),
         **{key: described.get(key) for key in ("meaning", "formula", "source")},
     }
@@ -87,12 +121,13 @@ def _figure(document: Json, ranked: list[Mapping[str, Any]]) -> Markup:
     """
     shown = [entry for entry in ranked if _number(entry.get("probability")) >= LEAST_PROBABILITY][:MOST_BARS]
     shown = shown or ranked[:3]
-    others = sum(_number(entry.get("probability")) for entry in ranked if entry not in shown)
+    others, unlisted = others_probability(document, shown), others_probability(document, ranked)
     labels = [name_of(entry) for entry in shown]
     chances = [_number(entry.get("probability")) for entry in shown]
     shrinks = [_shrink(entry.get("shrink")) for entry in shown]
-    if len(shown) < len(ranked):
-        labels.append(f"{len(ranked) - len(shown)} others together")
+    if len(shown) < len(ranked) or unlisted >= LEAST_PROBABILITY:
+        listed = unlisted < LEAST_PROBABILITY
+        labels.append(f"{len(ranked) - len(shown)} others together" if listed else OTHERS)
         chances.append(others)
         shrinks.append(None)
     none = "none: below the required accuracy" if within_accuracy(document) else "none: no effect is missing"

@@ -18,12 +18,17 @@ WIDTH, LABEL = 800.0, 236.0  # px
 
 
 def causes(result: Result) -> dict[str, list[str]]:
-    """Cause -> the legs whose explanation holds it, the commonest first."""
+    """Cause -> the legs whose accepted explanation holds it, the commonest first."""
     found: dict[str, list[str]] = defaultdict(list)
     for leg in records(result.content, "legs"):
-        for cause in sequence(leg, "explanation"):
+        for cause in sequence(leg, "explanation") if is_accepted(leg) else ():
             found[name_of(cause)].append(str(leg["name"]))
     return dict(sorted(found.items(), key=lambda item: (-len(item[1]), item[0])))
+
+
+def is_accepted(leg: Json) -> bool:
+    """Whether the leg's ``explanation`` was accepted; with the verdict unknown it is the nearest that was not."""
+    return leg.get("verdict") != "unknown"
 
 
 def _legs(result: Result) -> dict[str, Any] | AbsentResult:
@@ -38,6 +43,7 @@ def _legs(result: Result) -> dict[str, Any] | AbsentResult:
                 "report": leg["report"],
                 "verdict": leg["verdict"],
                 "causes": [name_of(cause) for cause in sequence(leg, "explanation")],
+                "accepted": is_accepted(leg),
                 "likeliest": name_of(first) if first else "",
                 "probability": share_text(first.get("probability")) if first else "",
                 "shrink": first.get("shrink"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from synth.reports.quantities import percent
@@ -44,10 +44,15 @@ def _joint(name: str, joint: Mapping[str, Any]) -> Json:
         "off": percent(value_of(spring.get("rate")), value_of(wanted)),
         "damper": mapping(joint, "damper"),
         "arm_offset": joint.get("arm_offset"),
-        "springs": alternatives,
-        "dampers": [item for item in sequence(joint, "damper_alternatives") if isinstance(item, Mapping)],
+        "springs": _by_cost(alternatives),
+        "dampers": _by_cost([i for i in sequence(joint, "damper_alternatives") if isinstance(i, Mapping)]),
         "left_out": [found for kind in ("springs", "dampers") if (found := _left_out(joint, kind))],
     }
+
+
+def _by_cost(alternatives: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The substitutes by the cost that is shown; the result has them by their expected error."""
+    return sorted(alternatives, key=lambda item: value_of(item.get("cost")) or 0.0)
 
 
 def is_near(alternative: Mapping[str, Any], wanted: object) -> bool:

@@ -7,6 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from synth.reports.assumed_laws import assumed_laws_words
 from synth.reports.figures.bars import Bar, BarColumn, bar_figure
 from synth.reports.opening import joined_names
 from synth.reports.quantities import brief, interval_of, share_text, text
@@ -40,6 +41,8 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "figure": _figure([chosen, *others]),
         "causes": _causes(forecast),
         "measured": measured,
+        "assumed": assumed_laws_words(forecast),
+        "assumed_measured": assumed_laws_words(measured),
         "known": joined_names(known),
         "to_measure": joined_names([name for name in joints if name not in known]),
         "open": mapping(response, "fit_uncertainty"),

@@ -128,8 +128,8 @@
       });
       ratios.forEach((r, i) => { draw("text", { x: left - 5, y: i * high + 15, "font-size": 10, "text-anchor": "end", fill: "#666" }, svg).textContent = `${r.toFixed(0)}:1`; });
       const every = Math.ceil(lengths.length / 9);
-      lengths.forEach((l, k) => { if (k % every === 0) draw("text", { x: left + (k + 0.5) * cell, y: ratios.length * high + 14, "font-size": 10, "text-anchor": "middle", fill: "#666" }, svg).textContent = (100 * l).toPrecision(3).replace(/\.?0+$/, ""); });
-      draw("text", { x: left + (w - left) / 2, y: h - 6, "font-size": 11, "text-anchor": "middle", fill: "#222" }, svg).textContent = `upper link [cm]; ${words}${unit ? ` [${unit}]` : ""}`;
+      lengths.forEach((l, k) => { if (k % every === 0) draw("text", { x: left + (k + 0.5) * cell, y: ratios.length * high + 14, "font-size": 10, "text-anchor": "middle", fill: "#666" }, svg).textContent = String(+(1000 * l).toPrecision(4)); });
+      draw("text", { x: left + (w - left) / 2, y: h - 6, "font-size": 11, "text-anchor": "middle", fill: "#222" }, svg).textContent = `upper link [mm]; ${words}${unit ? ` [${unit}]` : ""}`;
       const mark = draw("rect", { width: cell, height: high, fill: "none", stroke: "#222", "stroke-width": 2, "pointer-events": "none", display: "none" }, svg);
       let here = [0, 0];
       function point(i, k) {

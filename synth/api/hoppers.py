@@ -97,7 +97,8 @@ class Hopper(Report):
                 drawn = draw_parts(found, folder)
         with stage("writing the report"):
             files = sorted(path for path in folder.rglob("*") if path.is_file())
-            write_json(folder / "hopper.json", hopper_json(found, files, folder) | ({"parts": drawn} if drawn else {}))
+            content = hopper_json(found, files, folder, drawn.get("notes", ()))
+            write_json(folder / "hopper.json", content | ({"parts": drawn} if drawn else {}))
             write_hopper_report(folder)
 
 

@@ -125,6 +125,10 @@ def gap_text(content: Json) -> str:
         shrink = entry["shrink"]["value"] if entry.get("shrink") else None
         shown = "-" if shrink is None else f"{shrink:.0%}"
         rows.append([entry["effect"].replace("_", " "), entry["joint"], _chance(entry["probability"]), shown])
+    others = 1.0 - content["probability_none"] - content["probability_unknown"]
+    others -= sum(entry["probability"] for entry in content["ranked"][:MOST_CAUSES])
+    if len(content["explanation"]) < 2 and others >= 0.005:  # those of causes that act together do not add up to 1
+        rows.append(["all others", "", _chance(others), "-"])
     none = "below the required accuracy" if content.get("within_accuracy") else "no missing effect"
     rows.append([none, "", _chance(content["probability_none"]), "-"])
     rows.append(["not in the library", "", _chance(content["probability_unknown"]), "-"])
@@ -141,9 +145,10 @@ def _remainder_text(left: Json | None) -> str:
     if not left:
         return ""
     where = [max(each, key=lambda name: each[name]) for each in left["where"].values() if each]
+    most_at = f"; most at: {', '.join(where)}" if where and left["rms"]["value"] > 0.0 else ""
     return (
         f"\nunexplained: {left['rms']['value']:.2g} {left['rms']['unit']}, {left['share']:.0%} of the gap, "
-        f"{left['times_noise']:.2g} times the noise; most at: {', '.join(where)}"
+        f"{left['times_noise']:.2g} times the noise{most_at}"
     )
 
 

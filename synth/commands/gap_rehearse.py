@@ -84,7 +84,8 @@ def _earlier(out: Path, identity: Mapping[str, str]) -> dict[str, CaseOutcome]:
 
 def rehearsal_text(content: Json) -> str:
     """The answer, the smallest sizes found, the ties and the confusions."""
-    parts = [str(content["sentence"]), "", "smallest size found:", _sizes(content["causes"], content["joints"])]
+    answer = " ".join(words for key in ("sentence", "coverage") if (words := str(content.get(key) or "")))
+    parts = [answer, "", "smallest size found:", _sizes(content["causes"], content["joints"])]
     tied, wrong = _most_frequent(content["causes"], "tied_with"), _most_frequent(content["causes"], "taken_for")
     if tied:
         parts += ["", "not distinguished from:", *tied]

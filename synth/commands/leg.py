@@ -72,10 +72,22 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     if failure is not None:
         raise failure
     shown = shown_for(arguments.units, [project.path.parent / item.name for item in project.inputs])
-    tell(progress, Path(arguments.out) / "design.json", partial(parts_text, shown=shown))
+    notes = _page_warnings(Path(arguments.out))
+    tell(progress, Path(arguments.out) / "design.json", partial(parts_text, shown=shown), notes)
     progress.say(f"design: {Path(arguments.out) / 'design.json'}")
     progress.say(f"report: {report}")
     return 0
+
+
+def _page_warnings(folder: Path) -> list[str]:
+    """Every warning that the page shows, once, so that screen and page count the same."""
+    from synth.remarks import about, read_remark
+    from synth.reports.reading import read_result
+    from synth.reports.sections.warnings import warnings_of
+
+    found = warnings_of(read_result(folder, "design.json", "leg-design"))
+    remarks = [(each.joint, read_remark({"text": each.text, "severity": each.level})) for each in found]
+    return [about(joint, remark) if joint else remark for joint, remark in remarks]
 
 
 def _run_folder(arguments: argparse.Namespace, progress: Progress) -> int:

@@ -110,6 +110,13 @@ def parts_text(design: Mapping[str, Any], shown: ShownUnits = METRIC) -> str:
             f"with measured free angles of {'the springs' if not known else 'all springs'} "
             f"{measured['expected']['value']:.2f} deg, chance {measured['chance']['value']:.0%}."
         )
+    laws = forecast.get("assumed_laws")
+    if laws:
+        lines.append(
+            f"This holds if the assumed damper laws of {', '.join(laws['joints'])} are right; off by a factor of "
+            f"{laws['factor']['value']:g} at low speed, nominal parts give {laws['least']['value']:.2f} to "
+            f"{laws['most']['value']:.2f} deg."
+        )
     return "\n".join(lines)
 
 
@@ -125,7 +132,7 @@ def _spring_words(spring: Mapping[str, Any], shown: ShownUnits) -> str:
 
 
 def _substitute_lines(alternatives: Sequence[Mapping[str, Any]]) -> list[list[str]]:
-    """The substitutes with the least effect on the response, one per line."""
+    """The substitutes with the least effect on the response, one per line, the least first."""
     return [
         [
             "",
@@ -135,5 +142,5 @@ def _substitute_lines(alternatives: Sequence[Mapping[str, Any]]) -> list[list[st
             f"{item['response_error']['value']:.2f} deg",
             f"{round(item['cost']['value'], 2) + 0.0:+.2f} deg",
         ]
-        for item in alternatives[:SUBSTITUTES_SHOWN]
+        for item in sorted(alternatives, key=lambda item: float(item["cost"]["value"]))[:SUBSTITUTES_SHOWN]
     ]

@@ -48,12 +48,14 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
 
 def reproduced_text(content: Mapping[str, Any]) -> str:
-    """One row per table: its number of rows, and of explained differences."""
+    """One row per table: its number of rows, of claims that hold, and of the sentences that explain differences."""
     from synth.commands.table_text import table_text
 
-    rows = [["table", "rows", "differences explained"]]
+    rows = [["table", "rows", "claims that hold", "sentences on differences"]]
     for table in content["tables"]:
-        rows.append([table["name"], str(len(table["rows"])), str(len(table["differences"]))])
+        judged = [row["holds"] for row in table["rows"] if "holds" in row]
+        held = f"{sum(judged)} of {len(judged)}" if judged else "-"
+        rows.append([table["name"], str(len(table["rows"])), held, str(len(table["differences"]))])
     return table_text(rows)
 
 

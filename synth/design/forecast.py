@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.design.assumed_laws import LawsOff, columns_off
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.part_lanes import ROWS, PartLanes, column
@@ -85,6 +86,8 @@ class Forecast:
     """The distribution of the response error (rad, RMS over joints and releases) of a set of parts.
 
     ``chance``: probability that the error is at most ``within``. ``shares`` of the spread, largest first, if computed.
+    ``laws_off``: the nominal error where the assumed laws of dampers, which the draws take as true, are not; None if
+    all are known, or if it was not computed.
     """
 
     nominal: float
@@ -94,6 +97,7 @@ class Forecast:
     within: float
     n_sample: int
     shares: tuple[Share, ...] = ()
+    laws_off: LawsOff | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Every number with its unit."""
@@ -107,6 +111,8 @@ class Forecast:
         }
         if self.shares:
             written["causes"] = [share.as_json() for share in self.shares]
+        if self.laws_off is not None:
+            written["assumed_laws"] = self.laws_off.as_json()
         return written
 
 
@@ -175,7 +181,7 @@ class Forecaster:
         self._levels: dict[tuple[object, ...], tuple[Array, Array]] = {}  # see ``_curves``
 
     def forecast(self, parts: SetParts, n_sample: int, *, shares: bool = False) -> Forecast:
-        """The error of one set over ``n_sample`` draws."""
+        """The error of one set over ``n_sample`` draws; with ``shares`` also these, and that of assumed laws off."""
         errors = self._errors(parts, self._draws(len(parts), n_sample))
         nominal = float(self._errors(parts, np.zeros((4 * len(parts) + 1, 1)))[0])
         low, high = np.quantile(errors, [0.05, 0.95])  # 90 % interval
@@ -187,6 +193,7 @@ class Forecaster:
             self.within,
             n_sample,
             self._shares(parts, nominal) if shares else (),
+            self._laws_off(parts) if shares else None,
         )
 
     def expected(self, parts: SetParts, n_sample: int) -> float:
@@ -248,6 +255,18 @@ class Forecaster:
             assert len(curves[0]) == ROWS - 3
             self._levels[key] = levels, np.stack(curves, axis=1)
         return self._levels[key]
+
+    def _laws_off(self, parts: SetParts) -> LawsOff | None:
+        """The nominal error with the assumed laws off to either side; a few lanes."""
+        dampers = [
+            damper.damper if damper_tolerance(damper, self.asked).exponents is not None else None for _, damper in parts
+        ]
+        names = tuple(name for name, damper in zip(self.lanes.leg.joint_names, dampers, strict=True) if damper)
+        if not names:
+            return None
+        nominal = self._columns(parts, np.zeros((4 * len(parts) + 1, 1)))
+        errors = self.lanes.errors_of(columns_off(nominal, dampers))
+        return LawsOff(names, float(errors.min()), float(errors.max()))
 
     def _shares(self, parts: SetParts, nominal: float) -> tuple[Share, ...]:
         """Each cause alone at its two outer Gauss points; shares of the growth of the mean squared error."""

@@ -123,7 +123,11 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
         ranked,
         left,
         _diagnosis_sentence(plant, judged, explanations, ranked, stages, left, moved),
-        next_experiment(plant, plant.rivals(judged), reason_for_next_trial(judged.verdict, short, within=within)),
+        next_experiment(
+            plant,
+            plant.rivals(judged),
+            reason_for_next_trial(judged.verdict, short, within=within, none=judged.none),
+        ),
         (
             *plant.warnings,
             *plant.remarks(stages),
@@ -364,6 +368,7 @@ def _diagnosis_sentence(
         each=[stages.errors.figure(label_of_causes(rival.keys)) for rival in judged.tied],
         moved=None if decisive is None else decisive.figure("after"),
         parted=None if decisive is None else _part_errors(stages.errors, decisive),
+        none=judged.none,
     )
     text = sentence(judged.verdict, texts[0], texts[1:], probability, wording)
     return text + plant.addendum(judged.verdict, stages)

@@ -62,8 +62,9 @@ def limit_sentences(short: str, candidate: ShapedEffect, x: Array, cause: Cause)
     for name, largest in parameters_at_limits(candidate, x).items():
         if name in candidate.effect.stated_by_default:
             end, beyond = ("largest", "larger") if largest else ("smallest", "smaller")
+            told = parameters_text(cause, [name], candidate.effect)
             found.append(
-                f"{short}: {parameters_text(cause, [name])} is the {end} value that the search tries; the true one may "
-                f"be {beyond}, and its interval is open on that side"
+                f"{short}: {told} is the {end} value that the search tries; the true one may be {beyond}, and its "
+                "interval is open on that side"
             )
     return found

@@ -17,6 +17,10 @@ MOST_LEADING, LEAST_LEADING_SHARE = 3, 0.05  # causes named if nothing explains 
 LEAST_SHOWN_SHARE = 0.005  # of the gap; less rounds to 0 %
 ROUGH_INTERVAL = 0.1  # of a value, half its interval: its third digit then says nothing
 MOST_OF_GAP = 0.5  # of the gap: what takes more takes most of it, though it may be too unsure to be named
+# Probability that no effect is missing from which the trials show that; below, they cannot show whether. The one from
+# which the page calls a cause identified.
+SURE_OF_NONE = 0.8
+FIRST_TO_SHOW = "in this one the most probable causes would show first"
 TYPOGRAPHIC_UNITS = {"*": "·", "deg": "°", "percent": "%"}  # typographic units
 
 
@@ -31,7 +35,8 @@ class ErrorWording:
     ``nearest`` : the explanation that comes nearest, in a few words. ``common`` : the causes that all tied explanations
     contain, in words; ``each`` : the errors with each tied explanation but the accepted one. ``moved`` : the error of
     the explanation where it follows held-out trials within its uncertainty, if only that keeps them from contradicting
-    it; ``parted`` : the errors of these trials and of the others, if there are both.
+    it; ``parted`` : the errors of these trials and of the others, if there are both. ``none`` : probability that no
+    effect is missing.
     """
 
     nominal: str
@@ -50,6 +55,7 @@ class ErrorWording:
     each: Sequence[Estimate] = ()
     moved: Estimate | None = None
     parted: PartedErrors | None = None
+    none: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -79,7 +85,7 @@ def stated_parameters(cause: Cause, effect: PlantEffect) -> str:
     found = cause.parameters
     matter = [name for name in effect.stated or effect.stated_by_default if name in found]
     matter = [name for name in matter if not _may_have_value(found, *effect.idle.get(name, ("", 0.0)))]
-    return parameters_text(cause, matter[:MOST_PARAMETERS])
+    return parameters_text(cause, matter[:MOST_PARAMETERS], effect)
 
 
 def _may_have_value(found: Mapping[str, Estimate], name: str, value: float) -> bool:
@@ -91,9 +97,10 @@ def _may_have_value(found: Mapping[str, Estimate], name: str, value: float) -> b
     return low <= value <= high
 
 
-def parameters_text(cause: Cause, names: Sequence[str]) -> str:
+def parameters_text(cause: Cause, names: Sequence[str], effect: PlantEffect) -> str:
     """Torque 0.052 N·m, speed 0.3 rad/s: these parameters of the cause."""
-    return ", ".join(f"{name.replace('_', ' ')} {_value_text(cause.parameters[name])}" for name in names)
+    words = {parameter.name: parameter.words for parameter in effect.parameters}
+    return ", ".join(f"{words[name]} {_value_text(cause.parameters[name])}" for name in names)
 
 
 def _digits(estimate: Estimate) -> int:
@@ -204,6 +211,12 @@ def _no_effect_sentence(wording: ErrorWording, error: str, floor: str) -> str:
             f"The gap does not matter: {error} is {angle_text(wording.before)}, less than the accuracy of "
             f"{math.degrees(wording.accuracy):.2g}° required."
         )
+    if wording.none < SURE_OF_NONE:
+        return (
+            f"These trials cannot show whether an effect is missing (probability that none is "
+            f"{100 * wording.none:.0f} %): within tolerances {wording.nominal} has an error of "
+            f"{angle_text(wording.before)} on {wording.on.rstrip(',')}; the noise is {floor}."
+        )
     if wording.left is not None and wording.left.times_noise > LEAST_MENTIONED:
         return (
             f"No effect in the library improves the prediction: within tolerances {wording.nominal} has an error of "
@@ -252,10 +265,12 @@ def _remainder_sentence(verdict: Verdict, wording: ErrorWording) -> str:
     return f" {left} remains unexplained{mostly}{within}."
 
 
-def reason_for_next_trial(verdict: Verdict, explanations: Sequence[str], *, within: bool = False) -> str:
+def reason_for_next_trial(
+    verdict: Verdict, explanations: Sequence[str], *, within: bool = False, none: float = 1.0
+) -> str:
     """Why another trial: ``explanations`` are the accepted one and those tied with it, in words.
 
-    ``within`` : the gap is below the required accuracy.
+    ``within`` : the gap is below the required accuracy. ``none`` : probability that no effect is missing.
     """
     if verdict == "tie":
         return f"{', '.join(explanations[:-1])} and {explanations[-1]} explain these trials equally well."
@@ -264,8 +279,10 @@ def reason_for_next_trial(verdict: Verdict, explanations: Sequence[str], *, with
             "The gap is below the required accuracy and causes were not judged; in this trial the most probable ones "
             "would show first."
         )
+    if verdict == "none" and none < SURE_OF_NONE:
+        return f"These trials cannot show whether an effect is missing; {FIRST_TO_SHOW}."
     if verdict == "none":
-        return "These trials show no missing effect; in this one the most probable causes would show first."
+        return f"These trials show no missing effect; {FIRST_TO_SHOW}."
     if verdict == "unknown":
         return "The missing effect is unknown; here the nearest explanations differ most."
     return "To confirm the cause against the next most probable one."

@@ -78,12 +78,17 @@ def rms(values: Array) -> float | None:
     return float(np.sqrt(np.mean(known**2))) if known.size else None
 
 
-def describe_effects(causes: Sequence[Cause], effect_called: Callable[[str], PlantEffect]) -> dict[str, dict[str, str]]:
-    """Every effect among the causes: meaning, formula and source."""
+def describe_effects(causes: Sequence[Cause], effect_called: Callable[[str], PlantEffect]) -> dict[str, dict[str, Any]]:
+    """Every effect among the causes: meaning, formula, source, and what a page shows of its parameters."""
     found = {}
     for name in dict.fromkeys(cause.effect for cause in causes):
         effect = effect_called(name)
-        found[name] = {"meaning": effect.meaning, "formula": effect.formula, "source": effect.source}
+        shown = {
+            p.name: {"label": p.words, "form": p.form} | ({"added_to": p.added_to} if p.added_to else {})
+            for p in effect.parameters
+        }
+        texts = {"meaning": effect.meaning, "formula": effect.formula, "source": effect.source}
+        found[name] = {**texts, "parameters": shown}
     return found
 
 

@@ -92,6 +92,10 @@ def positive(median: float, width: float, lower: float = 0.0, upper: float = np.
     return Prior(median, width, log=True, lower=lower, upper=upper)
 
 
+Form = Literal["value", "change", "share", "relative change"]
+DESIGNED = ("spring_rate", "damper_rate")  # quantities of a joint to which an effect adds
+
+
 @dataclass(frozen=True)
 class Parameter:
     """One parameter of an effect.
@@ -102,7 +106,9 @@ class Parameter:
     ``anchor`` "middle": its prior is relative to the middle of the joint's motion, in half its range; "settled": to
     the spring's deflection at the end of the trials. ``of`` : another free parameter by whose value the
     prior's is multiplied: a part that is smaller than another one, or belongs to another effect. ``above``,
-    ``below`` : exclusive limits of a value in a file, beside those that follow from the prior.
+    ``below`` : exclusive limits of a value in a file, beside those that follow from the prior. ``label`` : words that
+    people read in place of the name; ``form`` : as which they read the value, a change with its sign, a share in per
+    cent. ``added_to`` : the quantity of the designed joint that a change is added to, see ``DESIGNED``.
     """
 
     name: str
@@ -117,6 +123,14 @@ class Parameter:
     meaning: str = ""
     above: float = -np.inf
     below: float = np.inf
+    label: str = ""
+    form: Form = "value"
+    added_to: str = ""
+
+    @property
+    def words(self) -> str:
+        """What people read in place of the name."""
+        return self.label or self.name.replace("_", " ")
 
     def wanted(self, value: float) -> str:
         """What a file must give instead of this value, "at least 0"; empty if it may give it.

@@ -7,6 +7,8 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from synth.remarks import decisive
+
 if TYPE_CHECKING:
     from synth.cad.hopper_joint import HopperDimensions
     from synth.hopper.study import Study
@@ -17,8 +19,12 @@ SAME_SHAFT = 5e-6  # m: half of the hundredth of a millimetre that the notes wou
 
 
 def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
-    """Write the parts of the chosen leg into ``folder/parts``; ``notes`` states what cannot be drawn."""
-    from synth.cad.hopper_joint import export_hopper
+    """Write the parts of the chosen leg into ``folder/parts``.
+
+    ``notes`` states what cannot be drawn, or differs from the simulated leg; ``missing``, in a few words, what keeps
+    the parts from being that leg.
+    """
+    from synth.cad.hopper_joint import export_hopper, hip_note
     from synth.cad.limits import DimensionError
     from synth.hopper.drawn_flexures import JOINTS, drawn_flexures
     from synth.units import quantity
@@ -28,23 +34,29 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
     row = found.rows[int(found.sweep.motor[found.best])]
     dimensions = dimensions_of(found, row)
     if isinstance(dimensions, str):
-        return {"layers": [], "dimensions": {}, "notes": [f"no parts are drawn: {dimensions}"]}
+        return {"layers": [], "dimensions": {}, "notes": [decisive(f"no parts are drawn: {dimensions}")]}
     try:
         made = export_hopper(dimensions, folder / FOLDER)
     except DimensionError as error:
-        return {"layers": [], "dimensions": {}, "notes": [f"no parts are drawn: {text}" for text in error.problems]}
+        notes = [decisive(f"no parts are drawn: {text}") for text in error.problems]
+        return {"layers": [], "dimensions": {}, "notes": notes}
     laminate, leg = found.best_leg.laminate, found.best_leg
     strip = laminate.strip_bending_stiffness
-    notes = [*shaft_notes(found, row), *made.notes]
+    incomplete = hip_note(dimensions)
+    notes = [*shaft_notes(found, row), *(decisive(note) if note == incomplete else note for note in made.notes)]
+    missing = ["the hip is not complete"]
     hinges = {name: made.gaps[f"{name}_hinge_gap"] for name in JOINTS}
     drawn = drawn_flexures(found, hinges, dimensions.gap)
     if drawn is not None:
-        notes.append(drawn.note)
+        notes.append(decisive(drawn.note))
     if not 0.8 < laminate.bending_stiffness / strip < 1.25:  # a quarter: more than a laminate's scatter
+        missing.append("flat links as drawn are not those simulated")
         notes.append(
-            f"the links as simulated bend like E I = {laminate.bending_stiffness:.3g} N*m^2, a flat strip of this "
-            f"laminate like {strip:.3g} N*m^2: flat links as drawn are not those; fold or double "
-            "them, or simulate the strip (laminate: {links: strip})"
+            decisive(
+                f"the links as simulated bend like E I = {laminate.bending_stiffness:.3g} N*m^2, a flat strip of this "
+                f"laminate like {strip:.3g} N*m^2: flat links as drawn are not those; fold or double "
+                "them, or simulate the strip (laminate: {links: strip})"
+            )
         )
     return {
         "layers": [
@@ -66,6 +78,7 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
             "kerf": quantity(dimensions.kerf * 1e-3, "mm"),
         },
         **({} if drawn is None else {"as_drawn": drawn.as_json()}),
+        "missing": missing,
         "notes": notes,
     }  # fmt: skip
 

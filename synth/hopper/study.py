@@ -335,6 +335,7 @@ def warnings_of(found: Study) -> list[str]:
         texts.append(Remark(
             f"the chosen design: after takeoff, at the leg's stop, its gear carries {found.torque_after_takeoff:.3f} "
             f"N*m, above {limit_of}; designs are judged by the push alone, and the stop's stiffness is an assumption",
+            "decide",
             remedy="Give the leg a softer stop (leg: stop_rate, stop_dissipation), or switch the motors off before it.",
         ))  # fmt: skip
     texts += [f"{row.part}: {text}" for text in estimates_of(row, found.project.motor_options)]

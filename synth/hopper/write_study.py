@@ -85,8 +85,8 @@ def write_jump(found: Study, path: Path) -> None:
     })  # fmt: skip
 
 
-def hopper_json(found: Study, files: Sequence[Path], folder: Path) -> dict[str, Any]:
-    """The content of hopper.json."""
+def hopper_json(found: Study, files: Sequence[Path], folder: Path, notes: Sequence[str] = ()) -> dict[str, Any]:
+    """The content of hopper.json; ``notes`` of its parts, which are warnings too."""
     project, sweep = found.project, found.sweep
     statuses = {"designs": len(sweep.motor), "jump": int((sweep.status == LANDED_AGAIN).sum()),
                 "beyond the gearbox": int((sweep.over_limit() & (sweep.status == LANDED_AGAIN)).sum()),
@@ -107,7 +107,7 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path) -> dict[str, 
             "motors": f"{len(sweep.problem.motors)}",
         },
         "counts": statuses,
-        **remarks_json(warnings_of(found)),
+        **remarks_json([*warnings_of(found), *notes]),
         "best": {} if found.best is None else _best(found, found.best),
         **({"none_because": found.none_because} if found.none_because else {}),
         "pareto": [_design(found, index) for index in found.front],

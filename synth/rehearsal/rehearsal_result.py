@@ -20,6 +20,7 @@ from synth.units import quantity
 MOST_ENDS = 3  # ways in which diagnoses failed, in the sentence; each case has its own message
 FORMAT = "synth/rehearsal/1"
 LARGE_RUNG = 2  # rung from which a cause counts as large, for the sentence and the picture
+LARGE = f"with a gap of at least {RUNGS[LARGE_RUNG]:g} times the unexplained remainder"
 
 
 @dataclass(frozen=True)
@@ -111,17 +112,13 @@ class RehearsalResult:
         """The answer."""
         large = [o for o in self.of_kind("cause") if o.task.rung >= LARGE_RUNG]
         nothing, others = self.of_kind("nothing"), self.of_kind("unlisted")
-        gap = f"with a gap of at least {RUNGS[LARGE_RUNG]:g} times the unexplained remainder"
+        text = ""
         if large:
-            text = f"In these trials a cause {gap} is found in {_hits(sum(o.right for o in large), len(large))}"
+            text = f"In these trials a cause {LARGE} is found in {_hits(sum(o.right for o in large), len(large))}"
             text += _count_text(sum(o.with_absent for o in large), " (in {} together with an absent cause)")
             text += _count_text(sum(o.tied for o in large), " and tied with others in {}") + "; "
-        else:
-            text = f"No cause {gap} was planted; "
-        left = len(cause_places(self.rig, self.seed)) - len(self.shown)
-        text += self._found_words("causes that were planted" if left > 0 else "causes that can act in this leg")
-        if left > 0:
-            text += f" {left} further causes that may act in this leg were not planted."
+        found = self._found_words("causes that were planted" if self._left > 0 else "causes that can act in this leg")
+        text += found if text else found[:1].upper() + found[1:]
         if nothing:
             beside = {len(nothing): "small causes", 0: "noise"}.get(sum(bool(o.small) for o in nothing))
             text += f" With {beside or 'noise and some small causes'} only, an absent cause is named in "
@@ -144,11 +141,23 @@ class RehearsalResult:
         verb = "diagnosis failed and is" if len(found) == 1 else "diagnoses failed and are"
         return f"{len(found)} {verb} not counted: {told}. The same command again repeats only what failed."
 
+    @property
+    def coverage(self) -> str:
+        """What was not planted; empty if everything was."""
+        words = [] if any(o.task.rung >= LARGE_RUNG for o in self.of_kind("cause")) else [f"any cause {LARGE}"]
+        words += [f"{self._left} further causes that may act in this leg"] if self._left > 0 else []
+        return f"Not planted: {'; '.join(words)}." if words else ""
+
+    @property
+    def _left(self) -> int:
+        """How many causes that may act were not planted."""
+        return len(cause_places(self.rig, self.seed)) - len(self.shown)
+
     def _found_words(self, kind: str) -> str:
         """How many of these causes were found, and how many were only tied with others."""
         possible = [shown for shown in self.shown if shown.highest is not None]
         if not possible:
-            return "no smaller one either."
+            return "no cause was planted at a size that can be found."
         found = [shown for shown in possible if shown.rung is not None]
         tied = sum(any(o.tied for o in shown.outcomes) for shown in possible if shown.rung is None)
         text = f"{_hits(len(found), len(possible))} {kind} were found at some size"
@@ -165,6 +174,7 @@ class RehearsalResult:
             "format": FORMAT,
             "name": self.name,
             "sentence": self.sentence,
+            "coverage": self.coverage,
             "seed": self.seed,
             "cases": len(self.outcomes),
             "background": quantity(self.rig.background, "deg"),

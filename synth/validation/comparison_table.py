@@ -14,10 +14,19 @@ Cell = dict[str, Any] | str | None
 
 @dataclass(frozen=True)
 class ComparisonRow:
-    """One row: ``label``, then a cell for every further column: a quantity, a text, or None."""
+    """One row: ``label``, then a cell for every further column: a quantity, a text, or None.
+
+    ``holds`` : whether a published claim is found again; None: the row is no claim, or one to which ours is set.
+    """
 
     label: str
     cells: tuple[Cell, ...]
+    holds: bool | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry under ``rows``."""
+        judged = {} if self.holds is None else {"holds": self.holds}
+        return {"label": self.label, "cells": list(self.cells), **judged}
 
 
 @dataclass(frozen=True)
@@ -37,7 +46,7 @@ class ComparisonTable:
             "name": self.name,
             "title": self.title,
             "columns": list(self.columns),
-            "rows": [{"label": row.label, "cells": list(row.cells)} for row in self.rows],
+            "rows": [row.as_json() for row in self.rows],
             "how": self.how,
             "differences": list(self.differences),
         }

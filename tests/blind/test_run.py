@@ -70,7 +70,7 @@ def test_cases_are_diagnosed_once_with_their_answers_closed(folder: Path, tmp_pa
 def test_a_slow_torque_moves_the_leg_as_springs_and_gravity_let_it(preload: Case) -> None:
     true, names = preload.setup.true, preload.setup.true.names
     size = 0.3 * float(true.of("spring")[0])
-    what = f"a torque on {names[0]} that rises slowly to {size:.3g} N m in 30 s, recorded with it"
+    what = f"a torque on {names[0]} that rises slowly to {size:.3g} N m in 30 s and is recorded"
     assert RAMP.search(what) is not None
     built = preload.truth.leg
     resting = built.reading(rest_pose(built, PlantedTrial(np.zeros(1), 1.0), preload.truth.tilt))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 
 from synth.cli import main
 from synth.commands import init
-from synth.commands.answers import MOST_NOTES, NOTE_LETTERS, fit_text, is_near_enough, tell_notes
+from synth.commands.answers import MOST_NOTES, NOTE_LETTERS, fit_text, gap_text, is_near_enough, tell_notes
 from synth.commands.progress import Progress
 from synth.remarks import decisive, noted
 
@@ -156,3 +157,21 @@ def test_the_rates_of_an_insect_are_not_shown_as_zero() -> None:
     assert row[:5] == ["hip", "2.356e-07", "2.330e-07", "to", "2.382e-07"]
     assert row[5:9] == ["1.280e-09", "1.267e-09", "to", "1.292e-09"]
     assert row[9] == "104.9968"
+
+
+def gap(remainder: float) -> dict[str, Any]:
+    """What the answer reads of ``gap.json``: five of more causes, a remainder in deg."""
+    cause = {"effect": "backlash", "joint": "knee", "probability": 0.05, "shrink": None}
+    where = {"joint": {"hip": 0.5, "knee": 0.5}, "phase": {"settle": 1.0}}
+    left = {"rms": {"value": remainder, "unit": "deg"}, "share": 0.1, "times_noise": 0.0, "where": where}
+    known = {"verdict": "none", "explanation": [], "ranked": [cause] * 6, "remainder": left}
+    return {**known, "probability_none": 0.46, "probability_unknown": 0.0}
+
+
+def test_a_gap_s_probabilities_add_up_on_the_screen() -> None:
+    assert re.search(r"all others +29%", gap_text(gap(0.1)))
+
+
+def test_no_remainder_lies_nowhere() -> None:
+    assert gap_text(gap(0.1)).endswith("most at: hip, settle")
+    assert "most at" not in gap_text(gap(0.0))

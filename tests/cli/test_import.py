@@ -15,7 +15,10 @@ from fit.simulated_legs import bare
 from motion.driven_releases import driven_release
 from motion.importers.simulated_leg import PARTS, angles, leg, pixels, points
 from motion.importers.test_deeplabcut import parts, written
+from page_reader import page_of
+from result_fields import require_explained
 from synth.cli import main
+from synth.commands import init
 from synth.files.leg_file import read_leg, write_leg
 from synth.files.recording import read_recording
 from synth.reports import stick_figure
@@ -253,3 +256,16 @@ def test_angles_beyond_any_travel_are_refused_by_the_name_of_the_source(
     for end in (["--out", "out"], ["--dry-run"]):
         assert main(["--quiet", "import", "x.yaml", *end]) == 2
         assert "x.csv (as trials/x.csv)" in capsys.readouterr().err
+
+
+def test_missing_readings_are_not_among_the_samples_kept(tmp_path: Path) -> None:
+    """All "480 of 480 samples kept" stood over a trial of which the ankle lacks 4."""
+    example = Path(init.__file__).resolve().parent.parent / "examples" / "import"
+    assert main(["--quiet", "import", str(example / "import.yaml"), "--out", str(tmp_path / "out")]) == 0
+    content = json.loads((tmp_path / "out" / "import.json").read_text())
+    assert [trial["missing"] for trial in content["trials"]] == [{"ankle": 4}, {}]
+    require_explained("import.json", content)
+    _, page = page_of(tmp_path / "out" / "report.html")
+    text = " ".join(page.text.split())
+    assert "480 of 480 samples kept, 4 joint readings in them missing." in text
+    assert "240 of 240 samples kept (ankle missing in 4)" in text

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from synth.design import part_lanes
+from synth.design.assumed_laws import off_at_low_speed
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.forecast import Forecaster, damper_tolerance, latin_hypercube, spring_tolerance
-from synth.design.part_lanes import ActingElements, PartLanes
+from synth.design.part_lanes import ActingElements, PartLanes, column
 from synth.design.response import WantedRelease, WantedResponse
 from synth.files.project_options import ToleranceOptions
 from synth.parts.arrangement import Arrangement
@@ -113,9 +114,36 @@ def test_the_exponent_of_an_assumed_law_is_drawn_between_its_limits(catalogue: C
     ends[3] = -1.0, 0.0, 1.0
     columns = made._columns([(spring, option)], ends)[0]
     for lane, exponent in enumerate((0.44, 0.47, 0.50)):
-        from synth.design.part_lanes import column
-
         assert columns[3:, lane] == pytest.approx(column(0.0, 0.0, row.damper("concave", exponent))[3:], rel=1e-6)
+
+
+def test_the_error_with_assumed_laws_off_to_either_side(catalogue: Catalogue, spring: SpringOption) -> None:
+    """The chance of staying within the limit took the assumed law as true; a weaker or stronger one leads elsewhere."""
+    row = catalogue.find_damper("6597K19")
+    option = DamperOption(row, row.damper("concave", 0.47), "concave", "assumed")
+    made = forecaster(spring.rate, NONE)
+    laws = made.forecast([(spring, option)], 16, shares=True).laws_off
+    assert laws is not None
+    assert laws.joints == ("knee",)
+    weak, strong = (
+        float(made.lanes.errors_of([column(spring.rate, made.lanes.rest(0, spring.rate), off)[:, None]])[0])
+        for off in (off_at_low_speed(option.damper, factor) for factor in (0.5, 2.0))
+    )
+    assert (laws.least, laws.most) == pytest.approx((min(weak, strong), max(weak, strong)), rel=1e-4)
+    assert made.forecast([(spring, MEASURED)], 16, shares=True).laws_off is None
+    assert made.forecast([(spring, option)], 16).laws_off is None  # of sets that are only compared
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_a_law_off_at_low_speed_keeps_the_vendor_s_point_and_rises(catalogue: Catalogue, factor: float) -> None:
+    plain = catalogue.find_damper("6597K19").damper("concave", 0.47).curve
+    off = off_at_low_speed(catalogue.find_damper("6597K19").damper("concave", 0.47), factor).curve
+    assert plain is not None
+    assert off is not None
+    ratio = np.array(off.torque) / np.array(plain.torque)
+    assert ratio[-1] == 1.0
+    assert ratio[0] == pytest.approx(factor)
+    assert np.all(np.diff(off.torque) > 0.0)
 
 
 def test_draws_are_a_seeded_latin_hypercube() -> None:

@@ -8,8 +8,16 @@ from dataclasses import replace
 import pytest
 
 from synth.diagnosis.diagnosis_result import Cause
-from synth.diagnosis.sentences import ErrorWording, PartedErrors, reason_for_next_trial, sentence, stated_parameters
+from synth.diagnosis.sentences import (
+    SURE_OF_NONE,
+    ErrorWording,
+    PartedErrors,
+    reason_for_next_trial,
+    sentence,
+    stated_parameters,
+)
 from synth.estimation.intervals import Estimate
+from synth.reports.sections.gap_which import SURE_PROBABILITY
 from synth.swing.effects import effect_named
 
 TOLD = ErrorWording(
@@ -93,7 +101,7 @@ STATED = [
     ("quadratic_damping", {**DRAG, "exponent": 2.6}, "coefficient exponent speed"),
     ("gear_load_friction", {"torque": 0.01, "share": 0.3, "fall": 0.4, "speed": 1.0}, "share torque fall"),
     ("base_compliance", MOUNT, "stiffness rocking_stiffness mass"),
-    ("viscous_damping", {"rate": 0.1}, "rate"),
+    ("viscous_damping", {"rate": 0.1}, "change_of_rate"),
 ]
 
 
@@ -122,3 +130,15 @@ def test_the_error_on_trials_that_need_other_tolerances_is_not_mixed_with_that_o
     )
     either = sentence("tie", ["the knee has dry friction"], [["the knee has backlash"]], 0.5, told)
     assert "With the first of them, on 3 of 4 unseen releases the error falls" in either
+
+
+def test_no_missing_effect_is_said_only_where_it_is_probable() -> None:
+    """One cut trial, friction in it: a probability of 46 % was told as "these trials show no missing effect"."""
+    unsure = sentence("none", [], [], 0.1, replace(TOLD, none=0.46))
+    assert unsure.startswith(
+        "These trials cannot show whether an effect is missing (probability that none is 46 %): within tolerances the "
+        "nominal leg has an error of 2.1° on unseen releases"
+    )
+    assert sentence("none", [], [], 0.1, replace(TOLD, none=0.9)).startswith("These trials show no missing effect")
+    assert "cannot show whether" in reason_for_next_trial("none", [""], none=0.46)
+    assert SURE_OF_NONE == SURE_PROBABILITY  # the page, which imports nothing of the program, says the same

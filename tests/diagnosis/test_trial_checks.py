@@ -12,6 +12,7 @@ from synth.arrays import Array
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.errors import UserError
 from synth.files.trial_list import Trial
+from synth.remarks import severity_of
 
 TIME = np.arange(200) * 0.005
 LEG = robot()
@@ -94,6 +95,7 @@ def test_a_single_trial_is_accepted_with_a_warning(held_out: int, words: str) ->
     (said,) = check_trials(LEG, [trial("a.csv", 20.0), *others])
     assert "only one training trial" in said
     assert words in said
+    assert severity_of(said) == "decide"  # among the first warnings of the page
 
 
 def test_a_known_torque_is_applied_and_noted() -> None:

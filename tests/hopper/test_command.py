@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -18,6 +19,7 @@ import numpy as np
 import pytest
 
 import synth
+from page_reader import page_of
 from result_fields import require_explained
 from synth.cli import main
 from synth.files import hopper_project as files
@@ -277,7 +279,7 @@ def test_the_report_shows_every_part_of_the_study(result: Path, found: dict) -> 
     assert page.count("<svg") == 4 + 6 + 1  # the opening shows the jump too
     assert "one ratio less" in page
     assert found["best"]["motor"] in page
-    assert "shortest of the sweep" in page.split('<section id="warnings"')[1].split("</ul>")[0]
+    assert "shortest of the sweep" in page.split('<section id="warnings"')[1].split("</section>")[0]
 
 
 @pytest.mark.parametrize(("own", "said"), [(0.13, "higher"), (0.1265, "about as high"), (0.123, "lower"), (None, "")])
@@ -308,6 +310,30 @@ def test_the_parts_follow_from_the_chosen_design(result: Path, found: dict) -> N
     gap = 3.8e9 * 0.015 * 1e-12 / (12 * 0.0229183)
     assert parts["dimensions"]["hinge_gap"]["value"] == pytest.approx(gap * 1e3, rel=1e-6)
     assert any("fold or double" in note for note in parts["notes"])
+    assert parts["missing"] == ["the hip is not complete", "flat links as drawn are not those simulated"]
+    severity = {remark["text"]: remark["severity"] for remark in found["remarks"]}
+    for words in ("the hip is not complete", "with its flexures as drawn", "flat links as drawn"):
+        assert [severity[note] for note in parts["notes"] if words in note] == ["decide"]
+
+
+def test_the_headline_is_that_of_the_leg_that_is_drawn(result: Path, found: dict) -> None:  # type: ignore[type-arg]
+    """4.21 cm stood in the headline, 3.6 cm as drawn and an incomplete hip in notes at the page's end."""
+    opening = study_opening(read_result(result, "hopper.json", "hopper"))
+    drawn, best = found["parts"]["as_drawn"], found["best"]
+    assert (
+        f"as simulated the foot clears the ground by {100 * best['clearance']['value']:.3g}\u00a0cm" in opening.verdict
+    )
+    assert f"With its flexures as drawn the foot clears {drawn['clearance']['value']:.3g}\u00a0cm" in opening.verdict
+    assert opening.verdict.endswith("the hip is not complete and flat links as drawn are not those simulated.")
+    assert opening.good is False
+    assert "enter the drawn flexures' rate" in opening.steps[0]
+
+
+def test_a_page_has_one_unit_for_heights_and_one_for_lengths(result: Path) -> None:
+    """4.21 cm, 0.042 m and -0.00162 m, 50 mm and 0.05 m stood on one page."""
+    _, page = page_of(result / "report.html")
+    text = page.text.split("How each number is computed")[0].replace("\u00a0", " ")
+    assert re.findall(r"(?<![\w·])−?\d[\d.]* m(?![\w·/])", text) == []
 
 
 def test_one_line_is_a_project_and_every_default_is_stated_with_its_reason(tmp_path: Path) -> None:

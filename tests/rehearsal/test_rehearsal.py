@@ -378,7 +378,7 @@ def test_a_result_has_sizes_confusions_and_false_alarms(rig: Rig) -> None:
     assert "named in 1 of 2" in found["sentence"]
     assert "1 of 2 causes that were planted were found at some size." in found["sentence"]
     left = len(cause_places(rig, 0)) - 3
-    assert f" {left} further causes that may act in this leg were not planted." in found["sentence"]
+    assert found["coverage"] == f"Not planted: {left} further causes that may act in this leg."
     all_of_them = [outcome(effect, max(joint, 0), 2, True) for effect, joint in cause_places(rig, 0)]
     names = {-1: "base", **dict(enumerate(rig.nominal.names))}
     planted = [
@@ -387,7 +387,8 @@ def test_a_result_has_sizes_confusions_and_false_alarms(rig: Rig) -> None:
     ]
     sentence = RehearsalResult("leg", rig, 0, tuple(planted), {}).sentence
     assert f" of {len(planted)} causes that can act in this leg were found" in sentence
-    assert "not planted" not in sentence
+    assert RehearsalResult("leg", rig, 0, tuple(planted), {}).coverage == ""
+    assert sentence
     assert json.dumps(found, allow_nan=False)
 
 
@@ -411,6 +412,25 @@ def test_joints_stand_in_the_leg_s_order_and_a_miss_with_its_cases(rig: Rig, tmp
     shown = {row[0].text: [(cell.text, cell.small) for cell in row[1:]] for row in figures.rows}
     assert shown["backlash"] == [("–", ""), ("not found", "0 of 1")]
     assert shown["latency"][0] == ("not found", "0 of 2")
+
+
+def test_the_opening_of_a_rehearsal_has_every_cause_that_was_found(rig: Rig, tmp_path: Path) -> None:
+    """Latency alone stood there, and the headline began with what was not planted."""
+    effects = ("latency", "armature", "quadratic_damping", "spring_hysteresis")
+    outcomes = [outcome(effect, 1, 1, True) for effect in effects]
+    outcomes.append(outcome("viscous_damping", 1, 1, False, verdict="none"))
+    result = RehearsalResult("leg", rig, 0, tuple(outcomes), {})
+    content = result.as_json()
+    (tmp_path / "rehearsal.json").write_text(json.dumps(content))
+    opening = rehearsal_opening(read_result(tmp_path, "rehearsal.json", "rehearsal"))
+    assert opening.verdict.startswith("4 of 5 causes that were planted were found at some size.")
+    assert opening.trust.startswith(
+        "Not planted: any cause with a gap of at least 10 times the unexplained remainder; "
+    )
+    assert opening.figures is not None
+    names = [row[0].text for row in opening.figures.rows]
+    assert names == ["latency", "armature", "quadratic damping", "spring hysteresis", "viscous damping"]
+    assert result.coverage in rehearsal_text(content)
 
 
 def test_every_cause_that_can_act_is_rehearsed(rig: Rig) -> None:

@@ -285,7 +285,8 @@ def test_nothing_ranked_and_nothing_to_record(written: Folder, effect: GapResult
 
 def test_many_candidates_are_summed_beyond_the_first(written: Folder, effect: GapResult) -> None:
     ranked = [replace(effect.ranked[0], probability=0.05 - 0.002 * k) for k in range(18)]
-    html, page = page_of(written(replace(effect, ranked=tuple(ranked))) / "report.html")
+    result = replace(effect, ranked=tuple(ranked), probability_unknown=0.396)  # in all 1
+    html, page = page_of(written(result) / "report.html")
     assert "8 others together" in page.text
     assert f" {round(100 * sum(0.05 - 0.002 * k for k in range(10, 18)))} %" in page.text
     check_all(html)
@@ -450,3 +451,50 @@ def test_the_next_trial_is_an_entry_that_a_project_takes(trial: dict[str, Any], 
 def test_shares_as_per_cent(value: float | None, text: str) -> None:
     assert quantities.share_text(value) == text
     assert quantities.share_text({"value": value, "unit": "1"}) == text
+
+
+@pytest.mark.parametrize(
+    ("verdict", "words"),
+    [
+        ("tie", "No usual trial separates the tied explanations"),
+        ("unknown", "No usual trial shows more of the unknown"),
+    ],
+)
+def test_without_a_trial_to_record_a_tie_is_not_told_as_settled(
+    written: Folder, effect: GapResult, verdict: Any, words: str
+) -> None:
+    open_ended = replace(made_result(verdict), next_experiment=None)
+    _, page = page_of(written(open_ended) / "report.html")
+    assert page.text.count(words) == 2  # in the opening and in its section
+    assert "would change the diagnosis" not in page.text
+    assert "No further recording needed" not in page.text
+    assert "names the trial that would" not in page.text
+
+
+@pytest.mark.parametrize("probability", [0.46, 0.91])
+def test_no_missing_effect_is_told_and_green_only_where_it_is_probable(
+    written: Folder, effect: GapResult, probability: float
+) -> None:
+    ranked = tuple(replace(entry, probability=0.05) for entry in effect.ranked)
+    result = replace(made_result("none"), ranked=ranked, probability_none=probability, probability_unknown=0.0)
+    html, page = page_of(written(result) / "report.html")
+    sure = probability > 0.8
+    assert ('class="verdict good"' in html) is sure
+    assert ("no effect is missing: the designed leg" in page.text.lower()) is sure
+    told = "these trials cannot show whether an effect is missing; the probability that none is missing is 46 %"
+    assert (told in page.text) is not sure
+
+
+def test_probabilities_add_up_with_those_that_are_not_listed(written: Folder, effect: GapResult) -> None:
+    """Eight of many candidates are listed: their bars, none and unknown summed to 89 %, "all 8 candidates"."""
+    ranked = tuple(replace(effect.ranked[0], probability=p) for p in (0.1, 0.1, 0.09, 0.08, 0.05))
+    result = replace(made_result("none"), ranked=ranked, probability_none=0.46, probability_unknown=0.0)
+    html, page = page_of(written(result) / "report.html")
+    opening, section = page.text.split("Which effect causes it", 1)[0], page.text.split("Which effect causes it", 1)[-1]
+    assert "all others together 25 %" in opening.replace("\u00a0", " ")  # 1 - 0.46 - 0.29
+    assert "all others together" in section
+    assert "The 5 most probable candidates" in page.text
+    assert "Less probable candidates are not listed; together they have 12 %" in page.text.replace("\u00a0", " ")
+    check_all(html)
+    html, page = page_of(written(replace(result, probability_none=0.58)) / "report.html")
+    assert "are not listed" not in page.text

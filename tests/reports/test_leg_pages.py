@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from page_reader import page_of
+from synth.commands.leg import _page_warnings
+from synth.commands.leg_parts import _substitute_lines
 from synth.reports import write_fit_report, write_leg_report
 from synth.reports.figures import palette
 from synth.reports.many_pages import write_legs_report
@@ -155,3 +157,46 @@ def test_the_leg_beside_plots_has_no_colour_of_their_curves(fit_folder: FitFolde
     for colour in (palette.BLUE, palette.VERMILION, palette.GREEN):
         assert colour not in beside
     assert "first pose" in beside
+
+
+def test_a_chance_that_rests_on_assumed_laws_says_so(leg_folder: LegFolder) -> None:
+    """The chance, from 6 % to 100 %, stood beside the warning that the dampers may be off by a factor of two."""
+    folder, design = leg_folder()
+    design = _buildable(design)
+    assert "assumed damper law" not in _opening(folder, design)
+    laws = {"joints": ["hip", "ankle"], "factor": {"value": 2.0, "unit": "1"}}
+    laws |= {key: {"value": value, "unit": "deg"} for key, value in (("least", 1.9), ("most", 3.21))}
+    for key in ("forecast", "forecast_free_angles_measured"):
+        design["response"][key]["assumed_laws"] = laws
+    text = re.sub(r"\s+", " ", _opening(folder, design))
+    assert "from 6 % to 100 % if the assumed damper laws hold." in text
+    assert (
+        "This holds if the assumed damper laws of hip and ankle are right; off by a factor of 2 at low speed, nominal "
+        "parts give 1.90° to 3.21° instead of 1.10°, more than allowed."
+    ) in text
+    _, page = page_of(folder / "report.html")
+    assert page.text.count("off by a factor of 2 at low speed") >= 2  # also beside the figure of the forecast
+
+
+def test_screen_and_page_count_the_same_warnings(leg_folder: LegFolder) -> None:
+    """The screen said 5 and 26 more, the page 35: it has the fits' warnings too."""
+    folder, _ = leg_folder()
+    _, page = page_of(write_leg_report(folder))
+    counted = re.search(r"All (\d+) warnings", page.text)
+    assert counted
+    assert len(set(_page_warnings(folder))) == int(counted[1])
+
+
+def test_substitutes_stand_in_the_order_of_the_cost_that_is_shown(leg_folder: LegFolder) -> None:
+    folder, design = leg_folder()
+    first = design["joints"]["hip"]["spring_alternatives"][0]
+    costs = (0.79, 0.77, 1.15)
+    design["joints"]["hip"]["spring_alternatives"] = [
+        {**first, "part": f"part {k}", "cost": {"value": cost, "unit": "deg"}} for k, cost in enumerate(costs)
+    ]
+    (folder / "design.json").write_text(json.dumps(design))
+    _, page = page_of(write_leg_report(folder))
+    places = [page.text.index(f"part {k}") for k in (1, 0, 2)]
+    assert places == sorted(places)
+    lines = [row[2] for row in _substitute_lines(design["joints"]["hip"]["spring_alternatives"])]
+    assert lines[:2] == ["part 1", "part 0"]

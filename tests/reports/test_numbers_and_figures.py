@@ -13,14 +13,18 @@ from hypothesis import strategies as st
 
 from synth.reports import quantities
 from synth.reports.figures.axes import AxisScale, log_ticks, tick_text, ticks, with_margin
+from synth.reports.figures.bars import Bar, BarColumn, bar_figure
 from synth.reports.figures.spring_drawing import DrawnSpring, arms_of, spring_drawing
-from synth.reports.figures.svg import polyline_path, thin_curve
+from synth.reports.figures.svg import polyline_path, shorten_apart, thin_curve
 from synth.reports.figures.torque_speed import RPM, law_points
+from synth.reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
 from synth.reports.opening import cut_short
+from synth.reports.parameter_rows import parameter_rows
 from synth.reports.reading import ReportError, ResultTable, read_table
 from synth.reports.response_files import Response, extremes, file_of
 from synth.reports.sections.spring_sheet import drawing_of
 from synth.reports.severity import count_by_level, warning_of
+from synth.reports.stick_figure import MEASURED, FigureJoint, FigureMotion, Stick, stick_figure
 
 
 @pytest.mark.parametrize(
@@ -259,3 +263,68 @@ def test_a_long_text_is_cut_where_a_reader_expects_it() -> None:
     assert cut_short("A clause goes here; another one", 25) == "A clause goes here …"
     assert cut_short("words without any stop at all", 25) == "words without any stop …"
     assert cut_short("short", 25) == "short"
+
+
+def test_digits_that_an_interval_does_not_justify_are_not_shown() -> None:
+    """A rate of a big machine was "746741 N·m/rad 597216 to 896266", an insect's spring had four digits."""
+    big = {"value": 746741.4, "unit": "N*m/rad", "interval90": [597216.4, 896266.4]}
+    assert (quantities.text(big), quantities.interval_text(big)) == ("750000\u00a0N·m/rad", "600000 to 900000")
+    small = {"value": 9.513e-8, "unit": "N*m/rad", "interval90": [7.501e-8, 1.1526e-7]}
+    assert quantities.interval_text(small) == "7.5·10⁻⁸ to 1.15·10⁻⁷"
+    assert quantities.value_text({"value": -3.0, "unit": "N*m", "interval90": [-400.0, 394.0]}) == "0"
+
+
+def test_parameters_are_read_as_what_they_are() -> None:
+    """A change was listed as the rate itself, and a parameter was called "knee" in rows whose joint is the knee."""
+    shown = {
+        "rate": {"label": "change of rate", "form": "change", "added_to": "spring_rate"},
+        "error": {"label": "error", "form": "relative change"},
+        "knee": {"label": "sharpness", "form": "value"},
+    }
+    document = {
+        "effects": {"made_up": {"parameters": shown}},
+        "designed": {"slew": {"spring_rate": {"value": 2.5e6, "unit": "N*m/rad"}}},
+    }
+    values = {
+        "rate": {"value": 746741.4, "unit": "N*m/rad", "interval90": [597216.4, 896266.4]},
+        "error": {"value": -0.0291, "unit": "1", "interval90": [-0.04, -0.018]},
+        "knee": {"value": 1.5, "unit": "1"},
+    }
+    rate, error, knee = parameter_rows({"effect": "made_up", "joint": "slew", "parameters": values}, document)
+    assert (rate["name"], rate["value"], rate["interval"]) == (
+        "change of rate", "+750000\u00a0N·m/rad", "600000 to 900000",
+    )  # fmt: skip
+    assert rate["becomes"] == "gives 3.25·10⁶\u00a0N·m/rad for 2.50·10⁶\u00a0N·m/rad designed"
+    assert (error["value"], error["interval"], error["becomes"]) == ("−2.9\u00a0%", "−4.0 to −1.8", "")
+    assert (knee["name"], knee["value"]) == ("sharpness", "1.5")
+    (plain,) = parameter_rows({"effect": "old", "joint": "slew", "parameters": {"in_an_older": values["knee"]}}, {})
+    assert (plain["name"], plain["value"]) == ("in an older", "1.5")
+
+
+def test_names_with_a_common_start_stay_different_when_cut() -> None:
+    joints = ["left_hind_coxofemoral_joint_of_prototype_7", "left_hind_femorotibial_joint_of_prototype_7"]
+    for most in (30, 34):
+        cut = shorten_apart([f"backlash, {name}" for name in joints], most)
+        assert all(len(words) <= most for words in cut)
+        assert len(set(cut)) == 2
+    assert shorten_apart(["a short one"], 30) == ["a short one"]
+    figure = str(bar_figure("bars", joints, [BarColumn("n", [Bar(1.0, "1"), Bar(1.0, "1")], 1.0)], 400.0, 160.0))
+    assert len(set(re.findall(r"<text[^>]*>([^<]*…[^<]*)<title>", figure))) == 2
+
+
+def test_a_panel_s_title_keeps_clear_of_its_remark() -> None:
+    curve = Curve([0.0, 1.0], MEASURED)
+    panel = TrialPanel("left_hind_coxofemoral_joint_of_prototype_7", "deg", [0.0, 1.0], [curve], "RMS 0.71° → 0.10°")
+    drawing = str(trial_figure("a.csv", [panel], shared_limits([panel])))
+    title = re.findall(r"<text[^>]*font-weight[^>]*>([^<]*)", drawing)[0]
+    assert title.endswith(" angle [°]")
+    assert 7.0 * len(title) + 6.0 * len(panel.remark) < 340.0 - 16.0
+
+
+def test_the_angle_of_a_stick_figure_s_label_is_never_cut() -> None:
+    joints = (FigureJoint("left_hind_coxofemoral_joint_of_prototype_7", 0.0, 1.0, 200.0),)
+    stick = Stick(joints, 0.0)
+    motion = FigureMotion([0.0, 1.0], [(95.0,), (80.0,)])
+    labels = re.findall(r">([^<]*…[^<]*)<title>", str(stick_figure("a", stick, motion)))
+    assert labels
+    assert all(label.endswith(" 95° ↺") for label in labels)

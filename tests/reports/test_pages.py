@@ -260,7 +260,7 @@ def test_what_trials_cannot_tell_apart_is_a_warning_alone_and_in_a_folder(
     assert set(fit_columns(content)["warnings"]) == {1}
     (many / "fits.json").write_text(json.dumps(content))
     text = " ".join(page_of(write_fits_report(many))[1].text.split())
-    assert "1 of the fits have warnings." in text
+    assert "1 of the fits has warnings." in text
     assert told in text
 
 

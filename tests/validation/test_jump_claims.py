@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from math import pi, radians
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from synth.cli import main
+from synth.commands.reproduce import reproduced_text
 from synth.jump.outcomes import PEAK_GEAR_TORQUE
 from synth.validation.jump_claims import (
     GEAR_LIMIT,
@@ -104,3 +106,13 @@ def test_the_command_writes_four_tables(tmp_path: Path) -> None:
     assert "unless the rotor is that light" in stops[1]
     page = (tmp_path / "out" / "report.html").read_text()
     assert "clearance over leg length, measured" in page
+    # The headline answers; what ours is calibrated to is not counted.
+    judged = {row["label"]: row["holds"] for row in found["tables"][0]["rows"] if "holds" in row}
+    assert "predicted clearance (D), 12 cm, 210:1" not in judged
+    assert judged["a point mass jumps higher than A"] is False
+    assert judged["8 cm with 150:1 jumps higher over its length than 12 cm with 210:1"] is True
+    assert f"{sum(judged.values())} of {len(judged)} published claims hold; not: measured clearance" in page
+    assert re.search(rf"Claims +11 +{sum(judged.values())} of {len(judged)} ", reproduced_text(found))
+    # A row that does not reach 22 cm says so.
+    for row in found["tables"][2]["rows"]:
+        assert ("22 cm is out of reach" in row["label"]) == (row["cells"][3]["value"] < 21.9)

@@ -16,6 +16,12 @@ _FORECAST = {
     "causes[].share": "Its share of the increase of the mean squared error.",
     "causes[].alone": "RMS error with only this quantity uncertain.",
 }
+_ASSUMED = {
+    "assumed_laws.joints[]": "Joint whose damper's torque-speed law is assumed; the forecast takes it as true.",
+    "assumed_laws.factor": "By which these laws are off at low speed, to either side, for the two errors below.",
+    "assumed_laws.least": "Smallest RMS error of nominal parts over all combinations of laws too weak and too strong.",
+    "assumed_laws.most": "Largest RMS error of them.",
+}
 _ALTERNATIVE = {
     "part": "Catalogue part, or the spring to make.",
     "vendor": "Who sells it.",
@@ -126,11 +132,11 @@ DESIGN = {
     "response.wanted_to_built.joints.NAME": "The same for one joint.",
     **{
         f"response.forecast.{key}": f"With the springs in hand as measured, others as they come. {text}"
-        for key, text in _FORECAST.items()
+        for key, text in (_FORECAST | _ASSUMED).items()
     },
     **{
         f"response.forecast_free_angles_measured.{key}": f"With measured free angles of the springs. {text}"
-        for key, text in _FORECAST.items()
+        for key, text in (_FORECAST | _ASSUMED).items()
     },
     "response.free_angles_measured[]": "Joint whose spring's free angle is measured; `forecast` is with this angle.",
     **{f"response.alternatives[].{key}": text for key, text in _FORECAST.items() if "[" not in key},

@@ -30,6 +30,7 @@ IMPORT = {
     "trials[].source_sha256": "Of that file.",
     "trials[].source_format": "The detected format.",
     "trials[].samples": "Samples in the trial.",
+    "trials[].missing.NAME": "Number of them without a reading of this joint; absent if there is none.",
     "trials[].samples_in_source": "Samples in the recording.",
     "trials[].rate": "Samples per second.",
     "trials[].notes": "Notes on detected, repaired or cut parts.",

@@ -29,7 +29,14 @@ EFFECT = MotorEffect(
     place="hip",
     parameters=(
         Parameter("torque", "N*m", 0.0, size(0.15), meaning="dry friction at the rotor"),
-        Parameter("loss", "1", 0.0, Prior(0.0, 0.2, lower=0.0, upper=0.7), meaning="share of the transmitted torque"),
+        Parameter(
+            "loss",
+            "1",
+            0.0,
+            Prior(0.0, 0.2, lower=0.0, upper=0.7),
+            meaning="share of the transmitted torque",
+            form="share",
+        ),
     ),
     strengths=("torque", "loss"),
     shapes=(Shape(("torque",), {}), Shape(("loss",), {})),

@@ -26,7 +26,12 @@ EFFECT = MotorEffect(
     place="hip",
     parameters=(
         Parameter(
-            "share", "1", prior=Prior(0.0, 0.15, lower=-0.6, upper=1.0), meaning="relative deviation of the constant"
+            "share",
+            "1",
+            prior=Prior(0.0, 0.15, lower=-0.6, upper=1.0),
+            meaning="relative deviation of the constant",
+            label="change",
+            form="relative change",
         ),
     ),
     strengths=("share",),

@@ -137,7 +137,7 @@ def write_import(project: ImportProject, trials: list[ImportedTrial], folder: Pa
         "format": "synth/import/1",
         "name": project.name,
         "leg": _leg(project.leg),
-        "trials": [_trial(trial, folder) for trial in trials],
+        "trials": [_trial(trial, folder, project.leg.joint_names) for trial in trials],
         "inputs": {item.name: item.sha256 for item in project.inputs},
         "versions": {"synth": synth.__version__, **{n: importlib.metadata.version(n) for n in LIBRARIES}},
     }
@@ -173,7 +173,13 @@ def _leg(leg: Leg) -> dict[str, Any]:
     return {"name": leg.name, "tilt": quantity(leg.tilt, "deg"), "joints": joints}
 
 
-def _trial(trial: ImportedTrial, folder: Path) -> dict[str, Any]:
+def _missing(made: ImportedRecording, joints: Sequence[str]) -> dict[str, int]:
+    """Joint -> its missing readings in the trial, where there are any."""
+    counts = np.isnan(made.angles).sum(axis=0)
+    return {name: int(count) for name, count in zip(joints, counts, strict=True) if count}
+
+
+def _trial(trial: ImportedTrial, folder: Path, joints: Sequence[str]) -> dict[str, Any]:
     made = trial.imported
     item: dict[str, Any] = {
         "file": trial.target,
@@ -183,6 +189,7 @@ def _trial(trial: ImportedTrial, folder: Path) -> dict[str, Any]:
         "source_format": made.format,
         "samples": len(made.time),
         "samples_in_source": made.total,
+        "missing": _missing(made, joints),
         "rate": quantity(1.0 / float(np.median(np.diff(made.time))), "Hz"),
         "notes": list(made.notes),
     }

@@ -30,7 +30,14 @@ EFFECT = Effect(
     way="leg",
     changes="`armature` of the joint",
     parameters=(
-        Parameter("inertia", "kg*m^2", prior=signed(0.3), meaning="excess of all parts that turn with the joint"),
+        Parameter(
+            "inertia",
+            "kg*m^2",
+            prior=signed(0.3),
+            meaning="excess of all parts that turn with the joint",
+            label="change of inertia",
+            form="change",
+        ),
     ),
     strengths=("inertia",),
     shapes=(

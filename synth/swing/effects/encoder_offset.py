@@ -24,7 +24,14 @@ EFFECT = Effect(
     way="reading",
     shows_locked=True,
     parameters=(
-        Parameter("offset", "rad", prior=Prior(0.0, 0.08), natural=False, meaning="by which the reading is too high"),
+        Parameter(
+            "offset",
+            "rad",
+            prior=Prior(0.0, 0.08),
+            natural=False,
+            meaning="by which the reading is too high",
+            form="change",
+        ),
     ),
     strengths=("offset",),
     shapes=(Shape(("offset",), {}),),

@@ -22,7 +22,9 @@ EFFECT = Effect(
     formula="reading = angle (1 + error)",
     source="definition",
     way="reading",
-    parameters=(Parameter("error", "1", prior=Prior(0.0, 0.05, lower=-0.5, upper=0.5), natural=False),),
+    parameters=(
+        Parameter("error", "1", prior=Prior(0.0, 0.05, lower=-0.5, upper=0.5), natural=False, form="relative change"),
+    ),
     strengths=("error",),
     shapes=(Shape(("error",), {}),),
 )

@@ -61,7 +61,9 @@ EFFECT = Effect(
             of="share",
             meaning="friction without load",
         ),
-        Parameter("share", "1", 0.0, size(0.3), natural=False, meaning="friction per unit of the drive's torque"),
+        Parameter(
+            "share", "1", 0.0, size(0.3), natural=False, meaning="friction per unit of the drive's torque", form="share"
+        ),
         Parameter(
             "backdriven",
             "1",

@@ -41,7 +41,9 @@ EFFECT = Effect(
     way="torque",
     belongs_to="spring",
     parameters=(
-        Parameter("stiffening", "N*m", prior=signed(0.4), meaning="extra torque at reach; negative: softening"),
+        Parameter(
+            "stiffening", "N*m", prior=signed(0.4), meaning="extra torque at reach; negative: softening", form="change"
+        ),
         Parameter("exponent", "1", 3.0, Prior(3.0, 1.0, lower=1.0, upper=7.0), off=3.0, natural=False),
         Parameter(
             "reach", "rad", 1.0, off=1.0, above=0.0, meaning="deflection beyond the onset to which stiffening refers"

@@ -28,7 +28,14 @@ EFFECT = Effect(
     shows_locked=True,
     parameters=(
         Parameter(
-            "com", "1", 0.0, Prior(0.0, 0.15, lower=-0.9, upper=2.0), natural=False, meaning="relative excess of com"
+            "com",
+            "1",
+            0.0,
+            Prior(0.0, 0.15, lower=-0.9, upper=2.0),
+            natural=False,
+            meaning="relative excess of com",
+            label="change of com",
+            form="relative change",
         ),
         Parameter(
             "inertia",
@@ -37,6 +44,8 @@ EFFECT = Effect(
             Prior(0.0, 0.4, lower=-0.9, upper=5.0),
             natural=False,
             meaning="relative excess of inertia",
+            label="change of inertia",
+            form="relative change",
         ),
     ),
     strengths=("com", "inertia"),

@@ -33,6 +33,8 @@ EFFECT = Effect(
             prior=Prior(0.0, 0.2, lower=-0.8, upper=3.0),
             natural=False,
             meaning="relative excess of mass and inertia",
+            label="change of mass",
+            form="relative change",
         ),
     ),
     strengths=("share",),

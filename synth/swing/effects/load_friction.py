@@ -38,7 +38,15 @@ EFFECT = Effect(
     by_load=("radius",),
     parameters=(
         Parameter("radius", "m", 0.0, size(0.03), meaning="coefficient of friction times bearing radius"),
-        Parameter("share", "1", 0.0, size(0.15), natural=False, meaning="friction per unit of the spring's torque"),
+        Parameter(
+            "share",
+            "1",
+            0.0,
+            size(0.15),
+            natural=False,
+            meaning="friction per unit of the spring's torque",
+            form="share",
+        ),
         PRESLIDING_PARAMETER,
     ),
     strengths=("radius", "share"),

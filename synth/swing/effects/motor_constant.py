@@ -28,7 +28,13 @@ EFFECT = Effect(
     needs=("motor",),
     parameters=(
         Parameter(
-            "share", "1", prior=Prior(0.0, 0.15, lower=-0.9, upper=3.0), natural=False, meaning="relative excess"
+            "share",
+            "1",
+            prior=Prior(0.0, 0.15, lower=-0.9, upper=3.0),
+            natural=False,
+            meaning="relative excess",
+            label="change",
+            form="relative change",
         ),
     ),
     strengths=("share",),

@@ -46,8 +46,24 @@ EFFECT = Effect(
     way="torque",
     belongs_to="spring",
     parameters=(
-        Parameter("loss_above", "1", 0.0, signed(0.6, 1.0), natural=False, meaning="share lost above the free angle"),
-        Parameter("loss_below", "1", 0.0, signed(0.6, 1.0), natural=False, meaning="share lost below the free angle"),
+        Parameter(
+            "loss_above",
+            "1",
+            0.0,
+            signed(0.6, 1.0),
+            natural=False,
+            meaning="share lost above the free angle",
+            form="share",
+        ),
+        Parameter(
+            "loss_below",
+            "1",
+            0.0,
+            signed(0.6, 1.0),
+            natural=False,
+            meaning="share lost below the free angle",
+            form="share",
+        ),
         Parameter(
             "shift", "rad", 0.0, signed(0.02), natural=False, meaning="distance of the changeover from the free angle"
         ),

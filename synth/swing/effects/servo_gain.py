@@ -32,6 +32,8 @@ EFFECT = Effect(
             prior=Prior(0.0, 0.3, lower=-0.95, upper=5.0),
             natural=False,
             meaning="relative excess of the gain",
+            label="change",
+            form="relative change",
         ),
     ),
     strengths=("share",),

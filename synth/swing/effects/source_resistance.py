@@ -26,7 +26,9 @@ EFFECT = Effect(
     way="drive",
     needs=("stated supply",),  # of its own: a measured supply includes its sag, see also ``shared_source_resistance``
     parameters=(
-        Parameter("share", "1", prior=size(0.2), natural=False, meaning="source over stated winding resistance"),
+        Parameter(
+            "share", "1", prior=size(0.2), natural=False, meaning="source over stated winding resistance", form="share"
+        ),
     ),
     strengths=("share",),
     shapes=(Shape(("share",), {}),),

@@ -98,6 +98,7 @@ EFFECT = Effect(
             off=1.5,
             natural=False,
             meaning="sharpness of the transition to slip",
+            label="sharpness",
         ),
         Parameter(
             "unloading",

@@ -27,7 +27,9 @@ EFFECT = Effect(
     changes="`free_angle` of `spring:`",
     belongs_to="spring",
     parameters=(
-        Parameter("shift", "rad", prior=Prior(0.0, 0.12), natural=False, meaning="of the free angle, measured"),
+        Parameter(
+            "shift", "rad", prior=Prior(0.0, 0.12), natural=False, meaning="of the free angle, measured", form="change"
+        ),
     ),
     strengths=("shift",),
     shapes=(Shape(("shift",), {}),),

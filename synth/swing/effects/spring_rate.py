@@ -29,7 +29,15 @@ EFFECT = Effect(
     changes="`rate` and `free_angle` of `spring:`",
     belongs_to="spring",
     parameters=(
-        Parameter("rate", "N*m/rad", prior=signed(0.4), meaning="excess of the rate"),
+        Parameter(
+            "rate",
+            "N*m/rad",
+            prior=signed(0.4),
+            meaning="excess of the rate",
+            label="change of rate",
+            form="change",
+            added_to="spring_rate",
+        ),
         # The free angle of a joint without a spring is that of aligned links.
         Parameter(
             "free_angle",
@@ -38,6 +46,8 @@ EFFECT = Effect(
             signed(1.0),
             largest=1.0,  # rad: a soft spring that is unloaded far away is a constant torque
             meaning="difference of the free angle from the design",
+            label="change of free angle",
+            form="change",
         ),
     ),
     strengths=("rate",),

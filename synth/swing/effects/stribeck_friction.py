@@ -47,7 +47,13 @@ EFFECT = Effect(
     parameters=(
         Parameter("torque", "N*m", prior=size(0.15), meaning="breakaway torque, at lowest speed"),
         Parameter(
-            "fall", "1", 0.5, Prior(0.6, 0.25, lower=0.25, upper=1.0), natural=False, meaning="share lost at speed"
+            "fall",
+            "1",
+            0.5,
+            Prior(0.6, 0.25, lower=0.25, upper=1.0),
+            natural=False,
+            meaning="share lost at speed",
+            form="share",
         ),
         Parameter("speed", "rad/s", prior=positive(0.15, 1.0, upper=1.0), off=1.0, meaning="speed over which it falls"),
         PRESLIDING_PARAMETER,

@@ -32,6 +32,8 @@ EFFECT = Effect(
             prior=Prior(0.0, 0.2, lower=-1.0, upper=5.0),
             natural=False,
             meaning="relative excess of the torque",
+            label="change",
+            form="relative change",
         ),
     ),
     strengths=("share",),

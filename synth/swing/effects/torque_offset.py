@@ -25,7 +25,9 @@ EFFECT = Effect(
     source="definition",
     way="drive",
     needs=("torque",),
-    parameters=(Parameter("offset", "N*m", prior=signed(0.1), meaning="torque in excess of its column"),),
+    parameters=(
+        Parameter("offset", "N*m", prior=signed(0.1), meaning="torque in excess of its column", form="change"),
+    ),
     strengths=("offset",),
     shapes=(Shape(("offset",), {}),),
 )

@@ -32,7 +32,17 @@ EFFECT = Effect(
     way="leg",
     changes="`rate` or `curve` of `damper:`",
     belongs_to="damper",
-    parameters=(Parameter("rate", "N*m*s/rad", prior=signed(0.5), meaning="excess of the rate"),),
+    parameters=(
+        Parameter(
+            "rate",
+            "N*m*s/rad",
+            prior=signed(0.5),
+            meaning="excess of the rate",
+            label="change of rate",
+            form="change",
+            added_to="damper_rate",
+        ),
+    ),
     strengths=("rate",),
     shapes=(Shape(("rate",), {}, ({}, {"rate": -0.2})),),
 )

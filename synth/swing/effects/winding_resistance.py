@@ -28,7 +28,15 @@ EFFECT = Effect(
     way="drive",
     needs=("motor",),
     parameters=(
-        Parameter("share", "1", prior=Prior(0.0, 0.2, lower=-0.8, upper=5.0), natural=False, meaning="relative excess"),
+        Parameter(
+            "share",
+            "1",
+            prior=Prior(0.0, 0.2, lower=-0.8, upper=5.0),
+            natural=False,
+            meaning="relative excess",
+            label="change",
+            form="relative change",
+        ),
     ),
     strengths=("share",),
     shapes=(Shape(("share",), {}),),

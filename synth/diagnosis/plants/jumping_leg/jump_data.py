@@ -24,7 +24,7 @@ from synth.jump.hopper_leg import HopperLeg, Motor
 from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import MODELS, columns
 from synth.parts.catalogs import Catalogue
-from synth.remarks import noted
+from synth.remarks import decisive, noted
 
 EFFECTIVE_SAMPLES = 50.0  # samples per trial and channel that count as independent
 DENSE_STEP = 1e-3  # s; faster recordings are averaged
@@ -112,7 +112,8 @@ def prepare_jumps(project: HopperGapProject, catalogue: Catalogue) -> tuple[list
     said += [text for jump in found if jump.seen is not None and (text := jump.seen.sentence())]
     given = [jump for jump in found if not jump.trial.held_out]
     if len(given) == 1:
-        said.append("only one training trial: an effect and the peculiarities of this trial cannot be separated")
+        text = "only one training trial: an effect and the peculiarities of this trial cannot be separated"
+        said.append(decisive(text))
     if all(jump.trial.kind == "pull-up" for jump in given):
         said.append("pull-ups only: they show the joints' damping, but not motor, gear or ground")
     if not any(jump.leaning for jump in given):

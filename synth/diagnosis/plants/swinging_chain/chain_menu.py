@@ -84,9 +84,7 @@ def menu(
             joint.sign * holding_torque(leg, rest, j, RAMP_SHARE * float(away[j])) if joint.spring is not None else 0.0
         )
         if torque:
-            what = (
-                f"a torque on {names[j]} that rises slowly to {torque:.3g} N m in {TRIAL_LENGTH:g} s, recorded with it"
-            )
+            what = f"a torque on {names[j]} that rises slowly to {torque:.3g} N m in {TRIAL_LENGTH:g} s and is recorded"
             made.append(item(what, 0.0, {}, plain, (j, torque)))
     return made
 

@@ -13,6 +13,7 @@ from synth.diagnosis.diagnosis_result import COMMAND_FILE
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult, TrialGap
 from synth.diagnosis.prediction_error import shrink_of_best
 from synth.diagnosis.write import STAGES, basis_json, rms
+from synth.estimation.parameters import DESIGNED
 from synth.files.gap_project import GapProject
 from synth.files.leg_file import write_leg
 from synth.files.output import place, stems, write_csv, write_json
@@ -20,6 +21,7 @@ from synth.files.page_outline import outline_json
 from synth.swing.chain import Conditions
 from synth.swing.driving_inputs import driven_by
 from synth.swing.effects import effect_named
+from synth.swing.leg_model import Joint
 from synth.units import quantity
 
 ANGLES = {"free_angle": "deg"}  # tolerances that are not relative
@@ -104,8 +106,17 @@ def gap_json(result: GapResult, project: GapProject, names: Sequence[str]) -> di
             {**_trial_json(trial, name, result.leg.joint_names), **_conditions(project, trial.name)}
             for trial, name in zip(result.trials, names, strict=True)
         ],
+        "designed": {joint.name: _designed_rates(joint) for joint in project.leg.joints},
         **basis_json(result, project, effect_named, ANGLES, inputs),
     }
+
+
+def _designed_rates(joint: Joint) -> dict[str, Any]:
+    """The rates that an effect's change is added to, where the joint has them."""
+    spring = None if joint.spring is None else joint.spring.rate
+    damper = None if joint.damper is None else joint.damper.rate
+    rates = ((spring, "N*m/rad"), (damper, "N*m*s/rad"))
+    return {name: quantity(rate, unit) for name, (rate, unit) in zip(DESIGNED, rates, strict=True) if rate is not None}
 
 
 def _errors_by_joint(trials: Sequence[TrialGap], joints: Sequence[str]) -> dict[str, Any]:

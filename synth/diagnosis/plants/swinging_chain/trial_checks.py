@@ -132,7 +132,8 @@ def _few_trials(learnt: int, held_out: int) -> list[str]:
         return []
     scored = "the gap is scored on the held-out trials" if held_out else "the gap is scored on the trial itself"
     text = f"only one training trial ({scored}): an effect and the peculiarities of this release cannot be "
-    return [text + "separated, and the variation between trials is unknown; add two more, from other poses"]
+    text += "separated, and the variation between trials is unknown; add two more, from other poses"
+    return [decisive(text)]
 
 
 def _driven_trials(leg: Leg, trials: Sequence[Trial]) -> list[str]:
