@@ -209,7 +209,9 @@ def check_unchanged(mutants: Sequence[Mutant], folder: Path, workers: int) -> No
     copy = _copied(folder / "unchanged")
     wanted = sorted({(mutant.tests, mutant.words) for mutant in mutants})
     with ThreadPoolExecutor(workers) as pool:
-        for (tests, _), message in zip(wanted, pool.map(lambda one: _failure(one[0], one[1], copy), wanted), strict=True):
+        for (tests, _), message in zip(
+            wanted, pool.map(lambda one: _failure(one[0], one[1], copy), wanted), strict=True
+        ):
             if message:
                 raise RuntimeError(f"the tests {tests} fail without a mutant: {message}")
     shutil.rmtree(copy)

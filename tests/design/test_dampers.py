@@ -107,6 +107,15 @@ def test_a_damper_required_by_part_number_is_chosen(catalogue: Catalogue) -> Non
     assert [option.part for option in made.ranked[0]] == ["6597K21"]
 
 
+def test_a_gear_that_turns_a_damper_past_its_travel_is_left_out(catalogue: Catalogue) -> None:
+    """80 deg of the joint are 120 deg behind a ratio of 1.5: more than the 110 deg of a vane damper, at 1 less."""
+    vane = replace(catalogue.find_damper("6597K19"), continuous="no", travel=np.radians(110.0))
+    alone, wanted = replace(catalogue, dampers=(vane,)), response(one_link(Damper(0.13)))
+    for ratios, kept in (((1.0, 1.5), [1.0]), ((0.5, 1.0, 1.3), [0.5, 1.0, 1.3]), ((1.0, 1.3, 1.4), [1.0, 1.3])):
+        made = choose_dampers(wanted, choices(ratios=ratios), alone, {}, (np.radians(80.0),))
+        assert sorted(option.arrangement.ratio for option in made.ranked[0]) == kept
+
+
 def test_no_suitable_damper_gives_the_reasons_and_a_remedy(catalogue: Catalogue) -> None:
     wanted = response(one_link(Damper(0.1)))
     with pytest.raises(UserError, match=r"knee: no damper.*incomplete.*select\.joints\.knee\.damper") as caught:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from synth.arrays import Array
 from synth.design import part_lanes
 from synth.design.assumed_laws import off_at_low_speed
 from synth.design.choose_dampers import DamperOption
@@ -104,6 +105,42 @@ def test_temperature_changes_a_damper_by_its_coefficient(spring: SpringOption, c
     warm = Forecaster(lanes, replace(NONE, temperature=10.0), 0.1)
     columns = warm._columns([(spring, option)], np.array([[0.0], [0.0], [0.0], [0.0], [1.0]]))
     assert columns[0][2, 0] == pytest.approx((option.damper.rate or 0.0) * np.exp(-0.2))
+
+
+def torque_of(rows: Array, speed: Array) -> Array:
+    """A lane's torque (N m) at speeds (rad/s), by hand: each of its twelve slopes acts up to its own speed."""
+    limits, slopes = rows[3:15], rows[15:27]
+    return np.array([sum(c * min(w, s) for c, s in zip(slopes, limits, strict=True)) for w in speed])
+
+
+def drawn(option: DamperOption, spring: SpringOption, asked: ToleranceOptions, cause: int) -> Array:
+    """(27, 3) the knee's column with this cause at its lower limit, nominal, and at its upper one."""
+    ends = np.zeros((5, 3))
+    ends[cause] = -1.0, 0.0, 1.0
+    return forecaster(spring.rate, asked)._columns([(spring, option)], ends)[0]
+
+
+SPEEDS = np.array([0.02, 0.1, 0.5, 1.0, 3.0, 5.2])  # rad/s, to the 50 rpm that its vendor states
+VENDOR = 31 * 28.349523e-3 * 9.80665 * 0.0254 * (SPEEDS / (50 * 2 * np.pi / 60)) ** 0.47  # N m: 31 in-oz at 50 rpm
+
+
+def test_a_damper_stronger_by_its_tolerance_is_so_at_every_speed(catalogue: Catalogue, spring: SpringOption) -> None:
+    row = catalogue.find_damper("6597K19")
+    option = DamperOption(row, row.damper(), "concave", "assumed")
+    columns = drawn(option, spring, replace(NONE, torque=0.15), 2)
+    for lane, share in enumerate((0.85, 1.0, 1.15)):  # within 1 %: the law is straight between twelve points
+        assert torque_of(columns[:, lane], SPEEDS) == pytest.approx(share * VENDOR, rel=0.01)
+
+
+def test_forty_kelvin_weaken_a_damper_as_they_hasten_a_lid(catalogue: Catalogue, spring: SpringOption) -> None:
+    """A lid with a TOK TD14 closes in 7.3 s at 0 degC and in 6 s at 40 degC: by the torque, 20 K below and above."""
+    row = catalogue.find_damper("6597K19")
+    assert row.torque_per_kelvin is None
+    option = DamperOption(row, row.damper(), "concave", "assumed")
+    columns = drawn(option, spring, replace(NONE, temperature=20.0), 4)
+    cold, mild, warm = (torque_of(columns[:, lane], SPEEDS) for lane in range(3))
+    assert warm / cold == pytest.approx(6.0 / 7.3)
+    assert mild == pytest.approx(VENDOR, rel=0.01)
 
 
 def test_the_exponent_of_an_assumed_law_is_drawn_between_its_limits(catalogue: Catalogue, spring: SpringOption) -> None:

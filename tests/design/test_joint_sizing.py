@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
 
 from cad_joints import cleared
 from synth.cad import (
@@ -14,7 +18,8 @@ from synth.cad import (
     SpringDimensions,
     sized,
 )
-from synth.design.joint_sizing import _grown
+from synth.design.joint_sizing import _grown, _stops
+from synth.remarks import severity_of
 
 KNEE = JointDimensions("knee", SpringDimensions(3.429, 26.035, 7.17, 120.0), 111.0, 119.0)
 
@@ -29,3 +34,45 @@ def test_the_note_of_a_grown_joint_names_the_adapter_s_grip() -> None:
     assert grip > 12.0
     assert f"damper's shaft in the adapter {grip:g} mm instead of 12" in _grown(asked, grown)
     assert _grown(asked, asked) == []
+
+
+def stops_for(stated: bool, yields: tuple[float, float]) -> tuple[object, list[str]]:
+    """Travel, stops and yield of a knee that moves from 105 to 175 deg, drawn from 100 to 180; and its notes."""
+    design: Any = SimpleNamespace(
+        built=SimpleNamespace(joints=(SimpleNamespace(name="knee"),)),
+        project=SimpleNamespace(
+            target=SimpleNamespace(joints=(SimpleNamespace(range=(1.7, 3.1) if stated else None),))
+        ),
+    )
+    notes: list[str] = []
+    return _stops(design, 0, (100.0, 180.0), yields, notes), notes
+
+
+@pytest.mark.parametrize(
+    ("yields", "travel", "stops"),
+    [
+        ((90.0, 190.0), (100.0, 180.0), (97.0, 183.0)),  # yields far beyond
+        ((99.0, 190.0), (102.5, 180.0), (101.0, 183.0)),  # 2 deg of spare before yield, 1.5 from stop to travel
+        ((99.0, 181.0), (102.5, 177.5), (101.0, 179.0)),
+        ((100.5, 190.0), (104.0, 180.0), (102.5, 183.0)),  # the motion, a degree beyond it, and the stop: no less
+    ],
+)
+def test_a_travel_that_nobody_states_shrinks_to_the_motion_before_the_spring_yields(
+    yields: tuple[float, float], travel: tuple[float, float], stops: tuple[float, float]
+) -> None:
+    found, notes = stops_for(False, yields)
+    assert found == (travel, stops, yields)
+    assert notes == []
+
+
+@pytest.mark.parametrize(
+    ("stated", "yields", "needed"), [(False, (100.6, 190.0), "104.0 to 176.0"), (True, (99.0, 190.0), "100.0 to 180.0")]
+)
+def test_a_spring_that_yields_within_the_motion_or_a_stated_range_is_told(
+    stated: bool, yields: tuple[float, float], needed: str
+) -> None:
+    """The stops stay past the travel: 3 deg, 1.5 of a stated one."""
+    found, (note,) = stops_for(stated, yields)
+    assert found == ((100.0, 180.0), (98.5, 181.5) if stated else (97.0, 183.0), None)
+    assert f"The wanted travel of {needed} deg and stops 2 deg before yield are not possible together" in note
+    assert severity_of(note) == "decide"

@@ -13,6 +13,7 @@ from synth.design.choose_springs import (
     SpringChoiceMade,
     SpringSource,
     WantedTravel,
+    spring_to_wind,
     travels,
 )
 from synth.design.part_sets import SetsMade, choose_sets
@@ -152,6 +153,26 @@ def test_travel_is_the_joint_range_or_else_the_motion() -> None:
     ranged = leg.with_joints(knee={"range": (radians(60.0), radians(150.0))})
     found = travels(ranged, [motion])[0]
     assert np.degrees([found.winding, found.opening]) == pytest.approx([51.0, 39.0])
+
+
+@pytest.mark.parametrize(
+    ("asked", "opens", "winds_by", "opens_by"),
+    [(None, 10.0, 50.0, 10.0), (80.0, 10.0, 80.0, 10.0), (30.0, 20.0, 30.0, 20.0), (30.0, 40.0, 30.0, 30.0)],
+)
+def test_a_spring_is_wound_for_its_travel_and_the_stops(
+    catalogue: Catalogue, asked: float | None, opens: float, winds_by: float, opens_by: float
+) -> None:
+    """Stops touch 1.5 deg past a range and the spring yields 2 deg later at the earliest: 3.5 deg more, either way.
+
+    A travel that the project states is that of winding; of the joint's opening it leaves what is no larger.
+    """
+    wish = choice() if asked is None else choice(travel=radians(asked))
+    source = SpringSource("knee", wish, WantedTravel(radians(50.0), radians(opens)), catalogue, CadOptions())
+    turned = source.turned
+    assert np.degrees([turned.winding, turned.opening]) == pytest.approx([winds_by, opens_by])
+    made = spring_to_wind(source, 2.0, lasting=False)[0].design
+    assert made is not None
+    assert np.degrees([made.travel, made.opening_travel]) == pytest.approx([winds_by + 3.5, opens_by + 3.5])
 
 
 def test_a_spring_that_would_open_is_reversed_with_a_warning() -> None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fit.simulated_legs import Rig, bare, release, robot
 from synth.files.trial_list import Trial
-from synth.fit.damper_laws import DamperLaw, find_damper_law
+from synth.fit.damper_laws import DamperLaw, _speed_range, find_damper_law
 from synth.fit.recordings import Recording, recordings
 from synth.swing.damper_curves import torque_at
 
@@ -140,3 +142,14 @@ def test_a_single_drop_warns_that_fit_and_score_share_it() -> None:
     found = find_damper_law(LEG, "knee", drops(power)[:1])
     assert "fitted and scored" in found.how_held_out
     assert any("a single drop" in text for text in found.warnings)
+
+
+def test_a_damper_is_measured_between_the_outer_fiftieths_of_its_speeds() -> None:
+    """Two drops, one each way, whose speeds rise evenly to 10 rad/s: at rest below 0.2, 2 % of the rest left out."""
+    even = np.linspace(0.0, 10.0, 10_001)
+    recorded: Any = [
+        SimpleNamespace(smoothed=SimpleNamespace(rate=np.stack([100.0 + even, way * even], axis=1))) for way in (1, -1)
+    ]
+    found = _speed_range(recorded, 1)
+    assert (found.low, found.high) == pytest.approx((0.2 + 0.02 * 9.8, 0.2 + 0.98 * 9.8), abs=2e-3)
+    assert found.fastest == 10.0

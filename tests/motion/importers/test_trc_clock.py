@@ -88,6 +88,13 @@ def test_two_clocks_are_refused_until_one_is_stated(tmp_path: Path) -> None:
         clock(path, 130.0)
 
 
+@pytest.mark.parametrize(("rate", "of_time"), [("25", 24.0), ("50", 49.0), ("100", 101.0)])
+def test_rates_that_differ_by_a_few_per_cent_are_two_clocks(tmp_path: Path, rate: str, of_time: float) -> None:
+    """Film of 24 pictures a second under a header of PAL's 25 is 4 % fast: every damping rate would be as far off."""
+    with pytest.raises(UserError, match=rf"Time has {of_time:g} rows a second, and the header says DataRate {rate};"):
+        clock(trc(tmp_path / "a.trc", rate, AT + 1, written(of_time, 9)))
+
+
 def test_an_empty_time_is_told_and_a_constant_one_refused(tmp_path: Path) -> None:
     time, found = clock(trc(tmp_path / "a.trc", "100", AT + 1, [""] * COUNT))
     np.testing.assert_allclose(np.diff(time), 0.01, atol=1e-9)
