@@ -31,5 +31,5 @@ EFFECT = Effect(
         Parameter("share", "1", prior=Prior(0.0, 0.2, lower=-0.8, upper=5.0), natural=False, meaning="relative excess"),
     ),
     strengths=("share",),
-    shapes=(Shape(("share",), {}),),
+    shapes=(Shape(("share",), {}, ({}, {"share": -0.1})),),
 )
