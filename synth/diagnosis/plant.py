@@ -119,6 +119,15 @@ class Plant(ABC, Generic[F, T, S]):
         """(p, p) covariance of the errors of a fit's unknowns, of residuals as large as those that it leaves."""
         return self.normal(fit).covariance(self.remainder(fit) ** 2)
 
+    def against_design(
+        self, candidate: ShapedEffect, values: Mapping[str, float], tolerances: Array
+    ) -> dict[str, float]:
+        """A cause's parameters with what the tolerances (n_tolerance,), whitened, of the same numbers add to them.
+
+        Unchanged where the plant has no such tolerance.
+        """
+        return dict(values)
+
     @abstractmethod
     def bounds(self, fit: F) -> tuple[Array, Array]:
         """Bounds of the unknowns."""

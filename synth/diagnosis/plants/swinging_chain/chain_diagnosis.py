@@ -15,6 +15,7 @@ from synth.diagnosis.angle_trials import AngleTrial, angle_trial, spread_over_ki
 from synth.diagnosis.cause_findings import Findings, find_causes
 from synth.diagnosis.companions import with_companions
 from synth.diagnosis.diagnosis_result import Cause, Verdict
+from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.encoder_counts import CoarseChannel, coarse_counts, noise_as_read, round_to_counts, usual_noise
 from synth.diagnosis.encoder_transitions import with_edges
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
@@ -25,7 +26,7 @@ from synth.diagnosis.lanes import PredictorCache
 from synth.diagnosis.odds import far_share
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
-from synth.diagnosis.plants.swinging_chain.chain_figures import squares, trial_gaps
+from synth.diagnosis.plants.swinging_chain.chain_figures import joint_odds, squares, trial_gaps
 from synth.diagnosis.plants.swinging_chain.chain_menu import forecast, menu, variations
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, GapResult
@@ -34,6 +35,7 @@ from synth.diagnosis.plants.swinging_chain.command_menu import has_servo
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.plants.swinging_chain.free_torque import free_torque_sentence, free_torques
 from synth.diagnosis.plants.swinging_chain.pieces import cut_into_pieces, cut_sentence, join_pieces, whole_recordings
+from synth.diagnosis.plants.swinging_chain.stated_numbers import against_design
 from synth.diagnosis.plants.swinging_chain.tolerance_words import number_words
 from synth.diagnosis.poor_trials import no_better
 from synth.diagnosis.prediction_error import PredictionErrors
@@ -143,6 +145,12 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def bounds(self, fit: EvaluatedHypothesis) -> tuple[Array, Array]:
         """Bounds of the unknowns."""
         return self.bench.bounds(fit.hypothesis)
+
+    def against_design(
+        self, candidate: ShapedEffect, values: Mapping[str, float], tolerances: Array
+    ) -> dict[str, float]:
+        """Shares, rates and angles against the design's numbers."""
+        return against_design(candidate.key, values, self.scene.leg, self.scene.tolerances, tolerances)
 
     def predict(self, fit: EvaluatedHypothesis, trials: Sequence[AngleTrial]) -> tuple[Array, ...]:
         """Rotations (m, n) rad in the sense of q, with the best-fitting initial states."""
@@ -343,7 +351,7 @@ def diagnose(
     return GapResult(
         **findings.fields(),
         leg=leg,
-        where=locate_gap(nominal, plant.whole, shown.before, scene.usual, missing, _joint_odds(findings.odds, leg)),
+        where=locate_gap(nominal, plant.whole, shown.before, scene.usual, missing, joint_odds(findings.odds, leg)),
         as_designed=errors.figure("as_designed"),
         before=errors.figure("before"),
         after=errors.figure("after"),
@@ -388,13 +396,3 @@ def scene_of(
     usual = usual_noise(found, coarse)
     bench = Workbench(predictor, tuple(with_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE_SAMPLES)
     return Scene(leg, tolerances, bench, given, held, coarse, usual, seed), tuple(warnings)
-
-
-def _joint_odds(judged: Judgement[EvaluatedHypothesis], leg: Leg) -> dict[str, float]:
-    """Joint -> probability that it has a cause."""
-    found: dict[str, float] = {}
-    for item, probability in judged.singles:
-        joint = item.keys[0][1]
-        if joint in leg.joint_names:
-            found[joint] = found.get(joint, 0.0) + probability
-    return found
