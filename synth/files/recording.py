@@ -37,6 +37,7 @@ class Recorded:
     sha256: str
     signals: ServoSignals | None = None
     jumps: tuple[int, ...] = ()
+    by_current: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -148,7 +149,8 @@ def checked_columns(columns: Columns, leg: Leg) -> Recorded:
         torques, problems = _between_samples(columns, leg, angles, torques)
     if problems:
         raise UserError(problems)
-    return Recorded(time, angles, velocities, torques, "", None, jumps)
+    by_current = tuple(drive_columns.torques(leg, values))
+    return Recorded(time, angles, velocities, torques, "", None, jumps, by_current)
 
 
 def _scaled(table: CsvTable, leg: Leg) -> dict[str, Array]:

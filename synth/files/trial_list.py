@@ -61,6 +61,8 @@ class Trial:
         of the file.
     jumps
         by whole turns that were removed from each joint's angles; empty: not looked for.
+    by_current
+        joints whose torque is a recorded current times their motor's constant.
     """
 
     name: str
@@ -78,6 +80,7 @@ class Trial:
     leg: Leg | None = None
     signals: ServoSignals | None = None
     jumps: tuple[int, ...] = ()
+    by_current: tuple[str, ...] = ()
 
 
 class TipMass(FileModel):
@@ -269,6 +272,7 @@ def _trial(recorded: Recorded, listed: _Listed, leg: Leg, other: Leg | None) -> 
         other,
         recorded.signals,
         recorded.jumps,
+        recorded.by_current,
     )
 
 

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import exp
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from synth.arrays import Array
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import QUANTITIES, Tolerances
+
+if TYPE_CHECKING:
+    from synth.files.trial_list import Trial
 
 # Effect -> its parameters, and the number of the leg that each changes.
 NUMBERS_CHANGED: dict[str, tuple[tuple[str, str], ...]] = {
@@ -18,6 +24,7 @@ NUMBERS_CHANGED: dict[str, tuple[tuple[str, str], ...]] = {
     "spring_preload": (("shift", "rest"),),
     "motor_constant": (("share", "torque_constant"),),
     "winding_resistance": (("share", "resistance"),),
+    "torque_gain": (("share", "torque_constant"),),  # where a recorded current tells the torque
 }
 RATES = ("spring_rate", "damper_rate")  # their values are given in N m/rad, not as a share
 
@@ -37,7 +44,7 @@ def against_design(
     shifts = (x.reshape(len(QUANTITIES), -1) * tolerances.width)[:, joint]
     for parameter, quantity in NUMBERS_CHANGED[effect]:
         shift = float(shifts[QUANTITIES.index(quantity)])
-        if parameter not in found or shift == 0.0:
+        if parameter not in found or shift == 0.0 or (effect == "torque_gain" and joint not in tolerances.by_current):
             continue
         if quantity == "rest":
             found[parameter] += leg.joints[joint].sign * shift
@@ -46,6 +53,16 @@ def against_design(
             found[parameter] = max(nominal * exp(shift) + found[parameter], 0.0) - nominal
         else:
             found[parameter] = exp(shift) * (1.0 + found[parameter]) - 1.0
+    return found
+
+
+def joints_by_current(leg: Leg, trials: Sequence[Trial]) -> list[int]:
+    """Joints whose torque is a recorded current times their motor's constant in every trial that has a torque there."""
+    found = []
+    for j, name in enumerate(leg.joint_names):
+        driven = [trial for trial in trials if trial.torques is not None and np.any(trial.torques[:, j] != 0.0)]
+        if driven and all(name in trial.by_current for trial in driven):
+            found.append(j)
     return found
 
 
