@@ -120,7 +120,12 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
         ranked,
         left,
         _diagnosis_sentence(plant, judged, explanations, ranked, stages, left, moved),
-        next_experiment(plant, plant.rivals(judged), reason_for_next_trial(judged.verdict, short, within=within)),
+        next_experiment(
+            plant,
+            plant.rivals(judged),
+            reason_for_next_trial(judged.verdict, short, within=within),
+            plant.present_odds(judged),
+        ),
         (
             *plant.warnings,
             *plant.remarks(stages),

@@ -214,6 +214,10 @@ class Plant(ABC, Generic[F, T, S]):
         """Explanations that a further trial should separate, with their weights."""
         return open_explanations(judged)
 
+    def present_odds(self, judged: Judgement[F]) -> list[tuple[F, float]]:
+        """Explanations with their present weights, where ``rivals`` holds more; none where it is the same."""
+        return []
+
     @abstractmethod
     def remainder(self, fit: F) -> float:
         """RMS of what a fit leaves in the existing trials, over their noise; at least 1."""

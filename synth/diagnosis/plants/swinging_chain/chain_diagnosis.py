@@ -26,7 +26,7 @@ from synth.diagnosis.lanes import PredictorCache
 from synth.diagnosis.odds import far_share
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
-from synth.diagnosis.plants.swinging_chain.chain_figures import joint_odds, squares, trial_gaps
+from synth.diagnosis.plants.swinging_chain.chain_figures import joint_errors, joint_odds, squares, trial_gaps
 from synth.diagnosis.plants.swinging_chain.chain_menu import forecast, menu, variations
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, GapResult
@@ -44,7 +44,7 @@ from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.diagnosis.sentences import ErrorWording, angle_text, scored_on, stated_parameters
 from synth.diagnosis.settled import settle_leading
 from synth.diagnosis.unseen import with_unseen_errors
-from synth.diagnosis.verdict import Judgement, rivals_with_doubt, with_coarse_counts
+from synth.diagnosis.verdict import Judgement, open_explanations, rivals_with_doubt, with_coarse_counts
 from synth.diagnosis.workbench import Workbench
 from synth.errors import UserError
 from synth.estimation.information import RIVALS, TrialForecast
@@ -219,12 +219,9 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def remarks(self, stages: StagePredictions[EvaluatedHypothesis, Array]) -> tuple[str, ...]:
         """Trials whose error by the nominal leg's best fit is far larger than the others'."""
-        rms = []
-        for trial, predicted in zip(self.whole, join_pieces(self.scored, stages.before), strict=True):
-            squared = np.where(trial.counts, (predicted - trial.measured) ** 2, 0.0).sum(axis=0)
-            rms.append(np.sqrt(np.where(trial.counted > 0, squared / np.maximum(trial.counted, 1.0), np.nan)))
+        rms = joint_errors(self.whole, join_pieces(self.scored, stages.before))
         names = [trial.recording.name for trial in self.whole]
-        return tuple(odd_trials(names, self.scene.leg.joint_names, np.array(rms)))
+        return tuple(odd_trials(names, self.scene.leg.joint_names, rms))
 
     def doubts(
         self, found: Hypotheses[EvaluatedHypothesis], judged: Judgement[EvaluatedHypothesis], motion: float
@@ -289,6 +286,10 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         if not has_servo(self.scene.leg, self.scene.given):
             return super().rivals(judged)
         return rivals_with_doubt(judged, DOUBT_SHARE, self.most_rivals)
+
+    def present_odds(self, judged: Judgement[EvaluatedHypothesis]) -> list[tuple[EvaluatedHypothesis, float]]:
+        """Without the doubt."""
+        return open_explanations(judged) if has_servo(self.scene.leg, self.scene.given) else []
 
     def remainder(self, fit: EvaluatedHypothesis) -> float:
         """RMS of the whitened residuals, in whose unit a sample of the noise is 1."""

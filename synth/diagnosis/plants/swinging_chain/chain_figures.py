@@ -87,3 +87,12 @@ def joint_odds(judged: Judgement[EvaluatedHypothesis], leg: Leg) -> dict[str, fl
         if joint in leg.joint_names:
             found[joint] = found.get(joint, 0.0) + probability
     return found
+
+
+def joint_errors(trials: Sequence[AngleTrial], predicted: Sequence[Array]) -> Array:
+    """(n_trial, n) rad, RMS error of each joint; nan where no sample counts."""
+    rms = []
+    for trial, prediction in zip(trials, predicted, strict=True):
+        squared = np.where(trial.counts, (prediction - trial.measured) ** 2, 0.0).sum(axis=0)
+        rms.append(np.sqrt(np.where(trial.counted > 0, squared / np.maximum(trial.counted, 1.0), np.nan)))
+    return np.array(rms)
