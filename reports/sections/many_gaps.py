@@ -7,7 +7,7 @@ from typing import Any
 
 from synth.reports.figures.bars import Bar, BarColumn, bar_figure
 from synth.reports.quantities import share_text
-from synth.reports.reading import Result
+from synth.reports.reading import Json, Result
 from synth.reports.section import AbsentResult, ReportSection, mapping, records, sequence
 from synth.reports.sections.gap_which import name_of
 
@@ -28,7 +28,7 @@ def causes(result: Result) -> dict[str, list[str]]:
 
 def is_accepted(leg: Json) -> bool:
     """Whether the leg's ``explanation`` was accepted; with the verdict unknown it is the nearest that was not."""
-    return leg.get("verdict") != "unknown"
+    return str(leg.get("verdict")) != "unknown"
 
 
 def _legs(result: Result) -> dict[str, Any] | AbsentResult:

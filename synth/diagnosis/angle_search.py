@@ -17,19 +17,26 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
+from synth.diagnosis.further_cause import LEAST_COST_REDUCTION, fit_further_cause, start_for_all_trials
 from synth.diagnosis.hypotheses import Assessment, Hypotheses, Key
 from synth.diagnosis.odds import Calibration, price_of_unknown
 from synth.diagnosis.other_shapes import starts_in_other_shapes
-from synth.diagnosis.restarts import descend, exchange_fits, fit_from_best, has_other_minima, refine, refit_from_design
+from synth.diagnosis.restarts import (
+    LEAST_COST_APART,
+    descend,
+    exchange_fits,
+    fit_from_best,
+    has_other_minima,
+    refine,
+    refit_from_design,
+)
 from synth.diagnosis.score import first_state, fresh, score
 from synth.diagnosis.screened_causes import same_shape, screen_causes
-from synth.diagnosis.screening import costs_after_step, costs_by_secant, overshoots, scale_strengths
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
 from synth.diagnosis.sets_of_causes import from_recorded_states, pairs_of, with_simpler_cause, without_one_cause
 from synth.diagnosis.sifting import Sifting
 from synth.diagnosis.simpler_shapes import cost_with_unknowns, prefer_simpler_shapes
 from synth.diagnosis.workbench import Workbench
-from synth.estimation.linearisation import Linearisation
 
 # Renewals of the derivatives of the nominal leg, from which all candidates start, and steps with each. A cost, a
 # log-likelihood, that falls by 0.1 moves no unknown by a half of its deviation.
@@ -42,20 +49,11 @@ REFINED_OTHER_STRENGTHS = 3  # fits of these causes at another strength that get
 RICHER_CAUSES, REFINED_RICHER = 3, 4  # causes screened in richer shapes; fits of these that get their own derivatives
 REFINED_SETS = 4  # sets of several causes that get their own derivatives: what acts alike must be compared alike
 # A second and a third cause
-LEAST_COST_REDUCTION = 3.0  # least predicted cost reduction of a further cause
-SECANT_FACTORS = (1.0, 12.0)  # factors on a start's strengths at which the secant of a cause is evaluated
-CAUSES_BY_SECANT, STARTS_OF_EACH = 16, 4  # most promising causes by secants; starts of each
-FACTORS_ON_SECANT = (0.4, 1.0)  # factors on the strength that the secant predicts
-# Most promising further causes, fitted to a subset of the trials: the secant ranks strong causes roughly only, and a
-# fit to few trials is cheap. Decided by ``make blind-rigs``.
-SETS_TRIED = 20
-SETS_FITTED = 8  # of those, number fitted to all trials
 STARTS_OF_OTHER_SHAPE = 2  # of each other shape of a cause in these sets that are continued
 SETS_REDUCED = 3  # best sets of three causes of which one is left out again
 # The same where recordings are compared in pieces: their cost has cliffs, and a rank after few steps tells less.
 SETS_TRIED_IN_PIECES, SETS_FITTED_IN_PIECES = 30, 10
 RENEWALS_OF_SETS = 24  # most renewals of the derivatives: a pair of strong causes moves far, a little at a time
-ITERATIONS_OF_SETS = (2, 3)  # iterations of the fit on the subset, and on all trials
 EXPLAINED_RATIO = 1.2  # RMS over the noise floor that leaves nothing to explain
 SEARCH_PLAN = SearchPlan(
     anchors=4,
@@ -204,7 +202,7 @@ class AngleExplorer:
         there = EvaluatedHypothesis((), start.unknowns, tuple(start.states[i] for i in few))
         (there,) = some.evaluate([there])
         screened = screen_causes(some, candidates, replace(there, frame=some.frame(there)), still)
-        spread = self.bench.evaluate([_start_for_all_trials(fit, few, start) for fit in screened])
+        spread = self.bench.evaluate([start_for_all_trials(fit, few, start) for fit in screened])
         closer = self.bench.solve([fresh(fit) for fit in spread[:FITTED_BEFORE_REFINING]], start.frame, 2)
         return [*closer, *spread[FITTED_BEFORE_REFINING:]]
 
@@ -225,6 +223,18 @@ class AngleExplorer:
         cheapest = sorted(refined, key=lambda fit: fit.cost)[:SETS_REDUCED]
         fewer = [] if alone else without_one_cause(self.bench, cheapest, fits)
         return [*refined, *found[REFINED_SETS:], *self._fits_without_one_cause(fewer, [*fits, *refined])]
+
+    def alone(
+        self, sets: Sequence[Assessment[EvaluatedHypothesis]], singles: Sequence[Assessment[EvaluatedHypothesis]]
+    ) -> list[EvaluatedHypothesis]:
+        """The causes of the best sets, each again from its values there; those that end in a better minimum."""
+        known, fits = {single.keys: single.fit for single in singles}, [each.fit for each in sets[:SETS_REDUCED]]
+        rank = self._rank([*fits, *known.values()])
+        return [
+            end
+            for end in self._fits_without_one_cause(without_one_cause(self.bench, fits, ()), fits)
+            if end.keys not in known or rank(known[end.keys]) - rank(end) > LEAST_COST_APART
+        ]
 
     def _fits_without_one_cause(
         self, fewer: Sequence[EvaluatedHypothesis], found: Sequence[EvaluatedHypothesis]
@@ -318,16 +328,6 @@ def _strengths_differ(bench: Workbench, fit: EvaluatedHypothesis, other: Evaluat
     return bool(np.any(np.abs(one - two) > 0.5 * np.maximum(np.abs(one), np.abs(two))))
 
 
-def _start_for_all_trials(
-    fit: EvaluatedHypothesis, few: Sequence[int], whole: EvaluatedHypothesis, frame: Linearisation | None = None
-) -> EvaluatedHypothesis:
-    """A start at a fit to a subset of the trials, with the other trials' states of a fit to the ``whole``."""
-    states = list(whole.states)
-    for place, i in enumerate(few):
-        states[i] = fit.states[place]
-    return fit.start_at(states=states, frame=frame)
-
-
 def rms_over_noise(bench: Workbench, fit: EvaluatedHypothesis) -> float:
     """RMS of a fit over the noise floor, all samples weighted equally."""
     total, count = 0.0, 0
@@ -336,64 +336,3 @@ def rms_over_noise(bench: Workbench, fit: EvaluatedHypothesis) -> float:
         total += float(np.sum((residual[: len(scale)] * scale) ** 2))
         count += len(scale)
     return float(np.sqrt(total / max(count, 1)))
-
-
-def fit_further_cause(
-    bench: Workbench,
-    sifting: Sifting,
-    anchors: Sequence[EvaluatedHypothesis],
-    candidates: Sequence[ShapedEffect],
-    tried: int = SETS_TRIED,
-    kept: int = SETS_FITTED,
-) -> list[EvaluatedHypothesis]:
-    """Hypotheses with an anchor and one further cause, best first.
-
-    The most promising are ``tried`` on a subset of the trials, and those ``kept`` fitted to all.
-    """
-    promising: dict[frozenset[tuple[str, str]], tuple[float, EvaluatedHypothesis, EvaluatedHypothesis]] = {}
-    for anchor in anchors:
-        here = sifting.beside(anchor)
-        for left, start in _starts_with_further_cause(sifting.bench, here, candidates):
-            keys = frozenset(start.keys)
-            if here.cost - left > LEAST_COST_REDUCTION and (keys not in promising or left < promising[keys][0]):
-                promising[keys] = left, start, anchor
-    best = sorted(promising.values(), key=lambda item: item[0])[:tried]
-    origin = {frozenset(start.keys): anchor for _, start, anchor in best}
-    fits = sifting.bench.solve([start for _, start, _ in best], None, ITERATIONS_OF_SETS[0])
-    fits = sorted((fit for fit in fits if np.isfinite(fit.cost)), key=lambda fit: fit.cost)[:kept]
-    from_anchors = [(fit, origin[frozenset(fit.keys)]) for fit in fits]
-    spread = [_start_for_all_trials(fit, sifting.few, anchor, anchor.frame) for fit, anchor in from_anchors]
-    found = bench.solve(spread, None, ITERATIONS_OF_SETS[1])
-    return sorted((fit for fit in found if np.isfinite(fit.cost)), key=lambda fit: fit.cost)
-
-
-def _starts_with_further_cause(
-    bench: Workbench, here: EvaluatedHypothesis, candidates: Sequence[ShapedEffect]
-) -> list[tuple[float, EvaluatedHypothesis]]:
-    """The best start of each further cause beside a fit: its predicted cost, and the start.
-
-    First by secants, one or two lanes per start; then the most promising at the strengths that the secants predict.
-    """
-    first = len(here.unknowns)
-    starts = []
-    for candidate in candidates:
-        if candidate.stands_beside(here.hypothesis):
-            for point in candidate.starts():
-                start = here.beside([candidate], [point], here.frame)
-                secants = [secant for secant in SECANT_FACTORS if not overshoots(start, first, secant)]
-                starts += [scale_strengths(start, first, secant) for secant in secants]
-    predicted = zip(costs_by_secant(bench, starts, here), starts, strict=True)
-    order = sorted(((left, best, start) for (left, best), start in predicted), key=lambda item: item[0])
-    chosen: dict[tuple[str, str], list[EvaluatedHypothesis]] = {}
-    for left, best, start in order:
-        key = start.keys[-1]
-        if here.cost - left > LEAST_COST_REDUCTION and len(chosen.get(key, ())) < STARTS_OF_EACH:
-            chosen.setdefault(key, []).extend(
-                scale_strengths(start, first, best * factor) for factor in FACTORS_ON_SECANT
-            )
-    tried = [start for key in list(chosen)[:CAUSES_BY_SECANT] for start in chosen[key]]
-    found: dict[tuple[str, str], tuple[float, EvaluatedHypothesis]] = {}
-    for left, start in zip(costs_after_step(bench, tried, here), tried, strict=True):
-        if start.keys[-1] not in found or left < found[start.keys[-1]][0]:
-            found[start.keys[-1]] = left, start
-    return list(found.values())

@@ -8,21 +8,18 @@ from typing import Any, Generic
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.diagnosis.cause_intervals import causes_of
 from synth.diagnosis.diagnosis_result import Cause, Experiment, RankedCause, ScoredBy
-from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Assessment, Hypotheses, Key
 from synth.diagnosis.next_experiment import next_experiment
 from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
 from synth.diagnosis.poor_trials import followed_trials
 from synth.diagnosis.prediction_error import PredictionErrors, label_of_causes
 from synth.diagnosis.remainder import Remainder
-from synth.diagnosis.search_limits import limit_sentences, open_intervals, parameters_at_limits
+from synth.diagnosis.search_limits import limit_sentences
 from synth.diagnosis.sentences import PartedErrors, reason_for_next_trial, sentence
 from synth.diagnosis.verdict import Judgement, judge, with_doubt_of_held_out, with_further_doubt, without_causes
-from synth.estimation.intervals import NORMAL90, Estimate
 from synth.threads import one_thread_of_linear_algebra
-from synth.units import shown_unit
 
 MOST_RANKED = 8  # listed single causes; each costs a prediction of every scored trial
 PREDICTED_ALONE = 4  # single causes whose predictions are stored for the page, the most probable first
@@ -127,6 +124,7 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
             plant,
             plant.rivals(judged),
             reason_for_next_trial(judged.verdict, short, within=within, none=judged.none),
+            plant.present_odds(judged),
         ),
         (
             *plant.warnings,
@@ -239,26 +237,6 @@ def _predict_unseen(plant: Plant[F, T, S], item: Assessment[F]) -> tuple[S, ...]
     return tuple(made)
 
 
-def causes_of(plant: Plant[F, T, S], item: Assessment[F]) -> tuple[Cause, ...]:
-    """The causes of a hypothesis with their parameters and intervals.
-
-    The interval is the larger of two: from the derivatives and the size of the residuals, and from the spread of the
-    estimates when one fold of trials after the other is left out.
-    """
-    fit = item.fit
-    if not fit.hypothesis:
-        return ()
-    deviation = np.sqrt(np.diag(plant.covariance(fit)))
-    if item.unseen is not None and len(item.unseen.spread) == len(deviation):
-        deviation = np.maximum(deviation, item.unseen.spread)
-    made, first = [], plant.n_tolerance
-    for candidate in fit.hypothesis:
-        part = slice(first, first + candidate.size)
-        made.append(_cause_with_intervals(candidate, fit.unknowns[part], deviation[part]))
-        first += candidate.size
-    return tuple(made)
-
-
 def _limit_warnings(plant: Plant[F, T, S], named: Sequence[Assessment[F]]) -> dict[str, None]:
     """Warnings on parameters of the named causes that end where their search does, each once."""
     found = []
@@ -269,27 +247,6 @@ def _limit_warnings(plant: Plant[F, T, S], named: Sequence[Assessment[F]]) -> di
             found += limit_sentences(plant.short_text(cause), candidate, x, cause)
             first += candidate.size
     return dict.fromkeys(found)
-
-
-def _cause_with_intervals(candidate: ShapedEffect, x: Array, deviation: Array) -> Cause:
-    """With 90 % intervals: each parameter's range over the interval of its unknowns, open at a limit of the search."""
-    values = candidate.named(x)
-    reach = {name: [value] for name, value in values.items()}
-    low, high = candidate.bounds()
-    for k in range(candidate.size):
-        for side in (-NORMAL90, NORMAL90):
-            moved = x.copy()
-            moved[k] = np.clip(moved[k] + side * deviation[k], low[k], high[k])
-            for name, value in candidate.named(moved).items():
-                reach[name].append(value)
-    unit = {parameter.name: parameter.unit for parameter in candidate.effect.parameters}
-    found = {}
-    for name, value in values.items():
-        written = shown_unit(unit[name])
-        free = name in candidate.shape.free
-        found[name] = Estimate(value, written, min(reach[name]), max(reach[name])) if free else Estimate(value, written)
-    effect, place = candidate.key
-    return Cause(effect, place, open_intervals(found, parameters_at_limits(candidate, x)))
 
 
 def _listed_singles(judged: Judgement[F]) -> list[tuple[Assessment[F], float]]:

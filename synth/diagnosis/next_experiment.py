@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from math import isfinite
 
+import numpy as np
+
+from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Experiment
 from synth.diagnosis.plant import F, MenuItem, Plant, S, T
 from synth.estimation.information import expected_information, of_unknown_size, rivals_of
@@ -15,21 +19,27 @@ from synth.threads import in_parallel
 # separates the two most similar rivals is the most robust.
 INFORMATION_DIGITS = 2
 LEAST_INFORMATION = 0.01  # bit; a trial that tells less is not worth its recording
+# Share of what the odds leave open: a trial that gives less moves equal odds of two by less than 1 to 3, and no tie is
+# decided by that. Bit, below which the odds leave nothing open: one explanation has 99 %.
+HARDLY, LEAST_OPEN = 0.2, 0.08
 TRIALS_VARIED = 3  # best trials that each round of a search varies
 MOST_FORECASTS = 480  # of a search: some 5 s of a processor
 
 
 @dataclass(frozen=True)
 class _TrialInformation:
-    """What a trial tells: expected information in bits, and the smallest distance of two rivals."""
+    """What a trial tells: expected information in bits, by the present odds and by those with the doubt of them; and
+    the smallest distance of two rivals.
+    """
 
-    bits: float
-    nearest: float
+    bits: float = 0.0
+    with_doubt: float = 0.0
+    nearest: float = 0.0
 
     @property
-    def place(self) -> tuple[float, float]:
+    def place(self) -> tuple[float, float, float]:
         """For sorting, the best first."""
-        return -round(self.bits, INFORMATION_DIGITS), -self.nearest
+        return -round(self.bits, INFORMATION_DIGITS), -round(self.with_doubt, INFORMATION_DIGITS), -self.nearest
 
 
 def _recording_condition(item: MenuItem[T], kept: Sequence[F]) -> str:
@@ -51,15 +61,46 @@ def _recording_condition(item: MenuItem[T], kept: Sequence[F]) -> str:
     )
 
 
-def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], why: str) -> Experiment | None:
+def _present_weights(kept: Sequence[F], present: Sequence[tuple[F, float]], weights: Array) -> Array:
+    """(n,) the present odds of the fits that are ``kept``, with the sum 1; ``weights`` where none are given."""
+    odds = {id(fit): weight for fit, weight in present}
+    found = np.array([odds.get(id(fit), 0.0) for fit in kept])
+    return found / found.sum() if found.sum() > 0.0 else weights
+
+
+def _entropy(weights: Array) -> float:
+    """Bits."""
+    there = weights[weights > 0.0]
+    return float(-np.sum(there * np.log2(there)))
+
+
+def _gain_text(item: MenuItem[T], told: _TrialInformation, kept: Sequence[F], open_bits: float | None) -> str:
+    """What the best trial tells, as a sentence; ``open_bits`` : entropy of the present odds, None if none are given."""
+    what = item.what[0].upper() + item.what[1:]
+    condition = _recording_condition(item, kept)
+    if open_bits is None or told.bits >= HARDLY * open_bits >= HARDLY * LEAST_OPEN:
+        return f"{what} would give most information: {told.bits:.2g} bit{condition}."
+    if open_bits < LEAST_OPEN:
+        return f"{what} would separate it best from the causes that these trials reject{condition}."
+    return (
+        f"No trial of those tried separates them well: {item.what} would give most information, {told.bits:.2g} bit "
+        f"of the {open_bits:.2g} that are open{condition}."
+    )
+
+
+def next_experiment(
+    plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], why: str, present: Sequence[tuple[F, float]] = ()
+) -> Experiment | None:
     """The trial with the largest expected information on which rival is true.
 
     None with fewer than two rivals, or if no trial gives ``LEAST_INFORMATION``.
 
-    ``rivals`` : fits with their weights. ``why`` : a sentence. The uncertainty of a prediction combines noise, what
-    the best rival leaves unexplained in the existing trials, per-trial unknowns, and the uncertainty of the leg after
-    these trials. Without the second every trial of a rig far above its noise separates all rivals. A plant may vary
-    the best trials of its menu.
+    ``rivals`` : fits with their weights. ``why`` : a sentence. ``present`` : the same by the present odds, where the
+    weights of ``rivals`` hold some for causes that the trials reject: a trial may tell those apart and still leave the
+    question open, and its information is not above what the present odds leave to learn. The uncertainty of a
+    prediction combines noise, what the best rival leaves unexplained in the existing trials, per-trial unknowns, and
+    the uncertainty of the leg after these trials. Without the second every trial of a rig far above its noise separates
+    all rivals. A plant may vary the best trials of its menu.
     """
     menu = list(plant.menu()) if len(rivals) > 1 else []
     if not menu:
@@ -67,23 +108,27 @@ def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], wh
     kept, weights = rivals_of(rivals, plant.most_rivals)
     covariances = [plant.covariance(fit) for fit in kept]
     remainder = min(plant.remainder(fit) for fit in kept)
+    by_odds = _present_weights(kept, present, weights)
 
     def information_of_trial(item: MenuItem[T]) -> _TrialInformation:
         made = [plant.forecast(fit, item.trial, known) for fit, known in zip(kept, covariances, strict=True)]
         found = [forecast for forecast in made if forecast is not None]
         if len(found) < len(kept):
-            return _TrialInformation(0.0, 0.0)
-        least = [float("inf")]
+            return _TrialInformation()
+
+        @cache
+        def apart(a: int, b: int, at: int) -> float:
+            return found[a].distance(found[b], found[at], remainder)
 
         def distance(a: int, b: int, at: int) -> float:
-            apart = found[a].distance(found[b], found[at], remainder)
-            least.append(apart)
-            return of_unknown_size(apart, plant.independent)
+            return of_unknown_size(apart(a, b, at), plant.independent)
 
-        bits = expected_information(weights, distance)
-        return (
-            _TrialInformation(bits, min(least)) if isfinite(bits) else _TrialInformation(0.0, 0.0)
-        )  # derivatives may overflow
+        with_doubt = expected_information(weights, distance)
+        if not isfinite(with_doubt):  # derivatives may overflow
+            return _TrialInformation()
+        nearest = min(apart(a, b, at) for a in range(len(kept)) for b in range(a) for at in (a, b))
+        bits = with_doubt if by_odds is weights else expected_information(by_odds, distance)
+        return _TrialInformation(bits, with_doubt, nearest)
 
     def information_of_trials(items: Sequence[MenuItem[T]]) -> list[tuple[MenuItem[T], _TrialInformation]]:
         return list(zip(items, in_parallel(lambda i: information_of_trial(items[i]), len(items)), strict=True))
@@ -97,11 +142,10 @@ def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], wh
         number, left = number + 1, left - len(more)
     known = sorted([*known, *found[:1]], key=lambda pair: pair[1].place)
     best_item, most = known[0]
-    if most.bits < LEAST_INFORMATION:
+    if most.with_doubt < LEAST_INFORMATION:
         return None
     return Experiment(
-        f"{why} {best_item.what[0].upper()}{best_item.what[1:]} would give most information: {most.bits:.2g} bit"
-        f"{_recording_condition(best_item, kept)}.",
+        f"{why} {_gain_text(best_item, most, kept, _entropy(by_odds) if present else None)}",
         dict(best_item.keys),
         dict(best_item.release),
         most.bits,

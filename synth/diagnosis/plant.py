@@ -119,6 +119,15 @@ class Plant(ABC, Generic[F, T, S]):
         """(p, p) covariance of the errors of a fit's unknowns, of residuals as large as those that it leaves."""
         return self.normal(fit).covariance(self.remainder(fit) ** 2)
 
+    def against_design(
+        self, candidate: ShapedEffect, values: Mapping[str, float], tolerances: Array
+    ) -> dict[str, float]:
+        """A cause's parameters with what the tolerances (n_tolerance,), whitened, of the same numbers add to them.
+
+        Unchanged where the plant has no such tolerance.
+        """
+        return dict(values)
+
     @abstractmethod
     def bounds(self, fit: F) -> tuple[Array, Array]:
         """Bounds of the unknowns."""
@@ -204,6 +213,10 @@ class Plant(ABC, Generic[F, T, S]):
     def rivals(self, judged: Judgement[F]) -> list[tuple[F, float]]:
         """Explanations that a further trial should separate, with their weights."""
         return open_explanations(judged)
+
+    def present_odds(self, judged: Judgement[F]) -> list[tuple[F, float]]:
+        """Explanations with their present weights, where ``rivals`` holds more; none where it is the same."""
+        return []
 
     @abstractmethod
     def remainder(self, fit: F) -> float:

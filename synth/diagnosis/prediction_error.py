@@ -17,6 +17,7 @@ BLOCKS_A_TRIAL = 4  # blocks of time per trial
 RESAMPLES = 500  # a 5 % quantile then rests on 25 of them
 LEAST_GAP = 0.05  # of the squared noise floor; a smaller gap has no meaningful share
 NO_BETTER_RATIO = 1.1  # ratio of the squared errors with and without the explanation: 5 % worse in RMS
+AT_NOISE = 1.25  # RMS over the noise floor up to which no effect is missing: ``clean`` of the ``Calibration``
 SHRINK_IF_DOUBLED = -1.0  # shrink of an error that doubles: how much worse an explanation might be tells nothing
 ROUNDING_SHARE = 1e-9  # of the squared errors: beyond rounding, and no prediction's error
 Picks = NDArray[np.int64]
@@ -83,12 +84,18 @@ class PredictionErrors:
         return _rms(noise, self.counts, pick)
 
     def shrink(self, label: str = "after") -> Estimate:
-        """1 - after/before of the RMS above the noise floor, subtracted quadratically; 0 without a gap."""
+        """1 - after/before of the RMS above the noise floor, subtracted quadratically; 0 without a gap.
+
+        Also 0 for a gap at the noise of which the trials allow any share: 0 over 0, which came out as 1 as often.
+        """
         left = self._estimate(lambda pick: 1.0 - self._shrink(label, pick), "1")
         assert left.low is not None
         assert left.high is not None
-        value = 1.0 - left.value
-        return Estimate(value, "1", min(max(1.0 - left.high, SHRINK_IF_DOUBLED), value), 1.0 - left.low)
+        value, low, high = 1.0 - left.value, max(1.0 - left.high, SHRINK_IF_DOUBLED), 1.0 - left.low
+        at_noise = _rms(self.squares["before"], self.counts, None) <= AT_NOISE * self._floor("before", None)
+        if at_noise and low <= SHRINK_IF_DOUBLED and high >= 1.0:
+            return Estimate(0.0, "1", low, high)
+        return Estimate(value, "1", min(low, value), high)
 
     def chance_below(self, share: float, least: float) -> float:
         """Probability that the explanation shrinks the gap by less than ``share``.

@@ -78,6 +78,12 @@ class Explorer(Protocol[F]):
     def beside(self, anchors: Sequence[Assessment[F]], singles: Sequence[Assessment[F]]) -> Sequence[F]:
         """Fits of one further cause with each of the anchors, and of sets of these; ``singles`` in order of cost."""
 
+    def alone(self, sets: Sequence[Assessment[F]], singles: Sequence[Assessment[F]]) -> Sequence[F]:
+        """Fits of single causes of the best of these ``sets``, in order of cost, that are better than in ``singles``.
+
+        The fit of a strong cause may end in another minimum, and what is needed beside it is then only a way around.
+        """
+
     def ratio(self, fit: F) -> float:
         """RMS of a fit's residuals over the noise floor, all samples weighted equally."""
 
@@ -100,17 +106,26 @@ class CauseSearch(Generic[F]):
         if singles and none.cost - singles[0].cost > plan.worth and plan.leaves(singles[0], none):
             self.say("pairs of causes")
             first = plan.first(singles)
-            several = self._extend_by_third_cause(
-                self._assess_fits(self.explorer.beside(first, singles)), none, singles
-            )
+            pairs = self._assess_fits(self.explorer.beside(first, singles))
+            singles = self._with_causes_alone(pairs, singles)
+            several = self._extend_by_third_cause(pairs, none, singles)
             found = _singles_found_in_sets(several, first, singles)[: plan.anchors_found]
-            if found:
+            if found and plan.leaves(singles[0], none):
                 self.say("pairs with causes found beside others")
                 pairs = self._assess_fits(self.explorer.beside(found, singles))
+                singles = self._with_causes_alone(pairs, singles)
                 if pairs and pairs[0].cost < min(item.cost for item in several if len(item.keys) == 2):
                     pairs = self._extend_by_third_cause(pairs, none, singles)
                 several = _best_assessed([*several, *pairs])
         return Hypotheses(none, tuple(singles), tuple(sorted(several, key=lambda a: a.cost)))
+
+    def _with_causes_alone(
+        self, sets: Sequence[Assessment[F]], singles: Sequence[Assessment[F]]
+    ) -> list[Assessment[F]]:
+        """The single causes, those that were found better beside others in place of what their own search found."""
+        better = self._assess_fits(self.explorer.alone(sets, singles))
+        keys = {item.keys for item in better}
+        return sorted([*better, *(item for item in singles if item.keys not in keys)], key=lambda item: item.cost)
 
     def _extend_by_third_cause(
         self, pairs: list[Assessment[F]], none: Assessment[F], singles: Sequence[Assessment[F]]

@@ -39,7 +39,8 @@ def expected_information(weights: Array, distance: Callable[[int, int, int], flo
         for b in range(a):
             mean = 0.5 * (distance(a, b, a) + distance(a, b, b))
             overlap[a, b] = overlap[b, a] = np.exp(-mean / 8.0)
-    return float(-np.sum(weights * np.log2(overlap @ weights)))
+    there = weights > 0.0
+    return float(-np.sum(weights[there] * np.log2((overlap @ weights)[there]))) + 0.0  # no -0
 
 
 def of_unknown_size(squares: float, independent: float) -> float:

@@ -42,6 +42,7 @@ class Recorded:
     signals: ServoSignals | None = None
     jumps: tuple[int, ...] = ()
     unusual: tuple[float, ...] = ()
+    by_current: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -157,7 +158,8 @@ def checked_columns(columns: Columns, leg: Leg) -> Recorded:
         0.0 if _is_degrees(columns.units[joint.name]) else unusual_travel(joint, angles[:, j])
         for j, joint in enumerate(leg.joints)
     )
-    return Recorded(time, angles, velocities, torques, "", None, jumps, unusual)
+    by_current = tuple(drive_columns.torques(leg, values))
+    return Recorded(time, angles, velocities, torques, "", None, jumps, unusual, by_current)
 
 
 def _scaled(table: CsvTable, leg: Leg) -> dict[str, Array]:

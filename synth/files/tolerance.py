@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from synth.arrays import Array
-from synth.drives.servo import Servo
+from synth.drives.servo import Servo, TorqueDrive
 from synth.errors import Problem
 from synth.files.made_in_code import check_section, check_values
 from synth.files.named_files import ProjectReader
@@ -67,15 +67,17 @@ class Tolerance(JointTolerance):
         common = {item.name: getattr(self, item.name) for item in fields(JointTolerance)}
         return JointTolerance(**{**common, **self.joints.get(name, {})})
 
-    def widths(self, leg: Leg) -> Array:
+    def widths(self, leg: Leg, by_current: Sequence[int] = ()) -> Array:
         """(9, n) standard deviation of each quantity, in the order of the fields, at each joint.
 
-        Those of a motor are 0 for a joint without a motor, or whose motor's torque is known.
+        Those of a motor are 0 for a joint without a motor, or whose motor's torque is known; not that of the constant
+        at the joints ``by_current``, whose torque is a recorded current times it.
         """
         found = [self.of_joint(name) for name in leg.joint_names]
         width = np.array([[getattr(one, item.name) for one in found] for item in fields(JointTolerance)])
-        motors = [_has_motor(joint) for joint in leg.joints]
-        width[QUANTITIES.index("torque_constant") :] *= np.array(motors)
+        motors = np.array([_has_motor(joint) for joint in leg.joints])
+        width[QUANTITIES.index("torque_constant")] *= motors | np.isin(np.arange(len(motors)), by_current)
+        width[QUANTITIES.index("resistance")] *= motors
         return width
 
 
@@ -87,6 +89,8 @@ def read_tolerance(reader: ProjectReader, leg: Leg | None, key: str = "tolerance
     found = _read(reader, leg, key)
     if leg is None or not any(_has_motor(joint) for joint in leg.joints):
         motors = {f"{key}.{name}" for name in MOTOR_POWERS}
+        if leg is not None and any(isinstance(joint.drive, TorqueDrive) for joint in leg.joints):
+            motors.remove(f"{key}.torque_constant")
         reader.defaults[:] = [default for default in reader.defaults if default.key not in motors]
     return found
 

@@ -64,6 +64,8 @@ class Trial:
     unusual
         rad that each joint's angles cover where they were given in radians and it is known to do less, else 0: they may
         be degrees. Empty: not looked for.
+    by_current
+        joints whose torque is a recorded current times their motor's constant.
     """
 
     name: str
@@ -82,6 +84,7 @@ class Trial:
     signals: ServoSignals | None = None
     jumps: tuple[int, ...] = ()
     unusual: tuple[float, ...] = ()
+    by_current: tuple[str, ...] = ()
 
 
 class TipMass(FileModel):
@@ -274,6 +277,7 @@ def _trial(recorded: Recorded, listed: _Listed, leg: Leg, other: Leg | None) -> 
         recorded.signals,
         recorded.jumps,
         recorded.unusual,
+        recorded.by_current,
     )
 
 

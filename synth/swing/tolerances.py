@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.swing.lane_layout import SERVO
+from synth.swing.lane_layout import DRIVE, SERVO
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 
@@ -24,10 +25,10 @@ MOTOR_POWERS = {
 class Widths(Protocol):
     """The tolerances of a project."""
 
-    def widths(self, leg: Leg) -> Array:
+    def widths(self, leg: Leg, by_current: Sequence[int]) -> Array:
         """(9, n) standard deviation of each of ``QUANTITIES`` at each joint, relative (rests: rad).
 
-        Rows of motor constants are 0 at joints without a motor.
+        Rows of motor constants are 0 at joints without a motor, see ``Tolerances`` for ``by_current``.
         """
 
 
@@ -36,14 +37,16 @@ class Tolerances:
     """Unknowns ``x`` (9 n,), standard normal: each of ``QUANTITIES`` for all joints.
 
     ``width`` (9, n) : standard deviation, relative (rests: rad); 0 fixes a parameter at its nominal value.
+    ``by_current`` : joints whose torque is known by a motor's recorded current; with its constant the torque is scaled.
     """
 
     width: Array
+    by_current: tuple[int, ...] = ()
 
     @classmethod
-    def of(cls, leg: Leg, tolerance: Widths) -> Tolerances:
+    def of(cls, leg: Leg, tolerance: Widths, by_current: Sequence[int] = ()) -> Tolerances:
         """From the project's tolerances."""
-        return cls(tolerance.widths(leg))
+        return cls(tolerance.widths(leg, by_current), tuple(by_current))
 
     @property
     def size(self) -> int:
@@ -62,6 +65,9 @@ class Tolerances:
                 if self.width[q].any():
                     for number, power in MOTOR_POWERS[name].items():
                         legs.servo[SERVO.index(number)] *= np.exp(power * shift[q])
+                if name == "torque_constant":
+                    for joint in self.by_current:
+                        legs.drive[DRIVE.index("torque_gain"), joint] = np.expm1(shift[q, joint])
                 continue
             values = getattr(legs, name)
             if name == "rest":
@@ -89,10 +95,14 @@ class Tolerances:
                 spring = replace(spring, rate=spring.rate * factor[4, j], free_angle=angle)
             if damper is not None and damper.rate is not None:
                 damper = replace(damper, rate=damper.rate * factor[5, j])
-            drive = joint.drive
-            if drive is not None and drive.motor is not None:
+            drive, effects = joint.drive, joint.effects
+            if j in self.by_current:
+                # The torque of the recordings was made with the nominal constant.
+                if shift[7, j] != 0.0:
+                    effects = {**effects, "torque_gain": {"share": float(np.expm1(shift[7, j]))}}
+            elif drive is not None and drive.motor is not None:
                 constant = drive.motor.torque_constant * factor[7, j]
                 motor = replace(drive.motor, torque_constant=constant, resistance=drive.motor.resistance * factor[8, j])
                 drive = replace(drive, motor=motor)
-            joints.append(replace(joint, link=link, spring=spring, damper=damper, drive=drive))
+            joints.append(replace(joint, link=link, spring=spring, damper=damper, drive=drive, effects=effects))
         return replace(leg, joints=tuple(joints))

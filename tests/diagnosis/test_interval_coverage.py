@@ -11,7 +11,7 @@ import pytest
 from diagnosis.simulated_releases import AWAY, TWO, recorded
 from synth.arrays import Array
 from synth.diagnosis.angle_search import as_recorded
-from synth.diagnosis.cause_findings import causes_of
+from synth.diagnosis.cause_intervals import causes_of
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
@@ -70,4 +70,30 @@ def test_the_interval_of_a_cause_from_one_trial_holds_its_level(floors: float) -
         (found,) = causes_of(plant, Assessment(fit, fit.cost, floors))
         told, true = found.parameters["error"], cause.named(truth[plant.n_tolerance :])["error"]
         held += (told.low is None or told.low <= true) and (told.high is None or true <= told.high)
+    assert 0.85 <= held / DRAWS <= 0.95
+
+
+def test_the_interval_of_a_number_holds_its_deviation_from_the_design() -> None:
+    """Also where half of it lies within the number's own tolerance: the share beside it held it in 59 of 300."""
+    trials = recorded(TWO, AWAY[:1], noise=FLOOR, time=TIME, held_out=0)
+    scene, _ = scene_of(TWO, trials, Tolerance(mass=0.2), 0, dict.fromkeys(TWO.joint_names, float(FLOOR)))
+    every = candidates(TWO, scene.given, natural_sizes_of(TWO, scene.given))
+    (mass,) = [each for each in every if each.key == ("link_mass", "knee")]
+    truth = EvaluatedHypothesis((mass,), np.zeros(scene.bench.n_tolerance + 1), as_recorded(scene.bench).states)
+    (at,) = scene.bench.evaluate([truth])
+    plant, at = SwingingChain(scene, ()), replace(at, frame=scene.bench.frame(at))
+    assert at.frame is not None
+    rng, held = np.random.default_rng(3), 0
+    for _ in range(DRAWS):
+        drawn = rng.standard_normal(len(at.unknowns))
+        noise = []
+        for part in at.frame.trials:
+            sampled = rng.standard_normal(len(part.q))
+            sampled[len(sampled) - len(part.r) :] = 0.0
+            noise.append(part.project(sampled))
+        fit = fitted(plant, at, noise, drawn)
+        (found,) = causes_of(plant, Assessment(fit, fit.cost, 1.0))
+        told = found.parameters["share"]
+        true = plant.against_design(mass, mass.named(drawn[-1:]), drawn[:-1])["share"]
+        held += told.low is not None and told.high is not None and told.low <= true <= told.high
     assert 0.85 <= held / DRAWS <= 0.95

@@ -8,7 +8,7 @@ import numpy as np
 
 from diagnosis.simulated_releases import TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial
-from synth.diagnosis.cause_findings import _cause_with_intervals
+from synth.diagnosis.cause_intervals import _cause_with_intervals
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.search_limits import limit_sentences, parameters_at_limits
 from synth.fit.recordings import recordings
@@ -25,7 +25,7 @@ def test_a_delay_at_the_limit_of_its_search_has_no_upper_end() -> None:
     late = candidate("latency", "delay")
     high = late.bounds()[1]
     assert parameters_at_limits(late, high) == {"delay": True}
-    cause = _cause_with_intervals(late, high, np.array([1.0]))
+    cause = _cause_with_intervals(late, late.named, high, np.array([1.0]))
     delay = cause.parameters["delay"]
     assert delay.high == np.inf
     assert delay.low is not None
@@ -38,7 +38,7 @@ def test_a_delay_at_the_limit_of_its_search_has_no_upper_end() -> None:
 def test_a_parameter_within_its_search_has_both_ends_and_no_warning() -> None:
     late = candidate("latency", "delay")
     inside = 0.5 * late.bounds()[1]
-    cause = _cause_with_intervals(late, inside, np.array([0.01]))
+    cause = _cause_with_intervals(late, late.named, inside, np.array([0.01]))
     assert np.isfinite([cause.parameters["delay"].low, cause.parameters["delay"].high]).all()
     assert limit_sentences("latency (hip)", late, inside, cause) == []
 

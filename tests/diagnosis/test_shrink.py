@@ -64,6 +64,18 @@ def test_shrink_is_zero_without_a_gap() -> None:
     assert misses(0.1, 0.05, 0.1).shrink().value == 0.0
 
 
+@pytest.mark.parametrize(("times", "shrink"), [(1.0, 0.0), (3.0, 1.0)])
+def test_a_gap_at_the_noise_that_may_vanish_or_double_shows_no_reduction(times: float, shrink: float) -> None:
+    """Two trials, 11 % above the noise's mean square: 1 - 0/0 came out as 1. A real gap keeps its value."""
+    counts = np.full((2, BLOCKS_A_TRIAL), SAMPLES)
+    before, after = (counts * np.array(each)[:, None] for each in ([1.21, 1.01], [0.9, 1.06]))
+    errors = PredictionErrors({"before": times**2 * before, "after": after}, counts, counts, seed=0)
+    found = errors.shrink()
+    assert found.value == shrink
+    if times == 1.0:
+        assert (found.low, found.high) == (-1.0, 1.0)
+
+
 def test_what_counts_round_has_a_noise_of_its_own() -> None:
     """The gap is above the sensor's noise, what remains above that of readings that the noise turns."""
     plain = misses(math.sqrt(0.01 + 9.0), math.sqrt(0.25 + 1.0), 0.1)

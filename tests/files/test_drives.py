@@ -123,6 +123,7 @@ def test_columns_of_a_servo(tmp_path: Path) -> None:
 def test_current_is_a_known_torque(tmp_path: Path) -> None:
     leg = read_leg(leg_file(tmp_path, "{kind: torque, motor: {torque_constant: 0.1 N*m/A, gear_ratio: 6}}"))
     recorded = read_recording(trial(tmp_path, "time [s],arm [deg],arm current [A]", "{t},{k},2"), leg)
+    assert recorded.by_current == ("arm",)
     assert recorded.torques is not None
     np.testing.assert_allclose(recorded.torques, 1.2)
 

@@ -25,7 +25,8 @@ _STAGES = {
 _CAUSE = {
     "effect": "Name of the effect.",
     "joint": "Joint, `base` or `all`.",
-    "parameters.NAME": "Estimate of a parameter of the effect.",
+    "parameters.NAME": "Estimate of a parameter of the effect; of a wrong number against the stated one, its tolerance "
+    "included.",
 }
 
 GAP = {

@@ -38,5 +38,5 @@ EFFECT = Effect(
         ),
     ),
     strengths=("share",),
-    shapes=(Shape(("share",), {}),),
+    shapes=(Shape(("share",), {}, ({}, {"share": -0.075})),),
 )

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
 def drive(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
     """Increase the torque by the share ``share`` (n_lane,) of its column."""
-    legs.drive[DRIVE.index("torque_gain"), joint] += share
+    gain = legs.drive[DRIVE.index("torque_gain"), joint]
+    gain += share * (1.0 + gain)  # beside the tolerance of a motor whose current is recorded
 
 
 EFFECT = Effect(
@@ -37,5 +38,5 @@ EFFECT = Effect(
         ),
     ),
     strengths=("share",),
-    shapes=(Shape(("share",), {}),),
+    shapes=(Shape(("share",), {}, ({}, {"share": -0.1})),),
 )

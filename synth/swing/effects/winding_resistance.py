@@ -39,5 +39,5 @@ EFFECT = Effect(
         ),
     ),
     strengths=("share",),
-    shapes=(Shape(("share",), {}),),
+    shapes=(Shape(("share",), {}, ({}, {"share": -0.1})),),
 )

@@ -10,6 +10,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.cause_findings import find_causes
 from synth.diagnosis.diagnosis_result import Cause, Verdict
+from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Hypotheses
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
 from synth.diagnosis.plants.jumping_leg.jump_across import trends_across_designs
@@ -90,6 +91,13 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
     def bounds(self, fit: JumpFit) -> tuple[Array, Array]:
         """Bounds of the unknowns."""
         return self.bench.bounds(fit.hypothesis)
+
+    def against_design(
+        self, candidate: ShapedEffect, values: Mapping[str, float], tolerances: Array
+    ) -> dict[str, float]:
+        """Shares, damping and inductance against the design's numbers."""
+        jumps = self.bench.trials[0].jumps
+        return self.bench.predictor.tolerances.against_design(candidate.key[0], values, jumps, tolerances)
 
     def predict(self, fit: JumpFit, trials: Sequence[Jump]) -> tuple[ScoredJump, ...]:
         """All channels, with the start angle and moment that fit best."""

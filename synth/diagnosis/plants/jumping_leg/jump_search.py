@@ -74,6 +74,10 @@ class JumpExplorer:
                     found[keys] = self._fit_from_start(_start_of_pair(self.bench, anchor.fit, other.fit))
         return list(found.values())
 
+    def alone(self, sets: Sequence[Assessment[JumpFit]], singles: Sequence[Assessment[JumpFit]]) -> list[JumpFit]:
+        """None: the pairs are made of the single causes' own fits, and no cause is in pairs only."""
+        return []
+
     def ratio(self, fit: JumpFit) -> float:
         """RMS of a fit over the noise floor."""
         trials = zip(fit.residuals, self.bench.trials, strict=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,3 +61,24 @@ class JumpTolerances:
         jumps.stall_torque[:] /= factor("resistance")
         jumps.stall_current[:] /= factor("resistance")
         jumps.scale_torque_constant(factor("motor"))
+
+    def against_design(self, effect: str, values: Mapping[str, float], jumps: JumpLanes, x: Array) -> dict[str, float]:
+        """Parameters of an effect with what the tolerances ``x`` (size,) of the same numbers add to them.
+
+        ``jumps`` : a trial as designed. Of several motors the mean of their tolerances.
+        """
+        found = dict(values)
+
+        def factor(name: str) -> float:
+            groups = range(self.motors if name in MOTOR_TOLERANCES else 1)
+            return float(np.exp(np.mean([self.shift(x, name, group) for group in groups])))
+
+        if effect == "torque_constant":
+            found["share"] = factor("motor") * (1.0 + found["share"]) - 1.0
+        elif effect == "gear_friction" and "loss" in found:
+            found["loss"] = 1.0 - factor("efficiency") * (1.0 - found["loss"])
+        elif effect == "joint_damping":
+            found["damping"] += float(jumps.joint_damping[0]) * (factor("damper") - 1.0)
+        elif effect == "winding_inductance":
+            found["inductance"] += float(jumps.inductance[0]) * (factor("inductance") - 1.0)
+        return found

@@ -15,6 +15,7 @@ from synth.diagnosis.angle_trials import AngleTrial, angle_trial, spread_over_ki
 from synth.diagnosis.cause_findings import Findings, find_causes
 from synth.diagnosis.companions import with_companions
 from synth.diagnosis.diagnosis_result import Cause, Verdict
+from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.encoder_counts import CoarseChannel, coarse_counts, noise_as_read, round_to_counts, usual_noise
 from synth.diagnosis.encoder_transitions import with_edges
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
@@ -25,7 +26,7 @@ from synth.diagnosis.lanes import PredictorCache
 from synth.diagnosis.odds import far_share
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
-from synth.diagnosis.plants.swinging_chain.chain_figures import squares, trial_gaps
+from synth.diagnosis.plants.swinging_chain.chain_figures import joint_errors, joint_odds, squares, trial_gaps
 from synth.diagnosis.plants.swinging_chain.chain_menu import forecast, menu, variations
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, GapResult
@@ -34,6 +35,7 @@ from synth.diagnosis.plants.swinging_chain.command_menu import has_servo
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.plants.swinging_chain.free_torque import free_torque_sentence, free_torques
 from synth.diagnosis.plants.swinging_chain.pieces import cut_into_pieces, cut_sentence, join_pieces, whole_recordings
+from synth.diagnosis.plants.swinging_chain.stated_numbers import against_design, joints_by_current
 from synth.diagnosis.plants.swinging_chain.tolerance_words import number_words
 from synth.diagnosis.poor_trials import no_better
 from synth.diagnosis.prediction_error import PredictionErrors
@@ -42,7 +44,7 @@ from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.diagnosis.sentences import ErrorWording, angle_text, scored_on, stated_parameters
 from synth.diagnosis.settled import settle_leading
 from synth.diagnosis.unseen import with_unseen_errors
-from synth.diagnosis.verdict import Judgement, rivals_with_doubt, with_coarse_counts
+from synth.diagnosis.verdict import Judgement, open_explanations, rivals_with_doubt, with_coarse_counts
 from synth.diagnosis.workbench import Workbench
 from synth.errors import UserError
 from synth.estimation.information import RIVALS, TrialForecast
@@ -144,6 +146,12 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         """Bounds of the unknowns."""
         return self.bench.bounds(fit.hypothesis)
 
+    def against_design(
+        self, candidate: ShapedEffect, values: Mapping[str, float], tolerances: Array
+    ) -> dict[str, float]:
+        """Shares, rates and angles against the design's numbers."""
+        return against_design(candidate.key, values, self.scene.leg, self.scene.tolerances, tolerances)
+
     def predict(self, fit: EvaluatedHypothesis, trials: Sequence[AngleTrial]) -> tuple[Array, ...]:
         """Rotations (m, n) rad in the sense of q, with the best-fitting initial states."""
         return tuple(prediction for prediction, _ in score(self.bench, fit, self._begun(trials)))
@@ -211,12 +219,9 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def remarks(self, stages: StagePredictions[EvaluatedHypothesis, Array]) -> tuple[str, ...]:
         """Trials whose error by the nominal leg's best fit is far larger than the others'."""
-        rms = []
-        for trial, predicted in zip(self.whole, join_pieces(self.scored, stages.before), strict=True):
-            squared = np.where(trial.counts, (predicted - trial.measured) ** 2, 0.0).sum(axis=0)
-            rms.append(np.sqrt(np.where(trial.counted > 0, squared / np.maximum(trial.counted, 1.0), np.nan)))
+        rms = joint_errors(self.whole, join_pieces(self.scored, stages.before))
         names = [trial.recording.name for trial in self.whole]
-        return tuple(odd_trials(names, self.scene.leg.joint_names, np.array(rms)))
+        return tuple(odd_trials(names, self.scene.leg.joint_names, rms))
 
     def doubts(
         self, found: Hypotheses[EvaluatedHypothesis], judged: Judgement[EvaluatedHypothesis], motion: float
@@ -282,6 +287,10 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
             return super().rivals(judged)
         return rivals_with_doubt(judged, DOUBT_SHARE, self.most_rivals)
 
+    def present_odds(self, judged: Judgement[EvaluatedHypothesis]) -> list[tuple[EvaluatedHypothesis, float]]:
+        """Without the doubt."""
+        return open_explanations(judged) if has_servo(self.scene.leg, self.scene.given) else []
+
     def remainder(self, fit: EvaluatedHypothesis) -> float:
         """RMS of the whitened residuals, in whose unit a sample of the noise is 1."""
         squares = sum(float(residual @ residual) for residual in fit.residuals)
@@ -343,7 +352,7 @@ def diagnose(
     return GapResult(
         **findings.fields(),
         leg=leg,
-        where=locate_gap(nominal, plant.whole, shown.before, scene.usual, missing, _joint_odds(findings.odds, leg)),
+        where=locate_gap(nominal, plant.whole, shown.before, scene.usual, missing, joint_odds(findings.odds, leg)),
         as_designed=errors.figure("as_designed"),
         before=errors.figure("before"),
         after=errors.figure("after"),
@@ -381,20 +390,10 @@ def scene_of(
     held = (*(trial for trial in prepared if trial.held_out), *(replace(trial, held_out=True) for trial in spare))
     found = estimate_sensor([trial.recording for trial in learnt]).stated(leg.joint_names, noise)
     coarse = coarse_counts(found)
-    tolerances = Tolerances.of(leg, tolerance)
+    tolerances = Tolerances.of(leg, tolerance, joints_by_current(leg, trials))
     predictor = Predictor(leg, tolerances)
     given, held = cut_into_pieces(leg, predictor, learnt), cut_into_pieces(leg, predictor, held)
     warnings += filter(None, [cut_sentence([*given, *held])])
     usual = usual_noise(found, coarse)
     bench = Workbench(predictor, tuple(with_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE_SAMPLES)
     return Scene(leg, tolerances, bench, given, held, coarse, usual, seed), tuple(warnings)
-
-
-def _joint_odds(judged: Judgement[EvaluatedHypothesis], leg: Leg) -> dict[str, float]:
-    """Joint -> probability that it has a cause."""
-    found: dict[str, float] = {}
-    for item, probability in judged.singles:
-        joint = item.keys[0][1]
-        if joint in leg.joint_names:
-            found[joint] = found.get(joint, 0.0) + probability
-    return found

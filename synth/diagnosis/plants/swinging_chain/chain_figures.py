@@ -13,6 +13,7 @@ from synth.diagnosis.plant import StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_result import TrialGap
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, phases
 from synth.diagnosis.prediction_error import BLOCKS_A_TRIAL
+from synth.diagnosis.verdict import Judgement
 from synth.drives.servo import Servo
 from synth.swing.leg_model import Leg
 
@@ -76,3 +77,22 @@ def _command_angles(nominal: Leg, trial: AngleTrial) -> dict[str, Array]:
     told = nominal.to_measured(signals.commands_held(trial.time))
     drives = [(j, joint.name, joint.drive) for j, joint in enumerate(nominal.joints)]
     return {name: told[:, j] for j, name, drive in drives if isinstance(drive, Servo) and not drive.open_duty}
+
+
+def joint_odds(judged: Judgement[EvaluatedHypothesis], leg: Leg) -> dict[str, float]:
+    """Joint -> probability that it has a cause."""
+    found: dict[str, float] = {}
+    for item, probability in judged.singles:
+        joint = item.keys[0][1]
+        if joint in leg.joint_names:
+            found[joint] = found.get(joint, 0.0) + probability
+    return found
+
+
+def joint_errors(trials: Sequence[AngleTrial], predicted: Sequence[Array]) -> Array:
+    """(n_trial, n) rad, RMS error of each joint; nan where no sample counts."""
+    rms = []
+    for trial, prediction in zip(trials, predicted, strict=True):
+        squared = np.where(trial.counts, (prediction - trial.measured) ** 2, 0.0).sum(axis=0)
+        rms.append(np.sqrt(np.where(trial.counted > 0, squared / np.maximum(trial.counted, 1.0), np.nan)))
+    return np.array(rms)

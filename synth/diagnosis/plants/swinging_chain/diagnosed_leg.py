@@ -40,6 +40,9 @@ def _with_effect(leg: Leg, candidate: Candidate, x: Array) -> Leg:
     if candidate.effect.where == "base":
         return replace(leg, effects={**leg.effects, candidate.effect.name: values})
     joint = leg.joints[candidate.joint]
+    there = joint.effects.get(candidate.effect.name)
+    if candidate.effect.name == "torque_gain" and there is not None:  # within the tolerance of the motor's constant
+        values = {"share": (1.0 + there["share"]) * (1.0 + values["share"]) - 1.0}
     return leg.with_joints(**{joint.name: {"effects": {**joint.effects, candidate.effect.name: values}}})
 
 

@@ -3,24 +3,16 @@
 from __future__ import annotations
 
 from synth.diagnosis.diagnosis_result import Cause
+from synth.diagnosis.plants.swinging_chain.stated_numbers import NUMBERS_CHANGED, RATES, nominal_rate
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import QUANTITIES, Tolerances
 
-# Effect -> its parameter, and the number of the leg whose tolerance is the unit.
-COUNTED_EFFECTS = {
-    "link_mass": (("share", "mass"),),
-    "link_inertia": (("com", "com"), ("inertia", "inertia")),
-    "spring_rate": (("rate", "spring_rate"),),
-    "viscous_damping": (("rate", "damper_rate"),),
-    "spring_preload": (("shift", "rest"),),
-}
 # Effect -> the part, and the words for more and for less of its number.
 NUMBER_WORDS = {
     "link_mass": ("link", "heavier", "lighter"),
     "spring_rate": ("spring", "stiffer", "softer"),
     "viscous_damping": ("damper", "stronger", "weaker"),
 }
-RATES = ("spring_rate", "damper_rate")  # their values are given in N m/rad, not as a share
 MOST_TOLERANCES = 12.0  # tolerances; beyond it the number was never measured, and a count of tolerances is meaningless
 LEAST_TOLERANCES = 1.5  # tolerances; a smaller deviation is expected
 NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
@@ -28,13 +20,15 @@ NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten
 
 def count_of_tolerances(cause: Cause, leg: Leg, tolerances: Tolerances) -> str:
     """``three of your tolerances``; empty if the cause is not a wrong number, or is far larger."""
-    if cause.effect not in COUNTED_EFFECTS or cause.joint not in leg.joint_names:
+    if cause.effect not in NUMBERS_CHANGED or cause.joint not in leg.joint_names:
         return ""
     joint = leg.joint_names.index(cause.joint)
     most = 0.0
-    for parameter, quantity in COUNTED_EFFECTS[cause.effect]:
+    for parameter, quantity in NUMBERS_CHANGED[cause.effect]:
+        if cause.effect == "spring_rate" and quantity == "rest":
+            continue  # of a spring where there should be none: no number that was off
         width = float(tolerances.width[QUANTITIES.index(quantity), joint])
-        size = _nominal_rate(leg, joint, quantity) if quantity in RATES else 1.0
+        size = nominal_rate(leg, joint, quantity) if quantity in RATES else 1.0
         if parameter in cause.parameters and width * size > 0.0:
             most = max(most, abs(cause.parameters[parameter].value) / (width * size))
     if not LEAST_TOLERANCES <= most <= MOST_TOLERANCES + 0.5:
@@ -57,14 +51,6 @@ def _relative_change(cause: Cause, leg: Leg) -> float:
     """The change of a number as a share of the design's; 0 if it is no such number, or the design has none."""
     if cause.effect not in NUMBER_WORDS or cause.joint not in leg.joint_names:
         return 0.0
-    ((parameter, quantity),) = COUNTED_EFFECTS[cause.effect]
-    nominal = _nominal_rate(leg, leg.joint_names.index(cause.joint), quantity) if quantity in RATES else 1.0
+    parameter, quantity = NUMBERS_CHANGED[cause.effect][0]
+    nominal = nominal_rate(leg, leg.joint_names.index(cause.joint), quantity) if quantity in RATES else 1.0
     return cause.parameters[parameter].value / nominal if parameter in cause.parameters and nominal > 0.0 else 0.0
-
-
-def _nominal_rate(leg: Leg, joint: int, quantity: str) -> float:
-    """N m/rad or N m s/rad of the designed leg; 0 if there is none, or only a curve."""
-    spring, damper = leg.joints[joint].spring, leg.joints[joint].damper
-    if quantity == "spring_rate":
-        return spring.rate if spring is not None else 0.0
-    return (damper.rate or 0.0) if damper is not None else 0.0
