@@ -103,8 +103,10 @@ MUTANTS = (
     # Parts and design.
     Mutant("a power law of another exponent", "torques = torque * (speeds / speed) ** exponent",
            "torques = torque * (speeds / speed)", "parts fit/test_damper_laws.py"),
-    Mutant("parallel springs spread as one", "return SpringTolerance(rate / sqrt(count), angle / sqrt(count), source)",
-           "return SpringTolerance(rate, angle, source)", "design/test_forecast.py"),
+    Mutant("parallel springs spread as one", "rate=known.rate / sqrt(count), free_angle=known.free_",
+           "rate=known.rate, free_angle=known.free_", "design/test_forecast.py"),
+    Mutant("a damper's table goes on where it falls", "end = speed[-1] if slope[-1] < 0.0 else UNBOUNDED",
+           "end = UNBOUNDED", "swing/test_curves.py"),
     Mutant("the vendors' filter lets all through", "if parts.vendors and row.vendor.casefold() not in",
            "if parts.vendors and row.vendor.casefold() in", "parts/test_vendor_filter.py"),
     Mutant("the wanted rest drifts with each trial", "recording.time, trial.rotation - shift, trial.rate",
