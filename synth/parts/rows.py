@@ -147,7 +147,7 @@ class DamperRow(CatalogueRow):
         """Whether the damper turns through ``travel`` rad; None if unknown."""
         if self.continuous == "yes":
             return True
-        return None if self.travel is None else bool(self.travel >= travel * (1.0 - 1e-9))  # also of numpy numbers
+        return None if self.travel is None else bool(self.travel >= travel * (1.0 - 1e-9))  # also of a numpy number
 
     def torque_speed(self, law: str | None = None, exponent: float = CONCAVE_EXPONENT) -> DamperCurve:
         """The torque-speed curve by a law.
