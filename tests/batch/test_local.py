@@ -79,7 +79,7 @@ def test_an_interrupted_run_leaves_no_diagnosis_and_no_temporary_folder(sent: si
     program.write_text(RUN)
     temporary.mkdir()
     words = [sys.executable, str(program), str(note)]
-    environment = os.environ | {"TMPDIR": str(temporary)}
+    environment = os.environ | {"TMPDIR": str(temporary), "PYTHONPATH": os.pathsep.join(sys.path)}
     process = subprocess.Popen(words, env=environment, stderr=subprocess.DEVNULL, start_new_session=True)
     assert _in_time(note.exists)
     diagnosis = json.loads(note.read_text())
