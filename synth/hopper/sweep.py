@@ -67,12 +67,17 @@ class Sweep:
     clearance_high: Array
 
     def over_limit(self) -> NDArray[np.bool_]:
-        """Designs whose gear torque in the push exceeds their gearbox's limit."""
+        """Designs whose gear torque in the push exceeds their gearbox's limit; none where that is not known."""
         limits = np.array([np.inf if m.torque_limit is None else m.torque_limit for m in self.problem.motors])
         return np.asarray(self.values["peak_gear_torque"] > limits[self.motor])
 
+    def without_limit(self) -> NDArray[np.bool_]:
+        """Designs that jump with a motor whose gearbox's limit is not known: no torque is held against one."""
+        unknown = np.array([m.torque_limit is None for m in self.problem.motors])
+        return np.asarray((self.status == LANDED_AGAIN) & unknown[self.motor])
+
     def feasible(self, gearbox: Limiting) -> NDArray[np.bool_]:
-        """Designs that jump, and with ``stop`` respect the gearbox's limit."""
+        """Designs that jump, and with ``stop`` respect the gearbox's limit where one is known."""
         jumps = self.status == LANDED_AGAIN
         return np.asarray(jumps & ~self.over_limit()) if gearbox == "stop" else np.asarray(jumps)
 

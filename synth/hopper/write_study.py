@@ -90,6 +90,7 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path, notes: Sequen
     project, sweep = found.project, found.sweep
     statuses = {"designs": len(sweep.motor), "jump": int((sweep.status == LANDED_AGAIN).sum()),
                 "beyond the gearbox": int((sweep.over_limit() & (sweep.status == LANDED_AGAIN)).sum()),
+                "without a known gearbox limit": int(sweep.without_limit().sum()),
                 "feasible": int(sweep.feasible(found.project.gearbox).sum())}  # fmt: skip
     return {
         "format": FORMAT,

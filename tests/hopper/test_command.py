@@ -26,6 +26,7 @@ from synth.files import hopper_project as files
 from synth.hopper.study import sweep_problem, warnings_of
 from synth.hopper.sweep import run_sweep
 from synth.parts.catalogs import Catalogue
+from synth.remarks import remarks_json
 from synth.reports.openings.hopper_opening import study_opening
 from synth.reports.reading import read_result
 from synth.reports.sections import hopper_models
@@ -132,6 +133,34 @@ def test_jumps_that_no_gearbox_bears_are_not_too_weak(tmp_path: Path, capsys: py
     assert swept.headline == f"a: {why}"
     assert swept.jumps
     assert not swept.chosen
+
+
+UNLIMITED = """\
+kind: hopper-design
+model: A
+motors: {use: ["20D 12V 78.125:1", "N20 HP 6V 75:1"], gearbox: stop}
+lengths: {least: 120 mm, most: 120 mm, step: 20 mm}
+"""
+
+
+def test_a_gearbox_without_a_known_limit_is_named_and_not_taken_as_unbreakable(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(UNLIMITED)
+    study = synth.hopper(tmp_path / "a.yaml").study
+    assert study.best_motor.torque_limit is None
+    told = remarks_json(warnings_of(study))["remarks"][0]
+    assert told["severity"] == "decide"
+    assert told["text"].startswith("gearbox: stop cannot hold back 1 of the 2 motors")
+    pushed = float(study.sweep.values["peak_gear_torque"][study.best])
+    assert (
+        f"Pololu 20D 12V CB; among them the chosen one: the gear of 20D 12V 78.125:1 carries {pushed:.3f} N*m"
+        in (told["text"])
+    )
+    assert "torque_limit [N*m]" in told["remedy"]
+    (tmp_path / "a.yaml").write_text(UNLIMITED.replace("stop", "warn"))
+    softer = [text for text in warnings_of(synth.hopper(tmp_path / "a.yaml").study) if "held against no limit" in text]
+    assert len(softer) == 1
+    (tmp_path / "a.yaml").write_text(UNLIMITED.replace('"20D 12V 78.125:1", ', ""))
+    assert not any("torque_limit" in text for text in warnings_of(synth.hopper(tmp_path / "a.yaml").study))
 
 
 def test_a_written_tolerance_replaces_the_maker_s(tmp_path: Path) -> None:

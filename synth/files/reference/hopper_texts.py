@@ -74,7 +74,8 @@ KEYS: dict[str, str] = {
     "motors.inductance": "Of every motor's winding.",
     "motors.resistance": "Of every motor's winding.",
     "motors.friction_share": "Share of the no-load torque that is dry friction.",
-    "motors.gearbox": "`warn`: report a torque above the gearbox's limit in the push; `stop`: exclude the design.",
+    "motors.gearbox": "`warn`: report a torque above the gearbox's limit in the push; `stop`: exclude the "
+    "design. Motors without a known limit are not excluded; a warning names them.",
     "lengths.least": "The shortest.",
     "lengths.most": "The longest.",
     "lengths.step": "From one to the next.",
