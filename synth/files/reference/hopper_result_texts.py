@@ -57,7 +57,7 @@ HOPPER = {
     "parts.files": "Files of the parts.",
     "parts.layers[].NAME": "A layer to cut: name, file, material, thickness, outlines.",
     "parts.layers[].NAME[]": "A layer to cut: holes and plates.",
-    "parts.missing[]": "What keeps the drawn parts from being the simulated leg.",
+    "parts.missing": "What keeps the drawn parts from being the simulated leg.",
     "parts.notes": "Notes; they are among the warnings.",
     "counts.NAME": "Number of designs by the jump's end; `designs`: all.",
     "settings.NAME": "A setting of the project.",
