@@ -239,6 +239,8 @@ BAD = [
     ("lengths: {least: -1 cm}", "lengths.least", "more than 0"),
     ("lengths: {least: 20 cm, most: 10 cm}", "lengths", "is below least"),
     ("lengths: {step: 1e-9 mm}", "lengths.step", "larger step"),
+    ("tolerance: {torque: 100 %}", "tolerance.torque", "can be at most 90 %"),
+    ("tolerance: {mass: 95 %}", "tolerance.mass", "can be at most 90 %"),
     ("model: E", "model", "not allowed"),
     ("laminate: {modulus: 10 kg}", "laminate.modulus", "mass"),
     ("objectives: [height]", "objectives", "allowed"),
