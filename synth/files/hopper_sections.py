@@ -127,7 +127,7 @@ class MotorSection:
 
 @dataclass(frozen=True)
 class LengthsSection:
-    """Upper links' lengths, both ends included."""
+    """Upper links' lengths, both ends included; the last step is shorter where ``step`` does not divide the range."""
 
     least: Annotated[Length, Because("shorter ones lock in the default crouch")] = 0.05
     most: Annotated[Length, Because("beyond any optimum found here")] = 0.2

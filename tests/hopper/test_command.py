@@ -21,6 +21,7 @@ import pytest
 import synth
 from page_reader import page_of
 from result_fields import require_explained
+from synth.api.hoppers import read_hopper
 from synth.cli import main
 from synth.files import hopper_project as files
 from synth.hopper.study import sweep_problem, warnings_of
@@ -210,6 +211,20 @@ def test_a_motor_that_is_too_weak_is_reported_and_does_not_jump(tmp_path: Path) 
     assert result["best"] == {}
     assert "too weak" in result["warnings"][0]
     assert result["remarks"][0]["severity"] == "decide"
+
+
+@pytest.mark.parametrize(
+    ("asked", "swept"),
+    [("least: 50 mm, most: 200 mm, step: 40 mm", [50, 90, 130, 170, 200]),
+     ("least: 50 mm, most: 200 mm, step: 50 mm", [50, 100, 150, 200]), ("least: 5 cm, most: 5 cm, step: 1 cm", [50]),
+     ("least: 0.1 m, most: 0.4 m, step: 0.1 m", [100, 200, 300, 400]),
+     ("least: 60 mm, most: 70 mm, step: 40 mm", [60, 70])],
+)  # fmt: skip
+def test_both_ends_of_the_lengths_are_swept(asked: str, swept: list[int], tmp_path: Path) -> None:
+    """200 mm were left out in silence where steps of 40 mm from 50 mm end at 170 mm."""
+    (tmp_path / "a.yaml").write_text(SMALL.replace("least: 100 mm, most: 140 mm, step: 20 mm", asked))
+    project, _, _ = read_hopper(tmp_path / "a.yaml")
+    assert [1e3 * length for length in project.lengths] == pytest.approx(swept)
 
 
 def test_a_users_motor_is_one_more_row(tmp_path: Path) -> None:

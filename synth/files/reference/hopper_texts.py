@@ -78,7 +78,7 @@ KEYS: dict[str, str] = {
     "design. Motors without a known limit are not excluded; a warning names them.",
     "lengths.least": "The shortest.",
     "lengths.most": "The longest.",
-    "lengths.step": "From one to the next.",
+    "lengths.step": "From one to the next; the last is shorter where it does not divide the range.",
     "hopper_tolerance.speed": "Of no-load speeds; written here it replaces the maker's.",
     "hopper_tolerance.current": "Of no-load currents; written here it replaces the maker's.",
     "hopper_tolerance.torque": "Of stall torques.",
