@@ -17,7 +17,7 @@ from synth.hopper.hopper_tolerances import groups, intervals
 from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_models import Model, lanes
 from synth.jump.jump_runs import compiled_jump
-from synth.jump.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, column_of, known_heights
+from synth.jump.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, TOO_STIFF, column_of, known_heights
 from synth.jump.point_mass import point_mass_outcomes
 from synth.threads import as_they_finish
 
@@ -213,8 +213,10 @@ def _collect(problem: SweepProblem, rows: Array) -> Sweep:
     n = len(problem.lengths)
     number = np.arange(problem.size)
     motor, length = number // n, np.array(problem.lengths)[number % n]
-    by_name = dict(zip(OUTCOMES, rows[:N_OUTCOME], strict=True))
-    jumps = by_name["status"] == LANDED_AGAIN
+    status = rows[STATUS]
+    reached = np.where(status == TOO_STIFF, 0.0, rows[:N_OUTCOME])  # what a jump had reached that did not end
+    by_name = dict(zip(OUTCOMES, reached, strict=True))
+    jumps = status == LANDED_AGAIN
     clearance = np.where(jumps, by_name["clearance"], 0.0)
     values = {
         "clearance": clearance,
@@ -226,7 +228,7 @@ def _collect(problem: SweepProblem, rows: Array) -> Sweep:
         "takeoff_speed": by_name["takeoff_speed"],
         "takeoff_time": by_name["takeoff_time"],
     }
-    return Sweep(problem, motor, length, by_name["status"], values, rows[N_OUTCOME], rows[N_OUTCOME + 1])
+    return Sweep(problem, motor, length, status, values, rows[N_OUTCOME], rows[N_OUTCOME + 1])
 
 
 def pareto_front(sweep: Sweep, objectives: Sequence[str], allowed: NDArray[np.bool_]) -> list[int]:

@@ -14,7 +14,7 @@ from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import Model, columns
 from synth.jump.jump_runs import DURATION, FALL, FIRST_STEP, MAX_STEPS, NO_END, TOLERANCE
 from synth.jump.jump_step import CURRENT_WEIGHT, RATE_WEIGHT
-from synth.jump.outcomes import LANDED_AGAIN, LIFTED, LIMITS, JumpOutcome
+from synth.jump.outcomes import LANDED_AGAIN, LIFTED, LIMITS, TOO_STIFF, JumpOutcome, too_stiff
 from synth.jump.planar_engine import SCALARS, com_speed, integrate
 
 
@@ -126,6 +126,8 @@ def _rows_of_push(aside: Array) -> slice:
 
 
 def _outcome(trace: Array, aside: Array, n: int, status: int, arguments: Any, mass: float) -> JumpOutcome:
+    if status == TOO_STIFF:
+        return too_stiff()
     size = 2 * n + 3
     push = _rows_of_push(aside)
     last = push.stop - 1

@@ -164,6 +164,26 @@ def test_a_gearbox_without_a_known_limit_is_named_and_not_taken_as_unbreakable(t
     assert not any("torque_limit" in text for text in warnings_of(synth.hopper(tmp_path / "a.yaml").study))
 
 
+STIFF = """\
+kind: hopper-design
+model: A
+motors: {use: ["20D 12V 312.5:1"]}
+lengths: {least: 50 mm, most: 50 mm, step: 10 mm}
+"""
+
+
+def test_numbers_of_a_jump_that_is_too_stiff_are_null_and_not_what_it_had_reached(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(STIFF)
+    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 0
+    content = json.loads((tmp_path / "out" / "hopper.json").read_text())
+    require_explained("hopper.json", content)
+    leaning = content["planar"][0]
+    assert leaning["limit"].startswith("too stiff")
+    assert {key for key, value in leaning.items() if value is not None} == {"lean", "limit"}
+    assert content["models"]["A"]["clearance"]["value"] > 0.003
+    assert "<h2>Models side by side</h2>" in (tmp_path / "out" / "report.html").read_text()
+
+
 def test_a_written_tolerance_replaces_the_maker_s(tmp_path: Path) -> None:
     """The catalogue's row states 20 and 50 %."""
     zero = "speed: 0 %, torque: 0 %, rotor_inertia: 0 %, mass: 0 %, joint_damping: 0 %, crouch: 0 deg"
