@@ -120,12 +120,12 @@ def _missing(document: Json) -> list[str]:
 
 
 def _as_drawn(document: Json) -> str:
-    """How high the leg jumps with its flexures as drawn, and that its parts are not the simulated leg."""
+    """How high the leg jumps with flexures and links as drawn, and that its parts are not the simulated leg."""
     drawn, missing = mapping(document, "parts", "as_drawn"), _missing(document)
     words = ""
     if drawn:
         height, simulated = (_centimetres(drawn.get(key)) for key in ("clearance", "clearance_simulated"))
-        words = f" With its flexures as drawn the foot clears {height} instead of {simulated}."
+        words = f" With flexures and links as drawn the foot clears {height} instead of {simulated}."
     return words + (f" Not ready to build: {joined_names(missing)}." if missing else "")
 
 
@@ -138,7 +138,7 @@ def _steps(document: Json, limit: str) -> list[str]:
     if not _missing(document):
         return [f"Cut the parts of `parts/` and {record}"]
     drawn = mapping(document, "parts", "as_drawn")
-    again = "enter the drawn flexures' rate under `flexures:` and run again, " if drawn else ""
+    again = "enter the drawn flexures' rate under `flexures:` and run again, " if "equivalent_rate" in drawn else ""
     return [f"Decide on the warnings of the parts: {again}complete the rest by hand. Then cut `parts/` and {record}"]
 
 

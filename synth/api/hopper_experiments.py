@@ -65,7 +65,8 @@ def _motor(path: str | Path) -> dict[str, Any]:
     if runs.runs:
         found |= write.motor_json(identify_motor(runs.runs, runs.ratio))
     if runs.stall or runs.free:
-        found |= write.steady_json(steady_motor(runs.stall, runs.free, runs.ratio))
+        steady = steady_motor(runs.stall, runs.free, runs.ratio, with_runs=bool(runs.runs))
+        found |= write.steady_json(steady)
     return found
 
 

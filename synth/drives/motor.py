@@ -71,6 +71,8 @@ class GearedMotor:
         """Of the gear when the load drives it: 2 - 1/efficiency, at least 0.1.
 
         For friction that is the same either way (Shigley, Mechanical Engineering Design, eq. 8-4 with 8-1: lowering
-        torque turns zero where efficiency is one half); 0.1 keeps a self-locking gear finite.
+        torque turns zero where efficiency is one half); 0.1 keeps a self-locking gear finite, also one that passes
+        no torque at all.
         """
-        return max(0.1, 2.0 - 1.0 / self.driving_efficiency)
+        driving = self.driving_efficiency
+        return 0.1 if driving <= 0.5 else max(0.1, 2.0 - 1.0 / driving)

@@ -31,6 +31,7 @@ from synth.files.yaml_lines import Document, Key
 from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, HopperTolerances, Laminate, MotorOptions, in_reach
 
 MOST_DESIGNS = 20_000_000  # of a sweep: at 8 000 designs a second and core, 20 minutes on two
+SAME_END = 1e-9  # of a step: rounding of a range that the step divides
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,11 +164,15 @@ def _lengths(reader: ProjectReader, section: LengthsSection) -> tuple[float, ...
     if section.most < section.least:
         reader.refuse(f"most ({section.most * 1e3:g} mm) is below least ({section.least * 1e3:g} mm)", ("lengths",))
         return ()
-    count = int((section.most - section.least) / section.step + 1e-9) + 1
+    steps = (section.most - section.least) / section.step
+    count = int(steps + SAME_END) + 1
     if count > MOST_DESIGNS:
         reader.refuse(f"asks for {count} lengths; at most {MOST_DESIGNS}: write a larger step", ("lengths", "step"))
         return ()
-    return tuple(float(f"{section.least + section.step * i:.9g}") for i in range(count))
+    even = [section.least + section.step * i for i in range(count)]
+    # both ends are swept: the last step is shorter where the step does not divide the range
+    ends = [section.most] if steps - (count - 1) > SAME_END else []
+    return tuple(float(f"{length:.9g}") for length in (*even, *ends))
 
 
 def _leg(leg: LegSection, laminate: LaminateSection, flexures: FlexureSection, swept: Sequence[float]) -> HopperLeg:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from synth.files.project_options import WIDEST
 from synth.files.schema import Because
 from synth.files.validate import Quantity, Title
 
@@ -17,6 +18,7 @@ MOST_INTERVALS = 20_000  # designs; above that only the front has intervals
 Length = Annotated[float, Quantity("m", above=0, most=10)]
 Angle = Annotated[float, Quantity("rad", least=0, most=pi)]
 Share = Annotated[float, Quantity("1", least=0, most=1)]
+PlusMinusOrNone = Annotated[float, Quantity("1", least=0, most=WIDEST)]  # with 100 % a motor had no torque at its end
 Name = Literal["point_mass", "A", "B", "C", "D", "full"]
 Objective = Literal["clearance", "relative_height", "total_height", "energy", "peak_gear_torque"]
 
@@ -125,7 +127,7 @@ class MotorSection:
 
 @dataclass(frozen=True)
 class LengthsSection:
-    """Upper links' lengths, both ends included."""
+    """Upper links' lengths, both ends included; the last step is shorter where ``step`` does not divide the range."""
 
     least: Annotated[Length, Because("shorter ones lock in the default crouch")] = 0.05
     most: Annotated[Length, Because("beyond any optimum found here")] = 0.2
@@ -136,11 +138,11 @@ class LengthsSection:
 class ToleranceSection:
     """90 % half widths, as shares of the value; ``crouch`` as an angle."""
 
-    speed: Annotated[Share, Because("where the maker states none; micro metal motors: 20 %")] = 0.2
-    current: Annotated[Share, Because("where the maker states none; micro metal motors: 50 %")] = 0.5
-    torque: Annotated[Share, Because("an assumption: stall torque is extrapolated by the maker")] = 0.1
+    speed: Annotated[PlusMinusOrNone, Because("where the maker states none; micro metal motors: 20 %")] = 0.2
+    current: Annotated[PlusMinusOrNone, Because("where the maker states none; micro metal motors: 50 %")] = 0.5
+    torque: Annotated[PlusMinusOrNone, Because("an assumption: stall torque is extrapolated by the maker")] = 0.1
     rotor_inertia: Annotated[Share, Because("an estimate's own uncertainty")] = 0.5
-    mass: Annotated[Share, Because("an assumption, of the body")] = 0.05
+    mass: Annotated[PlusMinusOrNone, Because("an assumption, of the body")] = 0.05
     joint_damping: Annotated[Share, Because("measured on other joints")] = 0.5
     crouch: Annotated[float, Quantity("rad", least=0, most=0.5), Because("an assumption: 2 deg")] = radians(2.0)
 

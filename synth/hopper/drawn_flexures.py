@@ -1,8 +1,9 @@
-"""The chosen leg with its flexures as drawn: the film's strain limit makes hinges longer, and therefore softer.
+"""The chosen leg as drawn: the film's strain limit makes hinges longer and softer, and its links are flat strips.
 
 The models have one rate for all five joints, the drawn hinges three. The leg is simulated with the single rate that
 stores the same energy between crouch and full extension as the drawn ones; this energy determines the speed at the
-end of the stroke, apart from the timing of its release.
+end of the stroke, apart from the timing of its release. The links have mass and bending stiffness of a flat strip of
+the laminate, which a link measured elsewhere (a folded beam, another laminate) need not have.
 """
 
 from __future__ import annotations
@@ -12,47 +13,85 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from synth.hopper.study import Study
-from synth.jump.hopper_leg import HopperLeg
+from synth.jump.hopper_leg import HopperLeg, Laminate
 from synth.jump.jump_models import MODELS
 from synth.jump.jump_runs import simulate
 from synth.units import quantity
 
 SOFTER = 0.98  # of the simulated rate: above it the simulated jump is valid
 LEAST_ENERGY = 1e-3  # of the energy in the joints: with a smaller total no single rate is equivalent
+SAME_LINK = 1.25  # a quarter of its mass or stiffness: more than a laminate's scatter
 JOINTS = {"hip": 2, "knee": 2, "foot": 1}  # hinges of each kind in the two-sided five-bar, which meets in one foot
 
 
 @dataclass(frozen=True)
 class DrawnFlexures:
-    """Drawn rates (N m/rad) by joint, the equivalent single rate, and the clearance (m) with it and as simulated."""
+    """The leg as drawn beside the simulated one.
+
+    ``rates`` (N m/rad) by joint and the equivalent single ``rate``; ``softer``: it is below the simulated one.
+    ``links``: mass per length (kg/m) and bending stiffness (N m^2) as drawn, a flat strip, and ``links_simulated``.
+    ``total_mass`` kg as drawn. ``clearance`` m with flexures and links as drawn, ``flexures_alone`` with the simulated
+    links, ``simulated`` without either.
+    """
 
     rates: Mapping[str, float]
     rate: float
+    softer: bool
+    links: tuple[float, float]
+    links_simulated: tuple[float, float]
+    total_mass: float
     clearance: float
+    flexures_alone: float
     simulated: float
     model: str
 
     @property
     def note(self) -> str:
         """The warning as text."""
+        strip, own = (f"{1e3 * mass:.3g} g/m and E I = {bend:.3g} N*m^2" for mass, bend in self._both)
+        what = f"links as drawn ({strip} instead of {own}; the leg weighs {1e3 * self.total_mass:.1f} g)"
+        alone = ""
+        if self.softer:
+            what = f"flexures (equivalent to {self.rate:.3g} N*m/rad for {', '.join(self.rates)}) and {what}"
+            alone = f"; with its flexures alone as drawn {self.flexures_alone * 100:.1f} cm"
         return (
-            f"with its flexures as drawn (equivalent to {self.rate:.3g} N*m/rad for {', '.join(self.rates)}) the leg "
-            f"clears {self.clearance * 100:.1f} cm instead of {self.simulated * 100:.1f} cm by model {self.model}"
+            f"with its {what} the leg clears {self.clearance * 100:.1f} cm instead of {self.simulated * 100:.1f} cm "
+            f"by model {self.model}{alone}"
         )
+
+    @property
+    def _both(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        return self.links, self.links_simulated
 
     def as_json(self) -> dict[str, Any]:
         """The entry ``as_drawn`` under ``parts`` in ``hopper.json``."""
-        return {
+        flexures = {
             "flexure_rates": {name: quantity(rate, "N*m/rad") for name, rate in self.rates.items()},
             "equivalent_rate": quantity(self.rate, "N*m/rad"),
+            "clearance_flexures_alone": quantity(self.flexures_alone, "cm"),
+        }
+        return {
+            **(flexures if self.softer else {}),
+            "link_mass_per_length": quantity(self.links[0], "kg/m"),
+            "link_bending_stiffness": quantity(self.links[1], "N*m^2"),
+            "total_mass": quantity(self.total_mass, "g"),
             "clearance": quantity(self.clearance, "cm"),
             "clearance_simulated": quantity(self.simulated, "cm"),
             "model": self.model,
         }
 
 
+def links_differ(laminate: Laminate) -> bool:
+    """Whether a flat strip of it is another link than the simulated one, in mass or bending."""
+    shares = (
+        laminate.mass_per_length / laminate.strip_mass_per_length,
+        laminate.bending_stiffness / laminate.strip_bending_stiffness,
+    )
+    return not all(1.0 / SAME_LINK < share < SAME_LINK for share in shares)
+
+
 def drawn_flexures(found: Study, gaps: Mapping[str, float], gap: float) -> DrawnFlexures | None:
-    """The chosen leg with its drawn hinges; None if they have the simulated rate.
+    """The chosen leg with its drawn hinges and links; None if they are those simulated.
 
     Parameters
     ----------
@@ -64,14 +103,22 @@ def drawn_flexures(found: Study, gaps: Mapping[str, float], gap: float) -> Drawn
     leg, motor = found.best_leg, found.best_motor
     rates = {name: leg.flexures.rate * gap / gaps[name] for name in JOINTS}
     rate = equivalent_rate(leg, rates)
-    if rate >= SOFTER * leg.flexures.rate:
+    softer, laminate = rate < SOFTER * leg.flexures.rate, leg.laminate
+    if not (softer or links_differ(laminate)):
         return None
     chosen = MODELS[found.project.model]
     model = chosen if chosen.engine == "lanes" else MODELS["A"]
-    softer = replace(leg, flexures=replace(leg.flexures, rate=rate))
-    before, after = simulate([(leg, motor), (softer, motor)], found.sweep.problem.contact, model)
-    name = found.project.model if model is chosen else "A"
-    return DrawnFlexures(rates, rate, after.clearance, before.clearance, name)
+    links = laminate.strip_mass_per_length, laminate.strip_bending_stiffness
+    strip = replace(laminate, mass_per_length=links[0], bending_stiffness=links[1])
+    alone = replace(leg, flexures=replace(leg.flexures, rate=rate if softer else leg.flexures.rate))
+    drawn = replace(alone, laminate=strip)
+    before, between, after = simulate(
+        [(leg, motor), (alone, motor), (drawn, motor)], found.sweep.problem.contact, model
+    )
+    return DrawnFlexures(
+        rates, rate, softer, links, (laminate.mass_per_length, laminate.bending_stiffness), drawn.total_mass(motor),
+        after.clearance, between.clearance, before.clearance, model.name,
+    )  # fmt: skip
 
 
 def equivalent_rate(leg: HopperLeg, rates: Mapping[str, float]) -> float:

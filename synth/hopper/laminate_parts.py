@@ -12,6 +12,7 @@ from synth.remarks import decisive
 if TYPE_CHECKING:
     from synth.cad.hopper_joint import HopperDimensions
     from synth.hopper.study import Study
+    from synth.jump.hopper_leg import Laminate
     from synth.parts.rows import GearMotorRow
 
 FOLDER = "parts"
@@ -26,7 +27,7 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
     """
     from synth.cad.hopper_joint import export_hopper, hip_note
     from synth.cad.limits import DimensionError
-    from synth.hopper.drawn_flexures import JOINTS, drawn_flexures
+    from synth.hopper.drawn_flexures import JOINTS, drawn_flexures, links_differ
     from synth.units import quantity
 
     if found.best is None:
@@ -41,7 +42,6 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
         notes = [decisive(f"no parts are drawn: {text}") for text in error.problems]
         return {"layers": [], "dimensions": {}, "notes": notes}
     laminate, leg = found.best_leg.laminate, found.best_leg
-    strip = laminate.strip_bending_stiffness
     incomplete = hip_note(dimensions)
     notes = [*shaft_notes(found, row), *(decisive(note) if note == incomplete else note for note in made.notes)]
     missing = ["the hip is not complete"]
@@ -49,15 +49,9 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
     drawn = drawn_flexures(found, hinges, dimensions.gap)
     if drawn is not None:
         notes.append(decisive(drawn.note))
-    if not 0.8 < laminate.bending_stiffness / strip < 1.25:  # a quarter: more than a laminate's scatter
+    if links_differ(laminate):
         missing.append("flat links as drawn are not those simulated")
-        notes.append(
-            decisive(
-                f"the links as simulated bend like E I = {laminate.bending_stiffness:.3g} N*m^2, a flat strip of this "
-                f"laminate like {strip:.3g} N*m^2: flat links as drawn are not those; fold or double "
-                "them, or simulate the strip (laminate: {links: strip})"
-            )
-        )
+        notes.append(decisive(links_note(laminate)))
     return {
         "layers": [
             {"name": layer.name, "material": layer.material, "file": f"{FOLDER}/{layer.name}.dxf",
@@ -81,6 +75,17 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
         "missing": missing,
         "notes": notes,
     }  # fmt: skip
+
+
+def links_note(laminate: Laminate) -> str:
+    """How the drawn links differ from those simulated, and what to do."""
+    return (
+        f"the links as simulated weigh {1e3 * laminate.mass_per_length:.3g} g/m and bend like E I = "
+        f"{laminate.bending_stiffness:.3g} N*m^2, a flat strip of this laminate weighs "
+        f"{1e3 * laminate.strip_mass_per_length:.3g} g/m and bends like {laminate.strip_bending_stiffness:.3g} N*m^2: "
+        "flat links as drawn are not those; simulate the strip (laminate: {links: strip}), or write thickness, modulus "
+        "and density of a laminate that has both. Fold links to stiffen them at the same mass; doubled ones are heavier"
+    )
 
 
 def _shaft_written(found: Study) -> bool:

@@ -28,7 +28,7 @@ class SteadyMotor:
     """Constants at the rotor, except ``torque_constant``, the effective one at the output over ratio and current.
 
     Where friction at rest is not known, ``torque_per_current_at_stall`` stands for it, less that friction.
-    ``not_determined``: constants that these tests leave open, and why.
+    ``not_determined``: constants that these tests, and run-ups where there are some, leave open, and why.
     """
 
     constants: Mapping[str, IdentifiedConstant]
@@ -36,15 +36,20 @@ class SteadyMotor:
     points: int
 
 
-def steady_motor(stall: Sequence[HopperRecording], free: Sequence[HopperRecording], ratio: float) -> SteadyMotor:
+def steady_motor(
+    stall: Sequence[HopperRecording], free: Sequence[HopperRecording], ratio: float, *, with_runs: bool = False
+) -> SteadyMotor:
     """Constants from stall (voltage, current, torque) and free running (voltage, current, speed), at the output.
+
+    ``with_runs``: run-ups of the motor are given too, so what they determine is not missing.
 
     Raises
     ------
     UserError : impossible points: a current against its voltage, a free speed of zero.
     """
     found: dict[str, IdentifiedConstant] = {}
-    not_determined = ["inductance and rotor inertia: give run-ups under runs"]
+    not_determined: list[str] = []
+    by_runs = ["inductance and rotor inertia: give run-ups under runs"]
     held, running = _join_rows(stall), _join_rows(free)
     for name, columns in (("stall", held), ("free_speed", running)):
         if columns and min(np.min(columns["voltage"] * columns["current"]), np.min(np.abs(columns["voltage"]))) <= 0:
@@ -63,14 +68,14 @@ def steady_motor(stall: Sequence[HopperRecording], free: Sequence[HopperRecordin
             found["back_emf"] = IdentifiedConstant(back_emf, spread[1])
             found |= _friction(running, ratio, found["back_emf"], not_determined)
         else:
-            not_determined.append("resistance and back-EMF constant apart: give a stall test")
+            by_runs.append("resistance and back-EMF constant apart: give a stall test")
     else:
         (resistance,), spread = _solve(rows[0][:, :1], volts)
         found["resistance"] = IdentifiedConstant(resistance, spread[0])
-        not_determined.append("back-EMF constant and friction: give a free-speed test")
+        by_runs.append("back-EMF constant and friction: give a free-speed test")
     if held and "torque" in held:
         found |= _torque_constant(held, ratio, found, not_determined)
-    return SteadyMotor(found, tuple(not_determined), len(volts))
+    return SteadyMotor(found, (*([] if with_runs else by_runs), *not_determined), len(volts))
 
 
 def _torque_constant(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
@@ -308,12 +309,38 @@ def overvoltage_sentence(found: Study) -> str:
     )
 
 
+def unknown_limits(found: Study) -> list[str]:
+    """That gear torques are held against no limit, because none is known: of all motors, or of the chosen one."""
+    sweep, stop = found.sweep, found.project.gearbox == "stop"
+    which = sweep.without_limit()
+    motors = [int(m) for m in np.unique(sweep.motor[which])]
+    chosen = found.best is not None and bool(which[found.best])
+    if not motors or not (stop or chosen):
+        return []
+    pushed = float(sweep.values["peak_gear_torque"][found.best]) if chosen else 0.0
+    own = f"the gear of {found.best_motor.name} carries {pushed:.3f} N*m in the push" if chosen else ""
+    if not stop:
+        text = f"the chosen design: {own}, held against no limit: its catalogue row states none"
+    else:
+        families = Counter(" ".join(word for word in found.rows[m].same_motor if word) for m in motors)
+        names = ", ".join(name if count == 1 else f"{name} ({count} ratios)" for name, count in families.items())
+        whose = f"{len(motors)} of the {len(found.rows)} motors"
+        text = f"gearbox: stop cannot hold back {whose}, whose catalogue rows state no torque_limit: {names}"
+        text += f"; among them the chosen one: {own}" if chosen else ""
+    remedy = (
+        "Write the maker's permissible momentary torque as `torque_limit [N*m]` into a row of your own catalogue "
+        "(motors: catalogs), or leave these motors out of `use`."
+    )
+    return [Remark(text, "decide" if stop else "check", remedy)]
+
+
 def warnings_of(found: Study) -> list[str]:
     """The most important warnings."""
     sweep = found.sweep
     texts: list[str] = []
     if hot := overvoltage_sentence(found):
         texts.append(decisive(hot))
+    texts += unknown_limits(found)
     if stiff := int((sweep.status == TOO_STIFF).sum()):
         texts.append(f"{stiff} of {len(sweep.status)} designs are too stiff to simulate and count as not jumping")
     if unknown := _without_interval(found):

@@ -17,7 +17,7 @@ from synth.hopper.hopper_tolerances import groups, intervals
 from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_models import Model, lanes
 from synth.jump.jump_runs import compiled_jump
-from synth.jump.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, column_of, known_heights
+from synth.jump.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, TOO_STIFF, column_of, known_heights
 from synth.jump.point_mass import point_mass_outcomes
 from synth.threads import as_they_finish
 
@@ -67,12 +67,17 @@ class Sweep:
     clearance_high: Array
 
     def over_limit(self) -> NDArray[np.bool_]:
-        """Designs whose gear torque in the push exceeds their gearbox's limit."""
+        """Designs whose gear torque in the push exceeds their gearbox's limit; none where that is not known."""
         limits = np.array([np.inf if m.torque_limit is None else m.torque_limit for m in self.problem.motors])
         return np.asarray(self.values["peak_gear_torque"] > limits[self.motor])
 
+    def without_limit(self) -> NDArray[np.bool_]:
+        """Designs that jump with a motor whose gearbox's limit is not known: no torque is held against one."""
+        unknown = np.array([m.torque_limit is None for m in self.problem.motors])
+        return np.asarray((self.status == LANDED_AGAIN) & unknown[self.motor])
+
     def feasible(self, gearbox: Limiting) -> NDArray[np.bool_]:
-        """Designs that jump, and with ``stop`` respect the gearbox's limit."""
+        """Designs that jump, and with ``stop`` respect the gearbox's limit where one is known."""
         jumps = self.status == LANDED_AGAIN
         return np.asarray(jumps & ~self.over_limit()) if gearbox == "stop" else np.asarray(jumps)
 
@@ -208,8 +213,10 @@ def _collect(problem: SweepProblem, rows: Array) -> Sweep:
     n = len(problem.lengths)
     number = np.arange(problem.size)
     motor, length = number // n, np.array(problem.lengths)[number % n]
-    by_name = dict(zip(OUTCOMES, rows[:N_OUTCOME], strict=True))
-    jumps = by_name["status"] == LANDED_AGAIN
+    status = rows[STATUS]
+    reached = np.where(status == TOO_STIFF, 0.0, rows[:N_OUTCOME])  # what a jump had reached that did not end
+    by_name = dict(zip(OUTCOMES, reached, strict=True))
+    jumps = status == LANDED_AGAIN
     clearance = np.where(jumps, by_name["clearance"], 0.0)
     values = {
         "clearance": clearance,
@@ -221,7 +228,7 @@ def _collect(problem: SweepProblem, rows: Array) -> Sweep:
         "takeoff_speed": by_name["takeoff_speed"],
         "takeoff_time": by_name["takeoff_time"],
     }
-    return Sweep(problem, motor, length, by_name["status"], values, rows[N_OUTCOME], rows[N_OUTCOME + 1])
+    return Sweep(problem, motor, length, status, values, rows[N_OUTCOME], rows[N_OUTCOME + 1])
 
 
 def pareto_front(sweep: Sweep, objectives: Sequence[str], allowed: NDArray[np.bool_]) -> list[int]:

@@ -90,6 +90,7 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path, notes: Sequen
     project, sweep = found.project, found.sweep
     statuses = {"designs": len(sweep.motor), "jump": int((sweep.status == LANDED_AGAIN).sum()),
                 "beyond the gearbox": int((sweep.over_limit() & (sweep.status == LANDED_AGAIN)).sum()),
+                "without a known gearbox limit": int(sweep.without_limit().sum()),
                 "feasible": int(sweep.feasible(found.project.gearbox).sum())}  # fmt: skip
     return {
         "format": FORMAT,
@@ -122,8 +123,9 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path, notes: Sequen
             for name, (low, high) in found.contributions.items()
         ],
         "planar": [
-            {"lean": quantity(item.pitch, "deg"), "final_pitch": quantity(item.final_pitch, "deg"),
-             "slip": quantity(item.slip, "m"),
+            {"lean": quantity(item.pitch, "deg"),
+             "final_pitch": quantity(item.final_pitch, "deg") if item.outcome.known else None,
+             "slip": quantity(item.slip, "m") if item.outcome.known else None,
              **outcome_json(item.outcome, float(found.best_leg.length), found.project.height)}
             for item in found.leaning
         ],
@@ -133,9 +135,12 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path, notes: Sequen
 
 
 def outcome_json(outcome: JumpOutcome, length: float, height: str) -> dict[str, Any]:
-    """One jump's numbers with units; ``height`` : clearance or total, what the relative one is made of."""
+    """One jump's numbers with units; ``height`` : clearance or total, what the relative one is made of.
+
+    None for a number of a jump that is too stiff to simulate, which is not known.
+    """
     tall = outcome.rise if height == "total" else outcome.clearance
-    return {
+    numbers = {
         "clearance": quantity(outcome.clearance, "m"),
         "relative_height": quantity(tall / length, "1"),
         "total_height": quantity(outcome.rise, "m"),
@@ -144,8 +149,8 @@ def outcome_json(outcome: JumpOutcome, length: float, height: str) -> dict[str, 
         "energy": quantity(outcome.energy, "J"),
         "peak_gear_torque": quantity(outcome.peak_gear_torque, "N*m"),
         "peak_current": quantity(outcome.peak_current, "A"),
-        "limit": outcome.limit,
     }
+    return {**(numbers if outcome.known else dict.fromkeys(numbers)), "limit": outcome.limit}
 
 
 def motor_json(motor: Motor) -> dict[str, Any]:

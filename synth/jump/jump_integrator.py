@@ -71,7 +71,7 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
     Z : (n_row, 16) workspace with initial state and parameters.
     where : rows: n_state, derivative, normal, foot, foot_speed, com_speed, com, gear_torque, drawn, bend, alive,
         height, energy.
-    duration : s; a lane on the ground then or later is too weak.
+    duration : s; a lane on the ground then or later is too weak if it has not lifted.
     longest : s; every lane ends then, also in flight, as too weak.
     tolerance : error per step relative to 1 in metres, radians, and their rates over 30 per second.
     first_step : s; max_steps : accepted and rejected; a group that needs more is too stiff.
@@ -88,6 +88,7 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
     gear, drawn, bend, alive, height, energy = where[7], where[8], where[9], where[10], where[11], where[12]
     n_row = Z.shape[0]
     F, S = Z.reshape(-1), np.empty(ROOM)
+    foot_before = np.empty(LANES)
     x, begun, _, A, error_sum = views(S, n)
     n_angle = (n - 3) // 2
     for lane in range(LANES):
@@ -98,6 +99,7 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
     for lane in range(LANES):
         outcome[START_COM, lane] = Z[com, lane]
         outcome[GEAR_TORQUE_AT_START, lane] = Z[gear, lane]
+        foot_before[lane] = Z[foot, lane]
     take(F, S, n, d)
     t = 0.0
     h = first_step
@@ -123,26 +125,41 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
                 if Z[alive, lane] == 0.0:
                     continue
                 at, speed = Z[foot, lane], Z[com_speed, lane]
+                before, pushing = foot_before[lane], outcome[CLEARANCE, lane] < LIFTED
+                foot_before[lane] = at
                 outcome[CLEARANCE, lane] = max(outcome[CLEARANCE, lane], at)
                 outcome[APEX, lane] = max(outcome[APEX, lane], Z[com, lane] - outcome[START_COM, lane])
                 outcome[PEAK_BEND, lane] = max(outcome[PEAK_BEND, lane], abs(Z[bend, lane]))
                 outcome[PEAK_NORMAL, lane] = max(outcome[PEAK_NORMAL, lane], Z[normal, lane])
-                if at <= 0.0 and outcome[CLEARANCE, lane] < LIFTED:  # the push that takeoff ends
-                    outcome[TAKEOFF_TIME, lane] = t
-                    outcome[TAKEOFF_SPEED, lane] = speed
-                    outcome[TAKEOFF_HEIGHT, lane] = Z[com, lane]
-                    outcome[ENERGY, lane] = x[energy, lane]
+                if pushing and (at <= 0.0 or before <= 0.0):  # to the foot's passage through the ground, within a step
+                    share = 1.0 if at <= 0.0 else before / (before - at)
+                    outcome[TAKEOFF_TIME, lane] = t - (1.0 - share) * h
+                    for c, now in (
+                        (TAKEOFF_SPEED, speed),
+                        (TAKEOFF_HEIGHT, Z[com, lane]),
+                        (ENERGY, x[energy, lane]),
+                    ):
+                        outcome[c, lane] += share * (now - outcome[c, lane])
+                if at <= 0.0 and pushing:  # the push that takeoff ends
                     outcome[PEAK_GEAR_TORQUE, lane] = max(outcome[PEAK_GEAR_TORQUE, lane], abs(Z[gear, lane]))
                     outcome[PEAK_CURRENT, lane] = max(outcome[PEAK_CURRENT, lane], abs(Z[drawn, lane]))
                 ended = RUNNING
                 if outcome[CLEARANCE, lane] > LIFTED and speed < -fall and (Z[foot_speed, lane] < 0.0 or at <= 0.0):
                     ended = LANDED_AGAIN
+                elif t >= duration and at <= 0.0 and outcome[CLEARANCE, lane] > LIFTED:
+                    ended = LANDED_AGAIN  # and stands, without ever having fallen so fast
                 elif x[height, lane] <= 0.0 or abs(Z[bend, lane]) > 0.999:  # sine of the last piece at its limit
                     ended = COLLAPSED
                 elif (
                     (t >= duration and at <= 0.0)
                     or t >= longest
-                    or (t > SETTLED and at <= 0.0 and abs(speed) < CREEP and abs(begun[1 + n_angle, lane]) < 0.5)
+                    or (
+                        pushing
+                        and t > SETTLED
+                        and at <= 0.0
+                        and abs(speed) < CREEP
+                        and abs(begun[1 + n_angle, lane]) < 0.5
+                    )
                 ):
                     ended = TOO_WEAK  # by now, or at rest: held, or stretched without lifting off
                 if ended != RUNNING:

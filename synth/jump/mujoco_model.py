@@ -237,8 +237,10 @@ def _end_reason(mujoco: Any, data: Any, seen: _WatchedJump, step: float, foot_v:
     still = abs(speed) < CREEP and len(seen.rows) > 1 and abs(speed - seen.rows[-2][4]) < 0.5 * step
     if seen.highest > LIFTED and speed < -FALL and (foot_v < 0.0 or foot <= 0.0):
         return LANDED_AGAIN
-    down = foot <= 0.0 or seen.highest < LIFTED
-    if data.qpos[0] > 0.0 and ((still and data.time > SETTLED and foot <= 0.0) or (data.time >= DURATION and down)):
+    lifted, late = seen.highest > LIFTED, data.time >= DURATION
+    if data.qpos[0] > 0.0 and lifted and late and foot <= 0.0:
+        return LANDED_AGAIN  # as in the lanes: it stands, without ever having fallen so fast
+    if data.qpos[0] > 0.0 and not lifted and ((still and data.time > SETTLED and foot <= 0.0) or late):
         return TOO_WEAK  # as in the lanes: it stands, and will not lift off
     return _broken(mujoco, data)
 

@@ -34,7 +34,7 @@ class JumpOutcome:
     rise : greatest rise of the centre of mass over the crouch, m (the total height).
     peak_gear_torque : largest torque of one gear on its link during the push, N m; peak_current : of both motors, A.
     energy : electrical, both motors, to takeoff, J.
-    limit : why there is no jump; empty if there is one.
+    limit : why there is no jump; empty if there is one. All numbers are 0 if it is too stiff, and none is ``known``.
     """
 
     clearance: float
@@ -46,6 +46,11 @@ class JumpOutcome:
     energy: float
     peak_normal: float
     limit: str
+
+    @property
+    def known(self) -> bool:
+        """Whether its end was reached: not if too stiff, which says nothing about the jump."""
+        return self.limit != LIMITS[TOO_STIFF]
 
 
 LIMITS = {
@@ -59,6 +64,8 @@ LIMITS = {
 
 def outcome_of(column: Array) -> JumpOutcome:
     """From one column (n_outcome,) of ``jump_runs.Jumper.run``."""
+    if column[STATUS] == TOO_STIFF:
+        return too_stiff()
     lifts = column[STATUS] == LANDED_AGAIN
     return JumpOutcome(
         clearance=float(column[CLEARANCE]) if lifts else 0.0,
@@ -71,6 +78,11 @@ def outcome_of(column: Array) -> JumpOutcome:
         peak_normal=float(column[PEAK_NORMAL]),
         limit=LIMITS[int(column[STATUS])],
     )
+
+
+def too_stiff() -> JumpOutcome:
+    """The outcome of a jump that ended for the step, whatever it had reached by then."""
+    return JumpOutcome(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, LIMITS[TOO_STIFF])
 
 
 def heights(found: Array, row: int = CLEARANCE) -> Array:

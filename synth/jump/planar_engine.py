@@ -244,6 +244,8 @@ def integrate(x, n, arguments, weight, tolerance, ends, fall, mass, steps_of, tr
             speed = com_speed(x, n, arguments, mass)
             if highest > LIFTED and speed < -fall and (aside[4] < 0.0 or aside[3] <= 0.0):
                 return rows, LANDED_AGAIN
+            if t >= ends[0] and aside[3] <= 0.0 and highest > LIFTED:
+                return rows, LANDED_AGAIN
             if x[1] <= 0.0:
                 return rows, COLLAPSED
             if (t >= ends[0] and aside[3] <= 0.0) or t >= ends[1]:

@@ -14,7 +14,7 @@ from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import Model, columns
 from synth.jump.jump_runs import DURATION, FALL, FIRST_STEP, MAX_STEPS, NO_END, TOLERANCE
 from synth.jump.jump_step import CURRENT_WEIGHT, RATE_WEIGHT
-from synth.jump.outcomes import LANDED_AGAIN, LIFTED, LIMITS, JumpOutcome
+from synth.jump.outcomes import LANDED_AGAIN, LIFTED, LIMITS, TOO_STIFF, JumpOutcome, too_stiff
 from synth.jump.planar_engine import SCALARS, com_speed, integrate
 
 
@@ -126,19 +126,24 @@ def _rows_of_push(aside: Array) -> slice:
 
 
 def _outcome(trace: Array, aside: Array, n: int, status: int, arguments: Any, mass: float) -> JumpOutcome:
+    if status == TOO_STIFF:
+        return too_stiff()
     size = 2 * n + 3
     push = _rows_of_push(aside)
     last = push.stop - 1
+    after = min(last + 1, len(aside) - 1)
+    low, high = aside[last, 3], aside[after, 3]
+    share = -low / (high - low) if low <= 0.0 < high else 0.0  # of the step, to the foot's passage through the ground
     speeds = [com_speed(row[1 : 1 + size], n, arguments, mass) for row in trace]
     rise = np.concatenate([[0.0], np.cumsum(np.diff(trace[:, 0]) * 0.5 * (np.array(speeds[1:]) + speeds[:-1]))])
     return JumpOutcome(
         clearance=float(aside[:, 3].max()) if status == LANDED_AGAIN else 0.0,
         rise=float(rise.max()),
-        takeoff_time=float(trace[last, 0]),
-        takeoff_speed=float(speeds[last]),
+        takeoff_time=float(trace[last, 0] + share * (trace[after, 0] - trace[last, 0])),
+        takeoff_speed=float(speeds[last] + share * (speeds[after] - speeds[last])),
         peak_gear_torque=float(np.abs(aside[push, 5:7]).max()),
         peak_current=float(np.abs(aside[push, 7]).max()),
-        energy=float(trace[last, size]),
+        energy=float(trace[last, size] + share * (trace[after, size] - trace[last, size])),
         peak_normal=float(aside[:, 0].max()),
         limit=LIMITS[status],
     )

@@ -40,3 +40,9 @@ def test_the_loss_of_a_gear_is_the_same_told_either_way(motor: Motor) -> None:
     assert other.short_circuit_damping == pytest.approx(motor.short_circuit_damping, rel=1e-12)
     assert other.driving_efficiency == pytest.approx(motor.driving_efficiency, rel=1e-12)
     assert other.back_efficiency == pytest.approx(motor.back_efficiency, rel=1e-12)
+
+
+@pytest.mark.parametrize(("share", "back"), [(0.0, 0.1), (1e-9, 0.1), (0.5, 0.1), (0.6, 1.0 / 3.0), (1.0, 1.0)])
+def test_a_gear_that_locks_is_finite_down_to_no_torque_at_all(share: float, back: float) -> None:
+    motor = GearedMotor(4.0, 0.01 * share, 50.0, back_emf_constant=0.01)
+    assert motor.back_efficiency == pytest.approx(back)

@@ -21,11 +21,13 @@ import pytest
 import synth
 from page_reader import page_of
 from result_fields import require_explained
+from synth.api.hoppers import read_hopper
 from synth.cli import main
 from synth.files import hopper_project as files
 from synth.hopper.study import sweep_problem, warnings_of
 from synth.hopper.sweep import run_sweep
 from synth.parts.catalogs import Catalogue
+from synth.remarks import remarks_json
 from synth.reports.openings.hopper_opening import study_opening
 from synth.reports.reading import read_result
 from synth.reports.sections import hopper_models
@@ -134,6 +136,54 @@ def test_jumps_that_no_gearbox_bears_are_not_too_weak(tmp_path: Path, capsys: py
     assert not swept.chosen
 
 
+UNLIMITED = """\
+kind: hopper-design
+model: A
+motors: {use: ["20D 12V 78.125:1", "N20 HP 6V 75:1"], gearbox: stop}
+lengths: {least: 120 mm, most: 120 mm, step: 20 mm}
+"""
+
+
+def test_a_gearbox_without_a_known_limit_is_named_and_not_taken_as_unbreakable(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(UNLIMITED)
+    study = synth.hopper(tmp_path / "a.yaml").study
+    assert study.best_motor.torque_limit is None
+    told = remarks_json(warnings_of(study))["remarks"][0]
+    assert told["severity"] == "decide"
+    assert told["text"].startswith("gearbox: stop cannot hold back 1 of the 2 motors")
+    pushed = float(study.sweep.values["peak_gear_torque"][study.best])
+    assert (
+        f"Pololu 20D 12V CB; among them the chosen one: the gear of 20D 12V 78.125:1 carries {pushed:.3f} N*m"
+        in (told["text"])
+    )
+    assert "torque_limit [N*m]" in told["remedy"]
+    (tmp_path / "a.yaml").write_text(UNLIMITED.replace("stop", "warn"))
+    softer = [text for text in warnings_of(synth.hopper(tmp_path / "a.yaml").study) if "held against no limit" in text]
+    assert len(softer) == 1
+    (tmp_path / "a.yaml").write_text(UNLIMITED.replace('"20D 12V 78.125:1", ', ""))
+    assert not any("torque_limit" in text for text in warnings_of(synth.hopper(tmp_path / "a.yaml").study))
+
+
+STIFF = """\
+kind: hopper-design
+model: A
+motors: {use: ["20D 12V 312.5:1"]}
+lengths: {least: 50 mm, most: 50 mm, step: 10 mm}
+"""
+
+
+def test_numbers_of_a_jump_that_is_too_stiff_are_null_and_not_what_it_had_reached(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(STIFF)
+    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 0
+    content = json.loads((tmp_path / "out" / "hopper.json").read_text())
+    require_explained("hopper.json", content)
+    leaning = content["planar"][0]
+    assert leaning["limit"].startswith("too stiff")
+    assert {key for key, value in leaning.items() if value is not None} == {"lean", "limit"}
+    assert content["models"]["A"]["clearance"]["value"] > 0.003
+    assert "<h2>Models side by side</h2>" in (tmp_path / "out" / "report.html").read_text()
+
+
 def test_a_written_tolerance_replaces_the_maker_s(tmp_path: Path) -> None:
     """The catalogue's row states 20 and 50 %."""
     zero = "speed: 0 %, torque: 0 %, rotor_inertia: 0 %, mass: 0 %, joint_damping: 0 %, crouch: 0 deg"
@@ -183,6 +233,20 @@ def test_a_motor_that_is_too_weak_is_reported_and_does_not_jump(tmp_path: Path) 
     assert result["remarks"][0]["severity"] == "decide"
 
 
+@pytest.mark.parametrize(
+    ("asked", "swept"),
+    [("least: 50 mm, most: 200 mm, step: 40 mm", [50, 90, 130, 170, 200]),
+     ("least: 50 mm, most: 200 mm, step: 50 mm", [50, 100, 150, 200]), ("least: 5 cm, most: 5 cm, step: 1 cm", [50]),
+     ("least: 0.1 m, most: 0.4 m, step: 0.1 m", [100, 200, 300, 400]),
+     ("least: 60 mm, most: 70 mm, step: 40 mm", [60, 70])],
+)  # fmt: skip
+def test_both_ends_of_the_lengths_are_swept(asked: str, swept: list[int], tmp_path: Path) -> None:
+    """200 mm were left out in silence where steps of 40 mm from 50 mm end at 170 mm."""
+    (tmp_path / "a.yaml").write_text(SMALL.replace("least: 100 mm, most: 140 mm, step: 20 mm", asked))
+    project, _, _ = read_hopper(tmp_path / "a.yaml")
+    assert [1e3 * length for length in project.lengths] == pytest.approx(swept)
+
+
 def test_a_users_motor_is_one_more_row(tmp_path: Path) -> None:
     (tmp_path / "mine.csv").write_text(
         "part,vendor,gear_ratio [1],voltage [V],no_load_speed [rpm],stall_torque [kgf*mm],stall_current [mA],"
@@ -210,6 +274,8 @@ BAD = [
     ("lengths: {least: -1 cm}", "lengths.least", "more than 0"),
     ("lengths: {least: 20 cm, most: 10 cm}", "lengths", "is below least"),
     ("lengths: {step: 1e-9 mm}", "lengths.step", "larger step"),
+    ("tolerance: {torque: 100 %}", "tolerance.torque", "can be at most 90 %"),
+    ("tolerance: {mass: 95 %}", "tolerance.mass", "can be at most 90 %"),
     ("model: E", "model", "not allowed"),
     ("laminate: {modulus: 10 kg}", "laminate.modulus", "mass"),
     ("objectives: [height]", "objectives", "allowed"),
@@ -309,10 +375,10 @@ def test_the_parts_follow_from_the_chosen_design(result: Path, found: dict) -> N
     # k = E w t^3 / (12 gap) of 3.8 GPa film, 15 mm wide, 0.1 mm thick
     gap = 3.8e9 * 0.015 * 1e-12 / (12 * 0.0229183)
     assert parts["dimensions"]["hinge_gap"]["value"] == pytest.approx(gap * 1e3, rel=1e-6)
-    assert any("fold or double" in note for note in parts["notes"])
+    assert any("links: strip" in note for note in parts["notes"])
     assert parts["missing"] == ["the hip is not complete", "flat links as drawn are not those simulated"]
     severity = {remark["text"]: remark["severity"] for remark in found["remarks"]}
-    for words in ("the hip is not complete", "with its flexures as drawn", "flat links as drawn"):
+    for words in ("the hip is not complete", "with its flexures (equivalent", "flat links as drawn"):
         assert [severity[note] for note in parts["notes"] if words in note] == ["decide"]
 
 
@@ -323,7 +389,9 @@ def test_the_headline_is_that_of_the_leg_that_is_drawn(result: Path, found: dict
     assert (
         f"as simulated the foot clears the ground by {100 * best['clearance']['value']:.3g}\u00a0cm" in opening.verdict
     )
-    assert f"With its flexures as drawn the foot clears {drawn['clearance']['value']:.3g}\u00a0cm" in opening.verdict
+    assert (
+        f"With flexures and links as drawn the foot clears {drawn['clearance']['value']:.3g}\u00a0cm" in opening.verdict
+    )
     assert opening.verdict.endswith("the hip is not complete and flat links as drawn are not those simulated.")
     assert opening.good is False
     assert "enter the drawn flexures' rate" in opening.steps[0]

@@ -10,7 +10,7 @@ import pytest
 
 import synth
 from hopper.hoppers import motor
-from synth.hopper.drawn_flexures import DrawnFlexures, equivalent_rate
+from synth.hopper.drawn_flexures import DrawnFlexures, drawn_flexures, equivalent_rate, links_differ
 from synth.hopper.laminate_parts import dimensions_of, shaft_notes
 from synth.jump.hopper_leg import Contact, Flexures, HopperLeg
 from synth.jump.jump_models import MODELS
@@ -61,11 +61,46 @@ def test_flexures_matter_to_the_jump() -> None:
 
 
 def test_the_note_and_the_json_have_the_same_heights() -> None:
-    found = DrawnFlexures({"hip": 0.003, "knee": 0.0025, "foot": 0.002}, 0.005, 0.036, 0.042, "full")
-    assert "clears 3.6 cm instead of 4.2 cm by model full" in found.note
+    links, own = (0.0464, 0.0633), (0.025, 0.747)
+    rates = {"hip": 0.003, "knee": 0.0025, "foot": 0.002}
+    found = DrawnFlexures(rates, 0.005, True, links, own, 0.0462, 0.033, 0.036, 0.042, "full")
+    assert "clears 3.3 cm instead of 4.2 cm by model full; with its flexures alone as drawn 3.6 cm" in found.note
+    assert (
+        "46.4 g/m and E I = 0.0633 N*m^2 instead of 25 g/m and E I = 0.747 N*m^2; the leg weighs 46.2 g" in found.note
+    )
     written = found.as_json()
-    assert written["clearance"]["value"] == pytest.approx(3.6)
+    assert written["clearance"]["value"] == pytest.approx(3.3)
+    assert written["clearance_flexures_alone"]["value"] == pytest.approx(3.6)
     assert written["equivalent_rate"] == {"value": 0.005, "unit": "N*m/rad"}
+    stiff = replace(found, softer=False)
+    assert "flexures" not in stiff.note
+    assert "equivalent_rate" not in stiff.as_json()
+
+
+DRAWN = """\
+kind: hopper-design
+motors: {use: ["N20 HP 6V 75:1"]}
+lengths: {least: 50 mm, most: 50 mm, step: 10 mm}
+"""
+
+
+def test_the_forecast_as_drawn_has_the_drawn_links_mass_and_stiffness(tmp_path: Path) -> None:
+    """Links of 25 g/m were simulated and 46 g/m drawn; the forecast is that of a project that simulates the strip."""
+    (tmp_path / "a.yaml").write_text(DRAWN)
+    study = synth.hopper(tmp_path / "a.yaml").study
+    laminate, rate = study.best_leg.laminate, study.best_leg.flexures.rate
+    drawn = drawn_flexures(study, {"hip": 2.0, "knee": 2.0, "foot": 2.0}, 1.0)
+    assert drawn is not None
+    assert drawn.links == pytest.approx((1820 * 0.015 * 0.0017, laminate.strip_bending_stiffness))
+    assert drawn.total_mass - study.best_leg.total_mass(study.best_motor) == pytest.approx((0.04641 - 0.025) * 0.2)
+    (tmp_path / "a.yaml").write_text(f"{DRAWN}laminate: {{links: strip}}\nflexures: {{rate: {rate / 2} N*m/rad}}\n")
+    strip = synth.hopper(tmp_path / "a.yaml").study
+    written = strip.sweep.values["clearance"][strip.best]
+    assert drawn.clearance == pytest.approx(written, abs=2e-4)
+    assert drawn.clearance < drawn.flexures_alone - 1e-3
+    assert not links_differ(strip.best_leg.laminate)
+    assert drawn_flexures(strip, dict.fromkeys(drawn.rates, 1.0), 1.0) is None
+    assert drawn_flexures(study, dict.fromkeys(drawn.rates, 1.0), 1.0) is not None
 
 
 @pytest.mark.parametrize(

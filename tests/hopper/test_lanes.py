@@ -139,6 +139,30 @@ def test_the_outcome_is_independent_of_the_step_size() -> None:
         assert max(abs(a.clearance - b.clearance) for a, b in zip(usual, fine, strict=True)) < 1e-4, name
 
 
+def test_takeoff_is_where_the_foot_leaves_the_ground_and_not_the_last_step_on_it() -> None:
+    """Two runs of the example's design differed by 0.15 % in energy, each by up to 0.2 % from one with fine steps."""
+    leg, drive = HopperLeg(length=0.05), motor(75)
+    for name in ("A", "full"):
+        z = lane(leg, drive, GROUND, MODELS[name])[:, None]
+        fine = compiled_jump("upper").run(z, tolerance=1e-8)[:, 0]
+        beside = np.hstack([z, lane(replace(leg, structure_mass=0.01), drive, GROUND, MODELS[name])[:, None]])
+        for found in (compiled_jump("upper").run(z)[:, 0], compiled_jump("upper").run(beside)[:, 0]):
+            for row in (outcomes.TAKEOFF_TIME, outcomes.TAKEOFF_SPEED, outcomes.TAKEOFF_HEIGHT, outcomes.ENERGY):
+                assert found[row] == pytest.approx(fine[row], rel=2e-4), (name, outcomes.OUTCOMES[row])
+    planar_form = planar_jump(leg, drive, GROUND, MODELS["full"]).outcome
+    assert planar_form.energy == pytest.approx(fine[outcomes.ENERGY], rel=2e-4)
+    assert planar_form.takeoff_time == pytest.approx(fine[outcomes.TAKEOFF_TIME], rel=2e-4)
+
+
+@pytest.mark.parametrize("name", ["A", "D"])
+def test_a_leg_that_has_lifted_is_not_too_weak_when_it_passes_through_rest(name: str) -> None:
+    """It lifts by 3.9 mm and comes down as its centre of mass stands: at rest for a moment, or for good."""
+    leg, drive = HopperLeg(length=0.05), motor_of(catalogue().find_motor("20D 12V 312.5:1"))
+    found = simulate([(leg, drive)], GROUND, MODELS[name])[0]
+    assert found.limit == ""
+    assert found.clearance == pytest.approx(0.0038, abs=2e-4)
+
+
 def test_a_lane_does_not_depend_on_its_neighbours_beyond_the_tolerance() -> None:
     designs = [(replace(HopperLeg(), length=0.06 + 0.006 * i), motor()) for i in range(16)]
     together = simulate(designs, GROUND, MODELS["full"])

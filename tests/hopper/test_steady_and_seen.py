@@ -14,8 +14,10 @@ from synth.cli import main
 from synth.errors import UserError
 from synth.files.bending_pairs import read_bending
 from synth.files.hopper_project import read_hopper_project
+from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.motors import motor_of
 from synth.hopper.seen_jumps import push_current, rise_of_point
+from synth.hopper.steady_motor import steady_motor
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump, simulate
@@ -94,6 +96,20 @@ def test_what_one_test_cannot_determine_is_reported(tmp_path: Path) -> None:
     both = motor_result(tmp_path, "stall: [stall.csv]\nfree_speed: [free.csv]\n", "both")
     assert "viscous" not in both["motor"]
     assert both["motor"]["friction"]["value"] == pytest.approx(EMF * one[0, 1])
+
+
+def test_what_run_ups_determine_is_not_missing_beside_them(tmp_path: Path) -> None:
+    """Inductance and inertia stood with values and as not determined on one screen."""
+    motor_tests(tmp_path)
+    records = {
+        name: HopperRecording(name, dict(zip(("voltage", "current", last), np.loadtxt(
+            tmp_path / f"{name}.csv", delimiter=",", skiprows=1).T, strict=True)))
+        for name, last in (("stall", "torque"), ("free", "speed"))
+    }  # fmt: skip
+    stall, free = [records["stall"]], [records["free"]]
+    for held, running, alone in ((stall, free, 1), (stall, [], 2), ([], free, 2)):
+        assert len(steady_motor(held, running, RATIO).not_determined) == alone
+        assert steady_motor(held, running, RATIO, with_runs=True).not_determined == ()
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from synth.hopper.write_study import _map
 from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, MotorOptions
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump
-from synth.jump.outcomes import CLEARANCE, LANDED_AGAIN, N_OUTCOME, STATUS, TOO_STIFF, known_heights
+from synth.jump.outcomes import CLEARANCE, LANDED_AGAIN, N_OUTCOME, STATUS, TOO_STIFF, known_heights, outcome_of
 from synth.jump.point_mass import point_mass_outcomes
 
 
@@ -74,6 +74,19 @@ def test_a_copy_that_is_too_stiff_is_unknown_and_not_a_height_of_zero(monkeypatc
     sweep = run_sweep(problem(everywhere=True))
     assert np.isnan(sweep.clearance_low).all()
     assert (sweep.values["clearance"] == 0.05).all()
+
+
+def test_a_design_that_is_too_stiff_keeps_nothing_of_what_it_had_reached(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A total height of 85 cm and a relative one of 16.9 stood beside a clearance of 0."""
+    found = np.ones((N_OUTCOME, 4))
+    found[STATUS] = TOO_STIFF
+    monkeypatch.setattr(sweeping.compiled_jump("upper").__class__, "run", lambda self, lanes: found)
+    sweep = run_sweep(replace(problem(), height="total"))
+    assert (sweep.status == TOO_STIFF).all()
+    assert all((values == 0.0).all() for values in sweep.values.values())
+    outcome = outcome_of(found[:, 0])
+    assert not outcome.known
+    assert (outcome.rise, outcome.energy, outcome.takeoff_speed) == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("objectives", [["clearance"], ["clearance", "energy"], list(OBJECTIVES)])

@@ -148,7 +148,7 @@ CATALOGUES: dict[str, dict[str, str]] = {
         "stall_current": "Of the motor.",
         "no_load_current": "Of the motor.",
         "mass": "Of motor and gearbox; the mean if the maker gives a range.",
-        "torque_limit": "Permissible momentary torque of the gearbox.",
+        "torque_limit": "Permissible momentary torque of the gearbox; empty: not known, none is held against it.",
         "speed_tolerance": "Plus or minus, of the no-load speed.",
         "current_tolerance": "Plus or minus, of the no-load current.",
         "resistance": "Of the winding; only in your own rows, if known.",

@@ -74,10 +74,11 @@ KEYS: dict[str, str] = {
     "motors.inductance": "Of every motor's winding.",
     "motors.resistance": "Of every motor's winding.",
     "motors.friction_share": "Share of the no-load torque that is dry friction.",
-    "motors.gearbox": "`warn`: report a torque above the gearbox's limit in the push; `stop`: exclude the design.",
+    "motors.gearbox": "`warn`: report a torque above the gearbox's limit in the push; `stop`: exclude the "
+    "design. Motors without a known limit are not excluded; a warning names them.",
     "lengths.least": "The shortest.",
     "lengths.most": "The longest.",
-    "lengths.step": "From one to the next.",
+    "lengths.step": "From one to the next; the last is shorter where it does not divide the range.",
     "hopper_tolerance.speed": "Of no-load speeds; written here it replaces the maker's.",
     "hopper_tolerance.current": "Of no-load currents; written here it replaces the maker's.",
     "hopper_tolerance.torque": "Of stall torques.",
