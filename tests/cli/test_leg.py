@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import json
 import math
@@ -135,6 +136,44 @@ def test_a_chosen_part_is_not_its_own_substitute(design: dict) -> None:  # type:
         assert joint["spring_alternatives"]
         assert own not in [other["part"] for other in joint["spring_alternatives"]]
         assert joint["damper"]["part"] not in [other["part"] for other in joint["damper_alternatives"]]
+
+
+def test_the_maker_s_point_and_the_units_of_parts(design: dict) -> None:  # type: ignore[type-arg]
+    """McMaster-Carr's 312, 31 and 7 in-oz at 50 rpm; an in*lbf is 4.4482 N by 25.4 mm, a sixteenth of it an in*oz."""
+    pound = 4.4482216 * 0.0254
+    published = {"6597K21": 312.0, "6597K19": 31.0, "6597K8": 7.0}
+    for joint in design["joints"].values():
+        damper = joint["damper"]
+        torque, speed = published[damper["part"]] * pound / 16, 50 * math.tau / 60
+        assert damper["secant_rate"] == {"value": pytest.approx(torque / speed, rel=1e-4), "unit": "N*m*s/rad"}
+        for other in joint["damper_alternatives"]:
+            assert other["torque_inch"]["value"] == pytest.approx(published[other["part"]], rel=1e-4)
+        for other in joint["spring_alternatives"]:
+            inch = other["rate"]["value"] / pound * math.pi / 180
+            assert other["rate_inch"] == {"value": pytest.approx(inch, rel=1e-4), "unit": "in*lbf/deg"}
+
+
+def test_the_cost_of_a_part_is_from_the_error_of_the_chosen_set(design: dict) -> None:  # type: ignore[type-arg]
+    """Which the response states by itself, and which is the RMS of those of its joints."""
+    response = design["response"]["wanted_to_built"]
+    chosen = response["rms"]["value"]
+    of_joints = [error["value"] for error in response["joints"].values()]
+    assert chosen == pytest.approx(math.sqrt(sum(error**2 for error in of_joints) / len(of_joints)))
+    for joint in design["joints"].values():
+        for kind in ("spring", "damper"):
+            assert joint[f"{kind}_alternatives"]
+            for other in joint[f"{kind}_alternatives"]:
+                assert other["response_error"]["value"] - other["cost"]["value"] == pytest.approx(chosen, abs=1e-6)
+
+
+def test_held_out_errors_are_those_of_the_written_responses(result: Path, design: dict) -> None:  # type: ignore[type-arg]
+    rows: list[dict[str, str]] = []
+    for stem in ("check_1", "check_2"):
+        with (result / "responses" / "source" / f"{stem}.csv").open(newline="") as stream:
+            rows += csv.DictReader(stream)
+    for joint, stated in design["held_out"]["rms"].items():
+        off = [float(row[f"{joint} measured [deg]"]) - float(row[f"{joint} fitted [deg]"]) for row in rows]
+        assert stated["value"] == pytest.approx(math.sqrt(sum(each**2 for each in off) / len(off)), rel=1e-5)
 
 
 def test_the_same_input_gives_the_same_bytes(
