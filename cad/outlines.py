@@ -5,8 +5,8 @@ from __future__ import annotations
 from synth.cad.arm_layout import RIM
 from synth.cad.dimensions import JointDimensions
 from synth.cad.hardware import insert_of
-from synth.cad.layout import JointLayout, bearing_pocket, ear_radius
-from synth.cad.outline import Disc, Hull, Point, hull_of
+from synth.cad.layout import VERNIER, VERNIER_STEP, JointLayout, bearing_pocket, ear_radius
+from synth.cad.outline import Disc, Hull, Point, hull_of, unit
 
 
 def _corners(layout: JointLayout, way: int) -> list[Disc]:
@@ -44,10 +44,12 @@ def floor_outline(layout: JointLayout) -> Hull:
 
 
 def plate_outline(layout: JointLayout) -> Hull:
-    """The seat plate: round the shaft, the arm's seat and the screws."""
-    rim = insert_of(layout.seat.screw).hole / 2 + RIM
-    discs = [Disc(0.0, 0.0, layout.plate.hub), *layout.upper.outline().discs]
-    return hull_of([*discs, *(Disc(x, y, rim) for x, y in layout.plate.screws)])
+    """The seat plate: round the shaft, the arm's seat, the screws, and the vernier's marks on the screws' circle."""
+    plate, rim = layout.plate, insert_of(layout.seat.screw).hole / 2 + RIM
+    discs = [Disc(0.0, 0.0, plate.hub), *layout.upper.outline().discs]
+    ends = [unit(plate.window + VERNIER_STEP * step) for step in (VERNIER[0], VERNIER[-1])]
+    places = [*plate.screws, *((plate.radius * x, plate.radius * y) for x, y in ends)]
+    return hull_of([*discs, *(Disc(x, y, rim) for x, y in places)])
 
 
 def mount_screws(dimensions: JointDimensions, layout: JointLayout) -> list[Point]:

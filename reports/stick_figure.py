@@ -15,7 +15,7 @@ from markupsafe import Markup
 
 from synth.reports.figures.legend import legend
 from synth.reports.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, RULE, VERMILION, Line
-from synth.reports.figures.svg import Point, Svg, shorten
+from synth.reports.figures.svg import Point, Svg, shorten_apart
 from synth.reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
 from synth.reports.reading import Json, Result, ResultTable, value_of
 from synth.reports.scripts import data_block
@@ -155,7 +155,7 @@ def stick_figure(
         left = _words_left(x, beside)
         most, anchor = int((x if left else SIZE - x) / 7.3) - 2, ' text-anchor="end"' if left else ""
         # Letters: longer names would cross the figure; the angle is never cut.
-        short = shorten(joint.name, max(2, min(28, most) - len(angle))) + angle
+        short = shorten_apart([j.name for j in stick.joints], max(2, min(28, most) - len(angle)))[index] + angle
         for style in (halo, f'font-size="12" fill="{BLACK}"'):
             svg.text((x - 10 if left else x + 10, y - 7), joint.name + angle, style + anchor, short=short)
     return svg.markup

@@ -65,14 +65,16 @@ def _trust(document: Json, verdict: str) -> str:
     scored = [trial for trial in trials if trial.get("scored")]
     means = meaning_of(document)
     words = f"{means[:1].upper()}{means[1:]}." if means else f"Verdict {verdict}."
+    if verdict == "none" and not (within_accuracy(document) or sure_of_none(document)):
+        words = ""  # the headline says it
     if not scored:
         return words
     count = f"{len(scored)} trial{'s' if len(scored) != 1 else ''}"
     if all(trial.get("held_out") for trial in scored):
-        return f"{words} Scored on {count} left out of the diagnosis."
+        return f"{words} Scored on {count} left out of the diagnosis.".strip()
     fallback = "in_turn" if len(scored) > 1 else "fitted"  # of a result that does not say it
     how = HOW.get(str(document.get("scored_by") or fallback), "")
-    return f"{words} Scored on {count}{how}."
+    return f"{words} Scored on {count}{how}.".strip()
 
 
 def _steps(document: Json) -> list[str]:

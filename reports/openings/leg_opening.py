@@ -8,7 +8,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from synth.reports.assumed_laws import assumed_laws_words
+from synth.reports.forecast_condition import assumed_laws_words
 from synth.reports.opening import Cell, Figures, Opening, joined_names
 from synth.reports.openings.leg_steps import left_out, measured_joints, slipping_dampers, steps
 from synth.reports.quantities import brief, interval_text, percent, share_text, text

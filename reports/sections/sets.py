@@ -7,8 +7,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from synth.reports.assumed_laws import assumed_laws_words
 from synth.reports.figures.bars import Bar, BarColumn, bar_figure
+from synth.reports.forecast_condition import assumed_laws_words
 from synth.reports.opening import joined_names
 from synth.reports.quantities import brief, interval_of, share_text, text
 from synth.reports.reading import Json, Result, value_of

@@ -33,7 +33,8 @@ from synth.errors import UserError
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
     from synth.parts.catalogs import Catalogue
-    from synth.parts.rows import CatalogueRow, DamperRow, MaterialRow, TorsionSpringRow
+    from synth.parts.catalogue_row import CatalogueRow
+    from synth.parts.rows import DamperRow, MaterialRow, TorsionSpringRow
 
 MOST_GONE = 5  # parts that are named: about a line
 LONG = ("as_published", "source", "note")  # columns that only ``show`` prints

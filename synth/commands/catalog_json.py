@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from synth.parts.alike import Substitute
     from synth.parts.catalog_import import ImportedParts
     from synth.parts.catalogs import Catalogue
+    from synth.parts.catalogue_row import CatalogueRow
     from synth.parts.import_folder import PlacedParts
-    from synth.parts.rows import CatalogueRow
 
 FORMAT = "synth/catalog/1"
 STATES = ("complete", "usable", "incomplete", "contradiction")

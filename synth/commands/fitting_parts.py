@@ -15,8 +15,9 @@ from synth.files.part_request import PartRequest, RequestedDamper, RequestedSpri
 from synth.files.project_options import PartsOptions
 from synth.parts.arrangement import Arrangement, arrangements
 from synth.parts.catalogs import Catalogue
+from synth.parts.catalogue_row import CatalogueRow
 from synth.parts.part_candidates import damper_reasons, of_family, spring_reasons
-from synth.parts.rows import CatalogueRow, DamperRow, TorsionSpringRow
+from synth.parts.rows import DamperRow, TorsionSpringRow
 from synth.parts.usable import offers
 from synth.spring.bought_spring import passed_limits, travel_to_yield
 from synth.swing.damper_curves import torque_at

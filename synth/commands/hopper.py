@@ -113,8 +113,8 @@ def _identity(project: HopperProject, catalogue: Catalogue) -> dict[str, str]:
     """The input on which the sweep's results depend."""
     from hashlib import sha256
 
-    from synth.batch.task_outcome import versions
     from synth.files.input_hashes import input_hashes
+    from synth.files.program_versions import versions
 
     files = sorted(input_hashes(project).items())
     named = {"project file": repr(files), "catalogue": repr(catalogue.motors)}

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 from synth.commands.progress import printable
 from synth.parts.catalogs import Catalogue
+from synth.parts.catalogue_row import CatalogueRow
 from synth.parts.row_check import geometric_rates
-from synth.parts.rows import CatalogueRow, DamperRow, TorsionSpringRow
+from synth.parts.rows import DamperRow, TorsionSpringRow
 from synth.units import factor
 
 Line = tuple[str, str]

@@ -280,7 +280,7 @@ def reason_for_next_trial(
             "would show first."
         )
     if verdict == "none" and none < SURE_OF_NONE:
-        return f"These trials cannot show whether an effect is missing; {FIRST_TO_SHOW}."
+        return f"To show whether an effect is missing: {FIRST_TO_SHOW}."
     if verdict == "none":
         return f"These trials show no missing effect; {FIRST_TO_SHOW}."
     if verdict == "unknown":

@@ -111,7 +111,8 @@ def spring_terms(joint: Joint, reach: float) -> SpringTerms:
     terms = SpringTerms(linear, cubic, tuple(pieces), any(fit for _, fit in fitted), reach, 0.0)
     grid = np.linspace(-reach, reach, 801)
     wanted = spring_torque(joint, grid)
-    error = float(np.abs(terms.torque(grid) - wanted).max() / np.abs(wanted).max())
+    largest = float(np.abs(wanted).max())  # 0 of a joint without a spring, whose torque nothing misses
+    error = float(np.abs(terms.torque(grid) - wanted).max()) / largest if largest > 0.0 else 0.0
     return SpringTerms(linear, cubic, tuple(pieces), terms.fitted, reach, error)
 
 

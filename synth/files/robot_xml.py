@@ -13,9 +13,12 @@ from math import pi
 from pathlib import Path
 from xml.etree.ElementTree import Comment, Element
 
+import numpy as np
+
 from synth.arrays import Array
 from synth.files.drive_terms import drive_terms, lightened
 from synth.files.joint_curves import linear_damping, without_held
+from synth.files.joint_springs import spring_torque
 from synth.files.output import write_text
 from synth.files.robot_bodies import SCALE, Inertial, RobotLink, Visual, inertial_of, numbers, tip_names
 from synth.files.xml_text import nested, xml_text
@@ -52,7 +55,7 @@ def urdf_file(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Se
     for index, joint in enumerate(leg.joints):
         rate, friction, found = _dynamics(joint, float(fastest[index]))
         messages += [f"{joint.name}: {text}" for text in found]
-        if joint.spring is not None:
+        if joint.spring is not None and np.any(spring_torque(joint, np.array([-pi, pi]))):
             messages.append(f"{joint.name}: URDF has no springs: {joint.spring.rate:.4g} N*m/rad is left out")
         child = joint.name + _LINK_END
         _urdf_link(root, child, joint, shown[index])

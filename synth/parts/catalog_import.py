@@ -20,8 +20,9 @@ from synth.files.paths import read_bytes
 from synth.files.validate import near
 from synth.parts.catalog_cells import currency_of, number_cell, require_allowed, scale_of, text_cell
 from synth.parts.catalog_table import MAX_BYTES, MAX_PROBLEMS
+from synth.parts.catalogue_row import CatalogueRow
 from synth.parts.headers import standard
-from synth.parts.rows import FAMILIES, CatalogueRow
+from synth.parts.rows import FAMILIES
 from synth.units import factor, parse
 from synth.units_spelling import plain_signs, read_number
 

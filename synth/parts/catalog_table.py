@@ -12,8 +12,9 @@ from synth.errors import Problem, UserError
 from synth.files.csv_rows import csv_rows, other_separator
 from synth.files.paths import read_bytes
 from synth.parts.catalog_cells import currency_of, number_cell, scale_of, text_cell
+from synth.parts.catalogue_row import CatalogueRow, declared_state
 from synth.parts.headers import standard
-from synth.parts.rows import FAMILIES, CatalogueRow, declared_state
+from synth.parts.rows import FAMILIES
 
 MAX_BYTES = 50_000_000  # a catalogue of 10^5 rows has 30 MB
 MAX_PROBLEMS = 50  # a file of the wrong kind would give one per cell

@@ -10,17 +10,9 @@ from typing import TypeVar
 
 from synth.errors import Problem, UserError, did_you_mean
 from synth.parts.catalog_table import MAX_PROBLEMS, read_table
+from synth.parts.catalogue_row import CatalogueRow
 from synth.parts.row_check import complete_row, completed_damper, contradictions, curve_problems, judge_row
-from synth.parts.rows import (
-    FAMILIES,
-    CatalogueRow,
-    CurvePointRow,
-    DamperRow,
-    GearMotorRow,
-    MaterialRow,
-    TorsionSpringRow,
-    WireRow,
-)
+from synth.parts.rows import FAMILIES, CurvePointRow, DamperRow, GearMotorRow, MaterialRow, TorsionSpringRow, WireRow
 from synth.parts.usable import usable_damper, usable_spring
 from synth.parts.wire import ALIASES, WireMaterial, wire_material
 from synth.units import factor

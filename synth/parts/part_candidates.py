@@ -11,7 +11,8 @@ from typing import Generic, TypeVar
 from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import DamperBounds, DamperChoice, PartsOptions, SpringBounds, SpringChoice
 from synth.parts.catalogs import Catalogue
-from synth.parts.rows import CatalogueRow, DamperRow, TorsionSpringRow
+from synth.parts.catalogue_row import CatalogueRow
+from synth.parts.rows import DamperRow, TorsionSpringRow
 
 RowType = TypeVar("RowType", bound=CatalogueRow)
 

@@ -8,17 +8,10 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import TypeVar
 
+from synth.parts.catalogue_row import CatalogueRow
 from synth.parts.coil_angle import CONVENTIONS, TOLERANCE, angle_mismatch, included_angle
 from synth.parts.coil_rate import rate
-from synth.parts.rows import (
-    CatalogueRow,
-    CurvePointRow,
-    DamperRow,
-    GearMotorRow,
-    MaterialRow,
-    TorsionSpringRow,
-    WireRow,
-)
+from synth.parts.rows import CurvePointRow, DamperRow, GearMotorRow, MaterialRow, TorsionSpringRow, WireRow
 
 DISAGREEMENT = 0.25  # published values this far apart contradict each other: vendors' tolerance is 10 %
 

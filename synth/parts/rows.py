@@ -6,11 +6,11 @@ A column's header is ``field_name [unit]``; values are stored in SI. ``None`` me
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import Field, dataclass, field, fields, replace
-from typing import Any, ClassVar, Literal, Self
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 from synth.files.project_options import WIDEST
+from synth.parts.catalogue_row import CatalogueRow, quantity_column, text_column
 from synth.parts.damper_law import CONCAVE, CONCAVE_EXPONENT, LINEAR, TABLE, power_law_curve
 from synth.swing.leg_model import Damper, DamperCurve
 
@@ -20,106 +20,31 @@ INTERPOLATED = "derived"  # the basis of a gear motor between found ones
 INCH_STEP, METRIC_STEP, SAME_STEP = 0.0254 / 2000.0, 1e-5, 1e-8
 
 
-State = Literal["", "complete", "usable", "incomplete", "contradiction", "suspect", "alternate", "size only", "other"]
-"""Empty before it is determined; ``other`` is any other word that a table's status column begins with."""
-DECLARED: tuple[State, ...] = ("usable", "incomplete", "contradiction", "suspect", "alternate", "size only")
-SEPARATORS: dict[State, str] = {"incomplete": ", "}  # of reasons in the column; of other states a semicolon
-
-
-def declared_state(status: str) -> State:
-    """The state that a cell of a table's status column begins with."""
-    if status in ("", "complete"):
-        return "complete" if status else ""
-    return next((state for state in DECLARED if status.startswith(state)), "other")
-
-
-def _quantity(
-    unit: str, shown: str, *, key: bool = False, zero: bool = False, signed: bool = False, most: float = math.inf
-) -> Any:
-    """A column; ``shown``: display unit; ``zero``, ``signed``: values <= 0 are allowed; ``most``: largest, ``unit``."""
-    rules = {"unit": unit, "shown": shown, "key": key, "zero": zero, "signed": signed, "most": most}
-    return field(default=None, metadata=rules)
-
-
-def _text(*, key: bool = False, choices: tuple[str, ...] = ()) -> Any:
-    """A text column. ``key``: identifies a file of this family."""
-    return field(default="", metadata={"unit": None, "key": key, "choices": choices})
-
-
-@dataclass(frozen=True)
-class CatalogueRow:
-    """The common part of every catalogue row: place, source and status.
-
-    ``status`` is the column: ``state``, with ``reasons`` behind it. ``judged`` sets all three.
-    """
-
-    family: ClassVar[str]
-    file: str = field(default="", metadata={"column": False})
-    line: int = field(default=0, metadata={"column": False})
-    status: str = _text()
-    source: str = _text()
-    as_published: str = _text()
-    note: str = _text()
-    price: str = field(default="", metadata={"unit": None, "key": False, "choices": (), "currency": True})  # of one
-    state: State = field(default="", metadata={"column": False})
-    reasons: tuple[str, ...] = field(default=(), metadata={"column": False})
-
-    def judged(self, state: State, reasons: Sequence[str] = ()) -> Self:
-        """The row with this state, whose reasons stand behind it in the column."""
-        because = f": {SEPARATORS.get(state, '; ').join(reasons)}" if reasons else ""
-        return replace(self, state=state, reasons=tuple(reasons), status=f"{state}{because}")
-
-    @property
-    def complete(self) -> bool:
-        """Whether the row has all required values without contradiction."""
-        return self.state == "complete"
-
-    @property
-    def choosable(self) -> bool:
-        """Whether it may be chosen: complete, or usable within the limits of its status (``usable``)."""
-        return self.complete or self.state == "usable"
-
-    @property
-    def sound(self) -> bool:
-        """Whether it is not declared suspect or an alternate, also before its status is computed."""
-        return self.state in ("", "complete")
-
-    @property
-    def place(self) -> str:
-        """``file:line``."""
-        return f"{self.file}:{self.line}"
-
-    @classmethod
-    def columns(cls) -> tuple[Field[Any], ...]:
-        """The fields that are columns of the CSV."""
-        return tuple(item for item in fields(cls) if item.metadata.get("column", True))
-
-
 @dataclass(frozen=True)
 class TorsionSpringRow(CatalogueRow):
     """A torsion spring that a vendor sells."""
 
     family: ClassVar[str] = "torsion_springs"
-    part: str = _text(key=True)
-    vendor: str = _text()
-    material: str = _text()
-    hand: str = _text(choices=("left", "right"))
-    included_angle: float | None = _quantity("rad", "deg", zero=True, most=math.tau)
-    leg_convention: str = _text(choices=("tangent", "radial", "axial"))
-    rate: float | None = _quantity("N*m/rad", "N*m/rad", key=True)
-    rate_basis: str = _text()
-    wire_diameter: float | None = _quantity("m", "mm")
-    outer_diameter: float | None = _quantity("m", "mm")
-    inner_diameter: float | None = _quantity("m", "mm")
-    body_coils: float | None = _quantity("1", "1")
-    leg_length: float | None = _quantity("m", "mm")
-    body_length: float | None = _quantity("m", "mm")
-    body_length_at_max_torque: float | None = _quantity("m", "mm")
-    max_arbor_diameter: float | None = _quantity("m", "mm")
-    max_torque: float | None = _quantity("N*m", "N*m")
-    max_deflection: float | None = _quantity("rad", "deg")
-    rate_tolerance: float | None = _quantity("1", "%", most=WIDEST)
-    free_angle_tolerance: float | None = _quantity("rad", "deg", most=math.pi)
+    part: str = text_column(key=True)
+    vendor: str = text_column()
+    material: str = text_column()
+    hand: str = text_column(choices=("left", "right"))
+    included_angle: float | None = quantity_column("rad", "deg", zero=True, most=math.tau)
+    leg_convention: str = text_column(choices=("tangent", "radial", "axial"))
+    rate: float | None = quantity_column("N*m/rad", "N*m/rad", key=True)
+    rate_basis: str = text_column()
+    wire_diameter: float | None = quantity_column("m", "mm")
+    outer_diameter: float | None = quantity_column("m", "mm")
+    inner_diameter: float | None = quantity_column("m", "mm")
+    body_coils: float | None = quantity_column("1", "1")
+    leg_length: float | None = quantity_column("m", "mm")
+    body_length: float | None = quantity_column("m", "mm")
+    body_length_at_max_torque: float | None = quantity_column("m", "mm")
+    max_arbor_diameter: float | None = quantity_column("m", "mm")
+    max_torque: float | None = quantity_column("N*m", "N*m")
+    max_deflection: float | None = quantity_column("rad", "deg")
+    rate_tolerance: float | None = quantity_column("1", "%", most=WIDEST)
+    free_angle_tolerance: float | None = quantity_column("rad", "deg", most=math.pi)
 
     derived: tuple[str, ...] = field(default=(), metadata={"column": False})
     measure: tuple[str, ...] = field(default=(), metadata={"column": False})
@@ -167,30 +92,30 @@ class DamperRow(CatalogueRow):
     """A rotary damper that a vendor sells, with the points of its torque-speed curve if available."""
 
     family: ClassVar[str] = "dampers"
-    part: str = _text(key=True)
-    vendor: str = _text()
-    product_line: str = _text()
-    direction: str = _text(choices=("both", "clockwise", "counter-clockwise", "one-way"))
-    continuous: str = _text(choices=("yes", "no"))
-    travel: float | None = _quantity("rad", "deg")
-    min_torque: float | None = _quantity("N*m", "N*m")
-    max_torque: float | None = _quantity("N*m", "N*m", key=True)
-    speed: float | None = _quantity("rad/s", "rpm", key=True)
-    max_speed: float | None = _quantity("rad/s", "rpm")
-    temperature: float | None = _quantity("degC", "degC", signed=True)
-    reverse_torque: float | None = _quantity("N*m", "N*m", zero=True)
-    outer_diameter: float | None = _quantity("m", "mm")
-    body_length: float | None = _quantity("m", "mm")
-    bolt_circle: float | None = _quantity("m", "mm")
-    bolts: float | None = _quantity("1", "1")
-    bolt_diameter: float | None = _quantity("m", "mm")
-    shaft_side: str = _text(choices=("shaft", "bore"))
-    shaft_form: str = _text(choices=("round", "d", "square", "hex"))
-    shaft_size: float | None = _quantity("m", "mm")
-    min_temperature: float | None = _quantity("degC", "degC", signed=True)
-    max_temperature: float | None = _quantity("degC", "degC", signed=True)
-    torque_tolerance: float | None = _quantity("1", "%", most=WIDEST)
-    torque_per_kelvin: float | None = _quantity("1/K", "%/K", signed=True)
+    part: str = text_column(key=True)
+    vendor: str = text_column()
+    product_line: str = text_column()
+    direction: str = text_column(choices=("both", "clockwise", "counter-clockwise", "one-way"))
+    continuous: str = text_column(choices=("yes", "no"))
+    travel: float | None = quantity_column("rad", "deg")
+    min_torque: float | None = quantity_column("N*m", "N*m")
+    max_torque: float | None = quantity_column("N*m", "N*m", key=True)
+    speed: float | None = quantity_column("rad/s", "rpm", key=True)
+    max_speed: float | None = quantity_column("rad/s", "rpm")
+    temperature: float | None = quantity_column("degC", "degC", signed=True)
+    reverse_torque: float | None = quantity_column("N*m", "N*m", zero=True)
+    outer_diameter: float | None = quantity_column("m", "mm")
+    body_length: float | None = quantity_column("m", "mm")
+    bolt_circle: float | None = quantity_column("m", "mm")
+    bolts: float | None = quantity_column("1", "1")
+    bolt_diameter: float | None = quantity_column("m", "mm")
+    shaft_side: str = text_column(choices=("shaft", "bore"))
+    shaft_form: str = text_column(choices=("round", "d", "square", "hex"))
+    shaft_size: float | None = quantity_column("m", "mm")
+    min_temperature: float | None = quantity_column("degC", "degC", signed=True)
+    max_temperature: float | None = quantity_column("degC", "degC", signed=True)
+    torque_tolerance: float | None = quantity_column("1", "%", most=WIDEST)
+    torque_per_kelvin: float | None = quantity_column("1/K", "%/K", signed=True)
     curve_speed: tuple[float, ...] = field(default=(), metadata={"column": False})
     curve_torque: tuple[float, ...] = field(default=(), metadata={"column": False})
     torque_range: tuple[float, float] | None = field(default=None, metadata={"column": False})
@@ -222,7 +147,7 @@ class DamperRow(CatalogueRow):
         """Whether the damper turns through ``travel`` rad; None if unknown."""
         if self.continuous == "yes":
             return True
-        return None if self.travel is None else bool(self.travel >= travel * (1.0 - 1e-9))  # also of numpy numbers
+        return None if self.travel is None else bool(self.travel >= travel * (1.0 - 1e-9))  # also of a numpy number
 
     def torque_speed(self, law: str | None = None, exponent: float = CONCAVE_EXPONENT) -> DamperCurve:
         """The torque-speed curve by a law.
@@ -265,10 +190,10 @@ class CurvePointRow(CatalogueRow):
     """One point of a damper's torque-speed curve."""
 
     family: ClassVar[str] = "damper_curves"
-    part: str = _text(key=True)
-    vendor: str = _text()
-    speed: float | None = _quantity("rad/s", "rpm", key=True)
-    torque: float | None = _quantity("N*m", "N*m", key=True)
+    part: str = text_column(key=True)
+    vendor: str = text_column()
+    speed: float | None = quantity_column("rad/s", "rpm", key=True)
+    torque: float | None = quantity_column("N*m", "N*m", key=True)
 
     needed: ClassVar[tuple[str, ...]] = ("part", "speed", "torque")
 
@@ -278,16 +203,16 @@ class WireRow(CatalogueRow):
     """A stock size of spring wire, with its strength if listed."""
 
     family: ClassVar[str] = "wire_diameters"
-    series: str = _text(key=True)
-    material: str = _text()
-    grade: str = _text()
-    system: str = _text(choices=("inch", "metric"))
-    gauge: str = _text()
-    diameter: float | None = _quantity("m", "mm", key=True)
-    nominal_size: float | None = _quantity("m", "in")
-    min_tensile_strength: float | None = _quantity("Pa", "MPa")
-    max_tensile_strength: float | None = _quantity("Pa", "MPa")
-    diameter_tolerance: float | None = _quantity("m", "mm")
+    series: str = text_column(key=True)
+    material: str = text_column()
+    grade: str = text_column()
+    system: str = text_column(choices=("inch", "metric"))
+    gauge: str = text_column()
+    diameter: float | None = quantity_column("m", "mm", key=True)
+    nominal_size: float | None = quantity_column("m", "in")
+    min_tensile_strength: float | None = quantity_column("Pa", "MPa")
+    max_tensile_strength: float | None = quantity_column("Pa", "MPa")
+    diameter_tolerance: float | None = quantity_column("m", "mm")
 
     needed: ClassVar[tuple[str, ...]] = ("series", "diameter")
 
@@ -297,29 +222,29 @@ class MaterialRow(CatalogueRow):
     """One property of one wire material from one source; percentages are fractions of the tensile strength."""
 
     family: ClassVar[str] = "wire_materials"
-    material: str = _text(key=True)
-    name_as_published: str = _text()
-    standard: str = _text()
-    record: str = _text(key=True)
-    min_diameter: float | None = _quantity("m", "mm")
-    max_diameter: float | None = _quantity("m", "mm")
-    strength_at_1_mm: float | None = _quantity("Pa", "MPa")
-    strength_exponent: float | None = _quantity("1", "1", zero=True)
-    log_law_strength_at_1_mm: float | None = _quantity("Pa", "MPa")
-    log_law_drop_per_decade: float | None = _quantity("Pa", "MPa", zero=True)
-    strength_cap: float | None = _quantity("Pa", "MPa")
-    elastic_modulus: float | None = _quantity("Pa", "GPa")
-    shear_modulus: float | None = _quantity("Pa", "GPa")
-    elastic_limit_tension_low: float | None = _quantity("1", "%")
-    elastic_limit_tension_high: float | None = _quantity("1", "%")
-    elastic_limit_torsion_low: float | None = _quantity("1", "%")
-    elastic_limit_torsion_high: float | None = _quantity("1", "%")
-    density: float | None = _quantity("kg/m^3", "kg/m^3")
-    static_bending_limit: float | None = _quantity("1", "%")
-    static_bending_limit_not_relieved: float | None = _quantity("1", "%")
-    repeated_bending_limit_1e5: float | None = _quantity("1", "%")
-    repeated_bending_limit_1e6: float | None = _quantity("1", "%")
-    relative_cost: float | None = _quantity("1", "1")
+    material: str = text_column(key=True)
+    name_as_published: str = text_column()
+    standard: str = text_column()
+    record: str = text_column(key=True)
+    min_diameter: float | None = quantity_column("m", "mm")
+    max_diameter: float | None = quantity_column("m", "mm")
+    strength_at_1_mm: float | None = quantity_column("Pa", "MPa")
+    strength_exponent: float | None = quantity_column("1", "1", zero=True)
+    log_law_strength_at_1_mm: float | None = quantity_column("Pa", "MPa")
+    log_law_drop_per_decade: float | None = quantity_column("Pa", "MPa", zero=True)
+    strength_cap: float | None = quantity_column("Pa", "MPa")
+    elastic_modulus: float | None = quantity_column("Pa", "GPa")
+    shear_modulus: float | None = quantity_column("Pa", "GPa")
+    elastic_limit_tension_low: float | None = quantity_column("1", "%")
+    elastic_limit_tension_high: float | None = quantity_column("1", "%")
+    elastic_limit_torsion_low: float | None = quantity_column("1", "%")
+    elastic_limit_torsion_high: float | None = quantity_column("1", "%")
+    density: float | None = quantity_column("kg/m^3", "kg/m^3")
+    static_bending_limit: float | None = quantity_column("1", "%")
+    static_bending_limit_not_relieved: float | None = quantity_column("1", "%")
+    repeated_bending_limit_1e5: float | None = quantity_column("1", "%")
+    repeated_bending_limit_1e6: float | None = quantity_column("1", "%")
+    relative_cost: float | None = quantity_column("1", "1")
 
     needed: ClassVar[tuple[str, ...]] = ("material", "record")
 
@@ -348,30 +273,30 @@ class GearMotorRow(CatalogueRow):
     """A gear motor that a vendor sells, at one voltage; torque and speeds at the output shaft."""
 
     family: ClassVar[str] = "gearmotors"
-    part: str = _text(key=True)
-    vendor: str = _text()
-    product_line: str = _text()
-    variant: str = _text()
-    items: str = _text()
-    gear_ratio: float | None = _quantity("1", "1", key=True)
-    voltage: float | None = _quantity("V", "V")
-    no_load_speed: float | None = _quantity("rad/s", "rpm", key=True)
-    stall_torque: float | None = _quantity("N*m", "N*m", key=True)
-    stall_current: float | None = _quantity("A", "A")
-    no_load_current: float | None = _quantity("A", "A")
-    mass: float | None = _quantity("kg", "g")
-    torque_limit: float | None = _quantity("N*m", "N*m")
-    speed_tolerance: float | None = _quantity("1", "%", zero=True, most=WIDEST)
-    current_tolerance: float | None = _quantity("1", "%", zero=True, most=WIDEST)
-    resistance: float | None = _quantity("ohm", "ohm")
-    inductance: float | None = _quantity("H", "mH")
-    rotor_inertia: float | None = _quantity("kg*m^2", "kg*m^2")
-    speed_at_best_efficiency: float | None = _quantity("rad/s", "rpm")
-    torque_at_best_efficiency: float | None = _quantity("N*m", "N*m")
-    current_at_best_efficiency: float | None = _quantity("A", "A")
-    size: str = _text()
-    shaft_size: float | None = _quantity("m", "mm")
-    basis: str = _text()
+    part: str = text_column(key=True)
+    vendor: str = text_column()
+    product_line: str = text_column()
+    variant: str = text_column()
+    items: str = text_column()
+    gear_ratio: float | None = quantity_column("1", "1", key=True)
+    voltage: float | None = quantity_column("V", "V")
+    no_load_speed: float | None = quantity_column("rad/s", "rpm", key=True)
+    stall_torque: float | None = quantity_column("N*m", "N*m", key=True)
+    stall_current: float | None = quantity_column("A", "A")
+    no_load_current: float | None = quantity_column("A", "A")
+    mass: float | None = quantity_column("kg", "g")
+    torque_limit: float | None = quantity_column("N*m", "N*m")
+    speed_tolerance: float | None = quantity_column("1", "%", zero=True, most=WIDEST)
+    current_tolerance: float | None = quantity_column("1", "%", zero=True, most=WIDEST)
+    resistance: float | None = quantity_column("ohm", "ohm")
+    inductance: float | None = quantity_column("H", "mH")
+    rotor_inertia: float | None = quantity_column("kg*m^2", "kg*m^2")
+    speed_at_best_efficiency: float | None = quantity_column("rad/s", "rpm")
+    torque_at_best_efficiency: float | None = quantity_column("N*m", "N*m")
+    current_at_best_efficiency: float | None = quantity_column("A", "A")
+    size: str = text_column()
+    shaft_size: float | None = quantity_column("m", "mm")
+    basis: str = text_column()
 
     needed: ClassVar[tuple[str, ...]] = (
         "part", "gear_ratio", "voltage", "no_load_speed", "stall_torque", "stall_current", "no_load_current", "mass",

@@ -10,7 +10,7 @@ import numpy as np
 from synth.estimation.intervals import Estimate
 from synth.jump.hopper_leg import HopperTolerances
 from synth.jump.outcomes import APEX, PEAK_GEAR_TORQUE
-from synth.validation.comparison_table import ComparisonRow, ComparisonTable, table_cell
+from synth.validation.comparison_table import Cell, ComparisonRow, ComparisonTable, table_cell
 from synth.validation.jump_claims import (
     BEST_LENGTHS,
     GEAR_LIMIT,
@@ -87,18 +87,19 @@ def jump_tables() -> tuple[ComparisonTable, ...]:
     return _claims_table(followed, cases), _heights_table(followed), _configurations_table(cases), _stops_table(stopped)
 
 
-def _claims_table(case: CrouchCase, cases: list[CrouchCase]) -> ComparisonTable:
-    given, tall, top = case.given, case.heights, case.given.best("D")
-    full, short = (
-        _clearance_interval(given, "full"),
-        float(given.by_length("D", SHORT_RATIO, np.array([SHORT_LENGTH]))[0]),
-    )
-    ours = {model: given.best(model, SUITABLE) for model in "ABD"}
+ClaimRow = tuple[str, Cell, Cell, bool | None]
+
+
+def _claim_rows(case: CrouchCase, full: Estimate, short: float, ours: dict[str, BestDesign]) -> tuple[ClaimRow, ...]:
+    """Each claim: published, ours, and whether it holds; None where ours is calibrated to it, or chosen so.
+
+    ``full``: clearance by the full model; ``short``: that of the short leg by D, m; ``ours``: best designs by model.
+    """
+    tall = case.heights
     over = tall["D"] / tall["full"]
     measured = (full.low or 0.0) <= MEASURED <= (full.high or 0.0)
     shorter, heavier = short / SHORT_LENGTH > tall["D"] / LENGTH, tall["point_mass"] > tall["A"]
-    # None: ours is calibrated to it, or the configuration is chosen so.
-    rows = (
+    return (
         ("predicted clearance (D), 12 cm, 210:1", table_cell(PREDICTED, "cm"), table_cell(tall["D"], "cm"), None),
         ("measured clearance, mean of three", table_cell(MEASURED, "cm"), table_cell(full), measured),
         ("prediction over measurement", f"{PREDICTED / MEASURED:.2f}", f"{over:.2f} (D over full)",
@@ -118,6 +119,16 @@ def _claims_table(case: CrouchCase, cases: list[CrouchCase]) -> ComparisonTable:
          "best gear " + ", ".join(f"{name} {best.ratio:.0f}:1" for name, best in ours.items()),
          is_the_studys(ours["D"]) and not any(is_the_studys(ours[name]) for name in "AB")),
     )  # fmt: skip
+
+
+def _claims_table(case: CrouchCase, cases: list[CrouchCase]) -> ComparisonTable:
+    given, tall, top = case.given, case.heights, case.given.best("D")
+    full, short = (
+        _clearance_interval(given, "full"),
+        float(given.by_length("D", SHORT_RATIO, np.array([SHORT_LENGTH]))[0]),
+    )
+    ours = {model: given.best(model, SUITABLE) for model in "ABD"}
+    rows = _claim_rows(case, full, short, ours)
     share = printed_work_share(given.crouch, given.leg.extended)
     ends = [case.inertia for case in cases if case.reached and case.inertia is not None]
     low, high = full.low or 0.0, full.high or 0.0

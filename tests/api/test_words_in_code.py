@@ -62,7 +62,8 @@ def test_library_file_and_command_line_take_the_same_words() -> None:
     ("settings", "said"),
     [
         (synth.FitSettings(options=synth.FitOptions(seed=-1)), "fit.seed: -1 is not allowed"),
-        (synth.FitSettings(options={"method": "swarm"}), r"fit: \{.*\} is no FitOptions: write synth.FitOptions"),  # type: ignore[arg-type]
+        (synth.FitSettings(options="swarm"), "fit: 'swarm' is no FitOptions: write synth.FitOptions"),  # type: ignore[arg-type]
+        (synth.FitSettings(options={"method": "swarms"}), 'method: "swarms" is not allowed; did you mean swarm'),
         (synth.FitSettings(prior=synth.RatePrior(spring=-0.1)), "prior.spring: .* must be more than 0"),
         (synth.FitSettings(tolerance=synth.Tolerance(mass=-0.1)), "tolerance.mass: .* must be at least 0"),
         (synth.FitSettings(tolerance=synth.Tolerance(mass="1 %")), 'mass: "1 %" is not allowed: .* such as 0.05'),  # type: ignore[arg-type]

@@ -140,5 +140,5 @@ def test_no_missing_effect_is_said_only_where_it_is_probable() -> None:
         "nominal leg has an error of 2.1° on unseen releases"
     )
     assert sentence("none", [], [], 0.1, replace(TOLD, none=0.9)).startswith("These trials show no missing effect")
-    assert "cannot show whether" in reason_for_next_trial("none", [""], none=0.46)
+    assert "To show whether an effect is missing" in reason_for_next_trial("none", [""], none=0.46)
     assert SURE_OF_NONE == SURE_PROBABILITY  # the page, which imports nothing of the program, says the same

@@ -10,9 +10,13 @@ from scipy.optimize import brentq
 
 from diagnosis.simulated_releases import ONE, TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.plants.swinging_chain import chain_menu
 from synth.diagnosis.plants.swinging_chain.chain_menu import RAMP_SHARE, holding_torque, menu
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo, TorqueDrive
 from synth.fit.recordings import recordings
-from synth.swing.leg_model import Damper, Leg
+from synth.swing.chain import Conditions
+from synth.swing.leg_model import Damper, Joint, Leg, Link
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
 
 
@@ -54,3 +58,29 @@ def test_other_joints_give_way() -> None:
     load = static_torque(coefficients(TWO), held, TWO.tilt) + TWO.spring_rate * (held - TWO.rest)
     assert load == pytest.approx([torque, 0.0], abs=1e-9)
     assert holding_torque(TWO, rest, 0, 0.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("drive", "what"),
+    [
+        (None, "a torque on knee that rises slowly to 0.36 N m in 3 s"),
+        (TorqueDrive(GearedMotor(np.inf, 0.01, 40.0, 0.9, 0.0)), "a current of knee that rises slowly to 1 A in 3 s"),
+        (
+            Servo(0.0, motor=GearedMotor(2.0, 0.01, 40.0, 0.9, 0.0), open_duty=1.0),
+            "a voltage on knee that rises slowly to 2 V in 3 s",
+        ),
+    ],
+)
+def test_a_ramp_is_told_as_what_the_drive_takes(drive: Servo | TorqueDrive | None, what: str) -> None:
+    joint = Joint("knee", Link(0.2, 0.3, 0.1, 1e-3), drive=drive, sign=-1)
+    assert chain_menu._ramp_text(joint, 0.36) == what + ", recorded with it"
+    ramp = chain_menu._imagined_release(Leg("one", (joint,)), np.ones(1), np.zeros(1), Conditions(), (0, 0.36))
+    if isinstance(drive, Servo):
+        assert ramp.recording.known_torque is None
+        assert ramp.recording.signals is not None
+        end = ramp.recording.signals.supply[-1, 0]
+        torque = float(drive.torque(np.zeros(1), np.zeros(1), end)[0])  # on q
+    else:
+        assert ramp.recording.known_torque is not None
+        torque = float(ramp.recording.known_torque[1][-1, 0])
+    assert torque == pytest.approx(-0.36)

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from fit.simulated_legs import robot
+from synth.files.joint_springs import spring_terms
 from synth.files.robot_xml import sdf_file, urdf_file, write_robot_files
 from synth.swing.chain import simulate
-from synth.swing.leg_model import Damper, DamperCurve, Leg
+from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
 
 FASTEST = np.full(3, 10.0)
 CURVE = DamperCurve((0.1, 1.0, 10.0), (0.05, 0.1, 0.2))
@@ -55,6 +56,14 @@ def test_the_sdf_holds_springs_with_their_rest_and_dampers() -> None:
     poses = [link.findtext("pose") for link in root.iter("link")][1:]
     lengths = [0.0, *(-joint.link.length for joint in leg.joints[:-1])]
     assert [float((pose or "").split()[2]) for pose in poses] == pytest.approx(lengths)
+
+
+def test_a_joint_without_a_spring_lacks_none_in_urdf(tmp_path) -> None:
+    """A diagnosis gives every joint a spring, of rate 0 where the leg file has none: "0 N*m/rad is left out"."""
+    leg = robot().with_joints(knee={"spring": Spring(0.0, 0.3)})
+    said = [text for text in write_robot_files(leg, FASTEST, tmp_path) if "no springs" in text]
+    assert not any("knee: URDF has no springs" in text for text in said)
+    assert spring_terms(leg.joints[leg.joint_names.index("knee")], 1.0).error == 0.0  # was 0/0
 
 
 def test_features_that_a_format_lacks_are_reported_in_file_and_report(tmp_path) -> None:

@@ -16,9 +16,10 @@ from synth.cli import main
 from synth.errors import UserError
 from synth.parts.catalog_table import read_table
 from synth.parts.catalogs import Catalogue, catalog_folder, catalogue_rows_as_table, check_catalogue
+from synth.parts.catalogue_row import CatalogueRow
 from synth.parts.coil_angle import angle_mismatch
 from synth.parts.row_check import contradictions, geometric_rates, missing_values
-from synth.parts.rows import FAMILIES, CatalogueRow, GearMotorRow, TorsionSpringRow
+from synth.parts.rows import FAMILIES, GearMotorRow, TorsionSpringRow
 from synth.parts.usable import offers
 from synth.units import factor
 

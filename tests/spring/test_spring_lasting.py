@@ -85,6 +85,24 @@ class TestFatigue:
         assert endurance(result.best) > endurance(lightest)
         assert endurance(result.best) <= ENDLESS
 
+    @pytest.mark.parametrize(("cycles", "repeated"), [(1e6, 0.50), (1e5, 0.53)])
+    def test_a_spring_opened_farther_than_it_lasts_turns_as_far_either_way(
+        self, catalogue: Catalogue, cycles: float, repeated: float
+    ) -> None:
+        """Its opening travel shrinks with the winding one, so its stress swings about zero: it bears Se there.
+
+        By Gerber through the stress Sr repeated from zero (Shigley, table 10-10): Se = Sr/2 / (1 - (Sr/2 Sut)^2).
+        """
+        music, mean, coils, wire = catalogue.find_material("music"), 26e-3, 6.25, 2.54e-3
+        design = check_spring(music, wire, mean, coils, SpringTask(1.2, opening_travel=1.2))
+        index, strength = mean / wire, 271 * 6.894757e6  # Pa, by the maker's table
+        inner = (4 * index**2 - index - 1) / (4 * index * (index - 1))
+        per_angle = inner * 196.5e9 * wire / (2.0 * math.pi * mean * coils)  # Pa/rad: Ki E d / (2 pi D N)
+        endurance_limit = repeated / 2 / (1 - (repeated / 2) ** 2) * strength
+        lasting = travel_limit(design, SpringLimits(cycles=cycles, fatigue_safety=1.0))
+        assert lasting == pytest.approx(endurance_limit / per_angle, rel=1e-4)
+        assert lasting < design.opening_travel
+
     def test_wire_of_which_no_fatigue_is_known_is_refused(self, catalogue: Catalogue) -> None:
         task = SpringTask(0.5, limits=SpringLimits(cycles=1e5))
         music = catalogue.find_material("music")

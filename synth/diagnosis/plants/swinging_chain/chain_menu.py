@@ -15,12 +15,13 @@ from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.plants.swinging_chain.command_menu import CommandLimits, CommandMenu, has_servo
 from synth.diagnosis.plants.swinging_chain.command_programme import Programme
 from synth.diagnosis.workbench import Workbench
+from synth.drives.servo import Servo, ServoSignals, TorqueDrive
 from synth.estimation.information import TrialForecast
 from synth.files.next_command import NextCommand
 from synth.fit.recordings import Recording
 from synth.motion.smoothing import Smoothed
 from synth.swing.chain import Conditions
-from synth.swing.leg_model import Leg
+from synth.swing.leg_model import Joint, Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
 from synth.units import write
 
@@ -84,9 +85,20 @@ def menu(
             joint.sign * holding_torque(leg, rest, j, RAMP_SHARE * float(away[j])) if joint.spring is not None else 0.0
         )
         if torque:
-            what = f"a torque on {names[j]} that rises slowly to {torque:.3g} N m in {TRIAL_LENGTH:g} s and is recorded"
-            made.append(item(what, 0.0, {}, plain, (j, torque)))
+            made.append(item(_ramp_text(joint, torque), 0.0, {}, plain, (j, torque)))
     return made
+
+
+def _ramp_text(joint: Joint, torque: float) -> str:
+    """A slowly rising ``torque`` (N m, measured sense), told as what the drive of the joint takes."""
+    drive = joint.drive
+    if isinstance(drive, TorqueDrive):
+        ampere = torque / drive.motor.torque_a_current
+        return f"a current of {joint.name} that rises slowly to {ampere:.3g} A in {TRIAL_LENGTH:g} s and is recorded"
+    if isinstance(drive, Servo) and drive.open_duty and drive.motor is not None:
+        volt = torque / drive.motor.strength
+        return f"a voltage on {joint.name} that rises slowly to {volt:.3g} V in {TRIAL_LENGTH:g} s and is recorded"
+    return f"a torque on {joint.name} that rises slowly to {torque:.3g} N m in {TRIAL_LENGTH:g} s and is recorded"
 
 
 def holding_torque(leg: Leg, rest: Array, j: int, away: float) -> float:
@@ -144,13 +156,17 @@ def _imagined_release(
     smoothed = Smoothed(time, held, np.zeros_like(held), noise, np.zeros(len(time), dtype=bool))
     counts = np.ones((len(time), n), dtype=bool)
     counts[:, list(conditions.locked)] = False
-    known = None
+    known, signals = None, None
     if ramp is not None:
         joint, torque = ramp
-        applied = np.zeros((2, n))
+        applied, ends, drive = np.zeros((2, n)), np.array([0.0, TRIAL_LENGTH]), leg.joints[joint].drive
         applied[1, joint] = leg.joints[joint].sign * torque
-        known = (np.array([0.0, TRIAL_LENGTH]), applied)
-    recording = Recording("next", time, held, counts, conditions, smoothed, known)
+        if isinstance(drive, Servo) and drive.open_duty and drive.motor is not None:
+            driven = np.ones((2, 1)) * np.array([isinstance(each.drive, Servo) for each in leg.joints])
+            signals = ServoSignals(ends, np.zeros((2, n)), applied / drive.motor.strength, driven)
+        else:
+            known = ends, applied
+    recording = Recording("next", time, held, counts, conditions, smoothed, known, signals=signals)
     return AngleTrial(recording, time, held, counts, held_out=False)
 
 
