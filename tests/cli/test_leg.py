@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import json
 import math
@@ -146,34 +145,35 @@ def test_the_maker_s_point_and_the_units_of_parts(design: dict) -> None:  # type
         damper = joint["damper"]
         torque, speed = published[damper["part"]] * pound / 16, 50 * math.tau / 60
         assert damper["secant_rate"] == {"value": pytest.approx(torque / speed, rel=1e-4), "unit": "N*m*s/rad"}
-        for other in joint["damper_alternatives"]:
-            assert other["torque_inch"]["value"] == pytest.approx(published[other["part"]], rel=1e-4)
         for other in joint["spring_alternatives"]:
             inch = other["rate"]["value"] / pound * math.pi / 180
-            assert other["rate_inch"] == {"value": pytest.approx(inch, rel=1e-4), "unit": "in*lbf/deg"}
+            assert other["rate_inch"] == {"value": pytest.approx(inch, rel=1e-4), "unit": "lbf*in/deg"}
 
 
 def test_the_cost_of_a_part_is_from_the_error_of_the_chosen_set(design: dict) -> None:  # type: ignore[type-arg]
-    """Which the response states by itself, and which is the RMS of those of its joints."""
+    """Which the response states by itself, and which is the RMS of those of its joints.
+
+    That of the response is of the leg as drawn, whose springs and masses differ a little from those that were ranked.
+    """
     response = design["response"]["wanted_to_built"]
     chosen = response["rms"]["value"]
     of_joints = [error["value"] for error in response["joints"].values()]
     assert chosen == pytest.approx(math.sqrt(sum(error**2 for error in of_joints) / len(of_joints)))
-    for joint in design["joints"].values():
-        for kind in ("spring", "damper"):
-            assert joint[f"{kind}_alternatives"]
-            for other in joint[f"{kind}_alternatives"]:
-                assert other["response_error"]["value"] - other["cost"]["value"] == pytest.approx(chosen, abs=1e-6)
+    for kind in ("spring", "damper"):
+        others = [each for joint in design["joints"].values() for each in joint[f"{kind}_alternatives"]]
+        assert others
+        for other in others:
+            assert other["response_error"]["value"] - other["cost"]["value"] == pytest.approx(chosen, rel=0.01)
 
 
-def test_held_out_errors_are_those_of_the_written_responses(result: Path, design: dict) -> None:  # type: ignore[type-arg]
-    rows: list[dict[str, str]] = []
-    for stem in ("check_1", "check_2"):
-        with (result / "responses" / "source" / f"{stem}.csv").open(newline="") as stream:
-            rows += csv.DictReader(stream)
+def test_the_held_out_error_is_that_of_all_their_samples(project: Path, design: dict) -> None:  # type: ignore[type-arg]
+    """Its square is the mean of those of the trials, each as often as it has samples."""
+    trials = design["held_out"]["trials"]
+    counts = [len((project / trial["file"]).read_text().splitlines()) - 1 for trial in trials]
+    assert len(counts) == 2
     for joint, stated in design["held_out"]["rms"].items():
-        off = [float(row[f"{joint} measured [deg]"]) - float(row[f"{joint} fitted [deg]"]) for row in rows]
-        assert stated["value"] == pytest.approx(math.sqrt(sum(each**2 for each in off) / len(off)), rel=1e-5)
+        squares = [count * trial["rms"][joint]["value"] ** 2 for count, trial in zip(counts, trials, strict=True)]
+        assert stated["value"] == pytest.approx(math.sqrt(sum(squares) / sum(counts)), rel=1e-6)
 
 
 def test_the_same_input_gives_the_same_bytes(
