@@ -137,6 +137,45 @@ def test_a_chosen_part_is_not_its_own_substitute(design: dict) -> None:  # type:
         assert joint["damper"]["part"] not in [other["part"] for other in joint["damper_alternatives"]]
 
 
+def test_the_maker_s_point_and_the_units_of_parts(design: dict) -> None:  # type: ignore[type-arg]
+    """McMaster-Carr's 312, 31 and 7 in-oz at 50 rpm; an in*lbf is 4.4482 N by 25.4 mm, a sixteenth of it an in*oz."""
+    pound = 4.4482216 * 0.0254
+    published = {"6597K21": 312.0, "6597K19": 31.0, "6597K8": 7.0}
+    for joint in design["joints"].values():
+        damper = joint["damper"]
+        torque, speed = published[damper["part"]] * pound / 16, 50 * math.tau / 60
+        assert damper["secant_rate"] == {"value": pytest.approx(torque / speed, rel=1e-4), "unit": "N*m*s/rad"}
+        for other in joint["spring_alternatives"]:
+            inch = other["rate"]["value"] / pound * math.pi / 180
+            assert other["rate_inch"] == {"value": pytest.approx(inch, rel=1e-4), "unit": "lbf*in/deg"}
+
+
+def test_the_cost_of_a_part_is_from_the_error_of_the_chosen_set(design: dict) -> None:  # type: ignore[type-arg]
+    """Which the response states by itself, and which is the RMS of those of its joints.
+
+    That of the response is of the leg as drawn, whose springs and masses differ a little from those that were ranked.
+    """
+    response = design["response"]["wanted_to_built"]
+    chosen = response["rms"]["value"]
+    of_joints = [error["value"] for error in response["joints"].values()]
+    assert chosen == pytest.approx(math.sqrt(sum(error**2 for error in of_joints) / len(of_joints)))
+    for kind in ("spring", "damper"):
+        others = [each for joint in design["joints"].values() for each in joint[f"{kind}_alternatives"]]
+        assert others
+        for other in others:
+            assert other["response_error"]["value"] - other["cost"]["value"] == pytest.approx(chosen, rel=0.01)
+
+
+def test_the_held_out_error_is_that_of_all_their_samples(project: Path, design: dict) -> None:  # type: ignore[type-arg]
+    """Its square is the mean of those of the trials, each as often as it has samples."""
+    trials = design["held_out"]["trials"]
+    counts = [len((project / trial["file"]).read_text().splitlines()) - 1 for trial in trials]
+    assert len(counts) == 2
+    for joint, stated in design["held_out"]["rms"].items():
+        squares = [count * trial["rms"][joint]["value"] ** 2 for count, trial in zip(counts, trials, strict=True)]
+        assert stated["value"] == pytest.approx(math.sqrt(sum(squares) / sum(counts)), rel=1e-6)
+
+
 def test_the_same_input_gives_the_same_bytes(
     project: Path, result: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -41,6 +41,7 @@ def test_excluded_parts_are_left_out_and_reported(
         "vendors": ["Lee Spring", "McMaster-Carr"], "without": ["6597k8"], "system": "inch"
     }  # fmt: skip
     parts = {item["part"] for joint in design["joints"].values() for item in joint["damper_alternatives"]}
+    assert {item["count"] for joint in design["joints"].values() for item in joint["damper_alternatives"]} == {1, 2}
     assert not any("6597K8" in part for part in parts)
     forecast = design["response"]["forecast"]
     assert forecast["within"]["value"] == pytest.approx(4.0)
@@ -51,6 +52,11 @@ def test_excluded_parts_are_left_out_and_reported(
     for joint in design["joints"].values():
         for item in (*joint["spring_alternatives"], *joint["damper_alternatives"]):
             assert item["cost"]["unit"] == "deg"
+        # Of one damper, as it is ordered, however many there are: the maker's 312, 31 and 7 in-oz.
+        published = {"6597K21": 312.0, "6597K19": 31.0, "6597K8": 7.0}
+        for item in joint["damper_alternatives"]:
+            (part,) = [name for name in published if name in item["part"]]
+            assert item["torque_inch"] == {"value": pytest.approx(published[part], rel=1e-4), "unit": "ozf*in"}
         costs = [item["cost"]["value"] for item in joint["spring_alternatives"]]
         assert costs == sorted(costs)
     assert f"{forecast['expected']['value']:.2f} deg (90 %: {low:.2f} to {high:.2f})" in said
