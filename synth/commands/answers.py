@@ -123,7 +123,7 @@ def gap_text(content: Json) -> str:
     rows = [["cause", "joint", "probability", "reduces the gap by"]]
     for entry in content["ranked"][:MOST_CAUSES]:
         shrink = entry["shrink"]["value"] if entry.get("shrink") else None
-        shown = "-" if shrink is None else f"{shrink:.0%}"
+        shown = "-" if shrink is None else f"{round(shrink, 2) + 0.0:.0%}"  # no -0%
         rows.append([entry["effect"].replace("_", " "), entry["joint"], _chance(entry["probability"]), shown])
     others = 1.0 - content["probability_none"] - content["probability_unknown"]
     others -= sum(entry["probability"] for entry in content["ranked"][:MOST_CAUSES])

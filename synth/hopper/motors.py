@@ -25,6 +25,7 @@ from synth.parts.rows import GearMotorRow
 # Kg m^2 and kg of an N20 motor: a public estimate, marked as such by its author; scaled for other motors
 # by mass^(5/3), as for similar bodies of equal density.
 ROTOR_INERTIA, ROTOR_MASS = 1.5e-8, 0.0095
+OTHER_CURRENTS = "currents are those of "  # begins the remark of a row whose maker states those of another ratio
 ELECTRICAL_TIME = 0.25e-3  # s, of 1 mH at 4 ohm: an estimate
 
 
@@ -81,6 +82,11 @@ def estimates_of(row: GearMotorRow, options: MotorOptions) -> list[str]:
         found.append("rotor inertia estimated from a public estimate, by geometric similarity")
     if not (options.inductance or row.inductance):
         found.append("inductance estimated from an electrical time constant of 0.25 ms")
+    if row.basis_remark.startswith(OTHER_CURRENTS):
+        derived = "back-EMF constant and efficiency" if options.resistance or row.resistance else (
+            "resistance, back-EMF constant and efficiency"
+        )  # fmt: skip
+        found.append(f"stall and no-load {row.basis_remark}; {derived} follow from them")
     if row.interpolated:
         found.append("speed and torque are not published, but interpolated between the maker's neighbouring ratios")
     return found

@@ -173,7 +173,7 @@ def upright(leg: HopperLeg, motor: Motor, contact: Contact, name: str) -> ModelC
     model = MODELS[name]
     found = simulate([(leg, motor)], contact, model, tolerance=1e-6)[0].clearance
     expected = planar_jump(leg, motor, contact, model, tolerance=1e-6).outcome.clearance
-    return ModelCheck(f"clearance by model {name}", "foot", expected, found, FORMS, "m",
+    return ModelCheck(f"clearance by model {name}, beside the planar form", "foot", expected, found, FORMS, "m",
                       "the planar form, whose equations have Lagrange multipliers")  # fmt: skip
 
 
@@ -204,7 +204,9 @@ def same_jump(leg: HopperLeg, motor: Motor, contact: Contact) -> ModelCheck:
     """Model A's jump compared with MuJoCo's on the same ground."""
     found = simulate([(leg, motor)], contact, MODELS["A"], tolerance=1e-6)[0].clearance
     expected = mujoco_jump(leg, motor, contact, MODELS["A"]).outcome.clearance
-    return ModelCheck("clearance by model A", "foot", expected, found, FORMS, "m", "MuJoCo on the same ground")
+    return ModelCheck(
+        "clearance by model A, beside MuJoCo", "foot", expected, found, FORMS, "m", "MuJoCo on the same ground"
+    )
 
 
 def length_checked(leg: HopperLeg, lengths: tuple[float, ...]) -> HopperLeg:

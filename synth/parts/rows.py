@@ -308,6 +308,11 @@ class GearMotorRow(CatalogueRow):
         return self.basis.partition(";")[0].strip() == INTERPOLATED
 
     @property
+    def basis_remark(self) -> str:
+        """What ``basis`` says after its word, as ``currents are those of the 50:1``; empty if nothing."""
+        return self.basis.partition(";")[2].strip()
+
+    @property
     def same_motor(self) -> tuple[str, ...]:
         """What rows of one motor behind different gears have in common; without a product line a row is alone."""
         return (self.vendor, self.product_line, self.variant) if self.product_line else (self.vendor, self.part)

@@ -172,6 +172,12 @@ def test_a_gap_s_probabilities_add_up_on_the_screen() -> None:
     assert re.search(r"all others +29%", gap_text(gap(0.1)))
 
 
+def test_a_cause_that_reduces_nothing_has_no_minus() -> None:
+    found = gap(0.1)
+    found["ranked"] = [{**found["ranked"][0], "shrink": {"value": shrink}} for shrink in (-0.004, 0.004, -0.04)]
+    assert re.findall(r"-?\d+%$", gap_text(found), flags=re.MULTILINE)[:3] == ["0%", "0%", "-4%"]
+
+
 def test_no_remainder_lies_nowhere() -> None:
     assert gap_text(gap(0.1)).endswith("most at: hip, settle")
     assert "most at" not in gap_text(gap(0.0))

@@ -18,6 +18,7 @@ from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump, simulate
 from synth.jump.mujoco_model import Drop, mujoco_jump
 from synth.jump.outcomes import outcome_of
+from synth.model_checks.jumping import same_jump, upright
 
 GROUND = Contact()
 
@@ -131,3 +132,12 @@ def test_model_b_with_a_light_rotor_and_a_fast_winding_is_model_a() -> None:
     a = simulate([(HopperLeg(), motor())], GROUND, MODELS["A"])[0]
     assert b.clearance == pytest.approx(a.clearance, rel=0.005)
     assert b.energy == pytest.approx(a.energy, rel=0.02)
+
+
+def test_the_checks_of_one_clearance_are_told_apart() -> None:
+    """Two rows "clearance by model A, foot" had other expected values: those of MuJoCo and of the planar form."""
+    leg, drive = HopperLeg(), motor()
+    by_planar, by_mujoco = upright(leg, drive, Contact(), "A"), same_jump(leg, drive, Contact())
+    assert (by_planar.name, by_planar.where) != (by_mujoco.name, by_mujoco.where)
+    assert by_planar.passed
+    assert by_mujoco.passed

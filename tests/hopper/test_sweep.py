@@ -16,7 +16,7 @@ from synth.arrays import Array
 from synth.errors import UserError
 from synth.hopper import sweep as sweeping
 from synth.hopper.hopper_tolerances import QUANTITIES, UNIFORM, contributions, copies, groups, intervals
-from synth.hopper.motors import chosen_rows, motor_of, with_speed, with_torque
+from synth.hopper.motors import chosen_rows, estimates_of, motor_of, with_speed, with_torque
 from synth.hopper.study import _neighbours
 from synth.hopper.sweep import OBJECTIVES, SweepProblem, pareto_front, run_sweep
 from synth.hopper.write_study import _map
@@ -186,6 +186,20 @@ def test_with_a_given_resistance_the_free_speed_is_the_maker_s_and_the_stall_tor
     assert made.stall_torque / row.stall_torque == pytest.approx(share)
     with pytest.raises(UserError, match=r"the resistance must be below \d+ ohm"):
         motor_of(row, MotorOptions(resistance=1.01 * row.voltage / made.no_load_current))
+
+
+def test_currents_of_another_ratio_are_named_as_such() -> None:
+    """Eleven rows of the catalogue, of which the example chooses one."""
+    rows = [row for row in catalogue().motors if row.basis_remark.startswith("currents are those of ")]
+    assert len(rows) == 11
+    told = estimates_of(catalogue().find_motor("N20 HP 6V 75:1"), MotorOptions())
+    of_others = "stall and no-load currents are those of the 50:1"
+    assert told[2] == f"{of_others}; resistance, back-EMF constant and efficiency follow from them"
+    given = estimates_of(catalogue().find_motor("N20 HP 6V 75:1"), MotorOptions(resistance=4.0))
+    assert any("; back-EMF constant and efficiency follow" in text for text in given)
+    assert not any(
+        "currents" in text for text in estimates_of(catalogue().find_motor("N20 HP 6V 298:1"), MotorOptions())
+    )
 
 
 def test_at_another_supply_speed_and_torque_follow_the_winding() -> None:
