@@ -17,7 +17,7 @@ _FORECAST = {
     "causes[].alone": "RMS error with only this quantity uncertain.",
 }
 _ASSUMED = {
-    "assumed_laws.joints[]": "Joint whose damper's torque-speed law is assumed; the forecast takes it as true.",
+    "assumed_laws.joints": "Joint whose damper's torque-speed law is assumed; the forecast takes it as true.",
     "assumed_laws.factor": "By which these laws are off at low speed, to either side, for the two errors below.",
     "assumed_laws.least": "Smallest RMS error of nominal parts over all combinations of laws too weak and too strong.",
     "assumed_laws.most": "Largest RMS error of them.",
