@@ -45,7 +45,7 @@ def causes_of(plant: Plant[F, T, S], item: Assessment[F]) -> tuple[Cause, ...]:
         part = slice(first, first + candidate.size)
         numbers = _StatedNumbers(plant.against_design, candidate, fit.unknowns[: plant.n_tolerance], part)
         own = deviation[part].copy()
-        for k, along in numbers.with_tolerance(fit.unknowns[part]).items():
+        for k, along in numbers.with_tolerance(fit.unknowns[part], len(covariance)).items():
             own[k] = np.sqrt(along @ covariance @ along)
             if len(spread) == len(deviation) and len(refitted):
                 own[k] = max(own[k], float(jackknife(np.unique(refitted, axis=0) @ along[:, None])[0]))
@@ -71,8 +71,8 @@ class _StatedNumbers:
         at = self.tolerances if tolerances is None else tolerances
         return self.against_design(self.candidate, self.candidate.named(x), at)
 
-    def with_tolerance(self, x: Array) -> dict[int, Array]:
-        """Each unknown whose parameter has a tolerance of its own -> direction (p,) in which both together are told.
+    def with_tolerance(self, x: Array, count: int) -> dict[int, Array]:
+        """Each unknown whose parameter has a tolerance of its own -> direction (count,) in which both together are told.
 
         The unknown itself counts 1, a tolerance as much as it moves the parameter in comparison.
         """
@@ -88,7 +88,7 @@ class _StatedNumbers:
             moved[k] += DERIVATIVE_STEP
             own = self.named(moved)[name] - here[name]
             if own != 0.0 and np.any(slopes[:, k]):
-                along = np.zeros(self.part.stop)
+                along = np.zeros(count)
                 along[: len(self.tolerances)], along[self.part.start + k] = slopes[:, k] / own, 1.0
                 found[k] = along
         return found

@@ -73,7 +73,7 @@ def test_other_joints_give_way() -> None:
 )
 def test_a_ramp_is_told_as_what_the_drive_takes(drive: Servo | TorqueDrive | None, what: str) -> None:
     joint = Joint("knee", Link(0.2, 0.3, 0.1, 1e-3), drive=drive, sign=-1)
-    assert chain_menu._ramp_text(joint, 0.36) == what + ", recorded with it"
+    assert chain_menu._ramp_text(joint, 0.36) == what + " and is recorded"
     ramp = chain_menu._imagined_release(Leg("one", (joint,)), np.ones(1), np.zeros(1), Conditions(), (0, 0.36))
     if isinstance(drive, Servo):
         assert ramp.recording.known_torque is None

@@ -129,7 +129,8 @@ def test_beyond_the_gearbox_counts_jumps_only(folder: Path, found: dict[str, Any
     assert weak["limit"].startswith("too weak")
     assert float(weak["peak_gear_torque [N*m]"]) > 1e-3  # its gearbox's limit, as in ``WEAK``
     counts = found["counts"]
-    assert counts == {"designs": 2, "jump": 1, "beyond the gearbox": 0, "feasible": 1}
+    of_all = {name: counts[name] for name in ("designs", "jump", "beyond the gearbox", "feasible")}
+    assert of_all == {"designs": 2, "jump": 1, "beyond the gearbox": 0, "feasible": 1}
 
 
 def test_each_link_has_the_mass_of_its_own_length(found: dict[str, Any]) -> None:
