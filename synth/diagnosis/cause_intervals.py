@@ -72,7 +72,7 @@ class _StatedNumbers:
         return self.against_design(self.candidate, self.candidate.named(x), at)
 
     def with_tolerance(self, x: Array, count: int) -> dict[int, Array]:
-        """Each unknown whose parameter has a tolerance of its own -> direction (count,) in which both together are told.
+        """Each unknown whose parameter has a tolerance of its own -> direction (count,) of both together.
 
         The unknown itself counts 1, a tolerance as much as it moves the parameter in comparison.
         """

@@ -97,3 +97,23 @@ def test_the_interval_of_a_number_holds_its_deviation_from_the_design() -> None:
         true = plant.against_design(mass, mass.named(drawn[-1:]), drawn[:-1])["share"]
         held += told.low is not None and told.high is not None and told.low <= true <= told.high
     assert 0.85 <= held / DRAWS <= 0.95
+
+
+def test_an_interval_does_not_depend_on_the_place_of_its_cause() -> None:
+    """A number whose own tolerance is in its interval stood last only: before another cause it ended in a traceback."""
+    trials = recorded(TWO, AWAY[:1], noise=FLOOR, time=TIME, held_out=0)
+    scene, _ = scene_of(TWO, trials, Tolerance(mass=0.2), 0, dict.fromkeys(TWO.joint_names, float(FLOOR)))
+    every = {each.key: each for each in candidates(TWO, scene.given, natural_sizes_of(TWO, scene.given))}
+    mass, scale = every["link_mass", "knee"], every["encoder_scale", "knee"]
+    found = []
+    for pair in ((mass, scale), (scale, mass)):
+        unknowns = np.zeros(scene.bench.n_tolerance + mass.size + scale.size)
+        (at,) = scene.bench.evaluate([EvaluatedHypothesis(pair, unknowns, as_recorded(scene.bench).states)])
+        fit = replace(at, frame=scene.bench.frame(at))
+        causes = causes_of(SwingingChain(scene, ()), Assessment(fit, fit.cost, 1.0))
+        found.append({cause.effect: cause.parameters for cause in causes})
+    share, error = found[0]["link_mass"]["share"], found[0]["encoder_scale"]["error"]
+    assert share.low is not None
+    assert (share.low, error.low) == pytest.approx(
+        (found[1]["link_mass"]["share"].low, found[1]["encoder_scale"]["error"].low), rel=1e-6
+    )
