@@ -20,6 +20,5 @@ def assumed_laws_words(forecast: Json) -> str:
     return (
         f" This holds if the assumed damper law{'s' if many else ''} of {joined_names(joints)} "
         f"{'are' if many else 'is'} right; off by a factor of {number(value_of(laws.get('factor')))} at low speed, "
-        f"nominal parts give {least} to {most} instead of {brief(forecast.get('nominal'))}"
-        f"{', more than allowed' if beyond else ''}."
+        f"nominal parts give {least} to {most}{', more than allowed' if beyond else ''}."
     )
