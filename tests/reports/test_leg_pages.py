@@ -172,7 +172,7 @@ def test_a_chance_that_rests_on_assumed_laws_says_so(leg_folder: LegFolder) -> N
     assert "from 6 % to 100 % if the assumed damper laws hold." in text
     assert (
         "This holds if the assumed damper laws of hip and ankle are right; off by a factor of 2 at low speed, nominal "
-        "parts give 1.90° to 3.21° instead of 1.10°, more than allowed."
+        "parts give 1.90° to 3.21°, more than allowed."
     ) in text
     _, page = page_of(folder / "report.html")
     assert page.text.count("off by a factor of 2 at low speed") >= 2  # also beside the figure of the forecast
