@@ -65,7 +65,11 @@ class EncoderDimensions:
     bolt_count: int = dimension(2, 2, 8, "", "two screws at least hold it from turning")
     bolt_diameter: float = dimension(2.4, 2.2, 6.0, "mm", "clearance hole, M2 by default")
     magnet_diameter: float = dimension(
-        4.0, 1.0, 20.0, "mm", "diametric magnet in the shaft's end: 4 x 4 (RLS RMM44), 6 x 2.5 (ams AS5000-MD6H)"
+        4.0,
+        1.0,
+        20.0,
+        "mm",
+        "diametric magnet in the shaft's end; 4 x 4 and 6 x 2.5 (AS5030's) are sold",
     )
     magnet_depth: float = dimension(4.0, 0.5, 10.0, "mm", "of its pocket in the shaft's end, the magnet's length")
     air_gap: float = dimension(1.0, 0.3, 5.0, "mm", "magnet to sensor; makers ask for 0.5 to 3")

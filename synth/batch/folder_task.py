@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from synth.batch.folder_summary import Failed
-from synth.batch.task_outcome import versions
 from synth.files.input_hashes import input_hashes
+from synth.files.program_versions import versions
 
 if TYPE_CHECKING:
     from synth.files.input_hashes import Project

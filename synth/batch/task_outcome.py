@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from synth.errors import Problem, UserError
-from synth.files.program_versions import versions as versions
+from synth.files.program_versions import versions
 from synth.threads import VARIABLE
 
 

@@ -113,7 +113,7 @@ def parts_text(design: Mapping[str, Any], shown: ShownUnits = METRIC) -> str:
     laws = forecast.get("assumed_laws")
     if laws:
         lines.append(
-            f"This holds if the assumed damper laws of {', '.join(laws['joints'])} are right; off by a factor of "
+            f"This holds if the dampers of {', '.join(laws['joints'])} follow their assumed laws; off by a factor of "
             f"{laws['factor']['value']:g} at low speed, nominal parts give {laws['least']['value']:.2f} to "
             f"{laws['most']['value']:.2f} deg."
         )

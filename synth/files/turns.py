@@ -21,8 +21,8 @@ NOISE = np.radians(5.0)  # added to that: far above any encoder's noise, far bel
 RUN = 3  # wrong readings in a run, as in ``motion.smoothing``
 NEAR = 0.25  # of a turn from a whole one, up to which a step that is no jump is questioned
 WIDEST = radians(400)  # beyond any joint's travel; a joint that turns farther must state its range
-# Of a joint without a stated range. A knee or an elbow bends by 140 to 150 deg, farther than any other joint of a limb
-# (American Academy of Orthopaedic Surgeons, Joint Motion, 1965). Degrees taken for radians are 57 times as wide.
+# Of a joint without a stated range, a choice: a human knee bends by about 140 deg. Degrees taken for radians are 57
+# times as wide.
 UNUSUAL_TRAVEL = radians(150)
 YIELDING = radians(30)  # beyond a stated range: stops yield and zeros are off by some degrees
 

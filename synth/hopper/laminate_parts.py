@@ -27,7 +27,7 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
     """
     from synth.cad.hopper_joint import export_hopper, hip_note
     from synth.cad.limits import DimensionError
-    from synth.hopper.drawn_flexures import JOINTS, drawn_flexures, links_differ
+    from synth.hopper.leg_as_drawn import JOINTS, leg_as_drawn, links_differ
     from synth.units import quantity
 
     if found.best is None:
@@ -46,7 +46,7 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
     notes = [*shaft_notes(found, row), *(decisive(note) if note == incomplete else note for note in made.notes)]
     missing = ["the hip is not complete"]
     hinges = {name: made.gaps[f"{name}_hinge_gap"] for name in JOINTS}
-    drawn = drawn_flexures(found, hinges, dimensions.gap)
+    drawn = leg_as_drawn(found, hinges, dimensions.gap)
     if drawn is not None:
         notes.append(decisive(drawn.note))
     if links_differ(laminate):

@@ -3,9 +3,10 @@
 Coefficients: Bogacki & Shampine, Applied Mathematics Letters 2 (1989) 321-325; the last stage is the next step's
 first. In flight the motor stands, held by its friction, whose smoothed sign decays at up to 3e4/s. A maker's line
 without rotor inertia decays at up to 9e6/s (25D LP 6V 498.87:1, links of 5 cm), the leg's stop at up to 6e6/s where a
-strong motor presses a light link on it. They would limit an explicit step to a sixth of what its accuracy needs and
-much less, so this part A of the Jacobian is treated as in a W-method (Steihaug & Wolfbrandt, Mathematics of Computation
-33 (1979) 521-534; Hairer & Wanner, *Solving Ordinary Differential Equations II*, section IV.7):
+strong motor presses a light link on it. The friction alone would limit an explicit step to a sixth of what its accuracy
+needs, line and stop to far less. So this part A of the Jacobian is treated as in a W-method (Steihaug & Wolfbrandt,
+Mathematics of Computation 33 (1979) 521-534; Hairer & Wanner, *Solving Ordinary Differential Equations II*, section
+IV.7):
 
     (1 - g h A) k_i = f(x + h sum_j a_ij k_j) + h A sum_j g_ij k_j,    x_new = x + h sum_i b_i k_i
 

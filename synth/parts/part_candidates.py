@@ -64,6 +64,10 @@ def spring_candidates(
     return Candidates(tuple(kept), dict(sorted(reasons.items())), comparison)
 
 
+def _cannot_be_used(kind: str, row: TorsionSpringRow | DamperRow) -> UserError:
+    return UserError(f"{kind} {row.part} ({row.place}) cannot be used: {row.status}{MEASURE_IT}")
+
+
 def named_spring(catalogue: Catalogue, part: str) -> TorsionSpringRow:
     """The spring that a design names.
 
@@ -74,7 +78,7 @@ def named_spring(catalogue: Catalogue, part: str) -> TorsionSpringRow:
     """
     row = catalogue.find_spring(part)
     if row.rate is None or row.included_angle is None:
-        raise UserError(f"spring {row.part} ({row.place}) cannot be used: {row.status}{MEASURE_IT}")
+        raise _cannot_be_used("spring", row)
     return row
 
 
@@ -88,7 +92,7 @@ def named_damper(catalogue: Catalogue, part: str) -> DamperRow:
     """
     row = catalogue.find_damper(part)
     if row.max_torque is None or row.speed is None:
-        raise UserError(f"damper {row.part} ({row.place}) cannot be used: {row.status}{MEASURE_IT}")
+        raise _cannot_be_used("damper", row)
     return row
 
 

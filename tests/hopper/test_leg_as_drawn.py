@@ -10,8 +10,8 @@ import pytest
 
 import synth
 from hopper.hoppers import motor
-from synth.hopper.drawn_flexures import DrawnFlexures, drawn_flexures, equivalent_rate, links_differ
 from synth.hopper.laminate_parts import dimensions_of, shaft_notes
+from synth.hopper.leg_as_drawn import LegAsDrawn, equivalent_rate, leg_as_drawn, links_differ
 from synth.jump.hopper_leg import Contact, Flexures, HopperLeg
 from synth.jump.jump_models import MODELS
 from synth.jump.jump_runs import simulate
@@ -63,7 +63,7 @@ def test_flexures_matter_to_the_jump() -> None:
 def test_the_note_and_the_json_have_the_same_heights() -> None:
     links, own = (0.0464, 0.0633), (0.025, 0.747)
     rates = {"hip": 0.003, "knee": 0.0025, "foot": 0.002}
-    found = DrawnFlexures(rates, 0.005, True, links, own, 0.0462, 0.033, 0.036, 0.042, "full")
+    found = LegAsDrawn(rates, 0.005, True, links, own, 0.0462, 0.033, 0.036, 0.042, "full")
     assert "clears 3.3 cm instead of 4.2 cm by model full; with its flexures alone as drawn 3.6 cm" in found.note
     assert (
         "46.4 g/m and E I = 0.0633 N*m^2 instead of 25 g/m and E I = 0.747 N*m^2; the leg weighs 46.2 g" in found.note
@@ -89,7 +89,7 @@ def test_the_forecast_as_drawn_has_the_drawn_links_mass_and_stiffness(tmp_path: 
     (tmp_path / "a.yaml").write_text(DRAWN)
     study = synth.hopper(tmp_path / "a.yaml").study
     laminate, rate = study.best_leg.laminate, study.best_leg.flexures.rate
-    drawn = drawn_flexures(study, {"hip": 2.0, "knee": 2.0, "foot": 2.0}, 1.0)
+    drawn = leg_as_drawn(study, {"hip": 2.0, "knee": 2.0, "foot": 2.0}, 1.0)
     assert drawn is not None
     assert drawn.links == pytest.approx((1820 * 0.015 * 0.0017, laminate.strip_bending_stiffness))
     assert drawn.total_mass - study.best_leg.total_mass(study.best_motor) == pytest.approx((0.04641 - 0.025) * 0.2)
@@ -99,8 +99,8 @@ def test_the_forecast_as_drawn_has_the_drawn_links_mass_and_stiffness(tmp_path: 
     assert drawn.clearance == pytest.approx(written, abs=2e-4)
     assert drawn.clearance < drawn.flexures_alone - 1e-3
     assert not links_differ(strip.best_leg.laminate)
-    assert drawn_flexures(strip, dict.fromkeys(drawn.rates, 1.0), 1.0) is None
-    assert drawn_flexures(study, dict.fromkeys(drawn.rates, 1.0), 1.0) is not None
+    assert leg_as_drawn(strip, dict.fromkeys(drawn.rates, 1.0), 1.0) is None
+    assert leg_as_drawn(study, dict.fromkeys(drawn.rates, 1.0), 1.0) is not None
 
 
 @pytest.mark.parametrize(

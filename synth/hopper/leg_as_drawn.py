@@ -25,7 +25,7 @@ JOINTS = {"hip": 2, "knee": 2, "foot": 1}  # hinges of each kind in the two-side
 
 
 @dataclass(frozen=True)
-class DrawnFlexures:
+class LegAsDrawn:
     """The leg as drawn beside the simulated one.
 
     ``rates`` (N m/rad) by joint and the equivalent single ``rate``; ``softer``: it is below the simulated one.
@@ -48,7 +48,9 @@ class DrawnFlexures:
     @property
     def note(self) -> str:
         """The warning as text."""
-        strip, own = (f"{1e3 * mass:.3g} g/m and E I = {bend:.3g} N*m^2" for mass, bend in self._both)
+        strip, own = (
+            f"{1e3 * mass:.3g} g/m and E I = {bend:.3g} N*m^2" for mass, bend in (self.links, self.links_simulated)
+        )
         what = f"links as drawn ({strip} instead of {own}; the leg weighs {1e3 * self.total_mass:.1f} g)"
         alone = ""
         if self.softer:
@@ -58,10 +60,6 @@ class DrawnFlexures:
             f"with its {what} the leg clears {self.clearance * 100:.1f} cm instead of {self.simulated * 100:.1f} cm "
             f"by model {self.model}{alone}"
         )
-
-    @property
-    def _both(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        return self.links, self.links_simulated
 
     def as_json(self) -> dict[str, Any]:
         """The entry ``as_drawn`` under ``parts`` in ``hopper.json``."""
@@ -90,7 +88,7 @@ def links_differ(laminate: Laminate) -> bool:
     return not all(1.0 / SAME_LINK < share < SAME_LINK for share in shares)
 
 
-def drawn_flexures(found: Study, gaps: Mapping[str, float], gap: float) -> DrawnFlexures | None:
+def leg_as_drawn(found: Study, gaps: Mapping[str, float], gap: float) -> LegAsDrawn | None:
     """The chosen leg with its drawn hinges and links; None if they are those simulated.
 
     Parameters
@@ -115,7 +113,7 @@ def drawn_flexures(found: Study, gaps: Mapping[str, float], gap: float) -> Drawn
     before, between, after = simulate(
         [(leg, motor), (alone, motor), (drawn, motor)], found.sweep.problem.contact, model
     )
-    return DrawnFlexures(
+    return LegAsDrawn(
         rates, rate, softer, links, (laminate.mass_per_length, laminate.bending_stiffness), drawn.total_mass(motor),
         after.clearance, between.clearance, before.clearance, model.name,
     )  # fmt: skip
