@@ -18,6 +18,7 @@ from synth.diagnosis.prediction_error import PredictionErrors, label_of_causes
 from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.search_limits import limit_sentences
 from synth.diagnosis.sentences import PartedErrors, reason_for_next_trial, sentence
+from synth.diagnosis.tie_on_held_out import held_out_trial_that_distinguishes
 from synth.diagnosis.verdict import Judgement, judge, with_doubt_of_held_out, with_further_doubt, without_causes
 from synth.threads import one_thread_of_linear_algebra
 
@@ -132,6 +133,7 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
             *(_limit_warnings(plant, (judged.accepted, *judged.tied)) if named else ()),
             *doubts,
             *(plant.worse(stages.errors, moved) if offered else ()),
+            *_ends_of_the_tie(plant, judged, stages.errors, short),
         ),
         _scored_by(plant),
         within,
@@ -148,6 +150,16 @@ def _judge_on_scored(
         return judged, stages, None
     moved = _moved_errors(plant, stages.errors, judged.accepted)
     return with_doubt_of_held_out(judged, _chance_of_failure(moved or stages.errors)), stages, moved
+
+
+def _ends_of_the_tie(
+    plant: Plant[F, T, S], judged: Judgement[F], errors: PredictionErrors, words: Sequence[str]
+) -> tuple[str, ...]:
+    """What held-out trials say of a tie, which they do not decide; ``words`` of its explanations."""
+    if judged.verdict != "tie" or not plant.held_out:
+        return ()
+    labels = ["after", *(label_of_causes(rival.keys) for rival in judged.tied)]
+    return held_out_trial_that_distinguishes(errors, labels, words, plant.scored_names)
 
 
 def _scored_by(plant: Plant[F, T, S]) -> ScoredBy:

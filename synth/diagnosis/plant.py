@@ -84,11 +84,13 @@ class StagePredictions(Generic[F, S]):
 class Plant(ABC, Generic[F, T, S]):
     """One plant with its trials.
 
-    ``scored`` : the trials used for scoring, those ``held_out`` or else all; ``seed`` of the resampling;
+    ``scored`` : the trials used for scoring, those ``held_out`` or else all; ``scored_names`` : files of the recordings
+    that they are, rows of ``squares``; ``seed`` of the resampling;
     ``warnings`` about the trials; ``n_tolerance`` : number of the leg's own unknowns.
     """
 
     scored: tuple[T, ...]
+    scored_names: tuple[str, ...]
     held_out: bool
     seed: int
     warnings: tuple[str, ...]

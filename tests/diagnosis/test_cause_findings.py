@@ -18,7 +18,7 @@ from synth.diagnosis.sentences import ErrorWording
 class StillPlant(Plant[Any, Any, Any]):
     """One recording that is held out, 0.02 rad off the nominal leg, and no candidate."""
 
-    scored, held_out, seed, warnings, n_tolerance = ("trial",), True, 0, (), 0
+    scored, scored_names, held_out, seed, warnings, n_tolerance = ("trial",), ("trial",), True, 0, (), 0
 
     def __init__(self, accuracy: float) -> None:
         self.accuracy, self.motion, self.own_motion = accuracy, 7.0, 400.0

@@ -66,6 +66,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         self.project, self.catalogue = project, catalogue
         self.bench = JumpBench(JumpPredictor(tolerances, leg.bending, leg.body_inertia), given)
         self.scored, self.held_out, self.seed = held or given, bool(held), project.seed
+        self.scored_names = tuple(trial.name for trial in self.scored)
         self.warnings, self.n_tolerance = tuple(warnings), tolerances.size
 
     def search(self, say: Callable[[str], None]) -> Hypotheses[JumpFit]:
@@ -138,7 +139,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
         # Besides, over 20 % above the noise, in squares.
         poor = (after > NO_BETTER_RATIO * before) & (after > 1.5 * errors.noise.sum(axis=1))
-        names = [trial.name for trial, worse in zip(self.scored, poor, strict=True) if worse]
+        names = [name for name, worse in zip(self.scored_names, poor, strict=True) if worse]
         if not names:
             return ()
         text = f"{', '.join(names)}: predicted no better with the explanation than without"

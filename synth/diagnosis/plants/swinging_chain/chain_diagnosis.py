@@ -113,6 +113,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         self.scene, self.bench, self.warnings, self.seed = scene, scene.bench, warnings, scene.seed
         self.scored, self.held_out, self.n_tolerance = scene.scored, bool(scene.held), scene.bench.n_tolerance
         self.whole = whole_recordings(scene.scored)
+        self.scored_names = tuple(trial.recording.name for trial in self.whole)
         self.accuracy, self.motion = scene.accuracy, scene.motion_trusted(self.calibration.accuracy)
         self.own_motion = scene.motion
         self.most_rivals = MOST_RIVALS if has_servo(scene.leg, scene.given) else RIVALS
@@ -220,8 +221,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def remarks(self, stages: StagePredictions[EvaluatedHypothesis, Array]) -> tuple[str, ...]:
         """Trials whose error by the nominal leg's best fit is far larger than the others'."""
         rms = joint_errors(self.whole, join_pieces(self.scored, stages.before))
-        names = [trial.recording.name for trial in self.whole]
-        return tuple(odd_trials(names, self.scene.leg.joint_names, rms))
+        return tuple(odd_trials(self.scored_names, self.scene.leg.joint_names, rms))
 
     def doubts(
         self, found: Hypotheses[EvaluatedHypothesis], judged: Judgement[EvaluatedHypothesis], motion: float
@@ -308,7 +308,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def worse(self, errors: PredictionErrors, moved: PredictionErrors | None) -> tuple[str, ...]:
         """Warnings if the explanation fits its own trials but predicts scored ones no better, and why."""
-        return tuple(map(decisive, no_better([trial.recording.name for trial in self.whole], errors, moved)))
+        return tuple(map(decisive, no_better(self.scored_names, errors, moved)))
 
 
 def diagnose(
@@ -360,7 +360,7 @@ def diagnose(
         shrink=errors.shrink(),
         best_possible=errors.best_possible,
         noise=dict(zip(leg.joint_names, scene.usual.tolist(), strict=True)),
-        scored_on=tuple(trial.recording.name for trial in plant.whole),
+        scored_on=plant.scored_names,
         trials=trial_gaps(nominal, plant.whole, shown, missing, held_out=plant.held_out, noise=scene.usual),
         diagnosed=diagnosed_leg(leg, tolerances, findings.best, scene.coarse if findings.explained else ()),
         free_torque=plant.free_torques(findings.found.none.fit) if plant.lacking(findings) else (),
