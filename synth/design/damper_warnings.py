@@ -59,12 +59,10 @@ def curve_warnings(joint: str, option: DamperOption, measured: MeasuredCurve | N
 def _table_warnings(joint: str, part: str, table: DamperCurve, reached: float) -> list[str]:
     """Warnings on a table of points whose damper is turned at ``reached`` rad/s: beyond its end, and where it falls."""
     warnings: list[str] = []
-    falls = table.torque[-1] < (0.0, *table.torque)[-2]
     if reached > LITTLE * table.speed[-1]:
         speed, most = unlike(reached / RPM, table.speed[-1] / RPM, ".0f")
-        beyond = "keeps its last torque" if falls else "goes on along its last slope"
         text = f"{joint}: {part} is turned at up to {speed} rpm; its torque-speed table ends at {most} rpm, and beyond "
-        warnings.append(Remark(f"{text}it {beyond}", "check", MEASURE_FASTER))
+        warnings.append(Remark(f"{text}it {table.beyond_words}", "check", MEASURE_FASTER))
     highest = max(table.torque)
     lowest = min(table.torque[table.torque.index(highest) :])
     if lowest < (1.0 - FALLEN) * highest:

@@ -37,7 +37,7 @@ def clamps(curve: DamperCurve) -> tuple[Array, Array]:
 
 def with_rate(curve: DamperCurve, rate: float) -> DamperCurve:
     """The curve of this damper in parallel with a linear damper of ``rate`` N m s/rad."""
-    if curve.torque[-1] < (0.0, *curve.torque)[-2]:  # held beyond the last point: a further one carries the rate on
+    if curve.falls_at_end:  # held beyond the last point: a further one carries the rate on
         curve = DamperCurve((*curve.speed, 2.0 * curve.speed[-1]), (*curve.torque, curve.torque[-1]))
     return DamperCurve(curve.speed, tuple(t + rate * s for s, t in zip(curve.speed, curve.torque, strict=True)))
 

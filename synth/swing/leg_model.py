@@ -63,13 +63,23 @@ class Spring:
 
 @dataclass(frozen=True)
 class DamperCurve:
-    """An odd torque-speed curve, linear between its points and along its last segment beyond them.
+    """An odd torque-speed curve, linear between its points; beyond them see ``swing/damper_curves``.
 
     ``speed`` and ``torque``: (n_point,) rad/s and N m, strictly increasing speeds > 0; (0, 0) is implied.
     """
 
     speed: tuple[float, ...]
     torque: tuple[float, ...]
+
+    @property
+    def falls_at_end(self) -> bool:
+        """Whether the last torque is less than the one before it."""
+        return self.torque[-1] < (0.0, *self.torque)[-2]
+
+    @property
+    def beyond_words(self) -> str:
+        """What it does beyond its last point."""
+        return "keeps its last torque" if self.falls_at_end else "goes on along its last slope"
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.errors import UserError
 from synth.files.trial_list import Trial
 from synth.remarks import severity_of
+from synth.swing.leg_model import Damper, DamperCurve
 
 TIME = np.arange(200) * 0.005
 LEG = robot()
@@ -114,3 +115,20 @@ def test_missing_samples_and_encoder_counts_are_not_taken_for_noise() -> None:
     read = np.radians(count * np.round(np.degrees(coarse.angles) / count))
     read[40:45, 1] = np.nan
     assert check_trials(LEG, [replace(coarse, angles=read), trial("b.csv", 20.0, seed=1)]) == ()
+
+
+@pytest.mark.parametrize(("torque", "beyond"), [((0.02, 0.03), "goes on"), ((0.03, 0.02), "keeps")])
+def test_a_damper_turned_faster_than_its_curve_is_told(torque: tuple[float, float], beyond: str) -> None:
+    """The swing A exp(-3 t) cos(20 t) is fastest near its first zero: at about 20 A exp(-0.2)."""
+    swings = [trial("a.csv", 20.0), trial("b.csv", 15.0, seed=1)]
+
+    def said(fastest: float) -> tuple[str, ...]:
+        curve = DamperCurve((0.5 * fastest, fastest), torque)
+        joints = (LEG.joints[0], replace(LEG.joints[1], damper=Damper(curve=curve)), LEG.joints[2])
+        return check_trials(replace(LEG, joints=joints), swings)
+
+    (text,) = said(np.radians(200.0))
+    assert text.startswith("knee: a.csv turns the damper at up to 3")
+    assert "ends at 200," in text
+    assert beyond in text
+    assert said(np.radians(400.0)) == ()

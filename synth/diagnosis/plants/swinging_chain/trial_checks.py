@@ -11,13 +11,14 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.fit.copies import copies
 from synth.fit.recordings import Recording, recordings
-from synth.remarks import decisive
+from synth.remarks import at_joint, decisive, unlike
 from synth.swing.leg_model import Leg
 
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
 
 LEAST_MOTION = np.radians(0.5)  # rad; a smaller motion is not a release
+LITTLE_BEYOND = 1.1  # times the highest speed of a damper's curve: little extrapolation
 LOOSE_MOTION = np.radians(2.0)  # rad; acceptable motion of a locked joint
 
 
@@ -50,6 +51,7 @@ def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
         *_loose_joints(leg, trials, made),
         *_still_trials(trials, seen, learnt),
         *_still_joints(leg, [seen[k] for k in learnt]),
+        *_fast_dampers(leg, made),
         *_few_trials(
             len(learnt) - len({later for later, _ in copies([made[k] for k in learnt], [False] * len(learnt))}),
             len(trials) - len(learnt),
@@ -123,6 +125,22 @@ def _still_joints(leg: Leg, seen: Sequence[dict[int, JointMotion]]) -> list[str]
                 f"{name}: never moves above its noise (by {most:.2g} deg at most); nothing is known about this joint. "
                 "If it was held, list it under `locked`"
             )
+    return found
+
+
+def _fast_dampers(leg: Leg, made: Sequence[Recording]) -> list[str]:
+    """Dampers turned much faster than the end of their stated torque-speed curve."""
+    found: list[str] = []
+    for j, joint in enumerate(leg.joints):
+        curve = joint.damper.curve if joint.damper is not None else None
+        turned = [(float(np.abs(each.smoothed.rate[:, j]).max()), each.name) for each in made if j in each.free]
+        if curve is None or not turned:
+            continue
+        reached, name = max(turned)
+        if reached > LITTLE_BEYOND * curve.speed[-1]:
+            speed, end = unlike(np.degrees(reached), np.degrees(curve.speed[-1]), ".0f")
+            text = f"{name} turns the damper at up to {speed} deg/s; its curve in the leg file ends at {end}, and "
+            found.append(at_joint(joint.name, f"{text}beyond it {curve.beyond_words}"))
     return found
 
 
